@@ -1,0 +1,42 @@
+"""Text files, read and written whole or not at all."""
+
+import os
+import tempfile
+from pathlib import Path
+
+from mathpost.errors import InputError, OutputError
+
+
+def read_text(path):
+    """Return the text of the UTF-8 file `path`; raise `InputError` if it cannot be read."""
+    try:
+        return Path(path).read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise InputError(str(path), "a readable file", error.strerror or str(error)) from None
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        raise InputError(f"{path}, line {line}", "UTF-8 text", f"byte 0x{error.object[error.start]:02x}") from None
+
+
+def write_text(path, text):
+    """Write `text` to `path` whole or not at all; raise `OutputError` if that fails.
+
+    The text goes to a temporary file in the same folder, which then takes the place of `path` in one step.
+    """
+    path, temporary = Path(path), None
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        with open(handle, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+        os.chmod(temporary, 0o666 & ~_umask())
+        os.replace(temporary, path)
+    except OSError as error:
+        if temporary:
+            Path(temporary).unlink(missing_ok=True)
+        raise OutputError(f"{path}: not written, {error.strerror or error}") from None
+
+
+def _umask():
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

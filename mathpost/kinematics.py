@@ -1,0 +1,408 @@
+"""The transform chain of a machine, derived in sympy and compiled: forward, and both inverse branches.
+
+The chain is built link by link from the machine's data, for all arrangements alike. Between the workpiece and
+the tool stand two rotary joints: the *outer* one, next to the workpiece, and the *inner* one, next to the tool.
+Only the inner one changes the angle between the tool axis and the outer axis, so it is solved first, from one
+equation A·cos θ + B·sin θ = D; the outer one then turns the tool axis into place, and X Y Z close the loop.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property, reduce
+
+import numpy as np
+import sympy as sp
+
+from mathpost.errors import InputError, as_array
+from mathpost.rotation import about, numeric
+
+REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
+
+
+@dataclass(frozen=True)
+class Link:
+    """One factor of the chain: its name, and the 4×4 matrix in the joint symbols."""
+
+    name: str
+    matrix: sp.ImmutableMatrix
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """What the chain is made of, in sympy: exact numbers of a machine file, or symbols of the same shape.
+
+    Directions and points of the rotary axes are dicts by joint name; the vectors are 3×1 matrices.
+    """
+
+    axis: dict
+    point: dict
+    origin: sp.Matrix
+    tool_axis: sp.Matrix
+    tool_length: sp.Expr
+    programmed_point: sp.Matrix
+
+    @classmethod
+    def numbers(cls, machine):
+        """The machine's decimals as exact fractions, so that 0.707107 beside itself becomes √2/2."""
+        tool_axis, length = _exact_unit(machine.tool_axis), _exact(machine.tool_length)
+        return cls(
+            axis={rotary.name: _exact_unit(rotary.axis) for rotary in machine.rotary},
+            point={rotary.name: _exact_vector(rotary.point) for rotary in machine.rotary},
+            origin=_exact_vector(machine.origin),
+            tool_axis=tool_axis,
+            tool_length=length,
+            programmed_point=_programmed_point(machine, tool_axis, length, _exact_vector),
+        )
+
+    @classmethod
+    def symbols(cls, machine):
+        """Symbols named after the joints: V the directions, p the points, o the origin, t and L the tool."""
+        tool_axis, length = _symbol_vector("t"), sp.Symbol("L", real=True)
+        return cls(
+            axis={rotary.name: _symbol_vector(f"V_{rotary.name}") for rotary in machine.rotary},
+            point={rotary.name: _symbol_vector(f"p_{rotary.name}") for rotary in machine.rotary},
+            origin=_symbol_vector("o"),
+            tool_axis=tool_axis,
+            tool_length=length,
+            programmed_point=_programmed_point(machine, tool_axis, length, lambda _: _symbol_vector("r")),
+        )
+
+    def flat(self):
+        """All entries in one list, in the same order for numbers and symbols."""
+        vectors = [*self.axis.values(), *self.point.values(), self.origin, self.tool_axis, self.programmed_point]
+        return [entry for vector in vectors for entry in vector] + [self.tool_length]
+
+
+def _programmed_point(machine, tool_axis, length, vector):
+    """The point of the head that X Y Z name, relative to the nose."""
+    if machine.programmed_point == "tip":
+        return -length * tool_axis
+    return sp.zeros(3, 1) if machine.programmed_point == "nose" else vector(machine.programmed_point)
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """The derivation of the inverse, for display; `Kinematics.inverse` compiles these expressions.
+
+    Attributes
+    ----------
+    tip, axis : tuples of 3 sympy symbols
+        The CL data: tool tip x y z and unit tool axis i j k in the workpiece.
+    outer, inner : sympy symbols
+        The rotary joint next to the workpiece and the one next to the tool.
+    equation : sympy.Eq
+        A·cos(inner) + B·sin(inner) = D, the component of the tool axis along the outer axis.
+    below, above : sympy expressions
+        r − D and r + D with r = √(A² + B²), written with the chords from the tool axis to the two ends of the
+        outer axis, which lose no digits at the pole. Either is negative if the tool axis is out of reach.
+    solutions : tuple of 2 sympy expressions
+        The inner angle on the first and the second branch, in `below` and `above` as symbols.
+    turn : tuple of 2 sympy expressions
+        The outer angle is atan2 of these two, given the inner one.
+    linear : tuple of 3 sympy expressions
+        Programmed X Y Z, given the tip and both rotary angles.
+    reach : tuple of 2 sympy expressions
+        Smallest and greatest angle between the tool axis and the outer axis.
+    """
+
+    tip: tuple
+    axis: tuple
+    outer: sp.Symbol
+    inner: sp.Symbol
+    equation: sp.Eq
+    below: sp.Expr
+    above: sp.Expr
+    solutions: tuple
+    turn: tuple
+    linear: tuple
+    reach: tuple
+
+
+BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
+
+
+class Kinematics:
+    """Forward and inverse kinematics of one machine.
+
+    Parameters
+    ----------
+    machine : mathpost.machine.Machine
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
+    >>> joints = kin.inverse([50.31991, 58.40925, 52.13969], [0.145196, 0, 0.989403], degrees=True)
+    >>> joints.round(3) + 0.0
+    array([[-36.781, -68.575,  66.134,  11.817, 175.815],
+           [ 47.426,  62.413,  51.653, -11.817,   4.185]])
+    >>> tip, axis = kin.forward(joints, degrees=True)
+    >>> tip.round(5)
+    array([[50.31991, 58.40925, 52.13969],
+           [50.31991, 58.40925, 52.13969]])
+    """
+
+    def __init__(self, machine):
+        self.machine = machine
+        self.symbols = sp.symbols(machine.joint_names, real=True)
+        sides = list(zip(machine.rotary, self.symbols[3:], strict=True))
+        workpiece = [pair for pair in sides if pair[0].carries == "workpiece"]
+        tool = [pair for pair in sides if pair[0].carries == "tool"]
+        # In the order from the workpiece to the tool. A table stands between the workpiece and the bed, so the
+        # chain runs through it backwards.
+        self._between = [(r, q, -1) for r, q in reversed(workpiece)] + [(r, q, +1) for r, q in tool]
+
+    def links(self, parameters=False):
+        """Return the chain from the workpiece to the tool as a list of `Link`; their product is the chain.
+
+        With `parameters` the offsets and directions stay symbols; otherwise the machine's numbers stand there.
+        """
+        data = Geometry.symbols(self.machine) if parameters else Geometry.numbers(self.machine)
+        tables, heads = [], []
+        for rotary, angle, sign in self._between:
+            turned = _turn(data.axis[rotary.name], data.point[rotary.name], sign * angle)
+            (tables if sign < 0 else heads).append(Link(rotary.name, turned))
+        slides = data.origin + sp.Matrix(self.symbols[:3]) - data.programmed_point
+        return [
+            Link("workpiece", _homogeneous(sp.eye(3), -data.origin)),
+            *tables,
+            Link("linear", _homogeneous(sp.eye(3), slides)),
+            *heads,
+            Link("tool", _homogeneous(_from_z_to(data.tool_axis), -data.tool_length * data.tool_axis)),
+        ]
+
+    def forward_symbolic(self, parameters=False):
+        """Return the 4×4 matrix workpiece_from_tool in the joint symbols (radians).
+
+        Its last column is the tool tip, its third the tool axis. With `parameters` the machine's offsets and
+        directions are kept as symbols too (directions stand for unit vectors); `parameters` the property gives
+        their values.
+        """
+        return sp.ImmutableMatrix(_product(link.matrix for link in self.links(parameters)))
+
+    @cached_property
+    def parameters(self):
+        """The symbols of ``forward_symbolic(parameters=True)`` and their values on this machine, as a dict."""
+        symbols, numbers = Geometry.symbols(self.machine), Geometry.numbers(self.machine)
+        pairs = zip(symbols.flat(), numbers.flat(), strict=True)
+        return {symbol: number for symbol, number in pairs if symbol.is_Symbol}
+
+    @cached_property
+    def inverse_symbolic(self):
+        """The derivation of the inverse as an `Inverse`."""
+        data = Geometry.numbers(self.machine)
+        (outer, outer_angle, outer_sign), (inner, inner_angle, inner_sign) = self._between
+        tip, axis = sp.symbols("x y z", real=True), sp.symbols("i j k", real=True)
+        u, n = data.axis[outer.name], sp.Matrix(axis)
+
+        # The chain says n = Rot(u, ±outer)·w with w = Rot(v, ±inner)·t. Rotation about u keeps the component
+        # along u, hence u·n = u·w, which is linear in the cosine and the sine of the inner angle.
+        w = about(data.axis[inner.name], inner_sign * inner_angle) * data.tool_axis
+        along = sp.expand(u.dot(w))
+        a, b = along.coeff(sp.cos(inner_angle)), along.coeff(sp.sin(inner_angle))
+        constant = along.subs({sp.cos(inner_angle): 0, sp.sin(inner_angle): 0})
+        r = sp.sqrt(sp.expand(a**2 + b**2))
+
+        # θ = atan2(B, A) ± acos(D/r). Near D = ±r, at the pole and at the edge of reach, acos loses half of the
+        # digits; ψ = 2·atan2(√(r − D), √(r + D)) loses none, if r ∓ D come from the chords |n ∓ u|: on the unit
+        # sphere 1 ∓ u·n = |n ∓ u|²/2, so that r ∓ D is half the difference of two squared chords.
+        chord_below, chord_above = _root(2 * (1 - constant - r)), _root(2 * (1 + constant - r))
+        middle, half = sp.atan2(b, a), 2 * sp.atan2(sp.sqrt(BELOW), sp.sqrt(ABOVE))
+
+        # Seen along u, the turn by the outer angle must bring w to n.
+        e1, e2 = _perpendicular(u)
+        w1, w2, n1, n2 = e1.dot(w), e2.dot(w), e1.dot(n), e2.dot(n)
+
+        return Inverse(
+            tip=tip,
+            axis=axis,
+            outer=outer_angle,
+            inner=inner_angle,
+            equation=sp.Eq(a * sp.cos(inner_angle) + b * sp.sin(inner_angle), u.dot(n) - constant, evaluate=False),
+            below=_half_difference_of_squares(n - u, chord_below),
+            above=_half_difference_of_squares(n + u, chord_above),
+            solutions=(middle + half, middle - half),
+            turn=(outer_sign * (w1 * n2 - w2 * n1), w1 * n1 + w2 * n2),
+            linear=self._close_the_loop(data, tip),
+            reach=(2 * sp.asin(chord_below / 2), sp.pi - 2 * sp.asin(chord_above / 2)),
+        )
+
+    def _close_the_loop(self, data, tip):
+        """Equate the tip in the machine, seen from the workpiece and seen from the tool, and solve for X Y Z."""
+        links = self.links()
+        split = [link.name for link in links].index("linear")
+        from_workpiece = sp.Matrix([*(data.origin + sp.Matrix(tip)), 1])
+        for link in links[1:split]:
+            # Turning the other way is the inverse of a turn about a line.
+            from_workpiece = link.matrix.subs({q: -q for q in self.symbols[3:]}) * from_workpiece
+        from_tool = _product(link.matrix for link in links[split:])[:3, 3]
+        slides_at_zero = from_tool.subs(dict.fromkeys(self.symbols[:3], 0))
+        return tuple(from_workpiece[:3, 0] - slides_at_zero)
+
+    @cached_property
+    def reach(self):
+        """Smallest and greatest angle between the tool axis and the outer rotary axis, radians."""
+        return tuple(float(sp.N(angle)) for angle in self.inverse_symbolic.reach)
+
+    def forward(self, joints, *, degrees=False):
+        """Return the tool tip and the tool axis in the workpiece.
+
+        Parameters
+        ----------
+        joints : array_like, shape (..., 5)
+            Programmed X, Y, Z in mm and the two rotary angles in the order of the machine file.
+        degrees : bool, keyword only
+            Whether the rotary angles are in degrees instead of radians.
+
+        Returns
+        -------
+        tip : ndarray, shape (..., 3)
+            mm, in the workpiece.
+        axis : ndarray, shape (..., 3)
+            Unit vector from the tip towards the spindle, in the workpiece.
+
+        Raises
+        ------
+        InputError
+            If `joints` has another shape or holds something that is not a finite number.
+        """
+        joints = as_array(joints, 5, "joints")
+        angles = np.deg2rad(joints[..., 3:]) if degrees else joints[..., 3:]
+        pose = self._pose(*np.moveaxis(joints[..., :3], -1, 0), *np.moveaxis(angles, -1, 0))
+        return pose[..., :3], pose[..., 3:]
+
+    def inverse(self, tip, axis, *, degrees=False):
+        """Return the joints of both branches.
+
+        Parameters
+        ----------
+        tip : array_like, shape (..., 3)
+            Tool tip in the workpiece, mm.
+        axis : array_like, shape (..., 3)
+            Direction from the tip towards the spindle, in the workpiece; of any length, normalised here.
+        degrees : bool, keyword only
+            Whether the rotary angles are returned in degrees instead of radians.
+
+        Returns
+        -------
+        ndarray, shape (..., 2, 5)
+            X, Y, Z in mm and both rotary angles in (−180°, 180°], in the order of the machine file. The first
+            branch has the inner angle at the middle of its range plus an angle, the second minus the same.
+            NaN where the tool axis is out of reach. At the pole, where every outer angle is right, it is 0.
+
+        Raises
+        ------
+        InputError
+            If an argument has another shape, holds something not finite, or an axis has no length.
+        """
+        tip, axis = as_array(tip, 3, "tip"), as_array(axis, 3, "axis")
+        tip, axis = np.broadcast_arrays(tip, unit(axis))
+        below, above = self._below_and_above(axis)
+        angles = self._solutions(below, above)
+        inner = np.where(angles > np.pi, angles - 2 * np.pi, np.where(angles <= -np.pi, angles + 2 * np.pi, angles))
+        components = np.moveaxis(axis[..., None, :], -1, 0)
+        turn = self._turn(*components, inner)
+        # Adding 0.0 turns −0.0 into 0.0, so that atan2 gives 0 at the pole and never ±180 degrees.
+        outer = np.arctan2(turn[..., 0] + 0.0, turn[..., 1] + 0.0)
+        rotary = [outer, inner] if self.inverse_symbolic.outer == self.symbols[3] else [inner, outer]
+        linear = self._linear(*np.moveaxis(tip[..., None, :], -1, 0), *rotary)
+        rotary = np.stack(rotary, axis=-1)
+        return np.concatenate([linear, np.rad2deg(rotary) if degrees else rotary], axis=-1)
+
+    def _below_and_above(self, axis):
+        """Evaluate r − D and r + D; rounding below zero is the edge of reach, more than that is NaN."""
+        values = self._reach_terms(*np.moveaxis(axis, -1, 0))
+        values = np.where(values < -REACH_TOLERANCE, np.nan, np.maximum(values, 0))
+        return values[..., 0], values[..., 1]
+
+    @cached_property
+    def _pose(self):
+        chain = self.forward_symbolic()
+        return numeric((*chain[:3, 3], *chain[:3, 2]), self.symbols)
+
+    @cached_property
+    def _reach_terms(self):
+        derived = self.inverse_symbolic
+        return numeric((derived.below, derived.above), derived.axis)
+
+    @cached_property
+    def _solutions(self):
+        return numeric(self.inverse_symbolic.solutions, (BELOW, ABOVE))
+
+    @cached_property
+    def _turn(self):
+        derived = self.inverse_symbolic
+        return numeric(derived.turn, (*derived.axis, derived.inner))
+
+    @cached_property
+    def _linear(self):
+        derived = self.inverse_symbolic
+        return numeric(derived.linear, (*derived.tip, *self.symbols[3:]))
+
+
+def unit(axis):
+    """Return `axis`, shape (..., 3), with length 1; raise `InputError` where it has none."""
+    length = np.linalg.norm(axis, axis=-1, keepdims=True)
+    if not (length > 1e-9).all():
+        index = tuple(int(n) for n in np.argwhere(length[..., 0] <= 1e-9)[0])
+        raise InputError("axis", "a direction", f"a vector of length zero at index {index}")
+    return axis / length
+
+
+def _turn(axis, point, angle):
+    """The 4×4 matrix of a turn about the line through `point` along the unit vector `axis`."""
+    matrix = about(axis, angle)
+    return _homogeneous(matrix, point - matrix * point)
+
+
+def _homogeneous(matrix, translation):
+    return sp.ImmutableMatrix(sp.Matrix.vstack(sp.Matrix.hstack(matrix, translation), sp.Matrix([[0, 0, 0, 1]])))
+
+
+def _product(matrices):
+    return reduce(lambda product, matrix: product * matrix, matrices)
+
+
+def _from_z_to(axis):
+    """The rotation by the shortest way from ez to the unit vector `axis`: the tool frame's axes."""
+    z = sp.Matrix([0, 0, 1])
+    if axis == -z:
+        return sp.diag(1, -1, -1)
+    cross = z.cross(axis).hat()
+    return sp.eye(3) + cross + cross * cross / (1 + axis[2])
+
+
+def _perpendicular(u):
+    """Two unit vectors that make a right-handed frame with `u` as its third."""
+    nearest_to_square = min(range(3), key=lambda row: abs(float(u[row])))
+    e = sp.Matrix([int(row == nearest_to_square) for row in range(3)])
+    e1 = e - u * u.dot(e)
+    e1 = e1 / sp.sqrt(e1.dot(e1))
+    return e1, u.cross(e1)
+
+
+def _half_difference_of_squares(vector, chord):
+    """(|vector|² − chord²)/2, factored so that it keeps its digits where the two are nearly equal."""
+    squared = vector.dot(vector)
+    return squared / 2 if chord == 0 else (sp.sqrt(squared) - chord) * (sp.sqrt(squared) + chord) / 2
+
+
+def _root(number):
+    """√number, exactly 0 where the number is a zero that sympy has not recognised."""
+    return sp.S.Zero if abs(sp.N(number, 40)) < 1e-30 else sp.sqrt(number)
+
+
+def _exact(number):
+    return sp.Rational(repr(float(number)))
+
+
+def _exact_vector(vector):
+    return sp.Matrix([_exact(entry) for entry in vector])
+
+
+def _exact_unit(vector):
+    exact = _exact_vector(vector)
+    return exact / sp.sqrt(exact.dot(exact))
+
+
+def _symbol_vector(name):
+    return sp.Matrix(sp.symbols([f"{name}{axis}" for axis in "xyz"], real=True))

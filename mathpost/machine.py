@@ -1,0 +1,303 @@
+"""A five-axis machine as data: two rotary joints, offsets, limits and rates, read from a TOML file.
+
+The file is described by `data/machines/dmu50v.toml`, which uses every key. Lengths are mm there and here;
+angles are degrees in the file and radians in the objects.
+"""
+
+import math
+import re
+import tomllib
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mathpost.errors import InputError
+from mathpost.files import read_text
+
+ENDLESS = (-math.inf, math.inf)
+
+
+@dataclass(frozen=True)
+class Rotary:
+    """A rotary joint: the carried body turns right-handed about `axis` by the programmed angle.
+
+    Attributes
+    ----------
+    name : str
+        The address of its NC word, such as ``"B"``.
+    carries : str
+        ``"workpiece"`` or ``"tool"``.
+    axis : tuple of 3 floats
+        Direction at rotary zero as the file gives it, not yet of unit length.
+    point : tuple of 3 floats
+        A point on the axis at rotary zero, mm: in machine coordinates on the workpiece side, relative to the
+        spindle nose on the tool side.
+    limits : tuple of 2 floats
+        Travel in radians; infinite if endless.
+    max_rate : float or None
+        Radians per second.
+    """
+
+    name: str
+    carries: str
+    axis: tuple
+    point: tuple
+    limits: tuple = ENDLESS
+    max_rate: float | None = None
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Travel (mm) and greatest rate (mm/s) of a linear axis."""
+
+    name: str
+    limits: tuple = ENDLESS
+    max_rate: float | None = None
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine with three linear and two rotary axes; joints are ordered X, Y, Z, then `rotary`.
+
+    Attributes
+    ----------
+    rotary : tuple of 2 Rotary
+        The workpiece side from the bed outwards, then the tool side from the bed outwards.
+    linear : tuple of 3 Linear
+        X, Y, Z.
+    origin : tuple of 3 floats
+        The workpiece origin in machine coordinates at rotary zero, mm. Programmed X Y Z count from it.
+    tool_axis : tuple of 3 floats
+        From the tip towards the spindle, at rotary zero; not yet of unit length.
+    tool_length : float
+        Spindle nose to tip, mm.
+    programmed_point : str or tuple of 3 floats
+        The point of the head, at rotary zero, that X Y Z name: ``"tip"``, ``"nose"`` or mm from the nose.
+    """
+
+    name: str
+    source: str
+    rotary: tuple
+    linear: tuple
+    origin: tuple
+    tool_axis: tuple
+    tool_length: float
+    programmed_point: str | tuple
+
+    @property
+    def joint_names(self):
+        """Names of the five joints, in joint order."""
+        return tuple(joint.name for joint in (*self.linear, *self.rotary))
+
+    @property
+    def limits(self):
+        """Travel of the five joints, shape (5, 2): mm and radians."""
+        return np.array([joint.limits for joint in (*self.linear, *self.rotary)])
+
+    @property
+    def max_rates(self):
+        """Greatest rates of the five joints, shape (5,): mm/s and rad/s, NaN where not stated."""
+        rates = [joint.max_rate for joint in (*self.linear, *self.rotary)]
+        return np.array([math.nan if rate is None else rate for rate in rates])
+
+    @property
+    def arrangement(self):
+        """``"table-table"``, ``"head-table"`` or ``"head-head"``."""
+        heads = sum(rotary.carries == "tool" for rotary in self.rotary)
+        return ("table-table", "head-table", "head-head")[heads]
+
+    def with_setup(self, *, origin=None, tool_length=None):
+        """Return the same machine with another work offset (mm) or tool length (mm)."""
+        return replace(
+            self,
+            origin=self.origin if origin is None else tuple(origin),
+            tool_length=self.tool_length if tool_length is None else tool_length,
+        )
+
+
+def load(path):
+    """Read a machine from a TOML file.
+
+    Parameters
+    ----------
+    path : str or path-like
+
+    Returns
+    -------
+    Machine
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is not TOML, lacks a key, has one too many, or holds a value that no
+        five-axis machine can have: not exactly two rotary axes, parallel axes, an inner axis along the tool.
+
+    Examples
+    --------
+    >>> machine = load("data/machines/dmu50v.toml")
+    >>> machine.joint_names, machine.arrangement
+    (('X', 'Y', 'Z', 'B', 'C'), 'table-table')
+    """
+    text = read_text(path)
+    try:
+        content = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(str(path), "a TOML file", str(error)) from None
+    return from_dict(content, str(path))
+
+
+def from_dict(content, where="machine"):
+    """Build a machine from the content of a TOML file; `where` begins every error message."""
+    file = _Table(content, where)
+    rotary = file.take("rotary", _list_of_tables, "exactly two [[rotary]] tables")
+    if len(rotary) != 2:
+        raise InputError(f"{where}, [[rotary]]", "exactly two rotary axes", f"{len(rotary)}")
+    workpiece, tool = file.table("workpiece"), file.table("tool")
+    linear = file.table("linear", optional=True)
+    machine = Machine(
+        name=file.take("name", _text, "a name in quotes"),
+        source=file.take("source", _text, "a source in quotes"),
+        rotary=tuple(_rotary(_Table(entry, f"{where}, rotary {n}")) for n, entry in enumerate(rotary, 1)),
+        linear=tuple(_linear(linear, name) for name in "XYZ"),
+        origin=workpiece.take("origin", _vector, "[x, y, z] in mm"),
+        tool_axis=tool.take("axis", _direction, "[x, y, z], not all zero"),
+        tool_length=tool.take("length", _length, "a length in mm, not negative"),
+        programmed_point=tool.take("programmed_point", _programmed_point, '"tip", "nose" or [x, y, z] in mm'),
+    )
+    for table in (file, workpiece, tool, linear):
+        table.done()
+    _check_arrangement(machine, where)
+    return machine
+
+
+def _rotary(table):
+    name = table.take("name", _address, "a word address such as A, B or C, not X, Y or Z")
+    table.where += f" ({name})"
+    joint = Rotary(
+        name=name,
+        carries=table.take("carries", _side, '"workpiece" or "tool"'),
+        axis=table.take("axis", _direction, "[x, y, z], not all zero"),
+        point=table.take("point", _vector, "[x, y, z] in mm"),
+        limits=tuple(map(math.radians, table.take("limits", _limits, "[low, high] in degrees", ENDLESS))),
+        max_rate=table.take("max_rate", _positive, "a rate in degrees per second above 0", None),
+    )
+    table.done()
+    return joint if joint.max_rate is None else replace(joint, max_rate=math.radians(joint.max_rate))
+
+
+def _linear(tables, name):
+    table = tables.table(name, optional=True)
+    joint = Linear(
+        name=name,
+        limits=table.take("limits", _limits, "[low, high] in mm", ENDLESS),
+        max_rate=table.take("max_rate", _positive, "a rate in mm per second above 0", None),
+    )
+    table.done()
+    return joint
+
+
+def _check_arrangement(machine, where):
+    """Refuse what is not a five-axis machine although every key is well formed."""
+    first, second = machine.rotary
+    if first.name == second.name:
+        raise InputError(f"{where}, rotary 2, name", "a name of its own", f"{second.name!r} twice")
+    if (first.carries, second.carries) == ("tool", "workpiece"):
+        raise InputError(f"{where}, [[rotary]]", "the workpiece side before the tool side", "the tool side first")
+    if _parallel(first.axis, second.axis):
+        raise InputError(f"{where}, rotary 2 ({second.name}), axis", "not parallel to the first", f"{second.axis}")
+    # Seen from the tool, the first rotary axis must tilt the tool: turning it about itself moves nothing.
+    inner = first if machine.arrangement == "table-table" else second
+    if _parallel(inner.axis, machine.tool_axis):
+        expected = f"not parallel to the tool axis, or {inner.name} cannot tilt the tool"
+        raise InputError(f"{where}, rotary ({inner.name}), axis", expected, f"{inner.axis}")
+
+
+def _parallel(first, second):
+    a, b = (np.array(v) / np.linalg.norm(v) for v in (first, second))
+    return np.linalg.norm(np.cross(a, b)) < 1e-6
+
+
+class _Table:
+    """A TOML table that is emptied key by key, so that what is left over is a key nobody knows."""
+
+    def __init__(self, content, where):
+        if not isinstance(content, dict):
+            raise InputError(where, "a table of keys", repr(content))
+        self.content, self.where = dict(content), where
+
+    def take(self, key, read, expected, *default):
+        if key not in self.content:
+            if default:
+                return default[0]
+            raise InputError(f"{self.where}, key {key!r}", expected, "nothing")
+        value = self.content.pop(key)
+        try:
+            return read(value)
+        except (TypeError, ValueError):
+            raise InputError(f"{self.where}, key {key!r}", expected, repr(value)) from None
+
+    def table(self, key, optional=False):
+        content = self.content.pop(key, {} if optional else None)
+        if content is None:
+            raise InputError(f"{self.where}, [{key}]", "this table", "nothing")
+        return _Table(content, f"{self.where}, [{key}]")
+
+    def done(self):
+        if self.content:
+            key = next(iter(self.content))
+            raise InputError(f"{self.where}, key {key!r}", "no such key", repr(self.content[key]))
+
+
+# The readers below return the value they are given or raise ValueError or TypeError; `_Table.take` says where.
+
+
+def _require(condition, value):
+    if not condition:
+        raise ValueError
+    return value
+
+
+def _number(value):
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return float(_require(is_number and math.isfinite(value), value))
+
+
+def _vector(value):
+    return tuple(map(_number, _require(isinstance(value, list) and len(value) == 3, value)))
+
+
+def _direction(value):
+    return _require(np.linalg.norm(_vector(value)) > 1e-9, _vector(value))
+
+
+def _limits(value):
+    low, high = map(_number, _require(isinstance(value, list), value))
+    return _require(low < high, (low, high))
+
+
+def _positive(value):
+    return _require(_number(value) > 0, _number(value))
+
+
+def _length(value):
+    return _require(_number(value) >= 0, _number(value))
+
+
+def _text(value):
+    return _require(isinstance(value, str) and value.strip(), value)
+
+
+def _side(value):
+    return _require(value in ("workpiece", "tool"), value)
+
+
+def _address(value):
+    return _require(re.fullmatch("[ABCUVW][0-9]?", value), value)
+
+
+def _programmed_point(value):
+    return value if value in ("tip", "nose") else _vector(value)
+
+
+def _list_of_tables(value):
+    return _require(isinstance(value, list) and all(isinstance(entry, dict) for entry in value), value)
