@@ -1,82 +1,23 @@
-"""The transform chain of a machine, derived in sympy and compiled: forward, and both inverse branches.
+"""Forward and inverse kinematics: the chain of a machine solved in sympy and compiled.
 
-The chain is built link by link from the machine's data, for all arrangements alike. Between the workpiece and
-the tool stand two rotary joints: the *outer* one, next to the workpiece, and the *inner* one, next to the tool.
-Only the inner one changes the angle between the tool axis and the outer axis, so it is solved first, from one
-equation A·cos θ + B·sin θ = D; the outer one then turns the tool axis into place, and X Y Z close the loop.
+Between the workpiece and the tool stand two rotary joints: the *outer* one, next to the workpiece, and the *inner*
+one, next to the tool. Only the inner one changes the angle between the tool axis and the outer axis, so it is
+solved first, from one equation A·cos θ + B·sin θ = D; the outer one then turns the tool axis into place, and
+X Y Z close the loop.
 """
 
 from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import cached_property
 
 import numpy as np
 import sympy as sp
 
+from mathpost import chain
 from mathpost.errors import InputError, as_array
 from mathpost.rotation import about, numeric
 
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
-
-
-@dataclass(frozen=True)
-class Link:
-    """One factor of the chain: its name, and the 4×4 matrix in the joint symbols."""
-
-    name: str
-    matrix: sp.ImmutableMatrix
-
-
-@dataclass(frozen=True)
-class Geometry:
-    """What the chain is made of, in sympy: exact numbers of a machine file, or symbols of the same shape.
-
-    Directions and points of the rotary axes are dicts by joint name; the vectors are 3×1 matrices.
-    """
-
-    axis: dict
-    point: dict
-    origin: sp.Matrix
-    tool_axis: sp.Matrix
-    tool_length: sp.Expr
-    programmed_point: sp.Matrix
-
-    @classmethod
-    def numbers(cls, machine):
-        """The machine's decimals as exact fractions, so that 0.707107 beside itself becomes √2/2."""
-        tool_axis, length = _exact_unit(machine.tool_axis), _exact(machine.tool_length)
-        return cls(
-            axis={rotary.name: _exact_unit(rotary.axis) for rotary in machine.rotary},
-            point={rotary.name: _exact_vector(rotary.point) for rotary in machine.rotary},
-            origin=_exact_vector(machine.origin),
-            tool_axis=tool_axis,
-            tool_length=length,
-            programmed_point=_programmed_point(machine, tool_axis, length, _exact_vector),
-        )
-
-    @classmethod
-    def symbols(cls, machine):
-        """Symbols named after the joints: V the directions, p the points, o the origin, t and L the tool."""
-        tool_axis, length = _symbol_vector("t"), sp.Symbol("L", real=True)
-        return cls(
-            axis={rotary.name: _symbol_vector(f"V_{rotary.name}") for rotary in machine.rotary},
-            point={rotary.name: _symbol_vector(f"p_{rotary.name}") for rotary in machine.rotary},
-            origin=_symbol_vector("o"),
-            tool_axis=tool_axis,
-            tool_length=length,
-            programmed_point=_programmed_point(machine, tool_axis, length, lambda _: _symbol_vector("r")),
-        )
-
-    def flat(self):
-        """All entries in one list, in the same order for numbers and symbols."""
-        vectors = [*self.axis.values(), *self.point.values(), self.origin, self.tool_axis, self.programmed_point]
-        return [entry for vector in vectors for entry in vector] + [self.tool_length]
-
-
-def _programmed_point(machine, tool_axis, length, vector):
-    """The point of the head that X Y Z name, relative to the nose."""
-    if machine.programmed_point == "tip":
-        return -length * tool_axis
-    return sp.zeros(3, 1) if machine.programmed_point == "nose" else vector(machine.programmed_point)
+BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
 
 
 @dataclass(frozen=True)
@@ -117,9 +58,6 @@ class Inverse:
     reach: tuple
 
 
-BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
-
-
 class Kinematics:
     """Forward and inverse kinematics of one machine.
 
@@ -143,32 +81,11 @@ class Kinematics:
 
     def __init__(self, machine):
         self.machine = machine
-        self.symbols = sp.symbols(machine.joint_names, real=True)
-        sides = list(zip(machine.rotary, self.symbols[3:], strict=True))
-        workpiece = [pair for pair in sides if pair[0].carries == "workpiece"]
-        tool = [pair for pair in sides if pair[0].carries == "tool"]
-        # In the order from the workpiece to the tool. A table stands between the workpiece and the bed, so the
-        # chain runs through it backwards.
-        self._between = [(r, q, -1) for r, q in reversed(workpiece)] + [(r, q, +1) for r, q in tool]
+        self.symbols = chain.joint_symbols(machine)
 
     def links(self, parameters=False):
-        """Return the chain from the workpiece to the tool as a list of `Link`; their product is the chain.
-
-        With `parameters` the offsets and directions stay symbols; otherwise the machine's numbers stand there.
-        """
-        data = Geometry.symbols(self.machine) if parameters else Geometry.numbers(self.machine)
-        tables, heads = [], []
-        for rotary, angle, sign in self._between:
-            turned = _turn(data.axis[rotary.name], data.point[rotary.name], sign * angle)
-            (tables if sign < 0 else heads).append(Link(rotary.name, turned))
-        slides = data.origin + sp.Matrix(self.symbols[:3]) - data.programmed_point
-        return [
-            Link("workpiece", _homogeneous(sp.eye(3), -data.origin)),
-            *tables,
-            Link("linear", _homogeneous(sp.eye(3), slides)),
-            *heads,
-            Link("tool", _homogeneous(_from_z_to(data.tool_axis), -data.tool_length * data.tool_axis)),
-        ]
+        """Return the chain from the workpiece to the tool as `mathpost.chain.links` builds it."""
+        return chain.links(self.machine, parameters)
 
     def forward_symbolic(self, parameters=False):
         """Return the 4×4 matrix workpiece_from_tool in the joint symbols (radians).
@@ -177,20 +94,20 @@ class Kinematics:
         directions are kept as symbols too (directions stand for unit vectors); `parameters` the property gives
         their values.
         """
-        return sp.ImmutableMatrix(_product(link.matrix for link in self.links(parameters)))
+        return sp.ImmutableMatrix(chain.product(link.matrix for link in self.links(parameters)))
 
     @cached_property
     def parameters(self):
         """The symbols of ``forward_symbolic(parameters=True)`` and their values on this machine, as a dict."""
-        symbols, numbers = Geometry.symbols(self.machine), Geometry.numbers(self.machine)
+        symbols, numbers = chain.Geometry.symbols(self.machine), chain.Geometry.numbers(self.machine)
         pairs = zip(symbols.flat(), numbers.flat(), strict=True)
         return {symbol: number for symbol, number in pairs if symbol.is_Symbol}
 
     @cached_property
     def inverse_symbolic(self):
         """The derivation of the inverse as an `Inverse`."""
-        data = Geometry.numbers(self.machine)
-        (outer, outer_angle, outer_sign), (inner, inner_angle, inner_sign) = self._between
+        data = chain.Geometry.numbers(self.machine)
+        (outer, outer_angle, outer_sign), (inner, inner_angle, inner_sign) = chain.between(self.machine)
         tip, axis = sp.symbols("x y z", real=True), sp.symbols("i j k", real=True)
         u, n = data.axis[outer.name], sp.Matrix(axis)
 
@@ -234,7 +151,7 @@ class Kinematics:
         for link in links[1:split]:
             # Turning the other way is the inverse of a turn about a line.
             from_workpiece = link.matrix.subs({q: -q for q in self.symbols[3:]}) * from_workpiece
-        from_tool = _product(link.matrix for link in links[split:])[:3, 3]
+        from_tool = chain.product(link.matrix for link in links[split:])[:3, 3]
         slides_at_zero = from_tool.subs(dict.fromkeys(self.symbols[:3], 0))
         return tuple(from_workpiece[:3, 0] - slides_at_zero)
 
@@ -316,8 +233,8 @@ class Kinematics:
 
     @cached_property
     def _pose(self):
-        chain = self.forward_symbolic()
-        return numeric((*chain[:3, 3], *chain[:3, 2]), self.symbols)
+        matrix = self.forward_symbolic()
+        return numeric((*matrix[:3, 3], *matrix[:3, 2]), self.symbols)
 
     @cached_property
     def _reach_terms(self):
@@ -348,29 +265,6 @@ def unit(axis):
     return axis / length
 
 
-def _turn(axis, point, angle):
-    """The 4×4 matrix of a turn about the line through `point` along the unit vector `axis`."""
-    matrix = about(axis, angle)
-    return _homogeneous(matrix, point - matrix * point)
-
-
-def _homogeneous(matrix, translation):
-    return sp.ImmutableMatrix(sp.Matrix.vstack(sp.Matrix.hstack(matrix, translation), sp.Matrix([[0, 0, 0, 1]])))
-
-
-def _product(matrices):
-    return reduce(lambda product, matrix: product * matrix, matrices)
-
-
-def _from_z_to(axis):
-    """The rotation by the shortest way from ez to the unit vector `axis`: the tool frame's axes."""
-    z = sp.Matrix([0, 0, 1])
-    if axis == -z:
-        return sp.diag(1, -1, -1)
-    cross = z.cross(axis).hat()
-    return sp.eye(3) + cross + cross * cross / (1 + axis[2])
-
-
 def _perpendicular(u):
     """Two unit vectors that make a right-handed frame with `u` as its third."""
     nearest_to_square = min(range(3), key=lambda row: abs(float(u[row])))
@@ -389,20 +283,3 @@ def _half_difference_of_squares(vector, chord):
 def _root(number):
     """√number, exactly 0 where the number is a zero that sympy has not recognised."""
     return sp.S.Zero if abs(sp.N(number, 40)) < 1e-30 else sp.sqrt(number)
-
-
-def _exact(number):
-    return sp.Rational(repr(float(number)))
-
-
-def _exact_vector(vector):
-    return sp.Matrix([_exact(entry) for entry in vector])
-
-
-def _exact_unit(vector):
-    exact = _exact_vector(vector)
-    return exact / sp.sqrt(exact.dot(exact))
-
-
-def _symbol_vector(name):
-    return sp.Matrix(sp.symbols([f"{name}{axis}" for axis in "xyz"], real=True))

@@ -1,0 +1,161 @@
+"""The transform chain of a machine, link by link from the workpiece to the tool, in sympy.
+
+The same few lines serve every arrangement: a rotary table is a turn about a line run through backwards, a head
+the same turn forwards, and the three slides are one translation between the two.
+"""
+
+from dataclasses import dataclass
+from functools import reduce
+
+import sympy as sp
+
+from mathpost.rotation import about
+
+
+@dataclass(frozen=True)
+class Link:
+    """One factor of the chain: its name, and the 4×4 matrix in the joint symbols."""
+
+    name: str
+    matrix: sp.ImmutableMatrix
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """What the chain is made of, in sympy: exact numbers of a machine file, or symbols of the same shape.
+
+    Directions and points of the rotary axes are dicts by joint name; the vectors are 3×1 matrices.
+    """
+
+    axis: dict
+    point: dict
+    origin: sp.Matrix
+    tool_axis: sp.Matrix
+    tool_length: sp.Expr
+    programmed_point: sp.Matrix
+
+    @classmethod
+    def numbers(cls, machine):
+        """The machine's decimals as exact fractions, so that 0.707107 beside itself becomes √2/2."""
+        tool_axis, length = _exact_unit(machine.tool_axis), _exact(machine.tool_length)
+        return cls(
+            axis={rotary.name: _exact_unit(rotary.axis) for rotary in machine.rotary},
+            point={rotary.name: _exact_vector(rotary.point) for rotary in machine.rotary},
+            origin=_exact_vector(machine.origin),
+            tool_axis=tool_axis,
+            tool_length=length,
+            programmed_point=_programmed_point(machine, tool_axis, length, _exact_vector),
+        )
+
+    @classmethod
+    def symbols(cls, machine):
+        """Symbols named after the joints: V the directions, p the points, o the origin, t and L the tool."""
+        tool_axis, length = _symbol_vector("t"), sp.Symbol("L", real=True)
+        return cls(
+            axis={rotary.name: _symbol_vector(f"V_{rotary.name}") for rotary in machine.rotary},
+            point={rotary.name: _symbol_vector(f"p_{rotary.name}") for rotary in machine.rotary},
+            origin=_symbol_vector("o"),
+            tool_axis=tool_axis,
+            tool_length=length,
+            programmed_point=_programmed_point(machine, tool_axis, length, lambda _: _symbol_vector("r")),
+        )
+
+    def flat(self):
+        """All entries in one list, in the same order for numbers and symbols."""
+        vectors = [*self.axis.values(), *self.point.values(), self.origin, self.tool_axis, self.programmed_point]
+        return [entry for vector in vectors for entry in vector] + [self.tool_length]
+
+
+def _programmed_point(machine, tool_axis, length, vector):
+    """The point of the head that X Y Z name, relative to the nose."""
+    if machine.programmed_point == "tip":
+        return -length * tool_axis
+    return sp.zeros(3, 1) if machine.programmed_point == "nose" else vector(machine.programmed_point)
+
+
+def joint_symbols(machine):
+    """The five joint symbols, named as in the machine file."""
+    return sp.symbols(machine.joint_names, real=True)
+
+
+def between(machine):
+    """The rotary joints from the workpiece to the tool: tuples of `Rotary`, its symbol, and the sign of its turn.
+
+    A table stands between the workpiece and the bed, so the chain runs through it backwards: sign −1.
+    """
+    pairs = list(zip(machine.rotary, joint_symbols(machine)[3:], strict=True))
+    tables = [(rotary, angle, -1) for rotary, angle in pairs if rotary.carries == "workpiece"]
+    heads = [(rotary, angle, +1) for rotary, angle in pairs if rotary.carries == "tool"]
+    return [*reversed(tables), *heads]
+
+
+def links(machine, parameters=False):
+    """Return the chain from the workpiece to the tool as a list of `Link`.
+
+    Parameters
+    ----------
+    machine : mathpost.machine.Machine
+    parameters : bool
+        Whether offsets and directions stay symbols instead of the machine's numbers.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> [link.name for link in links(machine.load("data/machines/dmu50v.toml"))]
+    ['workpiece', 'C', 'B', 'linear', 'tool']
+    """
+    data = Geometry.symbols(machine) if parameters else Geometry.numbers(machine)
+    tables, heads = [], []
+    for rotary, angle, sign in between(machine):
+        turned = turn(data.axis[rotary.name], data.point[rotary.name], sign * angle)
+        (tables if sign < 0 else heads).append(Link(rotary.name, turned))
+    slides = data.origin + sp.Matrix(joint_symbols(machine)[:3]) - data.programmed_point
+    return [
+        Link("workpiece", homogeneous(sp.eye(3), -data.origin)),
+        *tables,
+        Link("linear", homogeneous(sp.eye(3), slides)),
+        *heads,
+        Link("tool", homogeneous(_from_z_to(data.tool_axis), -data.tool_length * data.tool_axis)),
+    ]
+
+
+def turn(axis, point, angle):
+    """The 4×4 matrix of a turn about the line through `point` along the unit vector `axis`."""
+    matrix = about(axis, angle)
+    return homogeneous(matrix, point - matrix * point)
+
+
+def homogeneous(matrix, translation):
+    """The 4×4 matrix of a rotation and a translation."""
+    return sp.ImmutableMatrix(sp.Matrix.vstack(sp.Matrix.hstack(matrix, translation), sp.Matrix([[0, 0, 0, 1]])))
+
+
+def product(matrices):
+    """The product of sympy matrices, first on the left."""
+    return reduce(lambda left, right: left * right, matrices)
+
+
+def _from_z_to(axis):
+    """The rotation by the shortest way from ez to the unit vector `axis`: the tool frame's axes."""
+    z = sp.Matrix([0, 0, 1])
+    if axis == -z:
+        return sp.diag(1, -1, -1)
+    cross = z.cross(axis).hat()
+    return sp.eye(3) + cross + cross * cross / (1 + axis[2])
+
+
+def _exact(number):
+    return sp.Rational(repr(float(number)))
+
+
+def _exact_vector(vector):
+    return sp.Matrix([_exact(entry) for entry in vector])
+
+
+def _exact_unit(vector):
+    exact = _exact_vector(vector)
+    return exact / sp.sqrt(exact.dot(exact))
+
+
+def _symbol_vector(name):
+    return sp.Matrix(sp.symbols([f"{name}{axis}" for axis in "xyz"], real=True))
