@@ -220,10 +220,30 @@ class Kinematics:
         turn = self._turn(*components, inner)
         # Adding 0.0 turns −0.0 into 0.0, so that atan2 gives 0 at the pole and never ±180 degrees.
         outer = np.arctan2(turn[..., 0] + 0.0, turn[..., 1] + 0.0)
-        rotary = [outer, inner] if self.inverse_symbolic.outer == self.symbols[3] else [inner, outer]
-        linear = self._linear(*np.moveaxis(tip[..., None, :], -1, 0), *rotary)
-        rotary = np.stack(rotary, axis=-1)
-        return np.concatenate([linear, np.rad2deg(rotary) if degrees else rotary], axis=-1)
+        outer_first = self.inverse_symbolic.outer == self.symbols[3]
+        rotary = np.stack([outer, inner] if outer_first else [inner, outer], axis=-1)
+        joints = self.close(tip[..., None, :], rotary)
+        if degrees:
+            joints[..., 3:] = np.rad2deg(rotary)
+        return joints
+
+    def close(self, tip, rotary):
+        """Return the joints that put the tool tip at `tip` with the rotary angles given: X Y Z close the loop.
+
+        Parameters
+        ----------
+        tip : array_like, shape (..., 3)
+            mm, in the workpiece.
+        rotary : array_like, shape (..., 2)
+            Radians, in the order of the machine file.
+
+        Returns
+        -------
+        ndarray, shape (..., 5)
+        """
+        tip, rotary = np.asarray(tip, dtype=float), np.asarray(rotary, dtype=float)
+        linear = self._linear(*np.moveaxis(tip, -1, 0), *np.moveaxis(rotary, -1, 0))
+        return np.concatenate([linear, np.broadcast_to(rotary, (*linear.shape[:-1], 2))], axis=-1)
 
     def _below_and_above(self, axis):
         """Evaluate r − D and r + D; rounding below zero is the edge of reach, more than that is NaN."""
