@@ -1,0 +1,342 @@
+"""Solution selection (转角选解): which branch and which winding of the rotary axes each record takes.
+
+Every record has two branches, and inside travel every rotary angle may stand ±360° away. Three strategies choose:
+the shortest next move, the rules of source 002 word for word, and the best choice over the whole path.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mathpost.errors import InputError, ReachError
+
+TURN = 2 * np.pi
+STRATEGIES = ("optimal", "shortest", "paper")
+HALF_TURN = np.pi + 1e-9  # a rotary step beyond this means that travel has cut off the short way round
+BREAK = 1e9  # the cost of a retract and unwind: more than any path without one
+TRAVEL_TOLERANCE = 1e-9  # mm and radians
+PER_RADIAN = np.degrees(1.0)  # in weighted travel a degree counts as much as a millimetre
+TIE = 1e-9  # weight of travel (mm and degrees) among choices that take the same time
+PREFERENCE = 1e-6  # cost of beginning on the other branch than the preferred one
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Every solution of every record.
+
+    Attributes
+    ----------
+    joints : ndarray, shape (n, m, 5)
+        mm and radians; NaN where the tool axis is out of reach. An endless axis has one angle only, in
+        (−180°, 180°]: its windings are counted by the choice.
+    branch : ndarray of int, shape (m,)
+        0 or 1, as `Kinematics.inverse` orders them.
+    inside : ndarray of bool, shape (n, m)
+        Whether all joints are inside travel.
+    machine : Machine
+    """
+
+    joints: np.ndarray
+    branch: np.ndarray
+    inside: np.ndarray
+    machine: object
+
+    def reason(self, record, candidate):
+        """Say why a candidate is out, or return "" if it is not."""
+        if np.isnan(self.joints[record, candidate]).any():
+            return "tool axis out of reach"
+        return "; ".join(_out_of_travel(self.machine, self.joints[record, candidate]))
+
+    def table(self, record, previous=None, weights=None):
+        """Rows to show: branch, joints in mm and degrees, cost of the move from `previous`, and why if out."""
+        joints = self.joints[record]
+        steps = joints if previous is None else short_way(self.machine, joints - np.asarray(previous, dtype=float))
+        degrees = np.concatenate([joints[:, :3], np.rad2deg(joints[:, 3:])], axis=1)
+        reasons = [self.reason(record, candidate) for candidate in range(len(joints))]
+        return list(
+            zip(self.branch.tolist(), degrees, move_costs(self.machine, steps, weights), reasons, strict=True)
+        )
+
+
+@dataclass(frozen=True)
+class Selection:
+    """A choice of joints for a whole path.
+
+    Attributes
+    ----------
+    joints : ndarray, shape (n, 5)
+        mm and radians; windings of endless axes counted.
+    branch : ndarray of int, shape (n,)
+    cost : float
+        Seconds if the machine states rates, otherwise weighted travel.
+    breaks : tuple of int
+        Records (from 0) that cannot be reached from the one before without retracting and unwinding.
+    strategy : str
+    """
+
+    joints: np.ndarray
+    branch: np.ndarray
+    cost: float
+    breaks: tuple
+    strategy: str
+
+
+def candidates(kin, tip, axis):
+    """Return all candidates for tips and axes of shape (n, 3) as `Candidates`."""
+    joints = kin.inverse(tip, axis)
+    limits = kin.machine.limits
+    turns = [_windings(*limits[joint]) for joint in (3, 4)]
+    offsets = np.zeros((len(turns[0]) * len(turns[1]), 5))
+    offsets[:, 3:] = np.stack(np.meshgrid(*turns, indexing="ij"), axis=-1).reshape(-1, 2) * TURN
+    grid = (joints[:, :, None] + offsets).reshape(len(joints), -1, 5)
+    inside = ((grid >= limits[:, 0] - TRAVEL_TOLERANCE) & (grid <= limits[:, 1] + TRAVEL_TOLERANCE)).all(axis=-1)
+    return Candidates(grid, np.repeat([0, 1], len(offsets)), inside, kin.machine)
+
+
+def _windings(low, high):
+    """Whole turns that may bring an angle of (−180°, 180°] into travel, the nearest to none first."""
+    if not (np.isfinite(low) and np.isfinite(high)):
+        return np.zeros(1)
+    turns = np.arange(np.floor((low - np.pi) / TURN), np.ceil((high + np.pi) / TURN) + 1)
+    useful = turns[(turns * TURN - np.pi <= high) & (turns * TURN + np.pi >= low)]
+    return useful[np.argsort(np.abs(useful), kind="stable")]
+
+
+def move_costs(machine, steps, weights=None):
+    """Return what moves by the joint steps `steps`, shape (..., 5) in mm and radians, cost.
+
+    The time that the slowest axis needs, in seconds, over the axes whose rate the machine states; where it states
+    none, or where `weights` (5 numbers, per mm and per degree) are given, the weighted sum of travel.
+    """
+    known = ~np.isnan(machine.max_rates)
+    if weights is None and known.any():
+        return np.abs(steps[..., known] / machine.max_rates[known]).max(axis=-1)
+    weights = np.ones(5) if weights is None else np.asarray(weights, dtype=float)
+    return np.abs(steps) @ (weights * np.array([1, 1, 1, PER_RADIAN, PER_RADIAN]))
+
+
+def _ties(steps):
+    """What tells equal costs apart: less travel."""
+    return TIE * np.abs(steps) @ np.array([1, 1, 1, PER_RADIAN, PER_RADIAN])
+
+
+def short_way(machine, steps):
+    """Return joint steps, shape (..., 5), with those of endless axes brought into [−180°, 180°]."""
+    return np.where(_endless(machine), steps - TURN * np.round(steps / TURN), steps)
+
+
+def _endless(machine):
+    return ~np.isfinite(machine.limits).all(axis=1) & (np.arange(5) > 2)
+
+
+def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False, prefer=None):
+    """Choose branch and winding for every record.
+
+    Parameters
+    ----------
+    kin : Kinematics
+    cl : CLData
+    strategy : str
+        ``"optimal"``: least cost over the whole path, by dynamic programming over the candidates.
+        ``"shortest"``: least cost of each next move. ``"paper"``: the cases and the C ± 2π rule of source 002.
+    weights : array_like, shape (5,), optional
+        See `move_costs`.
+    start : array_like, shape (5,), optional
+        Present joints (mm, radians). Without it the first record prefers the branch `prefer`, near rotary zero.
+    split : bool
+        Whether the path may be split, with a retract and an unwind, where travel does not let it go on.
+    prefer : {1, -1}, optional
+        The preferred direction of the tilting axis, the paper's dominant range (优势区间): to begin on among
+        equals, and in its case (2). By default the longer side of its travel.
+
+    Returns
+    -------
+    Selection
+
+    Raises
+    ------
+    ReachError
+        If a record has no candidate inside travel, or if the path breaks and `split` is not given; names the
+        record and the reason.
+
+    Examples
+    --------
+    >>> from mathpost import cldata, machine
+    >>> from mathpost.kinematics import Kinematics
+    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
+    >>> chosen = choose(kin, cldata.read("data/cl/blade.cl"))
+    >>> np.rad2deg(chosen.joints[:, 3:]).round(3)
+    array([[ 11.817, 175.815],
+           [  4.717, 178.332],
+           [  2.334,  -0.826],
+           [  9.284,  -3.286],
+           [ 22.691,  -8.075]])
+    """
+    if strategy not in STRATEGIES:
+        raise InputError("strategy", " or ".join(STRATEGIES), repr(strategy))
+    prefer = prefer or _longer_side(kin)
+    if strategy == "paper":
+        joints, branch = _paper(kin, cl, prefer)
+        return Selection(joints, branch, path_cost(kin.machine, joints, weights, start), (), strategy)
+    found = candidates(kin, cl.points, cl.axes)
+    _refuse_unreachable(found, cl)
+    first = _first_costs(found, weights, start, prefer)
+    pick, broken = (_optimal if strategy == "optimal" else _shortest)(found, first, cl.rapid, weights)
+    joints = _count_windings(kin.machine, found.joints[np.arange(len(pick)), pick], start)
+    if broken is not None and not split:
+        raise ReachError(
+            f"{cl.where(broken)}: the path breaks here, no choice of branch and winding goes on inside travel "
+            f"(so far {_angles(kin.machine, joints[broken - 1])}); it can be split with a retract and an unwind"
+        )
+    over = (np.abs(np.diff(joints[:, 3:], axis=0)) > HALF_TURN).any(axis=1) & ~cl.rapid[1:]
+    breaks = tuple(int(record) for record in np.flatnonzero(over) + 1)
+    return Selection(joints, found.branch[pick], path_cost(kin.machine, joints, weights, start), breaks, strategy)
+
+
+def path_cost(machine, joints, weights=None, start=None):
+    """Return what a sequence of joints, shape (n, 5), costs, the way from `start` to its first row included."""
+    steps = np.diff(joints, axis=0)
+    if start is not None:
+        steps = np.concatenate([short_way(machine, joints[:1] - np.asarray(start, dtype=float)), steps])
+    return float(move_costs(machine, steps, weights).sum())
+
+
+def _longer_side(kin):
+    """The direction, +1 or −1, in which the tilting axis has more travel from the middle of its two solutions."""
+    derived = kin.inverse_symbolic
+    low, high = kin.machine.limits[kin.symbols.index(derived.inner)]
+    middle = float(sum(derived.solutions) / 2)
+    return 1 if np.isinf(high) or high - middle >= middle - low else -1
+
+
+def _first_costs(found, weights, start, prefer):
+    """Cost of beginning with each candidate of the first record."""
+    joints = found.joints[0]
+    if start is None:
+        on_the_other = found.branch != (0 if prefer > 0 else 1)
+        costs = PREFERENCE * on_the_other + _ties(np.pad(joints[:, 3:], ((0, 0), (3, 0))))
+    else:
+        costs = move_costs(
+            found.machine, short_way(found.machine, joints - np.asarray(start, dtype=float)), weights
+        )
+    return np.where(found.inside[0], costs, np.inf)
+
+
+def _optimal(found, first, rapid, weights):
+    """Dynamic programming over the candidates. Returns the choice and the first record that needs a break."""
+    best = first
+    came_from = np.zeros(found.inside.shape, dtype=np.intp)
+    columns, broken = np.arange(len(best)), None
+    for record, costs in _all_moves(found, rapid, weights):
+        total = best[:, None] + costs
+        came_from[record] = total.argmin(axis=0)
+        best = total[came_from[record], columns]
+        if broken is None and best.min() >= BREAK:
+            broken = record
+    pick = np.empty(len(found.joints), dtype=np.intp)
+    pick[-1] = best.argmin()
+    for record in range(len(pick) - 1, 0, -1):
+        pick[record - 1] = came_from[record, pick[record]]
+    return pick, broken
+
+
+def _shortest(found, first, rapid, weights):
+    """The candidate that costs least from the one before, never back on a choice. Returns as `_optimal`."""
+    pick, broken = np.empty(len(found.joints), dtype=np.intp), None
+    pick[0] = first.argmin()
+    for record, costs in _all_moves(found, rapid, weights):
+        pick[record] = costs[pick[record - 1]].argmin()
+        if broken is None and costs[pick[record - 1], pick[record]] >= BREAK:
+            broken = record
+    return pick, broken
+
+
+def _all_moves(found, rapid, weights):
+    """Yield each record but the first with the costs of all moves to it, shape (from candidate, to candidate).
+
+    Outside travel is infinite; a swing of more than half a turn in cut costs `BREAK`.
+    """
+    chunk = max(1, 400_000 // found.inside.shape[1] ** 2)
+    for first in range(1, len(found.joints), chunk):
+        rows = slice(first, min(first + chunk, len(found.joints)))
+        before = found.joints[rows.start - 1 : rows.stop - 1, :, None]
+        steps = short_way(found.machine, found.joints[rows, None] - before)
+        over = (np.abs(steps[..., 3:]) > HALF_TURN).any(axis=-1) & ~rapid[rows, None, None]
+        costs = move_costs(found.machine, steps, weights) + _ties(steps) + np.where(over, BREAK, 0.0)
+        yield from enumerate(np.where(found.inside[rows, None], costs, np.inf), first)
+
+
+def _count_windings(machine, joints, start):
+    """Unwrap the endless axes from record to record, beginning nearest to `start` or to rotary zero."""
+    before = np.zeros(5) if start is None else np.asarray(start, dtype=float)
+    steps = short_way(machine, np.diff(joints, axis=0, prepend=before[None]))
+    turns = np.round((before + np.cumsum(steps, axis=0) - joints) / TURN)
+    return np.where(_endless(machine), joints + TURN * turns, joints)
+
+
+def _refuse_unreachable(found, cl):
+    out = np.flatnonzero(~found.inside.any(axis=1))
+    if out.size:
+        record = int(out[0])
+        reasons = dict.fromkeys(found.reason(record, candidate) for candidate in range(len(found.branch)))
+        raise ReachError(f"{cl.where(record)}: no solution inside travel: {' / '.join(reasons)}")
+
+
+def _out_of_travel(machine, joints):
+    """Sentences on the joints, shape (5,), that are outside travel."""
+    units = ("mm", "mm", "mm", "°", "°")
+    scale = np.array([1, 1, 1, PER_RADIAN, PER_RADIAN])
+    sentences = []
+    for name, value, (low, high), unit in zip(
+        machine.joint_names, joints * scale, machine.limits * scale[:, None], units, strict=True
+    ):
+        if not low - TRAVEL_TOLERANCE <= value <= high + TRAVEL_TOLERANCE:
+            sentences.append(f"{name} {value:.3f}{unit} is outside {low:g} … {high:g}")
+    return sentences
+
+
+def _angles(machine, joints):
+    pairs = zip(machine.joint_names[3:], np.rad2deg(joints[3:]), strict=True)
+    return " ".join(f"{name} {angle:.3f}°" for name, angle in pairs)
+
+
+def _paper(kin, cl, prefer):
+    """Cases (1) to (3), equation (6) and the C ± 2π rule of source 002, section 1.2, word for word.
+
+    The C ± 2π rule compares with the next angle before that one is corrected, as the paper has it; it does not
+    repair an ordinary crossing of ±180°. The result may swing the long way round, and is for comparison.
+    """
+    derived = kin.inverse_symbolic
+    inner, outer = (kin.symbols.index(joint) for joint in (derived.inner, derived.outer))
+    if derived.solutions[0] != -derived.solutions[1]:
+        found = f"{kin.machine.name}, where it is elsewhere"
+        raise InputError("strategy 'paper'", f"a machine whose two solutions are ±{derived.inner}", found)
+    low, high = kin.machine.limits[inner]
+    near, far = sorted((abs(low), abs(high)))
+    preferred = prefer or (1 if abs(high) >= abs(low) else -1)
+    joints = kin.inverse(cl.points, cl.axes)
+    theta = np.abs(joints[:, 0, inner])
+    branch, before = np.empty(len(theta), dtype=int), 0.0
+    for record, angle in enumerate(theta):
+        if not angle <= far + TRAVEL_TOLERANCE:  # case (1), and out of reach
+            raise ReachError(
+                f"{cl.where(record)}: |{derived.inner}| {np.rad2deg(angle):.3f}° is outside travel, case (1)"
+            )
+        if angle > near:  # case (2), equation (5)
+            sign = preferred
+        else:  # case (3)
+            sign = min((preferred, -preferred), key=lambda sign: abs(sign * angle - before))
+        branch[record], before = (0 if sign > 0 else 1), sign * angle
+    chosen = joints[np.arange(len(branch)), branch]
+    turned = chosen[:, outer]
+    for record in range(1, len(turned) - 1):
+        other = turned[record] - TURN * np.sign(turned[record])
+        change = [
+            abs(angle - turned[record - 1]) + abs(angle - turned[record + 1]) for angle in (turned[record], other)
+        ]
+        if change[0] > change[1]:
+            turned[record] = other
+    for record, row in enumerate(chosen):
+        if sentences := _out_of_travel(kin.machine, row):
+            raise ReachError(f"{cl.where(record)}: {'; '.join(sentences)}")
+    return chosen, branch
