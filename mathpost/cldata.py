@@ -71,6 +71,17 @@ class CLData:
         """The place of a record (counted from 0) in the file, for error messages."""
         return f"{self.name}, line {self.lines[record]}, record {record + 1}"
 
+    def at(self, place):
+        """Return tip and axis, each (..., 3), between the records: 2.25 is a quarter of the way from 2 to 3.
+
+        The tip goes straight from record to record, the axis on the great circle.
+        """
+        place = np.asarray(place, dtype=float)
+        record = np.clip(np.floor(place).astype(int), 0, max(len(self) - 2, 0))
+        following, t = np.minimum(record + 1, len(self) - 1), (place - record)[..., None]
+        tip = self.points[record] + t * (self.points[following] - self.points[record])
+        return tip, _slerp(self.axes[record], self.axes[following], t)
+
 
 def from_arrays(points, axes, *, feed=math.nan, name="CL data"):
     """Make `CLData` of points (n, 3) in mm and axes (n, 3) of any length, all moves at `feed` mm/min."""
@@ -249,3 +260,13 @@ def _checked(points, axes, feeds, rapid, lines, remarks, name):
     for array in arrays:
         array.setflags(write=False)
     return CLData(*arrays, remarks, name)
+
+
+def _slerp(start, end, t):
+    """Unit vectors on the great circles from `start` to `end` (..., 3) at `t` from 0 to 1, broadcasting."""
+    half = np.linalg.norm(end - start, axis=-1, keepdims=True) / 2
+    angle = 2 * np.arcsin(np.clip(half, 0, 1))
+    sine = np.sin(angle)
+    close = sine < 1e-9
+    weights = np.where(close, 1 - t, np.sin((1 - t) * angle) / np.where(close, 1, sine))
+    return unit(weights * start + np.where(close, t, np.sin(t * angle) / np.where(close, 1, sine)) * end)

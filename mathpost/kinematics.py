@@ -41,8 +41,11 @@ class Inverse:
         The outer angle is atan2 of these two, given the inner one.
     linear : tuple of 3 sympy expressions
         Programmed X Y Z, given the tip and both rotary angles.
+    pole : tuple of 3 sympy expressions
+        The end of the outer axis, a unit vector in the workpiece, that the tool comes nearest to where the two
+        solutions meet.
     reach : tuple of 2 sympy expressions
-        Smallest and greatest angle between the tool axis and the outer axis.
+        Smallest and greatest angle between the tool axis and the pole.
     """
 
     tip: tuple
@@ -55,6 +58,7 @@ class Inverse:
     solutions: tuple
     turn: tuple
     linear: tuple
+    pole: tuple
     reach: tuple
 
 
@@ -116,6 +120,8 @@ class Kinematics:
         w = about(data.axis[inner.name], inner_sign * inner_angle) * data.tool_axis
         along = sp.expand(u.dot(w))
         a, b = along.coeff(sp.cos(inner_angle)), along.coeff(sp.sin(inner_angle))
+        if (a, b) < (0, 0):  # look along the other end of the outer axis, so that θ = atan2(B, A) is near zero
+            u, outer_sign, along, a, b = -u, -outer_sign, -along, -a, -b
         constant = along.subs({sp.cos(inner_angle): 0, sp.sin(inner_angle): 0})
         r = sp.sqrt(sp.expand(a**2 + b**2))
 
@@ -140,6 +146,7 @@ class Kinematics:
             solutions=(middle + half, middle - half),
             turn=(outer_sign * (w1 * n2 - w2 * n1), w1 * n1 + w2 * n2),
             linear=self._close_the_loop(data, tip),
+            pole=tuple(u),
             reach=(2 * sp.asin(chord_below / 2), sp.pi - 2 * sp.asin(chord_above / 2)),
         )
 
@@ -157,7 +164,7 @@ class Kinematics:
 
     @cached_property
     def reach(self):
-        """Smallest and greatest angle between the tool axis and the outer rotary axis, radians."""
+        """Smallest and greatest angle between the tool axis and `Inverse.pole`, radians."""
         return tuple(float(sp.N(angle)) for angle in self.inverse_symbolic.reach)
 
     def forward(self, joints, *, degrees=False):
@@ -213,7 +220,7 @@ class Kinematics:
         """
         tip, axis = as_array(tip, 3, "tip"), as_array(axis, 3, "axis")
         tip, axis = np.broadcast_arrays(tip, unit(axis))
-        below, above = self._below_and_above(axis)
+        below, above = self.reach_terms(axis)
         angles = self._solutions(below, above)
         inner = np.where(angles > np.pi, angles - 2 * np.pi, np.where(angles <= -np.pi, angles + 2 * np.pi, angles))
         components = np.moveaxis(axis[..., None, :], -1, 0)
@@ -245,9 +252,9 @@ class Kinematics:
         linear = self._linear(*np.moveaxis(tip, -1, 0), *np.moveaxis(rotary, -1, 0))
         return np.concatenate([linear, np.broadcast_to(rotary, (*linear.shape[:-1], 2))], axis=-1)
 
-    def _below_and_above(self, axis):
-        """Evaluate r − D and r + D; rounding below zero is the edge of reach, more than that is NaN."""
-        values = self._reach_terms(*np.moveaxis(axis, -1, 0))
+    def reach_terms(self, axis):
+        """Return r − D and r + D of `Inverse` for unit tool axes (..., 3): 0 at the ends of reach, NaN beyond."""
+        values = self._reach_terms(*np.moveaxis(np.asarray(axis, dtype=float), -1, 0))
         values = np.where(values < -REACH_TOLERANCE, np.nan, np.maximum(values, 0))
         return values[..., 0], values[..., 1]
 

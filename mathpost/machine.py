@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mathpost.errors import InputError
+from mathpost.errors import InputError, as_array
 from mathpost.files import read_text
 
 ENDLESS = (-math.inf, math.inf)
@@ -107,12 +107,15 @@ class Machine:
         return ("table-table", "head-table", "head-head")[heads]
 
     def with_setup(self, *, origin=None, tool_length=None):
-        """Return the same machine with another work offset (mm) or tool length (mm)."""
-        return replace(
-            self,
-            origin=self.origin if origin is None else tuple(origin),
-            tool_length=self.tool_length if tool_length is None else tool_length,
-        )
+        """Return the same machine with another workpiece origin (mm) or tool length (mm); `InputError` if wrong."""
+        changes = {}
+        if origin is not None:
+            changes["origin"] = tuple(as_array(origin, 3, "origin").tolist())
+        if tool_length is not None:
+            if not (np.isfinite(tool_length) and tool_length >= 0):
+                raise InputError("tool length", "mm, not negative", f"{tool_length}")
+            changes["tool_length"] = float(tool_length)
+        return replace(self, **changes)
 
 
 def load(path):

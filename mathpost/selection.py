@@ -13,6 +13,7 @@ from mathpost.errors import InputError, ReachError
 TURN = 2 * np.pi
 STRATEGIES = ("optimal", "shortest", "paper")
 HALF_TURN = np.pi + 1e-9  # a rotary step beyond this means that travel has cut off the short way round
+SWAY = np.radians(5.0)  # how far the tool axis may stray between two records in cut, besides half of its own turn
 BREAK = 1e9  # the cost of a retract and unwind: more than any path without one
 TRAVEL_TOLERANCE = 1e-9  # mm and radians
 PER_RADIAN = np.degrees(1.0)  # in weighted travel a degree counts as much as a millimetre
@@ -33,19 +34,24 @@ class Candidates:
         0 or 1, as `Kinematics.inverse` orders them.
     inside : ndarray of bool, shape (n, m)
         Whether all joints are inside travel.
-    machine : Machine
+    kin : Kinematics
     """
 
     joints: np.ndarray
     branch: np.ndarray
     inside: np.ndarray
-    machine: object
+    kin: object
+
+    @property
+    def machine(self):
+        """The machine whose travel is meant."""
+        return self.kin.machine
 
     def reason(self, record, candidate):
         """Say why a candidate is out, or return "" if it is not."""
         if np.isnan(self.joints[record, candidate]).any():
             return "tool axis out of reach"
-        return "; ".join(_out_of_travel(self.machine, self.joints[record, candidate]))
+        return "; ".join(out_of_travel(self.machine, self.joints[record, candidate]))
 
     def table(self, record, previous=None, weights=None):
         """Rows to show: branch, joints in mm and degrees, cost of the move from `previous`, and why if out."""
@@ -90,7 +96,7 @@ def candidates(kin, tip, axis):
     offsets[:, 3:] = np.stack(np.meshgrid(*turns, indexing="ij"), axis=-1).reshape(-1, 2) * TURN
     grid = (joints[:, :, None] + offsets).reshape(len(joints), -1, 5)
     inside = ((grid >= limits[:, 0] - TRAVEL_TOLERANCE) & (grid <= limits[:, 1] + TRAVEL_TOLERANCE)).all(axis=-1)
-    return Candidates(grid, np.repeat([0, 1], len(offsets)), inside, kin.machine)
+    return Candidates(grid, np.repeat([0, 1], len(offsets)), inside, kin)
 
 
 def _windings(low, high):
@@ -129,7 +135,7 @@ def _endless(machine):
     return ~np.isfinite(machine.limits).all(axis=1) & (np.arange(5) > 2)
 
 
-def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False, prefer=None):
+def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False, prefer=None, sway=SWAY):
     """Choose branch and winding for every record.
 
     Parameters
@@ -148,6 +154,9 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     prefer : {1, -1}, optional
         The preferred direction of the tilting axis, the paper's dominant range (优势区间): to begin on among
         equals, and in its case (2). By default the longer side of its travel.
+    sway : float
+        Radians; in cut, a move is no choice if it takes the tool axis further than this, and half of its own turn,
+        off the great circle between two records, as a change of branch away from the pole does.
 
     Returns
     -------
@@ -181,14 +190,14 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     found = candidates(kin, cl.points, cl.axes)
     _refuse_unreachable(found, cl)
     first = _first_costs(found, weights, start, prefer)
-    pick, broken = (_optimal if strategy == "optimal" else _shortest)(found, first, cl.rapid, weights)
+    pick, broken = (_optimal if strategy == "optimal" else _shortest)(found, first, cl.rapid, weights, sway)
     joints = _count_windings(kin.machine, found.joints[np.arange(len(pick)), pick], start)
     if broken is not None and not split:
         raise ReachError(
-            f"{cl.where(broken)}: the path breaks here, no choice of branch and winding goes on inside travel "
-            f"(so far {_angles(kin.machine, joints[broken - 1])}); it can be split with a retract and an unwind"
+            f"{cl.where(broken)}: the path breaks here, in cut no choice of branch and winding goes on inside travel "
+            f"(so far {_angles(kin.machine, joints[broken - 1])}); split it, with a retract and an unwind"
         )
-    over = (np.abs(np.diff(joints[:, 3:], axis=0)) > HALF_TURN).any(axis=1) & ~cl.rapid[1:]
+    over = _breaks_off(kin, joints[:-1], np.diff(joints, axis=0), sway) & ~cl.rapid[1:]
     breaks = tuple(int(record) for record in np.flatnonzero(over) + 1)
     return Selection(joints, found.branch[pick], path_cost(kin.machine, joints, weights, start), breaks, strategy)
 
@@ -222,12 +231,12 @@ def _first_costs(found, weights, start, prefer):
     return np.where(found.inside[0], costs, np.inf)
 
 
-def _optimal(found, first, rapid, weights):
+def _optimal(found, first, rapid, weights, sway):
     """Dynamic programming over the candidates. Returns the choice and the first record that needs a break."""
     best = first
     came_from = np.zeros(found.inside.shape, dtype=np.intp)
     columns, broken = np.arange(len(best)), None
-    for record, costs in _all_moves(found, rapid, weights):
+    for record, costs in _all_moves(found, rapid, weights, sway):
         total = best[:, None] + costs
         came_from[record] = total.argmin(axis=0)
         best = total[came_from[record], columns]
@@ -240,30 +249,48 @@ def _optimal(found, first, rapid, weights):
     return pick, broken
 
 
-def _shortest(found, first, rapid, weights):
+def _shortest(found, first, rapid, weights, sway):
     """The candidate that costs least from the one before, never back on a choice. Returns as `_optimal`."""
     pick, broken = np.empty(len(found.joints), dtype=np.intp), None
     pick[0] = first.argmin()
-    for record, costs in _all_moves(found, rapid, weights):
+    for record, costs in _all_moves(found, rapid, weights, sway):
         pick[record] = costs[pick[record - 1]].argmin()
         if broken is None and costs[pick[record - 1], pick[record]] >= BREAK:
             broken = record
     return pick, broken
 
 
-def _all_moves(found, rapid, weights):
+def _all_moves(found, rapid, weights, sway):
     """Yield each record but the first with the costs of all moves to it, shape (from candidate, to candidate).
 
-    Outside travel is infinite; a swing of more than half a turn in cut costs `BREAK`.
+    Outside travel is infinite; a move that may not be made in cut costs `BREAK`.
     """
     chunk = max(1, 400_000 // found.inside.shape[1] ** 2)
     for first in range(1, len(found.joints), chunk):
         rows = slice(first, min(first + chunk, len(found.joints)))
         before = found.joints[rows.start - 1 : rows.stop - 1, :, None]
         steps = short_way(found.machine, found.joints[rows, None] - before)
-        over = (np.abs(steps[..., 3:]) > HALF_TURN).any(axis=-1) & ~rapid[rows, None, None]
+        over = _breaks_off(found.kin, before, steps, sway) & ~rapid[rows, None, None]
         costs = move_costs(found.machine, steps, weights) + _ties(steps) + np.where(over, BREAK, 0.0)
         yield from enumerate(np.where(found.inside[rows, None], costs, np.inf), first)
+
+
+def _breaks_off(kin, start, steps, sway):
+    """Whether moves from joints `start` by `steps`, broadcasting over (..., 5), cannot be made in cut.
+
+    That is so if a rotary axis turns by more than half a turn, which no path asks for, or if the tool axis sways
+    off its great circle, as it does where the branch changes away from the pole. What it does half way tells.
+    """
+    turned = np.abs(steps[..., 3:])
+    over = (turned > HALF_TURN).any(axis=-1)
+    suspect = ~over & (turned.sum(axis=-1) > sway)
+    if suspect.any():
+        first = np.broadcast_to(start, steps.shape)[suspect]
+        before, half_way, after = (kin.forward(first + part * steps[suspect])[1] for part in (0, 0.5, 1))
+        middle = (before + after) / 2
+        turn = np.linalg.norm(after - before, axis=-1)
+        over[suspect] = np.linalg.norm(half_way - middle, axis=-1) > sway + turn / 2
+    return over
 
 
 def _count_windings(machine, joints, start):
@@ -282,7 +309,7 @@ def _refuse_unreachable(found, cl):
         raise ReachError(f"{cl.where(record)}: no solution inside travel: {' / '.join(reasons)}")
 
 
-def _out_of_travel(machine, joints):
+def out_of_travel(machine, joints):
     """Sentences on the joints, shape (5,), that are outside travel."""
     units = ("mm", "mm", "mm", "°", "°")
     scale = np.array([1, 1, 1, PER_RADIAN, PER_RADIAN])
@@ -337,6 +364,6 @@ def _paper(kin, cl, prefer):
         if change[0] > change[1]:
             turned[record] = other
     for record, row in enumerate(chosen):
-        if sentences := _out_of_travel(kin.machine, row):
+        if sentences := out_of_travel(kin.machine, row):
             raise ReachError(f"{cl.where(record)}: {'; '.join(sentences)}")
     return chosen, branch

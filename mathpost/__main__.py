@@ -1,0 +1,84 @@
+"""The shell: ``python -m mathpost post …``."""
+
+import argparse
+import math
+import sys
+from pathlib import Path
+
+from mathpost import cldata, machine, postprocess
+from mathpost.errors import MathpostError
+from mathpost.files import write_text
+from mathpost.passage import Crossing
+from mathpost.program import DIALECTS
+from mathpost.selection import STRATEGIES
+
+
+def main(arguments=None):
+    """Run one command; return the exit status: 0 done, 2 refused, with the reason on standard error."""
+    parser = argparse.ArgumentParser(prog="python -m mathpost", description="Five-axis post-processing, verified.")
+    commands = parser.add_subparsers(dest="command", required=True)
+    _add_post(commands)
+    options = parser.parse_args(arguments)
+    try:
+        return options.run(options)
+    except MathpostError as error:
+        print(f"mathpost: {error}", file=sys.stderr)
+        return 2
+
+
+def _add_post(commands):
+    post = commands.add_parser("post", help="CL data to a verified NC program")
+    post.set_defaults(run=_post)
+    post.add_argument("cl", type=Path, metavar="CL", help="APT CL file")
+    post.add_argument("--machine", type=Path, required=True, metavar="FILE", help="machine file, TOML")
+    post.add_argument("--dialect", choices=DIALECTS, default="heidenhain")
+    post.add_argument("--tcp", action="store_true", help="let the control keep the tip: M128, G43.4, TRAORI")
+    post.add_argument(
+        "--tolerance", type=float, default=postprocess.TOLERANCE, metavar="MM", help="default %(default)s"
+    )
+    post.add_argument("--selection", choices=STRATEGIES, default="optimal")
+    post.add_argument("--singular", choices=Crossing.SAFE, default="direct", help="way through singular regions")
+    post.add_argument("--cone", type=float, metavar="DEG", help="half angle of the singular region (default 1)")
+    post.add_argument("--split", action="store_true", help="retract and unwind where travel ends")
+    post.add_argument("--tool-length", type=float, metavar="MM", help="instead of the machine file's")
+    post.add_argument(
+        "--origin", type=_vector, metavar="X,Y,Z", help="workpiece origin, instead of the machine file's"
+    )
+    post.add_argument(
+        "--no-compare", action="store_true", help="leave the comparison of strategies out of the report"
+    )
+    post.add_argument("-o", "--output", type=Path, metavar="FILE", help="program; by default standard output")
+
+
+def _vector(text):
+    values = tuple(map(float, text.split(",")))
+    if len(values) != 3:
+        raise argparse.ArgumentTypeError(f"expected three numbers X,Y,Z, found {text!r}")
+    return values
+
+
+def _post(options):
+    """Write the program, and the report to standard error."""
+    setup = machine.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
+    result = postprocess.run(
+        cldata.read(options.cl),
+        setup,
+        dialect=options.dialect,
+        strategy=options.selection,
+        singular=options.singular,
+        tolerance=options.tolerance,
+        tcp=options.tcp,
+        cone=postprocess.CONE if options.cone is None else math.radians(options.cone),
+        split=options.split,
+        compare=not options.no_compare,
+    )
+    if options.output:
+        write_text(options.output, result.program)
+    else:
+        print(result.program, end="")
+    print(result.report, file=sys.stderr)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

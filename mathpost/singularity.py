@@ -1,0 +1,98 @@
+"""The singular region (奇异区域): how near the tool is to it, and where a path meets it.
+
+The tool and both rotary axes in one plane: there the rotary joints lose one direction of turning, and close to it
+the outer axis must swing far for a small turn of the tool.
+"""
+
+import numpy as np
+import sympy as sp
+
+from mathpost import chain
+from mathpost.errors import InputError
+from mathpost.kinematics import unit
+from mathpost.rotation import about
+
+ARC_SAMPLES = 33
+
+
+def measure(kin):
+    """Return n·(a₁ × a₂) as a sympy expression in the inner angle: zero where the machine is singular.
+
+    n is the tool axis, a₁ and a₂ the present directions of the rotary axes. Its size is √(det JᵀJ) for J = ∂n/∂q:
+    the area that the tool axis sweeps on the unit sphere for small turns of both joints.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> from mathpost.kinematics import Kinematics
+    >>> measure(Kinematics(machine.load("data/machines/dmu50v.toml")))
+    -sin(B)/2
+    """
+    data = chain.Geometry.numbers(kin.machine)
+    (outer, _, _), (inner, angle, sign) = chain.between(kin.machine)
+    # Seen from the body between the two axes, where both stand still and the tool turns about the inner one.
+    tool = about(data.axis[inner.name], sign * angle) * data.tool_axis
+    return sp.simplify(tool.dot(data.axis[outer.name].cross(data.axis[inner.name])))
+
+
+def closeness(kin, axis):
+    """Return √(det JᵀJ) = |n·(a₁ × a₂)| for tool axes (..., 3): 0 when singular, NaN when out of reach."""
+    below, above = kin.reach_terms(axis)
+    return np.sqrt(below * above)
+
+
+def amplification(kin, axis):
+    """Return how far the outer axis turns, at most, for a small turn of the tool: rad per rad, axes (..., 3)."""
+    (_, _, _), (inner, _, _) = chain.between(kin.machine)
+    along = unit(np.array(inner.axis)) @ unit(np.array(kin.machine.tool_axis))
+    with np.errstate(divide="ignore"):
+        return np.sqrt(1 - along**2) / closeness(kin, axis)
+
+
+def distance(kin, axis):
+    """Return the angle (radians) between tool axes (..., 3) and the nearest singular tool axis.
+
+    Singular are the ends of reach: on most machines the pole, where the tool is parallel to the outer axis.
+    """
+    pole, axis = np.array(kin.inverse_symbolic.pole, dtype=float), np.asarray(axis, dtype=float)
+    angle = 2 * np.arctan2(np.linalg.norm(axis - pole, axis=-1), np.linalg.norm(axis + pole, axis=-1))
+    return np.minimum(angle - kin.reach[0], kin.reach[1] - angle)
+
+
+def regions(kin, cl, joints, *, cone=None):
+    """Find the singular regions of a path.
+
+    Parameters
+    ----------
+    kin : Kinematics
+    cl : CLData
+    joints : array_like, shape (n, 5)
+        The chosen joints, mm and radians.
+    cone : float, optional
+        A move is singular if the tool axis comes nearer than this (radians) to a singular one. Without it, if a
+        rotary axis would have to turn faster than it can at the stated feed.
+
+    Returns
+    -------
+    list of (int, int)
+        First and last record (from 0) of each region.
+
+    Raises
+    ------
+    InputError
+        If `cone` is not given and the CL data state no feed or the machine no rate.
+    """
+    if cone is not None:
+        place = np.arange(len(cl) - 1) + np.linspace(0, 1, ARC_SAMPLES)[:, None]
+        singular = distance(kin, cl.at(place)[1]).min(axis=0) < cone
+    else:
+        rates = kin.machine.max_rates[3:]
+        if np.isnan(rates).all() or np.isnan(cl.feeds[~cl.rapid][1:]).all():
+            raise InputError("cone", "an angle, or a feed in the CL data and the rates of the machine", "neither")
+        length = np.linalg.norm(np.diff(cl.points, axis=0), axis=1)
+        seconds = 60 * length / np.where(np.isnan(cl.feeds[1:]), np.inf, cl.feeds[1:])
+        needed = np.abs(np.diff(np.asarray(joints)[:, 3:], axis=0))
+        singular = (needed > np.where(np.isnan(rates), np.inf, rates) * seconds[:, None] + 1e-12).any(axis=1)
+        singular &= ~cl.rapid[1:]
+    edges = np.flatnonzero(np.diff(np.r_[False, singular, False]))
+    return [(int(first), int(last)) for first, last in zip(edges[::2], edges[1::2], strict=True)]
