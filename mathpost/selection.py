@@ -194,7 +194,7 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     joints = _count_windings(kin.machine, found.joints[np.arange(len(pick)), pick], start)
     if broken is not None and not split:
         raise ReachError(
-            f"{cl.where(broken)}: the path breaks here, in cut no choice of branch and winding goes on inside travel "
+            f"{cl.where(broken)}: the path breaks here, no choice of branch and winding goes on in cut "
             f"(so far {_angles(kin.machine, joints[broken - 1])}); split it, with a retract and an unwind"
         )
     over = _breaks_off(kin, joints[:-1], np.diff(joints, axis=0), sway) & ~cl.rapid[1:]

@@ -1,10 +1,12 @@
-"""Machines that the tests run over: every file in data/machines, by name."""
+"""Machines and tables that the tests run over."""
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from mathpost import machine
+from mathpost import cldata, machine
 from mathpost.kinematics import Kinematics
 
 ROOT = Path(__file__).parent.parent
@@ -22,3 +24,26 @@ def kin(request):
 def dmu50v():
     """The kinematics of source 002's machine."""
     return Kinematics(machine.load(DATA / "machines/dmu50v.toml"))
+
+
+@pytest.fixture(scope="session")
+def dmu50v_both_ways(dmu50v):
+    """The same with B allowed to −25 degrees."""
+    tilting, turning = dmu50v.machine.rotary
+    return Kinematics(replace(dmu50v.machine, rotary=(replace(tilting, limits=(np.radians(-25), np.pi)), turning)))
+
+
+@pytest.fixture(scope="session")
+def blade():
+    """Table 1 of source 002."""
+    return cldata.read(DATA / "cl/blade.cl")
+
+
+@pytest.fixture(scope="session")
+def published():
+    """Tables 2 and 3 of source 002 as printed: dicts of row number to X Y Z B C, mm and degrees."""
+    tables = {}
+    for number in (2, 3):
+        rows = np.loadtxt(DATA / f"tables/yu_dan_table_{number}.csv", delimiter=",", skiprows=2)
+        tables[number] = {int(row[0]): row[1:] for row in rows}
+    return tables

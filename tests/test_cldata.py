@@ -1,0 +1,154 @@
+"""CL files: every statement that is taken, every one that is refused with its line, and mutated files."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mathpost import cldata
+from mathpost.errors import InputError
+from tests.conftest import DATA
+
+
+def test_table_1(blade):
+    assert len(blade) == 5
+    assert blade.points[0].tolist() == [50.31991, 58.40925, 52.13969]
+    printed = np.loadtxt(DATA / "tables/yu_dan_table_1.csv", delimiter=",", skiprows=2)
+    np.testing.assert_array_equal(blade.points, printed[:, 1:4])
+    np.testing.assert_allclose(blade.axes, printed[:, 4:], atol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(blade.axes, axis=1), 1, atol=1e-15)
+    assert blade.lines.tolist() == [2, 3, 4, 5, 6]
+
+
+FILE = """PARTNO/ A $ 100 BLADE
+$$ comment
+UNITS/MM\r
+LOADTL/1,ADJUST,1
+SPINDL/ 3000.0000, RPM, CLW
+MULTAX/ON
+FROM/ 0.0, 0.0, 100.0, 0.0, 0.6, 0.8
+RAPID
+GOTO/ 1.0, 2.0, 50.0
+FEDRAT/ 1.5E+03, MMPM
+TOOL PATH/VARIABLE_CONTOUR,TOOL,BALL_10
+GOTO / 1.0, -2.5e-1, $
+   3.0, 0.0, 0.0, $
+   1.0
+goto/4,5,6
+END-OF-PATH
+COOLNT/OFF
+FINI
+"""
+
+
+def test_statements():
+    cl = cldata.parse(FILE)
+    np.testing.assert_allclose(cl.points, [[1, 2, 50], [1, -0.25, 3], [4, 5, 6]])
+    np.testing.assert_allclose(cl.axes, [[0, 0.6, 0.8], [0, 0, 1], [0, 0, 1]])
+    assert cl.rapid.tolist() == [True, False, False]
+    assert np.isnan(cl.feeds[0]) and cl.feeds[1:].tolist() == [1500, 1500]
+    assert cl.lines.tolist() == [9, 12, 15]
+    assert [text.split("/")[0] for record, text in cl.remarks if record == 0][:3] == ["PARTNO", "LOADTL", "SPINDL"]
+    assert cl.remarks[-1] == (3, "FINI")
+
+
+def test_inches():
+    cl = cldata.parse("UNITS/INCH\nFEDRAT/10\nGOTO/1,2,3\nFEDRAT/20,IPM\nGOTO/0,0,0\nFEDRAT/30,MMPM\nGOTO/1,1,1")
+    np.testing.assert_allclose(cl.points[0], [25.4, 50.8, 76.2])
+    np.testing.assert_allclose(cl.feeds, [254, 508, 30])
+
+
+def test_text_reads_back():
+    cl = cldata.parse(FILE)
+    back = cldata.parse(cldata.to_text(cl, title="again"))
+    for field in ("points", "axes", "feeds", "rapid"):
+        np.testing.assert_allclose(getattr(back, field), getattr(cl, field), atol=1e-8)
+    assert [text for _, text in back.remarks if not text.startswith("PARTNO")] == [
+        text for _, text in cl.remarks if not text.startswith("PARTNO")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        ("", None, "at least one GOTO"),
+        ("$$ only a comment\n", None, "at least one GOTO"),
+        ("GOTO/1,2,3,0,1\n", 1, "3 or 6 numbers, found 5"),
+        ("GOTO/1,2,3\nGOTO/1,2\n", 2, "found 2"),
+        ("GOTO/1,2,3,0,0,0\n", 1, "unit tool axis"),
+        ("GOTO/1,2,3,0,0,0.99\n", 1, "length 0.99"),
+        ("GOTO/1,2,3,0,0,1\n\nGOTO/1,2,NaN,0,0,1\n", 3, "a number, found 'NaN'"),
+        ("GOTO/1,2,inf\n", 1, "'inf'"),
+        ("GOTO/1,2,1e999\n", 1, "finite"),
+        ("GOTO/1,2,1_0\n", 1, "'1_0'"),
+        ("GOTO/1,2,three\n", 1, "'three'"),
+        ("GOTO/1,2,\n", 1, "a number, found ''"),
+        ("GOTO/1,2,3,$\n", 1, "continuation"),
+        ("GOTO 1,2,3\n", 1, "a CL statement"),
+        ("GOTP/1,2,3\n", 1, "'GOTP/1,2,3'"),
+        ("FEDRAT/fast\n", 1, "a number, found 'FAST'"),
+        ("FEDRAT/0\n", 1, "above 0"),
+        ("FEDRAT/1,2\n", 1, "MMPM or IPM"),
+        ("UNITS/FEET\n", 1, "FEET"),
+        ("GOTO/1,2,3\nCIRCLE/0,0,0,0,0,1,5\n", 2, "CIRCLE"),
+        ("TLON,GOFWD/(CIRCLE/0,0,0,5),ON,(LINE/0,0,0,1,1,1)\n", 1, "CIRCLE"),
+        ("GODLTA/1,2,3\n", 1, "GODLTA"),
+        ("CYCLE/DRILL,10\n", 1, "CYCLE"),
+    ],
+)
+def test_wrong_files_are_refused(text, line, words):
+    with pytest.raises(InputError) as caught:
+        cldata.parse(text, "part.cl")
+    assert str(caught.value).startswith(f"part.cl, line {line}" if line else "part.cl:")
+    assert words in str(caught.value)
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    for name, content in (("none.cl", None), ("binary.cl", b"GOTO/1,2,3\nGOTO/\xff")):
+        if content:
+            (tmp_path / name).write_bytes(content)
+        with pytest.raises(InputError, match=name):
+            cldata.read(tmp_path / name)
+    with pytest.raises(InputError, match="line 2"):
+        cldata.read(tmp_path / "binary.cl")
+
+
+@pytest.mark.parametrize(
+    ("points", "axes"), [([[1, 2]], [[0, 0, 1]]), ([[1, 2, 3]], [[0, 0, 0]]), ([1, 2, 3], [0, 0, 1])]
+)
+def test_arrays_are_checked(points, axes):
+    with pytest.raises(InputError):
+        cldata.from_arrays(points, axes)
+
+
+def mutations(text):
+    """A text with a few characters replaced, left out or put in."""
+    edit = st.tuples(
+        st.integers(0, len(text) - 1), st.integers(0, 3), st.sampled_from("0179.,-+eE$/ \n\tGOTNX;%('")
+    )
+
+    def apply(edits):
+        characters = list(text)
+        for at, length, character in edits:
+            characters[at : at + length] = character
+        return "".join(characters)
+
+    return st.lists(edit, min_size=1, max_size=6).map(apply)
+
+
+@settings(max_examples=500, deadline=None)
+@given(mutations(FILE))
+def test_mutated_files_are_read_or_refused(text):
+    try:
+        cl = cldata.parse(text)
+    except InputError:
+        return
+    assert np.isfinite(cl.points).all() and np.allclose(np.linalg.norm(cl.axes, axis=1), 1)
+
+
+def test_between_records(blade):
+    tip, axis = blade.at([0, 0.5, 4])
+    np.testing.assert_allclose(tip[[0, 2]], blade.points[[0, 4]])
+    np.testing.assert_allclose(tip[1], blade.points[:2].mean(axis=0))
+    middle = blade.axes[0] + blade.axes[1]
+    np.testing.assert_allclose(axis[1], middle / np.linalg.norm(middle), atol=1e-15)

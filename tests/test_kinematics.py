@@ -1,0 +1,170 @@
+"""The chain and its inverse: round trips, the pole, the edge of reach, and a chain built without the package."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import HealthCheck, given, settings
+from scipy.spatial.transform import Rotation
+
+from mathpost import machine
+from mathpost.errors import InputError
+from mathpost.kinematics import Kinematics
+from tests.machines import content, machines, random_joints
+
+TIP, AXIS = 1e-9, 1e-12  # mm, rad
+
+
+def assert_round_trip(kin, joints):
+    """Both branches lead back to the pose of `joints`, and one of them is `joints` itself where not singular."""
+    tip, axis = kin.forward(joints)
+    back = kin.inverse(tip, axis)
+    assert not np.isnan(back).any()
+    tips, axes = kin.forward(back)
+    assert np.linalg.norm(tips - tip[..., None, :], axis=-1).max() < TIP
+    assert np.linalg.norm(axes - axis[..., None, :], axis=-1).max() < AXIS
+
+
+def test_forward_of_inverse(kin):
+    assert_round_trip(kin, random_joints(kin, 10_000, seed=1))
+
+
+@settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
+@given(machines())
+def test_forward_of_inverse_on_any_machine(any_machine):
+    kin = Kinematics(any_machine)
+    assert_round_trip(kin, random_joints(kin, 400, seed=2))
+
+
+def test_both_branches_differ_and_the_first_tilts_up(kin):
+    joints = random_joints(kin, 200, seed=3)[50:]
+    branches = kin.inverse(*kin.forward(joints))
+    inner = kin.symbols.index(kin.inverse_symbolic.inner)
+    middle = float(sum(kin.inverse_symbolic.solutions) / 2)
+    tilt = (branches[..., inner] - middle + np.pi) % (2 * np.pi) - np.pi
+    assert (tilt[:, 0] > 0).all() and np.allclose(tilt[:, 0], -tilt[:, 1])
+
+
+def test_forward_against_scipy_rotations(kin):
+    """The same chain composed of SciPy's rotations, point by point from the bed outwards."""
+    joints = random_joints(kin, 300, seed=4)
+    data, angle = kin.machine, dict(zip(kin.machine.joint_names, joints.T, strict=True))
+
+    def turn(rotary, points):
+        axis = np.array(rotary.axis) / np.linalg.norm(rotary.axis)
+        rotation = Rotation.from_rotvec(angle[rotary.name][:, None] * axis)
+        return rotation.apply(points - rotary.point) + rotary.point
+
+    tool = np.array(data.tool_axis) / np.linalg.norm(data.tool_axis)
+    tip = np.tile(-data.tool_length * tool, (len(joints), 1))
+    above = tip + tool
+    programmed = {"tip": tip[0], "nose": np.zeros(3)}.get(str(data.programmed_point))
+    programmed = np.array(data.programmed_point) if programmed is None else programmed
+    for rotary in reversed([r for r in data.rotary if r.carries == "tool"]):
+        tip, above = turn(rotary, tip), turn(rotary, above)
+    slide = joints[:, :3] + np.array(data.origin) - programmed
+    tip, above = tip + slide, above + slide
+
+    got_tip, got_axis = kin.forward(joints)
+    in_machine, in_machine_above = got_tip + data.origin, got_tip + got_axis + data.origin
+    for rotary in reversed([r for r in data.rotary if r.carries == "workpiece"]):
+        in_machine, in_machine_above = turn(rotary, in_machine), turn(rotary, in_machine_above)
+    np.testing.assert_allclose(in_machine, tip, atol=1e-9)
+    np.testing.assert_allclose(in_machine_above, above, atol=1e-9)
+
+
+def test_at_rotary_zero_xyz_are_the_tip(kin):
+    tip, axis = kin.forward([[10, -20, 30, 0, 0]])
+    tool = np.array(kin.machine.tool_axis) / np.linalg.norm(kin.machine.tool_axis)
+    np.testing.assert_allclose(axis[0], tool, atol=1e-15)
+    if kin.machine.programmed_point == "tip":
+        np.testing.assert_allclose(tip[0], [10, -20, 30], atol=1e-12)
+
+
+def test_symbolic_and_compiled_forms_agree(kin):
+    joints = random_joints(kin, 100, seed=5)[25:28]
+    derived = kin.inverse_symbolic
+    for row, tip, axis in zip(joints, *kin.forward(joints), strict=True):
+        matrix = kin.forward_symbolic().subs(dict(zip(kin.symbols, row, strict=True))).evalf(30)
+        np.testing.assert_allclose(np.array(matrix[:3, 3], float).ravel(), tip, atol=1e-11)
+        np.testing.assert_allclose(np.array(matrix[:3, 2], float).ravel(), axis, atol=1e-14)
+        # cos(inner) and sin(inner) satisfy the equation that the notebook shows.
+        given_axis = dict(zip(derived.axis, axis, strict=True))
+        for branch in kin.inverse(tip, axis):
+            values = given_axis | {derived.inner: branch[kin.symbols.index(derived.inner)]}
+            assert float((derived.equation.lhs - derived.equation.rhs).subs(values)) == pytest.approx(0, abs=1e-14)
+
+
+def test_parameters_put_numbers_in_the_place_of_symbols(kin):
+    general = kin.forward_symbolic(parameters=True)
+    assert general.free_symbols > set(kin.symbols)
+    values = {symbol: sp.N(value, 30) for symbol, value in kin.parameters.items()}
+    values |= dict(zip(kin.symbols, (3, -4, 5, sp.Rational(1, 3), sp.Rational(-7, 5)), strict=True))
+    difference = general.subs(values) - kin.forward_symbolic().subs(values)
+    assert max(abs(entry) for entry in difference.evalf(20)) < 1e-12
+
+
+def test_below_and_above_are_r_minus_d_and_r_plus_d(kin):
+    """The half-angle form is the classical one: r ∓ D, with i² + j² + k² = 1."""
+    derived = kin.inverse_symbolic
+    cosine, sine = (derived.equation.lhs.coeff(f(derived.inner)) for f in (sp.cos, sp.sin))
+    r, d = sp.sqrt(cosine**2 + sine**2), derived.equation.rhs
+    for axis in ((0.36, 0.48, 0.8), (-0.6, 0, -0.8), (0, 1, 0)):
+        values = dict(zip(derived.axis, map(sp.Float, axis), strict=True))
+        assert float((derived.below - (r - d)).subs(values)) == pytest.approx(0, abs=1e-14)
+        assert float((derived.above - (r + d)).subs(values)) == pytest.approx(0, abs=1e-14)
+
+
+def test_pole_gives_the_outer_angle_zero(kin):
+    pole = np.array(kin.inverse_symbolic.pole, float)
+    if kin.reach[0] > 0:
+        pytest.skip("the pole is out of reach")
+    joints = kin.inverse([1, 2, 3], pole)
+    assert (joints[:, kin.symbols.index(kin.inverse_symbolic.outer)] == 0).all()
+    np.testing.assert_allclose(kin.forward(joints)[1], [pole, pole], atol=1e-15)
+
+
+def test_out_of_reach_is_nan(dmu50v):
+    reached = dmu50v.inverse(np.zeros((3, 3)), [[1, 0, 0], [1, 0, -1e-9], [0, 0, -1]])
+    assert not np.isnan(reached[0]).any() and np.isnan(reached[1:]).all()
+    assert dmu50v.reach == pytest.approx((0, np.pi / 2))
+
+
+def test_axis_that_is_unit_only_to_the_printed_digits(dmu50v):
+    axis = np.array([0.145196, 0, 0.989403])
+    np.testing.assert_allclose(dmu50v.inverse([1, 2, 3], axis), dmu50v.inverse([1, 2, 3], axis * 7), atol=1e-13)
+
+
+def test_degrees(kin):
+    joints = random_joints(kin, 100, seed=6)[25:]
+    tip, axis = kin.forward(joints)
+    degrees = kin.inverse(tip, axis, degrees=True)
+    np.testing.assert_allclose(np.deg2rad(degrees[..., 3:]), kin.inverse(tip, axis)[..., 3:], atol=1e-15)
+    np.testing.assert_allclose(kin.forward(degrees, degrees=True)[0], np.stack([tip, tip], axis=1), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda kin: kin.forward([1, 2, 3]), "joints"),
+        (lambda kin: kin.forward([1, 2, 3, 4, float("inf")]), "finite"),
+        (lambda kin: kin.forward("north"), "north"),
+        (lambda kin: kin.inverse([1, 2, 3], [0, 0, 0]), "length zero"),
+        (lambda kin: kin.inverse([1, 2], [0, 0, 1]), "tip"),
+        (lambda kin: kin.inverse([1, 2, 3], [0, float("nan"), 1]), "finite"),
+    ],
+)
+def test_wrong_arguments_are_refused(dmu50v, call, words):
+    with pytest.raises(InputError, match=words):
+        call(dmu50v)
+
+
+@pytest.mark.parametrize("axis", ["first", "second"])
+def test_a_wrong_sign_of_an_axis_moves_the_tool(axis):
+    """Negative control: turning the other way about either axis is noticed at once."""
+    right = {"first": (1, 0, 0), "second": (0, 0, 1)}
+    wrong = right | {axis: tuple(-value for value in right[axis])}
+    poses = [
+        Kinematics(machine.from_dict(content(axes["first"], axes["second"]))).forward([[1, 2, 3, 0.4, 0.5]])
+        for axes in (right, wrong)
+    ]
+    assert np.linalg.norm(poses[0][1] - poses[1][1]) > 0.1
