@@ -33,12 +33,13 @@ class Passage:
     lifted : ndarray of bool, shape (m,)
         Whether the pose is off the part, retracted along the tool axis.
     peak_rate : float
-        Largest rate that the outer rotary axis needs, rad/s, if every block takes the time that the feed and the
-        other axes need. On a machine without rates and a path without feed: rad per record.
+        Largest rate that the outer rotary axis needs in cut to keep the stated feed, rad/s.
+    per_record : bool
+        Whether no feed is stated and `peak_rate` is in rad per record, the paper's virtual time, instead.
     tip_error, axis_error : float
         Largest distance (mm) and angle (radians) of the moves in cut from the CL data.
     time : float
-        Seconds, the outer axis waited for; NaN without rates.
+        Seconds, the slowest axis waited for; what feed or rates are known counts.
     reason : str
         Why the way is not possible, or "".
     """
@@ -51,6 +52,7 @@ class Passage:
     tip_error: float = np.nan
     axis_error: float = np.nan
     time: float = np.nan
+    per_record: bool = False
     reason: str = ""
 
     @property
@@ -97,7 +99,8 @@ class Crossing:
             ``"direct"``: as chosen, one block from record to record. ``"other branch"``: on the other solution
             from the largest swing on. ``"linear"``: rotary angles in proportion, X Y Z recomputed. ``"cubic"``:
             clamped cubic in the rotary angles, X Y Z recomputed. ``"aside"``: the tool axis moved aside by at
-            most `lean`. ``"retract"``: lifted by `clearance` along the tool axis, swung, and returned.
+            most `lean`. ``"retract"``: at the largest swing lifted by `clearance` along the tool axis,
+            swung, and returned, so that no record is left uncut.
             ``"paper cubic"`` and ``"paper clamped"``: all five coordinates, for the audit.
         lean : float
             Radians.
@@ -241,16 +244,18 @@ class Crossing:
         tip_error, axis_error = deviation(
             self.kin, joints[:-1], joints[1:], tips=(tips[:-1], tips[1:]), axes=(axes[:-1], axes[1:])
         )
-        without_outer, seconds = block_times(self.kin, self.cl, joints, place, cutting)
+        seconds = feed_times(self.kin, self.cl, joints, place)
+        interval = np.where(np.isnan(seconds), np.diff(place), seconds)
         swing = np.abs(np.diff(joints[:, self.outer]))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            rate = np.where(swing > 1e-12, swing / without_outer, 0)
+        rate = np.divide(swing, interval, out=np.full(len(swing), np.inf), where=interval > 0)
+        rate[swing < 1e-12] = 0
         return replace(
             passage,
             peak_rate=rate[cutting].max(initial=0),
             tip_error=tip_error[cutting].max(initial=0),
             axis_error=axis_error[cutting].max(initial=0),
-            time=seconds.sum(),
+            time=block_times(self.kin, self.cl, joints, place, cutting).sum(),
+            per_record=bool(np.isnan(seconds).any()),
         )
 
 
@@ -272,20 +277,18 @@ def in_cut(lifted):
     return ~(lifted[:-1] | lifted[1:])
 
 
-def block_times(kin, cl, joints, place, cutting):
-    """Times (s) of the moves between `joints`: without waiting for the outer rotary axis, and with all axes.
-
-    A move in cut takes at least what the feed asks; every move takes what its slowest axis needs. Without feed and
-    rates the first is the way on the CL path in records (the paper's virtual time), and the second is NaN.
-    """
-    outer = kin.symbols.index(kin.inverse_symbolic.outer)
-    steps, rates = np.abs(np.diff(joints, axis=0)), kin.machine.max_rates
+def feed_times(kin, cl, joints, place):
+    """Times (s) that the feed gives the moves between `joints`, shape (m - 1,); NaN where none is stated."""
     length = np.linalg.norm(np.diff(kin.forward(joints)[0], axis=0), axis=1)
-    feed = cl.feeds[np.ceil(place[1:]).astype(int)]
-    if np.isnan(rates).all() and np.isnan(feed).all():
-        return np.diff(place), np.full(len(steps), np.nan)
-    at_feed = (cutting | np.isnan(rates).all()) & ~np.isnan(feed)
-    by_feed = np.where(at_feed, 60 * length / np.where(at_feed, feed, 1), 0)
-    by_axis = steps / np.where(np.isnan(rates), np.inf, rates)
-    without_outer = np.maximum(by_feed, np.delete(by_axis, outer, axis=1).max(axis=1))
-    return without_outer, np.maximum(without_outer, by_axis[:, outer])
+    return 60 * length / cl.feeds[np.ceil(place[1:]).astype(int)]
+
+
+def block_times(kin, cl, joints, place, cutting):
+    """Times (s) that the moves between `joints` take: what the feed asks in cut, or the slowest axis needs.
+
+    Zero where neither feed nor rates are known.
+    """
+    rates = kin.machine.max_rates
+    by_axis = (np.abs(np.diff(joints, axis=0)) / np.where(np.isnan(rates), np.inf, rates)).max(axis=1)
+    at_feed = cutting | np.isnan(rates).all()
+    return np.fmax(by_axis, np.where(at_feed, feed_times(kin, cl, joints, place), 0))

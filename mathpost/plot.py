@@ -1,6 +1,7 @@
 """Pictures of kinematics: one colour per role everywhere, and curves along a tool path."""
 
 import matplotlib.pyplot as plt
+import numpy as np
 
 # Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.
 COLOUR = {
@@ -35,3 +36,54 @@ def frame(axes, matrix, origin, *, colour, length=1.0, labels="XYZ", **style):
         end = origin + length * column
         axes.plot(*zip(origin, end, strict=True), color=colour, **style)
         axes.text(*(origin + 1.15 * length * column), label, color=colour, ha="center", va="center")
+
+
+def tool_axes(axes, cl, *, length=1.0, colour=COLOUR["tool"], lift=0.0):
+    """Draw the tip and the tool axis of every record in 3-D; `lift` moves each record up, to tell them apart."""
+    for record, (point, axis) in enumerate(zip(cl.points, cl.axes, strict=True)):
+        start = point + [0, 0, lift * record]
+        axes.plot(*zip(start, start + length * axis, strict=True), color=colour, linewidth=2)
+        axes.plot(*start[:, None], "o", color=COLOUR["workpiece"], markersize=4)
+
+
+def along(axes, place, values, role, label=None, *, points=False):
+    """Draw one quantity along a path in the colour and style of its `role`, one of `COLOUR`."""
+    style = {"color": COLOUR[role], "linestyle": STYLE.get(role, "-")}
+    axes.plot(place, values, label=label or role, marker="o" if points else None, markersize=4, **style)
+
+
+def travel(axes, low, high):
+    """Shade what is outside the travel of an axis, within the limits that the axes show at present."""
+    bottom, top = axes.get_ylim()
+    for start, end in ((bottom, max(low, bottom)), (min(high, top), top)):
+        if end > start:
+            axes.axhspan(start, end, color=COLOUR["forbidden"], alpha=0.4, zorder=0)
+    axes.set_ylim(bottom, top)
+
+
+def pole_map(axes, kin, tool_axes, *, cone=None, role="tool", label=None):
+    """Draw tool axes (n, 3) as seen along the outer axis: distance from the middle is the angle from the pole.
+
+    The pole is the middle; the singular cone of half angle `cone` (radians) is shaded.
+    """
+    pole = np.array(kin.inverse_symbolic.pole, dtype=float)
+    side = np.eye(3)[np.abs(pole).argmin()]
+    x = np.cross(side, pole) / np.linalg.norm(np.cross(side, pole))
+    y = np.cross(pole, x)
+    angle = np.degrees(np.arctan2(np.hypot(tool_axes @ x, tool_axes @ y), tool_axes @ pole))
+    direction = np.arctan2(tool_axes @ y, tool_axes @ x)
+    line = axes.plot(angle * np.cos(direction), angle * np.sin(direction), "o-", color=COLOUR[role], label=label)
+    if cone is not None:
+        axes.add_patch(plt.Circle((0, 0), np.degrees(cone), color=COLOUR["forbidden"], alpha=0.6, zorder=0))
+    axes.plot(0, 0, "+", color=COLOUR["machine"], markersize=12)
+    axes.set(xlabel="degrees from the pole", aspect="equal")
+    return line[0]
+
+
+def tip_path(axes, kin, joints, *, role, label=None, samples=40):
+    """Draw, seen from above, where the tip really goes when all joints move linearly from row to row of `joints`."""
+    t = np.linspace(0, 1, samples)[:, None, None]
+    tip = kin.forward(joints[:-1] + t * np.diff(joints, axis=0))[0]
+    tip = np.swapaxes(tip, 0, 1).reshape(-1, 3)
+    axes.plot(tip[:, 0], tip[:, 1], color=COLOUR[role], linestyle=STYLE.get(role, "-"), label=label or role)
+    axes.set(xlabel="x in the workpiece, mm", ylabel="y, mm", aspect="equal")

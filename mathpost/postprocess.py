@@ -269,14 +269,15 @@ def _blocks(kin, cl, motion, words, tcp):
     record = np.ceil(motion.place).astype(int)
     feeds, rapid = cl.feeds[record], cl.rapid[record]
     rotary_moves = np.r_[False, (np.diff(words[:, 3:], axis=0) != 0).any(axis=1)]
-    seconds = np.r_[np.nan, block_times(kin, cl, motion.joints, motion.place, in_cut(motion.lifted))[1]]
+    seconds = np.r_[np.nan, block_times(kin, cl, motion.joints, motion.place, in_cut(motion.lifted))]
     inverse = rotary_moves & ~np.isnan(feeds) & ~rapid & (not tcp)
-    remarks = [(int(np.searchsorted(motion.place, record)), text) for record, text in cl.remarks]
+    # A remark stands before the first block of the move to its record.
+    remarks = [(int(np.searchsorted(motion.place, record - 1, side="right")), text) for record, text in cl.remarks]
     return program.Blocks(words, feeds, np.where(inverse, seconds, np.nan), rapid, tcp, tuple(remarks))
 
 
 def _time(kin, cl, motion):
-    return float(block_times(kin, cl, motion.joints, motion.place, in_cut(motion.lifted))[1].sum())
+    return float(block_times(kin, cl, motion.joints, motion.place, in_cut(motion.lifted)).sum())
 
 
 def _settings(cl, machine, chosen, crossings, singular, tolerance, blocks):

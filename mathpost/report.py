@@ -37,7 +37,7 @@ class Report:
     settings : dict
         What the program was made with, as text.
     time : float
-        Seconds, if rates or feeds are known, otherwise NaN.
+        Seconds; 0 if neither feed nor rates are known.
     warnings : tuple of str
     strategies : tuple of tuples
         Selection strategy; cost; largest step of each rotary axis, degrees; why it is not possible.
@@ -75,7 +75,7 @@ class Report:
     def __str__(self):
         proof = self.verification
         lines = [f"{key:<12} {value}" for key, value in self.settings.items()]
-        if not np.isnan(self.time):
+        if self.time > 0:
             lines.append(f"{'time':<12} {self.time:.2f} s")
         lines += [
             f"{'tip error':<12} {proof.tip_error:.4f} mm at the records, "
@@ -100,13 +100,13 @@ def _strategy_table(strategies):
 def passage_table(region, passages):
     """Lines of a table that compares the ways through a singular region."""
     yield f"singular region, records {region[0] + 1} to {region[1] + 1}"
-    per = "s" if any(passage.time > 0 for passage in passages) else "record"
-    yield f"{'way':<14}{'peak °/' + per:>10}{'tip mm':>10}{'axis °':>9}{'blocks':>8}{'time s':>8}"
+    per = "rec" if any(passage.per_record for passage in passages) else "s"
+    yield f"{'way':<14}{'peak °/' + per:>12}{'tip mm':>10}{'axis °':>9}{'blocks':>8}{'time s':>8}"
     for passage in passages:
         if passage.reason:
             yield f"{passage.name:<14}{passage.reason}"
         else:
             yield (
-                f"{passage.name:<14}{np.degrees(passage.peak_rate):10.1f}{passage.tip_error:10.4f}"
+                f"{passage.name:<14}{np.degrees(passage.peak_rate):12.1f}{passage.tip_error:10.4f}"
                 f"{np.degrees(passage.axis_error):9.4f}{passage.blocks:8d}{passage.time:8.2f}"
             )

@@ -56,5 +56,5 @@ def random_joints(kin, count, seed):
     near = count // 4
     ends = middle + rng.choice([0, np.pi], near)
     joints[:near, inner] = ends + rng.choice([-1, 1], near) * 10.0 ** rng.uniform(-17, -3, near)
-    joints[:20, inner] = ends[:20]
+    joints[: near // 8, inner] = ends[: near // 8]
     return joints
