@@ -41,7 +41,7 @@ def frame(axes, matrix, origin, *, colour, length=1.0, labels="XYZ", **style):
 def tool_axes(axes, cl, *, length=1.0, colour=COLOUR["tool"], lift=0.0):
     """Draw the tip and the tool axis of every record in 3-D; `lift` moves each record up, to tell them apart."""
     for record, (point, axis) in enumerate(zip(cl.points, cl.axes, strict=True)):
-        start = point + [0, 0, lift * record]
+        start = point + np.array([0, 0, lift * record])
         axes.plot(*zip(start, start + length * axis, strict=True), color=colour, linewidth=2)
         axes.plot(*start[:, None], "o", color=COLOUR["workpiece"], markersize=4)
 
@@ -81,7 +81,7 @@ def pole_map(axes, kin, tool_axes, *, cone=None, role="tool", label=None):
 
 
 def tip_path(axes, kin, joints, *, role, label=None, samples=40):
-    """Draw, seen from above, where the tip really goes when all joints move linearly from row to row of `joints`."""
+    """Draw, seen from above, where the tip really goes when all joints move linearly from row to row."""
     t = np.linspace(0, 1, samples)[:, None, None]
     tip = kin.forward(joints[:-1] + t * np.diff(joints, axis=0))[0]
     tip = np.swapaxes(tip, 0, 1).reshape(-1, 3)

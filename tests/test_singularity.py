@@ -112,8 +112,8 @@ def test_ways_through(crossing, name):
         return
     assert way.reason == "" and way.blocks == len(way.joints) - 1 > 0
     kin, cl = crossing.kin, crossing.cl
-    tip, axis = kin.forward(way.joints)
-    tips, axes = cl.at(way.place)
+    tip, _ = kin.forward(way.joints)
+    tips, _ = cl.at(way.place)
     on_part = ~way.lifted
     np.testing.assert_allclose(tip[on_part], tips[on_part], atol=1e-9)
     assert way.place[0] == crossing.first and way.place[-1] == crossing.last
