@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 from mathpost import cldata, selection
 from mathpost.errors import InputError, MathpostError
 from mathpost.linearization import deviation, linearize
+from mathpost.singularity import distance
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline
 ASIDE_NODES = 181  # nodes of a path moved aside
@@ -177,7 +178,10 @@ class Crossing:
             raise MathpostError("the tool axis does not turn here, there is no side to move it to")
         across = normal - (axis @ normal)[:, None] * axis
         across /= np.linalg.norm(across, axis=1, keepdims=True)
-        tilt = lean * np.sin(np.pi * t)[:, None] ** 2
+        # Nothing at both ends, everything where the path comes nearest to the singular tool axis.
+        nearest = np.clip(t[distance(self.kin, axis).argmin()], 0.1, 0.9)
+        rise = np.where(t < nearest, t / nearest, (1 - t) / (1 - nearest))
+        tilt = lean * np.sin(np.pi / 2 * rise)[:, None] ** 2
         reasons = []
         for side in (1, -1):
             moved = cldata.from_arrays(

@@ -68,8 +68,8 @@ def pole_map(axes, kin, tool_axes, *, cone=None, role="tool", label=None):
     """
     pole = np.array(kin.inverse_symbolic.pole, dtype=float)
     side = np.eye(3)[np.abs(pole).argmin()]
-    x = np.cross(side, pole) / np.linalg.norm(np.cross(side, pole))
-    y = np.cross(pole, x)
+    y = np.cross(pole, side) / np.linalg.norm(np.cross(pole, side))
+    x = np.cross(y, pole)
     angle = np.degrees(np.arctan2(np.hypot(tool_axes @ x, tool_axes @ y), tool_axes @ pole))
     direction = np.arctan2(tool_axes @ y, tool_axes @ x)
     line = axes.plot(angle * np.cos(direction), angle * np.sin(direction), "o-", color=COLOUR[role], label=label)

@@ -290,7 +290,7 @@ def _settings(cl, machine, chosen, crossings, singular, tolerance, blocks):
         "selection": f"{chosen.strategy}, cost {chosen.cost:.3f} {unit}",
         "branches": f"first {first}, second {len(cl) - first}",
         "splits": ", ".join(f"before record {record + 1}" for record in chosen.breaks) or "none",
-        "singular": f"{len(crossings)} regions, records {ranges}: {singular}" if crossings else "no region",
+        "singular": f"records {ranges}: {singular}" if crossings else "no region",
         "tolerance": f"{tolerance:g} mm",
         "program": f"{len(blocks.words)} moves, TCP {'on' if blocks.tcp else 'off'}",
     }

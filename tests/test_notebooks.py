@@ -1,0 +1,47 @@
+"""What nbval cannot see: notebooks that were stripped, fail quietly, or grow out of their rhythm."""
+
+import json
+
+import pytest
+
+from tests.conftest import ROOT
+
+NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
+
+
+def read(path):
+    """The cells of a notebook."""
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_committed_with_outputs(path):
+    notebook = read(path)
+    code = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert notebook["metadata"]["kernelspec"]["name"] == "python3"
+    assert "widgets" not in notebook["metadata"]
+    assert all(cell["execution_count"] for cell in code), "run it anew and commit the outputs"
+    assert not any(output["output_type"] == "error" for cell in code for output in cell["outputs"])
+    assert path.stat().st_size < 1_000_000
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_rhythm(path):
+    cells = read(path)["cells"]
+    text = "".join(cells[0]["source"])
+    assert text.startswith("# " + path.stem[:2]), "the title begins with the number of the lesson"
+    for word in ("**Afterwards you can**", "**You need first**", "**Time**"):
+        assert word in text
+    for cell in cells:
+        if cell["cell_type"] == "code":
+            assert len("".join(cell["source"]).splitlines()) <= 18
+    links = [part.split(")")[0] for cell in cells for part in "".join(cell["source"]).split("](")[1:]]
+    for link in links:
+        if link.endswith(".ipynb"):
+            assert (path.parent / link).exists(), link
+
+
+def test_the_readme_and_ci_run_the_same_line():
+    line = "python3 -m venv .venv && .venv/bin/pip install -r environment.txt && .venv/bin/pytest"
+    assert line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert line in (ROOT / ".ci/run").read_text(encoding="utf-8").splitlines()
