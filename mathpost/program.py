@@ -140,8 +140,8 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     --------
     >>> from mathpost import machine
     >>> dmu = machine.load("data/machines/dmu50v.toml")
-    >>> nan = np.full(2, np.nan)
-    >>> two = Blocks(np.array([[1, 2, 3, 4, 5], [1, 2, 3.5, 4, 5.0]]), nan + 500, nan, np.array([True, False]))
+    >>> words = np.array([[1, 2, 3, 4, 5], [1, 2, 3.5, 4, 5]])
+    >>> two = Blocks(words, np.full(2, 500.0), np.full(2, np.nan), np.array([True, False]))
     >>> print(write(two, dmu, name="demo"), end="")
     0 BEGIN PGM DEMO MM
     1 L X+1.0000 Y+2.0000 Z+3.0000 B+4.0000 C+5.0000 FMAX

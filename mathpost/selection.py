@@ -177,7 +177,7 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     >>> np.rad2deg(chosen.joints[:, 3:]).round(3)
     array([[ 11.817, 175.815],
            [  4.717, 178.332],
-           [  2.334,  -0.826],
+           [  2.334,  -0.825],
            [  9.284,  -3.286],
            [ 22.691,  -8.075]])
     """

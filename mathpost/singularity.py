@@ -26,7 +26,7 @@ def measure(kin):
     >>> from mathpost import machine
     >>> from mathpost.kinematics import Kinematics
     >>> measure(Kinematics(machine.load("data/machines/dmu50v.toml")))
-    -sin(B)/2
+    sin(B)/2
     """
     data = chain.Geometry.numbers(kin.machine)
     (outer, _, _), (inner, angle, sign) = chain.between(kin.machine)
