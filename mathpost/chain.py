@@ -37,14 +37,14 @@ class Geometry:
     @classmethod
     def numbers(cls, machine):
         """The machine's decimals as exact fractions, so that 0.707107 beside itself becomes √2/2."""
-        tool_axis, length = _exact_unit(machine.tool_axis), _exact(machine.tool_length)
+        tool_axis, length = exact_unit(machine.tool_axis), _exact(machine.tool_length)
         return cls(
-            axis={rotary.name: _exact_unit(rotary.axis) for rotary in machine.rotary},
-            point={rotary.name: _exact_vector(rotary.point) for rotary in machine.rotary},
-            origin=_exact_vector(machine.origin),
+            axis={rotary.name: exact_unit(rotary.axis) for rotary in machine.rotary},
+            point={rotary.name: exact_vector(rotary.point) for rotary in machine.rotary},
+            origin=exact_vector(machine.origin),
             tool_axis=tool_axis,
             tool_length=length,
-            programmed_point=_programmed_point(machine, tool_axis, length, _exact_vector),
+            programmed_point=_programmed_point(machine, tool_axis, length, exact_vector),
         )
 
     @classmethod
@@ -148,12 +148,14 @@ def _exact(number):
     return sp.Rational(repr(float(number)))
 
 
-def _exact_vector(vector):
+def exact_vector(vector):
+    """The decimals of `vector` as exact fractions, a 3×1 sympy matrix."""
     return sp.Matrix([_exact(entry) for entry in vector])
 
 
-def _exact_unit(vector):
-    exact = _exact_vector(vector)
+def exact_unit(vector):
+    """`vector`, made exact and brought to length 1."""
+    exact = exact_vector(vector)
     return exact / sp.sqrt(exact.dot(exact))
 
 
