@@ -1,0 +1,305 @@
+"""The work offset after the table has turned, as the macro G65 P9795 of source 001 calculates it.
+
+A point of the part is carried back to where it was with all rotary axes at zero, and forward to the new angles. The
+table is a tuple of `mathpost.machine.Rotary` from the bed outwards, so that the stack order, the sign convention
+and a centre for each axis are what the machine has, not what a macro supposes. Source 001 states none of the
+three: the result of its example depends on them.
+"""
+
+import re
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from numbers import Real
+
+import numpy as np
+import sympy as sp
+
+from mathpost.chain import exact_unit, product, turn
+from mathpost.errors import InputError, as_array
+from mathpost.machine import Rotary
+from mathpost.rotation import numeric
+
+POINT = sp.symbols("x y z", real=True)
+ADDRESSES = "XYZABDESUVW"
+
+
+@dataclass(frozen=True)
+class WorkOffset:
+    """An entry of the control's offset table: mm and degrees, in machine coordinates.
+
+    `code` is ``"G54"`` to ``"G59"``, or ``"G54.1 P7"`` for an additional one.
+    """
+
+    code: str
+    X: float
+    Y: float
+    Z: float
+    A: float = 0.0
+    B: float = 0.0
+
+
+@dataclass(frozen=True)
+class NewDatum:
+    """What `p9795` returns.
+
+    Attributes
+    ----------
+    before, after : ndarrays, shape (3,)
+        The point in machine coordinates, mm, before and after the turn.
+    angles : dict
+        Machine angles after the turn, degrees.
+    offset : WorkOffset
+        The target offset; only its X, Y and Z are stored by `block`. Its A and B are those of the old offset.
+    block : str
+        The NC block that stores it.
+    """
+
+    before: np.ndarray
+    after: np.ndarray
+    angles: dict
+    offset: WorkOffset
+    block: str
+
+
+def ab_table(centre_a, centre_b, *, order="AB", iso=True):
+    """Return the rotary axes of a horizontal machining centre's table, from the bed outwards.
+
+    Parameters
+    ----------
+    centre_a, centre_b : sequences of 3 floats
+        A point on either axis with both at zero, mm in machine coordinates; A lies along X and B along Y.
+    order : str, keyword only
+        ``"AB"`` if A stands on the bed and carries B, ``"BA"`` if B carries A.
+    iso : bool, keyword only
+        Whether the table turns against the programmed angle, as ISO 841 has it.
+
+    Examples
+    --------
+    >>> [axis.name for axis in ab_table((0, -200, -850), (-350, 0, -900), order="BA")]
+    ['B', 'A']
+    """
+    sign = -1 if iso else 1
+    axes = {
+        "A": Rotary("A", "workpiece", (sign, 0, 0), tuple(as_array(centre_a, 3, "centre_a").tolist())),
+        "B": Rotary("B", "workpiece", (0, sign, 0), tuple(as_array(centre_b, 3, "centre_b").tolist())),
+    }
+    if sorted(order) != ["A", "B"]:
+        raise InputError("order", '"AB" or "BA"', repr(order))
+    return tuple(axes[name] for name in order)
+
+
+def with_common_centre(table, centre):
+    """Return the same table with all its axes through one point: the slip whose cost lesson 08 shows."""
+    return tuple(replace(axis, point=tuple(as_array(centre, 3, "centre").tolist())) for axis in table)
+
+
+@lru_cache(maxsize=32)
+def moved_symbolic(table):
+    """Return the moved point and the symbols in it.
+
+    Parameters
+    ----------
+    table : tuple of mathpost.machine.Rotary
+        From the bed outwards.
+
+    Returns
+    -------
+    moved : tuple of 3 sympy expressions
+    symbols : tuple of sympy symbols
+        x y z of the point; for each axis its centre (``A_x A_y A_z``), its old and its new angle (``A_0 A_1``).
+
+    Examples
+    --------
+    >>> b = Rotary("B", "workpiece", axis=(0, -1, 0), point=(0, 0, 0))
+    >>> (x, _, _), symbols = moved_symbolic((b,))
+    >>> sp.simplify(x.subs(dict.fromkeys(symbols[3:6], 0)))
+    x*cos(B_0 - B_1) + z*sin(B_0 - B_1)
+    """
+    symbols, to_zero, to_new = list(POINT), [], []
+    for axis in table:
+        centre = sp.symbols([f"{axis.name}_{c}" for c in "xyz"], real=True)
+        old, new = sp.symbols([f"{axis.name}_0", f"{axis.name}_1"], real=True)
+        direction = exact_unit(axis.axis)
+        to_zero.insert(0, turn(direction, sp.Matrix(centre), -old))
+        to_new.append(turn(direction, sp.Matrix(centre), new))
+        symbols += [*centre, old, new]
+    moved = product([*to_new, *to_zero]) * sp.Matrix([*POINT, 1])
+    return tuple(moved[:3, 0]), tuple(symbols)
+
+
+def moved(point, table, start, end, *, degrees=False):
+    """Return where a point of the part goes when the table turns.
+
+    Parameters
+    ----------
+    point : array_like, shape (..., 3)
+        mm, in machine coordinates, with the table at `start`.
+    table : tuple of mathpost.machine.Rotary
+        From the bed outwards; `Machine.rotary` of a machine whose rotary axes both carry the workpiece.
+    start, end : dict
+        Axis name to machine angle before and after; numbers or arrays, broadcast.
+    degrees : bool, keyword only
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+
+    Raises
+    ------
+    InputError
+        If an angle is missing or not finite, or an axis carries the tool.
+
+    Examples
+    --------
+    >>> table = ab_table((0, -200, -850), (-350, 0, -900), order="AB")
+    >>> moved((-300, -250, -600), table, {"A": 0, "B": 0}, {"A": 0, "B": 90}, degrees=True).round(6)
+    array([-650., -250., -850.])
+    """
+    point = as_array(point, 3, "point")
+    values = list(np.moveaxis(point, -1, 0))
+    for axis in table:
+        if axis.carries != "workpiece":
+            raise InputError(
+                f"table, {axis.name}", "an axis that carries the workpiece", "one that carries the tool"
+            )
+        angles = [_angle(angles, axis.name, name) for angles, name in ((start, "start"), (end, "end"))]
+        values += [*axis.point, *(map(np.deg2rad, angles) if degrees else angles)]
+    expressions, symbols = moved_symbolic(tuple(table))
+    return numeric(expressions, symbols)(*values)
+
+
+def p9795(
+    table,
+    offset,
+    *,
+    X=None,
+    Y=None,
+    Z=None,
+    A=None,
+    B=None,
+    D=None,
+    E=None,
+    S=None,
+    U=0.0,
+    V=0.0,
+    W=0.0,
+    current=None,
+    shift="machine",
+    decimals=3,
+):
+    """Recalculate a work offset for new angles of A and B, with the arguments of the macro.
+
+    Parameters
+    ----------
+    table : tuple of mathpost.machine.Rotary
+        A and B, or one of them, from the bed outwards.
+    offset : WorkOffset
+        The active offset, which the macro reads from the control.
+    X, Y, Z, A, B : float, optional
+        Workpiece coordinates, mm and degrees, before the turn; those of `current` if left out.
+    D, E : float
+        New A and new B in workpiece coordinates, degrees. (The source's table calls both "A axis".)
+    S : int or str, optional
+        Where to store the result: 54 to 59, or ``"54.1 P7"``; the active offset if left out.
+    U, V, W : float
+        Extra shift after the turn, mm.
+    current : dict, optional, keyword only
+        Present position in workpiece coordinates, by X, Y, Z, A, B.
+    shift : str, keyword only
+        Whether U, V, W lie along the ``"machine"`` axes or are turned with the ``"part"``; the source is silent.
+    decimals : int, keyword only
+        Of the numbers in the block.
+
+    Returns
+    -------
+    NewDatum
+
+    Raises
+    ------
+    InputError
+        If an argument is missing, is not a number or names an axis that the table lacks.
+
+    Examples
+    --------
+    The program of source 001, on a machine of the stack order AB:
+
+    >>> table = ab_table((0, -200, -850), (-350, 0, -900), order="AB")
+    >>> old = WorkOffset("G54", X=-300, Y=-250, Z=-600)
+    >>> p9795(table, old, **read_call("G65P9795X0Y0Z0A0B0D-30.E10.S55")).block
+    'G90 G10 L2 P2 X-352.854 Y-370.364 Z-654.922'
+    """
+    given = {"X": X, "Y": Y, "Z": Z, "A": A, "B": B, "D": D, "E": E, "U": U, "V": V, "W": W}
+    for address in "XYZAB":
+        if given[address] is None:
+            given[address] = (current or {}).get(address, 0.0 if _lacks(table, address) else None)
+    for axis, address in (("A", "D"), ("B", "E")):
+        if _lacks(table, axis):
+            if given[axis] or given[address]:
+                raise InputError(address, f"no angle: the table has no {axis} axis", f"{given[address]}")
+            given[address] = 0.0
+    for address, number in given.items():
+        if not isinstance(number, Real) or not np.isfinite(number):
+            raise InputError(address, "a number", "nothing" if number is None else repr(number))
+    if shift not in ("machine", "part"):
+        raise InputError("shift", '"machine" or "part"', repr(shift))
+
+    before = np.array([given[address] + getattr(offset, address) for address in "XYZ"])
+    extra = np.array([given[address] for address in "UVW"])
+    start = {"A": offset.A + given["A"], "B": offset.B + given["B"]}
+    end = {"A": offset.A + given["D"], "B": offset.B + given["E"]}
+    carried = before + extra if shift == "part" else before
+    after = moved(carried, table, start, end, degrees=True) + (extra if shift == "machine" else 0.0)
+
+    code, store = _target(offset.code if S is None else S)
+    words = " ".join(f"{name}{number:z.{decimals}f}" for name, number in zip("XYZ", after, strict=True))
+    new = WorkOffset(code, *after.tolist(), A=offset.A, B=offset.B)
+    angles = {axis.name: end[axis.name] for axis in table}
+    return NewDatum(before, after, angles, new, f"G90 G10 {store} {words}")
+
+
+def read_call(block):
+    """Return the arguments of a ``G65 P9795`` block as a dict for `p9795`.
+
+    A number other than 0 must have its decimal point: without one the control counts in its smallest unit.
+
+    Examples
+    --------
+    >>> read_call("G65 P9795 X0 D-30. S55")
+    {'X': 0.0, 'D': -30.0, 'S': 55}
+    """
+    words = re.findall(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))", block.upper())
+    if "".join(letter + number for letter, number in words) != re.sub(r"\s", "", block.upper()).rstrip(";"):
+        raise InputError(f"block {block!r}", "words of a letter and a number", "something else")
+    if [(letter, float(number)) for letter, number in words[:2]] != [("G", 65), ("P", 9795)]:
+        raise InputError(f"block {block!r}", "G65 P9795", " ".join(letter + number for letter, number in words[:2]))
+    arguments = {}
+    for letter, number in words[2:]:
+        if letter not in ADDRESSES or letter in arguments:
+            found = f"{letter} twice" if letter in arguments else letter
+            raise InputError(f"block {block!r}", f"each of {' '.join(ADDRESSES)} at most once", found)
+        if letter != "S" and "." not in number and float(number) != 0:
+            raise InputError(
+                f"block {block!r}, {letter}", f"a decimal point, {letter}{number}.", f"{letter}{number}"
+            )
+        arguments[letter] = int(float(number)) if letter == "S" else float(number)
+    return arguments
+
+
+def _lacks(table, address):
+    return address in "AB" and address not in [axis.name for axis in table]
+
+
+def _target(code):
+    """The offset's name and the G10 words that select it: L2 for G54 to G59, L20 for G54.1."""
+    match = re.fullmatch(r"G?(5[4-9])|G?54\.1 ?P(\d+)", str(code).strip().upper())
+    if not match:
+        raise InputError("S", "54 to 59, or 54.1 P and a number", repr(code))
+    if match[1]:
+        return f"G{match[1]}", f"L2 P{int(match[1]) - 53}"
+    return f"G54.1 P{match[2]}", f"L20 P{match[2]}"
+
+
+def _angle(angles, axis, where):
+    if axis not in angles:
+        raise InputError(where, f"an angle for {axis}", f"{', '.join(angles) or 'none'}")
+    return as_array(np.asarray(angles[axis])[..., None], 1, f"{where}, {axis}")[..., 0]
