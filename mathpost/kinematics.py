@@ -283,12 +283,12 @@ class Kinematics:
         return numeric(derived.linear, (*derived.tip, *self.symbols[3:]))
 
 
-def unit(axis):
+def unit(axis, where="axis"):
     """Return `axis`, shape (..., 3), with length 1; raise `InputError` where it has none."""
     length = np.linalg.norm(axis, axis=-1, keepdims=True)
     if not (length > 1e-9).all():
         index = tuple(int(n) for n in np.argwhere(length[..., 0] <= 1e-9)[0])
-        raise InputError("axis", "a direction", f"a vector of length zero at index {index}")
+        raise InputError(where, "a direction", f"a vector of length zero at index {index}")
     return axis / length
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost.errors import InputError, as_array
+from mathpost.kinematics import unit
 from mathpost.rotation import numeric
 
 NORMAL, AXIS = sp.symbols("n_x n_y n_z", real=True), sp.symbols("i j k", real=True)
@@ -87,7 +88,7 @@ def tip_from_contact(cutter, normal, axis):
     >>> tip_from_contact(Cutter(diameter=10, rim=1), normal=[1, 0, 1], axis=[0, 0, 1]).round(4)
     array([ 4.7071,  0.    , -0.2929])
     """
-    normal, axis = _unit(normal, "normal"), _unit(axis, "axis")
+    normal, axis = unit(as_array(normal, 3, "normal"), "normal"), unit(as_array(axis, 3, "axis"))
     normal, axis = np.broadcast_arrays(normal, axis)
     away = (normal * axis).sum(axis=-1) < -1e-9
     if away.any():
@@ -142,7 +143,7 @@ def stock_left(normal, axis, old, new, *, longer=0.0):
     >>> round(float(stock_left([0, 1, 1], [0, 0, 1], Cutter.ball(10), Cutter.ball(9.8))), 4)
     0.0293
     """
-    n, a = _unit(normal, "normal"), _unit(axis, "axis")
+    n, a = unit(as_array(normal, 3, "normal"), "normal"), unit(as_array(axis, 3, "axis"))
     short = tip_from_contact(old, n, a) - tip_from_contact(new, n, a) - np.asarray(longer)[..., None] * a
     return (short * n).sum(axis=-1)
 
@@ -187,11 +188,3 @@ def tip_shift(kin, joints, longer, told, *, degrees=False):
     heads = [rotary.carries == "tool" for rotary in kin.machine.rotary]
     upright = joints * np.where([False, False, False, *heads], 0.0, 1.0)
     return longer * (kin.forward(upright, degrees=degrees)[1] - axis)
-
-
-def _unit(vector, where):
-    vector = as_array(vector, 3, where)
-    length = np.linalg.norm(vector, axis=-1, keepdims=True)
-    if not (length > 1e-9).all():
-        raise InputError(where, "a direction", "a vector of length zero")
-    return vector / length

