@@ -87,3 +87,49 @@ def tip_path(axes, kin, joints, *, role, label=None, samples=40):
     tip = np.swapaxes(tip, 0, 1).reshape(-1, 3)
     axes.plot(tip[:, 0], tip[:, 1], color=COLOUR[role], linestyle=STYLE.get(role, "-"), label=label or role)
     axes.set(xlabel="x in the workpiece, mm", ylabel="y, mm", aspect="equal")
+
+
+# Lessons 08 to 11: datum, head, calibration
+
+
+def turned_point(axes, path, centre, *, names, colour=COLOUR["workpiece"]):
+    """Draw the way of a point about an axis seen end on, from a ring to a dot, with the radius at both ends.
+
+    `path` has shape (n, 2), `centre` is a point of the axis; `names` label the plane's two axes.
+    """
+    path, centre = np.asarray(path), np.asarray(centre)
+    axes.plot(*np.array([path[0], centre, path[-1]]).T, color=COLOUR["machine"], linewidth=0.8)
+    axes.plot(*centre, "+", color=COLOUR["machine"], markersize=12)
+    axes.plot(*path.T, color=colour)
+    axes.plot(*path[0], "o", color=colour, fillstyle="none")
+    axes.plot(*path[-1], "o", color=colour)
+    axes.set(xlabel=f"{names[0]} (mm)", ylabel=f"{names[1]} (mm)", aspect="equal")
+
+
+def magnified_circle(axes, radius, angles, deviations, factor, *style, **options):
+    """Draw a circle whose radial deviations, shape (n,) at `angles` (radians), are shown `factor` too large."""
+    radii = radius + factor * np.asarray(deviations)
+    axes.plot(radii * np.cos(angles), radii * np.sin(angles), *style, **options)
+    axes.set_aspect("equal")
+
+
+def ellipse(axes, centre, covariance, *, scale=3, **style):
+    """Draw the ellipse of `scale` standard deviations of a covariance, shape (2, 2), about `centre`."""
+    values, directions = np.linalg.eigh(covariance)
+    turn = np.linspace(0, 2 * np.pi, 181)
+    ring = directions @ (scale * np.sqrt(values)[:, None] * [np.cos(turn), np.sin(turn)])
+    axes.plot(*(ring + np.reshape(centre, (2, 1))), **style)
+
+
+def cutter(axes, cutter, tip, tilt, *, height=None, **style):
+    """Fill the outline of a `mathpost.tool.Cutter`, its `tip` at (x, z) and its axis `tilt` radians from z to x."""
+    rise = np.linspace(0, np.pi / 2, 30)
+    flat = cutter.diameter / 2 - cutter.rim
+    across = np.concatenate([[0], flat + cutter.rim * np.sin(rise), [cutter.diameter / 2, 0]])
+    top = 1.5 * cutter.diameter if height is None else height
+    along = np.concatenate([[0], cutter.rim * (1 - np.cos(rise)), [top, top]])
+    across, along = np.concatenate([across, -across[::-1]]), np.concatenate([along, along[::-1]])
+    x = tip[0] + across * np.cos(tilt) + along * np.sin(tilt)
+    z = tip[1] - across * np.sin(tilt) + along * np.cos(tilt)
+    axes.fill(x, z, **{"color": COLOUR["tool"], "alpha": 0.3} | style)
+    axes.set_aspect("equal")
