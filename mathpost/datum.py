@@ -251,10 +251,20 @@ def p9795(
     after = moved(carried, table, start, end, degrees=True) + (extra if shift == "machine" else 0.0)
 
     code, store = _target(offset.code if S is None else S)
-    words = " ".join(f"{name}{number:z.{decimals}f}" for name, number in zip("XYZ", after, strict=True))
     new = WorkOffset(code, *after.tolist(), A=offset.A, B=offset.B)
     angles = {axis.name: end[axis.name] for axis in table}
-    return NewDatum(before, after, angles, new, f"G90 G10 {store} {words}")
+    return NewDatum(before, after, angles, new, f"G90 G10 {store} {words(after, decimals)}")
+
+
+def words(point, decimals=3):
+    """Return a point, shape (3,), as NC words.
+
+    Examples
+    --------
+    >>> words((-300, 0.5, -0.0001))
+    'X-300.000 Y0.500 Z0.000'
+    """
+    return " ".join(f"{name}{number:z.{decimals}f}" for name, number in zip("XYZ", point, strict=True))
 
 
 def read_call(block):
@@ -267,13 +277,13 @@ def read_call(block):
     >>> read_call("G65 P9795 X0 D-30. S55")
     {'X': 0.0, 'D': -30.0, 'S': 55}
     """
-    words = re.findall(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))", block.upper())
-    if "".join(letter + number for letter, number in words) != re.sub(r"\s", "", block.upper()).rstrip(";"):
+    pairs = re.findall(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))", block.upper())
+    if "".join(letter + number for letter, number in pairs) != re.sub(r"\s", "", block.upper()).rstrip(";"):
         raise InputError(f"block {block!r}", "words of a letter and a number", "something else")
-    if [(letter, float(number)) for letter, number in words[:2]] != [("G", 65), ("P", 9795)]:
-        raise InputError(f"block {block!r}", "G65 P9795", " ".join(letter + number for letter, number in words[:2]))
+    if [(letter, float(number)) for letter, number in pairs[:2]] != [("G", 65), ("P", 9795)]:
+        raise InputError(f"block {block!r}", "G65 P9795", " ".join(letter + number for letter, number in pairs[:2]))
     arguments = {}
-    for letter, number in words[2:]:
+    for letter, number in pairs[2:]:
         if letter not in ADDRESSES or letter in arguments:
             found = f"{letter} twice" if letter in arguments else letter
             raise InputError(f"block {block!r}", f"each of {' '.join(ADDRESSES)} at most once", found)

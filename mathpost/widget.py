@@ -209,7 +209,7 @@ def datum_after_rotation(centre_a, centre_b, point):
                 path = datum.moved(point, table, {"A": 0, "B": 0}, {"A": A * way, "B": B * way}, degrees=True)
                 for across in (0, 1):
                     lines[across][index].set_data(path[:, across], path[:, 2])
-                text.append(f"{name}: " + " ".join(f"{n} {v:z.3f}" for n, v in zip("XYZ", path[-1], strict=True)))
+                text.append(f"{name}: {datum.words(path[-1])}")
             return "<br>".join(text)
 
         return update
