@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 import sympy as sp
+from scipy.sparse.csgraph import connected_components
 
 from mathpost import table
 from mathpost.errors import InputError
@@ -232,24 +233,27 @@ class Measurement:
             return rows.reshape(-1, len(sought))
 
         def opened(rows):
-            # The diagonal of the projector on the null space: 1 for an unknown that leaves no trace at all, less
-            # for one that others can stand in for, 0 for one that is determined.
+            # The projector on the null space: 1 on the diagonal for an unknown that leaves no trace at all, less
+            # for one that others can stand in for, 0 for one that is determined. Off the diagonal: by which.
             _, singular, vt = np.linalg.svd(rows / _lengths(rows))
             rank = int((singular > SINGULAR * max(1.0, singular[0])).sum())
-            shares = (vt[rank:] ** 2).sum(axis=0)
-            names = np.array([str(symbol) for symbol in sought])
-            return list(names[shares > 1 - 1e-6]), list(names[(shares > 1e-6) & (shares <= 1 - 1e-6)])
+            projector = np.abs(vt[rank:].T @ vt[rank:])
+            _, group = connected_components(projector > 1e-6)
+            names = np.array([str(symbol) for symbol in sought])[projector.diagonal() > 1e-6]
+            group = group[projector.diagonal() > 1e-6]
+            return [list(names[group == number]) for number in dict.fromkeys(group)]
 
         rows, found = jacobian(used, {}), f"{readings.size} of {', '.join(used)}"
-        traceless, confused = opened(rows)
+        missing = opened(rows)
         unread = {name: expression for name, expression in self.readings.items() if name not in used}
         proposals = {f"also reading {', '.join(unread)}": jacobian(unread, {})} if unread else {}
         proposals |= {words: jacobian(used, changes) for words, changes in self.more.items()}
-        enough = [words for words, extra in proposals.items() if not any(opened(np.vstack([rows, extra])))]
+        enough = [words for words, extra in proposals.items() if not opened(np.vstack([rows, extra]))]
         advice = " or ".join(enough) or " together with ".join(proposals) or "more of them"
-        tasks = [f"tell {' and '.join(confused)} apart"] if confused else []
+        tasks = [f"tell {' and '.join(names)} apart" for names in missing if len(names) > 1]
+        traceless = [names[0] for names in missing if len(names) == 1]
         tasks += [f"determine {' and '.join(traceless)}"] if traceless else []
-        return InputError(where, f"readings that {' and '.join(tasks)} ({advice} would)", found)
+        return InputError(where, f"readings that {', '.join(tasks)} ({advice} would)", found)
 
     @cached_property
     def _names(self):

@@ -300,12 +300,12 @@ def test_noise_from_the_residuals_is_unbiased_and_tells_a_misfit():
         (
             calibration.dial_circle(),
             {"angle": [0], "R": 100, "dial": [0]},
-            "tell ex and zero apart and determine ey",
+            "tell ex and zero apart, determine ey",
         ),
         (
             calibration.ball(AXES["C ISO"]),
             {"angle": [0, 90, 180], "x": 150, "y": 0, "z": 80, "ex": [0, 1, 2], "ey": [0, 1, 2]},
-            "tell XOC and YOC and AOC and BOC apart (also reading ez or the same with the ball 200 mm further",
+            "tell XOC and BOC apart, tell YOC and AOC apart (also reading ez or the same with the ball 200 mm",
         ),
         (
             calibration.ball(AXES["C ISO"]),
