@@ -6,6 +6,7 @@ what it lacks: a model that predicts the positions in between. Angles are degree
 """
 
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 import sympy as sp
@@ -54,6 +55,8 @@ class Head:
             ...
         mathpost.errors.InputError: angle: expected one of the measured 0, 90, 180, 270, found 45
         """
+        if not isinstance(angle, Real):
+            raise InputError("angle", "a number of degrees", repr(angle))
         away = np.abs((np.array(self.angles) - angle + 180) % 360 - 180)
         if not away.min() <= TOLERANCE:
             measured = ", ".join(f"{listed:g}" for listed in self.angles)

@@ -266,13 +266,32 @@ def test_a_thousand_draws(design):
     noise = sigma * noise @ np.linalg.inv(np.linalg.cholesky(np.cov(noise.T))).T
     errors = np.empty((1000, len(expected)))
     for draw, parts in zip(errors, noise.reshape(1000, len(names), -1), strict=True):
+        drawn = {name: value * rng.uniform(-2, 2) for name, value in true.items()}
+        clean = measurement.predict(drawn, at, degrees=True)
         data = at | {name: clean[name] + part for name, part in zip(names, parts, strict=True)}
         estimate = measurement.identify(data, degrees=True, sigma=sigma)
-        draw[:] = np.array(list(estimate.values.values())) - expected
+        draw[:] = [estimate[name] - drawn[name] for name in exact.values]
     deviations = np.sqrt(np.diag(estimate.covariance))
     assert ((np.abs(errors) <= 3 * deviations).mean(axis=0) >= 0.99).all()
     observed = np.cov(errors.T) / np.outer(deviations, deviations)
     np.testing.assert_allclose(observed, estimate.covariance / np.outer(deviations, deviations), atol=0.01)
+
+
+def test_each_kind_of_reading_may_have_its_own_noise():
+    measurement, at, true, _ = DESIGNS["rtcp"]
+    data = at | measurement.predict(true, at, degrees=True)
+    both = measurement.identify(data, degrees=True, sigma={"axial": 0.001, "lateral": 1000.0})
+    axial = measurement.identify({k: v for k, v in data.items() if k != "lateral"}, degrees=True, sigma=0.001)
+    np.testing.assert_allclose(both.covariance, axial.covariance, rtol=1e-6)
+
+
+def test_repeated_turns_are_told_apart_by_a_run_column(tmp_path):
+    path = tmp_path / "runs.csv"
+    path.write_text(
+        "run,angle,R,dial\n1,0,100,0.03\n1,90,100,-0.02\n1,180,100,-0.03\n2,0,100,0.03\n2,90,100,-0.02\n"
+    )
+    dial = calibration.dial_circle()
+    assert dial.identify(dial.read(path), degrees=True).spare == 2
 
 
 def test_noise_from_the_residuals_is_unbiased_and_tells_a_misfit():

@@ -1,5 +1,7 @@
 """Other tools on the same CL data: contact against a sampled cutter, length errors against the chain."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,6 +12,7 @@ from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.tool import Cutter
 
+DATA = Path(__file__).parent.parent / "data"
 CUTTERS = {"ball": Cutter.ball(12), "bull": Cutter(12, 2), "flat": Cutter.flat(12)}
 cutters = pytest.mark.parametrize("cutter", CUTTERS.values(), ids=CUTTERS)
 
@@ -112,3 +115,26 @@ def test_bad_input(call, message):
 def test_what_the_control_was_told_is_one_of_three(dmu50v):
     with pytest.raises(InputError, match='told: expected "tcp", "length offset" or "nothing"'):
         tool.tip_shift(dmu50v, [0, 0, 0, 0, 0], 1, "RTCP")
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("0,0,0,0,0,0,0,0,1", "line 3, column 'i': expected a direction i j k, not all zero"),
+        ("0,0,0,0,0,1,0,0,0", "line 3, column 'nx': expected a direction nx ny nz"),
+        ("0,0,0,0,0,1,0,1,-1", "line 3, column 'nx': expected a normal out of the part"),
+        ("0,0,0,0,0,1,0,0", "line 3: expected 9 entries, found 8"),
+    ],
+)
+def test_faulty_contact_files(tmp_path, row, message):
+    path = tmp_path / "contacts.csv"
+    path.write_text(f"x,y,z,i,j,k,nx,ny,nz\n0,0,0,0,0,1,0,0,1\n{row}\n")
+    with pytest.raises(InputError) as error:
+        tool.read_contacts(path)
+    assert f"{path}, {message}" in str(error.value)
+
+
+def test_the_shipped_contacts_lie_on_their_dome():
+    tip, axis, normal = tool.read_contacts(DATA / "cl/dome_contacts.csv")
+    contact = tip - tool.tip_from_contact(Cutter.ball(10), normal, axis)
+    np.testing.assert_allclose(contact[:, 2], -(contact[:, 0] ** 2) / 40, atol=2e-6)
