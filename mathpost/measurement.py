@@ -124,7 +124,7 @@ class Measurement:
         Returns
         -------
         mathpost.table.Table
-            To be given to `identify` with ``degrees=True``.
+            To be given to `identify`.
 
         Raises
         ------
@@ -152,7 +152,7 @@ class Measurement:
             Setting to number or array, and reading to array, shape (n,). Of the readings only some need be
             there; an unknown that none of those depends on is left out.
         degrees : bool, keyword only
-            Whether the angles among the settings are degrees; a file's always are.
+            Whether the angles among the settings are degrees; those of a `Table` always are.
         sigma : float or dict, optional, keyword only
             Standard deviation of a reading, mm, or one for each kind of reading. Without it the residuals
             supply it, which is a poor guess if few readings are to spare.
@@ -179,32 +179,37 @@ class Measurement:
         if not sought:
             raise InputError(where, f"something sought among {', '.join(map(str, self.unknowns))}", "nothing")
         length = max(np.size(data[name]) for name in used)
+        if not length:
+            raise InputError(where, f"readings: {', '.join(used)}", "none")
         arrays = [self._array(data[name], name, where, length) for name in used]
-        readings = np.stack(np.broadcast_arrays(*arrays, np.empty(length))[:-1], axis=-1)
-        settings = [np.broadcast_to(s, readings.shape[:-1]) for s in self._settings(data, degrees, len(readings))]
+        readings = np.stack([np.broadcast_to(array, length) for array in arrays], axis=-1)
+        degrees = degrees or isinstance(data, table.Table)
+        settings = [np.broadcast_to(s, length) for s in self._settings(data, degrees, length)]
         weights = 1 / np.broadcast_to(_sigmas(sigma, used), readings.shape).ravel()
+        predict, derive = self._evaluate(used, sought)
 
+        def arguments(x):
+            values = dict(zip(map(str, sought), x, strict=True)) | known
+            return [*(values.get(str(symbol), 0.0) for symbol in self.unknowns), *settings]
+
+        # Gauss and Newton: all formulas are nearly linear in the unknowns, and two or three steps do.
         x = np.zeros(len(sought))
         for _ in range(50):
-            values = {str(s): v for s, v in zip(sought, x, strict=True)} | known
-            arguments = [values.get(str(symbol), 0.0) for symbol in self.unknowns]
-            predict, derive = self._evaluate(used, sought)
-            residuals = readings - predict(*arguments, *settings)
-            jacobian = derive(*arguments, *settings).reshape(-1, len(sought)) * weights[:, None]
+            misses = (readings - predict(*arguments(x))).ravel() * weights
+            jacobian = derive(*arguments(x)).reshape(-1, len(sought)) * weights[:, None]
             lengths = _lengths(jacobian)
             u, singular, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
             if len(singular) < len(sought) or singular[-1] <= SINGULAR * max(1.0, singular[0]):
                 raise self._undetermined(where, used, sought, known, settings, readings)
-            step = vt.T @ ((u.T @ (residuals.ravel() * weights)) / singular) / lengths
+            step = vt.T @ ((u.T @ misses) / singular) / lengths
             x = x + step
             if np.abs(jacobian @ step / weights).max() <= 1e-11 * max(1e-3, np.abs(readings).max()):
                 break
         else:
             raise InputError(where, f"readings that {self.name} can explain", "readings that fit no values")
 
-        values = {str(symbol): float(value) for symbol, value in zip(sought, x, strict=True)}
-        predicted = predict(*[(values | known).get(str(symbol), 0.0) for symbol in self.unknowns], *settings)
-        residuals = readings - predicted
+        values = dict(zip(map(str, sought), x.tolist(), strict=True))
+        residuals = readings - predict(*arguments(x))
         spare = readings.size - len(sought)
         noise = float(np.linalg.norm(residuals.ravel() * weights) / np.sqrt(spare)) if spare else np.nan
         inverse = vt.T / singular / lengths[:, None]

@@ -291,7 +291,7 @@ def test_repeated_turns_are_told_apart_by_a_run_column(tmp_path):
         "run,angle,R,dial\n1,0,100,0.03\n1,90,100,-0.02\n1,180,100,-0.03\n2,0,100,0.03\n2,90,100,-0.02\n"
     )
     dial = calibration.dial_circle()
-    assert dial.identify(dial.read(path), degrees=True).spare == 2
+    assert dial.identify(dial.read(path)).spare == 2
 
 
 def test_noise_from_the_residuals_is_unbiased_and_tells_a_misfit():
@@ -376,7 +376,7 @@ def test_files_of_readings_are_checked(tmp_path, text, message):
     path.write_text(text, encoding="utf-8")
     dial = calibration.dial_circle()
     with pytest.raises(InputError) as error:
-        dial.identify(dial.read(path), degrees=True)
+        dial.identify(dial.read(path))
     assert str(path) in str(error.value) and message in str(error.value)
 
 
@@ -386,6 +386,7 @@ def test_files_of_readings_are_checked(tmp_path, text, message):
         ({"angle": [0, 1, 2], "R": 100, "dial": [0, 1]}, {}, "angle: expected 2 numbers"),
         ({"angle": [0, 1, 2], "R": 100, "dial": [0, 1, np.nan]}, {}, "dial: expected finite numbers"),
         ({"angle": [0, 1, 2], "R": 100}, {}, "expected readings: dial"),
+        ({"angle": [], "R": 100, "dial": []}, {}, "expected readings: dial"),
         ({"angle": [0, 1, 2], "dial": [0, 1, 2]}, {}, "no 'R'"),
         ({"angle": [0, 1, 2], "R": 100, "dial": ["a", 1, 2]}, {}, "expected numbers"),
         ({"angle": [0, 1, 2], "R": 100, "dial": [0, 1, 2]}, {"sigma": 0}, "above 0"),
