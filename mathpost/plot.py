@@ -127,9 +127,9 @@ def cutter(axes, cutter, tip, tilt, *, height=None, **style):
     flat = cutter.diameter / 2 - cutter.rim
     across = np.concatenate([[0], flat + cutter.rim * np.sin(rise), [cutter.diameter / 2, 0]])
     top = 1.5 * cutter.diameter if height is None else height
-    along = np.concatenate([[0], cutter.rim * (1 - np.cos(rise)), [top, top]])
-    across, along = np.concatenate([across, -across[::-1]]), np.concatenate([along, along[::-1]])
-    x = tip[0] + across * np.cos(tilt) + along * np.sin(tilt)
-    z = tip[1] - across * np.sin(tilt) + along * np.cos(tilt)
+    up = np.concatenate([[0], cutter.rim * (1 - np.cos(rise)), [top, top]])
+    across, up = np.concatenate([across, -across[::-1]]), np.concatenate([up, up[::-1]])
+    x = tip[0] + across * np.cos(tilt) + up * np.sin(tilt)
+    z = tip[1] - across * np.sin(tilt) + up * np.cos(tilt)
     axes.fill(x, z, **{"color": COLOUR["tool"], "alpha": 0.3} | style)
     axes.set_aspect("equal")
