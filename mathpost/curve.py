@@ -32,6 +32,16 @@ class Points:
     period: float | None
     closure: float = 0.0
 
+    def check(self, positions):
+        """Return `positions` as an array; raise `ReachError` beyond the measured travel, if it has ends."""
+        positions = np.asarray(positions, dtype=float)
+        if self.period is None:
+            low, high = self.at[[0, -1]]
+            outside = (positions < low) | (positions > high)
+            if outside.any():
+                raise ReachError(f"{positions[outside].flat[0]:.6g} was not measured: {low:.6g} to {high:.6g} was")
+        return positions
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -60,13 +70,7 @@ class Curve:
 
     def __call__(self, positions):
         """Return the value at `positions`; raise `ReachError` beyond the measured travel of an open curve."""
-        positions = np.asarray(positions, dtype=float)
-        if self.points.period is None:
-            low, high = self.points.at[[0, -1]]
-            outside = (positions < low) | (positions > high)
-            if outside.any():
-                raise ReachError(f"{positions[outside].flat[0]:.6g} was not measured: {low:.6g} to {high:.6g} was")
-        return self.spline(positions)
+        return self.spline(self.points.check(positions))
 
     @cached_property
     def residuals(self):
@@ -79,6 +83,19 @@ class Curve:
     def residual(self):
         """The largest residual's size."""
         return float(np.abs(self.residuals).max())
+
+
+@dataclass(frozen=True)
+class Polyline:
+    """Straight lines through all measured points, as a control joins the entries of its table."""
+
+    points: Points
+
+    def __call__(self, positions):
+        """Return the value at `positions`; raise `ReachError` beyond the measured travel of an open one."""
+        return np.interp(
+            self.points.check(positions), self.points.at, self.points.values, period=self.points.period
+        )
 
 
 def points(at, values, *, period=None):
