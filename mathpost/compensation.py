@@ -7,7 +7,8 @@ small tilt, and its remainder, which grows with the square of the turn, makes th
 limited, X Y Z still correct the tip, and a point that would nevertheless become worse stays as programmed.
 """
 
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -88,7 +89,7 @@ class Compensator:
     >>> compensator = Compensator(machine_errors.constant_only(trunnion, {"EXC": 0.012, "EAC": 30e-6}))
     >>> result = compensator.compensate([40, -25, 30, 0.6, 1.2])
     >>> f"{1e3 * result.before.tip:.2f} µm, {1e3 * result.after.tip:.2f} µm"
-    '11.13 µm, 0.00 µm'
+    '12.16 µm, 0.00 µm'
     """
 
     def __init__(self, errors, *, max_turn=MAX_TURN):
@@ -99,6 +100,32 @@ class Compensator:
     def calibrated(self):
         """The exact inverse of the machine with the first group of its errors."""
         return CalibratedKinematics(self.model, self.errors.constant)
+
+    def with_drift(self, drift):
+        """Return a `Compensator` of the same machine, whose errors have drifted by `drift`, shape (33,)."""
+        other = copy(self)
+        vars(other)["calibrated"] = self.calibrated  # the drift belongs to the second group
+        other.errors = replace(self.errors, drift=as_array(drift, len(self.model.names), "drift"))
+        return other
+
+    def costs(self, joints):
+        """Return what each error costs at the tip, to first order.
+
+        Parameters
+        ----------
+        joints : array_like, shape (..., 5)
+            mm and radians.
+
+        Returns
+        -------
+        dict
+            Name of each error that is not 0 everywhere to an array of mm, shape (...), dearest first.
+        """
+        errors = self.errors.at(joints)
+        moved = self.model.sensitivities(joints)[..., :3, :] * errors[..., None, :]
+        costs = dict(zip(self.model.names, np.moveaxis(np.linalg.norm(moved, axis=-2), -1, 0), strict=True))
+        costs = {name: cost for name, cost in costs.items() if cost.any()}
+        return dict(sorted(costs.items(), key=lambda item: -item[1].max()))
 
     def pose(self, joints):
         """Return tip and axis that the machine takes at `joints`, errors and all."""
@@ -172,7 +199,7 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
     >>> model = ErrorModel(machine.load("data/machines/ac_table.toml"))
     >>> errors = np.where([name == "EAA" for name in model.names], 1e-4, 0)
     >>> step, limited = total_differential(model, [0, 0, 0, 0.5, 0.2], errors)
-    >>> f"A {1e6 * step[3]:.1f} µrad, C {1e6 * step[4]:.1f} µrad", limited.item()
+    >>> f"A {1e6 * step[3]:.1f} µrad, C {1e6 * step[4]:z.1f} µrad", limited.item()
     ('A 100.0 µrad, C 0.0 µrad', False)
     """
     missed = np.einsum("...ij,...j->...i", model.sensitivities(joints), errors)

@@ -20,7 +20,7 @@ in tables, each over the position of one joint::
 Positions of slides are machine coordinates: the programmed X Y Z plus the machine's work offset.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -54,19 +54,22 @@ class MachineErrors:
     constant : ndarray, shape (33,)
         In the order of `mathpost.error_model.names`; mm and radians.
     tables : tuple of JointTable
+    drift : ndarray, shape (33,), or 0
+        What has been added since the calibration, by heat for instance.
     """
 
     machine: Machine
     structure: Structure
     constant: np.ndarray
     tables: tuple = ()
+    drift: np.ndarray | float = 0.0
 
     def at(self, joints):
         """Return all errors at `joints`, shape (..., 5) in mm and radians, as shape (..., 33)."""
         return self.constant + self.varying(joints)
 
     def varying(self, joints):
-        """Return the second group alone: what the tables add at `joints`.
+        """Return the second group alone: what tables and drift add at `joints`.
 
         Raises
         ------
@@ -74,16 +77,12 @@ class MachineErrors:
             If a joint stands where its errors were not measured.
         """
         joints = as_array(joints, 5, "joints")
-        errors = np.zeros((*joints.shape[:-1], len(self.constant)))
+        errors = np.zeros((*joints.shape[:-1], len(self.constant))) + self.drift
         for each in self.tables:
             position = self._position(joints, each.joint)
             for index, fitted in each.curves.items():
                 errors[..., index] += self._evaluate(each.joint, fitted, position) * _unit(index)
         return errors
-
-    def with_constant(self, constant):
-        """Return the same errors with another first group, shape (33,)."""
-        return replace(self, constant=as_array(constant, len(self.constant), "constant"))
 
     def _position(self, joints, index):
         """The joint's position as its table has it: degrees, or mm in machine coordinates."""
