@@ -74,6 +74,10 @@ class Accuracy:
     R: tuple
     A: tuple
 
+    def __str__(self):
+        pairs = (("A", self.A[2]), ("E", self.E[2]), ("M", self.M), ("B", self.B), ("R", self.R[2]))
+        return "   ".join(f"{name} {value:6.2f}" for name, value in pairs) + "   arcsec"
+
 
 def load(path):
     """Read bidirectional runs from a CSV file with the columns angle, up1, down1, up2, down2, …
@@ -136,8 +140,8 @@ def accuracy(runs):
     >>> up = np.array([1, 10, -6, 3])[:, None] + spread
     >>> down = np.array([0, 8.5, -7.2, 2.5])[:, None] + spread / 2
     >>> result = accuracy(from_arrays([0, 90, 180, 270], up, down))
-    >>> print(f"B {result.B:.2f}  E {result.E[2]:.2f}  R {result.R[2]:.5f}  A {result.A[2]:.4f}")
-    B 1.50  E 17.20  R 2.44868  A 18.1487
+    >>> print(result)
+    A  18.15   E  17.20   M  15.85   B   1.50   R   2.45   arcsec
     """
     up, down = runs.mean("up"), runs.mean("down")
     s_up, s_down = runs.up.std(axis=1, ddof=1), runs.down.std(axis=1, ddof=1)

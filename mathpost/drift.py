@@ -106,6 +106,11 @@ class Tracker:
         drift[[self.model.names.index(name) for name in self.names]] = self.values
         return drift
 
+    def sure(self):
+        """Return the standard deviation that each value will have after one part, shape (names,)."""
+        information = self.design.T @ self.design / self.sigma**2 + np.linalg.inv(self.covariance)
+        return np.sqrt(np.diag(np.linalg.inv(information)))
+
     def update(self, readings, *, corrected=0.0):
         """Take in the readings of one more part.
 
