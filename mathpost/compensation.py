@@ -58,19 +58,24 @@ class Compensated:
     limited: np.ndarray
     refused: np.ndarray
 
-    def report(self):
-        """Return the volumetric error before and after, and how many points were limited or refused, as text."""
-        lines = [f"volumetric error before: {self.before}", f"volumetric error after:  {self.after}"]
+    @property
+    def cautions(self):
+        """Sentences that say how many points were limited or refused; none if none was."""
+        sentences, count = [], self.limited.size
         if self.limited.any():
-            number, worst = int(self.limited.sum()), np.rad2deg(np.max(self.after.axis[self.limited])) * 3600
-            lines.append(
-                f"{number} of {self.limited.size} points stand too near the singular position for the whole turn: "
+            worst = np.rad2deg(np.max(self.after.axis[self.limited])) * 3600
+            sentences.append(
+                f"{self.limited.sum()} of {count} points stand too near the singular position for the whole turn: "
                 f"there the tip is corrected, and up to {worst:.2f} arcsec of the tool axis' error stay"
             )
         if self.refused.any():
-            number = int(self.refused.sum())
-            lines.append(f"{number} of {self.refused.size} points stay as programmed: the step made them worse")
-        return "\n".join(lines)
+            sentences.append(f"{self.refused.sum()} of {count} points stay as programmed: the step made them worse")
+        return tuple(sentences)
+
+    def report(self):
+        """Return the volumetric error before and after, and the cautions, as text."""
+        lines = [f"volumetric error before: {self.before}", f"volumetric error after:  {self.after}"]
+        return "\n".join([*lines, *self.cautions])
 
 
 class Compensator:
@@ -127,8 +132,8 @@ class Compensator:
         costs = {name: cost for name, cost in costs.items() if cost.any()}
         return dict(sorted(costs.items(), key=lambda item: -item[1].max()))
 
-    def pose(self, joints):
-        """Return tip and axis that the machine takes at `joints`, errors and all."""
+    def forward(self, joints):
+        """Return tip and axis that the machine takes at `joints`, errors and all; mm and radians."""
         return self.model.forward(joints, self.errors.at(joints))
 
     def wanted(self, joints):
@@ -137,7 +142,7 @@ class Compensator:
 
     def miss(self, joints, wanted=None):
         """Return the `PoseError` of `joints` against the pose `wanted`, by default that without errors."""
-        tip, axis = self.pose(joints)
+        tip, axis = self.forward(joints)
         wanted_tip, wanted_axis = self.wanted(joints) if wanted is None else wanted
         # The chord of two unit vectors keeps the digits that the arccosine of their product loses.
         chord = np.linalg.norm(axis - wanted_axis, axis=-1)

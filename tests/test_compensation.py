@@ -43,7 +43,7 @@ def test_the_pose_of_the_example(two_tables):
 
 
 def test_the_error_of_the_example_and_its_first_order(two_tables):
-    (tip, axis), (wanted_tip, wanted_axis) = two_tables.pose(at(35)), two_tables.wanted(at(35))
+    (tip, axis), (wanted_tip, wanted_axis) = two_tables.forward(at(35)), two_tables.wanted(at(35))
     np.testing.assert_allclose(1e3 * (tip - wanted_tip), [13.4770, 2.06965, -18.7617], rtol=0, atol=5e-5)
     missed = two_tables.miss(at(35))
     assert 1e3 * missed.tip == pytest.approx(23.1930, abs=5e-5)
@@ -67,7 +67,7 @@ def test_one_step_of_the_total_differential(two_tables):
 def test_a_second_step_from_what_is_left(two_tables):
     wanted, joints = two_tables.wanted(at(35)), at(35)
     joints = joints + total_differential(two_tables.model, joints, two_tables.errors.constant)[0]
-    missed = np.concatenate(two_tables.pose(joints)) - np.concatenate(wanted)
+    missed = np.concatenate(two_tables.forward(joints)) - np.concatenate(wanted)
     joints = joints - np.linalg.lstsq(two_tables.model.jacobian(joints), missed)[0]
     assert two_tables.miss(joints, wanted).tip < 1e-10
 
@@ -111,7 +111,7 @@ def test_any_machine_comes_where_it_was_meant_to(kin, model):
     assert result.before.tip.min() > 1e-3
     assert result.after.tip.max() < 2e-4 and result.after.axis.max() < 3e-7
     assert not result.limited.any() and not result.refused.any()
-    tip, axis = compensator.pose(result.joints)
+    tip, axis = compensator.forward(result.joints)
     ideal_tip, ideal_axis = kin.forward(away_from_the_pole(7, kin))
     np.testing.assert_allclose(tip, ideal_tip, rtol=0, atol=2e-4)
     np.testing.assert_allclose(axis, ideal_axis, rtol=0, atol=3e-7)
