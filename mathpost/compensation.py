@@ -18,6 +18,8 @@ from mathpost.error_model import ErrorModel
 from mathpost.errors import as_array
 
 MAX_TURN = np.deg2rad(0.1)  # its second-order remainder is 0.15 µm for every 100 mm between tool and rotary axis
+MAX_GAIN = 10  # turn for tilt that is never limited: that of a tool axis some 6 degrees from the singular one
+ROUNDING = 1e-13  # radians
 NEGLIGIBLE = 1e-4, 1e-7  # mm and radians by which "worse" is not worth refusing
 
 
@@ -85,7 +87,7 @@ class Compensator:
     ----------
     errors : mathpost.machine_errors.MachineErrors
     max_turn : float, optional, keyword only
-        The greatest correction of a rotary axis, radians.
+        The greatest correction of a rotary axis for a tilt that it can hardly make, radians.
 
     Examples
     --------
@@ -158,21 +160,22 @@ class Compensator:
         """
         joints = as_array(joints, 5, "joints")
         wanted = self.wanted(joints)
-        base, exact = self._first_group(joints, wanted)
+        before = self.miss(joints, wanted)
+        base, exact = self._first_group(joints, wanted, np.maximum(self.max_turn, MAX_GAIN * before.axis))
         left = np.where(exact[..., None], self.errors.varying(base), self.errors.at(base))
         step, limited = total_differential(self.model, base, left, max_turn=self.max_turn)
-        before, after = self.miss(joints, wanted), self.miss(base + step, wanted)
+        after = self.miss(base + step, wanted)
         refused = (after.tip > before.tip + NEGLIGIBLE[0]) | (after.axis > before.axis + NEGLIGIBLE[1])
         corrected = np.where(refused[..., None], joints, base + step)
         return Compensated(corrected, before, self.miss(corrected, wanted), limited & ~refused, refused)
 
-    def _first_group(self, joints, wanted):
-        """The exact inverse nearest to `joints` where its turn is small enough, else `joints` themselves."""
+    def _first_group(self, joints, wanted, most):
+        """The exact inverse nearest to `joints` where it turns by no more than `most`, else `joints` themselves."""
         change = self.calibrated.inverse(*wanted) - joints[..., None, :]
         change[..., 3:] = (change[..., 3:] + np.pi) % (2 * np.pi) - np.pi
-        turn = np.abs(change[..., 3:]).max(axis=-1)
+        turn = np.abs(change[..., 3:] - _own_turns(self.model, self.errors.constant)).max(axis=-1)
         nearest = np.argmin(np.where(np.isnan(turn), np.inf, turn), axis=-1)[..., None]
-        exact = np.take_along_axis(turn, nearest, axis=-1)[..., 0] <= self.max_turn
+        exact = np.take_along_axis(turn, nearest, axis=-1)[..., 0] <= most
         change = np.take_along_axis(change, nearest[..., None], axis=-2)[..., 0, :]
         return np.where(exact[..., None], joints + change, joints), exact
 
@@ -191,7 +194,8 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
     errors : array_like, shape (..., 33)
         In the order of `model.names`; mm and radians.
     max_turn : float, optional, keyword only
-        Limit of the turn in each singular direction of the two rotary axes, radians.
+        Limit, in radians, of a turn that is more than `MAX_GAIN` times the tilt for which it is made. What takes
+        out an axis' own positioning error does not count.
 
     Returns
     -------
@@ -210,10 +214,25 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
     missed = np.einsum("...ij,...j->...i", model.sensitivities(joints), errors)
     jacobian = model.jacobian(joints)
     left, sizes, right = np.linalg.svd(jacobian[..., 3:, 3:], full_matrices=False)
-    tilt = np.einsum("...ij,...i->...j", left, missed[..., 3:])
+    own = _own_turns(model, errors)
+    tilted = missed[..., 3:] + np.einsum("...ij,...j->...i", jacobian[..., 3:, 3:], own)
+    tilt = np.einsum("...ij,...i->...j", left, tilted)
+    tilt = np.where(np.abs(tilt) < ROUNDING, 0, tilt)
     wanted = -tilt / np.maximum(sizes, np.finfo(float).tiny)
-    turn = np.clip(wanted, -max_turn, max_turn)
-    rotary = np.einsum("...ji,...j->...i", right, turn)
+    most = np.maximum(max_turn, MAX_GAIN * np.abs(tilt))
+    # Beyond the limit the turn falls again as the pole comes nearer, where it would do nothing for the tilt, and so
+    # goes through zero at the pole, where the wanted turn jumps from plus to minus infinity.
+    beyond = np.abs(wanted) > most
+    turn = np.where(beyond, most**2 / np.where(beyond, wanted, 1), wanted)
+    rotary = own + np.einsum("...ji,...j->...i", right, turn)
     tip = missed[..., :3] + np.einsum("...ij,...j->...i", jacobian[..., :3, 3:], rotary)
     linear = -np.linalg.solve(jacobian[..., :3, :3], tip[..., None])[..., 0]
-    return np.concatenate([linear, rotary], axis=-1), (turn != wanted).any(axis=-1)
+    return np.concatenate([linear, rotary], axis=-1), beyond.any(axis=-1)
+
+
+def _own_turns(model, errors):
+    """The turns, shape (..., 2), that take out what the rotary axes' own positioning errors turn."""
+    columns = [[model.names.index(f"E{c}{rotary.name}") for c in "ABC"] for rotary in model.machine.rotary]
+    axes = np.array([rotary.axis for rotary in model.machine.rotary])
+    axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    return -np.einsum("...ij,ij->...i", np.asarray(errors)[..., columns], axes)
