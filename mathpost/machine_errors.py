@@ -17,8 +17,8 @@ in tables, each over the position of one joint::
     endless = true                    # repeats after 360°; without it the errors end where the table ends
     interpolation = "spline"          # or "linear"
 
-Positions of slides are machine coordinates: the programmed X Y Z plus the machine's work offset. The workpiece stands
-where the ideal machine would have it: what probing it on the erring machine has already taken out must be subtracted.
+Positions of slides are machine coordinates: the programmed X Y Z plus the machine's work offset. The workpiece
+stands where the ideal machine would have it: what probing it on the machine has taken out must be subtracted.
 """
 
 from dataclasses import dataclass

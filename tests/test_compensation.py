@@ -7,6 +7,7 @@ from mathpost import machine, machine_errors
 from mathpost.calibrated import CalibratedKinematics
 from mathpost.compensation import Compensator, total_differential
 from mathpost.error_model import ErrorModel, Structure
+from mathpost.kinematics import Kinematics
 from mathpost.machine_errors import MachineErrors
 
 ARCSEC = np.rad2deg(1) * 3600
@@ -117,7 +118,9 @@ def test_any_machine_comes_where_it_was_meant_to(kin, model):
     np.testing.assert_allclose(axis, ideal_axis, rtol=0, atol=3e-7)
 
 
-def test_exact_inverse_of_constant_errors(kin):
+@pytest.mark.parametrize("name", ["bc_table", "nutating_head_table", "ac_head"])
+def test_exact_inverse_of_constant_errors(name):
+    kin = Kinematics(machine.load(f"data/machines/{name}.toml"))
     model = ErrorModel(kin.machine, Structure("YX", "Z"))
     errors = 20 * random_errors(8, model)
     joints = away_from_the_pole(9, kin, 10)
