@@ -5,7 +5,7 @@ import math
 import sys
 from pathlib import Path
 
-from mathpost import cldata, machine, postprocess
+from mathpost import cldata, machine, machine_errors, postprocess
 from mathpost.errors import MathpostError
 from mathpost.files import write_text
 from mathpost.passage import Crossing
@@ -45,6 +45,9 @@ def _add_post(commands):
         "--origin", type=_vector, metavar="X,Y,Z", help="workpiece origin, instead of the machine file's"
     )
     post.add_argument(
+        "--errors", type=Path, metavar="FILE", help="errors of the calibrated machine, TOML, to compensate for"
+    )
+    post.add_argument(
         "--no-compare", action="store_true", help="leave the comparison of strategies out of the report"
     )
     post.add_argument("-o", "--output", type=Path, metavar="FILE", help="program; by default standard output")
@@ -71,6 +74,7 @@ def _post(options):
         cone=postprocess.CONE if options.cone is None else math.radians(options.cone),
         split=options.split,
         compare=not options.no_compare,
+        errors=machine_errors.load(options.errors, setup) if options.errors else None,
     )
     if options.output:
         write_text(options.output, result.program)

@@ -141,17 +141,21 @@ def load(path):
     >>> machine.joint_names, machine.arrangement
     (('X', 'Y', 'Z', 'B', 'C'), 'table-table')
     """
+    return from_dict(read_toml(path), str(path))
+
+
+def read_toml(path):
+    """Return the content of the TOML file `path` as a dict; raise `InputError` if it is none."""
     text = read_text(path)
     try:
-        content = tomllib.loads(text)
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(str(path), "a TOML file", str(error)) from None
-    return from_dict(content, str(path))
 
 
 def from_dict(content, where="machine"):
     """Build a machine from the content of a TOML file; `where` begins every error message."""
-    file = _Table(content, where)
+    file = TomlTable(content, where)
     rotary = file.take("rotary", _list_of_tables, "exactly two [[rotary]] tables")
     if len(rotary) != 2:
         raise InputError(f"{where}, [[rotary]]", "exactly two rotary axes", f"{len(rotary)}")
@@ -160,7 +164,7 @@ def from_dict(content, where="machine"):
     machine = Machine(
         name=file.take("name", _text, "a name in quotes"),
         source=file.take("source", _text, "a source in quotes"),
-        rotary=tuple(_rotary(_Table(entry, f"{where}, rotary {n}")) for n, entry in enumerate(rotary, 1)),
+        rotary=tuple(_rotary(TomlTable(entry, f"{where}, rotary {n}")) for n, entry in enumerate(rotary, 1)),
         linear=tuple(_linear(linear, name) for name in "XYZ"),
         origin=workpiece.take("origin", _vector, "[x, y, z] in mm"),
         tool_axis=tool.take("axis", _direction, "[x, y, z], not all zero"),
@@ -220,7 +224,7 @@ def _parallel(first, second):
     return np.linalg.norm(np.cross(a, b)) < 1e-6
 
 
-class _Table:
+class TomlTable:
     """A TOML table that is emptied key by key, so that what is left over is a key nobody knows."""
 
     def __init__(self, content, where):
@@ -243,7 +247,7 @@ class _Table:
         content = self.content.pop(key, {} if optional else None)
         if content is None:
             raise InputError(f"{self.where}, [{key}]", "this table", "nothing")
-        return _Table(content, f"{self.where}, [{key}]")
+        return TomlTable(content, f"{self.where}, [{key}]")
 
     def done(self):
         if self.content:
@@ -251,7 +255,7 @@ class _Table:
             raise InputError(f"{self.where}, key {key!r}", "no such key", repr(self.content[key]))
 
 
-# The readers below return the value they are given or raise ValueError or TypeError; `_Table.take` says where.
+# The readers below return the value they are given or raise ValueError or TypeError; `TomlTable.take` says where.
 
 
 def _require(condition, value):

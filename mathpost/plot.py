@@ -133,3 +133,38 @@ def cutter(axes, cutter, tip, tilt, *, height=None, **style):
     z = tip[1] - across * np.sin(tilt) + up * np.cos(tilt)
     axes.fill(x, z, **{"color": COLOUR["tool"], "alpha": 0.3} | style)
     axes.set_aspect("equal")
+
+
+def runs(axes, measured, result):
+    """Draw bidirectional runs (`mathpost.angular_error.Runs`) with the means ± 2 s of their `Accuracy`."""
+    pairs = [("first branch", "up", measured.up, result.mean_up, result.s_up)]
+    pairs += [("second branch", "down", measured.down, result.mean_down, result.s_down)]
+    for role, label, each, mean, s in pairs:
+        axes.plot(measured.angles, each, ".", color=COLOUR[role], markersize=3)
+        axes.plot(measured.angles, mean, STYLE[role], color=COLOUR[role], label=f"{label}: mean, ± 2 s")
+        axes.fill_between(measured.angles, mean - 2 * s, mean + 2 * s, color=COLOUR[role], alpha=0.25)
+    axes.axhline(0, color=COLOUR["machine"], linewidth=0.8)
+    axes.set(xlabel="angle, deg", ylabel="actual − target, arcsec")
+    axes.legend()
+
+
+def knots(axes, fitted, *, colour=COLOUR["workpiece"], label="spline"):
+    """Draw a `mathpost.curve.Curve` over its measured points, the knots as circles."""
+    measured = fitted.points
+    end = measured.at[-1] if measured.period is None else measured.at[0] + measured.period
+    fine = np.linspace(measured.at[0], end, 721)
+    chosen = sorted(fitted.knots)
+    axes.plot(measured.at, measured.values, "x", color=COLOUR["published"], markersize=4, label="measured")
+    axes.plot(fine, fitted(fine), color=colour, label=f"{label}, {len(chosen)} knots")
+    axes.plot(measured.at[chosen], measured.values[chosen], "o", color=colour, fillstyle="none")
+    axes.set(xlabel="angle, deg", ylabel="error, arcsec")
+    axes.legend(loc="lower left")
+
+
+def costs(axes, position, priced, *, label, dearest=6):
+    """Draw what the dearest errors cost along a path; `priced` is from `Compensator.costs`."""
+    lines = ["-", "--", "-.", ":"]
+    for index, (name, cost) in enumerate(list(priced.items())[:dearest]):
+        axes.plot(position, 1e3 * cost, lines[index % 4], color=f"C{index}", label=name)
+    axes.set(xlabel=label, ylabel="µm at the tip", ylim=(0, None))
+    axes.legend(loc="upper left", bbox_to_anchor=(1, 1))

@@ -4,12 +4,13 @@ No program is handed out unverified. Its own text is read back, sent through the
 with the CL data, at the records and along the path that the joints really run between the blocks.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from mathpost import program, selection
+from mathpost.compensation import Compensator
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.linearization import deviation, linearize
@@ -86,6 +87,7 @@ def run(
     clearance=CLEARANCE,
     compare=True,
     name=None,
+    errors=None,
 ):
     """Post-process CL data into a verified program.
 
@@ -112,6 +114,8 @@ def run(
         Whether the report compares all strategies, and all ways through each region.
     name : str, optional
         Program name; by default that of the CL file.
+    errors : mathpost.machine_errors.MachineErrors, optional
+        What was measured on the machine: the program is compensated for it, and verified on the machine as it is.
 
     Returns
     -------
@@ -156,10 +160,13 @@ def run(
 
     linear = motion.linearized(kin, tolerance - _rounding(kin, motion.joints, tolerance), cl)
     _refuse_out_of_travel(machine, cl, linear)
-    motion, words = _thinned(motion if tcp else linear, kin, tcp)
+    real, moves, uncompensated, cautions = kin, motion if tcp else linear, None, ()
+    if errors is not None:
+        real, moves, uncompensated, cautions = _compensated(kin, cl, moves, errors, tcp)
+    motion, words = _thinned(moves, kin, tcp)
     text = program.write(_blocks(kin, cl, motion, words, tcp), machine, dialect, name=name or Path(cl.name).stem)
     blocks = program.read(text, machine, dialect)
-    proof = verify(kin, cl, blocks, motion)
+    proof = verify(kin, cl, blocks, motion, real=real)
     if not (proof.tip_error <= tolerance and proof.path_tip_error <= tolerance):
         worst = max(proof.tip_error, proof.path_tip_error)
         raise MathpostError(f"{cl.name}: the program is {worst:.6f} mm off the CL path, more than {tolerance} mm")
@@ -167,14 +174,15 @@ def run(
         verification=proof,
         settings=_settings(cl, machine, chosen, crossings, singular, tolerance, blocks),
         time=_time(kin, cl, motion),
-        warnings=tuple(_warnings(cl, chosen)),
+        uncompensated=uncompensated,
+        warnings=(*_warnings(cl, chosen), *cautions),
         strategies=tuple(_compare_strategies(kin, cl, start, prefer)) if compare else (),
         passages={region: crossing.compare(**options) for region, crossing in crossings.items()} if compare else {},
     )
     return Result(chosen.joints, blocks, motion.place, text, report)
 
 
-def verify(kin, cl, blocks, motion, *, samples=None):
+def verify(kin, cl, blocks, motion, *, samples=None, real=None):
     """Compare a program's blocks with the CL data, at the records and along the path between the blocks.
 
     Parameters
@@ -187,25 +195,27 @@ def verify(kin, cl, blocks, motion, *, samples=None):
         Where on the CL path each block ends, and which are lifted off the part.
     samples : int, optional
         Intervals between two blocks; see `mathpost.linearization.deviation`.
+    real : Kinematics or Compensator, optional
+        The forward kinematics of the machine that runs the program, if not those of its control.
 
     Returns
     -------
     Verification
     """
+    real = kin if real is None else real
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
     joints = blocks.joints
-    tip, axis = kin.forward(joints)
     if blocks.tcp:
-        tip = joints[:, :3]
-        joints = kin.close(tip, joints[:, 3:])
+        joints = kin.close(joints[:, :3], joints[:, 3:])
+    tip, axis = real.forward(joints)
     # A record whose block was left out as a repetition has the pose of the block before.
     on_part = np.flatnonzero(~motion.lifted)
     at = on_part[np.searchsorted(motion.place[on_part], np.arange(len(cl)), side="right") - 1]
     tips, axes = cl.at(motion.place)
     steps = slice(None, -1), slice(1, None)
     path_tip, path_axis = deviation(
-        kin,
+        real,
         *(joints[part] for part in steps),
         tips=[tips[part] for part in steps],
         axes=[axes[part] for part in steps],
@@ -252,6 +262,20 @@ def _refuse_out_of_travel(machine, cl, motion):
     if out.size:
         sentences = selection.out_of_travel(machine, motion.joints[out[0]])
         raise ReachError(f"{cl.where(int(motion.place[out[0]]))} and on: {'; '.join(sentences)}")
+
+
+def _compensated(kin, cl, motion, errors, tcp):
+    """The calibrated machine, the motion made for it, how it would miss without that, and what is left to say."""
+    machine = kin.machine
+    if errors.machine != machine:
+        raise InputError("errors", f"those of {machine.name!r}, set up alike", f"{errors.machine.name!r}")
+    real = Compensator(errors)
+    plain, words = _thinned(motion, kin, tcp)
+    uncompensated = verify(kin, cl, _blocks(kin, cl, plain, words, tcp), plain, real=real)
+    compensated = real.compensate(motion.joints)
+    motion = replace(motion, joints=compensated.joints)
+    _refuse_out_of_travel(machine, cl, motion)
+    return real, motion, uncompensated, compensated.cautions
 
 
 def _thinned(motion, kin, tcp):

@@ -38,6 +38,8 @@ class Report:
         What the program was made with, as text.
     time : float
         Seconds; 0 if neither feed nor rates are known.
+    uncompensated : Verification or None
+        What the calibrated machine would do with the program, had it not been compensated for.
     warnings : tuple of str
     strategies : tuple of tuples
         Selection strategy; cost; largest step of each rotary axis, degrees; why it is not possible.
@@ -51,6 +53,7 @@ class Report:
     warnings: tuple
     strategies: tuple
     passages: dict
+    uncompensated: Verification | None = None
 
     @property
     def tip_error(self):
@@ -83,6 +86,13 @@ class Report:
             f"{'axis error':<12} {proof.axis_error:.4f}° at the records, "
             f"{proof.path_axis_error:.4f}° along the path",
         ]
+        if self.uncompensated:
+            before = self.uncompensated
+            lines.append(
+                f"{'volumetric':<12} at the records {1e3 * before.tip_error:.1f} µm and "
+                f"{3600 * before.axis_error:.1f} arcsec before compensation, {1e3 * proof.tip_error:.1f} µm and "
+                f"{3600 * proof.axis_error:.1f} arcsec after it"
+            )
         lines += [f"{'warning':<12} {warning}" for warning in self.warnings]
         if self.strategies:
             lines += ["", *_strategy_table(self.strategies)]

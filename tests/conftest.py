@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from mathpost import cldata, machine
+from mathpost.error_model import ErrorModel
 from mathpost.kinematics import Kinematics
 
 ROOT = Path(__file__).parent.parent
@@ -47,3 +48,9 @@ def published():
         rows = np.loadtxt(DATA / f"tables/yu_dan_table_{number}.csv", delimiter=",", skiprows=2)
         tables[number] = {int(row[0]): row[1:] for row in rows}
     return tables
+
+
+@pytest.fixture(scope="session")
+def model(kin):
+    """The chain with errors of each machine in data/machines, in turn."""
+    return ErrorModel(kin.machine)

@@ -1,0 +1,203 @@
+"""An interpolating cubic spline through measured points: all of them, every n-th, or those chosen adaptively.
+
+Huang et al. (source 001) name "cubic spline interpolation with adaptively chosen knots" and give no more. Here
+the choice is greedy: begin with few knots, make the point with the largest residual the next knot, and stop when
+every measured point is met to the tolerance. The units are the caller's.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from mathpost.errors import InputError, ReachError, as_array
+
+
+@dataclass(frozen=True)
+class Points:
+    """Measured values at increasing positions, once around if they have a period.
+
+    Attributes
+    ----------
+    at, values : ndarray, shape (points,)
+    period : float or None
+        The positions repeat after it; the last one stands less than a period after the first.
+    closure : float
+        What the value had changed by when the position came round again; 0 if that was not measured.
+    """
+
+    at: np.ndarray
+    values: np.ndarray
+    period: float | None
+    closure: float = 0.0
+
+    def check(self, positions):
+        """Return `positions` as an array; raise `ReachError` beyond the measured travel, if it has ends."""
+        positions = np.asarray(positions, dtype=float)
+        if self.period is None:
+            low, high = self.at[[0, -1]]
+            outside = (positions < low) | (positions > high)
+            if outside.any():
+                raise ReachError(f"{positions[outside].flat[0]:.6g} was not measured: {low:.6g} to {high:.6g} was")
+        return positions
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A cubic spline through some of the measured points.
+
+    Attributes
+    ----------
+    points : Points
+    knots : tuple of ints
+        Which of the points it goes through, in the order in which they were chosen.
+    """
+
+    points: Points
+    knots: tuple
+
+    @cached_property
+    def spline(self):
+        """The `scipy.interpolate.CubicSpline`: periodic, or with SciPy's not-a-knot ends."""
+        chosen = sorted(self.knots)
+        at, values = self.points.at[chosen], self.points.values[chosen]
+        if self.points.period is None:
+            return CubicSpline(at, values, extrapolate=False)
+        return CubicSpline(
+            np.append(at, at[0] + self.points.period), np.append(values, values[0]), bc_type="periodic"
+        )
+
+    def __call__(self, positions):
+        """Return the value at `positions`; raise `ReachError` beyond the measured travel of an open curve."""
+        return self.spline(self.points.check(positions))
+
+    @cached_property
+    def residuals(self):
+        """Measured value minus curve at every measured point; it says nothing about the curve between them."""
+        residuals = self.points.values - self.spline(self.points.at)
+        residuals[list(self.knots)] = 0
+        return residuals
+
+    @property
+    def residual(self):
+        """The largest residual's size."""
+        return float(np.abs(self.residuals).max())
+
+
+@dataclass(frozen=True)
+class Polyline:
+    """Straight lines through all measured points, as a control joins the entries of its table."""
+
+    points: Points
+
+    def __call__(self, positions):
+        """Return the value at `positions`; raise `ReachError` beyond the measured travel of an open one."""
+        return np.interp(
+            self.points.check(positions), self.points.at, self.points.values, period=self.points.period
+        )
+
+
+def points(at, values, *, period=None):
+    """Check measured values and return them as `Points`.
+
+    A first position that was measured again one period later counts once, with the mean of its two values: a
+    periodic curve can have only one. Their difference is kept as `closure`.
+
+    Parameters
+    ----------
+    at, values : array_like, shape (points,)
+        Increasing positions, and what was measured there.
+    period : float, optional, keyword only
+        360 for degrees of an endless axis.
+
+    Raises
+    ------
+    InputError
+        If the positions do not increase, span more than a period, or are fewer than two (three with a period).
+
+    Examples
+    --------
+    >>> measured = points([0, 90, 180, 270, 360], [1.0, 4.0, 0.0, -2.0, 1.5], period=360)
+    >>> measured.values, measured.closure
+    (array([ 1.25, 4. , 0. , -2. ]), 0.5)
+    """
+    at, values = as_array(at, np.size(at), "positions"), as_array(values, np.size(at), "values")
+    if at.ndim != 1 or values.ndim != 1:
+        raise InputError("positions and values", "one dimension each", f"shapes {at.shape} and {values.shape}")
+    back = np.flatnonzero(np.diff(at) <= 0)
+    if back.size:
+        what = "a duplicate" if at[back[0]] == at[back[0] + 1] else "out of order"
+        found = f"{at[back[0] + 1]:.10g} after {at[back[0]]:.10g}, {what}"
+        raise InputError("positions", "increasing numbers", found)
+    closure = 0.0
+    if period is not None:
+        if at.size and at[-1] - at[0] > period * (1 + 1e-12):
+            found = f"{at[-1] - at[0]:.10g} from first to last"
+            raise InputError("positions", f"at most one period of {period:g}", found)
+        if at.size > 1 and np.isclose(at[-1] - at[0], period, rtol=1e-12, atol=0):
+            closure = float(values[-1] - values[0])
+            at, values = at[:-1], np.append((values[0] + values[-1]) / 2, values[1:-1])
+    fewest = 2 if period is None else 3
+    if at.size < fewest:
+        raise InputError("positions", f"at least {fewest} different ones", f"{at.size}")
+    return Points(at, values, period, closure)
+
+
+def through_all(measured):
+    """Return the `Curve` through every point of the `Points` `measured`."""
+    return Curve(measured, tuple(range(len(measured.at))))
+
+
+def uniform(measured, count):
+    """Return the `Curve` through `count` of the `Points`, equally far apart among them.
+
+    Raises
+    ------
+    InputError
+        If `count` does not divide the points equally: knots that are nearly uniform compare with nothing.
+    """
+    size = len(measured.at)
+    gaps, intervals = (size, count) if measured.period else (size - 1, count - 1)
+    fewest = 3 if measured.period else 2
+    if count < fewest or count > size or gaps % intervals:
+        allowed = [n for n in range(fewest, size + 1) if gaps % (n if measured.period else n - 1) == 0]
+        raise InputError("count", f"one of {', '.join(map(str, allowed))}, which divide {size} points", f"{count}")
+    return Curve(measured, tuple(range(0, size, gaps // intervals)))
+
+
+def adaptive(measured, tolerance):
+    """Return the `Curve` through as few points as the greedy choice needs to meet all of them to `tolerance`.
+
+    It begins with both ends, or with three points about a third of the period apart. The largest residual need not
+    fall with every knot: a spline may swing out elsewhere.
+
+    Parameters
+    ----------
+    measured : Points
+    tolerance : float
+        Above 0, in the units of the values.
+
+    Examples
+    --------
+    >>> angle = np.arange(0, 360, 10)
+    >>> curve = adaptive(points(angle, 12 * np.sin(np.deg2rad(angle)), period=360), 0.5)
+    >>> len(curve.knots), f"{curve.residual:.3f}", f"{curve(360) - curve(0):z.9f}"
+    (5, '0.049', '0.000000000')
+    """
+    if not tolerance > 0:
+        raise InputError("tolerance", "a number above 0", f"{tolerance}")
+    curve = Curve(measured, _first_knots(measured))
+    while curve.residual > tolerance:
+        curve = Curve(measured, (*curve.knots, int(np.argmax(np.abs(curve.residuals)))))
+    return curve
+
+
+def _first_knots(measured):
+    at = measured.at
+    if measured.period is None:
+        return (0, len(at) - 1)
+    thirds = [int(np.argmin(np.abs(at - at[0] - measured.period * n / 3))) for n in (1, 2)]
+    if len({0, *thirds}) == 3:
+        return (0, *thirds)
+    return (0, 1, len(at) - 1)
