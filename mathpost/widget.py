@@ -325,8 +325,8 @@ def rtcp_zero(lengths=(500.0, 700.0)):
             sigma = max(noise_μm, 1e-6) / 1000
             at = {"angle": np.array([psi, -psi] * 2), "L": np.repeat(lengths, 2)}
             data = tip.simulate(true, at, sigma=sigma, seed=1, degrees=True)
-            for curve, dot, length, rows in zip(curves, dots, lengths, (slice(2), slice(2, 4)), strict=True):
-                curve.set_ydata(1000 * tip.predict(true, {"angle": way, "L": length}, degrees=True)["axial"])
+            for line, dot, length, rows in zip(curves, dots, lengths, (slice(2), slice(2, 4)), strict=True):
+                line.set_ydata(1000 * tip.predict(true, {"angle": way, "L": length}, degrees=True)["axial"])
                 dot.set_data(at["angle"][rows], 1000 * data["axial"][rows])
             estimate = tip.identify(data, degrees=True, sigma=sigma)
             arcsec = 3600 * np.rad2deg(1)
