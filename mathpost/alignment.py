@@ -9,7 +9,7 @@ from mathpost import chain, euler
 from mathpost.errors import InputError, ReachError
 from mathpost.frame import Frame, machine_frames
 from mathpost.kinematics import Kinematics
-from mathpost.rotation import unit
+from mathpost.rotation import unit, wrap
 
 PARALLEL = 1e-9  # sine of the angle below which two directions count as parallel
 
@@ -91,7 +91,7 @@ class Solution:
                 f"which stands {self.tilt(along):.3f} degrees out of the plane"
             )
         third = euler.angles("ZXZ", self.feature.rotation, degrees=True)[2]
-        return _wrap(third - _turn(direction, self.feature) - (90 if feature == "Y" else 0))
+        return float(wrap(third - _turn(direction, self.feature) - (90 if feature == "Y" else 0)))
 
     def _slide(self, axis):
         if axis not in ("X", "Y", "Z"):
@@ -222,11 +222,7 @@ def nearest_turn(rotary, angle, present):
 def _turn(direction, feature):
     """The angle about the feature's Z from `direction` to the feature's X, degrees in (−180, 180]."""
     across = np.cross(feature.z, direction)
-    return _wrap(np.degrees(np.arctan2(across @ feature.x, direction @ feature.x)))
-
-
-def _wrap(angle):
-    return float(angle - 360 * np.ceil(angle / 360 - 0.5)) + 0.0
+    return float(wrap(np.degrees(np.arctan2(across @ feature.x, direction @ feature.x))))
 
 
 @lru_cache(maxsize=32)

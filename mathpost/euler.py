@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost.errors import InputError, as_array
-from mathpost.rotation import ACTIVE, as_rotation, from_angles, numeric, unit
+from mathpost.rotation import ACTIVE, as_rotation, from_angles, numeric, unit, wrap
 
 SEQUENCES = ("ZXZ", "ZYZ", "XYX", "XZX", "YXY", "YZY", "XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 LOCK = 1e-13  # first and last axis are parallel if the sine between them is below this
@@ -148,7 +148,7 @@ def from_direction(sequence, direction, third=0.0, *, degrees=False):
 
 
 def twin(sequence, angles, *, degrees=False):
-    """Return the other three angles of the same rotation, each brought into [−180°, 180°].
+    """Return the other three angles of the same rotation, each brought into (−180°, 180°].
 
     The first and the third turn by 180°; the middle one changes its sign if the sequence repeats an axis, and
     goes to 180° minus itself if it does not.
@@ -162,8 +162,7 @@ def twin(sequence, angles, *, degrees=False):
     turn = 360.0 if degrees else 2 * np.pi
     first, middle, third = np.moveaxis(as_array(angles, 3, "angles"), -1, 0)
     middle = -middle if letters[0] == letters[2] else turn / 2 - middle
-    other = np.stack([first + turn / 2, middle, third + turn / 2], axis=-1)
-    return other - turn * np.ceil(other / turn - 0.5)  # into (−180°, 180°]
+    return wrap(np.stack([first + turn / 2, middle, third + turn / 2], axis=-1), turn)
 
 
 def _read(sequence):

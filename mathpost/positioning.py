@@ -9,10 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.alignment import nearest_turn
+from mathpost.alignment import beyond_travel, nearest_turn
 from mathpost.errors import InputError, ReachError, as_array
+from mathpost.rotation import wrap
 
 TIE = 1e-6  # degrees
+ALONE = "the only one within travel"
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +79,7 @@ def fanuc(alignment, present, *, master=None):
     order = (first, 1 - first)
 
     def keys(angles):
-        motion, distance = np.abs(angles - _present(present)), np.abs(_wrap(angles))
+        motion, distance = np.abs(angles - _present(present)), np.abs(wrap(angles))
         return [motion[order[0]], motion[order[1]], distance[order[0]], distance[order[1]]]
 
     clauses = [f"smallest motion of {names[n]}" for n in order] + [f"{names[n]} nearest to 0" for n in order]
@@ -131,17 +133,18 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
     if side not in ("", "+", "-"):
         raise InputError("seq, sym", "'+', '-' or nothing", repr(side))
 
-    def on_side(angles):
-        above = _wrap(angles[master] - reference) * (-1 if side == "-" else 1)
-        return not side or above >= -TIE
+    name, word = alignment.machine.rotary[master].name, f"{'SYM' if sym else 'SEQ'}{side}"
 
-    candidates = _within_travel(alignment, _present(present), on_side, turn_table=rot == "TABLE")
-    clauses = ["shortest path", f"higher {alignment.machine.rotary[master].name}"]
-    if side:
-        clauses = [f"{'SYM' if sym else 'SEQ'}{side}"] * 2
-    return _smallest(
-        alignment, candidates, lambda angles: [np.hypot(*(angles - _present(present))), -angles[master]], clauses
-    )
+    def refuse(angles):
+        above = wrap(angles[master] - reference) * (-1 if side == "-" else 1)
+        return f"{name} at {angles[master]:.4f} is not {word}" if side and above < -TIE else ""
+
+    def keys(angles):
+        return [np.hypot(*(angles - _present(present))), -angles[master]]
+
+    candidates = _within_travel(alignment, _present(present), refuse, turn_table=rot == "TABLE")
+    clauses = ["shortest path", f"higher {name}"]
+    return _smallest(alignment, candidates, keys, clauses, alone=word if side else ALONE)
 
 
 def siemens(alignment, present, direction, *, reference=None):
@@ -176,27 +179,24 @@ def siemens(alignment, present, direction, *, reference=None):
     return _smallest(
         alignment,
         candidates,
-        lambda angles: [-direction * _wrap(angles[axis]), np.hypot(*(angles - _present(present)))],
+        lambda angles: [-direction * wrap(angles[axis]), np.hypot(*(angles - _present(present)))],
         clauses,
     )
 
 
-def _within_travel(alignment, present, allowed=lambda angles: True, turn_table=False):
-    """The solutions that are allowed and within travel, by index, each moved by whole turns towards `present`."""
+def _within_travel(alignment, present, refuse=lambda angles: "", turn_table=False):
+    """The solutions that nothing refuses, within travel, by index; each moved by whole turns towards `present`."""
     candidates, reasons = {}, []
     for index, solution in enumerate(alignment.solutions):
         angles = solution.angles.copy()
         if alignment.free:
             angles[alignment.outer] = _free_angle(alignment, solution, present, turn_table)
-        if not allowed(angles):
-            reasons.append("on the other side")
-            continue
-        pairs = zip(alignment.machine.rotary, angles, present, strict=True)
-        angles = np.array([nearest_turn(*pair) for pair in pairs])
-        if np.isnan(angles).any():
-            reasons.append(solution.reason or "out of travel")
+        reason = refuse(angles) or beyond_travel(alignment.machine, angles)
+        if reason:
+            reasons.append(reason)
         else:
-            candidates[index] = angles
+            pairs = zip(alignment.machine.rotary, angles, present, strict=True)
+            candidates[index] = np.array([nearest_turn(*pair) for pair in pairs])
     if not candidates:
         raise ReachError(f"{alignment.machine.name}: entered angle not permitted ({'; '.join(reasons)})")
     return candidates
@@ -208,15 +208,15 @@ def _free_angle(alignment, solution, present, turn_table):
         return present[alignment.outer]
     angles = solution.angles.copy()
     angles[alignment.outer] = 1.0  # one degree shows which way ρ goes
-    slope = _wrap(alignment.at(angles).rho - solution.rho)
+    slope = wrap(alignment.at(angles).rho - solution.rho)
     return -np.sign(slope) * solution.rho
 
 
-def _smallest(alignment, candidates, keys, clauses):
-    """The candidate with the smallest keys, the first that differs deciding."""
-    left, why = dict(candidates), "the only one within travel"
+def _smallest(alignment, candidates, keys, clauses, alone=ALONE):
+    """The candidate with the smallest keys, the first that differs deciding; `alone` says why there was but one."""
+    left, why = dict(candidates), alone
     table = {index: keys(angles) for index, angles in candidates.items()}
-    for clause, column in zip(clauses, range(len(clauses)), strict=True):
+    for column, clause in enumerate(clauses):
         if len(left) == 1:
             break
         least = min(table[index][column] for index in left)
@@ -225,7 +225,7 @@ def _smallest(alignment, candidates, keys, clauses):
         left = nearest
     index = min(left)
     endless = [np.isinf(rotary.limits).all() for rotary in alignment.machine.rotary]
-    angles = np.where(endless, _wrap(left[index]), left[index])
+    angles = np.where(endless, wrap(left[index]), left[index])
     return Choice(index, angles, alignment.at(angles).rho, why)
 
 
@@ -241,7 +241,3 @@ def _present(present):
     if array.ndim != 1:
         raise InputError("present", "two rotary angles", f"shape {array.shape}")
     return array
-
-
-def _wrap(angle):
-    return angle - 360 * np.ceil(np.asarray(angle) / 360 - 0.5)

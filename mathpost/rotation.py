@@ -85,6 +85,18 @@ def unit(vectors, where="axis"):
     return vectors / length
 
 
+def wrap(angles, turn=360.0):
+    """Return `angles` less whole turns, in (−turn/2, turn/2]; rounding does not tell the two ends apart.
+
+    Examples
+    --------
+    >>> wrap([190.0, -180.0, 540.0])
+    array([-170.,  180.,  180.])
+    """
+    angles = np.asarray(angles, dtype=float)
+    return angles - turn * np.ceil(angles / turn - 0.5 - 1e-12) + 0.0
+
+
 def _at(index):
     return f" at index {index}" if index else ""
 

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from mathpost import euler, plot
+from mathpost import euler, plot, positioning
 from mathpost.alignment import align
 from mathpost.axis_angle import to_axis_angle, to_quaternion
 from mathpost.frame import Frame, machine_frames
@@ -244,7 +244,8 @@ def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):
 
     The spindle stops with the bar's tip along its own X, and the control retracts by `retract` against the
     feature's X; a stylus runs out by `run_out` along the spindle's X, and the control corrects along the
-    feature's. Both are right only if the spindle's X is the feature's. Lengths in mm, angles in degrees.
+    feature's. Both are right only if the spindle's X is the feature's. The rotary axes go where SEQ+ sends them.
+    Lengths in mm, angles in degrees.
     """
     turn = np.linspace(0, 2 * np.pi, 181)
     circle = np.stack([np.cos(turn), np.sin(turn)])
@@ -275,8 +276,8 @@ def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):
 
         def update(K):
             plane = Plane("G68.2", [i, j, K])
-            solution = next((s for s in align(plane.frame, machine).solutions if not s.reason), None)
-            angle = -np.deg2rad(solution.rho)  # from the feature's X to the spindle's
+            choice = positioning.heidenhain(align(plane.frame, machine), (0, 0), seq="+")
+            angle = -np.deg2rad(choice.rho)  # from the feature's X to the spindle's
             spindle = np.array([np.cos(angle), np.sin(angle)])
             for line, text in arrows:
                 line.set_data(*np.stack([0.4 * spindle, 1.15 * spindle], axis=-1))
@@ -290,8 +291,8 @@ def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):
             error = run_out * np.hypot(*(spindle - [1, 0]))
             state = "clear of the wall" if clearance > 0 else "IN THE WALL"
             return (
-                f"{', '.join(f'{r.name} {a:z.3f}' for r, a in zip(machine.rotary, solution.angles, strict=True))}"
-                f", ρ = {solution.rho:z.3f}<br>tip after the retract: {clearance:z.3f} mm {state}"
+                f"{', '.join(f'{r.name} {a:z.3f}' for r, a in zip(machine.rotary, choice.angles, strict=True))}"
+                f", ρ = {choice.rho:z.3f}<br>tip after the retract: {clearance:z.3f} mm {state}"
                 f"<br>centre measured by the probe: wrong by {1000 * error:.1f} µm"
             )
 

@@ -195,10 +195,11 @@ def test_nine_rows_of_the_heidenhain_table(travel, present, seq, expected, sign)
 def test_symmetry_point_moves_the_border():
     plane = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, AC)
     assert heidenhain(plane, (0, 0), sym="-").angles[0] == pytest.approx(-45)
-    assert heidenhain(plane, (0, 0), sym="-", symmetry=60).why == "SYM-"
-    with pytest.raises(ReachError, match="on the other side"):
+    assert heidenhain(plane, (0, 0), sym="-").why == "SYM-"
+    assert heidenhain(plane, (0, 0), sym="-", symmetry=60).why == "higher A"
+    with pytest.raises(ReachError, match=r"is not SYM[+-]"):
         heidenhain(plane, (0, 0), sym="+", symmetry=60)
-    with pytest.raises(ReachError, match="on the other side"):
+    with pytest.raises(ReachError, match=r"is not SYM[+-]"):
         heidenhain(
             align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, limited(AC, A=(-90, 90))), (0, 0), sym="-", symmetry=-90
         )
