@@ -4,6 +4,7 @@ A figure is made once, its artists are moved and it is drawn into an `ipywidgets
 figure for each position, and nothing but ipywidgets and matplotlib is needed.
 """
 
+import base64
 import io
 import math
 
@@ -68,6 +69,11 @@ class View(ipywidgets.VBox):
         png = io.BytesIO()
         self.figure.savefig(png, format="png")
         self.image.value = png.getvalue()
+
+    def _repr_mimebundle_(self, **options):
+        """Add the picture itself, for a reader who has no running kernel."""
+        bundle = super()._repr_mimebundle_(**options)
+        return {**bundle, "image/png": base64.b64encode(self.image.value).decode()}
 
     def __repr__(self):
         return f"View({', '.join(self.sliders)})"
