@@ -246,7 +246,7 @@ def notations(figure):
 
 
 def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):
-    """Looking along Z onto a tilted plane: what the third angle K does to a boring bar and to a probe.
+    """Looking along Z onto a tilted plane: what the third angle, slider K, does to a boring bar and to a probe.
 
     The spindle stops with the bar's tip along its own X, and the control retracts by `retract` against the
     feature's X; a stylus runs out by `run_out` along the spindle's X, and the control corrects along the
@@ -287,7 +287,7 @@ def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):
             spindle = np.array([np.cos(angle), np.sin(angle)])
             for line, text in arrows:
                 line.set_data(*np.stack([0.4 * spindle, 1.15 * spindle], axis=-1))
-                text.set(position=1.42 * spindle, text="X spindle")
+                text.set(position=0.95 * spindle + 0.2 * spindle[::-1] * [-1, 1], text="X$_S$")
             shift = np.array([-0.25, 0])  # not to scale
             bar.set_xy((0.6 * circle + shift[:, None]).T)
             tip.set_data(*np.stack([0.6 * spindle + shift, spindle + shift], axis=-1))
