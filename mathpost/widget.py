@@ -184,7 +184,9 @@ def moved_aside(crossing, *, most=5.0):
     return View(build, {"degrees": (0.1, most, 1.0, 0.1)})
 
 
-# Frames and tilted planes: each function returns the `build` of a View
+# Frames and tilted planes
+
+_MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 
 
 def turned_point(point):
@@ -195,12 +197,12 @@ def turned_point(point):
         axes = figure.add_subplot(projection="3d")
         plot.space(axes, 0.62 * np.linalg.norm(point), centre=point / 3, azimuth=-62)
         size = 0.75 * np.linalg.norm(point)
-        plot.Triad(axes, colour=plot.COLOUR["machine"], length=size).move(Frame(np.eye(3)))
-        turned = plot.Triad(axes, colour=plot.COLOUR["workpiece"], length=size, labels=("X'", "Y'", "Z'"), lw=2)
-        axes.plot(*zip([0, 0, 0], point, strict=True), color=plot.COLOUR["tool"], ls=":")
-        axes.plot(*point[:, None], "o", color=plot.COLOUR["tool"])
-        axes.text(*(1.08 * point), "P", color=plot.COLOUR["tool"])
-        feet = plot.Wire(axes, np.zeros((5, 3)), color=plot.COLOUR["tool"], lw=1)
+        plot.Triad(axes, colour=_MACHINE, length=size).move(Frame(np.eye(3)))
+        turned = plot.Triad(axes, colour=_WORKPIECE, length=size, labels=("X'", "Y'", "Z'"), lw=2)
+        axes.plot(*zip([0, 0, 0], point, strict=True), color=_TOOL, ls=":")
+        axes.plot(*point[:, None], "o", color=_TOOL)
+        axes.text(*(1.08 * point), "P", color=_TOOL)
+        feet = plot.Wire(axes, np.zeros((5, 3)), color=_TOOL, lw=1)
 
         def update(alpha, beta, gamma):
             frame = Frame(euler.matrix("ZXZ", [alpha, beta, gamma], degrees=True))
@@ -216,33 +218,38 @@ def turned_point(point):
 
         return update
 
-    return build
+    sliders = {"alpha": (-180, 180, 135), "beta": (0, 180, 54.7356), "gamma": (-180, 180, -90)}
+    return View(build, sliders)
 
 
-def notations(figure):
+def notations():
     """One frame in many notations: sliders I, J, K, the ZXZ angles in degrees."""
-    axes = figure.add_subplot(projection="3d")
-    plot.space(axes, 0.95)
-    plot.Triad(axes, colour=plot.COLOUR["machine"]).move(Frame(np.eye(3)))
-    turned = plot.Triad(axes, colour=plot.COLOUR["workpiece"], labels="xyz", lw=2)
-    (axle,) = axes.plot([], [], [], color=plot.COLOUR["tool"], ls="--")
 
-    def update(I, J, K):  # noqa: E741
-        frame = Frame(euler.matrix("ZXZ", [I, J, K], degrees=True))
-        turned.move(frame)
-        axis, angle = to_axis_angle(frame.rotation, degrees=True)
-        axle.set_data_3d(*np.stack([-axis, axis], axis=-1))
-        lines = [
-            f"axis ({', '.join(f'{value:z.4f}' for value in axis)}), angle {angle:.3f} (dashed)",
-            f"quaternion ({', '.join(f'{value:z.4f}' for value in to_quaternion(frame.rotation))})",
-        ]
-        for dialect in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
-            plane = Plane.from_frame(frame, dialect)
-            words = ", ".join(f"{w} {v:z.3f}" for w, v in zip(plane.words, plane.values, strict=True))
-            lines.append(f"{dialect}: {words}{' (locked)' if plane.locked else ''}")
-        return "<br>".join(lines)
+    def build(figure):
+        axes = figure.add_subplot(projection="3d")
+        plot.space(axes, 0.95)
+        plot.Triad(axes, colour=_MACHINE).move(Frame(np.eye(3)))
+        turned = plot.Triad(axes, colour=_WORKPIECE, labels="xyz", lw=2)
+        (axle,) = axes.plot([], [], [], color=_TOOL, ls="--")
 
-    return update
+        def update(I, J, K):  # noqa: E741
+            frame = Frame(euler.matrix("ZXZ", [I, J, K], degrees=True))
+            turned.move(frame)
+            axis, angle = to_axis_angle(frame.rotation, degrees=True)
+            axle.set_data_3d(*np.stack([-axis, axis], axis=-1))
+            lines = [
+                f"axis ({', '.join(f'{value:z.4f}' for value in axis)}), angle {angle:.3f} (dashed)",
+                f"quaternion ({', '.join(f'{value:z.4f}' for value in to_quaternion(frame.rotation))})",
+            ]
+            for dialect in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
+                plane = Plane.from_frame(frame, dialect)
+                words = ", ".join(f"{w} {v:z.3f}" for w, v in zip(plane.words, plane.values, strict=True))
+                lines.append(f"{dialect}: {words}{' (locked)' if plane.locked else ''}")
+            return "<br>".join(lines)
+
+        return update
+
+    return View(build, {"I": (-180, 180, 135), "J": (0, 180, 54.7356), "K": (-180, 180, -90)})
 
 
 def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):
@@ -304,15 +311,16 @@ def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):
 
         return update
 
-    return build
+    return View(build, {"K": (-180, 180, -90)}, size=(7.0, 4.0))
 
 
 def carried(machine):
-    """What each rotary axis carries, in the machine's frame: sliders named after the two axes, and sense.
+    """What each rotary axis of a machine carries: sliders named after the two axes, and sense.
 
     With sense −1 both axes turn against their programmed angle: a table taken for a head, or a head for a table.
     """
     names = [rotary.name for rotary in machine.rotary]
+    outer = 1 if machine.arrangement == "table-table" else 0
 
     def build(figure):
         axes = figure.add_subplot(projection="3d")
@@ -334,7 +342,5 @@ def carried(machine):
 
         return update
 
-    return build
-
-
-_MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
+    travel = {name: (-180, 180, 130 if name == names[outer] else 30) for name in names}
+    return View(build, {**travel, "sense": (-1, 1, 1, 2)})

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -12,8 +12,10 @@ from mathpost import euler, machine
 from mathpost.alignment import align
 from mathpost.errors import InputError, ReachError
 from mathpost.frame import Frame, machine_frames
+from mathpost.kinematics import Kinematics
 from mathpost.positioning import fanuc, heidenhain, siemens
 from mathpost.tilted_plane import Plane
+from tests.machines import machines
 
 BETA = np.degrees(np.arccos(1 / np.sqrt(3)))
 
@@ -298,3 +300,17 @@ def test_every_choice_puts_the_tool_on_the_plane(i, j, k, first, second):
 def test_bad_input(call, message):
     with pytest.raises(InputError, match=message):
         call(align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, AC))
+
+
+@settings(max_examples=60, deadline=None)
+@given(machines(), st.integers(0, 2**32 - 1))
+def test_any_machine_stands_on_the_plane(model, seed):
+    kin = Kinematics(model)
+    rng = np.random.default_rng(seed)
+    (tip,), (axis,) = kin.forward(np.concatenate([rng.uniform(-300, 300, 3), rng.uniform(-3, 3, 2)])[None])
+    feature = Frame.from_axes(axis, rng.normal(size=3), tip)
+    for solution in align(feature, kin).solutions:
+        _, reached = kin.forward([0, 0, 0, *solution.angles], degrees=True)
+        np.testing.assert_allclose(reached, feature.z, atol=1e-12)
+        turned = solution.spindle @ Rotation.from_euler("Z", solution.rho, degrees=True).as_matrix()
+        np.testing.assert_allclose(turned, feature.rotation, atol=1e-12)
