@@ -54,8 +54,12 @@ class Solution:
         Source 000 asks for one with X or Y of the feature: on it rest the retract after fine boring and the
         correction of a probe's ball.
         """
-        products = np.abs(self.slides.T @ self.feature.rotation)
-        return [("XYZ"[i], "XYZ"[j]) for i, j in np.argwhere(products > np.cos(np.sqrt(PARALLEL)))]
+        return [
+            (linear, axis)
+            for linear, slide in zip("XYZ", self.slides.T, strict=True)
+            for axis, direction in zip("XYZ", self.feature.rotation.T, strict=True)
+            if np.linalg.norm(np.cross(slide, direction)) < PARALLEL
+        ]
 
     def tilt(self, axis):
         """The angle between a linear axis, "X", "Y" or "Z", and the feature's plane, degrees."""
@@ -155,10 +159,10 @@ def align(feature, machine):
     >>> from mathpost.tilted_plane import Plane
     >>> found = align(Plane("G68.2", [135, 54.7356103172, 0]).frame, machine.load("data/machines/bc_table.toml"))
     >>> [solution.angles.round(4).tolist() for solution in found.solutions]
-    [[-54.7356, -135.0], [54.7356, 45.0]]
-    >>> round(found.solutions[1].rho, 6), round(found.solutions[1].third_angle(), 6)
+    [[54.7356, 45.0], [-54.7356, -135.0]]
+    >>> round(found.solutions[0].rho, 6), round(found.solutions[0].third_angle(), 6)
     (90.0, -90.0)
-    >>> found.solutions[0].reason
+    >>> found.solutions[1].reason
     'B at -54.7356, below its limit -35'
     """
     kinematics = machine if isinstance(machine, Kinematics) else _kinematics(machine)

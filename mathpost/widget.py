@@ -294,7 +294,7 @@ def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):
             spindle = np.array([np.cos(angle), np.sin(angle)])
             for line, text in arrows:
                 line.set_data(*np.stack([0.4 * spindle, 1.15 * spindle], axis=-1))
-                text.set(position=0.95 * spindle + 0.2 * spindle[::-1] * [-1, 1], text="X$_S$")
+                text.set(position=1.05 * spindle + 0.2 * spindle[::-1] * [1, -1], text="X$_S$")
             shift = np.array([-0.25, 0])  # not to scale
             bar.set_xy((0.6 * circle + shift[:, None]).T)
             tip.set_data(*np.stack([0.6 * spindle + shift, spindle + shift], axis=-1))
