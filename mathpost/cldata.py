@@ -14,7 +14,7 @@ import numpy as np
 
 from mathpost.errors import InputError, as_array
 from mathpost.files import read_text
-from mathpost.kinematics import unit
+from mathpost.rotation import unit
 
 UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
 MM_PER_INCH = 25.4

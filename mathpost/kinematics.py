@@ -13,8 +13,8 @@ import numpy as np
 import sympy as sp
 
 from mathpost import chain
-from mathpost.errors import InputError, as_array
-from mathpost.rotation import about, numeric
+from mathpost.errors import as_array
+from mathpost.rotation import about, numeric, unit
 
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
 BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
@@ -281,15 +281,6 @@ class Kinematics:
     def _linear(self):
         derived = self.inverse_symbolic
         return numeric(derived.linear, (*derived.tip, *self.symbols[3:]))
-
-
-def unit(axis, where="axis"):
-    """Return `axis`, shape (..., 3), with length 1; raise `InputError` where it has none."""
-    length = np.linalg.norm(axis, axis=-1, keepdims=True)
-    if not (length > 1e-9).all():
-        index = tuple(int(n) for n in np.argwhere(length[..., 0] <= 1e-9)[0])
-        raise InputError(where, "a direction", f"a vector of length zero at index {index}")
-    return axis / length
 
 
 def _perpendicular(u):

@@ -2,6 +2,8 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
+import sympy as sp
+from IPython.display import Math
 
 # Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.
 COLOUR = {
@@ -168,3 +170,74 @@ def costs(axes, position, priced, *, label, dearest=6):
         axes.plot(position, 1e3 * cost, lines[index % 4], color=f"C{index}", label=name)
     axes.set(xlabel=label, ylabel="µm at the tip", ylim=(0, None))
     axes.legend(loc="upper left", bbox_to_anchor=(1, 1))
+
+
+# Frames, machines and tilted planes
+
+
+def formulas(*pairs, decimals=6):
+    """Return named matrices side by side as one formula: pairs of a LaTeX name and a matrix, exact or numbers."""
+    exact = [
+        (name, sp.Matrix(np.round(m, decimals) + 0.0) if isinstance(m, np.ndarray) else m) for name, m in pairs
+    ]
+    return Math(r" \qquad ".join(f"{name} = {sp.latex(matrix)}" for name, matrix in exact))
+
+
+def space(axes, radius, *, centre=(0.0, 0.0, 0.0), elevation=22.0, azimuth=-55.0):
+    """Prepare three-dimensional `axes` for a cube of half-width `radius`: equal scales, no panes."""
+    axes.set(**{f"{name}lim": (c - radius, c + radius) for name, c in zip("xyz", centre, strict=True)})
+    axes.set_box_aspect((1, 1, 1), zoom=1.25)
+    axes.view_init(elevation, azimuth)
+    axes.set_axis_off()
+
+
+class Wire:
+    """A line through points of a child frame, shape (n, 3), that moves with the frame; NaN rows break it."""
+
+    def __init__(self, axes, points, **style):
+        self.points = np.asarray(points, dtype=float)
+        (self.line,) = axes.plot(*self.points.T, **style)
+
+    def move(self, frame):
+        """Redraw at a `mathpost.frame.Frame`; return the points in its parent."""
+        moved = self.points @ frame.rotation.T + frame.origin
+        self.line.set_data_3d(*moved.T)
+        return moved
+
+
+class Triad:
+    """A frame's three axes with their labels, as artists that move."""
+
+    def __init__(self, axes, *, colour, length=1.0, labels="XYZ", **style):
+        self.wires = [Wire(axes, [np.zeros(3), length * e], color=colour, **style) for e in np.eye(3)]
+        self.texts = [axes.text(0, 0, 0, label, color=colour, ha="center", va="center") for label in labels]
+
+    def move(self, frame):
+        """Redraw at a `mathpost.frame.Frame`."""
+        for wire, text in zip(self.wires, self.texts, strict=True):
+            start, end = wire.move(frame)
+            text.set_position_3d(start + 1.15 * (end - start))
+
+
+def box(width, depth, height):
+    """The edges of a box on the XY plane, centred, as points for a `Wire`."""
+    x, y = width / 2, depth / 2
+    floor = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0], [-x, -y, 0]])
+    roof = np.add(floor, [0, 0, height])
+    posts = [[floor[n], roof[n], np.full(3, np.nan)] for n in range(4)]
+    return np.concatenate([floor, [np.full(3, np.nan)], roof, [np.full(3, np.nan)], *posts])
+
+
+def tool_outline(radius, length, shank=0.45):
+    """The outline of a tool with its tip at the origin and its axis along Z, as points for a `Wire`."""
+    turn = np.linspace(0, 2 * np.pi, 25)
+    ring = np.stack([np.cos(turn), np.sin(turn), np.zeros(25)], axis=-1)
+    gap = [np.full(3, np.nan)]
+    levels = [(radius, 0), (radius, length * shank), (2 * radius, length * shank), (2 * radius, length)]
+    rings = [np.concatenate([r * ring + [0, 0, h], gap]) for r, h in levels]
+    sides = [
+        np.array([[r * c, r * s, a], [r * c, r * s, b], [np.nan] * 3])
+        for r, a, b in [(radius, 0, length * shank), (2 * radius, length * shank, length)]
+        for c, s in [(1, 0), (0, 1), (-1, 0), (0, -1)]
+    ]
+    return np.concatenate([*rings, *sides])

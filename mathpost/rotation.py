@@ -1,20 +1,22 @@
-"""Rotations as matrices: elementary, about any axis, and the two ZXZ recipes of source 000.
+"""Rotations as matrices: elementary, about any axis, and the two ZXZ recipes of source 000, step by step.
 
 Matrices act on column vectors. An *active* matrix turns a vector, right-handed, in a fixed frame; the
 *passive* one is its transpose and gives the coordinates of a fixed point in the turned frame. The elementary
 matrices are sympy's own, so that no rotation matrix is typed here.
 """
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 import sympy as sp
 from sympy.matrices import rot_axis1, rot_axis2, rot_axis3, rot_ccw_axis1, rot_ccw_axis2, rot_ccw_axis3
 
-from mathpost.errors import InputError
+from mathpost.errors import InputError, as_array
 
 ACTIVE = {"X": rot_ccw_axis1, "Y": rot_ccw_axis2, "Z": rot_ccw_axis3}
 PASSIVE = {"X": rot_axis1, "Y": rot_axis2, "Z": rot_axis3}
+ORTHONORMAL = 2e-6  # what six printed decimals leave of an orthonormal matrix
 
 
 def about(axis, angle):
@@ -44,6 +46,61 @@ def about(axis, angle):
     return cosine * sp.eye(3) + (1 - cosine) * v * v.T + sine * v.hat()
 
 
+def as_rotation(matrix, where="rotation"):
+    """Return `matrix` as a float array of shape (..., 3, 3) if it is a rotation, or raise `InputError`.
+
+    Rounding to six decimals is accepted, and left as it is.
+
+    Examples
+    --------
+    >>> as_rotation([[1, 0, 0], [0, 1, 0.1], [0, 0, 1]])
+    Traceback (most recent call last):
+        ...
+    mathpost.errors.InputError: rotation: expected orthonormal axes, found MᵀM off the identity by 0.1
+    >>> as_rotation([[1, 0, 0], [0, 1, 0], [0, 0, -1]])
+    Traceback (most recent call last):
+        ...
+    mathpost.errors.InputError: rotation: expected a right-handed frame, found a left-handed one, determinant -1
+    """
+    array = as_array(matrix, 3, where)
+    if array.shape[-2:] != (3, 3):
+        raise InputError(where, "shape (..., 3, 3)", f"shape {array.shape}")
+    off = np.abs(np.swapaxes(array, -1, -2) @ array - np.eye(3)).max(axis=(-2, -1))
+    index = tuple(map(int, np.unravel_index(off.argmax(), off.shape)))
+    if off[index] > ORTHONORMAL:
+        raise InputError(where, "orthonormal axes", f"MᵀM off the identity by {off[index]:.3g}{_at(index)}")
+    determinant = np.linalg.det(array)
+    if (determinant < 0).any():
+        index = tuple(map(int, np.argwhere(determinant < 0)[0]))
+        raise InputError(where, "a right-handed frame", f"a left-handed one, determinant -1{_at(index)}")
+    return array
+
+
+def unit(vectors, where="axis"):
+    """Return `vectors`, shape (..., n), with length 1; raise `InputError` where one has none."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    if not (length > 1e-9).all():
+        index = tuple(map(int, np.argwhere(length[..., 0] <= 1e-9)[0]))
+        raise InputError(where, "a vector with a direction", f"one of length zero{_at(index)}")
+    return vectors / length
+
+
+def wrap(angles, turn=360.0):
+    """Return `angles` less whole turns, in (−turn/2, turn/2]; rounding does not tell the two ends apart.
+
+    Examples
+    --------
+    >>> wrap([190.0, -180.0, 540.0])
+    array([-170.,  180.,  180.])
+    """
+    angles = np.asarray(angles, dtype=float)
+    return angles - turn * np.ceil(angles / turn - 0.5 - 1e-12) + 0.0
+
+
+def _at(index):
+    return f" at index {index}" if index else ""
+
+
 def zxz_right(alpha, beta, gamma, *, degrees=False):
     """Return the passive ZXZ matrix by the first recipe of source 000: E_z(γ)·E_x(β)·E_z(α).
 
@@ -71,7 +128,7 @@ def zxz_right(alpha, beta, gamma, *, degrees=False):
     >>> (zxz_right(135, 54.7356, -90, degrees=True) @ [3, 4, 5]).round(6)
     array([-1.224744,  0.707107,  6.928203])
     """
-    return _from_angles(_right, (alpha, beta, gamma), degrees)
+    return from_angles(_right, (alpha, beta, gamma), degrees)
 
 
 def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
@@ -86,18 +143,85 @@ def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
     >>> zxz_left_transposed(a, b, c) == zxz_right(a, b, c)
     True
     """
-    return _from_angles(_left_transposed, (alpha, beta, gamma), degrees)
+    return from_angles(_left_transposed, (alpha, beta, gamma), degrees)
 
 
-def _right(alpha, beta, gamma, elementary=PASSIVE):
-    return elementary["Z"](gamma) * elementary["X"](beta) * elementary["Z"](alpha)
+@dataclass(frozen=True)
+class Step:
+    """One step of a recipe of source 000: its number and name there, and the angles, matrix or point it yields."""
+
+    number: int
+    name: str
+    value: np.ndarray | sp.Matrix
 
 
-def _left_transposed(alpha, beta, gamma, elementary=PASSIVE):
-    return (elementary["Z"](-alpha) * elementary["X"](-beta) * elementary["Z"](-gamma)).T
+def zxz_steps(recipe, angles, point, *, elementary=PASSIVE, degrees=False):
+    """Return all the steps of one recipe of source 000 as a list of `Step`, numbered as in the source.
+
+    Parameters
+    ----------
+    recipe : str
+        ``"right"``: α, β, γ, γβ, γβα, the new point. ``"left"``: the negated angles, α, β, γ, αβ, αβγ, its
+        transpose, the new point.
+    angles : sequence of 3
+        α, β, γ as in `zxz_right`; sympy expressions keep every step exact.
+    point : sequence of 3, or array_like of shape (..., 3)
+        The point's coordinates in the initial frame.
+    elementary : dict, keyword only
+        `PASSIVE`, which is right, or `ACTIVE`, to see what the other reading of "the rotation matrix" gives.
+    degrees : bool, keyword only
+
+    Raises
+    ------
+    InputError
+        If the recipe is neither, or an angle or the point is not numbers.
+
+    Examples
+    --------
+    >>> [step.name for step in zxz_steps("left", (135, 54.7356, -90), (3, 4, 5), degrees=True)]
+    ['−α, −β, −γ', 'α', 'β', 'γ', 'αβ', 'αβγ', '(αβγ)ᵀ', "x', y', z'"]
+    """
+    if recipe not in _RECIPES:
+        raise InputError("recipe", f"one of {', '.join(map(repr, _RECIPES))}", repr(recipe))
+    names, build = _RECIPES[recipe]
+    matrices = [
+        from_angles(lambda *values, row=row: build(*values, elementary)[row], angles, degrees)
+        for row in range(len(names))
+    ]
+    if isinstance(matrices[-1], np.ndarray):
+        turned = (matrices[-1] @ as_array(point, 3, "point")[..., None])[..., 0]
+    else:
+        turned = matrices[-1] * sp.Matrix(point)
+    steps = [Step(n, name, matrix) for n, (name, matrix) in enumerate(zip(names, matrices, strict=True), 1)]
+    first = [Step(0, "−α, −β, −γ", [-angle for angle in angles])] if recipe == "left" else []
+    return [*first, *steps, Step(len(names) + 1, "x', y', z'", turned)]
 
 
-def _from_angles(build, angles, degrees):
+def _right_steps(alpha, beta, gamma, elementary=PASSIVE):
+    a, b, c = elementary["Z"](alpha), elementary["X"](beta), elementary["Z"](gamma)
+    return a, b, c, c * b, c * b * a
+
+
+def _left_steps(alpha, beta, gamma, elementary=PASSIVE):
+    a, b, c = elementary["Z"](-alpha), elementary["X"](-beta), elementary["Z"](-gamma)
+    return a, b, c, a * b, a * b * c, (a * b * c).T
+
+
+def _right(*angles):
+    return _right_steps(*angles)[-1]
+
+
+def _left_transposed(*angles):
+    return _left_steps(*angles)[-1]
+
+
+_RECIPES = {
+    "right": (("α", "β", "γ", "γβ", "γβα"), _right_steps),
+    "left": (("α", "β", "γ", "αβ", "αβγ", "(αβγ)ᵀ"), _left_steps),
+}
+
+
+def from_angles(build, angles, degrees=False):
     """Apply the symbolic `build` to angles that are numbers, arrays or sympy expressions."""
     if any(isinstance(angle, sp.Basic) for angle in angles):
         return build(*(sp.sympify(angle) * (sp.pi / 180 if degrees else 1) for angle in angles))

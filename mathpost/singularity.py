@@ -9,8 +9,7 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.errors import InputError
-from mathpost.kinematics import unit
-from mathpost.rotation import about
+from mathpost.rotation import about, unit
 
 ARC_SAMPLES = 33
 

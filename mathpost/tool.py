@@ -12,8 +12,7 @@ import sympy as sp
 
 from mathpost import table
 from mathpost.errors import InputError, as_array
-from mathpost.kinematics import unit
-from mathpost.rotation import numeric
+from mathpost.rotation import numeric, unit
 
 NORMAL, AXIS = sp.symbols("n_x n_y n_z", real=True), sp.symbols("i j k", real=True)
 RADIUS, RIM, SINE = sp.symbols("R r s", nonnegative=True)

@@ -2,15 +2,16 @@
 
 import pytest
 
-from mathpost import five_face, widget
+from mathpost import five_face
+from mathpost import view_calibration as views
 from mathpost.machine import Rotary
 
 HEAD = "data/measurements/five_face_head.csv"
 VIEWS = {
-    "datum": lambda root: widget.datum_after_rotation((0, -200, -850), (-350, 0, -900), (-300, -250, -600)),
-    "head": lambda root: widget.five_face_head(five_face.fit(five_face.load(root / HEAD))),
-    "centre": lambda root: widget.rotation_centre(Rotary("C", "workpiece", (0, 0, -1), (0, 0, 0))),
-    "rtcp": lambda root: widget.rtcp_zero(),
+    "datum": lambda root: views.datum_after_rotation((0, -200, -850), (-350, 0, -900), (-300, -250, -600)),
+    "head": lambda root: views.five_face_head(five_face.fit(five_face.load(root / HEAD))),
+    "centre": lambda root: views.rotation_centre(Rotary("C", "workpiece", (0, 0, -1), (0, 0, 0))),
+    "rtcp": lambda root: views.rtcp_zero(),
 }
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from mathpost import cldata
 from mathpost.files import write_text
-from mathpost.kinematics import unit
+from mathpost.rotation import unit
 
 RECORDS = 5600
 TURNS = 20

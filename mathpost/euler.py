@@ -1,0 +1,230 @@
+"""Three angles in sequence, to and from the matrix, for every order; what is done where two of them merge.
+
+A sequence is named as in SciPy: upper case turns about the axes as already turned (``"ZXZ"``: Z, new X, newest Z;
+intrinsic), lower case about the fixed ones (``"xyz"``; extrinsic). Matrices are active: their columns are the axes
+of the turned frame.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+import sympy as sp
+
+from mathpost.errors import InputError, as_array
+from mathpost.rotation import ACTIVE, as_rotation, from_angles, numeric, unit, wrap
+
+SEQUENCES = ("ZXZ", "ZYZ", "XYX", "XZX", "YXY", "YZY", "XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
+LOCK = 1e-13  # first and last axis are parallel if the sine between them is below this
+
+
+def matrix(sequence, angles, *, degrees=False):
+    """Return the active matrix of three angles in sequence.
+
+    Parameters
+    ----------
+    sequence : str
+        One of `SEQUENCES`, or the same in lower case.
+    angles : array_like, shape (..., 3), or three sympy expressions
+        In the order of the sequence; radians unless `degrees`.
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3), or sympy.Matrix
+
+    Raises
+    ------
+    InputError
+        If the sequence is unknown or the angles are not finite numbers of that shape.
+
+    Examples
+    --------
+    >>> matrix("ZXZ", [135, 54.7356, -90], degrees=True).round(6)
+    array([[ 0.408248, -0.707107,  0.57735 ],
+           [ 0.408248,  0.707107,  0.57735 ],
+           [-0.816496,  0.      ,  0.57735 ]])
+    >>> matrix("ZXZ", sp.symbols("I J K"))[:, 2].T
+    Matrix([[sin(I)*sin(J), -sin(J)*cos(I), cos(J)]])
+    """
+    letters, step = _read(sequence)
+    if not any(isinstance(angle, sp.Basic) for angle in np.ravel(np.asarray(angles, dtype=object))):
+        angles = np.moveaxis(as_array(angles, 3, "angles"), -1, 0)
+    return from_angles(_builder(letters), tuple(angles)[::step], degrees)
+
+
+def angles(sequence, matrix, *, lock="third", degrees=False):
+    """Return the three angles of an active matrix, the middle one in [0, π], or [−π/2, π/2] if no axis repeats.
+
+    Where the first and the last axis are parallel only the sum or the difference of the first and the third
+    angle is defined (gimbal lock): then the one named by `lock` is 0 and the other takes it all. The angles
+    always give the matrix back to rounding, also beside the lock, because the third is read after the first has
+    been taken off.
+
+    Parameters
+    ----------
+    sequence : str
+        One of `SEQUENCES`, or the same in lower case.
+    matrix : array_like, shape (..., 3, 3)
+    lock : str, keyword only
+        ``"first"`` or ``"third"``, counted in the order of the sequence as it is written.
+    degrees : bool, keyword only
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        In the order of the sequence; radians, in [−π, π], unless `degrees`.
+
+    Raises
+    ------
+    InputError
+        If the sequence or `lock` is unknown or `matrix` is not a rotation.
+
+    Examples
+    --------
+    >>> angles("ZXZ", matrix("ZXZ", [20, 0, 35], degrees=True), degrees=True).round(9)
+    array([55., 0., 0.])
+    >>> angles("xyz", matrix("xyz", [40, 90, 25], degrees=True), degrees=True).round(9)
+    array([15., 90., 0.])
+    """
+    letters, step = _read(sequence)
+    if lock not in ("first", "third"):
+        raise InputError("lock", "'first' or 'third'", repr(lock))
+    entries = np.moveaxis(as_rotation(matrix, "matrix").reshape(*np.shape(matrix)[:-2], 9), -1, 0)
+    zero_first = (lock == "first") == (step > 0)  # seen from the intrinsic sequence
+    found = _solve(letters, entries, zero_first)[..., ::step]
+    return np.rad2deg(found) if degrees else found
+
+
+def is_locked(sequence, matrix):
+    """Return whether the first and the last axis of the sequence are parallel, shape (...)."""
+    letters, _ = _read(sequence)
+    entries = np.moveaxis(as_rotation(matrix, "matrix").reshape(*np.shape(matrix)[:-2], 9), -1, 0)
+    return np.hypot(*np.moveaxis(_kernels(letters)[0](*entries), -1, 0)) < LOCK
+
+
+def from_direction(sequence, direction, third=0.0, *, degrees=False):
+    """Return the angles of the intrinsic `sequence` that turn its last axis into `direction`.
+
+    Two angles are enough for a direction, the third is free: it turns the frame about it. Along the first axis
+    itself the first angle is free as well, and 0.
+
+    Parameters
+    ----------
+    sequence : str
+        One of `SEQUENCES`.
+    direction : array_like, shape (..., 3)
+        Of any length above zero.
+    third : array_like, shape (...)
+        The third angle, returned as given; radians unless `degrees`.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+
+    Raises
+    ------
+    InputError
+        If the sequence is unknown or extrinsic, or a direction has no length.
+
+    Examples
+    --------
+    >>> from_direction("ZXZ", [1, 1, 1], -90, degrees=True).round(6)
+    array([135.      ,  54.73561, -90.      ])
+    """
+    if sequence not in SEQUENCES:
+        raise InputError("sequence", f"one of {', '.join(SEQUENCES)}", repr(sequence))
+    direction = unit(as_array(direction, 3, "direction"), "direction")
+    entries = np.zeros((*direction.shape[:-1], 3, 3))
+    entries[..., "XYZ".index(sequence[2])] = direction
+    first_kernel, rest_kernel = _kernels(sequence)
+    entries = np.moveaxis(entries.reshape(*direction.shape[:-1], 9), -1, 0)
+    sine, cosine = np.moveaxis(first_kernel(*entries), -1, 0)
+    first = np.where(np.hypot(sine, cosine) < LOCK, 0.0, np.arctan2(sine + 0.0, cosine + 0.0))
+    rest = rest_kernel(*entries, first) + 0.0
+    scale = 180 / np.pi if degrees else 1.0
+    first, middle, third = np.broadcast_arrays(
+        scale * first, scale * np.arctan2(rest[..., 0], rest[..., 1]), np.asarray(third, dtype=float)
+    )
+    return np.stack([first, middle, third], axis=-1)
+
+
+def twin(sequence, angles, *, degrees=False):
+    """Return the other three angles of the same rotation, each brought into (−180°, 180°].
+
+    The first and the third turn by 180°; the middle one changes its sign if the sequence repeats an axis, and
+    goes to 180° minus itself if it does not.
+
+    Examples
+    --------
+    >>> twin("ZXZ", [135, 54.7356, -90], degrees=True)
+    array([-45.    , -54.7356,  90.    ])
+    """
+    letters, _ = _read(sequence)
+    turn = 360.0 if degrees else 2 * np.pi
+    first, middle, third = np.moveaxis(as_array(angles, 3, "angles"), -1, 0)
+    middle = -middle if letters[0] == letters[2] else turn / 2 - middle
+    return wrap(np.stack([first + turn / 2, middle, third + turn / 2], axis=-1), turn)
+
+
+def _read(sequence):
+    """The intrinsic sequence that means the same, and the step through its angles: −1 if it was extrinsic."""
+    if sequence in SEQUENCES:
+        return sequence, 1
+    if isinstance(sequence, str) and sequence.islower() and sequence[::-1].upper() in SEQUENCES:
+        return sequence[::-1].upper(), -1
+    expected = f"one of {', '.join(SEQUENCES)}, or the same in lower case for fixed axes"
+    raise InputError("sequence", expected, repr(sequence))
+
+
+@lru_cache(maxsize=12)
+def _builder(letters):
+    def build(first, middle, third):
+        i, j, k = (ACTIVE[letter] for letter in letters)
+        return i(first) * j(middle) * k(third)
+
+    return build
+
+
+def _solve(letters, entries, zero_first):
+    first_kernel, rest_kernel = _kernels(letters)
+    sine, cosine = np.moveaxis(first_kernel(*entries), -1, 0)
+    locked = np.hypot(sine, cosine) < LOCK
+    first = np.where(locked, 0.0, np.arctan2(sine + 0.0, cosine + 0.0))
+    rest = rest_kernel(*entries, first)
+    if locked.any():
+        if not zero_first:
+            # The matrix holds third ± first, with the sign of the first axis against the last.
+            i, k = ("XYZ".index(letter) for letter in (letters[0], letters[2]))
+            together = np.arctan2(rest[..., 2], rest[..., 3]) * np.sign(entries[3 * i + k])
+            first = np.where(locked, together, first)
+            rest[..., 2:] = np.where(locked[..., None], (0.0, 1.0), rest[..., 2:])
+        rest[..., :2] = np.where(locked[..., None], np.round(rest[..., :2]), rest[..., :2])
+    middle, third = np.moveaxis(np.arctan2(rest[..., 0::2] + 0.0, rest[..., 1::2] + 0.0), -1, 0)
+    return np.stack([first, middle, third], axis=-1)
+
+
+@lru_cache(maxsize=12)
+def _kernels(letters):
+    """Compile, for an intrinsic sequence, (sine, cosine) of the first angle, and of the other two given the first.
+
+    With M = R_i(a)·R_j(b)·R_k(c): the column k of M is R_i(a)·R_j(b)·e_k, in which a stands beside one factor
+    that is sin b or cos b, and not negative. N = R_i(−a)·M = R_j(b)·R_k(c) then shows b in its column k and c in
+    its row j.
+    """
+    a, b, c = sp.symbols("a b c", real=True)
+    i, j, k = (ACTIVE[letter] for letter in letters)
+    row, column = "XYZ".index(letters[1]), "XYZ".index(letters[2])
+    m = sp.Matrix(3, 3, sp.symbols("m:3:3", real=True))
+    n = i(-a) * m
+    first = _sine_and_cosine(a, (i(a) * j(b))[:, column], m[:, column])
+    rest = _sine_and_cosine(b, j(b)[:, column], n[:, column]) + _sine_and_cosine(c, k(c)[row, :], n[row, :])
+    return numeric(first, tuple(m)), numeric(rest, (*m, a))
+
+
+def _sine_and_cosine(angle, pattern, entries):
+    """The two of `entries` where `pattern` has the sine and the cosine of `angle`, with the pattern's signs."""
+    pairs = list(zip(pattern, entries, strict=True))
+    eighth = {symbol: sp.pi / 4 for symbol in sp.Matrix(pattern).free_symbols}
+    return tuple(
+        next(sp.sign(shown.subs(eighth)) * entry for shown, entry in pairs if shown.has(function(angle)))
+        for function in (sp.sin, sp.cos)
+    )

@@ -1,0 +1,132 @@
+"""Source 000: both recipes, every intermediate matrix, the exact result, and the audit that they need."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from mathpost import rotation
+from mathpost.errors import InputError
+from mathpost.rotation import ACTIVE, PASSIVE, zxz_left_transposed, zxz_right, zxz_steps
+
+PRINTED = (135, 54.7356, -90)
+POINT = (3, 4, 5)
+ANGLE = st.floats(-400, 400)
+
+
+def turned_axes(angles):
+    """The axes after three turns, each about an axis as it then stands: vectors turned by SciPy."""
+    axes = np.eye(3)  # rows x, y, z
+    for row, angle in zip((2, 0, 2), np.deg2rad(angles), strict=True):
+        axes = Rotation.from_rotvec(angle * axes[row]).apply(axes)
+    return axes
+
+
+def test_elementary_matrices_are_active_and_passive():
+    quarter = sp.pi / 2
+    turns = {"X": ([0, 1, 0], [0, 0, 1]), "Y": ([0, 0, 1], [1, 0, 0]), "Z": ([1, 0, 0], [0, 1, 0])}
+    for letter, (before, after) in turns.items():
+        assert list(ACTIVE[letter](quarter) * sp.Matrix(before)) == after
+        assert list(PASSIVE[letter](quarter) * sp.Matrix(after)) == before
+
+
+def test_printed_example_by_both_recipes():
+    for recipe in (zxz_right, zxz_left_transposed):
+        assert (recipe(*PRINTED, degrees=True) @ POINT).round(6).tolist() == [-1.224744, 0.707107, 6.928203]
+
+
+def test_exact_result():
+    angles = (3 * sp.pi / 4, sp.acos(1 / sp.sqrt(3)), -sp.pi / 2)
+    exact = sp.Matrix([-sp.sqrt(sp.Rational(3, 2)), 1 / sp.sqrt(2), 12 / sp.sqrt(3)])
+    for recipe in ("right", "left"):
+        assert sp.simplify(zxz_steps(recipe, angles, POINT)[-1].value - exact) == sp.zeros(3, 1)
+
+
+@given(ANGLE, ANGLE, ANGLE)
+def test_new_coordinates_are_dot_products_with_the_turned_axes(alpha, beta, gamma):
+    expected = turned_axes((alpha, beta, gamma)) @ POINT
+    np.testing.assert_allclose(zxz_right(alpha, beta, gamma, degrees=True) @ POINT, expected, atol=1e-12)
+    np.testing.assert_allclose(zxz_left_transposed(alpha, beta, gamma, degrees=True) @ POINT, expected, atol=1e-12)
+
+
+def test_every_intermediate_matrix_of_the_first_recipe():
+    steps = zxz_steps("right", PRINTED, POINT, degrees=True)
+    assert [(step.number, step.name) for step in steps] == [
+        (1, "α"), (2, "β"), (3, "γ"), (4, "γβ"), (5, "γβα"), (6, "x', y', z'"),
+    ]  # fmt: skip
+    s, c, t = 0.707107, 0.577350, 0.816496
+    expected = [
+        [[-s, s, 0], [-s, -s, 0], [0, 0, 1]],
+        [[1, 0, 0], [0, c, t], [0, -t, c]],
+        [[0, -1, 0], [1, 0, 0], [0, 0, 1]],
+        [[0, -c, -t], [1, 0, 0], [0, -t, c]],
+        [[0.408248, 0.408248, -t], [-s, s, 0], [c, c, c]],
+    ]
+    for step, matrix in zip(steps[:-1], expected, strict=True):
+        np.testing.assert_allclose(step.value, matrix, atol=1.1e-6, err_msg=step.name)
+
+
+def test_every_intermediate_matrix_of_the_second_recipe():
+    steps = zxz_steps("left", PRINTED, POINT, degrees=True)
+    assert [step.number for step in steps] == list(range(8))
+    assert steps[0].value == [-135, -54.7356, 90]
+    first = {step.name: step.value for step in zxz_steps("right", PRINTED, POINT, degrees=True)}
+    second = {step.name: step.value for step in steps}
+    for name in "αβγ":  # negated angles give the transposed elements
+        np.testing.assert_allclose(second[name], first[name].T, atol=1e-15)
+    np.testing.assert_allclose(second["αβ"], first["α"].T @ first["β"].T, atol=1e-15)
+    feature = [[0.408248, -0.707107, 0.577350], [0.408248, 0.707107, 0.577350], [-0.816496, 0, 0.577350]]
+    np.testing.assert_allclose(second["αβγ"], feature, atol=6e-7)
+    np.testing.assert_allclose(second["(αβγ)ᵀ"], first["γβα"], atol=1e-15)
+
+
+def test_recipes_are_equal_identically_with_either_elements():
+    angles = sp.symbols("alpha beta gamma", real=True)
+    for elementary in (PASSIVE, ACTIVE):
+        right, left = (
+            zxz_steps(recipe, angles, POINT, elementary=elementary)[-2].value for recipe in ("right", "left")
+        )
+        assert right == left
+
+
+def test_active_elements_agree_with_each_other_and_are_wrong():
+    results = [zxz_steps(r, PRINTED, POINT, elementary=ACTIVE, degrees=True)[-1].value for r in ("right", "left")]
+    for result in results:
+        assert result.round(6).tolist() == [-4.490731, 4.949747, 2.309402]
+    assert np.abs(results[0] - turned_axes(PRINTED) @ POINT).max() > 3
+
+
+def test_row_vector_manual():
+    """A passive-looking matrix behind a row vector is an active one in front of a column."""
+    row = np.array(POINT) @ np.array(PASSIVE["Z"](sp.rad(30)), dtype=float)
+    column = np.array(ACTIVE["Z"](sp.rad(30)), dtype=float) @ POINT
+    np.testing.assert_allclose(row, [0.598076, 4.964102, 5], atol=6e-7)
+    np.testing.assert_allclose(row, column, atol=1e-15)
+
+
+def test_arrays_broadcast():
+    alpha = np.arange(6.0).reshape(2, 3)
+    matrices = zxz_right(alpha, 30, [0, 45, 90], degrees=True)
+    assert matrices.shape == (2, 3, 3, 3)
+    np.testing.assert_array_equal(matrices[1, 2], zxz_right(5, 30, 90, degrees=True))
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: zxz_right("a", 2, 3), "angles: expected numbers"),
+        (lambda: zxz_steps("up", PRINTED, POINT), "recipe: expected one of 'right', 'left', found 'up'"),
+        (lambda: zxz_steps("right", PRINTED, (1, 2)), r"point: expected shape \(..., 3\)"),
+        (lambda: rotation.as_rotation(np.eye(4)), r"expected shape \(..., 3\)"),
+        (lambda: rotation.as_rotation(np.eye(3)[0]), r"expected shape \(..., 3, 3\)"),
+        (lambda: rotation.as_rotation(np.diag([1, 1, 1.01])), "off the identity by 0.0201"),
+        (lambda: rotation.as_rotation([np.eye(3), np.diag([1, -1, 1])]), r"left-handed.* at index \(1,\)"),
+        (lambda: rotation.as_rotation(np.full((3, 3), np.nan)), "expected finite numbers"),
+        (lambda: rotation.unit(np.zeros((2, 3))), r"axis: expected a vector with a direction.*index \(0,\)"),
+    ],
+)
+def test_bad_input(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
