@@ -1,8 +1,8 @@
 """One tilted working plane in every control's notation.
 
 A plane is a `Frame`: the feature in the workpiece. `Plane` holds it as the numbers of one dialect, in degrees as
-they stand in an NC program; `mathpost.plane_text` writes and reads the blocks, `mathpost.alignment` turns the
-machine's rotary axes onto it.
+they stand in an NC program; `align`, from `mathpost.alignment`, turns a machine's rotary axes onto it, and
+`mathpost.plane_text` writes and reads the blocks.
 """
 
 from dataclasses import dataclass
@@ -11,9 +11,12 @@ from itertools import permutations
 import numpy as np
 
 from mathpost import euler
+from mathpost.alignment import align
 from mathpost.errors import InputError, as_array
 from mathpost.frame import Frame
 from mathpost.rotation import unit
+
+__all__ = ["DIALECTS", "Dialect", "Plane", "align"]
 
 PERPENDICULAR = 1e-6  # cosine that seven printed decimals leave between two perpendicular vectors
 
