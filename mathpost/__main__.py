@@ -18,12 +18,18 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(prog="python -m mathpost", description="Five-axis post-processing, verified.")
     commands = parser.add_subparsers(dest="command", required=True)
     _add_post(commands)
-    options = parser.parse_args(arguments)
+    options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     try:
         return options.run(options)
     except MathpostError as error:
         print(f"mathpost: {error}", file=sys.stderr)
         return 2
+
+
+def _joined(arguments):
+    """Join --origin with its value, which argparse would take for an option if it begins with a minus sign."""
+    words = iter(arguments)
+    return [f"{word}={next(words, '')}" if word == "--origin" else word for word in words]
 
 
 def _add_post(commands):

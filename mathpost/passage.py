@@ -251,7 +251,7 @@ class Crossing:
         seconds = feed_times(self.kin, self.cl, joints, place)
         interval = np.where(np.isnan(seconds), np.diff(place), seconds)
         swing = np.abs(np.diff(joints[:, self.outer]))
-        rate = np.divide(swing, interval, out=np.full(len(swing), np.inf), where=interval > 0)
+        rate = np.divide(swing, interval, out=np.full(len(swing), np.inf), where=interval > 1e-9)
         rate[swing < 1e-12] = 0
         return replace(
             passage,
@@ -290,9 +290,14 @@ def feed_times(kin, cl, joints, place):
 def block_times(kin, cl, joints, place, cutting):
     """Times (s) that the moves between `joints` take: what the feed asks in cut, or the slowest axis needs.
 
-    Zero where neither feed nor rates are known.
+    On a machine that states no rates, no axis goes faster than the feed, in mm and degrees per minute; zero where
+    there is no feed either.
     """
-    rates = kin.machine.max_rates
-    by_axis = (np.abs(np.diff(joints, axis=0)) / np.where(np.isnan(rates), np.inf, rates)).max(axis=1)
-    at_feed = cutting | np.isnan(rates).all()
-    return np.fmax(by_axis, np.where(at_feed, feed_times(kin, cl, joints, place), 0))
+    rates, steps = kin.machine.max_rates, np.abs(np.diff(joints, axis=0))
+    if np.isnan(rates).all():
+        feed = cl.feeds[np.ceil(place[1:]).astype(int)]
+        degrees = np.array([1, 1, 1, *np.degrees([1, 1])])
+        by_axis = np.nan_to_num(60 * (steps * degrees).max(axis=1) / feed)
+    else:
+        by_axis = (steps / np.where(np.isnan(rates), np.inf, rates)).max(axis=1)
+    return np.fmax(by_axis, np.where(cutting, feed_times(kin, cl, joints, place), 0))

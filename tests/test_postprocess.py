@@ -175,7 +175,7 @@ class TestShell:
 
     def test_all_options(self, capsys):
         options = "--dialect siemens --tcp --tolerance 0.02 --selection shortest --singular cubic --tool-length 50"
-        status = main(["post", BLADE, "--machine", DMU, *options.split(), "--origin", "10,0,-5", "--no-compare"])
+        status = main(["post", BLADE, "--machine", DMU, *options.split(), "--origin", "-10,0,5", "--no-compare"])
         assert status == 0 and "TRAORI" in capsys.readouterr().out
 
     @pytest.mark.parametrize(

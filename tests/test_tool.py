@@ -99,7 +99,7 @@ def test_a_longer_tool_against_the_chain(kin):
         (lambda: Cutter(10, 6), "rim radius from 0 to half"),
         (lambda: Cutter(0, 0), "diameter above 0"),
         (lambda: tool.tip_from_contact(Cutter.ball(10), [[0, 0, 1], [0, 0, -1]], [0, 0, 1]), r"at index (1,)"),
-        (lambda: tool.tip_from_contact(Cutter.ball(10), [0, 0, 0], [0, 0, 1]), "normal: expected a vector with a direction"),
+        (lambda: tool.tip_from_contact(Cutter.ball(10), [0, 0, 0], [0, 0, 1]), "normal: expected a vector with"),
         (
             lambda: tool.compensated([0, 0], [0, 0, 1], [0, 0, 1], Cutter.ball(1), Cutter.ball(2)),
             "tip: expected shape",
