@@ -9,12 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.errors import InputError, ReachError
+from mathpost.rotation import unit
 
 TURN = 2 * np.pi
 STRATEGIES = ("optimal", "shortest", "paper")
 HALF_TURN = np.pi + 1e-9  # a rotary step beyond this means that travel has cut off the short way round
 SWAY = np.radians(5.0)  # how far the tool axis may stray between two records in cut, besides half of its own turn
 BREAK = 1e9  # the cost of a retract and unwind: more than any path without one
+POLE = 1e-20  # r − D, half the square of the angle from the pole: within 1e-10 rad of it
 TRAVEL_TOLERANCE = 1e-9  # mm and radians
 PER_RADIAN = np.degrees(1.0)  # in weighted travel a degree counts as much as a millimetre
 TIE = 1e-9  # weight of travel (mm and degrees) among choices that take the same time
@@ -28,7 +30,8 @@ class Candidates:
     Attributes
     ----------
     joints : ndarray, shape (n, m, 5)
-        mm and radians; NaN where the tool axis is out of reach. An endless axis has one angle only, in
+        mm and radians; NaN where the tool axis is out of reach, or not at the pole in a column that stands for it.
+        An endless axis has one angle only, in
         (−180°, 180°]: its windings are counted by the choice.
     branch : ndarray of int, shape (m,)
         0 or 1, as `Kinematics.inverse` orders them.
@@ -47,6 +50,11 @@ class Candidates:
         """The machine whose travel is meant."""
         return self.kin.machine
 
+    def listed(self, record):
+        """Numbers of the candidates of a record; those that stand for the pole only are left out elsewhere."""
+        known = ~np.isnan(self.joints[record]).any(axis=1)
+        return np.flatnonzero(known) if known.any() else np.arange(len(known))
+
     def reason(self, record, candidate):
         """Say why a candidate is out, or return "" if it is not."""
         if np.isnan(self.joints[record, candidate]).any():
@@ -55,13 +63,13 @@ class Candidates:
 
     def table(self, record, previous=None, weights=None):
         """Rows to show: branch, joints in mm and degrees, cost of the move from `previous`, and why if out."""
-        joints = self.joints[record]
+        listed = self.listed(record)
+        joints = self.joints[record, listed]
         steps = joints if previous is None else short_way(self.machine, joints - np.asarray(previous, dtype=float))
         degrees = np.concatenate([joints[:, :3], np.rad2deg(joints[:, 3:])], axis=1)
-        reasons = [self.reason(record, candidate) for candidate in range(len(joints))]
-        return list(
-            zip(self.branch.tolist(), degrees, move_costs(self.machine, steps, weights), reasons, strict=True)
-        )
+        reasons = [self.reason(record, candidate) for candidate in listed]
+        costs = move_costs(self.machine, steps, weights)
+        return list(zip(self.branch[listed].tolist(), degrees, costs, reasons, strict=True))
 
 
 @dataclass(frozen=True)
@@ -88,15 +96,44 @@ class Selection:
 
 
 def candidates(kin, tip, axis):
-    """Return all candidates for tips and axes of shape (n, 3) as `Candidates`."""
+    """Return all candidates for tips and axes of shape (n, 3) as `Candidates`.
+
+    At the pole every outer angle is right. Besides 0 those of the nearest records before and after that are not at
+    the pole are candidates there, so that the axis can be turned while that costs nothing of the tool axis.
+    """
     joints = kin.inverse(tip, axis)
+    at_pole = _at_pole(kin, axis)
+    if at_pole.any() and not at_pole.all():
+        joints = np.concatenate([joints, *_held_at_pole(kin, tip, joints, at_pole)], axis=1)
     limits = kin.machine.limits
     turns = [_windings(*limits[joint]) for joint in (3, 4)]
     offsets = np.zeros((len(turns[0]) * len(turns[1]), 5))
     offsets[:, 3:] = np.stack(np.meshgrid(*turns, indexing="ij"), axis=-1).reshape(-1, 2) * TURN
     grid = (joints[:, :, None] + offsets).reshape(len(joints), -1, 5)
     inside = ((grid >= limits[:, 0] - TRAVEL_TOLERANCE) & (grid <= limits[:, 1] + TRAVEL_TOLERANCE)).all(axis=-1)
-    return Candidates(grid, np.repeat([0, 1], len(offsets)), inside, kin)
+    branch = np.repeat(np.arange(joints.shape[1]) % 2, len(offsets))
+    return Candidates(grid, branch, inside, kin)
+
+
+def _at_pole(kin, axis):
+    """Whether tool axes (n, 3) are parallel to the outer axis, to rounding; False where that is out of reach."""
+    if kin.reach[0] > 0:
+        return np.zeros(len(axis), dtype=bool)
+    return kin.reach_terms(unit(np.asarray(axis, dtype=float)))[0] < POLE
+
+
+def _held_at_pole(kin, tip, joints, at_pole):
+    """Two blocks of candidates (n, 2, 5): the outer angles of the records before and after; NaN off the pole."""
+    outer = kin.symbols.index(kin.inverse_symbolic.outer)
+    others = np.flatnonzero(~at_pole)
+    where = np.searchsorted(others, np.flatnonzero(at_pole))
+    for neighbour in (where - 1, where):
+        held = np.full_like(joints, np.nan)
+        source = others[np.clip(neighbour, 0, len(others) - 1)]
+        rotary = joints[at_pole, :, 3:]
+        rotary[..., outer - 3] = joints[source, :, outer]
+        held[at_pole] = kin.close(np.asarray(tip, dtype=float)[at_pole, None], rotary)
+        yield held
 
 
 def _windings(low, high):
@@ -272,7 +309,8 @@ def _all_moves(found, rapid, weights, sway):
         steps = short_way(found.machine, found.joints[rows, None] - before)
         over = _breaks_off(found.kin, before, steps, sway) & ~rapid[rows, None, None]
         costs = move_costs(found.machine, steps, weights) + _ties(steps) + np.where(over, BREAK, 0.0)
-        yield from enumerate(np.where(found.inside[rows, None], costs, np.inf), first)
+        possible = found.inside[rows.start - 1 : rows.stop - 1, :, None] & found.inside[rows, None]
+        yield from enumerate(np.where(possible, costs, np.inf), first)
 
 
 def _breaks_off(kin, start, steps, sway):
@@ -305,7 +343,7 @@ def _refuse_unreachable(found, cl):
     out = np.flatnonzero(~found.inside.any(axis=1))
     if out.size:
         record = int(out[0])
-        reasons = dict.fromkeys(found.reason(record, candidate) for candidate in range(len(found.branch)))
+        reasons = dict.fromkeys(found.reason(record, candidate) for candidate in found.listed(record))
         raise ReachError(f"{cl.where(record)}: no solution inside travel: {' / '.join(reasons)}")
 
 
@@ -314,11 +352,11 @@ def out_of_travel(machine, joints):
     units = ("mm", "mm", "mm", "°", "°")
     scale = np.array([1, 1, 1, PER_RADIAN, PER_RADIAN])
     sentences = []
-    for name, value, (low, high), unit in zip(
+    for name, value, (low, high), letter in zip(
         machine.joint_names, joints * scale, machine.limits * scale[:, None], units, strict=True
     ):
         if not low - TRAVEL_TOLERANCE <= value <= high + TRAVEL_TOLERANCE:
-            sentences.append(f"{name} {value:.3f}{unit} is outside {low:g} … {high:g}")
+            sentences.append(f"{name} {value:.3f}{letter} is outside {low:g} … {high:g}")
     return sentences
 
 

@@ -125,6 +125,25 @@ def test_out_of_travel_names_record_and_axis(dmu50v):
         selection.choose(dmu50v, cldata.from_arrays([[0, 0, 0]], [[0, 0.6, -0.8]]))
 
 
+def test_the_outer_axis_turns_while_the_tool_is_at_the_pole(kin):
+    """Vertical records, then leaning ones: C is turned before the lean, not during it."""
+    if kin.reach[0] > 0:
+        pytest.skip("the pole is out of reach")
+    pole = np.array(kin.inverse_symbolic.pole, float)
+    side = np.cross(pole, [0.6, 0.8, 0])
+    lean = np.array([0, 0, 0, 0.1, 0.2, 0.3, 0.1, 0, 0])[:, None]
+    cl = cldata.from_arrays(
+        np.arange(9)[:, None] * [1.0, 0, 0] + [20, 30, 40], np.cos(lean) * pole + np.sin(lean) * side
+    )
+    chosen = selection.choose(kin, cl)
+    outer = kin.symbols.index(kin.inverse_symbolic.outer)
+    leaning = chosen.joints[2:8, outer]
+    assert np.degrees(np.ptp(leaning)) < 10
+    tip, axis = kin.forward(chosen.joints)
+    np.testing.assert_allclose(tip, cl.points, atol=1e-9)
+    np.testing.assert_allclose(axis, cl.axes, atol=1e-12)
+
+
 def test_candidates_say_why_they_are_out(dmu50v_both_ways, blade):
     found = selection.candidates(dmu50v_both_ways, blade.points, blade.axes)
     rows = found.table(4, previous=found.joints[3, 0])
