@@ -19,15 +19,20 @@ def read_text(path):
 
 
 def write_text(path, text):
-    """Write `text` to `path` whole or not at all; raise `OutputError` if that fails.
+    """Write `text` as UTF-8 to `path` whole or not at all; raise `OutputError` if that fails."""
+    write_bytes(path, text.encode("utf-8"))
 
-    The text goes to a temporary file in the same folder, which then takes the place of `path` in one step.
+
+def write_bytes(path, content):
+    """Write `content` to `path` whole or not at all; raise `OutputError` if that fails.
+
+    The content goes to a temporary file in the same folder, which then takes the place of `path` in one step.
     """
     path, temporary = Path(path), None
     try:
         handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        with open(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
+        with open(handle, "wb") as file:
+            file.write(content)
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
     except OSError as error:
