@@ -1,0 +1,294 @@
+"""The space of readings: every way to misread a rotation by three Euler angles, enumerated and evaluated.
+
+A reading has two parts. The *wording* says how the product is made: which of the two recipes of source 000, in what
+order, of active or passive elements, with which signs, transposed or not, the point as a column or as a row. The
+768 wordings come to 48 different products. The *factors* say what stands in it: which axes, angles exchanged,
+repeated or left out, their unit, and what was rounded.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import combinations, permutations, product
+
+import numpy as np
+import sympy as sp
+
+from mathpost.rotation import PASSIVE, numeric
+
+ANGLES = "αβγ"
+PI_WRITTEN = (3.14, 3.142, 3.1416, 3.14159, 22 / 7)
+UNITS = {
+    "degrees": lambda angle, pi: angle * pi / 180,
+    "radians": lambda angle, pi: angle,
+    "twice": lambda angle, pi: angle * (pi / 180) ** 2,
+    "reversed": lambda angle, pi: angle * 180 / pi,
+    "gon": lambda angle, pi: angle * pi / 200,
+}
+
+
+# The keys of a few misreadings of the recipes of source 000.
+COMMON = {
+    "active elements": ((2, 1, 0), (-1, -1, -1)),
+    "transpose missing": ((0, 1, 2), (-1, -1, -1)),
+    "order α·β·γ": ((0, 1, 2), (1, 1, 1)),
+    "sign of α": ((2, 1, 0), (-1, 1, 1)),
+    "sign of β": ((2, 1, 0), (1, -1, 1)),
+    "sign of γ": ((2, 1, 0), (1, 1, -1)),
+}
+
+
+@dataclass(frozen=True)
+class Slip:
+    """One thing misread: its kind in a word, how far-fetched it is, and the words for it."""
+
+    kind: str
+    cost: float
+    phrase: str
+
+
+@dataclass(frozen=True)
+class Wording:
+    """One way to make the product; `order` and `signs` are those that are said, before any transpose."""
+
+    recipe: int
+    active: bool
+    order: tuple
+    signs: tuple
+    transposed: bool
+    row: bool
+    slips: tuple
+
+    @property
+    def cost(self):
+        return 0.01 * self.recipe + sum(slip.cost for slip in self.slips)
+
+    @property
+    def key(self):
+        """The product that it comes to: rotations from left to right and the signs of their passive elements."""
+        order, signs = self.order, tuple(-s if self.active else s for s in self.signs)
+        if self.transposed != self.row:
+            order, signs = order[::-1], tuple(-s for s in signs)
+        return order, signs
+
+
+@dataclass(frozen=True)
+class Factors:
+    """What stands in the factors of the first, second and third rotation; the roundings are None if not done."""
+
+    axes: str
+    source: tuple = (0, 1, 2)
+    kept: tuple = (True, True, True)
+    unit: tuple = ("degrees",) * 3
+    angle_decimals: int | None = None
+    pi: float = np.pi
+    entry_decimals: int | None = None
+    slips: tuple = ()
+
+    @property
+    def cost(self):
+        return sum(slip.cost for slip in self.slips)
+
+    def radians(self, angles):
+        """The angle of each rotation, shape (3,), from the given degrees."""
+        if self.angle_decimals is not None:
+            angles = np.round(angles, self.angle_decimals)
+        return np.array(
+            [
+                UNITS[unit](angles[n], self.pi) * k
+                for n, unit, k in zip(self.source, self.unit, self.kept, strict=True)
+            ]
+        )
+
+
+@lru_cache(maxsize=1)
+def wordings():
+    """Return the 48 products: a dict from `Wording.key` to its wordings, the simplest first."""
+    found = {}
+    everything = product(
+        (0, 1), (False, True), permutations(range(3)), product((1, -1), repeat=3), *[(False, True)] * 2
+    )
+    for recipe, active, order, flips, transpose_wrong, row in everything:
+        slips = []
+        if active:
+            slips.append(Slip("active", 1, "the elementary matrices are active where passive ones belong"))
+        right_order = (0, 1, 2) if recipe else (2, 1, 0)
+        if order != right_order:
+            cost = 1 if order == right_order[::-1] else 1.25
+            slips.append(
+                Slip("order", cost, f"the product is taken in the order {_dots(order)}, not {_dots(right_order)}")
+            )
+        slips += _sign_slips(flips, recipe)
+        if transpose_wrong:
+            missing = Slip("transpose", 1, "the final transpose is missing")
+            slips.append(
+                missing if recipe else Slip("transpose", 1.2, "the product is transposed where it should not be")
+            )
+        if row:
+            slips.append(Slip("row", 1.05, "the point is multiplied as a row from the left"))
+        signs = tuple(-flip if recipe else flip for flip in flips)
+        wording = Wording(recipe, active, order, signs, bool(recipe) != transpose_wrong, row, tuple(slips))
+        found.setdefault(wording.key, []).append(wording)
+    return {key: sorted(same, key=lambda wording: wording.cost) for key, same in found.items()}
+
+
+def _sign_slips(flips, recipe):
+    flipped = [ANGLES[n] for n in range(3) if flips[n] < 0]
+    if len(flipped) == 3:
+        phrase = "the angles are not negated" if recipe else "all three angles are negated"
+        return [Slip("sign", 1.05, phrase)]
+    return [Slip("sign", 1, f"the sign of {name} is reversed") for name in flipped]
+
+
+def _dots(order):
+    return "·".join(ANGLES[n] for n in order)
+
+
+@lru_cache(maxsize=8)
+def all_factors(sequence, depth):
+    """Return the `Factors` to try on the Euler angles `sequence`, the cheapest first.
+
+    At `depth` 2 that is every slip of the factors alone and every two together; at depth 3 the common slips (other
+    axes, angles exchanged or left out, degrees taken for radians, angles rounded) in all their combinations.
+    """
+    groups = [list(group) for group in (_axes(sequence), _sources(), _left_out(), _units(), _roundings())]
+    if depth == 2:
+        chosen = [()] + [(slip,) for group in groups for slip in group]
+        chosen += [pair for a, b in combinations(groups, 2) for pair in product(a, b)]
+    else:
+        common = [[(slip, change) for slip, change in group if slip.cost <= 1] for group in groups]
+        chosen = [[option for option in row if option] for row in product(*([None, *group] for group in common))]
+        chosen = [row for row in chosen if len(row) > 2]
+    built = [_build(sequence, options) for options in chosen]
+    return tuple(sorted(built, key=lambda factors: factors.cost))
+
+
+def _build(sequence, options):
+    changes = {key: value for _, change in options for key, value in change.items()}
+    return replace(Factors(sequence), slips=tuple(slip for slip, _ in options), **changes)
+
+
+def _axes(sequence):
+    said = " ".join(sequence)
+    for letters in product("XYZ", repeat=3):
+        axes = "".join(letters)
+        differing = sum(a != b for a, b in zip(axes, sequence, strict=True))
+        proper = axes[0] != axes[1] != axes[2]
+        if axes != sequence and (proper or differing == 1):
+            yield Slip("axis", 1 if proper else 1.25, f"the axes are {' '.join(axes)}, not {said}"), {"axes": axes}
+
+
+def _sources():
+    for source in product(range(3), repeat=3):
+        moved = [n for n in range(3) if source[n] != n]
+        if len(moved) == 1:
+            phrase = f"{ANGLES[source[moved[0]]]} stands where {ANGLES[moved[0]]} belongs"
+            yield Slip("reference", 1.25, phrase), {"source": source}
+        elif len(moved) == 2 and sorted(source) == [0, 1, 2]:
+            a, b = (ANGLES[n] for n in moved)
+            yield Slip("exchange", 1, f"{a} and {b} are exchanged"), {"source": source}
+        elif sorted(source) == [0, 1, 2] and moved:
+            phrase = f"the angles are taken in the order {', '.join(ANGLES[n] for n in source)}"
+            yield Slip("exchange", 1, phrase), {"source": source}
+
+
+def _left_out():
+    for kept in product((True, False), repeat=3):
+        gone = [ANGLES[n] for n in range(3) if not kept[n]]
+        if len(gone) in (1, 2):
+            verb = "is" if len(gone) == 1 else "are"
+            yield Slip("left out", len(gone), f"{' and '.join(gone)} {verb} left out"), {"kept": kept}
+
+
+def _units():
+    phrases = {
+        "radians": (1, "the degrees of {} are taken for radians"),
+        "twice": (1.25, "{} {} converted to radians twice"),
+        "reversed": (1.5, "{} {} converted with DEGREES, not with RADIANS"),
+        "gon": (1.5, "the degrees of {} are taken for gon"),
+    }
+    for unit, (cost, phrase) in phrases.items():
+        for affected in ((0, 1, 2), (0,), (1,), (2,)):
+            name, verb = ("all angles", "are") if len(affected) == 3 else (ANGLES[affected[0]], "is")
+            slip = Slip("unit", cost if len(affected) == 3 else cost + 0.25, phrase.format(name, verb))
+            yield slip, {"unit": tuple(unit if n in affected else "degrees" for n in range(3))}
+
+
+def _roundings():
+    for decimals in range(6):
+        phrase = f"the angles are rounded to {decimals} decimal{'s' * (decimals != 1)}"
+        yield Slip("rounded", 0.9, phrase), {"angle_decimals": decimals}
+    for pi in PI_WRITTEN:
+        yield Slip("rounded", 1.1, f"π is taken as {'22/7' if pi == 22 / 7 else pi}"), {"pi": pi}
+    for decimals in range(1, 7):
+        phrase = f"the elementary matrices are rounded to {decimals} decimal{'s' * (decimals != 1)}"
+        yield Slip("rounded", 1.1, phrase), {"entry_decimals": decimals}
+
+
+def elementary(axis, angle):
+    """Return the passive elementary matrix about ``"X"``, ``"Y"`` or ``"Z"``, shape (..., 3, 3); radians."""
+    return _compiled(axis)(angle)
+
+
+@lru_cache(maxsize=3)
+def _compiled(axis):
+    symbol = sp.Symbol("t", real=True)
+    return numeric(sp.ImmutableMatrix(PASSIVE[axis](symbol)), (symbol,))
+
+
+def matrices(factors, keys, angles):
+    """Evaluate readings.
+
+    Parameters
+    ----------
+    factors : sequence of m Factors
+    keys : sequence of k keys of `wordings`
+    angles : ndarray, shape (3,)
+        Degrees.
+
+    Returns
+    -------
+    ndarray, shape (m, k, 3, 3)
+    """
+    radians = np.array([each.radians(angles) for each in factors])
+    elements = np.empty((len(factors), 3, 2, 3, 3))
+    axes = np.array([list(each.axes) for each in factors])
+    for axis in "XYZ":
+        at = axes == axis
+        elements[at] = np.stack([elementary(axis, radians[at]), elementary(axis, -radians[at])], axis=1)
+    for index, each in enumerate(factors):
+        if each.entry_decimals is not None:
+            elements[index] = np.round(elements[index], each.entry_decimals)
+    order = np.array([key[0] for key in keys])
+    negative = np.array([[int(key[1][n] < 0) for n in key[0]] for key in keys])
+    left, middle, right = (elements[:, order[:, n], negative[:, n]] for n in range(3))
+    return left @ middle @ right
+
+
+def common_matrices(names, angles):
+    """Return the matrices of ``"right"`` or of names that `COMMON` has, shape (n, 3, 3); angles in degrees."""
+    right = ((2, 1, 0), (1, 1, 1))
+    keys = [COMMON.get(name, right) for name in names]
+    return matrices([Factors("ZXZ")], keys, angles)[0]
+
+
+def written(wording, factors, point=True):
+    """Return the product of a reading as text: E passive, R active elementary matrices, p the point."""
+    letter = "R" if wording.active else "E"
+    parts = [
+        f"{letter}_{factors.axes[n].lower()}({_angle(factors, n, wording.signs[n])})"
+        for n in wording.order
+        if factors.kept[n]
+    ]
+    text = "·".join(parts) or "1"
+    if wording.transposed:
+        text = f"({text})ᵀ"
+    if not point:
+        return text
+    return f"pᵀ·{text}" if wording.row else f"{text}·p"
+
+
+def _angle(factors, n, sign):
+    unit = {"degrees": "", "radians": " rad", "twice": "·π/180", "reversed": "·180/π rad", "gon": " gon"}[
+        factors.unit[n]
+    ]
+    return f"{'−' if sign < 0 else ''}{ANGLES[factors.source[n]]}{unit}"
