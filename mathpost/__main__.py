@@ -1,11 +1,11 @@
-"""The shell: ``python -m mathpost post …``."""
+"""The shell: ``python -m mathpost post …`` and ``python -m mathpost check …``."""
 
 import argparse
 import math
 import sys
 from pathlib import Path
 
-from mathpost import cldata, machine, machine_errors, postprocess
+from mathpost import cldata, machine, machine_errors, postprocess, workbook
 from mathpost.errors import MathpostError
 from mathpost.files import write_text
 from mathpost.passage import Crossing
@@ -14,10 +14,16 @@ from mathpost.selection import STRATEGIES
 
 
 def main(arguments=None):
-    """Run one command; return the exit status: 0 done, 2 refused, with the reason on standard error."""
-    parser = argparse.ArgumentParser(prog="python -m mathpost", description="Five-axis post-processing, verified.")
+    """Run one command; return the exit status.
+
+    0 is done, or all right; 1 something wrong in what was checked; 2 refused, with the reason on standard error.
+    """
+    parser = argparse.ArgumentParser(
+        prog="python -m mathpost", description="Five-axis post-processing and spreadsheets, verified."
+    )
     commands = parser.add_subparsers(dest="command", required=True)
     _add_post(commands)
+    _add_check(commands)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     try:
         return options.run(options)
@@ -88,6 +94,49 @@ def _post(options):
         print(result.program, end="")
     print(result.report, file=sys.stderr)
     return 0
+
+
+def _add_check(commands):
+    check = commands.add_parser("check", help="check the spreadsheets of ZXZ rotations or NC words")
+    check.set_defaults(run=_check)
+    check.add_argument("path", type=Path, metavar="FILE_OR_FOLDER", help="an .xlsx workbook, or a folder of them")
+    check.add_argument(
+        "--cells", type=_cells, metavar="NAME=RANGE,…", help="as in angles=B2:B4,point=C2:C4,result=D2:D4"
+    )
+    check.add_argument(
+        "--machine", type=Path, metavar="FILE", help="machine file: check a table of CL data and NC words"
+    )
+    check.add_argument("--marked", type=Path, metavar="OUT", help="copy with coloured cells; of a folder, a folder")
+
+
+def _cells(text):
+    pairs = [part.partition("=") for part in text.split(",")]
+    if not all(name.strip() and address.strip() for name, _, address in pairs):
+        raise argparse.ArgumentTypeError(f"expected NAME=RANGE,NAME=RANGE…, found {text!r}")
+    return {name.strip(): address.strip() for name, _, address in pairs}
+
+
+def _check(options):
+    """Print what is wrong; of a folder a table, with the progress on standard error."""
+    if options.path.is_dir():
+        summary = workbook.check_folder(
+            options.path, machine=options.machine, cells=options.cells, marked=options.marked, progress=_progress
+        )
+        print(summary)
+        statuses, _ = summary.counts()
+        return 2 if statuses[workbook.UNREADABLE] else int(not summary.right)
+    if options.machine is not None:
+        report = workbook.check_table(options.path, options.machine, cells=options.cells)
+    else:
+        report = workbook.check(options.path, cells=options.cells)
+    print(report)
+    if options.marked is not None:
+        workbook.mark(report, options.marked)
+    return int(not report.right)
+
+
+def _progress(done, total, path):
+    print(f"{done}/{total} {path.name}", file=sys.stderr)
 
 
 if __name__ == "__main__":

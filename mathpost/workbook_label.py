@@ -1,0 +1,133 @@
+"""What a label in a worksheet says: the roles of ranges, and the many spellings of their names.
+
+A *role* says what a range holds: ``Role("angle", (0,))`` is α, ``Role("matrix", (2, 1))`` the product γβ.
+"""
+
+import re
+import unicodedata
+from dataclasses import dataclass
+
+SHAPES = {"matrix": (3, 3), "transposed": (3, 3), "angles": (3,), "point": (3,), "result": (3,)}
+VECTORS = {
+    "angles": "angles angle 角度 欧拉角 eulerangles zxzangles zxz欧拉角 zxz givenangles α,β,γ",
+    "point": (
+        "p point 点 点坐标 坐标 初始坐标 原坐标 初始点 原始点 原点坐标 初始坐标点 初始点坐标 原始坐标 p0 xyz x,y,z "
+        "originalpoint coordinates givenpoint pointcoordinates"
+    ),
+    "result": (
+        "p' result 结果 新坐标 新点 新坐标点 点' 新点坐标 计算结果 最终坐标 变换后坐标 旋转后坐标 "
+        "x'y'z' x',y',z' p1 point' newpoint newcoordinates rotatedpoint answer transformedpoint finalpoint output"
+    ),
+    "matrix": "r m",
+    "transposed": "rt mt r^t m^t",
+}
+VECTORS = {name: kind for kind, names in VECTORS.items() for name in names.split()}
+NOISE = re.compile(
+    r"坐标变换矩阵|变换矩阵|旋转矩阵|转置矩阵|矩阵|乘积|最终|elementary|passive|active|rotation|matrix|product|final|"
+    r"transposed?|转置|method\d?|recipe\d?|方法[一二12]?|step\d*|步骤\d*|mat(?=[αβγ])"
+)
+WORD = re.compile(r"(?:[emr]?[xyz]?-?[αβγ])+[t']?")
+COORDINATE = re.compile(r"(?:新|new)?([xyz])(?:coordinate|坐标|轴)?('|1|_?new|_?p|_?rot|2)?(?:coordinate|坐标)?")
+
+
+@dataclass(frozen=True, order=True)
+class Role:
+    """What a range holds.
+
+    Attributes
+    ----------
+    kind : str
+        ``"angle"``, ``"negated"``, ``"radians"``, ``"cos"``, ``"sin"``, ``"coordinate"``, ``"outcome"`` (one cell),
+        ``"angles"``, ``"point"``, ``"result"`` (three), ``"matrix"`` or ``"transposed"`` (nine).
+    word : tuple of int
+        Which angles (0 = α) or which coordinate (0 = x); of a matrix its product from left to right. Empty for the
+        whole vector, and for a matrix said to be the final one.
+    """
+
+    kind: str
+    word: tuple = ()
+
+    @property
+    def shape(self):
+        return SHAPES.get(self.kind, ())
+
+    def __str__(self):
+        if self.kind in ("coordinate", "outcome"):
+            return "xyz"[self.word[0]] + ("'" if self.kind == "outcome" else "")
+        name = "".join("αβγ"[n] for n in self.word)
+        plain = {"matrix": "final matrix", "transposed": "transposed matrix"}
+        if not name:
+            return plain.get(self.kind, self.kind)
+        prefix = {"angle": "", "negated": "−", "radians": "radians of "}.get(self.kind, f"{self.kind} ")
+        return prefix + name
+
+
+def read_label(text):
+    """Return the `Role` that a label, a name or a key says, or None.
+
+    Examples
+    --------
+    >>> read_label("矩阵γβ"), read_label("matrix gamma beta alpha =")
+    (Role(kind='matrix', word=(2, 1)), Role(kind='matrix', word=(2, 1, 0)))
+    >>> print(read_label("x′"), read_label("−α"), read_label("(αβγ)ᵀ"), read_label("cos β"), sep=", ")
+    x', −α, transposed αβγ, cos β
+    >>> read_label("ZXZ欧拉角α，β，γ的旋转") is None
+    True
+    """
+    text = _plain(text)
+    if not text or len(text) > 40:
+        return None
+    if text in VECTORS:
+        return Role(VECTORS[text])
+    if found := re.fullmatch(r"(cos|sin)(-?)([αβγ])", text):
+        return Role(found[1], ("αβγ".index(found[3]),))
+    if found := re.fullmatch(r"(?:rad|弧度|radians)(-?)([αβγ])|(-?)([αβγ])(?:rad|弧度|inrad|radians)", text):
+        return Role("radians", ("αβγ".index(found[2] or found[4]),))
+    if found := re.fullmatch(r"(?:角度?|angle|eulerangle|欧拉角)?(-?)([αβγ])(?:角度?|deg|degrees|度|angle)?", text):
+        return Role("negated" if found[1] else "angle", ("αβγ".index(found[2]),))
+    if found := COORDINATE.fullmatch(text):
+        is_new = found[2] or text.startswith(("新", "new"))
+        return Role("outcome" if is_new else "coordinate", ("xyz".index(found[1]),))
+    if found := re.fullmatch(r"\(([xyz])\)'", text):
+        return Role("outcome", ("xyz".index(found[1]),))
+    return _matrix_label(text)
+
+
+def _matrix_label(text):
+    transposed = re.search(r"转置|transpos|\)t|\^t|\)'|[αβγ]{2}[t']$", text)
+    said = next((part for part in text.split("=") if re.search("[αβγ]", part)), text)
+    if re.search(r"[,，、;]", said):
+        return None
+    said = NOISE.sub("", said)
+    said = re.sub(r"[\s()\[\]{}·*×⋅.∙_^:/&|]|^\d+", "", said)
+    if not said and re.search("矩阵|matrix|转置|transpos", text):
+        return Role("transposed" if transposed else "matrix")
+    if not WORD.fullmatch(said):
+        return None
+    letters = re.sub("[^αβγ]", "", said)
+    half = letters[: len(letters) // 2]
+    letters = half if half and letters == half * 2 else letters
+    if len(letters) > 3 or len(set(letters)) < len(letters):
+        return None
+    return Role("transposed" if transposed else "matrix", tuple("αβγ".index(letter) for letter in letters))
+
+
+def _plain(text):
+    """Bring the spellings of a label to one: no blanks, one minus, one prime, Greek letters for their names."""
+    text = str(text).replace("ᵀ", "^t")
+    text = unicodedata.normalize("NFKC", text).lower().strip()
+    text = re.sub("[′’‘`´ʹ＇]", "'", text)
+    text = re.sub("[−–—‐]|负|minus|negative|neg(?=_)", "-", text)
+    text = re.sub(r"[_\s]*prime", "'", text)
+    for name, letter in (("alpha", "α"), ("beta", "β"), ("gamma", "γ"), ("ɑ", "α"), ("а", "α"), ("ß", "β")):
+        text = text.replace(name, letter)
+    text = re.sub(
+        r"\((?:deg|degrees?|°|度|mm|rad(?:ians)?|弧度)\)|\[(?:deg|°|mm|rad)\]",
+        lambda m: "rad" * ("rad" in m[0] or "弧" in m[0]),
+        text,
+    )
+    text = re.sub(r"[\s°_]", "", text)
+    text = re.sub("[，、]", ",", text)
+    text = text.strip("=:：")
+    bracketed = re.fullmatch(r"\(([^()]*)\)", text)
+    return bracketed[1] if bracketed else text
