@@ -4,6 +4,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 import sympy as sp
 from IPython.display import Math
+from openpyxl.utils import get_column_letter
+
+from mathpost.workbook_report import STATUS_COLOUR
 
 # Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.
 COLOUR = {
@@ -241,3 +244,34 @@ def tool_outline(radius, length, shank=0.45):
         for c, s in [(1, 0), (0, 1), (-1, 0), (0, -1)]
     ]
     return np.concatenate([*rings, *sides])
+
+
+# Spreadsheets
+
+
+def worksheet(axes, report, sheet=None):
+    """Draw the cells that a check of a spreadsheet judged, in green, red and amber; the first wrong one framed.
+
+    `sheet` names one of several sheets, by default the first.
+    """
+    sheet = sheet or report.cells[0].place[0]
+    judged = [(cell, *cell.place[1]) for cell in report.cells if cell.place[0] == sheet]
+    rows, columns = (sorted({place[n] for place in judged}) for n in (1, 2))
+    for cell, row, column in judged:
+        is_first = cell is report.first
+        box = plt.Rectangle(
+            (column - 0.5, row - 0.5), 1, 1, facecolor=STATUS_COLOUR[cell.status], edgecolor="#bfbfbf"
+        )
+        axes.add_patch(box)
+        if is_first:
+            axes.add_patch(plt.Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, linewidth=2.5, zorder=3))
+        text = f"{cell.written:z.3f}" if isinstance(cell.written, float) else "?"
+        axes.text(column, row, text, ha="center", va="center", fontsize=6, weight="bold" if is_first else "normal")
+    axes.set(xlim=(columns[0] - 1, columns[-1] + 1), ylim=(rows[-1] + 1, rows[0] - 1))
+    axes.set_xticks(
+        range(columns[0], columns[-1] + 1), [get_column_letter(n) for n in range(columns[0], columns[-1] + 1)]
+    )
+    axes.xaxis.tick_top()
+    axes.set_yticks([row for row in rows if row - 1 not in rows])
+    axes.spines[:].set_visible(False)
+    axes.tick_params(length=0)
