@@ -223,3 +223,16 @@ def test_table_2_of_source_002_has_no_reading(dmu50v):
 
 def test_at_the_pole_any_outer_angle_is_right(dmu50v):
     assert explain_joints(dmu50v, (0, 0, 1), (0, 77)).right
+
+
+def test_every_wording_says_its_own_product():
+    values = matrices([Factors("ZXZ")], list(wordings()), SOMEWHERE)[0]
+    for matrix, same in zip(values, wordings().values(), strict=True):
+        for wording in same:
+            said = np.eye(3)
+            for n in wording.order:
+                active = _single("ZXZ"[n], wording.signs[n] * SOMEWHERE[n])
+                said = said @ (active if wording.active else active.T)
+            said = said.T if wording.transposed else said
+            result = POINT @ said if wording.row else said @ POINT
+            np.testing.assert_allclose(matrix @ POINT, result, atol=1e-12)
