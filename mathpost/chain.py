@@ -119,6 +119,39 @@ def links(machine, parameters=False):
     ]
 
 
+def bodies(machine):
+    """Return where each body of the machine stands: pairs of its name and the 4×4 matrix machine_from_body.
+
+    First what the rotary joints between bed and workpiece carry, then the workpiece, the three slides and what the
+    joints between slides and tool carry, named after the joints; last the tool. A body on the workpiece side has
+    machine coordinates at rotary zero, the workpiece and the tool their own frames, the others count from the nose.
+    The machine file does not say which slide carries which; all three stand on the tool's side.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> [name for name, _ in bodies(machine.load("data/machines/head_b_table_c.toml"))]
+    ['C', 'workpiece', 'X', 'Y', 'Z', 'B', 'tool']
+    """
+    first, *rest = links(machine)
+    x, y, z, *angles = joint_symbols(machine)
+    cut = [link.name for link in rest].index("linear")
+    found, place = [], sp.ImmutableMatrix(sp.eye(4))
+    for link in reversed(rest[:cut]):  # a turn run through backwards is the turn by minus the angle
+        place = place * link.matrix.subs({angle: -angle for angle in angles})
+        found.append((link.name, place))
+    found.append(("workpiece", place * first.matrix.inv()))
+    slides, *heads = rest[cut:]
+    found.append((str(x), slides.matrix.subs({y: 0, z: 0})))
+    found.append((str(y), slides.matrix.subs({z: 0})))
+    place = slides.matrix
+    found.append((str(z), place))
+    for link in heads:
+        place = place * link.matrix
+        found.append((link.name, place))
+    return found
+
+
 def turn(axis, point, angle):
     """The 4×4 matrix of a turn about the line through `point` along the unit vector `axis`."""
     matrix = about(axis, angle)
