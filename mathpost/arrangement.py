@@ -1,12 +1,13 @@
 """The bodies of a machine as simple solids, for any arrangement of its two rotary axes.
 
-A machine file holds axes, not castings. The solids are made up around them: going from the workpiece down to the bed,
-and from the tool up to the slides, each body is the hull between the bearing that carries it and those that it
+A machine file holds axes, not castings. The solids are made up around them: going from the workpiece down to the
+bed, and from the tool up to the slides, each body is the hull between the bearing that carries it and those that it
 carries. A bearing stands square to its axis, on both sides where the axis lies across (trunnion, fork) and on one
 side where it does not (turntable, nutating head).
 """
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 import sympy as sp
@@ -18,7 +19,12 @@ from mathpost.solid import Solid, block, cylinder, ring
 
 UP = np.array([0.0, 0.0, 1.0])
 ACROSS = 0.5  # an axis at more than 60 degrees from what it carries gets a bearing on both sides
-GREYS = {"bed": "#8c8c8c", "first": "#b4b4b4", "second": "#dcdcdc", "wall": "#f4f4f4"}  # the machine's role, one shade a body
+GREYS = {
+    "bed": "#8c8c8c",
+    "first": "#b4b4b4",
+    "second": "#dcdcdc",
+    "wall": "#f4f4f4",
+}  # the machine's role, one shade a body
 
 
 @dataclass
@@ -45,6 +51,7 @@ class Arrangement:
     corner: np.ndarray = None
 
 
+@lru_cache(maxsize=32)
 def placing(machine):
     """Compile `mathpost.chain.bodies`: a function from joints, shape (5,), to a dict of 4×4 matrices."""
     pairs = chain.bodies(machine)
@@ -70,8 +77,8 @@ def arrange(kin, cl=None):
     origin = np.array(machine.origin)
     stock = block(origin + low, origin + high)
     made.solids.append(Solid("workpiece", stock, COLOUR["workpiece"]))
-    floor = _workpiece_side(made, machine, stock)
-    _tool_side(made, machine, origin + start + lift * tool_axis, tool_axis, floor)
+    plate = _workpiece_side(made, machine, stock)
+    _tool_side(made, machine, origin + start + lift * tool_axis, tool_axis, plate)
     places = placing(machine)(home)
     for solid in made.solids:
         _into(solid, np.linalg.inv(places[solid.body]))
@@ -89,7 +96,7 @@ def _size(machine, cl):
     lengths += [_from_line(np.array(machine.origin), r) for r in tables]
     lengths += [0.8 * np.linalg.norm(_foot(r, np.zeros(3))) for r in heads]
     if cl is not None:
-        lengths.append(1.1 * np.ptp(cl.points, axis=0).max())
+        lengths += [1.1 * np.ptp(cl.points, axis=0).max(), 1.2 * np.linalg.norm(cl.points, axis=1).max()]
     return max(lengths)
 
 
@@ -104,105 +111,107 @@ def _workpiece(size, cl):
 
 
 def _workpiece_side(made, machine, stock):
-    """Tables from the workpiece down, then the bed; return the height of the bed."""
+    """Turntable and cradle from the workpiece down, then the bed; return the corners of its plate."""
     size, tables = made.size, [r for r in machine.rotary if r.carries == "workpiece"]
-    carried = [ring([*stock.mean(axis=0)[:2], stock[:, 2].min()], UP, 0.3 * size)]
     lowest, radius = stock[:, 2].min(), 0.3 * size
-    for number, rotary in enumerate(reversed(tables)):
-        axis, shade = unit(np.array(rotary.axis)), GREYS["second" if number == 0 else "first"]
-        if number == 0:
-            axis = axis if axis @ UP > -1e-9 else -axis
-            across = stock - stock @ axis[:, None] * axis - _foot(rotary, np.zeros(3))
-            radius = max(1.05 * np.linalg.norm(across, axis=1).max(), 0.4 * size)
-            top = _at_height(rotary, axis, (stock @ axis).min())
-            under = top - 0.12 * size * axis
-            made.solids.append(Solid(rotary.name, cylinder(top, under, radius, count=28), shade))
-            bearings = [ring(under - 0.12 * size * axis, axis, 0.6 * radius)]
-            _join(made, rotary.name, [ring(under, axis, 0.6 * radius)], bearings, shade)
-            lowest = bearings[0][:, 2].min()
-        else:
-            below = carried[0].mean(axis=0)
-            foot = _foot(rotary, below)
-            swept = np.linalg.norm(stock - foot, axis=1).max()
-            bearings = _bearings(foot, axis, normal=inner, clear=1.12 * radius, thin=0.45 * radius, size=0.35 * radius)
-            _join(made, rotary.name, carried, bearings, shade)
-            lowest = min(foot[2] - 0.8 * max(swept, radius), lowest)
-        made.lines[rotary.name] = _line(bearings, axis, size)
-        carried, inner = bearings, axis
+    carried = [ring([*stock.mean(axis=0)[:2], lowest], UP, radius)]
+    if tables:
+        turntable, axis = tables[-1], _along(tables[-1], UP)
+        across = stock - stock @ axis[:, None] * axis - _foot(turntable, np.zeros(3))
+        radius = max(1.05 * np.linalg.norm(across, axis=1).max(), 0.4 * size)
+        top = _foot(turntable, (stock @ axis).min() * axis)
+        under, hub = top - 0.12 * size * axis, 0.6 * radius
+        made.solids.append(Solid(turntable.name, cylinder(top, under, radius, count=28), GREYS["second"]))
+        carried = [ring(under - 0.12 * size * axis, axis, hub)]
+        made.solids.append(
+            Solid(turntable.name, np.concatenate([ring(under, axis, hub), *carried]), GREYS["second"])
+        )
+        made.lines[turntable.name] = _line(carried, axis, size)
+        lowest = carried[0][:, 2].min()
+    if len(tables) == 2:
+        cradle, across = tables[0], axis
+        axis, foot = _along(cradle, UP), _foot(cradle, carried[0].mean(axis=0))
+        sizes = {"clear": 1.12 * radius, "thin": 0.45 * radius, "radius": 0.35 * radius}
+        bearings = _bearings(foot, axis, across, **sizes)
+        _join(made, cradle.name, carried, bearings, GREYS["first"])
+        made.lines[cradle.name] = _line(bearings, axis, size)
+        lowest = min(foot[2] - 0.8 * max(np.linalg.norm(stock - foot, axis=1).max(), radius), lowest)
+        carried = bearings
     floor = lowest - 0.15 * size
     for bearing in carried:
-        middle, reach = bearing.mean(axis=0), np.ptp(bearing, axis=0).max() / 2
-        foot = block([*(middle[:2] - reach), floor], [*(middle[:2] + reach), floor + 0.01 * size])
+        middle, reach = bearing.mean(axis=0)[:2], np.ptp(bearing, axis=0).max() / 2
+        foot = block([*(middle - reach), floor], [*(middle + reach), floor + 0.01 * size])
         made.solids.append(Solid("bed", np.concatenate([bearing, foot]), GREYS["bed"]))
-    middle, half = stock.mean(axis=0), 1.35 * max(radius, 0.6 * size)
-    low, high = middle - 1.15 * half, middle + 1.15 * half
-    made.solids.append(
-        Solid("bed", block([*low[:2], floor - 0.12 * size], [high[0], high[1], floor]), GREYS["bed"], layer=0)
-    )
-    made.corner = np.array([low[0], low[1], floor])
-    return floor
+    half = 1.55 * max(radius, 0.6 * size)
+    (left, front), (right, back) = stock.mean(axis=0)[:2] - half, stock.mean(axis=0)[:2] + half
+    plate = block([left, front, floor - 0.12 * size], [right, back, floor])
+    made.solids.append(Solid("bed", plate, GREYS["bed"], layer=0))
+    made.corner = np.array([left, front, floor])
+    return plate
 
 
-def _tool_side(made, machine, tip, tool_axis, floor):
-    """Tool, spindle, heads from the tool up, then the slides on a wall behind."""
+def _tool_side(made, machine, tip, tool_axis, plate):
+    """Tool, spindle and heads from the tool up, then the slides."""
     size, width = made.size, 0.17 * made.size
     nose = tip + machine.tool_length * tool_axis
-    face = tip + max(machine.tool_length, 0.45 * size) * tool_axis
-    neck = tip + 0.5 * (face - tip)
+    face = tip + max(machine.tool_length, 0.45 * size) * tool_axis  # a tool of no length is drawn all the same
+    neck = (tip + face) / 2
     made.solids.append(Solid("tool", cylinder(tip, neck, 0.035 * size, count=14), COLOUR["tool"]))
     made.solids.append(Solid("tool", cylinder(neck, face, 0.07 * size, count=14), COLOUR["tool"]))
-    spindle, heads = ring(face, tool_axis, width), [r for r in machine.rotary if r.carries == "tool"]
-    carried, inner, clear = [spindle], tool_axis, 1.1 * width
-    for number, rotary in enumerate(reversed(heads)):
-        axis, shade = unit(np.array(rotary.axis)), GREYS["second" if number == 0 else "first"]
-        foot = _foot(rotary, carried[0].mean(axis=0) - nose, inner if number == 0 else None) + nose
-        axis = axis if axis @ tool_axis > -1e-9 else -axis
-        below = max((foot - np.concatenate(carried)) @ axis * -1)
-        bearings = _bearings(
-            foot, -axis, normal=inner, clear=clear, thin=max(0.3 * width, below if number else 0.0), size=0.9 * width
-        )
-        if number == 0:  # the spindle's housing is one body, what carries it two arms
-            made.solids.append(Solid(rotary.name, np.concatenate([spindle, *bearings]), shade))
-        else:
-            _join(made, rotary.name, carried, bearings, shade)
-        made.lines[rotary.name] = _line(bearings, axis, size)
-        carried, inner, clear = bearings, axis, 1.5 * width
-    slide = machine.linear[2].name
-    shade = GREYS["second" if not heads else "first"]
+    slide, heads = machine.linear[2].name, [r for r in machine.rotary if r.carries == "tool"]
+    spindle = ring(face, tool_axis, width)
+    if heads:  # the spindle's housing is one body, what carries it may have two arms
+        swivel, axis = heads[-1], _along(heads[-1], tool_axis)
+        foot = nose + _foot(swivel, face - nose, tool_axis)
+        bearings = _bearings(foot, -axis, tool_axis, clear=1.1 * width, thin=0.3 * width, radius=0.9 * width)
+        made.solids.append(Solid(swivel.name, np.concatenate([spindle, *bearings]), GREYS["second"]))
+        made.lines[swivel.name] = _line(bearings, axis, size)
+        carried = bearings
+    else:
+        carried = [ring(face + 0.5 * size * tool_axis, tool_axis, width)]
+        made.solids.append(Solid(slide, np.concatenate([spindle, *carried]), GREYS["second"]))
+    if len(heads) == 2:
+        turning, across = heads[0], axis
+        axis, middle = _along(heads[0], tool_axis), np.concatenate(carried).mean(axis=0)
+        foot = nose + _foot(turning, middle - nose)
+        above = max(((np.concatenate(carried) - foot) @ axis).max(), 0.0) + 0.2 * width
+        bearings = _bearings(foot, -axis, across, clear=1.5 * width, thin=above, radius=0.9 * width)
+        if abs(axis @ tool_axis) >= ACROSS:  # a turning head that a fork or a nutating swivel hangs from
+            bearings = [ring(foot + above * axis, axis, 1.1 * width)]
+        _join(made, turning.name, carried, bearings, GREYS["first"])
+        made.lines[turning.name] = _line(bearings, axis, size)
+        carried = bearings
     top = np.concatenate(carried).mean(axis=0)
-    if not heads:
-        top = face + 0.5 * size * tool_axis
-        made.solids.append(Solid(slide, cylinder(face, top, width), GREYS["second"]))
-        carried = [ring(top, tool_axis, width)]
     foot = top + max(1.2 * width, np.concatenate(carried)[:, 2].max() - top[2] + 0.4 * width) * UP
-    ram = block(foot - 1.1 * width * np.array([1, 1, 0]), foot + [1.1 * width, 1.1 * width, 3 * size])
+    wide = 1.1 * width * np.array([1, 1, 0])
+    ram = block(foot - wide, foot + wide + 3 * size * UP)
+    shade = GREYS["first" if heads else "second"]
     _join(made, slide, carried, [ram[ram[:, 2] < foot[2] + 1e-9]], shade)
     made.solids.append(Solid(slide, ram, shade))
-    _slides(made, machine, foot, width, floor)
+    _slides(made, machine, foot, width, plate)
 
 
-def _slides(made, machine, foot, width, floor):
+def _slides(made, machine, foot, width, plate):
     """The X slide on a wall behind the bed, and the beam of the Y slide, with the ram of Z at its end."""
-    size, bed = made.size, np.concatenate([f for s in made.solids if s.layer == 0 for f in s.faces])
-    back, (left, right) = max(bed[:, 1].max(), foot[1] + 0.6 * size), (bed[:, 0].min(), bed[:, 0].max())
-    bottom = foot[2] + 0.45 * size
-    wall = block([left, back, floor - 0.12 * size], [right, back + 0.4 * size, bottom - 0.12 * size])
-    x = block([foot[0] - 0.4 * size, back, bottom - 0.12 * size], [foot[0] + 0.4 * size, back + 0.4 * size, bottom])
+    size, (left, _, floor), (right, back, _) = made.size, plate.min(axis=0), plate.max(axis=0)
+    back, bottom = max(back, foot[1] + 0.6 * size), foot[2] + 0.45 * size
+    rail, behind = bottom - 0.12 * size, back + 0.4 * size
+    wall = block([left, back, floor], [right, behind, rail])
+    x = block([foot[0] - 0.4 * size, back, rail], [foot[0] + 0.4 * size, behind, bottom])
     y = block(
         [foot[0] - 0.25 * size, foot[1] + 1.1 * width, bottom],
-        [foot[0] + 0.25 * size, back + 0.5 * size, bottom + 0.35 * size],
+        [foot[0] + 0.25 * size, behind + 0.1 * size, bottom + 0.35 * size],
     )
     made.solids.append(Solid("bed", wall, GREYS["wall"], layer=-1))
     made.solids.append(Solid(machine.linear[0].name, x, GREYS["first"]))
     made.solids.append(Solid(machine.linear[1].name, y, GREYS["second"]))
 
 
-def _bearings(foot, axis, *, normal, clear, thin, size):
-    """Rings square to `axis` about `foot`: two if it lies across `normal`, otherwise one against `axis`."""
-    along = abs(axis @ normal)
-    if along < ACROSS:
-        return [ring(foot + side * clear * axis, axis, size) for side in (-1, 1)]
-    return [ring(foot - thin * axis, axis, 1.2 * size)]
+def _bearings(foot, axis, carried_axis, *, clear, thin, radius):
+    """Rings square to `axis` about `foot`: two if it lies across `carried_axis`, otherwise one against `axis`."""
+    if abs(axis @ carried_axis) < ACROSS:
+        return [ring(foot + side * clear * axis, axis, radius) for side in (-1, 1)]
+    return [ring(foot - thin * axis, axis, 1.2 * radius)]
 
 
 def _join(made, body, carried, bearings, colour):
@@ -220,6 +229,12 @@ def _line(bearings, axis, size):
     return foot + np.array([[along.min() - 0.3 * size], [along.max() + 0.3 * size]]) * axis
 
 
+def _along(rotary, direction):
+    """The unit vector of a rotary axis, turned towards `direction`."""
+    axis = unit(np.array(rotary.axis))
+    return axis if axis @ direction > -1e-9 else -axis
+
+
 def _foot(rotary, point, direction=None):
     """The point of a rotary axis nearest to `point`, or to the line through it along `direction`."""
     axis, on = unit(np.array(rotary.axis)), np.array(rotary.point, dtype=float)
@@ -232,12 +247,6 @@ def _foot(rotary, point, direction=None):
 
 def _from_line(point, rotary):
     return float(np.linalg.norm(point - _foot(rotary, point)))
-
-
-def _at_height(rotary, axis, height):
-    """The point of a rotary axis whose component along it is `height`."""
-    on = np.array(rotary.point, dtype=float)
-    return on + (height - on @ axis) * axis
 
 
 def _into(solid, inverse):

@@ -1,7 +1,7 @@
 """The picture of a machine of any arrangement, moved by its own chain: bodies, frames, path and tip.
 
-Bodies stand where `mathpost.chain.bodies` puts them; frames, the tool path and the true way of the tip between blocks
-are drawn over them in the colour of their role.
+Bodies stand where `mathpost.chain.bodies` puts them; frames, the tool path and the true way of the tip between
+blocks are drawn over them in the colour of their role.
 """
 
 import matplotlib.patheffects as effects
@@ -49,9 +49,9 @@ class Scene:
         self.home, self.size = made.home, made.size
         self._places = placing(kin.machine)
         self._solids = Solids(axes, made.solids, self.camera)
-        self._lines, self._labels = [], []
+        self._lines, self._labels, self._gap = [], [], 0.0
         for name, ends in made.lines.items():
-            self._line(name, ends, color="black", linewidth=0.9, linestyle="-.")
+            self._line(name, ends, color="black", linewidth=0.9, linestyle="-.", path_effects=[])
             self._label(name, ends[1], "black")
         arm = 0.42 * self.size
         self._triad("bed", made.corner, 0.8 * arm, "XYZ", plot.COLOUR["machine"])
@@ -61,8 +61,8 @@ class Scene:
             self._path(cl)
         axes.set_axis_off()
         axes.set_aspect("equal", adjustable="box")
-        self.move(self.home)
         self._frame_the_view(kin, made)
+        self.move(self.home)
 
     def trace(self, kin, joints, *, magnify=1.0, samples=24):
         """Draw where the tip really goes between rows of `joints`, shape (n, 5), against the straight CL segments.
@@ -82,16 +82,28 @@ class Scene:
             line.set_data(*self.camera.project(_at(places[body], points)).T)
         if self._labels:
             wanted = np.array([self.camera.project(_at(places[body], point)) for _, body, point in self._labels])
-            for (text, _, _), at in zip(self._labels, spread(wanted, 0.17 * self.size), strict=True):
+            for (text, _, _), at in zip(self._labels, spread(wanted, self._gap), strict=True):
                 text.set_position(at)
 
+    def show(self, visible):
+        """Show or hide the machine."""
+        for artist in (self._solids.artist, *(entry[0] for entry in self._lines + self._labels)):
+            artist.set_visible(visible)
+
     def _line(self, body, points, **style):
-        (line,) = self.axes.plot([], [], **{"zorder": 2} | {"path_effects": ON_ANYTHING} | style)
+        (line,) = self.axes.plot([], [], zorder=2, animated=True, **{"path_effects": ON_ANYTHING} | style)
         self._lines.append((line, body, np.asarray(points, dtype=float)))
 
     def _label(self, body, point, colour, text=None):
         if self.names:
-            options = {"ha": "center", "va": "center", "fontsize": 11, "path_effects": ON_ANYTHING, "zorder": 4}
+            options = {
+                "ha": "center",
+                "va": "center",
+                "fontsize": 11,
+                "path_effects": ON_ANYTHING,
+                "zorder": 4,
+                "animated": True,
+            }
             written = self.axes.text(0, 0, text or body, color=colour, clip_on=True, **options)
             self._labels.append((written, body, np.asarray(point, dtype=float)))
 
@@ -125,6 +137,7 @@ class Scene:
         flat = self.camera.project(np.concatenate(points))
         low, high = flat.min(axis=0) - 0.2 * self.size, flat.max(axis=0) + 0.3 * self.size
         self.axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+        self._gap = 0.055 * (high - low).max()
 
 
 def true_tip(kin, joints, *, samples=24):

@@ -32,7 +32,8 @@ class View(ipywidgets.VBox):
     ----------
     build : callable
         ``build(figure)`` draws the picture's artists once and returns ``update(**values)``, which moves them
-        to the sliders' values and returns the line of numbers as HTML, or None.
+        to the sliders' values and returns the line of numbers as HTML, or None. If some artists are animated, in
+        matplotlib's sense, everything else must stand still and is drawn once only.
     sliders : dict
         Name (a Python identifier, the keyword of `update`) to ``(low, high, start)`` or
         ``(low, high, start, step)``; the label is the name with blanks for underscores.
@@ -64,10 +65,16 @@ class View(ipywidgets.VBox):
         self.figure = Figure(figsize=size, dpi=DPI, layout="constrained")
         FigureCanvasAgg(self.figure)
         self.update = build(self.figure)
+        self._moving = sorted(
+            self.figure.findobj(lambda artist: artist.get_animated()), key=lambda a: a.get_zorder()
+        )
+        self._still = None
         self.sliders = {name: _slider(name, *limits) for name, limits in sliders.items()}
         self.boxes = {name: _box(slider) for name, slider in self.sliders.items()}
         self.buttons = {label: ipywidgets.Button(description=label, layout=_NARROW) for label in places or {}}
-        self.image = ipywidgets.Image(format="png", layout=ipywidgets.Layout(width=f"{size[0] * 100:.0f}px"))
+        self.image = ipywidgets.Image(
+            format="png", layout=ipywidgets.Layout(width=f"{size[0] * 100:.0f}px", max_width="100%")
+        )
         self.numbers = ipywidgets.HTML()
         self.draws = 0
         self.redraw()
@@ -103,7 +110,7 @@ class View(ipywidgets.VBox):
     def redraw(self, _change=None):
         """Move the artists to the sliders' values and draw."""
         self.numbers.value = self.update(**self.values) or ""
-        self.image.value = self._png(DPI)
+        self.image.value = self._over_what_stands_still() if self._moving else self._png(DPI)
         self.draws += 1
 
     def save(self, path, *, dpi=200):
@@ -114,7 +121,7 @@ class View(ipywidgets.VBox):
     def animate(self, path, name, *, start=None, end=None, frames=40, rate=10):
         """Write an animation to `path`, a GIF: slider `name` from `start` to `end` in `frames` pictures.
 
-        The ends are those of the slider if not given; `rate` is in pictures a second. The view itself stays as it is.
+        The ends are those of the slider if not given; `rate` is in pictures a second. The view itself stays.
         """
         _suffix(path, ".gif")
         if name not in self.sliders:
@@ -129,6 +136,20 @@ class View(ipywidgets.VBox):
         options = {"duration": 1000 / rate, "loop": 0}
         pictures[0].save(gif, format="GIF", save_all=True, append_images=pictures[1:], **options)
         write_bytes(path, gif.getvalue())
+
+    def _over_what_stands_still(self):
+        """The picture with only the animated artists drawn anew."""
+        canvas = self.figure.canvas
+        if self._still is None:
+            canvas.draw()
+            self.figure.set_layout_engine("none")
+            self._still = canvas.copy_from_bbox(self.figure.bbox)
+        canvas.restore_region(self._still)
+        for artist in self._moving:
+            artist.axes.draw_artist(artist)
+        png = io.BytesIO()
+        Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB").save(png, format="PNG", compress_level=3)
+        return png.getvalue()
 
     def _png(self, dpi):
         png = io.BytesIO()
