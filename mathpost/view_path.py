@@ -1,38 +1,9 @@
-"""Views with sliders for lessons 00 and 05 to 07: the tool in the workpiece, and paths past the pole."""
+"""Views with sliders for lessons 05 to 07: paths past the pole."""
 
 import numpy as np
 
 from mathpost import plot
 from mathpost.widget import View
-
-
-def tool_in_workpiece(kin):
-    """Two sliders for the rotary axes of a machine, and the tool axis as the workpiece sees it."""
-    names = kin.machine.joint_names[3:]
-    limits = np.degrees(kin.machine.limits[3:].clip(-np.pi, np.pi))
-
-    def build(figure):
-        axes = figure.add_subplot(projection="3d")
-        plot.frame(axes, np.eye(3), np.zeros(3), colour=plot.COLOUR["workpiece"], length=0.8)
-        (tool,) = axes.plot([0, 0], [0, 0], [0, 1], color=plot.COLOUR["tool"], linewidth=4)
-        (trace,) = axes.plot([], [], [], color=plot.COLOUR["machine"], linewidth=1)
-        axes.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-0.2, 1.2), xticks=[], yticks=[], zticks=[])
-        axes.set_box_aspect((2, 2, 1.4))
-
-        def update(**angles):
-            joints = np.zeros((91, 5))
-            joints[:, 3:] = list(angles.values())
-            inner = names.index(str(kin.inverse_symbolic.inner))
-            joints[:-1, 3 + inner] = np.linspace(*limits[inner], 90)
-            _, axis = kin.forward(joints, degrees=True)
-            trace.set_data_3d(*axis[:-1].T)
-            tool.set_data_3d(*np.stack([np.zeros(3), axis[-1]], axis=1))
-            return f"tool axis i j k = {axis[-1, 0]:z.4f} {axis[-1, 1]:z.4f} {axis[-1, 2]:z.4f}"
-
-        return update
-
-    sliders = {name: (*travel, 30.0, 1.0) for name, travel in zip(names, limits, strict=True)}
-    return View(build, sliders, size=(6.0, 4.2))
 
 
 def past_the_pole(kin):
