@@ -91,7 +91,7 @@ class Scene:
             artist.set_visible(visible)
 
     def _line(self, body, points, **style):
-        (line,) = self.axes.plot([], [], zorder=2, animated=True, **{"path_effects": ON_ANYTHING} | style)
+        (line,) = self.axes.plot([], [], zorder=2, **{"path_effects": ON_ANYTHING} | style)
         self._lines.append((line, body, np.asarray(points, dtype=float)))
 
     def _label(self, body, point, colour, text=None):
@@ -102,7 +102,6 @@ class Scene:
                 "fontsize": 11,
                 "path_effects": ON_ANYTHING,
                 "zorder": 4,
-                "animated": True,
             }
             written = self.axes.text(0, 0, text or body, color=colour, clip_on=True, **options)
             self._labels.append((written, body, np.asarray(point, dtype=float)))

@@ -75,10 +75,7 @@ class Solid:
 
 
 class Solids:
-    """All solids of a picture as one collection of `axes`, which `move` places and sorts anew.
-
-    It is animated, in matplotlib's sense: a `mathpost.widget.View` draws it over what stands still.
-    """
+    """All solids of a picture as one collection of `axes`, which `move` places and sorts anew."""
 
     def __init__(self, axes, solids, camera):
         self.camera = camera
@@ -94,7 +91,7 @@ class Solids:
         self.normals = np.concatenate([solid.normals for solid in solids])
         self.colours = np.stack([solid.colour for solid in solids])[self.solid]
         self.layers = np.array([solid.layer for solid in solids])
-        self.artist = PolyCollection([], linewidths=0.4, zorder=1, animated=True)
+        self.artist = PolyCollection([], linewidths=0.4, zorder=1)
         axes.add_collection(self.artist, autolim=False)
 
     def move(self, places):

@@ -63,7 +63,7 @@ class Curves:
             for first, last in self.singular:
                 panel.axvspan(first + 1, last + 1, facecolor="none", edgecolor="#999999", hatch="///", zorder=0)
             panel.set(ylabel=f"{kin.machine.joint_names[axis]}, degrees", xlim=(1, max(len(cl), 2)))
-            self.cursors.append(panel.axvline(1, color=plot.COLOUR["tool"], linewidth=1.6, animated=True))
+            self.cursors.append(panel.axvline(1, color=plot.COLOUR["tool"], linewidth=1.6))
         panels[-1].set_xlabel("record")
 
     @property
@@ -111,8 +111,8 @@ class Sphere:
             axes.text(*self.camera.project(1.38 * direction), letter, color=colour, ha="center", va="center")
         if tool_axes is not None:
             self._curve(np.asarray(tool_axes), color=plot.COLOUR["tool"], linewidth=1.4)
-        (self.arrow,) = axes.plot([], [], color=plot.COLOUR["tool"], linewidth=2.4, animated=True)
-        (self.dot,) = axes.plot([], [], "o", color=plot.COLOUR["tool"], markersize=8, animated=True)
+        (self.arrow,) = axes.plot([], [], color=plot.COLOUR["tool"], linewidth=2.4)
+        (self.dot,) = axes.plot([], [], "o", color=plot.COLOUR["tool"], markersize=8)
         axes.set(xlim=(-1.5, 1.5), ylim=(-1.5, 1.5), aspect="equal")
         axes.set_axis_off()
 

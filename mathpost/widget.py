@@ -32,8 +32,8 @@ class View(ipywidgets.VBox):
     ----------
     build : callable
         ``build(figure)`` draws the picture's artists once and returns ``update(**values)``, which moves them
-        to the sliders' values and returns the line of numbers as HTML, or None. If some artists are animated, in
-        matplotlib's sense, everything else must stand still and is drawn once only.
+        to the sliders' values and returns the line of numbers as HTML, or None. What it does not change is drawn
+        once only.
     sliders : dict
         Name (a Python identifier, the keyword of `update`) to ``(low, high, start)`` or
         ``(low, high, start, step)``; the label is the name with blanks for underscores.
@@ -65,10 +65,7 @@ class View(ipywidgets.VBox):
         self.figure = Figure(figsize=size, dpi=DPI, layout="constrained")
         FigureCanvasAgg(self.figure)
         self.update = build(self.figure)
-        self._moving = sorted(
-            self.figure.findobj(lambda artist: artist.get_animated()), key=lambda a: a.get_zorder()
-        )
-        self._still = None
+        self._moving, self._frame, self._still = set(), None, None
         self.sliders = {name: _slider(name, *limits) for name, limits in sliders.items()}
         self.boxes = {name: _box(slider) for name, slider in self.sliders.items()}
         self.buttons = {label: ipywidgets.Button(description=label, layout=_NARROW) for label in places or {}}
@@ -110,7 +107,7 @@ class View(ipywidgets.VBox):
     def redraw(self, _change=None):
         """Move the artists to the sliders' values and draw."""
         self.numbers.value = self.update(**self.values) or ""
-        self.image.value = self._over_what_stands_still() if self._moving else self._png(DPI)
+        self.image.value = self._over_what_stands_still()
         self.draws += 1
 
     def save(self, path, *, dpi=200):
@@ -138,14 +135,25 @@ class View(ipywidgets.VBox):
         write_bytes(path, gif.getvalue())
 
     def _over_what_stands_still(self):
-        """The picture with only the animated artists drawn anew."""
-        canvas = self.figure.canvas
-        if self._still is None:
+        """The picture, with only what moves drawn anew.
+
+        What moves is found out: an artist that an update has changed is animated from then on, in matplotlib's
+        sense, and drawn over the rest; limits, labels and artists that come or go ask for a whole new picture.
+        """
+        canvas, axes = self.figure.canvas, self.figure.axes
+        frame = [_frame(each) for each in axes]
+        changed = set() if self._still is None else {a for each in axes for a in _artists(each) if a.stale}
+        if self._still is None or frame != self._frame or not changed <= self._moving:
+            if changed:
+                changed |= {each.get_legend() for each in axes} - {None}  # above the curves
+            self._moving |= changed
+            for artist in changed:
+                artist.set_animated(True)
             canvas.draw()
-            self.figure.set_layout_engine("none")
+            self._frame = [_frame(each) for each in axes]
             self._still = canvas.copy_from_bbox(self.figure.bbox)
         canvas.restore_region(self._still)
-        for artist in self._moving:
+        for artist in sorted(self._moving, key=lambda artist: artist.get_zorder()):
             artist.axes.draw_artist(artist)
         png = io.BytesIO()
         Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB").save(png, format="PNG", compress_level=3)
@@ -154,6 +162,7 @@ class View(ipywidgets.VBox):
     def _png(self, dpi):
         png = io.BytesIO()
         self.figure.savefig(png, format="png", dpi=dpi)
+        self._still = None  # the layout of another resolution is another one
         return png.getvalue()
 
     def _player(self, name):
@@ -185,6 +194,20 @@ class View(ipywidgets.VBox):
 
     def __repr__(self):
         return f"View({', '.join(self.sliders)})"
+
+
+def _artists(axes):
+    """What is drawn inside of `axes`."""
+    return [*axes.lines, *axes.patches, *axes.collections, *axes.images, *axes.texts]
+
+
+def _frame(axes):
+    """What the picture around the artists depends on."""
+    legend = axes.get_legend()
+    written = [axes.title, axes.xaxis.label, axes.yaxis.label, *(legend.get_texts() if legend else [])]
+    limits = [getattr(axes, f"get_{name}lim")() for name in "xyz" if hasattr(axes, f"get_{name}lim")]
+    view = [getattr(axes, name, None) for name in ("elev", "azim")]
+    return [text.get_text() for text in written], np.ravel(limits).tolist(), view, set(_artists(axes))
 
 
 _NARROW, _SMALL = ipywidgets.Layout(width="auto"), ipywidgets.Layout(width="70px")

@@ -9,7 +9,16 @@ from matplotlib.figure import Figure
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
-from mathpost import cldata, rotation, selection, singularity, view_machine
+from mathpost import (
+    cldata,
+    rotation,
+    selection,
+    singularity,
+    view_calibration,
+    view_machine,
+    view_path,
+    view_rotation,
+)
 from mathpost.arrangement import arrange, placing
 from mathpost.errors import InputError, OutputError
 from mathpost.kinematics import Kinematics
@@ -53,7 +62,7 @@ def test_a_carried_body_turns_about_its_own_axis(kin):
         assert placed @ on_axis == pytest.approx(still, abs=1e-9)
 
 
-@settings(deadline=None, max_examples=6)
+@settings(deadline=None, max_examples=4)
 @given(machines())
 def test_any_machine_can_be_drawn(model):
     kin = Kinematics(model)
@@ -168,10 +177,13 @@ def test_one_step_of_a_slider_is_little_work(view, monkeypatch):
     def forbidden(*_, **__):
         raise AssertionError("too much work for a slider")
 
+    start = view.values
+    for values in ({name: slider.max for name, slider in view.sliders.items()}, start):
+        view.go(values)  # by now the view knows what moves
     monkeypatch.setattr(rotation.sp, "lambdify", forbidden)
     monkeypatch.setattr(Figure, "draw", forbidden)
     monkeypatch.setattr(Figure, "savefig", forbidden)
-    artists, start = len(view.figure.findobj()), view.values
+    artists = len(view.figure.findobj())
     for slider in view.sliders.values():
         view.go(start)
         draws, picture = view.draws, view.image.value
@@ -187,6 +199,30 @@ def test_one_step_of_a_slider_is_little_work(view, monkeypatch):
     assert sum(polygons) < 500
     points = [len(line.get_xdata()) for line in view._moving if hasattr(line, "get_xdata")]
     assert sum(points) < 12_000
+
+
+OTHERS = {
+    "past the pole": view_path.past_the_pole,
+    "notations": lambda kin: view_rotation.notations(),
+    "third angle": lambda kin: view_rotation.third_angle(kin.machine, 135, 54.7356),
+    "carried": lambda kin: view_rotation.carried(kin.machine),
+    "rtcp zero": lambda kin: view_calibration.rtcp_zero(),
+    "machine": view_machine.machine,
+    "tool axis": view_machine.tool_axis,
+}
+
+
+@pytest.mark.parametrize("make", OTHERS.values(), ids=OTHERS)
+def test_a_picture_drawn_in_part_is_the_whole_picture(make, dmu50v):
+    view = make(dmu50v)
+    rng = np.random.default_rng(11)
+    for _ in range(3):
+        for slider in view.sliders.values():
+            slider.value = rng.uniform(slider.min, slider.max)
+        in_part = np.asarray(Image.open(io.BytesIO(view.image.value)), dtype=float)
+        whole = np.asarray(Image.open(io.BytesIO(view._png(100))).convert("RGB"), dtype=float)
+        assert (np.abs(in_part - whole).max(axis=-1) > 40).mean() < 2e-3
+        view.redraw()
 
 
 def test_every_button_draws_once(view):
