@@ -63,11 +63,14 @@ def solution(name):
     Examples
     --------
     >>> solution("01-sign")
+    # mathpost.exercises_rotation.sign
     return zxz_right(90, 0, 0, degrees=True) @ POINT
-    # 4.000, -3.000, 5.000
+    # -> 4.000, -3.000, 5.000
     """
     task = _task(name)
-    print(f"{task.code}\n# {_shown(task.solution, task.tolerance)}")
+    print(f"# {task.solve.__module__}.{task.solve.__name__}")
+    print(task.code)
+    print("# ->", _shown(task.solution, task.tolerance))
 
 
 def given(name):

@@ -6,7 +6,7 @@ import numpy as np
 
 from mathpost import angular_error, curve, error_model, machine, machine_errors
 from mathpost.compensation import Compensator, total_differential
-from mathpost.convention import explain, explain_joints
+from mathpost.convention import explain
 from mathpost.kinematics import Kinematics
 from mathpost.reading import COMMON, common_matrices
 from mathpost.rotation import numeric
@@ -235,7 +235,6 @@ def wrong_post():
 def post():
     """A zero position off by a quarter turn: the post thinks of a table whose C0 is where Y should be."""
     axis, angles = wrong_post()
-    print(explain_joints(trunnion(), axis, angles).readings[0])
     branches = trunnion().inverse([0, 0, 0], axis, degrees=True)[:, 3:]
     return next(c for a, c in branches if abs(a - angles[0]) < 1e-3) - angles[1]
 

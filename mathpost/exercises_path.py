@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 
 from mathpost import cldata, machine, postprocess, program, selection, singularity
+from mathpost.convention import explain_joints
 from mathpost.kinematics import Kinematics
 from mathpost.linearization import equation_8, linearize
 from mathpost.rotation import wrap
@@ -73,6 +74,22 @@ def judge_meeting(axis):
 def meet():
     """B = 180° and B = -180° are one place of the table. It lays the tool flat, in any direction that C likes."""
     return load("dmu50v").forward([0, 0, 0, 180, 0], degrees=True)[1]
+
+
+@exercise(
+    "05-angles",
+    seen_as=lambda angles: load("dmu50v").forward([0, 0, 0, *angles], degrees=True)[1],
+    tolerance=2e-5,
+    wrong={
+        "That stands in table 2 of the paper. Send it through the forward kinematics and compare the tool axis.": (
+            lambda: np.loadtxt(data("tables/yu_dan_table_2.csv"), delimiter=",", skiprows=2)[3, 4:]
+        ),
+    },
+    detective=lambda angles: explain_joints(load("dmu50v"), blade().axes[3].round(6), np.round(angles, 3)),
+)
+def record_4():
+    """Either branch is right, and C may stand whole turns away: what counts is the tool axis that they make."""
+    return load("dmu50v").inverse(blade().points[3], blade().axes[3], degrees=True)[0, 3:]
 
 
 @exercise(
@@ -205,10 +222,14 @@ def judge_limits(limits):
     return "" if swing > SWING else f"With A from {low:g} to {high:g} C turns by {swing:.1f}° at most: no swing."
 
 
-@exercise("06-limits", judge=judge_limits, wrong={"no swing": lambda: (-10, 120), "is outside": lambda: (0, 5)})
+@exercise(
+    "06-limits",
+    judge=judge_limits,
+    wrong={"no swing": lambda: (-10, 120), "is outside": lambda: (0, 5)},
+)
 def limits():
-    """A must not be able to pass zero on either side, not even by the smaller end of the path."""
-    return (0, 120)
+    """Neither the first two records nor the last three may fit below zero; then A has to turn back at the pole."""
+    return next((low, 120) for low in (-20, -10, -5, 0) if not judge_limits((low, 120)))
 
 
 # 07 The blade
@@ -241,11 +262,11 @@ def blade_program():
 
 
 def spoilt_program():
-    """The same with two digits of one C word exchanged."""
+    """The same with two decimals of one C word exchanged: too little to see, enough to miss the part."""
     lines = blade_program().program.splitlines()
     line = next(number for number, text in enumerate(lines) if text.startswith(f"{BLOCK} "))
     head, word = lines[line].rsplit("C", 1)
-    lines[line] = f"{head}C{word[:2]}{word[3]}{word[2]}{word[4:]}"
+    lines[line] = f"{head}C{word[:6]}{word[7]}{word[6]}{word[8:]}"
     return "\n".join(lines) + "\n"
 
 
@@ -261,7 +282,7 @@ def spoilt_program():
     },
 )
 def block():
-    """The tip leaves the CL data by millimetres in one block only; a glance at the C words would show it too."""
+    """In one block only the tip leaves the CL data, by a tenth of a millimetre; no glance at the words shows it."""
     kin = with_travel(load("dmu50v"), -25, 180)
     tips, _ = kin.forward(program.read(spoilt_program(), kin.machine).joints)
     middle = np.median(tips, axis=0)  # the blade's five tips are all within 0.01 mm

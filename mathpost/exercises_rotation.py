@@ -224,7 +224,8 @@ def judge_choice(present):
 @exercise("03-choice", judge=judge_choice, wrong={"Both go to": lambda: (0, -105)})
 def choice():
     """Fanuc asks only how far A has to go; Heidenhain adds the way of C."""
-    return (20, -60)
+    tried = ((a, c) for a in (0, 20) for c in range(-90, 91, 30))
+    return next(present for present in tried if not judge_choice(present))
 
 
 # 04 The transform chain

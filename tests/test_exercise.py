@@ -67,9 +67,9 @@ def test_each_has_a_typical_mistake_and_raises_at_no_answer(task):
 @pytest.mark.parametrize("task", [each for each in EACH if each.values[0].judge is None])
 def test_the_solution_as_shown_can_be_typed_in(task, capsys):
     exercise.solution(task.name)
-    *code, shown = capsys.readouterr().out.splitlines()
+    _, *code, shown = capsys.readouterr().out.splitlines()
     assert "\n".join(code) == task.code
-    words = shown.removeprefix("# ").split(", ")
+    words = shown.removeprefix("# -> ").split(", ")
     if not isinstance(task.solution, (str, set)):
         words = [float(word) for word in words]
     assert (
@@ -151,6 +151,14 @@ def test_the_detective_is_asked_before_general_slips_and_after_named_mistakes():
 def test_the_detective_names_a_mix_up_that_no_list_foresees():
     reversed_beta = [4.598076, -5.0, 1.964102]
     assert "β" in TASKS["01-point"].verdict(reversed_beta).why
+
+
+def test_the_detective_of_joints_names_sign_and_zero():
+    b, c = TASKS["05-angles"].solution
+    assert "sign of C" in TASKS["05-angles"].verdict([b, -c]).why
+    assert "off by +90" in TASKS["05-angles"].verdict([b, c + 90]).why
+    assert TASKS["05-angles"].verdict([-b, 180 - c]).status == RIGHT
+    assert TASKS["05-angles"].verdict([b, c - 360]).status == RIGHT
 
 
 def test_twins_are_right_answers():

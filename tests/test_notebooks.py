@@ -34,7 +34,7 @@ def test_rhythm(path):
         assert word in text
     for cell in cells:
         if cell["cell_type"] == "code":
-            assert len("".join(cell["source"]).splitlines()) <= 18
+            assert len("".join(cell["source"]).splitlines()) <= 15
     links = [part.split(")")[0] for cell in cells for part in "".join(cell["source"]).split("](")[1:]]
     for link in links:
         if link.endswith(".ipynb"):
