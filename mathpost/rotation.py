@@ -5,6 +5,7 @@ Matrices act on column vectors. An *active* matrix turns a vector, right-handed,
 matrices are sympy's own, so that no rotation matrix is typed here.
 """
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -17,6 +18,8 @@ from mathpost.errors import InputError, as_array
 ACTIVE = {"X": rot_ccw_axis1, "Y": rot_ccw_axis2, "Z": rot_ccw_axis3}
 PASSIVE = {"X": rot_axis1, "Y": rot_axis2, "Z": rot_axis3}
 ORTHONORMAL = 2e-6  # what six printed decimals leave of an orthonormal matrix
+SHORTEST = 1e-9  # a vector no longer than this has no direction
+BLOCK = 16384  # elements worked on at a time: the arrays of a formula fit the second-level cache
 
 
 def about(axis, angle):
@@ -79,8 +82,8 @@ def as_rotation(matrix, where="rotation"):
 def unit(vectors, where="axis"):
     """Return `vectors`, shape (..., n), with length 1; raise `InputError` where one has none."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    if not (length > 1e-9).all():
-        index = tuple(map(int, np.argwhere(length[..., 0] <= 1e-9)[0]))
+    if not (length > SHORTEST).all():
+        index = tuple(map(int, np.argwhere(length[..., 0] <= SHORTEST)[0]))
         raise InputError(where, "a vector with a direction", f"one of length zero{_at(index)}")
     return vectors / length
 
@@ -236,7 +239,7 @@ def from_angles(build, angles, degrees=False):
 
 @lru_cache(maxsize=256)
 def numeric(expression, arguments):
-    """Compile a sympy expression into a vectorised NumPy function; the one place that calls `lambdify`.
+    """Compile a sympy expression into a vectorised NumPy function.
 
     Parameters
     ----------
@@ -247,7 +250,8 @@ def numeric(expression, arguments):
     -------
     callable
         Takes one number or array for each argument, broadcast against each other to shape ``(...)``, and
-        returns a float array of shape ``(...)``, ``(..., rows, columns)`` or ``(..., len(tuple))``.
+        returns a float array of shape ``(...)``, ``(..., rows, columns)`` or ``(..., len(tuple))``. Works in
+        `blocks`, so that it needs little memory besides the result.
 
     Examples
     --------
@@ -261,16 +265,39 @@ def numeric(expression, arguments):
     else:
         shape = getattr(expression, "shape", ())
         entries = tuple(expression) if shape else (expression,)
-    kernel = sp.lambdify(arguments, [_in_floats(sp.sympify(entry)) for entry in entries], "numpy", cse=True)
+    kernel = columns(entries, arguments)
 
     def evaluate(*values):
         values = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in values))
         result = np.empty((*values[0].shape, len(entries)))
-        for index, entry in enumerate(kernel(*values)):
-            result[..., index] = entry
+        for rows in blocks(values[0].shape):
+            part = [value[rows] for value in values]
+            column = np.empty((len(entries), *part[0].shape))
+            for index, entry in enumerate(kernel(*part)):
+                column[index] = entry
+            result[rows] = np.moveaxis(column, 0, -1)
         return result.reshape((*values[0].shape, *shape))
 
     return evaluate
+
+
+@lru_cache(maxsize=256)
+def columns(expressions, arguments):
+    """Compile sympy expressions into one function of arrays that returns a list; the one place to call `lambdify`.
+
+    What the expressions have in common is computed once. An expression without arguments gives a number.
+    """
+    return sp.lambdify(arguments, [_in_floats(sp.sympify(entry)) for entry in expressions], "numpy", cse=True)
+
+
+def blocks(shape):
+    """Yield slices of the first axis of `shape` that take about `BLOCK` elements each; `...` for a single one."""
+    if not shape:
+        yield ...
+        return
+    step = max(1, BLOCK // max(1, math.prod(shape[1:])))
+    for first in range(0, shape[0], step):
+        yield slice(first, first + step)
 
 
 def _in_floats(expression):
