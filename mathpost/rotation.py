@@ -149,6 +149,38 @@ def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
     return from_angles(_left_transposed, (alpha, beta, gamma), degrees)
 
 
+def zxz_apply(alpha, beta, gamma, points, *, degrees=False):
+    """Return the coordinates of fixed points in the turned frame: `zxz_right` applied, without making the matrices.
+
+    Parameters
+    ----------
+    alpha, beta, gamma : float or array_like, shape (...)
+        As in `zxz_right`.
+    points : array_like, shape (..., 3)
+        Coordinates in the initial frame, broadcast against the angles.
+    degrees : bool, keyword only
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+
+    Raises
+    ------
+    InputError
+        If an angle or a point is not numbers.
+
+    Examples
+    --------
+    >>> zxz_apply(135, 54.7356, [-90, 90], [3, 4, 5], degrees=True).round(6)
+    array([[-1.224744,  0.707107,  6.928203],
+           [ 1.224744, -0.707107,  6.928203]])
+    """
+    points, angles = as_array(points, 3, "points"), _as_angles((alpha, beta, gamma), degrees)
+    turns, point = sp.symbols("alpha beta gamma", real=True), sp.symbols("x y z", real=True)
+    turned = numeric(tuple(_right(*turns) * sp.Matrix(point)), (*turns, *point))
+    return turned(*angles, *np.moveaxis(points, -1, 0))
+
+
 @dataclass(frozen=True)
 class Step:
     """One step of a recipe of source 000: its number and name there, and the angles, matrix or point it yields."""
@@ -229,12 +261,15 @@ def from_angles(build, angles, degrees=False):
     if any(isinstance(angle, sp.Basic) for angle in angles):
         return build(*(sp.sympify(angle) * (sp.pi / 180 if degrees else 1) for angle in angles))
     symbols = sp.symbols(f"angle:{len(angles)}", real=True)
+    return numeric(sp.ImmutableMatrix(build(*symbols)), symbols)(*_as_angles(angles, degrees))
+
+
+def _as_angles(angles, degrees):
     try:
         values = [np.asarray(angle, dtype=float) for angle in angles]
     except (TypeError, ValueError):
         raise InputError("angles", "numbers, arrays or sympy expressions", repr(angles)) from None
-    matrix = numeric(sp.ImmutableMatrix(build(*symbols)), symbols)
-    return matrix(*(map(np.deg2rad, values) if degrees else values))
+    return [np.deg2rad(value) for value in values] if degrees else values
 
 
 @lru_cache(maxsize=256)
