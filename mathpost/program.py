@@ -5,8 +5,10 @@ printed digits, so that a program can be verified from its own text. The readers
 use and a few that do not move an axis; any other word is an error with its line.
 """
 
+import math
 import re
 from dataclasses import dataclass
+from itertools import repeat
 
 import numpy as np
 
@@ -155,13 +157,13 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     lines = [line.format(name=name) for line in style.head]
     if blocks.tcp:
         lines.append(style.tcp_on)
-    state = _State(style, machine.joint_names)
     remarks = {}
     for index, remark in blocks.remarks:
         remarks.setdefault(index, []).append(_comment(style, remark))
-    for index in range(len(blocks.words)):
-        lines += remarks.get(index, [])
-        lines.append(state.block(blocks, index))
+    for index, line in enumerate(_moves(style, machine.joint_names, blocks)):
+        if index in remarks:
+            lines += remarks[index]
+        lines.append(line)
     lines += [line for index, group in sorted(remarks.items()) if index >= len(blocks.words) for line in group]
     if blocks.tcp:
         lines.append(style.tcp_off)
@@ -175,53 +177,62 @@ def _comment(style, remark):
     return style.comment[0] + text + style.comment[1]
 
 
+def _moves(style, names, blocks):
+    """Yield the line of each move: what stands before its axis words, those that change, what stands after them."""
+    axes = map("".join, zip(*map(_axis_words, names, blocks.words.T, repeat(style.sign)), strict=True))
+    state = _State(style)
+    modes = zip(blocks.rapid.tolist(), blocks.feeds.tolist(), blocks.seconds.tolist(), strict=True)
+    for words, (rapid, feed, seconds) in zip(axes, modes, strict=True):
+        before, after = state.around(rapid, feed, seconds)
+        yield f"{before}{words}{after}".lstrip(" ")
+
+
+def _axis_words(name, values, sign):
+    """The words of one axis, each with a space before it; empty where the printed value stays as it was."""
+    printed = (f"%{sign}.{DECIMALS}f " * len(values) % tuple(values.tolist())).split()
+    word = f" {name}=" if len(name) > 1 else f" {name}"
+    return ["" if now == before else word + now for now, before in zip(printed, [None, *printed], strict=False)]
+
+
 class _State:
     """What the control remembers from block to block, so that it need not be written again."""
 
-    def __init__(self, style, names):
-        self.style, self.names = style, names
-        self.printed, self.codes, self.feed = [None] * 5, {}, None
+    def __init__(self, style):
+        self.style, self.codes, self.feed = style, {}, None
 
-    def block(self, blocks, index):
-        printed = [f"{value:{self.style.sign}.{DECIMALS}f}" for value in blocks.words[index]]
-        changed = [n for n in range(5) if printed[n] != self.printed[n]]
-        axes = [self.axis_word(self.names[n], printed[n]) for n in changed]
-        self.printed = printed
-        rapid, feed, seconds = bool(blocks.rapid[index]), blocks.feeds[index], blocks.seconds[index]
+    def around(self, rapid, feed, seconds):
+        """What stands before and after the axis words of a move."""
         if self.style is HEIDENHAIN:
-            return " ".join(["L", *axes, *self.heidenhain_feed(rapid, feed, seconds)])
-        return " ".join([*self.iso_codes(rapid, seconds), *axes, *self.iso_feed(rapid, feed, seconds)])
-
-    def axis_word(self, name, value):
-        return f"{name}={value}" if len(name) > 1 else f"{name}{value}"
+            return "L", self.heidenhain_feed(rapid, feed, seconds)
+        return self.iso_codes(rapid, seconds), self.iso_feed(rapid, feed, seconds)
 
     def heidenhain_feed(self, rapid, feed, seconds):
         if rapid:
-            return ["FMAX"]
-        if not np.isnan(seconds):
-            return [f"FT{max(seconds, SHORTEST_TIME):.3f}"]
+            return " FMAX"
+        if not math.isnan(seconds):
+            return f" FT{max(seconds, SHORTEST_TIME):.3f}"
         return self.changed_feed(feed)
 
     def iso_codes(self, rapid, seconds):
         wanted = {"move": "G0" if rapid else "G1"}
         if not rapid:
-            wanted["feed"] = "G94" if np.isnan(seconds) else "G93"
+            wanted["feed"] = "G94" if math.isnan(seconds) else "G93"
         codes = [code for group, code in wanted.items() if self.codes.get(group, "G94") != code]
         if "feed" in wanted and self.codes.get("feed", "G94") != wanted["feed"]:
             self.feed = None
         self.codes |= wanted
-        return codes
+        return " ".join(codes)
 
     def iso_feed(self, rapid, feed, seconds):
         if rapid:
-            return []
-        return self.changed_feed(feed) if np.isnan(seconds) else [f"F{60 / max(seconds, SHORTEST_TIME):.4f}"]
+            return ""
+        return self.changed_feed(feed) if math.isnan(seconds) else f" F{60 / max(seconds, SHORTEST_TIME):.4f}"
 
     def changed_feed(self, feed):
-        if np.isnan(feed) or feed == self.feed:
-            return []
+        if math.isnan(feed) or feed == self.feed:
+            return ""
         self.feed = feed
-        return [f"F{feed:.0f}" if feed == round(feed) else f"F{feed:.3f}"]
+        return f" F{feed:.0f}" if feed == round(feed) else f" F{feed:.3f}"
 
 
 def _numbered(style, lines):
