@@ -16,6 +16,7 @@ from mathpost.errors import InputError
 
 DECIMALS = 4
 SHORTEST_TIME = 0.001  # s, the least that FT may state
+LEAST_PLAIN, MOST_PLAIN = 8, 20_000  # moves in a row that are read together
 LAST_BLOCK_NUMBER = 99_999  # Fanuc counts no further; numbering begins again
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 
@@ -268,10 +269,18 @@ def read(text, machine, dialect="heidenhain", *, name="program"):
         With the line: for a word that is not known or stands twice, a block before which an axis was never set,
         or a program without a move.
     """
-    style = dialect_named(dialect)
-    reader = _Reader(style, machine.joint_names, name)
-    for number, line in enumerate(text.splitlines(), 1):
-        reader.take(number, line)
+    reader = _Reader(dialect_named(dialect), machine.joint_names, name)
+    at, number = 0, 1
+    while at < len(text):
+        rows, end = reader.plain(text, at)
+        if reader.take_plain(rows):
+            number += len(rows)
+        else:
+            end = end if rows else text.find("\n", at) + 1 or len(text)
+            for line in text[at:end].splitlines():
+                reader.take(number, line)
+                number += 1
+        at = end
     return reader.result()
 
 
@@ -284,6 +293,11 @@ class _Reader:
         self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})")
         self.feed_word = re.compile(rf"(FMAX|FT|F)({NUMBER})?")
         self.codes = re.compile(style.codes + r"(?![\d.])")
+        axes = "".join(rf"(?: {re.escape(axis)}{'=?' if axis[-1].isalpha() else '='}({NUMBER}))?" for axis in names)
+        start, feeds = (
+            (r"\d+ L", "(?: F(MAX|T?[0-9.]+))?") if style is HEIDENHAIN else (r"N\d+", "(?: F([0-9.]+))?")
+        )
+        self.plain_line = re.compile(rf"{start}(?= (?:{letters})){axes}{feeds}\n", re.ASCII)
         self.position, self.feed, self.rapid, self.inverse = [None] * 5, np.nan, False, False
         self.tcp, self.moves_tcp = False, None
         self.words, self.feeds, self.seconds, self.rapids = [], [], [], []
@@ -316,6 +330,41 @@ class _Reader:
             self.feed = feed
         if any(value is not None for value in position):
             self.move(number, position, rapid_here, seconds)
+
+    def plain(self, text, at):
+        """Words of the plain moves from `at` on, as printed, and where they end; none before all axes are set."""
+        rows, match = [], self.plain_line.match
+        while len(rows) < MOST_PLAIN and None not in self.position and (found := match(text, at)):
+            rows.append(found.groups())
+            at = found.end()
+        return rows, at
+
+    def take_plain(self, rows):
+        """Take plain moves all at once; return whether that was possible.
+
+        What `take` would refuse or what changes a mode is left to it: it finds the line and says what is wrong.
+        """
+        if len(rows) < LEAST_PLAIN or self.moves_tcp not in (None, self.tcp):
+            return False
+        *axes, feeds = zip(*rows, strict=True)
+        try:
+            words = np.array([[math.nan if word is None else float(word) for word in axis] for axis in axes]).T
+            rapid = np.array([word == "MAX" for word in feeds]) | self.rapid
+            timed = np.array([word is not None and word[0] == "T" for word in feeds])
+            value = np.array([math.nan if word in (None, "MAX") else float(word.lstrip("T")) for word in feeds])
+        except ValueError:
+            return False
+        seconds = np.where(timed, value, 60 / value if self.inverse else np.nan)
+        if (value <= 0).any() or (self.inverse and np.isnan(seconds[~rapid]).any()):
+            return False
+        feed = _held(np.where(np.isnan(seconds), value, np.nan), self.feed)
+        words = np.stack([_held(*column) for column in zip(words.T, self.position, strict=True)], axis=1)
+        self.moves_tcp, self.position, self.feed = self.tcp, words[-1].tolist(), float(feed[-1])
+        self.words += words.tolist()
+        self.feeds += np.where(rapid | ~np.isnan(seconds), np.nan, feed).tolist()
+        self.seconds += seconds.tolist()
+        self.rapids += rapid.tolist()
+        return True
 
     def without_comment(self, line):
         if self.style is FANUC:
@@ -368,3 +417,9 @@ class _Reader:
             raise InputError(self.name, "at least one move", "none")
         columns = map(np.array, (self.words, self.feeds, self.seconds, self.rapids))
         return Blocks(*columns, tcp=self.moves_tcp)
+
+
+def _held(values, before):
+    """Replace NaN by the last number before it, or by `before`."""
+    values = np.concatenate([[before], values])
+    return values[np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(len(values))))][1:]
