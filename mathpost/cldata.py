@@ -18,7 +18,10 @@ from mathpost.rotation import unit
 
 UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
 MM_PER_INCH = 25.4
-NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+# One record of six numbers, and nothing else, on a line: most lines of most files. A run of them is read at once.
+PLAIN = re.compile(rf"GOTO */ *({NUMBER.pattern}(?: *, *{NUMBER.pattern}){{5}}) *\r?\n", re.ASCII)
+LEAST_PLAIN, MOST_PLAIN = 8, 20_000
 
 # Statements that say something but do not move the tool: they go into the program as comments.
 REMARKS = frozenset(
@@ -125,8 +128,17 @@ def read(path):
 def parse(text, name="CL data"):
     """Read `CLData` from the text of an APT CL file; `name` begins every error message."""
     reader = _Reader(name)
-    for line, statement in _statements(text, name):
-        reader.take(line, statement)
+    at, line = 0, 1
+    while at < len(text):
+        rows, end = _plain(text, at)
+        if reader.take_plain(line, rows):
+            line += len(rows)
+        else:
+            end = end if rows else text.find("\n", at) + 1 or len(text)
+            for part in text[at:end].splitlines():
+                reader.take_line(line, part)
+                line += 1
+        at = end
     return reader.result()
 
 
@@ -148,20 +160,13 @@ def to_text(cl, *, title=None, decimals=6):
     return "\n".join([*lines, *remarks.get(len(cl), [])]) + "\n"
 
 
-def _statements(text, name):
-    """Yield the line number and the text of each statement, continued lines joined and comments left out."""
-    pending, start = "", 0
-    for number, line in enumerate(text.splitlines(), 1):
-        part = line.partition("$$")[0].rstrip()
-        start = start if pending else number
-        if part.endswith("$"):
-            pending += part[:-1]
-            continue
-        statement, pending = (pending + part).strip(), ""
-        if statement:
-            yield start, statement
-    if pending:
-        raise InputError(f"{name}, line {start}", "the continuation of this statement", "the end of the file")
+def _plain(text, at):
+    """The numbers of the plain records from `at` on, as text, and where they end."""
+    rows = []
+    while len(rows) < MOST_PLAIN and (found := PLAIN.match(text, at)):
+        rows.append(found[1])
+        at = found.end()
+    return rows, at
 
 
 class _Reader:
@@ -171,6 +176,42 @@ class _Reader:
         self.name = name
         self.numbers, self.feeds, self.rapid, self.lines, self.remarks = [], [], [], [], []
         self.axis, self.feed, self.rapid_next, self.scale = [0.0, 0.0, 1.0], math.nan, False, 1.0
+        self.pending, self.start = "", 0
+        self.count, self.closed = 0, []
+
+    def take_line(self, line, text):
+        """Take one line: leave out its comment, and take the statement if it is complete."""
+        part = text.partition("$$")[0].rstrip()
+        self.start = self.start if self.pending else line
+        if part.endswith("$"):
+            self.pending += part[:-1]
+            return
+        statement, self.pending = (self.pending + part).strip(), ""
+        if statement:
+            self.take(self.start, statement)
+
+    def take_plain(self, line, rows):
+        """Take plain records, the first of them on `line`; return whether that was possible."""
+        if len(rows) < LEAST_PLAIN or self.pending or self.rapid_next:
+            return False
+        numbers = np.array(",".join(rows).split(","), dtype=float).reshape(-1, 6)
+        if not np.isfinite(numbers).all():
+            return False
+        numbers[:, :3] *= self.scale
+        self.close()
+        count = len(rows)
+        self.closed.append(
+            (numbers, np.full(count, self.feed), np.zeros(count, bool), np.arange(line, line + count))
+        )
+        self.axis = numbers[-1, 3:].tolist()
+        self.count += count
+        return True
+
+    def close(self):
+        """Turn the records that were read one by one into arrays."""
+        if self.numbers:
+            self.closed.append(tuple(map(np.array, (self.numbers, self.feeds, self.rapid, self.lines))))
+            self.numbers, self.feeds, self.rapid, self.lines = [], [], [], []
 
     def take(self, line, statement):
         major, slash, minor = statement.partition("/")
@@ -179,7 +220,7 @@ class _Reader:
             self.goto(line, minor)
         elif words == ["FROM"] and slash:
             self.axis = self.pose(line, minor)[3:]
-            self.remarks.append((len(self.numbers), statement))
+            self.remarks.append((self.count, statement))
         elif words == ["RAPID"] and not slash:
             self.rapid_next = True
         elif words == ["FEDRAT"]:
@@ -192,6 +233,7 @@ class _Reader:
     def goto(self, line, minor):
         self.numbers.append(self.pose(line, minor))
         self.axis = self.numbers[-1][3:]
+        self.count += 1
         self.feeds.append(math.nan if self.rapid_next else self.feed)
         self.rapid.append(self.rapid_next)
         self.lines.append(line)
@@ -228,7 +270,7 @@ class _Reader:
             raise self.error(line, "GOTO moves only", f"{moves}, which moves the tool in a way not supported")
         if word not in REMARKS and not text.startswith(("TOOL PATH", "CYCLE")):
             raise self.error(line, "a CL statement", repr(statement[:40]))
-        self.remarks.append((len(self.numbers), statement))
+        self.remarks.append((self.count, statement))
 
     def number(self, line, word):
         if not NUMBER.fullmatch(word.strip()):
@@ -242,11 +284,13 @@ class _Reader:
         return InputError(f"{self.name}, line {line}", expected, found)
 
     def result(self):
-        if not self.numbers:
+        if self.pending:
+            raise self.error(self.start, "the continuation of this statement", "the end of the file")
+        if not self.count:
             raise InputError(self.name, "at least one GOTO", "none")
-        numbers = np.array(self.numbers)
-        fields = np.array(self.feeds), np.array(self.rapid), np.array(self.lines), tuple(self.remarks)
-        return _checked(numbers[:, :3], numbers[:, 3:], *fields, self.name)
+        self.close()
+        numbers, feeds, rapid, lines = map(np.concatenate, zip(*self.closed, strict=True))
+        return _checked(numbers[:, :3], numbers[:, 3:], feeds, rapid, lines, tuple(self.remarks), self.name)
 
 
 def _checked(points, axes, feeds, rapid, lines, remarks, name):

@@ -49,7 +49,14 @@ def as_array(values, length, where):
         raise InputError(where, f"numbers of shape (..., {length})", repr(values)) from None
     if array.ndim == 0 or array.shape[-1] != length:
         raise InputError(where, f"shape (..., {length})", f"shape {array.shape}")
-    if not np.isfinite(array).all():
+    if not _finite(array):
         index = tuple(int(n) for n in np.argwhere(~np.isfinite(array))[0])
         raise InputError(where, "finite numbers", f"{array[index]} at index {index}")
     return array
+
+
+def _finite(array):
+    """Whether all is finite, told from sums, which take no memory; one that overflows asks for a closer look."""
+    parts = [array] if array.flags.c_contiguous else [array[..., n] for n in range(array.shape[-1])]
+    with np.errstate(over="ignore", invalid="ignore"):
+        return all(np.isfinite(part.sum()) for part in parts) or bool(np.isfinite(array).all())

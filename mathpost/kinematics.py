@@ -14,9 +14,10 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.errors import as_array
-from mathpost.rotation import about, numeric, unit
+from mathpost.rotation import SHORTEST, about, blocks, columns, numeric, unit
 
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
+AT_POLE = 1e-200  # squared: nearer than 1e-50 to the pole, any outer angle is right
 BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
 
 
@@ -219,19 +220,38 @@ class Kinematics:
             If an argument has another shape, holds something not finite, or an axis has no length.
         """
         tip, axis = as_array(tip, 3, "tip"), as_array(axis, 3, "axis")
-        tip, axis = np.broadcast_arrays(tip, unit(axis))
-        below, above = self.reach_terms(axis)
-        angles = self._solutions(below, above)
-        inner = np.where(angles > np.pi, angles - 2 * np.pi, np.where(angles <= -np.pi, angles + 2 * np.pi, angles))
-        components = np.moveaxis(axis[..., None, :], -1, 0)
-        turn = self._turn(*components, inner)
-        # Adding 0.0 turns −0.0 into 0.0, so that atan2 gives 0 at the pole and never ±180 degrees.
-        outer = np.arctan2(turn[..., 0] + 0.0, turn[..., 1] + 0.0)
-        outer_first = self.inverse_symbolic.outer == self.symbols[3]
-        rotary = np.stack([outer, inner] if outer_first else [inner, outer], axis=-1)
-        joints = self.close(tip[..., None, :], rotary)
-        if degrees:
-            joints[..., 3:] = np.rad2deg(rotary)
+        shape = np.broadcast_shapes(tip.shape, axis.shape)
+        tips, axes = (np.broadcast_to(vectors, shape).reshape(-1, 3) for vectors in (tip, axis))
+        joints = np.empty((len(tips), 2, 5))
+        for rows in blocks(joints.shape[:1]):
+            components = axes[rows].T.copy()
+            length = np.linalg.norm(components, axis=0)
+            if not (length > SHORTEST).all():
+                unit(axis)  # refuses it, and names its place in the whole array
+            solved = self._both_branches(tips[rows].T.copy(), components / length)
+            if degrees:
+                np.rad2deg(solved[:, 3:], out=solved[:, 3:])
+            joints[rows] = np.moveaxis(solved, -1, 0)
+        return joints.reshape(*shape[:-1], 2, 5)
+
+    def _both_branches(self, tip, axis):
+        """The joints, shape (2, 5, n), of tips and unit axes of shape (3, n)."""
+        derived = self.inverse_symbolic
+        joints, trigonometry = np.empty((2, 5, tip.shape[1])), []
+        below, above = map(_within_reach, self._reach_columns(*axis))
+        rotary = self._rotary_columns(*axis, below, above)
+        for branch, found in zip(joints, (rotary[:6], rotary[6:]), strict=True):
+            inner, cosine, sine, rise, run, squared = found
+            if (pole := squared < AT_POLE).any():
+                rise, run, squared = np.where(pole, 0, rise), np.where(pole, 1, run), np.where(pole, 1, squared)
+            branch[self.symbols.index(derived.inner)] = _wrapped(inner)
+            # Adding 0.0 turns −0.0 into 0.0, so that atan2 gives 180 degrees and never −180.
+            np.arctan2(rise + 0.0, run, out=branch[self.symbols.index(derived.outer)])
+            norm = np.sqrt(squared)
+            trigonometry += [cosine, sine, run / norm, rise / norm]
+        linear = self._linear_columns(*tip, *trigonometry)
+        for row, coordinate in zip([*joints[0, :3], *joints[1, :3]], linear, strict=True):
+            row[:] = coordinate
         return joints
 
     def close(self, tip, rotary):
@@ -254,8 +274,7 @@ class Kinematics:
 
     def reach_terms(self, axis):
         """Return r − D and r + D of `Inverse` for unit tool axes (..., 3): 0 at the ends of reach, NaN beyond."""
-        values = self._reach_terms(*np.moveaxis(np.asarray(axis, dtype=float), -1, 0))
-        values = np.where(values < -REACH_TOLERANCE, np.nan, np.maximum(values, 0))
+        values = _within_reach(self._reach_terms(*np.moveaxis(np.asarray(axis, dtype=float), -1, 0)))
         return values[..., 0], values[..., 1]
 
     @cached_property
@@ -269,18 +288,54 @@ class Kinematics:
         return numeric((derived.below, derived.above), derived.axis)
 
     @cached_property
-    def _solutions(self):
-        return numeric(self.inverse_symbolic.solutions, (BELOW, ABOVE))
+    def _reach_columns(self):
+        derived = self.inverse_symbolic
+        return columns((derived.below, derived.above), derived.axis)
 
     @cached_property
-    def _turn(self):
-        derived = self.inverse_symbolic
-        return numeric(derived.turn, (*derived.axis, derived.inner))
+    def _rotary_columns(self):
+        """For each branch: the inner angle, its cosine and sine, `Inverse.turn` and the sum of its squares.
+
+        The cosine and the sine are algebraic in r − D and r + D; no function of the angle is computed.
+        """
+        derived, entries = self.inverse_symbolic, []
+        for solution in derived.solutions:
+            cosine, sine = (sp.expand_trig(function(solution)) for function in (sp.cos, sp.sin))
+            values = {sp.cos(derived.inner): cosine, sp.sin(derived.inner): sine}
+            rise, run = (term.subs(values) for term in derived.turn)
+            entries += [solution, cosine, sine, rise, run, rise**2 + run**2]
+        return columns(tuple(entries), (*derived.axis, BELOW, ABOVE))
+
+    @cached_property
+    def _linear_columns(self):
+        """X Y Z of both branches, given the tip and cosine and sine of inner and outer angle of each."""
+        derived, entries = self.inverse_symbolic, []
+        arguments = list(derived.tip)
+        functions = [f(angle) for angle in (derived.inner, derived.outer) for f in (sp.cos, sp.sin)]
+        for _ in derived.solutions:
+            values = {function: sp.Dummy() for function in functions}
+            arguments += values.values()
+            entries += [coordinate.subs(values) for coordinate in derived.linear]
+        return columns(tuple(entries), tuple(arguments))
 
     @cached_property
     def _linear(self):
         derived = self.inverse_symbolic
         return numeric(derived.linear, (*derived.tip, *self.symbols[3:]))
+
+
+def _within_reach(term):
+    """r − D or r + D with rounding at the edge of reach removed, and NaN beyond."""
+    beyond = term < -REACH_TOLERANCE
+    return np.where(beyond, np.nan, np.maximum(term, 0)) if beyond.any() else np.maximum(term, 0)
+
+
+def _wrapped(angle):
+    """Angles within ±360° brought into (−180°, 180°]."""
+    for beyond, turn in ((angle > np.pi, -2 * np.pi), (angle <= -np.pi, 2 * np.pi)):
+        if beyond.any():
+            angle = np.where(beyond, angle + turn, angle)
+    return angle
 
 
 def _perpendicular(u):

@@ -46,14 +46,15 @@ def deviation(kin, start, end, *, tips=None, axes=None, samples=None):
     tips : array_like, shape (2, m, 3), optional
         Ends of the straight segments that the tips should follow, mm; by default the tips at both ends.
     axes : array_like, shape (2, m, 3), optional
-        Ends of the great circles that the tool axes should follow; by default the axes at both ends.
+        Ends of the great circles that the tool axes should follow; by default the axes at both ends. False leaves
+        the axes out, for half the work.
     samples : int, optional
         Intervals per move, for a check that is denser than the default.
 
     Returns
     -------
     tip, axis : ndarray, shape (m,)
-        Largest distance in mm from the segment, and largest angle in radians from the great circle.
+        Largest distance in mm from the segment, and largest angle in radians from the great circle; 0 if left out.
 
     Examples
     --------
@@ -82,7 +83,8 @@ def deviation(kin, start, end, *, tips=None, axes=None, samples=None):
             t = np.linspace(0, 1, count + 1)[:, None, None]
             tip, axis = kin.forward(start[part] + t * (end[part] - start[part]))
             result[0, part] = _peak(_from_segment(tip, tips[0][part], tips[1][part]))
-            result[1, part] = _peak(_from_great_circle(axis, axes[0][part], axes[1][part]))
+            if axes is not False:
+                result[1, part] = _peak(_from_great_circle(axis, axes[0][part], axes[1][part]))
     return result[0], result[1]
 
 
@@ -141,7 +143,7 @@ def linearize(kin, joints, tolerance, *, max_pieces=4096, name="block"):
     joints = np.asarray(joints, dtype=float)
     start, end = joints[:-1], joints[1:]
     pieces = np.ones(len(start), dtype=int)
-    error = deviation(kin, start, end)[0]
+    error = deviation(kin, start, end, axes=False)[0]
     while (open_moves := np.flatnonzero(error > tolerance)).size:
         # The error falls with the square of the number of pieces.
         wanted = np.ceil(pieces[open_moves] * np.sqrt(error[open_moves] / tolerance)).astype(int)
@@ -156,7 +158,7 @@ def linearize(kin, joints, tolerance, *, max_pieces=4096, name="block"):
         firsts = np.flatnonzero(np.r_[True, place[:-1] % 1 == 0])
         starts = np.roll(ends, 1, axis=0)
         starts[firsts] = start[open_moves]
-        error[open_moves] = np.maximum.reduceat(deviation(kin, starts, ends)[0], firsts)
+        error[open_moves] = np.maximum.reduceat(deviation(kin, starts, ends, axes=False)[0], firsts)
     divided, place = subdivide(kin, start, end, pieces)
     return Linearized(np.concatenate([joints[:1], divided]), np.r_[0.0, place], error)
 

@@ -5,8 +5,10 @@ printed digits, so that a program can be verified from its own text. The readers
 use and a few that do not move an axis; any other word is an error with its line.
 """
 
+import math
 import re
 from dataclasses import dataclass
+from itertools import repeat
 
 import numpy as np
 
@@ -14,6 +16,7 @@ from mathpost.errors import InputError
 
 DECIMALS = 4
 SHORTEST_TIME = 0.001  # s, the least that FT may state
+LEAST_PLAIN, MOST_PLAIN = 8, 20_000  # moves in a row that are read together
 LAST_BLOCK_NUMBER = 99_999  # Fanuc counts no further; numbering begins again
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 
@@ -155,13 +158,13 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     lines = [line.format(name=name) for line in style.head]
     if blocks.tcp:
         lines.append(style.tcp_on)
-    state = _State(style, machine.joint_names)
     remarks = {}
     for index, remark in blocks.remarks:
         remarks.setdefault(index, []).append(_comment(style, remark))
-    for index in range(len(blocks.words)):
-        lines += remarks.get(index, [])
-        lines.append(state.block(blocks, index))
+    for index, line in enumerate(_moves(style, machine.joint_names, blocks)):
+        if index in remarks:
+            lines += remarks[index]
+        lines.append(line)
     lines += [line for index, group in sorted(remarks.items()) if index >= len(blocks.words) for line in group]
     if blocks.tcp:
         lines.append(style.tcp_off)
@@ -175,53 +178,62 @@ def _comment(style, remark):
     return style.comment[0] + text + style.comment[1]
 
 
+def _moves(style, names, blocks):
+    """Yield the line of each move: what stands before its axis words, those that change, what stands after them."""
+    axes = map("".join, zip(*map(_axis_words, names, blocks.words.T, repeat(style.sign)), strict=True))
+    state = _State(style)
+    modes = zip(blocks.rapid.tolist(), blocks.feeds.tolist(), blocks.seconds.tolist(), strict=True)
+    for words, (rapid, feed, seconds) in zip(axes, modes, strict=True):
+        before, after = state.around(rapid, feed, seconds)
+        yield f"{before}{words}{after}".lstrip(" ")
+
+
+def _axis_words(name, values, sign):
+    """The words of one axis, each with a space before it; empty where the printed value stays as it was."""
+    printed = (f"%{sign}.{DECIMALS}f " * len(values) % tuple(values.tolist())).split()
+    word = f" {name}=" if len(name) > 1 else f" {name}"
+    return ["" if now == before else word + now for now, before in zip(printed, [None, *printed], strict=False)]
+
+
 class _State:
     """What the control remembers from block to block, so that it need not be written again."""
 
-    def __init__(self, style, names):
-        self.style, self.names = style, names
-        self.printed, self.codes, self.feed = [None] * 5, {}, None
+    def __init__(self, style):
+        self.style, self.codes, self.feed = style, {}, None
 
-    def block(self, blocks, index):
-        printed = [f"{value:{self.style.sign}.{DECIMALS}f}" for value in blocks.words[index]]
-        changed = [n for n in range(5) if printed[n] != self.printed[n]]
-        axes = [self.axis_word(self.names[n], printed[n]) for n in changed]
-        self.printed = printed
-        rapid, feed, seconds = bool(blocks.rapid[index]), blocks.feeds[index], blocks.seconds[index]
+    def around(self, rapid, feed, seconds):
+        """What stands before and after the axis words of a move."""
         if self.style is HEIDENHAIN:
-            return " ".join(["L", *axes, *self.heidenhain_feed(rapid, feed, seconds)])
-        return " ".join([*self.iso_codes(rapid, seconds), *axes, *self.iso_feed(rapid, feed, seconds)])
-
-    def axis_word(self, name, value):
-        return f"{name}={value}" if len(name) > 1 else f"{name}{value}"
+            return "L", self.heidenhain_feed(rapid, feed, seconds)
+        return self.iso_codes(rapid, seconds), self.iso_feed(rapid, feed, seconds)
 
     def heidenhain_feed(self, rapid, feed, seconds):
         if rapid:
-            return ["FMAX"]
-        if not np.isnan(seconds):
-            return [f"FT{max(seconds, SHORTEST_TIME):.3f}"]
+            return " FMAX"
+        if not math.isnan(seconds):
+            return f" FT{max(seconds, SHORTEST_TIME):.3f}"
         return self.changed_feed(feed)
 
     def iso_codes(self, rapid, seconds):
         wanted = {"move": "G0" if rapid else "G1"}
         if not rapid:
-            wanted["feed"] = "G94" if np.isnan(seconds) else "G93"
+            wanted["feed"] = "G94" if math.isnan(seconds) else "G93"
         codes = [code for group, code in wanted.items() if self.codes.get(group, "G94") != code]
         if "feed" in wanted and self.codes.get("feed", "G94") != wanted["feed"]:
             self.feed = None
         self.codes |= wanted
-        return codes
+        return " ".join(codes)
 
     def iso_feed(self, rapid, feed, seconds):
         if rapid:
-            return []
-        return self.changed_feed(feed) if np.isnan(seconds) else [f"F{60 / max(seconds, SHORTEST_TIME):.4f}"]
+            return ""
+        return self.changed_feed(feed) if math.isnan(seconds) else f" F{60 / max(seconds, SHORTEST_TIME):.4f}"
 
     def changed_feed(self, feed):
-        if np.isnan(feed) or feed == self.feed:
-            return []
+        if math.isnan(feed) or feed == self.feed:
+            return ""
         self.feed = feed
-        return [f"F{feed:.0f}" if feed == round(feed) else f"F{feed:.3f}"]
+        return f" F{feed:.0f}" if feed == round(feed) else f" F{feed:.3f}"
 
 
 def _numbered(style, lines):
@@ -257,10 +269,18 @@ def read(text, machine, dialect="heidenhain", *, name="program"):
         With the line: for a word that is not known or stands twice, a block before which an axis was never set,
         or a program without a move.
     """
-    style = dialect_named(dialect)
-    reader = _Reader(style, machine.joint_names, name)
-    for number, line in enumerate(text.splitlines(), 1):
-        reader.take(number, line)
+    reader = _Reader(dialect_named(dialect), machine.joint_names, name)
+    at, number = 0, 1
+    while at < len(text):
+        rows, end = reader.plain(text, at)
+        if reader.take_plain(rows):
+            number += len(rows)
+        else:
+            end = end if rows else text.find("\n", at) + 1 or len(text)
+            for line in text[at:end].splitlines():
+                reader.take(number, line)
+                number += 1
+        at = end
     return reader.result()
 
 
@@ -273,6 +293,11 @@ class _Reader:
         self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})")
         self.feed_word = re.compile(rf"(FMAX|FT|F)({NUMBER})?")
         self.codes = re.compile(style.codes + r"(?![\d.])")
+        axes = "".join(rf"(?: {re.escape(axis)}{'=?' if axis[-1].isalpha() else '='}({NUMBER}))?" for axis in names)
+        start, feeds = (
+            (r"\d+ L", "(?: F(MAX|T?[0-9.]+))?") if style is HEIDENHAIN else (r"N\d+", "(?: F([0-9.]+))?")
+        )
+        self.plain_line = re.compile(rf"{start}(?= (?:{letters})){axes}{feeds}\n", re.ASCII)
         self.position, self.feed, self.rapid, self.inverse = [None] * 5, np.nan, False, False
         self.tcp, self.moves_tcp = False, None
         self.words, self.feeds, self.seconds, self.rapids = [], [], [], []
@@ -305,6 +330,41 @@ class _Reader:
             self.feed = feed
         if any(value is not None for value in position):
             self.move(number, position, rapid_here, seconds)
+
+    def plain(self, text, at):
+        """Words of the plain moves from `at` on, as printed, and where they end; none before all axes are set."""
+        rows, match = [], self.plain_line.match
+        while len(rows) < MOST_PLAIN and None not in self.position and (found := match(text, at)):
+            rows.append(found.groups())
+            at = found.end()
+        return rows, at
+
+    def take_plain(self, rows):
+        """Take plain moves all at once; return whether that was possible.
+
+        What `take` would refuse or what changes a mode is left to it: it finds the line and says what is wrong.
+        """
+        if len(rows) < LEAST_PLAIN or self.moves_tcp not in (None, self.tcp):
+            return False
+        *axes, feeds = zip(*rows, strict=True)
+        try:
+            words = np.array([[math.nan if word is None else float(word) for word in axis] for axis in axes]).T
+            rapid = np.array([word == "MAX" for word in feeds]) | self.rapid
+            timed = np.array([word is not None and word[0] == "T" for word in feeds])
+            value = np.array([math.nan if word in (None, "MAX") else float(word.lstrip("T")) for word in feeds])
+        except ValueError:
+            return False
+        seconds = np.where(timed, value, 60 / value if self.inverse else np.nan)
+        if (value <= 0).any() or (self.inverse and np.isnan(seconds[~rapid]).any()):
+            return False
+        feed = _held(np.where(np.isnan(seconds), value, np.nan), self.feed)
+        words = np.stack([_held(*column) for column in zip(words.T, self.position, strict=True)], axis=1)
+        self.moves_tcp, self.position, self.feed = self.tcp, words[-1].tolist(), float(feed[-1])
+        self.words += words.tolist()
+        self.feeds += np.where(rapid | ~np.isnan(seconds), np.nan, feed).tolist()
+        self.seconds += seconds.tolist()
+        self.rapids += rapid.tolist()
+        return True
 
     def without_comment(self, line):
         if self.style is FANUC:
@@ -357,3 +417,9 @@ class _Reader:
             raise InputError(self.name, "at least one move", "none")
         columns = map(np.array, (self.words, self.feeds, self.seconds, self.rapids))
         return Blocks(*columns, tcp=self.moves_tcp)
+
+
+def _held(values, before):
+    """Replace NaN by the last number before it, or by `before`."""
+    values = np.concatenate([[before], values])
+    return values[np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(len(values))))][1:]

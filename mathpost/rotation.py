@@ -5,6 +5,7 @@ Matrices act on column vectors. An *active* matrix turns a vector, right-handed,
 matrices are sympy's own, so that no rotation matrix is typed here.
 """
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -17,6 +18,8 @@ from mathpost.errors import InputError, as_array
 ACTIVE = {"X": rot_ccw_axis1, "Y": rot_ccw_axis2, "Z": rot_ccw_axis3}
 PASSIVE = {"X": rot_axis1, "Y": rot_axis2, "Z": rot_axis3}
 ORTHONORMAL = 2e-6  # what six printed decimals leave of an orthonormal matrix
+SHORTEST = 1e-9  # a vector no longer than this has no direction
+BLOCK = 16384  # elements worked on at a time: the arrays of a formula fit the second-level cache
 
 
 def about(axis, angle):
@@ -79,8 +82,8 @@ def as_rotation(matrix, where="rotation"):
 def unit(vectors, where="axis"):
     """Return `vectors`, shape (..., n), with length 1; raise `InputError` where one has none."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    if not (length > 1e-9).all():
-        index = tuple(map(int, np.argwhere(length[..., 0] <= 1e-9)[0]))
+    if not (length > SHORTEST).all():
+        index = tuple(map(int, np.argwhere(length[..., 0] <= SHORTEST)[0]))
         raise InputError(where, "a vector with a direction", f"one of length zero{_at(index)}")
     return vectors / length
 
@@ -144,6 +147,38 @@ def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
     True
     """
     return from_angles(_left_transposed, (alpha, beta, gamma), degrees)
+
+
+def zxz_apply(alpha, beta, gamma, points, *, degrees=False):
+    """Return the coordinates of fixed points in the turned frame: `zxz_right` applied, without making the matrices.
+
+    Parameters
+    ----------
+    alpha, beta, gamma : float or array_like, shape (...)
+        As in `zxz_right`.
+    points : array_like, shape (..., 3)
+        Coordinates in the initial frame, broadcast against the angles.
+    degrees : bool, keyword only
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+
+    Raises
+    ------
+    InputError
+        If an angle or a point is not numbers.
+
+    Examples
+    --------
+    >>> zxz_apply(135, 54.7356, [-90, 90], [3, 4, 5], degrees=True).round(6)
+    array([[-1.224744,  0.707107,  6.928203],
+           [ 1.224744, -0.707107,  6.928203]])
+    """
+    points, angles = as_array(points, 3, "points"), _as_angles((alpha, beta, gamma), degrees)
+    turns, point = sp.symbols("alpha beta gamma", real=True), sp.symbols("x y z", real=True)
+    turned = numeric(tuple(_right(*turns) * sp.Matrix(point)), (*turns, *point))
+    return turned(*angles, *np.moveaxis(points, -1, 0))
 
 
 @dataclass(frozen=True)
@@ -226,17 +261,20 @@ def from_angles(build, angles, degrees=False):
     if any(isinstance(angle, sp.Basic) for angle in angles):
         return build(*(sp.sympify(angle) * (sp.pi / 180 if degrees else 1) for angle in angles))
     symbols = sp.symbols(f"angle:{len(angles)}", real=True)
+    return numeric(sp.ImmutableMatrix(build(*symbols)), symbols)(*_as_angles(angles, degrees))
+
+
+def _as_angles(angles, degrees):
     try:
         values = [np.asarray(angle, dtype=float) for angle in angles]
     except (TypeError, ValueError):
         raise InputError("angles", "numbers, arrays or sympy expressions", repr(angles)) from None
-    matrix = numeric(sp.ImmutableMatrix(build(*symbols)), symbols)
-    return matrix(*(map(np.deg2rad, values) if degrees else values))
+    return [np.deg2rad(value) for value in values] if degrees else values
 
 
 @lru_cache(maxsize=256)
 def numeric(expression, arguments):
-    """Compile a sympy expression into a vectorised NumPy function; the one place that calls `lambdify`.
+    """Compile a sympy expression into a vectorised NumPy function.
 
     Parameters
     ----------
@@ -247,7 +285,8 @@ def numeric(expression, arguments):
     -------
     callable
         Takes one number or array for each argument, broadcast against each other to shape ``(...)``, and
-        returns a float array of shape ``(...)``, ``(..., rows, columns)`` or ``(..., len(tuple))``.
+        returns a float array of shape ``(...)``, ``(..., rows, columns)`` or ``(..., len(tuple))``. Works in
+        `blocks`, so that it needs little memory besides the result.
 
     Examples
     --------
@@ -261,16 +300,39 @@ def numeric(expression, arguments):
     else:
         shape = getattr(expression, "shape", ())
         entries = tuple(expression) if shape else (expression,)
-    kernel = sp.lambdify(arguments, [_in_floats(sp.sympify(entry)) for entry in entries], "numpy", cse=True)
+    kernel = columns(entries, arguments)
 
     def evaluate(*values):
         values = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in values))
         result = np.empty((*values[0].shape, len(entries)))
-        for index, entry in enumerate(kernel(*values)):
-            result[..., index] = entry
+        for rows in blocks(values[0].shape):
+            part = [value[rows] for value in values]
+            column = np.empty((len(entries), *part[0].shape))
+            for index, entry in enumerate(kernel(*part)):
+                column[index] = entry
+            result[rows] = np.moveaxis(column, 0, -1)
         return result.reshape((*values[0].shape, *shape))
 
     return evaluate
+
+
+@lru_cache(maxsize=256)
+def columns(expressions, arguments):
+    """Compile sympy expressions into one function of arrays that returns a list; the one place to call `lambdify`.
+
+    What the expressions have in common is computed once. An expression without arguments gives a number.
+    """
+    return sp.lambdify(arguments, [_in_floats(sp.sympify(entry)) for entry in expressions], "numpy", cse=True)
+
+
+def blocks(shape):
+    """Yield slices of the first axis of `shape` that take about `BLOCK` elements each; `...` for a single one."""
+    if not shape:
+        yield ...
+        return
+    step = max(1, BLOCK // max(1, math.prod(shape[1:])))
+    for first in range(0, shape[0], step):
+        yield slice(first, first + step)
 
 
 def _in_floats(expression):

@@ -4,7 +4,7 @@ Every record has two branches, and inside travel every rotary angle may stand ±
 the shortest next move, the rules of source 002 word for word, and the best choice over the whole path.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,6 +49,11 @@ class Candidates:
     def machine(self):
         """The machine whose travel is meant."""
         return self.kin.machine
+
+    def ever_inside(self):
+        """The same without the candidates that are outside travel at every record."""
+        used = self.inside.any(axis=0)
+        return replace(self, joints=self.joints[:, used], branch=self.branch[used], inside=self.inside[:, used])
 
     def listed(self, record):
         """Numbers of the candidates of a record; those that stand for the pole only are left out elsewhere."""
@@ -226,6 +231,7 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         return Selection(joints, branch, path_cost(kin.machine, joints, weights, start), (), strategy)
     found = candidates(kin, cl.points, cl.axes)
     _refuse_unreachable(found, cl)
+    found = found.ever_inside()
     first = _first_costs(found, weights, start, prefer)
     pick, broken = (_optimal if strategy == "optimal" else _shortest)(found, first, cl.rapid, weights, sway)
     joints = _count_windings(kin.machine, found.joints[np.arange(len(pick)), pick], start)
@@ -270,17 +276,23 @@ def _first_costs(found, weights, start, prefer):
 
 def _optimal(found, first, rapid, weights, sway):
     """Dynamic programming over the candidates. Returns the choice and the first record that needs a break."""
-    best = first
-    came_from = np.zeros(found.inside.shape, dtype=np.intp)
-    columns, broken = np.arange(len(best)), None
+    best = {candidate: cost for candidate, cost in enumerate(first.tolist()) if cost < np.inf}
+    came_from = np.zeros(found.inside.shape, dtype=np.int16)
+    columns, broken = np.arange(len(first)), None
+    # Few candidates are inside travel at any one record: for these, Python's own numbers are faster than arrays.
     for record, costs in _all_moves(found, rapid, weights, sway):
-        total = best[:, None] + costs
-        came_from[record] = total.argmin(axis=0)
-        best = total[came_from[record], columns]
-        if broken is None and best.min() >= BREAK:
+        total = costs.tolist()
+        steps = {
+            candidate: min((cost + total[before][candidate], before) for before, cost in best.items())
+            for candidate in columns[found.inside[record]].tolist()
+        }
+        best = {candidate: cost for candidate, (cost, _) in steps.items()}
+        for candidate, (_, before) in steps.items():
+            came_from[record, candidate] = before
+        if broken is None and min(best.values()) >= BREAK:
             broken = record
     pick = np.empty(len(found.joints), dtype=np.intp)
-    pick[-1] = best.argmin()
+    pick[-1] = min(best, key=best.get)
     for record in range(len(pick) - 1, 0, -1):
         pick[record - 1] = came_from[record, pick[record]]
     return pick, broken

@@ -82,8 +82,12 @@ def regions(kin, cl, joints, *, cone=None):
         If `cone` is not given and the CL data state no feed or the machine no rate.
     """
     if cone is not None:
-        place = np.arange(len(cl) - 1) + np.linspace(0, 1, ARC_SAMPLES)[:, None]
-        singular = distance(kin, cl.at(place)[1]).min(axis=0) < cone
+        # On its way the tool axis comes nearer than at the ends by no more than half of its turn.
+        ends, turn = distance(kin, cl.axes), np.linalg.norm(np.diff(cl.axes, axis=0), axis=1)
+        singular = np.minimum(ends[:-1], ends[1:]) - np.pi / 4 * turn < cone
+        close = np.flatnonzero(singular)
+        place = close + np.linspace(0, 1, ARC_SAMPLES)[:, None]
+        singular[close] = distance(kin, cl.at(place)[1]).min(axis=0) < cone
     else:
         rates = kin.machine.max_rates[3:]
         if np.isnan(rates).all() or np.isnan(cl.feeds[~cl.rapid][1:]).all():

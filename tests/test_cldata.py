@@ -152,3 +152,20 @@ def test_between_records(blade):
     np.testing.assert_allclose(tip[1], blade.points[:2].mean(axis=0))
     middle = blade.axes[0] + blade.axes[1]
     np.testing.assert_allclose(axis[1], middle / np.linalg.norm(middle), atol=1e-15)
+
+
+@settings(max_examples=300, deadline=None)
+@given(mutations(FILE + "GOTO/1.5,-2,+3.,.5,0,0.8660254\n" * 12 + FILE + "GOTO / 1 , 2, 3,0,0,1 \r\n" * 9))
+def test_records_read_together_are_read_as_one_by_one(text):
+    """The same records or the same refusal, whatever stands in the text."""
+    outcomes = []
+    for least in (1, 10**9):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(cldata, "LEAST_PLAIN", least)
+            try:
+                cl = cldata.parse(text)
+                fields = [getattr(cl, name).tolist() for name in ("points", "axes", "feeds", "rapid", "lines")]
+                outcomes.append([*fields, cl.remarks])
+            except InputError as error:
+                outcomes.append(str(error))
+    assert repr(outcomes[0]) == repr(outcomes[1])

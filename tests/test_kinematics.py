@@ -6,7 +6,7 @@ import sympy as sp
 from hypothesis import HealthCheck, given, settings
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine
+from mathpost import machine, rotation
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from tests.machines import content, machines, random_joints
@@ -127,6 +127,26 @@ def test_out_of_reach_is_nan(dmu50v):
     reached = dmu50v.inverse(np.zeros((3, 3)), [[1, 0, 0], [1, 0, -1e-9], [0, 0, -1]])
     assert not np.isnan(reached[0]).any() and np.isnan(reached[1:]).all()
     assert dmu50v.reach == pytest.approx((0, np.pi / 2))
+
+
+def test_work_in_blocks_changes_nothing(kin, monkeypatch):
+    """Any shape, cut anywhere, with poles and unreachable axes among the rest."""
+    joints = random_joints(kin, 60, seed=7).reshape(3, 20, 5)
+    tip, axis = kin.forward(joints)
+    axis[1, 3] = -np.array(kin.inverse_symbolic.pole, float)
+    whole = kin.inverse(tip, axis)
+    monkeypatch.setattr(rotation, "BLOCK", 7)
+    for cut, uncut in ((kin.inverse(tip, axis), whole), (kin.forward(joints)[0], tip)):
+        np.testing.assert_allclose(cut, uncut, rtol=1e-14, atol=1e-12)
+    with pytest.raises(InputError, match=r"length zero at index \(2, 5\)"):
+        kin.inverse(tip, np.where(np.arange(60).reshape(3, 20, 1) == 45, 0, axis))
+
+
+def test_no_angle_is_minus_half_a_turn(kin):
+    """The ends of the range: straight up, straight down and a quarter round, on both branches."""
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    rotary = kin.inverse(np.zeros(3), axes)[..., 3:]
+    assert not (rotary <= -np.pi).any() and not (rotary > np.pi).any()
 
 
 def test_axis_that_is_unit_only_to_the_printed_digits(dmu50v):

@@ -162,3 +162,22 @@ def test_read_of_write_on_random_programs(dialect, seed, tcp):
     written = blocks(20, tcp=tcp, seed=seed)
     back = program.read(program.write(written, DMU, dialect), DMU, dialect)
     np.testing.assert_array_equal(back.words, written.words)
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+@settings(max_examples=150, deadline=None)
+@given(data=st.data())
+def test_moves_read_together_are_read_as_one_by_one(dialect, data):
+    """The same blocks or the same refusal, whatever stands in the text."""
+    written = blocks(40, seed=data.draw(st.integers(0, 99)))
+    text = data.draw(mutations(program.write(written, DMU, dialect)))
+    outcomes = []
+    for least in (1, 10**9):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(program, "LEAST_PLAIN", least)
+            try:
+                read = program.read(text, DMU, dialect)
+                outcomes.append([getattr(read, name).tolist() for name in ("words", "feeds", "seconds", "rapid")])
+            except InputError as error:
+                outcomes.append(str(error))
+    assert repr(outcomes[0]) == repr(outcomes[1])

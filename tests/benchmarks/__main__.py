@@ -1,0 +1,23 @@
+"""``python -m tests.benchmarks [part …]``: ratios, taken in one run on one machine; all parts if none is named."""
+
+import argparse
+
+from tests.benchmarks import growth, kinematics, lessons, pipeline, startup
+from tests.benchmarks.timing import computer
+
+PARTS = {part.__name__.rpartition(".")[2]: part for part in (kinematics, startup, pipeline, growth, lessons)}
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description="How fast, as ratios.")
+    parser.add_argument("parts", nargs="*", metavar="part", help=", ".join(PARTS))
+    chosen = parser.parse_args().parts or list(PARTS)
+    if unknown := set(chosen) - set(PARTS):
+        parser.error(f"no part {', '.join(sorted(unknown))}; there are {', '.join(PARTS)}")
+    print(computer())
+    for name in chosen:
+        PARTS[name].run()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,31 @@
+"""What it costs to start: importing, and deriving and compiling a machine."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from mathpost import machine, rotation
+from mathpost.kinematics import Kinematics
+from tests.benchmarks.timing import best, row
+
+
+def fresh(statement):
+    """Shortest time of a statement in a fresh interpreter."""
+    return best(lambda: subprocess.run([sys.executable, "-c", statement], check=True))
+
+
+def run():
+    print("starting, of one second:")
+    nothing = fresh("pass")
+    row("import mathpost", fresh("import mathpost") - nothing, 0.1, "1 s")
+    row("import mathpost.postprocess, sympy included", fresh("import mathpost.postprocess") - nothing, None, "1 s")
+    for path in sorted(Path("data/machines").glob("*.toml")):
+        rotation.numeric.cache_clear()
+        rotation.columns.cache_clear()
+        start = time.perf_counter()
+        kin = Kinematics(machine.load(path))
+        kin.inverse(*kin.forward(np.zeros((1, 5))))
+        row(f"{path.stem}: read, derived, compiled", time.perf_counter() - start, 1, "1 s")

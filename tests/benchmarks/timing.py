@@ -1,0 +1,53 @@
+"""What every benchmark needs: the best of several runs, a table, and what machine this is."""
+
+import os
+import platform
+import time
+from pathlib import Path
+
+import numpy as np
+
+
+def best(function, repeats=5):
+    """Shortest time of several calls, in seconds: what disturbs a call only makes it longer."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        function()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def interleaved(*functions, repeats=5):
+    """Shortest time of each function, called in turn, so that a busy spell meets all of them alike."""
+    rounds = [[best(function, 1) for function in functions] for _ in range(repeats)]
+    return np.min(rounds, axis=0)
+
+
+def peak_memory(function):
+    """Bytes that NumPy and Python allocate during a call, at most, without its result."""
+    import tracemalloc
+
+    function()  # what is compiled once and kept is not counted
+    tracemalloc.start()
+    result = function()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak - getattr(result, "nbytes", 0)
+
+
+def computer():
+    """Processor, cores and versions, in one line."""
+    model = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        names = [line.partition(":")[2].strip() for line in info.read_text().splitlines() if "model name" in line]
+        model = names[0] if names else model
+    return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}, NumPy {np.__version__}"
+
+
+def row(what, ratio, target, against):
+    """Print one line of the report."""
+    verdict = "" if target is None else ("reached" if ratio <= target else "SHORT")
+    limit = "" if target is None else f"≤ {target:g}"
+    print(f"  {what:<58} {ratio:8.3f} {limit:>8}  {verdict:<8} of {against}", flush=True)
