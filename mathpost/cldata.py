@@ -295,7 +295,8 @@ class _Reader:
 
 def _checked(points, axes, feeds, rapid, lines, remarks, name):
     """Normalise the axes, refuse those that are not unit to `UNIT_TOLERANCE`, and make the arrays read-only."""
-    length = np.linalg.norm(axes, axis=1)
+    with np.errstate(over="ignore"):
+        length = np.linalg.norm(axes, axis=1)
     wrong = np.flatnonzero(~(np.abs(length - 1) <= UNIT_TOLERANCE))
     if wrong.size:
         found = f"({', '.join(f'{value:g}' for value in axes[wrong[0]])}) of length {length[wrong[0]]:.6g}"

@@ -1,6 +1,7 @@
 """What nbval cannot see: notebooks that were stripped, fail quietly, or grow out of their rhythm."""
 
 import json
+import re
 
 import pytest
 
@@ -39,6 +40,17 @@ def test_rhythm(path):
     for link in links:
         if link.endswith(".ipynb"):
             assert (path.parent / link).exists(), link
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_the_syllabus_states_the_lessons_minutes(path):
+    minutes = re.search(
+        r"\*\*Time\*\*\D*(\d+)", "".join("".join(cell["source"]) for cell in read(path)["cells"][:3])
+    )
+    row = next(
+        line for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines() if f"{path.name})" in line
+    )
+    assert row.split("|")[-2].strip() == minutes[1]
 
 
 def test_the_readme_and_ci_run_the_same_line():
