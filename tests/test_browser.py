@@ -163,5 +163,27 @@ def test_every_slider_changes_its_picture(lesson, page):
     assert not page.errors
 
 
+def test_an_exercise_tells_wrong_from_right(page):
+    """The first exercise of lesson 01, typed in by hand: the point turned for the frame, then right."""
+    page.errors.clear()
+    panel = page.evaluate(RUN, "notebooks/01_rotating_a_point.ipynb")["id"]
+    stub = page.locator(f"#{panel} .jp-Notebook-cell:has(.jp-InputArea)", has_text="coordinates_after_alpha = None")
+    number = stub.evaluate("cell => [...cell.parentElement.children].indexOf(cell)")
+    answer, check = (page.locator(f"#{panel} .jp-Notebook-cell").nth(number + step) for step in (0, 1))
+    for typed, said in (
+        ("[-4, 3, 5]", "01-sign · not yet. This turns the point"),
+        ("[4, -3, 5]", "01-sign · right."),
+    ):
+        answer.locator(".cm-content").click()
+        page.keyboard.press("Control+A")
+        page.keyboard.insert_text(f"coordinates_after_alpha = {typed}")
+        page.keyboard.press("Shift+Enter")
+        page.keyboard.press("Shift+Enter")
+        check.locator(".jp-OutputArea-output", has_text=said).wait_for()
+        check.screenshot(path=PICTURES / f"exercise_{said.split()[2].strip('.')}.png")
+    assert not page.errors
+    page.evaluate(CLOSE, panel)
+
+
 def test_sliders_are_in_five_lessons_at_least():
     assert sum("View(" in path.read_text(encoding="utf-8") for path in NOTEBOOKS) >= 5
