@@ -198,5 +198,5 @@ def judge_cutters(pair):
     },
 )
 def gouge():
-    """A smaller cutter with a sharper rim reaches further out at the bottom than the ball did."""
+    """The flat of a bull nose reaches further out at the bottom than the ball did, though it is thinner."""
     return (tool.Cutter.ball(10), tool.Cutter(diameter=8, rim=1))
