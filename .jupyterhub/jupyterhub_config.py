@@ -96,6 +96,7 @@ c.Authenticator.allow_existing_users = False  # who is struck off the list is ou
 
 c.JupyterHub.spawner_class = "simple"
 c.SimpleLocalProcessSpawner.home_dir_template = str(HOMES / "{username}")
+c.LocalProcessSpawner.interrupt_timeout = 3  # seconds; then SIGTERM
 c.Spawner.pre_spawn_hook = own_home
 c.Spawner.cmd = [sys.executable, str(STUDENT)]
 c.Spawner.args = [

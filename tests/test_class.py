@@ -357,7 +357,7 @@ class Hub:
     def __exit__(self, *_):
         family = [psutil.Process(self.process.pid), *psutil.Process(self.process.pid).children(recursive=True)]
         self.process.terminate()
-        left = psutil.wait_procs(family, timeout=30)[1]
+        left = psutil.wait_procs(family, timeout=PATIENCE)[1]
         for process in left:
             process.kill()
         self.process.wait(PATIENCE)
