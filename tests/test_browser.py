@@ -81,7 +81,9 @@ def lab(tmp_path_factory):
     command += [f"--port={port}", "--ServerApp.port_retries=0", "--IdentityProvider.token=course"]
     command += [f"--ServerApp.root_dir={folder / 'course'}", "--expose-app-in-browser"]
     log = folder / "server.log"
-    server = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    server = subprocess.Popen(
+        command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    )
     try:
         said = []
         for line in server.stderr:
