@@ -67,12 +67,13 @@ class Scene:
     def trace(self, kin, joints, *, magnify=1.0, samples=24):
         """Draw where the tip really goes between rows of `joints`, shape (n, 5), against the straight CL segments.
 
-        With `magnify` the departure from the segments is drawn that many times too large.
+        With `magnify` the departure from the segments is drawn that many times too large. Returns the line of the
+        tip, for a legend.
         """
         tip, chord = true_tip(kin, joints, samples=samples)
         true = chord + magnify * (tip - chord)
         self._line("workpiece", chord, color=plot.COLOUR["published"], linestyle=":", linewidth=1.2)
-        self._line("workpiece", true, color=plot.COLOUR["tool"], linewidth=1.4)
+        return self._line("workpiece", true, color=plot.COLOUR["tool"], linewidth=1.4, label="true tip")
 
     def move(self, joints):
         """Redraw with the machine at `joints`, shape (5,), mm and radians."""
@@ -93,6 +94,7 @@ class Scene:
     def _line(self, body, points, **style):
         (line,) = self.axes.plot([], [], zorder=2, **{"path_effects": ON_ANYTHING} | style)
         self._lines.append((line, body, np.asarray(points, dtype=float)))
+        return line
 
     def _label(self, body, point, colour, text=None):
         if self.names:

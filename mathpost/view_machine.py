@@ -141,11 +141,10 @@ def walk(kin, cl, joints=None, *, place=None, cone=CONE):
     def build(figure):
         panels = figure.subplot_mosaic([["machine", "first"], ["machine", "second"]], width_ratios=[1.25, 1])
         scene = Scene(panels["machine"], kin, cl)
-        if len(chosen) <= TRACED:
-            scene.trace(kin, chosen)
+        way = [scene.trace(kin, chosen)] if len(chosen) <= TRACED else []
         curves = Curves([panels["first"], panels["second"]], kin, cl, at_records, cone=cone)
         panels["first"].tick_params(labelbottom=False)
-        figure.legend(handles=curves.legend, loc="outside upper center", ncols=5, fontsize=10, frameon=False)
+        figure.legend(handles=way + curves.legend, loc="outside upper center", ncols=6, fontsize=9, frameon=False)
 
         def update(record):
             joints = _between(place, chosen, np.array([record - 1]))[0]

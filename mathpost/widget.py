@@ -231,7 +231,8 @@ def _box(slider):
     box = ipywidgets.BoundedFloatText(
         min=slider.min, max=slider.max, value=slider.value, step=slider.step, layout=ipywidgets.Layout(width="90px")
     )
-    traitlets.link((slider, "value"), (box, "value"))
+    # Steps of 0.05 add up to 3.3500000000000001 in the browser; the box shows what was meant.
+    traitlets.link((slider, "value"), (box, "value"), transform=(lambda value: round(value, 9), float))
     return box
 
 
