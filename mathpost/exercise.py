@@ -172,9 +172,9 @@ def _cells(path):
 
 
 def _title(path):
-    """The first heading of a lesson, without the Chinese in brackets."""
+    """The first heading of a lesson up to a comma or colon, without the Chinese in brackets."""
     heading = "".join(_cells(path)[0]["source"]).splitlines()[0]
-    return re.sub(r"\s*\([^)]*\)", "", heading.lstrip("# ")).replace(" · ", " ")[:42]
+    return re.split(r"\s*\(|[,:]", heading.lstrip("# "))[0].replace(" · ", " ")
 
 
 def _shown(value, tolerance):
