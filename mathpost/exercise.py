@@ -113,12 +113,11 @@ def answered(folder="."):
     found = dict.fromkeys(sorted(TASKS), OPEN)
     for path in _lessons(folder):
         for cell in _cells(path):
-            text = "".join(
-                "".join(output.get("text", ""))
-                for output in cell.get("outputs", [])
-                if "exercise.check(" in "".join(cell["source"])
-            )
-            found.update({name: status for name, status in VERDICT.findall(text) if name in found})
+            if "exercise.check(" not in "".join(cell["source"]):
+                continue
+            for output in cell.get("outputs", []):
+                verdicts = VERDICT.findall("".join(output.get("text", "")))
+                found.update({name: status for name, status in verdicts if name in found})
     return found
 
 
@@ -173,9 +172,9 @@ def _cells(path):
 
 
 def _title(path):
-    """The first heading of a lesson, without the Chinese in brackets."""
+    """The first heading of a lesson up to a comma or colon, without the Chinese in brackets."""
     heading = "".join(_cells(path)[0]["source"]).splitlines()[0]
-    return re.sub(r"\s*\([^)]*\)", "", heading.lstrip("# ")).replace(" · ", " ")[:42]
+    return re.split(r"\s*\(|[,:]", heading.lstrip("# "))[0].replace(" · ", " ")
 
 
 def _shown(value, tolerance):

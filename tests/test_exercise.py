@@ -177,7 +177,7 @@ def test_only_some_hand_something_out():
 
 
 def notebook(*checks):
-    cells = [{"cell_type": "markdown", "source": ["# 01 · Rotating (旋转) a point"]}]
+    cells = [{"cell_type": "markdown", "source": ["# 01 · Rotating a point (点的旋转), once"]}]
     for source, text in checks:
         output = {"output_type": "stream", "text": text.splitlines(True)}
         cells.append({"cell_type": "code", "source": [source], "outputs": [output]})
