@@ -12,7 +12,7 @@ from tests.benchmarks.pipeline import cl_text, trunnion
 from tests.benchmarks.timing import best
 
 SIZES = [10**n for n in range(3, 1 + int(os.environ.get("LARGEST_POWER", "5")))]
-PICTURE = Path(__file__).with_name("growth.png")
+PICTURE = Path(".artefacts/growth.png")
 
 
 def stages(count):
@@ -45,5 +45,6 @@ def run():
     axes.set(xlabel="records", ylabel=f"time / time of the whole at {SIZES[-1]:.0e} records")
     axes.legend()
     axes.grid(alpha=0.3)
+    PICTURE.parent.mkdir(exist_ok=True)
     figure.savefig(PICTURE, dpi=100)
     plt.close(figure)
