@@ -1,8 +1,8 @@
-"""For `jupyter nbconvert --to html`: links between lessons lead to the published lessons."""
+"""For `jupyter nbconvert --to html`: links between lessons lead to the published lessons; solutions are left out."""
 
 import re
 
-from nbconvert.preprocessors import Preprocessor
+from nbconvert.preprocessors import Preprocessor, TagRemovePreprocessor
 
 c = get_config()  # noqa: F821
 
@@ -22,4 +22,5 @@ class LinkLessons(Preprocessor):
         return re.sub(r"""((?:\]\(|href=["'])[^)"':\s]+)\.ipynb(?=[)"'#])""", r"\1.html", text)
 
 
-c.HTMLExporter.preprocessors = [LinkLessons]
+c.HTMLExporter.preprocessors = [LinkLessons, TagRemovePreprocessor]
+c.TagRemovePreprocessor.remove_cell_tags = {"solution"}
