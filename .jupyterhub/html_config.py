@@ -1,4 +1,4 @@
-"""For `jupyter nbconvert --to html`: links between lessons lead to the published lessons; solutions are left out."""
+"""For `jupyter nbconvert --to html`: links lead to the published lessons, and solutions are left out."""
 
 import re
 
