@@ -13,6 +13,7 @@ import sympy as sp
 
 from mathpost import table
 from mathpost.errors import InputError, as_array
+from mathpost.frame import Frame
 from mathpost.measurement import Estimate, Measurement
 from mathpost.rotation import ACTIVE, numeric
 
@@ -73,28 +74,15 @@ class Head:
         return numeric(frame_symbolic(), (UZZ,))(np.deg2rad(self.rotation_z(angle)))
 
 
-@dataclass(frozen=True)
-class Frame:
-    """What `lhy` sets on top of the active work offset.
+@dataclass(frozen=True, eq=False)
+class HeadFrame(Frame):
+    """What `lhy` sets on top of the active work offset: X′ Y′ Z′ in the machine, and the Siemens blocks."""
 
-    Attributes
-    ----------
-    translation : ndarray, shape (3,)
-        mm, along the machine's axes.
-    rotation : ndarray, shape (3, 3)
-        X′ Y′ Z′ as columns.
-    block : str
-        The Siemens blocks.
-    """
-
-    translation: np.ndarray
-    rotation: np.ndarray
-    block: str
+    block: str = ""
 
     def machine_point(self, point, offset):
         """Return the machine position, shape (..., 3), for programmed `point` under the work offset `offset`."""
-        turned = as_array(point, 3, "point") @ self.rotation.T
-        return as_array(offset, 3, "offset") + self.translation + turned
+        return as_array(offset, 3, "offset") + self.point(as_array(point, 3, "point"))
 
 
 def frame_symbolic():
@@ -162,7 +150,7 @@ def lhyset(head, x, y, z):
 
 
 def lhy(head, correction, angle):
-    """Return the `Frame` for the head at `angle`, or for the vertical head if that is `VERTICAL`.
+    """Return the `HeadFrame` for the head at `angle`, or for the vertical head if that is `VERTICAL`.
 
     Parameters
     ----------
@@ -184,10 +172,10 @@ def lhy(head, correction, angle):
     """
     correction = as_array(correction, 3, "correction")
     if angle == VERTICAL:
-        return Frame(correction, np.eye(3), _trans(correction))
+        return HeadFrame(np.eye(3), correction, block=_trans(correction))
     translation = head.vector(angle) + correction
     block = f"{_trans(translation)}\nAROT Z={head.rotation_z(angle):z.3f} X=90"
-    return Frame(translation, head.frame(angle), block)
+    return HeadFrame(head.frame(angle), translation, block=block)
 
 
 def opposite_errors(head):

@@ -88,6 +88,30 @@ def deviation(kin, start, end, *, tips=None, axes=None, samples=None):
     return result[0], result[1]
 
 
+def true_tip(kin, joints, *, samples=24):
+    """Return where the tip goes when all joints move linearly, and the points of the straight segments beside it.
+
+    Parameters
+    ----------
+    kin : Kinematics
+    joints : array_like, shape (n, 5)
+        mm and radians.
+    samples : int
+        Intervals between two rows.
+
+    Returns
+    -------
+    tip, chord : ndarray, shape ((n - 1) * (samples + 1), 3)
+        mm, in the workpiece.
+    """
+    joints = np.asarray(joints, dtype=float)
+    t = np.linspace(0, 1, samples + 1)[:, None]
+    between = joints[:-1, None] + t * np.diff(joints, axis=0)[:, None]
+    ends = kin.forward(joints)[0]
+    chord = ends[:-1, None] + t * np.diff(ends, axis=0)[:, None]
+    return kin.forward(between)[0].reshape(-1, 3), chord.reshape(-1, 3)
+
+
 def subdivide(kin, start, end, pieces):
     """Divide moves evenly: tip on the segment, rotary angles in equal steps, X Y Z recomputed.
 

@@ -6,6 +6,7 @@ import sympy as sp
 from IPython.display import Math
 from openpyxl.utils import get_column_letter
 
+from mathpost.linearization import true_tip
 from mathpost.workbook_report import STATUS_COLOUR
 
 # Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.
@@ -87,9 +88,7 @@ def pole_map(axes, kin, tool_axes, *, cone=None, role="tool", label=None):
 
 def tip_path(axes, kin, joints, *, role, label=None, samples=40):
     """Draw, seen from above, where the tip really goes when all joints move linearly from row to row."""
-    t = np.linspace(0, 1, samples)[:, None, None]
-    tip = kin.forward(joints[:-1] + t * np.diff(joints, axis=0))[0]
-    tip = np.swapaxes(tip, 0, 1).reshape(-1, 3)
+    tip, _ = true_tip(kin, joints, samples=samples)
     axes.plot(tip[:, 0], tip[:, 1], color=COLOUR[role], linestyle=STYLE.get(role, "-"), label=label or role)
     axes.set(xlabel="x in the workpiece, mm", ylabel="y, mm", aspect="equal")
 

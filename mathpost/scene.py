@@ -9,6 +9,7 @@ import numpy as np
 
 from mathpost import plot
 from mathpost.arrangement import arrange, placing
+from mathpost.linearization import true_tip
 from mathpost.solid import Camera, Solids
 
 ON_ANYTHING = [effects.withStroke(linewidth=3, foreground="white")]
@@ -139,30 +140,6 @@ class Scene:
         low, high = flat.min(axis=0) - 0.2 * self.size, flat.max(axis=0) + 0.3 * self.size
         self.axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
         self._gap = 0.055 * (high - low).max()
-
-
-def true_tip(kin, joints, *, samples=24):
-    """Return where the tip goes when all joints move linearly, and the points of the straight segments beside it.
-
-    Parameters
-    ----------
-    kin : Kinematics
-    joints : array_like, shape (n, 5)
-        mm and radians.
-    samples : int
-        Intervals between two rows.
-
-    Returns
-    -------
-    tip, chord : ndarray, shape ((n - 1) * (samples + 1), 3)
-        mm, in the workpiece.
-    """
-    joints = np.asarray(joints, dtype=float)
-    t = np.linspace(0, 1, samples + 1)[:, None]
-    between = joints[:-1, None] + t * np.diff(joints, axis=0)[:, None]
-    ends = kin.forward(joints)[0]
-    chord = ends[:-1, None] + t * np.diff(ends, axis=0)[:, None]
-    return kin.forward(between)[0].reshape(-1, 3), chord.reshape(-1, 3)
 
 
 def spread(positions, gap, rounds=12):

@@ -33,7 +33,7 @@ def test_the_worked_table(head, angle, uzz, translation, z, machine):
     correction = five_face.lhyset(head, 90, VERTICAL, 90)
     np.testing.assert_allclose(correction, (-0.06, 0, -533.468), atol=1e-12)
     frame = five_face.lhy(head, correction, angle)
-    np.testing.assert_allclose(frame.translation, translation, atol=1e-9)
+    np.testing.assert_allclose(frame.origin, translation, atol=1e-9)
     np.testing.assert_allclose(frame.rotation[:, 2], z, atol=1e-12)
     np.testing.assert_allclose(frame.machine_point(POINT, OFFSET), machine, atol=1e-9)
     if uzz is None:

@@ -22,9 +22,9 @@ from mathpost import (
 from mathpost.arrangement import arrange, placing
 from mathpost.errors import InputError, OutputError
 from mathpost.kinematics import Kinematics
-from mathpost.linearization import deviation
+from mathpost.linearization import deviation, true_tip
 from mathpost.rotation import unit
-from mathpost.scene import Scene, spread, true_tip
+from mathpost.scene import Scene, spread
 from mathpost.solid import Camera, Solid, Solids, block
 from mathpost.traces import Curves, Sphere, small_circle
 from mathpost.widget import View
