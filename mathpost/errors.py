@@ -22,6 +22,10 @@ class InputError(MathpostError):
         self.where, self.expected, self.found = where, expected, found
         super().__init__(f"{where}: expected {expected}, found {found}")
 
+    def __reduce__(self):
+        """For its way out of another process."""
+        return type(self), (self.where, self.expected, self.found)
+
 
 class ReachError(MathpostError):
     """The machine cannot go there: the tool axis is out of reach or a joint out of travel."""
@@ -31,8 +35,10 @@ class OutputError(MathpostError):
     """A result could not be written; nothing was."""
 
 
-def as_array(values, length, where):
+def as_array(values, length, where, *, check=True):
     """Return `values` as a float array of shape ``(..., length)``, or raise `InputError`.
+
+    Without `check` the numbers may be infinite or NaN: the caller looks at them with `finite`, block by block.
 
     Examples
     --------
@@ -49,13 +55,13 @@ def as_array(values, length, where):
         raise InputError(where, f"numbers of shape (..., {length})", repr(values)) from None
     if array.ndim == 0 or array.shape[-1] != length:
         raise InputError(where, f"shape (..., {length})", f"shape {array.shape}")
-    if not _finite(array):
+    if check and not finite(array):
         index = tuple(int(n) for n in np.argwhere(~np.isfinite(array))[0])
         raise InputError(where, "finite numbers", f"{array[index]} at index {index}")
     return array
 
 
-def _finite(array):
+def finite(array):
     """Whether all is finite, told from sums, which take no memory; one that overflows asks for a closer look."""
     parts = [array] if array.flags.c_contiguous else [array[..., n] for n in range(array.shape[-1])]
     with np.errstate(over="ignore", invalid="ignore"):

@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost import chain
-from mathpost.errors import as_array
+from mathpost.errors import as_array, finite
 from mathpost.rotation import SHORTEST, about, blocks, columns, numeric, unit
 
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
@@ -219,28 +219,29 @@ class Kinematics:
         InputError
             If an argument has another shape, holds something not finite, or an axis has no length.
         """
-        tip, axis = as_array(tip, 3, "tip"), as_array(axis, 3, "axis")
+        tip, axis = (as_array(values, 3, name, check=False) for values, name in ((tip, "tip"), (axis, "axis")))
         shape = np.broadcast_shapes(tip.shape, axis.shape)
         tips, axes = (np.broadcast_to(vectors, shape).reshape(-1, 3) for vectors in (tip, axis))
-        joints = np.empty((len(tips), 2, 5))
-        for rows in blocks(joints.shape[:1]):
-            components = axes[rows].T.copy()
+        joints = np.empty((5, 2, len(tips)))
+        for rows in blocks(joints.shape[-1:]):
+            position, components = tips[rows].T.copy(), axes[rows].T.copy()
+            if not (finite(position) and finite(components)):  # looked at here, where they are in the cache
+                as_array(tip, 3, "tip"), as_array(axis, 3, "axis")  # refuse it, and name its place
             length = np.linalg.norm(components, axis=0)
             if not (length > SHORTEST).all():
                 unit(axis)  # refuses it, and names its place in the whole array
-            solved = self._both_branches(tips[rows].T.copy(), components / length)
+            solved = joints[..., rows]
+            self._both_branches(position, components / length, solved)
             if degrees:
-                np.rad2deg(solved[:, 3:], out=solved[:, 3:])
-            joints[rows] = np.moveaxis(solved, -1, 0)
-        return joints.reshape(*shape[:-1], 2, 5)
+                np.rad2deg(solved[3:], out=solved[3:])
+        return np.moveaxis(joints.reshape(5, 2, *shape[:-1]), (0, 1), (-1, -2))
 
-    def _both_branches(self, tip, axis):
-        """The joints, shape (2, 5, n), of tips and unit axes of shape (3, n)."""
+    def _both_branches(self, tip, axis, joints):
+        """Put the joints of tips and unit axes of shape (3, n) into `joints`, shape (5, 2, n)."""
         derived = self.inverse_symbolic
-        joints, trigonometry = np.empty((2, 5, tip.shape[1])), []
         below, above = map(_within_reach, self._reach_columns(*axis))
         rotary = self._rotary_columns(*axis, below, above)
-        for branch, found in zip(joints, (rotary[:6], rotary[6:]), strict=True):
+        for branch, found in zip(joints.swapaxes(0, 1), (rotary[:6], rotary[6:]), strict=True):
             inner, cosine, sine, rise, run, squared = found
             if (pole := squared < AT_POLE).any():
                 rise, run, squared = np.where(pole, 0, rise), np.where(pole, 1, run), np.where(pole, 1, squared)
@@ -248,11 +249,9 @@ class Kinematics:
             # Adding 0.0 turns −0.0 into 0.0, so that atan2 gives 180 degrees and never −180.
             np.arctan2(rise + 0.0, run, out=branch[self.symbols.index(derived.outer)])
             norm = np.sqrt(squared)
-            trigonometry += [cosine, sine, run / norm, rise / norm]
-        linear = self._linear_columns(*tip, *trigonometry)
-        for row, coordinate in zip([*joints[0, :3], *joints[1, :3]], linear, strict=True):
-            row[:] = coordinate
-        return joints
+            slides = self._slides(*tip, cosine, sine, run / norm, rise / norm)
+            for row, coordinate in zip(branch[:3], slides, strict=True):
+                row[:] = coordinate
 
     def close(self, tip, rotary):
         """Return the joints that put the tool tip at `tip` with the rotary angles given: X Y Z close the loop.
@@ -307,16 +306,26 @@ class Kinematics:
         return columns(tuple(entries), (*derived.axis, BELOW, ABOVE))
 
     @cached_property
-    def _linear_columns(self):
-        """X Y Z of both branches, given the tip and cosine and sine of inner and outer angle of each."""
-        derived, entries = self.inverse_symbolic, []
-        arguments = list(derived.tip)
-        functions = [f(angle) for angle in (derived.inner, derived.outer) for f in (sp.cos, sp.sin)]
-        for _ in derived.solutions:
-            values = {function: sp.Dummy() for function in functions}
-            arguments += values.values()
-            entries += [coordinate.subs(values) for coordinate in derived.linear]
-        return columns(tuple(entries), tuple(arguments))
+    def _slides(self):
+        """X Y Z of one branch, given the tip and the cosines and sines of its inner and its outer angle.
+
+        First what the outer angle alone decides, the turned tip; then the rest, collected by the functions of the
+        inner angle: of a tilted axis that leaves two thirds of the products.
+        """
+        derived, turned = self.inverse_symbolic, {}
+        inner, outer = ([f(angle) for f in (sp.cos, sp.sin)] for angle in (derived.inner, derived.outer))
+
+        def named(term):
+            if term.has(*inner):
+                return term if term in inner else term.func(*map(named, term.args))
+            return turned.setdefault(term, sp.Dummy()) if term.has(*outer) else term
+
+        collected = [_collected(named(coordinate), inner) for coordinate in derived.linear]
+        values = dict(zip((*inner, *outer), sp.symbols("c_i s_i c_o s_o"), strict=True))
+        arguments = *derived.tip, *values.values()
+        by_outer = columns(tuple(term.subs(values) for term in turned), arguments)
+        by_both = columns(tuple(entry.subs(values) for entry in collected), (*arguments, *turned.values()))
+        return lambda *given: by_both(*given, *by_outer(*given))
 
     @cached_property
     def _linear(self):
@@ -351,6 +360,16 @@ def _half_difference_of_squares(vector, chord):
     """(|vector|² − chord²)/2, factored so that it keeps its digits where the two are nearly equal."""
     squared = vector.dot(vector)
     return squared / 2 if chord == 0 else (sp.sqrt(squared) - chord) * (sp.sqrt(squared) + chord) / 2
+
+
+def _collected(expression, functions):
+    """A sum with what multiplies each function gathered and without a leading minus, so that two can share it."""
+    gathered = sp.S.Zero
+    for function, factor in sp.collect(sp.expand(expression), functions, evaluate=False).items():
+        number, factor = sp.factor_terms(factor).as_coeff_Mul()
+        sign = -1 if factor.could_extract_minus_sign() else 1
+        gathered += sign * number * function * (sign * factor)
+    return gathered
 
 
 def _root(number):

@@ -188,3 +188,16 @@ def test_a_wrong_sign_of_an_axis_moves_the_tool(axis):
         for axes in (right, wrong)
     ]
     assert np.linalg.norm(poses[0][1] - poses[1][1]) > 0.1
+
+
+def test_a_pose_is_solved_to_the_same_bits_whatever_stands_beside_it(kin):
+    """A path may be cut anywhere: what decides between equals must not depend on where a pose stands."""
+    rng = np.random.default_rng(11)
+    joints = np.concatenate([rng.uniform(-200, 200, (40, 3)), rng.uniform(-1.5, 1.5, (40, 2))], axis=1)
+    tip, axis = kin.forward(joints)
+    whole = kin.inverse(tip, axis)
+    for size in (1, 2, 3, 5, 8, 15, 17):
+        for first in range(40 - size):
+            part = slice(first, first + size)
+            np.testing.assert_array_equal(kin.inverse(tip[part], axis[part]), whole[part])
+            np.testing.assert_array_equal(kin.forward(joints[part])[0], tip[part])
