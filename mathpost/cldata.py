@@ -6,35 +6,24 @@ chosen. Only statements that are understood are taken: one that moves the tool i
 could leave out a cut.
 """
 
+import codecs
+import io
 import math
-import re
+import os
+from bisect import bisect_left
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 
+from mathpost import apt
 from mathpost.errors import InputError, as_array
-from mathpost.files import read_text
 from mathpost.rotation import unit
+from mathpost.workers import Workers
 
-UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
-MM_PER_INCH = 25.4
-NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
-# One record of six numbers, and nothing else, on a line: most lines of most files. A run of them is read at once.
-PLAIN = re.compile(rf"GOTO */ *({NUMBER.pattern}(?: *, *{NUMBER.pattern}){{5}}) *\r?\n", re.ASCII)
-LEAST_PLAIN, MOST_PLAIN = 8, 20_000
-
-# Statements that say something but do not move the tool: they go into the program as comments.
-REMARKS = frozenset(
-    "PARTNO PPRINT MACHIN MACHINE TLDATA TLAXIS TOOLNO LOADTL LOAD SELECT SELCTL CUTTER CUTCOM SPINDL COOLNT "
-    "MULTAX MODE MSYS CSYS INTOL OUTTOL TOLER LINTOL CLEARP CLRSRF OPSTOP STOP OPSKIP PREFUN AUXFUN DELAY INSERT "
-    "DISPLY LEADER SEQNO REWIND PAINT CHECK SAFETY TMARK PLABEL REMARK PROGRAM OP_NAME CALSUB FINI END "
-    "END-OF-PATH CATPROCESS CATPRODUCT TPRINT".split()
-)
-FREE_TEXT = frozenset(["PARTNO", "PPRINT", "REMARK", "INSERT", "TPRINT", "CATPROCESS", "CATPRODUCT"])
-MOVES_REFUSED = frozenset(
-    "CIRCLE CYCLE GODLTA GOHOME GOFWD GOBACK GOLFT GORGT GOUP GODOWN GOBAK INDIRV INDIRP MOVARC ARC SPLINE NURBS "
-    "POCKET RETRCT RETRACT ROTABL ROTHED ROTATE TRANS TRACUT COPY MATRIX ORIGIN HEAD THREAD".split()
-)
+PIECE = 16_384  # records that are worked on at once
+BLOCK = 2**17  # bytes that are read at once; what is made of them fits the processor's cache
+BLOCKS_AT_ONCE = 4  # that another process is given
 
 
 @dataclass(frozen=True)
@@ -54,9 +43,14 @@ class CLData:
     lines : ndarray of int, shape (n,)
         Line of the file that the record begins on; for error messages.
     remarks : tuple of (int, str)
-        Statements that do not move the tool, each with the number of the record that follows it.
+        Statements that do not move the tool, each with the number of the record that follows it, in the order of
+        the file.
     name : str
         The file, for error messages.
+    first : int
+        Number of records of the file before these.
+
+    The memory of `points` and `axes` holds one component after the other.
     """
 
     points: np.ndarray
@@ -66,13 +60,32 @@ class CLData:
     lines: np.ndarray
     remarks: tuple = ()
     name: str = "CL data"
+    first: int = 0
 
     def __len__(self):
         return len(self.points)
 
     def where(self, record):
         """The place of a record (counted from 0) in the file, for error messages."""
-        return f"{self.name}, line {self.lines[record]}, record {record + 1}"
+        return f"{self.name}, line {self.lines[record]}, record {self.first + record + 1}"
+
+    def __getstate__(self):
+        """For a pickle, which would turn the components of a part back into rows."""
+        return vars(self) | {name: np.array(getattr(self, name), order="K") for name in ("points", "axes")}
+
+    def part(self, start, stop):
+        """Return records `start` to `stop` (exclusive) as `CLData`, without a copy.
+
+        A remark goes with the record that follows it; those after the last record go with the last part.
+        """
+        first, last = (bisect_left(self.remarks, record, key=itemgetter(0)) for record in (start, stop))
+        remarks = self.remarks[first : last if stop < len(self) else None]
+        return CLData(
+            *(array[start:stop] for array in (self.points, self.axes, self.feeds, self.rapid, self.lines)),
+            tuple((record - start, text) for record, text in remarks),
+            self.name,
+            self.first + start,
+        )
 
     def at(self, place):
         """Return tip and axis, each (..., 3), between the records: 2.25 is a quarter of the way from 2 to 3.
@@ -80,21 +93,25 @@ class CLData:
         The tip goes straight from record to record, the axis on the great circle.
         """
         place = np.asarray(place, dtype=float)
-        record = np.clip(np.floor(place).astype(int), 0, max(len(self) - 2, 0))
-        following, t = np.minimum(record + 1, len(self) - 1), (place - record)[..., None]
-        tip = self.points[record] + t * (self.points[following] - self.points[record])
-        return tip, _slerp(self.axes[record], self.axes[following], t)
+        record = np.clip(np.floor(place).astype(int), 0, len(self) - 1)
+        tip, axis = (np.moveaxis(np.take(vectors.T, record, axis=1), 0, -1) for vectors in (self.points, self.axes))
+        between = (place != record) & (record < len(self) - 1)
+        if between.any():
+            first, t = record[between], (place - record)[between][:, None]
+            start, end = self.points[first], self.points[first + 1]
+            tip[between] = start + t * (end - start)
+            axis[between] = _slerp(self.axes[first], self.axes[first + 1], t)
+        return tip, axis
 
 
 def from_arrays(points, axes, *, feed=math.nan, name="CL data"):
     """Make `CLData` of points (n, 3) in mm and axes (n, 3) of any length, all moves at `feed` mm/min."""
-    points, axes = as_array(points, 3, "points").copy(), as_array(axes, 3, "axes")
+    points, axes = as_array(points, 3, "points"), as_array(axes, 3, "axes")
     if points.ndim != 2 or points.shape != axes.shape:
         raise InputError("points and axes", "the same shape (n, 3)", f"{points.shape} and {axes.shape}")
-    axes, count = unit(axes), len(points)
-    return _checked(
-        points, axes, np.full(count, float(feed)), np.zeros(count, bool), np.arange(1, count + 1), (), name
-    )
+    count = len(points)
+    columns = np.array(points.T, order="C"), np.ascontiguousarray(unit(axes).T)
+    return _made(*columns, np.full(count, float(feed)), np.zeros(count, bool), np.arange(1, count + 1), (), name)
 
 
 def read(path):
@@ -114,7 +131,7 @@ def read(path):
     ------
     InputError
         With file and line: if the file cannot be read, holds no GOTO, or has a statement that is wrong, that
-        moves the tool in a way not supported here, or that is not known.
+        moves the tool in a way not supported here, or that is not known. The first such place is named.
 
     Examples
     --------
@@ -122,24 +139,113 @@ def read(path):
     >>> len(cl), cl.points[0], cl.axes[0].round(6)
     (5, array([50.31991, 58.40925, 52.13969]), array([0.145196, 0.      , 0.989403]))
     """
-    return parse(read_text(path), str(path))
+    return join(pieces(path))
 
 
 def parse(text, name="CL data"):
     """Read `CLData` from the text of an APT CL file; `name` begins every error message."""
-    reader = _Reader(name)
-    at, line = 0, 1
-    while at < len(text):
-        rows, end = _plain(text, at)
-        if reader.take_plain(line, rows):
-            line += len(rows)
-        else:
-            end = end if rows else text.find("\n", at) + 1 or len(text)
-            for part in text[at:end].splitlines():
-                reader.take_line(line, part)
-                line += 1
-        at = end
-    return reader.result()
+    content = text.encode("utf-8", "surrogatepass")
+    return join(_pieces(_blocks(io.BytesIO(content), len(content)), name, PIECE, Workers()))
+
+
+def pieces(path, records=PIECE, *, workers=None, progress=None):
+    """Read an APT CL file in pieces, in memory that does not grow with the file.
+
+    Parameters
+    ----------
+    path : str or path-like
+        As for `read`.
+    records : int
+        Length of every piece but the last, which may be shorter.
+    workers : mathpost.workers.Workers, optional
+        Who recognises the numbers.
+    progress : callable, optional
+        Is called with the bytes read so far and the bytes of the file.
+
+    Yields
+    ------
+    CLData
+        Consecutive parts of the file; see `CLData.part`.
+
+    Raises
+    ------
+    InputError
+        As `read`, when the place in the file is reached.
+
+    Examples
+    --------
+    >>> [(piece.first, len(piece)) for piece in pieces("data/cl/blade.cl", 2)]
+    [(0, 2), (2, 2), (4, 1)]
+    """
+    if records < 1:
+        raise InputError("records", "at least 1", f"{records}")
+    return _pieces(_file(path), str(path), records, workers or Workers(), progress)
+
+
+def join(parts):
+    """Return consecutive parts as one `CLData`."""
+    parts = list(parts)
+    if not parts:
+        raise InputError("parts", "at least one", "none")
+    if len(parts) == 1:
+        return parts[0]
+    points, axes = (
+        np.concatenate([getattr(part, name).T for part in parts], axis=1) for name in ("points", "axes")
+    )
+    rows = (np.concatenate([getattr(part, name) for part in parts]) for name in ("feeds", "rapid", "lines"))
+    remarks = tuple((part.first - parts[0].first + record, text) for part in parts for record, text in part.remarks)
+    return _made(points, axes, *rows, remarks, parts[0].name, parts[0].first)
+
+
+def _file(path):
+    """Yield what `_blocks` does of a file, without a byte order mark."""
+    try:
+        with open(path, "rb") as file:
+            if file.peek(len(codecs.BOM_UTF8)).startswith(codecs.BOM_UTF8):
+                file.read(len(codecs.BOM_UTF8))
+            yield from _blocks(file, os.fstat(file.fileno()).st_size)
+    except OSError as error:
+        raise InputError(str(path), "a readable file", error.strerror or str(error)) from None
+
+
+def _blocks(file, total):
+    """Yield blocks of whole lines, each with the bytes up to its end and the bytes of the file."""
+    done = 0
+    while block := file.read(BLOCK) + file.readline():
+        done += len(block)
+        yield block, done, total
+
+
+def _pieces(blocks, name, records, workers, progress=None):
+    """Yield `CLData` of so many records each, and the rest, of the blocks of a file."""
+    reader, waiting = apt.Reader(name), []
+    jobs = ((block, block[0]) for block in blocks)
+    for (block, done, total), known in workers.map(_plain_records, jobs, chunk=BLOCKS_AT_ONCE):
+        first = reader.count
+        *arrays, remarks = reader.read(block, known)
+        waiting.append(_made(*arrays, tuple(remarks), name, first))
+        # The last piece takes the remarks behind it: none goes out before a record of the next is there.
+        if reader.count - waiting[0].first > records:
+            read = join(waiting)
+            ends = range(records, len(read), records)
+            yield from (read.part(end - records, end) for end in ends)
+            waiting = [read.part(ends[-1], len(read))]
+        if progress:
+            progress(done, total)
+    reader.finish()
+    yield join(waiting)
+
+
+def _plain_records(_, block):
+    return apt.plain_records(block)
+
+
+def _made(points, axes, feeds, rapid, lines, remarks, name, first=0):
+    """Make `CLData` of points and axes, shape (3, n), whose arrays nobody may change."""
+    arrays = points.T, axes.T, feeds, rapid, lines
+    for array in arrays:
+        array.setflags(write=False)
+    return CLData(*arrays, remarks, name, first)
 
 
 def to_text(cl, *, title=None, decimals=6):
@@ -158,153 +264,6 @@ def to_text(cl, *, title=None, decimals=6):
         numbers = [f"{value:z.{decimals}f}" for value in point] + [f"{value:z.9f}" for value in axis]
         lines.append("GOTO/" + ",".join(numbers))
     return "\n".join([*lines, *remarks.get(len(cl), [])]) + "\n"
-
-
-def _plain(text, at):
-    """The numbers of the plain records from `at` on, as text, and where they end."""
-    rows = []
-    while len(rows) < MOST_PLAIN and (found := PLAIN.match(text, at)):
-        rows.append(found[1])
-        at = found.end()
-    return rows, at
-
-
-class _Reader:
-    """Collects the records of one file, and what holds for the next one."""
-
-    def __init__(self, name):
-        self.name = name
-        self.numbers, self.feeds, self.rapid, self.lines, self.remarks = [], [], [], [], []
-        self.axis, self.feed, self.rapid_next, self.scale = [0.0, 0.0, 1.0], math.nan, False, 1.0
-        self.pending, self.start = "", 0
-        self.count, self.closed = 0, []
-
-    def take_line(self, line, text):
-        """Take one line: leave out its comment, and take the statement if it is complete."""
-        part = text.partition("$$")[0].rstrip()
-        self.start = self.start if self.pending else line
-        if part.endswith("$"):
-            self.pending += part[:-1]
-            return
-        statement, self.pending = (self.pending + part).strip(), ""
-        if statement:
-            self.take(self.start, statement)
-
-    def take_plain(self, line, rows):
-        """Take plain records, the first of them on `line`; return whether that was possible."""
-        if len(rows) < LEAST_PLAIN or self.pending or self.rapid_next:
-            return False
-        numbers = np.array(",".join(rows).split(","), dtype=float).reshape(-1, 6)
-        if not np.isfinite(numbers).all():
-            return False
-        numbers[:, :3] *= self.scale
-        self.close()
-        count = len(rows)
-        self.closed.append(
-            (numbers, np.full(count, self.feed), np.zeros(count, bool), np.arange(line, line + count))
-        )
-        self.axis = numbers[-1, 3:].tolist()
-        self.count += count
-        return True
-
-    def close(self):
-        """Turn the records that were read one by one into arrays."""
-        if self.numbers:
-            self.closed.append(tuple(map(np.array, (self.numbers, self.feeds, self.rapid, self.lines))))
-            self.numbers, self.feeds, self.rapid, self.lines = [], [], [], []
-
-    def take(self, line, statement):
-        major, slash, minor = statement.partition("/")
-        words = major.upper().split()
-        if words == ["GOTO"] and slash:
-            self.goto(line, minor)
-        elif words == ["FROM"] and slash:
-            self.axis = self.pose(line, minor)[3:]
-            self.remarks.append((self.count, statement))
-        elif words == ["RAPID"] and not slash:
-            self.rapid_next = True
-        elif words == ["FEDRAT"]:
-            self.fedrat(line, minor)
-        elif words == ["UNITS"]:
-            self.units(line, minor)
-        else:
-            self.remark(line, statement, words[0] if words else "")
-
-    def goto(self, line, minor):
-        self.numbers.append(self.pose(line, minor))
-        self.axis = self.numbers[-1][3:]
-        self.count += 1
-        self.feeds.append(math.nan if self.rapid_next else self.feed)
-        self.rapid.append(self.rapid_next)
-        self.lines.append(line)
-        self.rapid_next = False
-
-    def pose(self, line, minor):
-        values = [self.number(line, word) for word in minor.split(",")]
-        if len(values) not in (3, 6):
-            raise self.error(line, "3 or 6 numbers", f"{len(values)}")
-        return [value * self.scale for value in values[:3]] + (values[3:] or self.axis)
-
-    def fedrat(self, line, minor):
-        words = [word.strip().upper() for word in minor.split(",")]
-        unit = [word for word in words if word in ("MMPM", "IPM")]
-        values = [word for word in words if word not in ("MMPM", "IPM")]
-        if len(values) != 1 or len(unit) > 1:
-            raise self.error(line, "FEDRAT/ a number and MMPM or IPM", minor.strip() or "nothing")
-        value = self.number(line, values[0])
-        if value <= 0:
-            raise self.error(line, "a feed above 0", f"{value:g}")
-        self.feed = value * (MM_PER_INCH if unit == ["IPM"] else self.scale if not unit else 1.0)
-
-    def units(self, line, minor):
-        unit = minor.strip().upper()
-        scales = {"MM": 1.0, "INCH": MM_PER_INCH, "INCHES": MM_PER_INCH}
-        if unit not in scales:
-            raise self.error(line, "UNITS/MM or UNITS/INCH", unit or "nothing")
-        self.scale = scales[unit]
-
-    def remark(self, line, statement, word):
-        text = statement.upper()
-        moves = "CIRCLE" if "CIRCLE" in text and word not in FREE_TEXT else word
-        if moves in MOVES_REFUSED and text.replace(" ", "") != "CYCLE/OFF":
-            raise self.error(line, "GOTO moves only", f"{moves}, which moves the tool in a way not supported")
-        if word not in REMARKS and not text.startswith(("TOOL PATH", "CYCLE")):
-            raise self.error(line, "a CL statement", repr(statement[:40]))
-        self.remarks.append((self.count, statement))
-
-    def number(self, line, word):
-        if not NUMBER.fullmatch(word.strip()):
-            raise self.error(line, "a number", repr(word.strip()))
-        value = float(word)
-        if not math.isfinite(value):
-            raise self.error(line, "a finite number", word.strip())
-        return value
-
-    def error(self, line, expected, found):
-        return InputError(f"{self.name}, line {line}", expected, found)
-
-    def result(self):
-        if self.pending:
-            raise self.error(self.start, "the continuation of this statement", "the end of the file")
-        if not self.count:
-            raise InputError(self.name, "at least one GOTO", "none")
-        self.close()
-        numbers, feeds, rapid, lines = map(np.concatenate, zip(*self.closed, strict=True))
-        return _checked(numbers[:, :3], numbers[:, 3:], feeds, rapid, lines, tuple(self.remarks), self.name)
-
-
-def _checked(points, axes, feeds, rapid, lines, remarks, name):
-    """Normalise the axes, refuse those that are not unit to `UNIT_TOLERANCE`, and make the arrays read-only."""
-    with np.errstate(over="ignore"):
-        length = np.linalg.norm(axes, axis=1)
-    wrong = np.flatnonzero(~(np.abs(length - 1) <= UNIT_TOLERANCE))
-    if wrong.size:
-        found = f"({', '.join(f'{value:g}' for value in axes[wrong[0]])}) of length {length[wrong[0]]:.6g}"
-        raise InputError(f"{name}, line {lines[wrong[0]]}", f"a unit tool axis (to {UNIT_TOLERANCE})", found)
-    arrays = points, axes / length[:, None], feeds, rapid, lines
-    for array in arrays:
-        array.setflags(write=False)
-    return CLData(*arrays, remarks, name)
 
 
 def _slerp(start, end, t):

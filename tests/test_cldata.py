@@ -1,11 +1,13 @@
 """CL files: every statement that is taken, every one that is refused with its line, and mutated files."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mathpost import cldata
+from mathpost import apt, cldata, digits
 from mathpost.errors import InputError
 from tests.conftest import DATA
 
@@ -154,18 +156,115 @@ def test_between_records(blade):
     np.testing.assert_allclose(axis[1], middle / np.linalg.norm(middle), atol=1e-15)
 
 
-@settings(max_examples=300, deadline=None)
-@given(mutations(FILE + "GOTO/1.5,-2,+3.,.5,0,0.8660254\n" * 12 + FILE + "GOTO / 1 , 2, 3,0,0,1 \r\n" * 9))
+def fields(cl):
+    """All that a `CLData` says, its floats to the last bit."""
+    arrays = [getattr(cl, name) for name in ("points", "axes", "feeds", "rapid", "lines")]
+    return [*(array.tolist() for array in arrays), cl.remarks, cl.name, cl.first]
+
+
+def outcome(function):
+    """What a call returns or how it refuses, as text, in which 0.0 and -0.0 differ."""
+    try:
+        return repr(function())
+    except InputError as error:
+        return str(error)
+
+
+MANY = (
+    FILE
+    + "GOTO/1.5,-2,+3.,.5,0,0.8660254\n" * 12
+    + "GOTO/-0.0,12.345678,100.000001,0.000000000,0.600000000,0.800000000\n" * 5
+    + "GOTO/1,2,3\nRAPID\nGOTO/1,2,3,0,0,1\nGOTO/1,2,3,0,1,0\nGOTO/4,5,6\n"
+    + "goto/1.5,-2,3.,.5,0,0.8660254037844387\nFEDRAT/100\n" * 3
+    + "GOTO/1.5,-2,1E1,.5,0,0.8660254\n" * 3
+    + "UNITS/INCH\nPPRINT é $\n"
+    + "GOTO / 1 , 2, 3,0,0,1 \r\n" * 9
+    + FILE
+)
+
+
+@settings(max_examples=500, deadline=None)
+@given(mutations(MANY))
 def test_records_read_together_are_read_as_one_by_one(text):
-    """The same records or the same refusal, whatever stands in the text."""
-    outcomes = []
-    for least in (1, 10**9):
+    """The same records or the same refusal, whatever stands in the text and wherever it is cut into blocks."""
+    outcomes = set()
+    for least, block in ((1, 2**17), (10**9, 2**17), (1, 300), (4, 1500), (10**9, 1)):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(cldata, "LEAST_PLAIN", least)
-            try:
-                cl = cldata.parse(text)
-                fields = [getattr(cl, name).tolist() for name in ("points", "axes", "feeds", "rapid", "lines")]
-                outcomes.append([*fields, cl.remarks])
-            except InputError as error:
-                outcomes.append(str(error))
-    assert repr(outcomes[0]) == repr(outcomes[1])
+            patch.setattr(apt, "LEAST_PLAIN", least)
+            patch.setattr(digits, "LEAST_LINES", least)
+            patch.setattr(cldata, "BLOCK", block)
+            outcomes.add(outcome(lambda: fields(cldata.parse(text))))
+    assert len(outcomes) == 1
+
+
+def test_ordinary_records_are_read_together(monkeypatch):
+    """No line of a run is left to the way line by line, unless it must be."""
+    taken = []
+    monkeypatch.setattr(apt.Reader, "take_line", lambda self, text: taken.append(text))
+    runs = "goto/1.5,-2,+3.,.5,0,0.8660254\n" * 30 + "GOTO / -10.123456789 , 2, 3,0,0,1 \r\n" * 30
+    assert len(cldata.parse("FEDRAT/1\n".join([runs] * 3))) == 180 and taken == ["FEDRAT/1"] * 2
+
+
+@pytest.mark.parametrize("records", [1, 2, 3, 7, 16, 33, 34, 1000])
+def test_pieces_are_the_file(records, tmp_path, monkeypatch):
+    path = tmp_path / "part.cl"
+    path.write_bytes(b"\xef\xbb\xbf" + MANY.encode())
+    whole = cldata.read(path)
+    for block in (1, 700, 2**17):
+        monkeypatch.setattr(cldata, "BLOCK", block)
+        pieces = list(cldata.pieces(path, records))
+        assert {len(piece) for piece in pieces[:-1]} <= {records} and 0 < len(pieces[-1]) <= records
+        assert repr(fields(cldata.join(pieces))) == repr(fields(whole))
+        parts = [whole.part(at, at + records) for at in range(0, len(whole), records)]
+        assert repr([*map(fields, pieces)]) == repr([*map(fields, parts)])
+        assert [whole.where(piece.first) for piece in pieces] == [piece.where(0) for piece in pieces]
+    assert pieces[-1].remarks[-1] == (len(pieces[-1]), "FINI")
+
+
+def test_of_two_wrong_lines_the_first_is_named(tmp_path):
+    """Whatever is wrong with them, and however the file is read; what comes before is handed out."""
+    good, path = "GOTO/1,2,3,0,0,1\n" * 50, tmp_path / "part.cl"
+    wrong = [b"GOTO/1,2,3,0,0,2\n", b"GOTO/1,2\n", b"PPRINT \xff\n", b"CIRCLE/1\n"]
+    for first in wrong:
+        for second in wrong:
+            path.write_bytes(good.encode() + first + good.encode() + second)
+            for records in (1, 10, 1000):
+                pieces = cldata.pieces(path, records)
+                with pytest.raises(InputError, match="part.cl, line 51"):
+                    cldata.read(path)
+                with pytest.raises(InputError, match="part.cl, line 51"):
+                    list(pieces)
+    with pytest.raises(InputError, match="records"):
+        cldata.pieces(path, 0)
+    with pytest.raises(InputError, match="parts"):
+        cldata.join([])
+
+
+def test_progress(tmp_path, monkeypatch):
+    path, calls = tmp_path / "part.cl", []
+    path.write_text(MANY, newline="")
+    monkeypatch.setattr(cldata, "BLOCK", 256)
+    list(cldata.pieces(path, progress=lambda *call: calls.append(call)))
+    done, total = zip(*calls, strict=True)
+    assert done[-1] == path.stat().st_size and set(total) == {done[-1]} and list(done) == sorted(set(done))
+
+
+def test_memory_does_not_grow_with_the_file(tmp_path):
+    def peak(count):
+        path = tmp_path / f"{count}.cl"
+        path.write_text("GOTO/1.500,-2.250,3.125,0.500000,0.000000,0.866025\nFEDRAT/100\n" * count)
+        tracemalloc.start()
+        for piece in cldata.pieces(path, 1000):
+            assert len(piece) <= 1000
+        largest = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return largest
+
+    assert peak(32_000) < 1.2 * peak(8_000)
+
+
+def test_components_lie_one_after_the_other():
+    points = np.arange(12.0).reshape(4, 3)
+    for cl in (cldata.parse(FILE), cldata.from_arrays(points, points + 1)):
+        assert cl.points.T.flags.c_contiguous and cl.axes.T.flags.c_contiguous
+        assert not cl.points.flags.writeable and points.flags.writeable

@@ -1,0 +1,109 @@
+"""What an NC program is made of: its moves, and how Heidenhain, Fanuc and Siemens write them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mathpost.errors import InputError
+
+DECIMALS = 4
+SHORTEST_TIME = 0.001  # s, the least that FT may state
+LAST_BLOCK_NUMBER = 99_999  # Fanuc counts no further; numbering begins again
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """The moves of a program.
+
+    Attributes
+    ----------
+    words : ndarray, shape (n, 5)
+        What the axis words say: mm and degrees, X Y Z and the rotary axes in the order of the machine file.
+    feeds : ndarray, shape (n,)
+        mm/min; NaN where no feed is stated.
+    seconds : ndarray, shape (n,)
+        Time of the block where inverse time is programmed, otherwise NaN.
+    rapid : ndarray of bool, shape (n,)
+    tcp : bool
+        Whether X Y Z are the tool tip in the workpiece (M128, G43.4, TRAORI) instead of joints.
+    remarks : tuple of (int, str)
+        Comments, each with the number of the block that follows it.
+    """
+
+    words: np.ndarray
+    feeds: np.ndarray
+    seconds: np.ndarray
+    rapid: np.ndarray
+    tcp: bool = False
+    remarks: tuple = ()
+
+    @property
+    def joints(self):
+        """`words` with the rotary angles in radians, shape (n, 5)."""
+        return np.concatenate([self.words[:, :3], np.deg2rad(self.words[:, 3:])], axis=1)
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a control writes a program; ``{name}`` is the program's name, ``{n}`` the block number.
+
+    `comment` is a pair of what stands before and after. `codes` are the words without an axis that the reader
+    passes over, as a regular expression.
+    """
+
+    name: str
+    head: tuple
+    foot: tuple
+    tcp_on: str
+    tcp_off: str
+    comment: tuple
+    number_step: int
+    sign: str
+    codes: str
+    suffix: str
+
+
+HEIDENHAIN = Dialect(
+    name="heidenhain",
+    head=("BEGIN PGM {name} MM",),
+    foot=("END PGM {name} MM",),
+    tcp_on="M128",
+    tcp_off="M129",
+    comment=("; ", ""),
+    number_step=1,
+    sign="+",
+    codes=r"(?:M(?:0|00|1|01|3|03|4|04|5|05|8|08|9|09|128|129|30)|R0|S\d+|TOOL CALL \d+)",
+    suffix=".h",
+)
+FANUC = Dialect(
+    name="fanuc",
+    head=("%", "O0001 ({name})", "G21 G17 G40 G90 G94"),
+    foot=("M30", "%"),
+    tcp_on="G43.4 H1",
+    tcp_off="G49",
+    comment=("(", ")"),
+    number_step=10,
+    sign="",
+    codes=r"(?:G(?:21|17|40|49|90|43\.4)|M0?(?:0|1|3|4|5|6|8|9)|M30|H\d+|S\d+|T\d+|O\d+)",
+    suffix=".nc",
+)
+SIEMENS = Dialect(
+    name="siemens",
+    head=("; {name}", "G710 G17 G40 G90 G94"),
+    foot=("M30",),
+    tcp_on="TRAORI",
+    tcp_off="TRAFOOF",
+    comment=("; ", ""),
+    number_step=10,
+    sign="",
+    codes=r"(?:G(?:710|71|17|40|90)|M0?(?:0|1|3|4|5|6|8|9)|M30|TRAORI|TRAFOOF|S\d+|T\d+|D\d+)",
+    suffix=".mpf",
+)
+DIALECTS = {dialect.name: dialect for dialect in (HEIDENHAIN, FANUC, SIEMENS)}
+
+
+def dialect_named(name):
+    """Return the `Dialect` called `name`, or raise `InputError`."""
+    if name not in DIALECTS:
+        raise InputError("dialect", " or ".join(DIALECTS), repr(name))
+    return DIALECTS[name]
