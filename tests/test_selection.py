@@ -94,10 +94,15 @@ def test_a_limited_axis_breaks_with_the_record_and_is_split():
     kin = limited("ac_table", outer=(-360, 360))
     assert np.degrees(np.ptp(selection.choose(kin, turning(1.7)).joints[:, 4])) == pytest.approx(612)
     cl = turning(3, count=61)
-    with pytest.raises(ReachError, match="record 37: the path breaks here"):
-        selection.choose(kin, cl)
+    # It says how far the machine comes without a break: as on the path that ends there.
+    so_far = np.degrees(selection.choose(kin, cl.part(0, 36)).joints[-1, 3:])
+    for size in (10, 36, 61):
+        pieces = [cl.part(first, min(first + size, 61)) for first in range(0, 61, size)]
+        with pytest.raises(ReachError, match="record 37: the path breaks here") as refused:
+            list(selection.choose_pieces(kin, pieces))
+        assert f"(so far A {so_far[0]:.3f}° C {so_far[1]:.3f}°)" in str(refused.value)
     split = selection.choose(kin, cl, split=True)
-    assert len(split.breaks) == 1
+    assert len(split.breaks) == 1 and split.breaks[0] <= 36
     assert np.degrees(np.abs(split.joints[:, 4]).max()) <= 360 + 1e-9
 
 
