@@ -101,6 +101,7 @@ class Compensator:
 
     def __init__(self, errors, *, max_turn=MAX_TURN):
         self.errors, self.max_turn = errors, max_turn
+        self.machine = errors.machine
         self.model = ErrorModel(errors.machine, errors.structure)
 
     @cached_property

@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+from contextlib import contextmanager
 from pathlib import Path
 
 from mathpost.errors import InputError, OutputError
@@ -24,21 +25,29 @@ def write_text(path, text):
 
 
 def write_bytes(path, content):
-    """Write `content` to `path` whole or not at all; raise `OutputError` if that fails.
+    """Write `content` to `path` whole or not at all; raise `OutputError` if that fails."""
+    with replacing(path) as file:
+        file.write(content)
 
-    The content goes to a temporary file in the same folder, which then takes the place of `path` in one step.
+
+@contextmanager
+def replacing(path):
+    """Open a file for bytes that takes the place of `path` at the end, in one step, unless an error comes first.
+
+    Until then it is a temporary file in the same folder. Raises `OutputError` if it cannot be written.
     """
     path, temporary = Path(path), None
     try:
         handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
         with open(handle, "wb") as file:
-            file.write(content)
+            yield file
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
     except OSError as error:
+        raise OutputError(f"{path}: not written, {error.strerror or error}") from None
+    finally:
         if temporary:
             Path(temporary).unlink(missing_ok=True)
-        raise OutputError(f"{path}: not written, {error.strerror or error}") from None
 
 
 def _umask():

@@ -6,14 +6,15 @@ segment, rotary angles in equal steps, X Y Z recomputed), never in the joints: s
 points on the very line that the control already follows.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from mathpost.errors import ReachError
+from mathpost.rotation import BLOCK
 
-SAMPLES = 16  # intervals of a move of up to 10 degrees; the peak between samples is interpolated by a parabola
-DEGREES_PER_SAMPLE = 0.625
+RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,11 @@ class Linearized:
     error: np.ndarray
 
 
-def deviation(kin, start, end, *, tips=None, axes=None, samples=None):
+def deviation(kin, start, end, *, tips=None, axes=None, reached=None, samples=None, least=2):
     """Return how far the tip and the tool axis stray when all joints move linearly.
+
+    Between its samples a move is taken for a parabola; there are as many samples as it takes to miss no more than
+    `RESOLUTION` by that.
 
     Parameters
     ----------
@@ -48,8 +52,12 @@ def deviation(kin, start, end, *, tips=None, axes=None, samples=None):
     axes : array_like, shape (2, m, 3), optional
         Ends of the great circles that the tool axes should follow; by default the axes at both ends. False leaves
         the axes out, for half the work.
+    reached : pair of pairs of ndarray, shape (m, 3), optional
+        Tips and axes at `start`, and at `end`, if they are known already.
     samples : int, optional
         Intervals per move, for a check that is denser than the default.
+    least : int
+        The fewest intervals that a move has by default.
 
     Returns
     -------
@@ -69,23 +77,58 @@ def deviation(kin, start, end, *, tips=None, axes=None, samples=None):
     '77.000 mm'
     """
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    if tips is None:
-        tips = kin.forward(start)[0], kin.forward(end)[0]
-    if axes is None:
-        axes = kin.forward(start)[1], kin.forward(end)[1]
+    reached = (kin.forward(start), kin.forward(end)) if reached is None else reached
+    ways = [(_from_segment, tips), (_from_great_circle, axes)]
     result = np.zeros((2, len(start)))
-    swing = np.rad2deg(np.abs(end - start)[:, 3:].max(axis=1, initial=0))
-    wanted = np.maximum(SAMPLES, swing / DEGREES_PER_SAMPLE)
-    intervals = np.full(len(start), samples) if samples else 2 ** np.ceil(np.log2(wanted)).astype(int)
-    for count in np.unique(intervals):
-        moves = np.flatnonzero(intervals == count)
-        for part in np.array_split(moves, max(1, len(moves) * count // 200_000)):
-            t = np.linspace(0, 1, count + 1)[:, None, None]
-            tip, axis = kin.forward(start[part] + t * (end[part] - start[part]))
-            result[0, part] = _peak(_from_segment(tip, tips[0][part], tips[1][part]))
-            if axes is not False:
-                result[1, part] = _peak(_from_great_circle(axis, axes[0][part], axes[1][part]))
+    intervals = np.full(len(start), samples) if samples else _intervals(kin.machine, start, end, least)
+    for part, count in _batches(intervals):
+        t = np.linspace(0, 1, count + 1)[1:-1, None, None]
+        between = kin.forward(start[part] + t * (end[part] - start[part]))
+        for row, (distance, wanted) in enumerate(ways):
+            if wanted is False:
+                continue
+            ends = [at[row][part] for at in reached]
+            segment = ends if wanted is None else [at[part] for at in wanted]
+            values = np.zeros((count + 1, len(ends[0])))
+            values[1:-1] = distance(between[row], *segment)
+            if wanted is not None:
+                values[0], values[-1] = (distance(at, *segment) for at in ends)
+            result[row, part] = _peak(values)
     return result[0], result[1]
+
+
+def _intervals(machine, start, end, least):
+    """Into how many intervals the moves must be divided for parabolas through their ends and middles.
+
+    A point moved by two turns about lines has a third derivative of at most Ω³·r + 3·Ω²·v, with Ω the turns of both
+    joints added up, v the travel of the slides and r all levers end to end; a parabola through three points h apart
+    misses h³/(9√3) of it.
+    """
+    step = np.abs(end - start)
+    turn, travel = step[:, 3] + step[:, 4], step[:, 0] + step[:, 1] + step[:, 2]
+    lever = levers(machine) + np.maximum(*(np.abs(at[:, :3]).sum(axis=1) for at in (start, end)))
+    missed = turn**2 * (turn * lever + 3 * travel) / (9 * np.sqrt(3))
+    # The least power of two, n, with n³ ≥ missed/RESOLUTION, which is below 2 to its binary exponent.
+    _, exponent = np.frexp(missed / RESOLUTION)
+    return np.left_shift(1, np.maximum(-(-exponent // 3), math.ceil(math.log2(least))))
+
+
+def levers(machine):
+    """All offsets of a machine end to end, mm: X Y Z aside, no point is further than this from a rotary axis."""
+    head = 0 if isinstance(machine.programmed_point, str) else np.abs(machine.programmed_point).sum()
+    pivots = sum(np.abs(rotary.point).sum() for rotary in machine.rotary)
+    return np.abs(machine.origin).sum() + 2 * (machine.tool_length + pivots) + head
+
+
+def _batches(intervals):
+    """Yield the moves of each number of intervals, as many at a time as a formula takes, and that number."""
+    counts = np.flatnonzero(np.bincount(intervals)).tolist()
+    for count in counts:
+        moves = np.flatnonzero(intervals == count) if len(counts) > 1 else np.arange(len(intervals))
+        size = max(1, BLOCK // count)
+        for part in (moves[first : first + size] for first in range(0, len(moves), size)):
+            in_a_row = part[-1] - part[0] == len(part) - 1
+            yield slice(part[0], part[-1] + 1) if in_a_row else part, count
 
 
 def true_tip(kin, joints, *, samples=24):
@@ -134,13 +177,15 @@ def subdivide(kin, start, end, pieces):
     pieces = np.broadcast_to(pieces, len(start))
     move = np.repeat(np.arange(len(start)), pieces)
     step = np.arange(1, len(move) + 1) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    t = (step / pieces[move])[:, None]
-    first, last = kin.forward(start)[0][move], kin.forward(end)[0][move]
-    joints = kin.close(first + t * (last - first), start[move, 3:] + t * (end - start)[move, 3:])
-    return np.where(t == 1, end[move], joints), move + t[:, 0]
+    t, joints = step / pieces[move], end[move]
+    inner = np.flatnonzero(t < 1)
+    of, part = move[inner], t[inner, None]
+    first, last = kin.forward(start[of])[0], kin.forward(end[of])[0]
+    joints[inner] = kin.close(first + part * (last - first), start[of, 3:] + part * (end - start)[of, 3:])
+    return joints, move + t
 
 
-def linearize(kin, joints, tolerance, *, max_pieces=4096, name="block"):
+def linearize(kin, joints, tolerance, *, reached=None, max_pieces=4096, name="block", before=0):
     """Divide every move until the tip stays within `tolerance` of the straight segment between its ends.
 
     Parameters
@@ -148,12 +193,16 @@ def linearize(kin, joints, tolerance, *, max_pieces=4096, name="block"):
     kin : Kinematics
     joints : array_like, shape (n, 5)
         mm and radians.
-    tolerance : float
-        mm.
+    tolerance : float or array_like, shape (n - 1,)
+        mm; for all moves, or for each.
+    reached : pair of ndarray, shape (n, 3), optional
+        Tips and axes at `joints`, if they are known already.
     max_pieces : int
         The most pieces that one move may be divided into.
     name : str
         What a row is called in an error message.
+    before : int
+        How many rows come before these, for an error message.
 
     Returns
     -------
@@ -167,22 +216,27 @@ def linearize(kin, joints, tolerance, *, max_pieces=4096, name="block"):
     joints = np.asarray(joints, dtype=float)
     start, end = joints[:-1], joints[1:]
     pieces = np.ones(len(start), dtype=int)
-    error = deviation(kin, start, end, axes=False)[0]
+    tolerance = np.broadcast_to(tolerance, len(start))
+    tip, axis = kin.forward(joints) if reached is None else reached
+    ends = (tip[:-1], axis[:-1]), (tip[1:], axis[1:])
+    error = deviation(kin, start, end, axes=False, reached=ends)[0]
     while (open_moves := np.flatnonzero(error > tolerance)).size:
         # The error falls with the square of the number of pieces.
-        wanted = np.ceil(pieces[open_moves] * np.sqrt(error[open_moves] / tolerance)).astype(int)
+        wanted = np.ceil(pieces[open_moves] * np.sqrt(error[open_moves] / tolerance[open_moves])).astype(int)
         pieces[open_moves] = np.maximum(pieces[open_moves] + 1, wanted)
         if pieces.max(initial=0) > max_pieces:
             move = int(pieces.argmax())
             raise ReachError(
-                f"from {name} {move + 1} to {move + 2}: the tip strays {error[move]:.6f} mm, more than "
-                f"{tolerance} mm, and {max_pieces} pieces are not enough"
+                f"from {name} {before + move + 1} to {before + move + 2}: the tip strays {error[move]:.6f} mm, "
+                f"more than {tolerance[move]:g} mm, and {max_pieces} pieces are not enough"
             )
         ends, place = subdivide(kin, start[open_moves], end[open_moves], pieces[open_moves])
         firsts = np.flatnonzero(np.r_[True, place[:-1] % 1 == 0])
         starts = np.roll(ends, 1, axis=0)
         starts[firsts] = start[open_moves]
         error[open_moves] = np.maximum.reduceat(deviation(kin, starts, ends, axes=False)[0], firsts)
+    if (pieces == 1).all():
+        return Linearized(joints, np.arange(len(joints), dtype=float), error)
     divided, place = subdivide(kin, start, end, pieces)
     return Linearized(np.concatenate([joints[:1], divided]), np.r_[0.0, place], error)
 
@@ -215,30 +269,41 @@ def equation_8(kin, start, end, tolerance, *, max_depth=12):
 
 def _from_segment(points, start, end):
     """Distance of points from segments, broadcasting."""
-    along = end - start
+    along, off = end - start, points - start
     squared = (along * along).sum(axis=-1)
-    t = ((points - start) * along).sum(axis=-1) / np.where(squared > 0, squared, 1)
-    return np.linalg.norm(points - start - np.clip(t, 0, 1)[..., None] * along, axis=-1)
+    t = (off * along).sum(axis=-1) / np.where(squared > 0, squared, 1)
+    off = off - np.minimum(np.maximum(t, 0), 1)[..., None] * along
+    return np.sqrt((off * off).sum(axis=-1))
 
 
 def _from_great_circle(axis, start, end):
     """Angle of unit vectors from the shorter arc between two unit vectors, broadcasting."""
-    normal = np.cross(start, end)
-    length = np.linalg.norm(normal, axis=-1)
+    normal = _cross(start, end)
+    length = np.sqrt((normal * normal).sum(axis=-1))
     arc = length > 1e-12
-    normal = normal / np.where(arc, length, 1)[..., None]
-    off_plane = np.arcsin(np.clip(np.abs((axis * normal).sum(axis=-1)), 0, 1))
-    after_start = (np.cross(start, axis) * normal).sum(axis=-1) >= 0
-    before_end = (np.cross(axis, end) * normal).sum(axis=-1) >= 0
-    to_ends = np.minimum(np.linalg.norm(axis - start, axis=-1), np.linalg.norm(axis - end, axis=-1))
-    return np.where(arc & after_start & before_end, off_plane, 2 * np.arcsin(np.clip(to_ends / 2, 0, 1)))
+    off_plane = (axis * (normal / np.where(arc, length, 1)[..., None])).sum(axis=-1)
+    angle = np.arcsin(np.minimum(np.abs(off_plane), 1))
+    # Between the ends are the axes whose cross products with both point along the normal: by Lagrange's identity
+    # (start × axis)·(start × end) = axis·end − (start·end)(axis·start), and alike at the other end.
+    to_start, to_end = ((axis * at).sum(axis=-1) for at in (start, end))
+    cosine = (start * end).sum(axis=-1)
+    beyond = ~arc | (to_end < cosine * to_start) | (to_start < cosine * to_end)
+    if beyond.any():
+        chords = [((axis - at) ** 2).sum(axis=-1) for at in (start, end)]
+        angle = np.where(beyond, 2 * np.arcsin(np.minimum(np.sqrt(np.minimum(*chords)) / 2, 1)), angle)
+    return angle
+
+
+def _cross(first, second):
+    """The cross product, laid out component by component."""
+    (a, b, c), (d, e, f) = (np.moveaxis(vectors, -1, 0) for vectors in (first, second))
+    return np.moveaxis(np.stack([b * f - c * e, c * d - a * f, a * e - b * d]), 0, -1)
 
 
 def _peak(values):
-    """The largest of samples along the first axis, with a parabola through the three about it."""
-    index = np.clip(values.argmax(axis=0), 1, len(values) - 2)
-    columns = np.arange(values.shape[1])
-    before, at, after = (values[index + step, columns] for step in (-1, 0, 1))
-    curvature = before - 2 * at + after
-    top = at - (after - before) ** 2 / np.where(curvature < 0, 8 * curvature, -np.inf)
-    return np.maximum(values.max(axis=0), np.where(np.abs(after - before) <= -2 * curvature, top, 0))
+    """The largest of samples along the first axis, and of the parabolas through three that follow each other."""
+    before, at, after = values[:-2], values[1:-1], values[2:]
+    curvature, slope = before - 2 * at + after, np.abs(after - before)
+    crest = slope <= -2 * curvature
+    top = at - slope**2 / np.where(curvature < 0, 8 * curvature, -np.inf)
+    return np.maximum(values.max(axis=0), np.where(crest, top, 0).max(axis=0))

@@ -248,7 +248,8 @@ class Crossing:
         tip_error, axis_error = deviation(
             self.kin, joints[:-1], joints[1:], tips=(tips[:-1], tips[1:]), axes=(axes[:-1], axes[1:])
         )
-        seconds = feed_times(self.kin, self.cl, joints, place)
+        reached, feeds = self.kin.forward(joints)[0], self.cl.feeds[np.ceil(place[1:]).astype(int)]
+        seconds = feed_times(reached, feeds)
         interval = np.where(np.isnan(seconds), np.diff(place), seconds)
         swing = np.abs(np.diff(joints[:, self.outer]))
         rate = np.divide(swing, interval, out=np.full(len(swing), np.inf), where=interval > 1e-9)
@@ -258,7 +259,7 @@ class Crossing:
             peak_rate=rate[cutting].max(initial=0),
             tip_error=tip_error[cutting].max(initial=0),
             axis_error=axis_error[cutting].max(initial=0),
-            time=block_times(self.kin, self.cl, joints, place, cutting).sum(),
+            time=block_times(self.kin.machine, joints, reached, feeds, cutting).sum(),
             per_record=bool(np.isnan(seconds).any()),
         )
 
@@ -281,23 +282,23 @@ def in_cut(lifted):
     return ~(lifted[:-1] | lifted[1:])
 
 
-def feed_times(kin, cl, joints, place):
-    """Times (s) that the feed gives the moves between `joints`, shape (m - 1,); NaN where none is stated."""
-    length = np.linalg.norm(np.diff(kin.forward(joints)[0], axis=0), axis=1)
-    return 60 * length / cl.feeds[np.ceil(place[1:]).astype(int)]
+def feed_times(tip, feeds):
+    """Times (s) that the feed gives the moves between tips (m, 3), shape (m - 1,); NaN where none is stated."""
+    step = np.diff(tip, axis=0)
+    return 60 * np.sqrt((step * step).sum(axis=1)) / feeds
 
 
-def block_times(kin, cl, joints, place, cutting):
-    """Times (s) that the moves between `joints` take: what the feed asks in cut, or the slowest axis needs.
+def block_times(machine, joints, tip, feeds, cutting):
+    """Times (s) that the moves between joints (m, 5) take: what the feed asks in cut, or the slowest axis needs.
 
-    On a machine that states no rates, no axis goes faster than the feed, in mm and degrees per minute; zero where
-    there is no feed either.
+    `tip`, shape (m, 3), is where the joints put the tool; `feeds` and `cutting`, shape (m - 1,), are those of the
+    moves. On a machine that states no rates, no axis goes faster than the feed, in mm and degrees per minute; zero
+    where there is no feed either.
     """
-    rates, steps = kin.machine.max_rates, np.abs(np.diff(joints, axis=0))
+    rates, steps = machine.max_rates, np.abs(np.diff(joints, axis=0))
     if np.isnan(rates).all():
-        feed = cl.feeds[np.ceil(place[1:]).astype(int)]
         degrees = np.array([1, 1, 1, *np.degrees([1, 1])])
-        by_axis = np.nan_to_num(60 * (steps * degrees).max(axis=1) / feed)
+        by_axis = np.nan_to_num(60 * (steps * degrees).max(axis=1) / feeds)
     else:
         by_axis = (steps / np.where(np.isnan(rates), np.inf, rates)).max(axis=1)
-    return np.fmax(by_axis, np.where(cutting, feed_times(kin, cl, joints, place), 0))
+    return np.fmax(by_axis, np.where(cutting, feed_times(tip, feeds), 0))

@@ -4,22 +4,19 @@ No program is handed out unverified. Its own text is read back, sent through the
 with the CL data, at the records and along the path that the joints really run between the blocks.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from mathpost import program, selection
-from mathpost.compensation import Compensator
-from mathpost.errors import InputError, MathpostError, ReachError
-from mathpost.kinematics import Kinematics
-from mathpost.linearization import deviation, linearize
-from mathpost.passage import CLEARANCE, LEAN, Crossing, block_times, in_cut
-from mathpost.report import Report, Verification
-from mathpost.singularity import regions
-
-TOLERANCE = 0.01  # mm
-CONE = np.radians(1.0)  # about the singular tool axes
+from mathpost import cldata, program, selection
+from mathpost.errors import MathpostError
+from mathpost.files import replacing
+from mathpost.production import produce
+from mathpost.report import Report
+from mathpost.setting import Setting
+from mathpost.spool import Spool
+from mathpost.workers import Workers
 
 
 @dataclass(frozen=True)
@@ -46,76 +43,18 @@ class Result:
     report: Report
 
 
-@dataclass(frozen=True)
-class Motion:
-    """The poses that the machine runs through: joints, place on the CL path, whether lifted off the part."""
-
-    joints: np.ndarray
-    place: np.ndarray
-    lifted: np.ndarray
-
-    def replaced(self, passage):
-        """Put a `Passage` in the place of what lies between its ends."""
-        before, after = self.place < passage.place[0], self.place > passage.place[-1]
-        parts = zip(
-            (self.joints, self.place, self.lifted), (passage.joints, passage.place, passage.lifted), strict=True
-        )
-        return Motion(*(np.concatenate([old[before], new, old[after]]) for old, new in parts))
-
-    def linearized(self, kin, tolerance, cl):
-        """Divide the moves until the tip keeps `tolerance`."""
-        divided = linearize(kin, self.joints, tolerance, name=f"{cl.name}, block")
-        place = np.interp(divided.place, np.arange(len(self.place)), self.place)
-        before, after = np.floor(divided.place).astype(int), np.ceil(divided.place).astype(int)
-        return Motion(divided.joints, place, self.lifted[before] | self.lifted[after])
-
-
-def run(
-    cl,
-    machine,
-    *,
-    dialect="heidenhain",
-    strategy="optimal",
-    singular="direct",
-    tolerance=TOLERANCE,
-    tcp=False,
-    split=False,
-    start=None,
-    prefer=None,
-    cone=CONE,
-    lean=LEAN,
-    clearance=CLEARANCE,
-    compare=True,
-    name=None,
-    errors=None,
-):
+def run(cl, machine, *, name=None, **options):
     """Post-process CL data into a verified program.
 
     Parameters
     ----------
     cl : CLData
     machine : Machine
-    dialect : str
-        ``"heidenhain"``, ``"fanuc"`` or ``"siemens"``.
-    strategy, start, prefer, split
-        As in `mathpost.selection.choose`; at a split the tool is retracted, unwound and returned.
-    singular : str
-        The way through singular regions, one of `Crossing.SAFE`.
-    tolerance : float
-        mm; how far the tip may be from the CL path, everything included. Without TCP the moves are divided until
-        they keep it.
-    tcp : bool
-        Whether the control keeps the tip (M128, G43.4, TRAORI): X Y Z are then the tip in the workpiece.
-    cone : float or None
-        Radians about the singular tool axes; None lets feed and rates decide. See `mathpost.singularity.regions`.
-    lean, clearance : float
-        Radians and mm; see `Crossing.way`.
-    compare : bool
-        Whether the report compares all strategies, and all ways through each region.
     name : str, optional
         Program name; by default that of the CL file.
-    errors : mathpost.machine_errors.MachineErrors, optional
-        What was measured on the machine: the program is compensated for it, and verified on the machine as it is.
+    **options
+        ``dialect``, ``strategy``, ``singular``, ``tolerance``, ``tcp``, ``split``, ``start``, ``prefer``, ``cone``,
+        ``lean``, ``clearance``, ``compare``, ``errors``: see `mathpost.setting.Setting`.
 
     Returns
     -------
@@ -140,200 +79,178 @@ def run(
     >>> result.report.tip_error < 0.01
     True
     """
-    program.dialect_named(dialect)
-    if singular not in Crossing.SAFE:
-        raise InputError("singular", " or ".join(Crossing.SAFE), repr(singular))
-    if not tolerance > 0:
-        raise InputError("tolerance", "mm above 0", repr(tolerance))
-    kin = Kinematics(machine)
-    chosen = selection.choose(kin, cl, strategy, start=start, split=split, prefer=prefer)
-    found = regions(kin, cl, chosen.joints, cone=cone)
-    motion = Motion(chosen.joints, np.arange(len(cl), dtype=float), np.zeros(len(cl), bool))
-    crossings = {region: Crossing(kin, cl, chosen.joints, region, tolerance=tolerance / 2) for region in found}
-    options = {"lean": lean, "clearance": clearance}
-    if singular != "direct":
-        for crossing in crossings.values():
-            motion = motion.replaced(_possible(crossing.way(singular, **options)))
-    for record in chosen.breaks:
-        crossing = Crossing(kin, cl, chosen.joints, (record - 1, record), tolerance=tolerance / 2)
-        motion = motion.replaced(crossing.way("retract", **options))
-
-    linear = motion.linearized(kin, tolerance - _rounding(kin, motion.joints, tolerance), cl)
-    _refuse_out_of_travel(machine, cl, linear)
-    real, moves, uncompensated, cautions = kin, motion if tcp else linear, None, ()
-    if errors is not None:
-        real, moves, uncompensated, cautions = _compensated(kin, cl, moves, errors, tcp)
-    motion, words = _thinned(moves, kin, tcp)
-    text = program.write(_blocks(kin, cl, motion, words, tcp), machine, dialect, name=name or Path(cl.name).stem)
-    blocks = program.read(text, machine, dialect)
-    proof = verify(kin, cl, blocks, motion, real=real)
-    if not (proof.tip_error <= tolerance and proof.path_tip_error <= tolerance):
-        worst = max(proof.tip_error, proof.path_tip_error)
-        raise MathpostError(f"{cl.name}: the program is {worst:.6f} mm off the CL path, more than {tolerance} mm")
-    report = Report(
-        verification=proof,
-        settings=_settings(cl, machine, chosen, crossings, singular, tolerance, blocks),
-        time=_time(kin, cl, motion),
-        uncompensated=uncompensated,
-        warnings=(*_warnings(cl, chosen), *cautions),
-        strategies=tuple(_compare_strategies(kin, cl, start, prefer)) if compare else (),
-        passages={region: crossing.compare(**options) for region, crossing in crossings.items()} if compare else {},
+    setting = Setting(machine, name or Path(cl.name).stem, **options)
+    pieces = [cl.part(first, first + cldata.PIECE) for first in range(0, len(cl), cldata.PIECE)]
+    tally = _Tally(setting)
+    made = [tally.taken(part) for part in produce(setting, pieces, Workers(1, setting))]
+    return Result(
+        joints=np.concatenate([part.stretch.joints[part.stretch.lead :] for part in made]),
+        blocks=program.joined([part.proved.blocks for part in made]),
+        place=np.concatenate(
+            [part.planned.cl.first + part.planned.motion.place[part.planned.behind :] for part in made]
+        ),
+        program="".join(part.proved.text for part in made),
+        report=tally.report(cl.name, pieces, _silent),
     )
-    return Result(chosen.joints, blocks, motion.place, text, report)
 
 
-def verify(kin, cl, blocks, motion, *, samples=None, real=None):
-    """Compare a program's blocks with the CL data, at the records and along the path between the blocks.
+def run_file(source, output, machine, *, name=None, workers=1, progress=None, **options):
+    """Post-process a CL file of any length into a verified program, in memory that does not grow with it.
+
+    The program is written whole or not at all. It is the same, to the byte, as that of `run`, for any number of
+    workers. A singular region that is not passed ``"direct"`` is held in memory as a whole.
 
     Parameters
     ----------
-    kin : Kinematics
-    cl : CLData
-    blocks : mathpost.program.Blocks
-        As read back from the text.
-    motion : Motion
-        Where on the CL path each block ends, and which are lifted off the part.
-    samples : int, optional
-        Intervals between two blocks; see `mathpost.linearization.deviation`.
-    real : Kinematics or Compensator, optional
-        The forward kinematics of the machine that runs the program, if not those of its control.
+    source : str or path-like
+        An APT CL file.
+    output : str or path-like
+    machine : Machine
+    name, **options
+        As in `run`.
+    workers : int
+        How many processes write and prove stretches of the program at once.
+    progress : callable, optional
+        Called with a word for what is being done, how much of it is done, and how much there is.
 
     Returns
     -------
-    Verification
+    Report
+
+    Raises
+    ------
+    ReachError, InputError
+        As `run`, and as `mathpost.cldata.read`.
+    OutputError
+        If the program cannot be written.
     """
-    real = kin if real is None else real
-    if len(blocks.words) != len(motion.place):
-        raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
-    joints = blocks.joints
-    if blocks.tcp:
-        joints = kin.close(joints[:, :3], joints[:, 3:])
-    tip, axis = real.forward(joints)
-    # A record whose block was left out as a repetition has the pose of the block before.
-    on_part = np.flatnonzero(~motion.lifted)
-    at = on_part[np.searchsorted(motion.place[on_part], np.arange(len(cl)), side="right") - 1]
-    tips, axes = cl.at(motion.place)
-    steps = slice(None, -1), slice(1, None)
-    path_tip, path_axis = deviation(
-        real,
-        *(joints[part] for part in steps),
-        tips=[tips[part] for part in steps],
-        axes=[axes[part] for part in steps],
-        samples=samples,
-    )
-    if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
-        path_tip = np.linalg.norm(tip - tips, axis=1)[1:]
-    cut = in_cut(motion.lifted)
-    worst = int(np.argmax(np.where(cut, path_tip, 0))) if len(cut) else -1
-    return Verification(
-        tip_error=float(np.linalg.norm(tip[at] - cl.points, axis=1).max()),
-        axis_error=float(np.degrees(_angle(axis[at], cl.axes).max())),
-        path_tip_error=float(path_tip[cut].max(initial=0)),
-        path_axis_error=float(np.degrees(path_axis[cut].max(initial=0))),
-        worst_record=int(np.ceil(motion.place[worst + 1])) + 1,
-    )
+    progress = progress or _silent
+    setting = Setting(machine, name or Path(source).stem, **options)
+    tally = _Tally(setting)
+    with replacing(output) as file, Spool() as pieces, Spool() as store, Workers(workers, setting) as team:
+        read = cldata.pieces(
+            source, workers=team, progress=lambda done, total: progress("reading, bytes", done, total)
+        )
+        for piece in read:
+            pieces.append(piece)
+        records = piece.first + len(piece)
+        made = produce(
+            setting,
+            pieces,
+            team,
+            store=store,
+            blocks=False,
+            progress=_part_of(progress, "selecting, records", records),
+        )
+        for part in made:
+            file.write(part.proved.text.encode())
+            tally.taken(part)
+            progress("writing and proving, records", tally.records, records)
+        return tally.report(str(source), pieces, progress)
 
 
-def _angle(first, second):
-    return 2 * np.arcsin(np.clip(np.linalg.norm(first - second, axis=-1) / 2, 0, 1))
+def _silent(*_):
+    pass
 
 
-def _possible(passage):
-    if passage.reason:
-        raise ReachError(f"no way {passage.name!r} through the singular region: {passage.reason}")
-    return passage
+def _part_of(progress, doing, total):
+    return lambda done: progress(doing, done, total)
 
 
-def _rounding(kin, joints, tolerance):
-    """Return how far the printed digits alone may move the tip; refuse a tolerance that leaves no room for it."""
-    arm = np.abs(kin.forward(joints)[0] - joints[:, :3]).max() + np.abs(joints[:, :3]).max()
-    digit = 0.5 * 10.0**-program.DECIMALS
-    moved = digit * (np.sqrt(3) + 2 * np.radians(1.0) * arm)
-    if moved > tolerance / 2:
-        expected = f"at least {2 * moved:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
-        raise InputError("tolerance", expected, f"{tolerance}")
-    return moved
+class _Tally:
+    """What the report says, gathered from stretch to stretch."""
+
+    def __init__(self, setting):
+        self.setting = setting
+        self.records, self.moves, self.seconds, self.cost, self.first_branch = 0, 0, 0.0, 0.0, 0
+        self.proof, self.uncompensated, self.cautions = None, None, {}
+        self.regions, self.passages, self.breaks = [], {}, []
+        self.feed_missing, self.swing = False, (0.0, 0)
+
+    def taken(self, made):
+        """Count a stretch, and return it."""
+        stretch, planned, proved, setting = made.stretch, made.planned, made.proved, self.setting
+        cl, own = stretch.cl, slice(stretch.lead, None)
+        self.records, self.moves = cl.first + len(cl), self.moves + len(planned.blocks.words)
+        self.seconds, self.cost = self.seconds + planned.seconds, self.cost + stretch.cost
+        self.first_branch += stretch.first_branch
+        self.breaks += [cl.first + record for record in stretch.breaks]
+        self.proof = _worse(self.proof, proved.verification)
+        self.uncompensated = _worse(self.uncompensated, proved.uncompensated)
+        self.cautions |= dict.fromkeys(planned.cautions)
+        for region in stretch.regions:
+            first, last = (cl.first + record for record in region)
+            if self.regions and first <= self.regions[-1][1]:  # it goes on where the stretch before ended
+                first = self.regions.pop()[0]
+            self.regions.append((first, last))
+            if setting.compare:
+                self.passages[first, last] = stretch.crossing(setting, region).compare(**setting.ways)
+        self.feed_missing |= bool((np.isnan(cl.feeds) & ~cl.rapid)[own].any())
+        steps = np.degrees(np.abs(np.diff(stretch.joints[max(stretch.lead - 1, 0) :, 3:], axis=0))).max(axis=1)
+        if len(steps) and steps.max() > self.swing[0]:
+            self.swing = float(steps.max()), cl.first + max(stretch.lead - 1, 0) + int(steps.argmax())
+        return made
+
+    def report(self, source, pieces, progress):
+        """Return the `Report`; it compares the strategies now, if at all."""
+        return Report(
+            verification=self.proof,
+            settings=dict(self._settings(source)),
+            time=self.seconds,
+            uncompensated=self.uncompensated,
+            warnings=(*self._warnings(), *self.cautions),
+            strategies=tuple(self._strategies(pieces, progress)),
+            passages=self.passages,
+        )
+
+    def _strategies(self, pieces, progress):
+        for name in selection.STRATEGIES if self.setting.compare else ():
+            doing = f"selecting by {name!r}, records"
+            yield _strategy(self.setting, name, pieces, _part_of(progress, doing, self.records))
+
+    def _settings(self, source):
+        setting, machine = self.setting, self.setting.machine
+        unit = "s" if not np.isnan(machine.max_rates).all() else "mm and degrees of travel"
+        ranges = ", ".join(f"{first + 1}–{last + 1}" for first, last in self.regions[:8])
+        more = ", …" if len(self.regions) > 8 else ""
+        yield "CL data", f"{source}, {self.records} records"
+        yield "machine", f"{machine.name} ({machine.arrangement})"
+        yield "selection", f"{setting.strategy}, cost {self.cost:.3f} {unit}"
+        yield "branches", f"first {self.first_branch}, second {self.records - self.first_branch}"
+        yield "splits", ", ".join(f"before record {record + 1}" for record in self.breaks) or "none"
+        yield "singular", f"records {ranges}{more}: {setting.singular}" if self.regions else "no region"
+        yield "tolerance", f"{setting.tolerance:g} mm"
+        yield "program", f"{self.moves} moves, TCP {'on' if setting.tcp else 'off'}"
+
+    def _warnings(self):
+        degrees, record = self.swing
+        if self.feed_missing:
+            yield "the CL data state no feed for some moves; they carry no F word"
+        if degrees > 90:
+            yield f"a rotary axis swings {degrees:.1f}° from record {record + 1} to the next"
 
 
-def _refuse_out_of_travel(machine, cl, motion):
-    """Check every pose, those between the records included."""
-    limits = machine.limits + selection.TRAVEL_TOLERANCE * np.array([-1, 1])
-    out = np.flatnonzero(((motion.joints < limits[:, 0]) | (motion.joints > limits[:, 1])).any(axis=1))
-    if out.size:
-        sentences = selection.out_of_travel(machine, motion.joints[out[0]])
-        raise ReachError(f"{cl.where(int(motion.place[out[0]]))} and on: {'; '.join(sentences)}")
+def _worse(before, now):
+    return now if before is None else before if now is None else before.worse(now)
 
 
-def _compensated(kin, cl, motion, errors, tcp):
-    """The calibrated machine, the motion made for it, how it would miss without that, and what is left to say."""
-    machine = kin.machine
-    if errors.machine != machine:
-        raise InputError("errors", f"those of {machine.name!r}, set up alike", f"{errors.machine.name!r}")
-    real = Compensator(errors)
-    plain, words = _thinned(motion, kin, tcp)
-    uncompensated = verify(kin, cl, _blocks(kin, cl, plain, words, tcp), plain, real=real)
-    compensated = real.compensate(motion.joints)
-    motion = replace(motion, joints=compensated.joints)
-    _refuse_out_of_travel(machine, cl, motion)
-    return real, motion, uncompensated, compensated.cautions
-
-
-def _thinned(motion, kin, tcp):
-    """Round to what will be printed, and leave out poses that repeat all words of the one before."""
-    joints = motion.joints
-    if tcp:
-        joints = np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1)
-    words = program.rounded(joints)
-    keep = np.r_[True, (np.diff(words, axis=0) != 0).any(axis=1)]
-    return Motion(motion.joints[keep], motion.place[keep], motion.lifted[keep]), words[keep]
-
-
-def _blocks(kin, cl, motion, words, tcp):
-    """Feeds, inverse times and remarks for the words of a program."""
-    record = np.ceil(motion.place).astype(int)
-    feeds, rapid = cl.feeds[record], cl.rapid[record]
-    rotary_moves = np.r_[False, (np.diff(words[:, 3:], axis=0) != 0).any(axis=1)]
-    seconds = np.r_[np.nan, block_times(kin, cl, motion.joints, motion.place, in_cut(motion.lifted))]
-    inverse = rotary_moves & ~np.isnan(feeds) & ~rapid & (not tcp)
-    # A remark stands before the first block of the move to its record.
-    remarks = [(int(np.searchsorted(motion.place, record - 1, side="right")), text) for record, text in cl.remarks]
-    return program.Blocks(words, feeds, np.where(inverse, seconds, np.nan), rapid, tcp, tuple(remarks))
-
-
-def _time(kin, cl, motion):
-    return float(block_times(kin, cl, motion.joints, motion.place, in_cut(motion.lifted)).sum())
-
-
-def _settings(cl, machine, chosen, crossings, singular, tolerance, blocks):
-    first = int((chosen.branch == 0).sum())
-    unit = "s" if not np.isnan(machine.max_rates).all() else "mm and degrees of travel"
-    ranges = ", ".join(f"{a + 1}–{b + 1}" for a, b in list(crossings)[:8]) + (", …" if len(crossings) > 8 else "")
-    return {
-        "CL data": f"{cl.name}, {len(cl)} records",
-        "machine": f"{machine.name} ({machine.arrangement})",
-        "selection": f"{chosen.strategy}, cost {chosen.cost:.3f} {unit}",
-        "branches": f"first {first}, second {len(cl) - first}",
-        "splits": ", ".join(f"before record {record + 1}" for record in chosen.breaks) or "none",
-        "singular": f"records {ranges}: {singular}" if crossings else "no region",
-        "tolerance": f"{tolerance:g} mm",
-        "program": f"{len(blocks.words)} moves, TCP {'on' if blocks.tcp else 'off'}",
-    }
-
-
-def _warnings(cl, chosen):
-    if np.isnan(cl.feeds[~cl.rapid]).any():
-        yield "the CL data state no feed for some moves; they carry no F word"
-    steps = np.degrees(np.abs(np.diff(chosen.joints[:, 3:], axis=0)))
-    if len(steps) and steps.max() > 90:
-        yield f"a rotary axis swings {steps.max():.1f}° from record {steps.max(axis=1).argmax() + 1} to the next"
-
-
-def _compare_strategies(kin, cl, start, prefer):
-    for name in selection.STRATEGIES:
-        try:
-            chosen = selection.choose(kin, cl, name, start=start, prefer=prefer)
-        except MathpostError as error:
-            yield name, np.nan, (), str(error)
-            continue
-        steps = np.degrees(np.abs(np.diff(chosen.joints[:, 3:], axis=0)).max(axis=0, initial=0))
-        yield name, chosen.cost, tuple(steps), ""
+def _strategy(setting, name, pieces, progress):
+    """A row of `Report.strategies`."""
+    cost, largest, before = 0.0, np.zeros(2), np.empty((0, 2))
+    try:
+        with Spool() as store:
+            for chosen in selection.choose_pieces(
+                setting.kin,
+                pieces,
+                name,
+                start=setting.start,
+                prefer=setting.prefer,
+                store=store,
+                progress=progress,
+            ):
+                rotary = np.concatenate([before, chosen.joints[:, 3:]])
+                cost, before = cost + chosen.cost, rotary[-1:]
+                largest = np.maximum(largest, np.degrees(np.abs(np.diff(rotary, axis=0)).max(axis=0, initial=0)))
+    except MathpostError as error:
+        return name, np.nan, (), str(error)
+    return name, cost, tuple(largest), ""

@@ -4,27 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-
-@dataclass(frozen=True)
-class Verification:
-    """How far a program, read back from its own text, is from the CL data.
-
-    Attributes
-    ----------
-    tip_error, axis_error : float
-        Largest distance of the tip (mm) and angle of the tool axis (degrees) at the records.
-    path_tip_error, path_axis_error : float
-        The same along the path that the joints run between the blocks, for the moves in cut: distance from the CL
-        segment, angle from the great circle.
-    worst_record : int
-        The record (from 1) that the largest tip error of the path comes before or at.
-    """
-
-    tip_error: float
-    axis_error: float
-    path_tip_error: float
-    path_axis_error: float
-    worst_record: int
+from mathpost.verification import Verification
 
 
 @dataclass(frozen=True)

@@ -90,7 +90,7 @@ def regions(kin, cl, joints, *, cone=None):
         singular[close] = distance(kin, cl.at(place)[1]).min(axis=0) < cone
     else:
         rates = kin.machine.max_rates[3:]
-        if np.isnan(rates).all() or np.isnan(cl.feeds[~cl.rapid][1:]).all():
+        if np.isnan(rates).all() or not states_feed(cl):
             raise InputError("cone", "an angle, or a feed in the CL data and the rates of the machine", "neither")
         length = np.linalg.norm(np.diff(cl.points, axis=0), axis=1)
         seconds = 60 * length / np.where(np.isnan(cl.feeds[1:]), np.inf, cl.feeds[1:])
@@ -99,3 +99,8 @@ def regions(kin, cl, joints, *, cone=None):
         singular &= ~cl.rapid[1:]
     edges = np.flatnonzero(np.diff(np.r_[False, singular, False]))
     return [(int(first), int(last)) for first, last in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def states_feed(cl):
+    """Whether the CL data state the feed of any move in cut."""
+    return not np.isnan(cl.feeds[~cl.rapid]).all()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mathpost.errors import ReachError
-from mathpost.linearization import deviation, linearize, subdivide
+from mathpost.linearization import RESOLUTION, _intervals, deviation, levers, linearize, subdivide
 
 
 def moves(kin, count, seed):
@@ -24,10 +24,20 @@ def test_pure_turn_has_the_sagitta(dmu50v, turn):
     assert axis[0] == pytest.approx(0, abs=1e-12)
 
 
-def test_default_sampling_is_within_one_percent_of_a_dense_one(kin):
+def test_default_sampling_misses_no_more_than_its_resolution(kin):
     start, end = moves(kin, 400, seed=1)
-    for default, dense in zip(deviation(kin, start, end), deviation(kin, start, end, samples=1000), strict=True):
-        np.testing.assert_allclose(default, dense, rtol=0.01, atol=1e-9)
+    (tip, axis), (dense_tip, dense_axis) = deviation(kin, start, end), deviation(kin, start, end, samples=1024)
+    np.testing.assert_allclose(tip, dense_tip, rtol=0, atol=RESOLUTION)
+    np.testing.assert_allclose(axis, dense_axis, rtol=0, atol=RESOLUTION / 100)
+
+
+def test_the_number_of_samples_follows_the_turn_and_the_levers(kin):
+    start, end = np.zeros((3, 5)), np.array([[500.0, 0, 0, 0, 0], [0.1, 0, 0, 1e-3, 0], [0, 0, 0, 1, 1]])
+    straight, small, large = _intervals(kin.machine, start, end, 2)
+    assert straight == 2 and small <= 4 and large >= 64
+    # Eight times the third derivative takes twice the intervals.
+    far = np.array([7 * (levers(kin.machine) + 1), 0, 0, 0, 0])
+    assert _intervals(kin.machine, start[2:] + far, end[2:] + far, 2) == 2 * large
 
 
 def test_linearized_path_keeps_the_tolerance_in_dense_sampling(kin):

@@ -13,6 +13,8 @@ from mathpost.__main__ import main
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.linearization import deviation
+from mathpost.motion import Motion
+from mathpost.verification import verify
 from tests.conftest import DATA, ROOT
 from tests.machines import machines
 
@@ -61,10 +63,7 @@ def test_a_whole_blade(twisted, name, strategy):
 
 @pytest.mark.parametrize("singular", ["linear", "cubic", "aside", "retract"])
 def test_ways_through_the_whole_blade(dmu50v, twisted, singular):
-    part = replace(
-        twisted,
-        **{name: getattr(twisted, name)[700:2000] for name in ("points", "axes", "feeds", "rapid", "lines")},
-    )
+    part = twisted.part(700, 2000)
     result = postprocess.run(part, dmu50v.machine, singular=singular, compare=False)
     assert result.report.path_tip_error <= 0.01
     assert result.report.path_axis_error < 1.5
@@ -84,9 +83,7 @@ def test_splitting_lifts_unwinds_and_returns(twisted):
 
 
 def test_inverse_time_without_tcp_only(dmu50v, twisted):
-    part = replace(
-        twisted, **{name: getattr(twisted, name)[:50] for name in ("points", "axes", "feeds", "rapid", "lines")}
-    )
+    part = twisted.part(0, 50)
     without = postprocess.run(part, dmu50v.machine, dialect="fanuc", compare=False)
     assert "G93" in without.program and (~np.isnan(without.blocks.seconds)).sum() > 40
     # No axis is asked to go faster than it can, and no move faster than the feed.
@@ -145,11 +142,11 @@ def test_any_machine_any_path(any_machine, seed, step, tcp):
 
 def test_verification_notices_a_changed_digit(dmu50v, blade):
     result = postprocess.run(blade, dmu50v.machine, compare=False)
-    motion = postprocess.Motion(result.blocks.joints, result.place, np.zeros(len(result.place), bool))
+    motion = Motion(result.blocks.joints, result.place, np.zeros(len(result.place), bool))
     words = result.blocks.words.copy()
     words[40, 4] += 0.01
-    wrong = postprocess.verify(dmu50v, blade, replace(result.blocks, words=words), motion)
-    right = postprocess.verify(dmu50v, blade, result.blocks, motion)
+    wrong = verify(dmu50v, blade, replace(result.blocks, words=words), motion)
+    right = verify(dmu50v, blade, result.blocks, motion)
     assert right.path_tip_error <= 0.01 < wrong.path_tip_error
 
 
