@@ -1,50 +1,71 @@
 """How the cost of each stage grows with the number of records, and its exponent."""
 
 import os
+import tempfile
+import time
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mathpost import cldata, postprocess, program, selection
+from mathpost import cldata, postprocess
 from mathpost.kinematics import Kinematics
-from tests.benchmarks.pipeline import cl_text, trunnion
-from tests.benchmarks.timing import best
+from tests.benchmarks.pipeline import trunnion, write_cl
+from tests.benchmarks.timing import row
 
-SIZES = [10**n for n in range(3, 1 + int(os.environ.get("LARGEST_POWER", "5")))]
-PICTURE = Path(".artefacts/growth.png")
+SIZES = [10**n for n in range(3, 1 + int(os.environ.get("LARGEST_POWER", "6")))]
+LARGE = 2  # number of the first size beside which deriving and compiling the machine is little
+PICTURE = Path(__file__).with_name("growth.png")
 
 
-def stages(count):
-    """Seconds of each stage for a path of `count` records."""
-    text, setup = cl_text(count), trunnion()
-    kin, cl = Kinematics(setup), cldata.parse(text)
-    result = postprocess.run(cl, setup, compare=False)
-    repeats = 3 if count < 10**6 else 1
-    return {
-        "read CL": best(lambda: cldata.parse(text), repeats),
-        "inverse": best(lambda: kin.inverse(cl.points, cl.axes), repeats),
-        "selection": best(lambda: selection.choose(kin, cl), repeats),
-        "write program": best(lambda: program.write(result.blocks, setup), repeats),
-        "read program": best(lambda: program.read(result.program, setup), repeats),
-        "whole": best(lambda: postprocess.run(cl, setup, compare=False), repeats),
+def stages(path, output):
+    """Seconds of each stage of one file, told from the calls of the progress bar."""
+    last, begun = {}, time.perf_counter()
+
+    def note(doing, *_):
+        last[doing] = time.perf_counter()
+
+    postprocess.run_file(path, output, trunnion(), compare=False, progress=note)
+    ends = np.array([begun, *last.values()])
+    return dict(zip([doing.partition(",")[0] for doing in last], np.diff(ends), strict=True)) | {
+        "whole": ends[-1] - begun
     }
 
 
+def inverse(path):
+    """Seconds of the inverse alone."""
+    kin, seconds = Kinematics(trunnion()), 0.0
+    kin.inverse([0, 0, 0], [0, 0, 1])
+    for piece in cldata.pieces(path):
+        begun = time.perf_counter()
+        kin.inverse(piece.points, piece.axes)
+        seconds += time.perf_counter() - begun
+    return {"inverse": seconds}
+
+
 def run():
-    measured = [stages(count) for count in SIZES]
-    print(
-        f"growth from {SIZES[0]} to {SIZES[-1]} records (LARGEST_POWER=7 for more): exponent, share of the whole:"
-    )
+    measured = []
+    with tempfile.TemporaryDirectory() as folder:
+        path, output = Path(folder, "path.cl"), Path(folder, "path.h")
+        for count in SIZES:
+            write_cl(path, count)
+            rounds = [inverse(path) | stages(path, output) for _ in range(3 if count < 10**7 else 1)]
+            measured.append({stage: min(one[stage] for one in rounds) for stage in rounds[0]})
+            path.unlink()
+    print(f"growth from {SIZES[0]} to {SIZES[-1]} records (LARGEST_POWER=7 for more):")
+    draw(measured)
+
+
+def draw(measured):
     figure, axes = plt.subplots(figsize=(7, 5), layout="constrained")
     for stage in measured[0]:
-        seconds = np.array([row[stage] for row in measured])
-        exponent = np.polyfit(np.log(SIZES[-2:]), np.log(seconds[-2:]), 1)[0]
-        print(f"  {stage:<16} {exponent:6.2f} {seconds[-1] / measured[-1]['whole']:8.3f}")
+        seconds = np.array([times[stage] for times in measured])
+        exponent = np.polyfit(np.log(SIZES[LARGE:]), np.log(seconds[LARGE:]), 1)[0]
+        row(f"{stage}, exponent from {SIZES[LARGE]} records on", exponent, None, "growth")
+        row(f"{stage}, at {SIZES[-1]} records", seconds[-1] / measured[-1]["whole"], None, "the whole")
         axes.loglog(SIZES, seconds / measured[-1]["whole"], "o-", label=f"{stage}, exponent {exponent:.2f}")
     axes.set(xlabel="records", ylabel=f"time / time of the whole at {SIZES[-1]:.0e} records")
     axes.legend()
     axes.grid(alpha=0.3)
-    PICTURE.parent.mkdir(exist_ok=True)
     figure.savefig(PICTURE, dpi=100)
     plt.close(figure)

@@ -1,5 +1,6 @@
 """How long each lesson takes, and its slowest cells."""
 
+import subprocess
 from datetime import datetime
 from pathlib import Path
 
@@ -12,7 +13,8 @@ from tests.benchmarks.timing import row
 def cell_times(path):
     """Seconds of each code cell of a notebook, with its id."""
     notebook = nbformat.read(path, as_version=4)
-    NotebookClient(notebook, resources={"metadata": {"path": path.parent}}, record_timing=True).execute()
+    client = NotebookClient(notebook, resources={"metadata": {"path": path.parent}}, record_timing=True)
+    client.execute(stderr=subprocess.DEVNULL)  # where a kernel tells of its sockets
     for cell in notebook.cells:
         if timing := cell.metadata.get("execution"):
             begun, done = (timing.get(f"iopub.{key}") for key in ("execute_input", "status.idle"))

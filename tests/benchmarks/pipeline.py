@@ -1,24 +1,33 @@
-"""CL file to verified Heidenhain program, against a plain loop over the records and against text in and out."""
+"""CL file to verified Heidenhain program, against a plain loop over the records and against text alone."""
 
 import re
+import subprocess
+import sys
+import tempfile
+import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
-from mathpost import cldata, machine, postprocess
+from mathpost import machine, postprocess
 from mathpost.machine import ENDLESS
 from tests.benchmarks import plain_loop
-from tests.benchmarks.timing import interleaved, peak_memory, row
+from tests.benchmarks.timing import interleaved, row
+
+PART = 100_000  # records that are written to a CL file at a time
 
 
-def cl_text(count):
+def write_cl(path, count):
     """A wavy path round a post, the tool leaning by 10 to 40 degrees, as plain GOTO lines."""
-    turn = 2 * np.pi * np.arange(count) / 2000
-    tilt, lead = np.radians(25 + 15 * np.sin(0.37 * turn)), 0.6 * np.sin(0.11 * turn)
-    points = [40 * np.cos(turn), 40 * np.sin(turn), 5 * np.sin(turn / 20)]
-    axes = [np.sin(tilt) * np.cos(lead), np.sin(tilt) * np.sin(lead), np.cos(tilt)]
-    line = "GOTO/%.5f,%.5f,%.5f,%.6f,%.6f,%.6f\n"
-    return line * count % tuple(np.stack([*points, *axes], axis=1).ravel().tolist())
+    with open(path, "w") as file:
+        for first in range(0, count, PART):
+            turn = 2 * np.pi * np.arange(first, min(first + PART, count)) / 2000
+            tilt, lead = np.radians(25 + 15 * np.sin(0.37 * turn)), 0.6 * np.sin(0.11 * turn)
+            points = [40 * np.cos(turn), 40 * np.sin(turn), 5 * np.sin(turn / 20)]
+            axes = [np.sin(tilt) * np.cos(lead), np.sin(tilt) * np.sin(lead), np.cos(tilt)]
+            line = "GOTO/%.5f,%.5f,%.5f,%.6f,%.6f,%.6f\n"
+            file.write(line * len(turn) % tuple(np.stack([*points, *axes], axis=1).ravel().tolist()))
 
 
 def trunnion():
@@ -27,27 +36,82 @@ def trunnion():
     return replace(data, linear=tuple(replace(axis, limits=ENDLESS) for axis in data.linear))
 
 
-def whole(text, setup):
-    """What `python -m mathpost post` does between reading and writing the files, without the comparison."""
-    return postprocess.run(cldata.parse(text, "path.cl"), setup, compare=False)
+def whole(path, output, workers=1):
+    """What ``python -m mathpost post`` does, without the comparison."""
+    return postprocess.run_file(path, output, trunnion(), workers=workers, compare=False)
 
 
-def text_only(text):
-    """Numbers into arrays and five columns out again, by the fastest means of NumPy: no post-processor beats it."""
-    numbers = np.fromstring(text.replace("GOTO/", "").replace("\n", ","), sep=",").reshape(-1, 6)
-    return "L X%+.4f Y%+.4f Z%+.4f A%+.4f C%+.4f\n" * len(numbers) % tuple(numbers[:, :5].ravel().tolist())
+def numpy_only(path, output):
+    """Numbers into arrays and five columns out again, by the fastest means of NumPy."""
+    text = path.read_text().replace("GOTO/", "").replace("\n", ",")
+    numbers = np.fromstring(text, sep=",").reshape(-1, 6)
+    line = "L X%+.4f Y%+.4f Z%+.4f A%+.4f C%+.4f\n"
+    output.write_text(line * len(numbers) % tuple(numbers[:, :5].ravel().tolist()))
 
 
-def run(count=100_000):
-    text, setup = cl_text(count), trunnion()
-    result, plain = whole(text, setup), plain_loop.post(text)
-    words = re.compile(r"[XYZAC][-+][0-9.]+")
-    numbers = [np.array([float(word[1:]) for word in words.findall(code)]) for code in (result.program, plain)]
-    assert len(numbers[0]) == len(numbers[1]) and np.abs(numbers[0] - numbers[1]).max() < 2e-4
-    print(f"end to end, {count} GOTO records to a verified Heidenhain program:")
-    mine, loop, floor = interleaved(
-        lambda: whole(text, setup), lambda: plain_loop.post(text), lambda: text_only(text), repeats=3
+def arrow_only(path, output):
+    """The same by those of pyarrow on one core, without names before the numbers."""
+    import pyarrow as pa
+    from pyarrow import csv
+
+    pa.set_cpu_count(1)
+    text = pa.py_buffer(path.read_bytes().replace(b"GOTO/", b""))
+    options = csv.ReadOptions(autogenerate_column_names=True, use_threads=False)
+    table = csv.read_csv(pa.BufferReader(text), read_options=options)
+    rounded = [np.round(table.column(n).to_numpy(), 4) for n in range(5)]
+    csv.write_csv(pa.table(rounded, names=list("XYZAC")), output)
+
+
+def peak_memory(count, folder):
+    """MiB that a process of its own holds at most while it makes a program of so many records; on Linux."""
+    path = Path(folder, f"{count}.cl")
+    write_cl(path, count)
+    code = (
+        "import re, sys; from pathlib import Path; from tests.benchmarks.pipeline import whole; "
+        "whole(Path(sys.argv[1]), Path(sys.argv[2])); "
+        "print(re.search(r'VmHWM:\\s+(\\d+) kB', Path('/proc/self/status').read_text())[1])"
     )
-    row("end to end", mine / loop, 0.2, "plain loop over the records")
-    row("end to end", mine / floor, 3, "text to arrays and numbers to text, NumPy")
-    row("memory for each record", peak_memory(lambda: whole(text, setup)) / count / 1024, None, "1 KiB")
+    command = [sys.executable, "-c", code, path, Path(folder, "peak.h")]
+    return int(subprocess.run(command, capture_output=True, text=True, check=True).stdout) / 1024
+
+
+def against_plain_loop(path, output, count):
+    write_cl(path, count)
+    text = path.read_text()
+    whole(path, output)
+    words = re.compile(r"[XYZAC][-+][0-9.]+")
+    programs = output.read_text(), plain_loop.post(text)
+    mine, theirs = (np.array([float(word[1:]) for word in words.findall(program)]) for program in programs)
+    assert len(mine) == len(theirs) and np.abs(mine - theirs).max() < 2e-4
+    mine, loop = interleaved(lambda: whole(path, output), lambda: plain_loop.post(text), repeats=2)
+    row(f"{count} records", mine / loop, 0.2, "plain loop over the records")
+
+
+def against_text_alone(path, output, count):
+    write_cl(path, count)
+    floors = [("NumPy", numpy_only)]
+    try:
+        import pyarrow
+
+        floors.append((f"pyarrow {pyarrow.__version__}", arrow_only))
+    except ImportError:
+        print("  pyarrow is not installed, skipped: pip install pyarrow")
+    calls = [lambda floor=floor: floor(path, output) for _, floor in floors]
+    one, two, *alone = interleaved(
+        lambda: whole(path, output), lambda: whole(path, output, 2), *calls, repeats=3, clock=time.perf_counter
+    )
+    for (name, _), floor in zip(floors, alone, strict=True):
+        row(f"{count} records, one core", one / floor, 3, f"text to arrays and numbers to text, {name}")
+        row(f"{count} records, two cores", two / floor, 3, f"the same, {name}")
+    row("two cores", two / one, None, "one core")
+
+
+def run():
+    with tempfile.TemporaryDirectory() as folder:
+        path, output = Path(folder, "path.cl"), Path(folder, "path.h")
+        print("end to end, GOTO records in a file to a file with a verified Heidenhain program:")
+        against_plain_loop(path, output, 100_000)
+        for count in (100_000, 1_000_000):
+            against_text_alone(path, output, count)
+        small, large = (peak_memory(count, folder) for count in (100_000, 1_000_000))
+        row("memory of 1,000,000 records", large / small, None, f"that of 100,000, which is {small:.0f} MiB")
