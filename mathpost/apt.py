@@ -16,9 +16,10 @@ from mathpost.errors import InputError
 UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
 MM_PER_INCH = 25.4
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
-# One record of six numbers, and nothing else: the shape (see `mathpost.digits`) of most lines of most files.
-PLAIN = re.compile(r"GOTO */ *" + " *, *".join([f"({digits.NUMBER})"] * 6) + r" *\r?", re.ASCII | re.IGNORECASE)
-LEAST_PLAIN = 768  # bytes; a shorter block is read line by line
+# One record of six numbers, and nothing else: most lines of most files.
+PLAIN = digits.Pattern(
+    [digits.Item("GOTO"), digits.Item("/", "number"), *[digits.Item(",", "number")] * 5], relaxed=True
+)
 
 # Statements that say something but do not move the tool: they go into the program as comments.
 REMARKS = frozenset(
@@ -34,25 +35,6 @@ MOVES_REFUSED = frozenset(
 )
 
 
-def plain_records(block):
-    """Return the numbers of the plain records in a block of whole lines, whatever holds before it.
-
-    Returns
-    -------
-    numbers : ndarray, shape (6, lines)
-    plain : ndarray of bool, shape (lines,)
-        Whether the line is a plain record. Whatever else it is, a `Reader` says.
-    """
-    lines = digits.Lines(block if block.endswith(b"\n") else block + b"\n")
-    numbers, plain = np.empty((6, len(lines))), np.zeros(len(lines), bool)
-    if len(block) < LEAST_PLAIN:
-        return numbers, plain
-    for table in lines.tables():
-        if found := PLAIN.fullmatch(table.shape):
-            numbers[:, table.lines], plain[table.lines] = table.numbers([found.span(n) for n in range(1, 7)])
-    return numbers, plain
-
-
 class Reader:
     """Reads a file in blocks of whole lines, and keeps what holds from one to the next."""
 
@@ -62,15 +44,13 @@ class Reader:
         self.pending, self.start = "", 0
         self.remarks, self.runs = [], []
 
-    def read(self, block, known=None):
+    def read(self, block):
         """Read a block of bytes.
 
         Parameters
         ----------
         block : bytes
             Whole lines.
-        known : optional
-            What `plain_records` returns of it, if that is known already.
 
         Returns
         -------
@@ -82,7 +62,7 @@ class Reader:
         """
         before, self.remarks, self.runs = self.count, [], []
         try:
-            self.take_block(block, *(known or plain_records(block)))
+            self.take_block(block if block.endswith(b"\n") else block + b"\n")
         except InputError:
             self.records()  # an axis that is wrong further up is told first
             raise
@@ -95,14 +75,16 @@ class Reader:
         if not self.count:
             raise InputError(self.name, "at least one GOTO", "none")
 
-    def take_block(self, block, numbers, plain):
-        """Take the lines of a block, the plain ones of which are known by their numbers."""
-        lines = [] if plain.all() and not self.pending else block.split(b"\n")
+    def take_block(self, block):
+        """Take whole lines: runs of plain records together, the others one by one."""
+        values, plain = PLAIN.match(block)
+        lines = None
         for start, stop in digits.runs(plain):
             while start < stop and (self.pending or not plain[start]):
+                lines = lines or block.split(b"\n")
                 self.take_raw(lines[start] + b"\n")
                 start += 1
-            self.take_plain(numbers[:, start:stop])
+            self.take_plain(values[1:, start:stop])
 
     def take_plain(self, numbers):
         """Take plain records, shape (6, n), on as many lines."""

@@ -19,11 +19,9 @@ import numpy as np
 from mathpost import apt
 from mathpost.errors import InputError, as_array
 from mathpost.rotation import unit
-from mathpost.workers import Workers
 
 PIECE = 16_384  # records that are worked on at once
 BLOCK = 2**17  # bytes that are read at once; what is made of them fits the processor's cache
-BLOCKS_AT_ONCE = 4  # that another process is given
 
 
 @dataclass(frozen=True)
@@ -145,10 +143,10 @@ def read(path):
 def parse(text, name="CL data"):
     """Read `CLData` from the text of an APT CL file; `name` begins every error message."""
     content = text.encode("utf-8", "surrogatepass")
-    return join(_pieces(_blocks(io.BytesIO(content), len(content)), name, PIECE, Workers()))
+    return join(_pieces(_blocks(io.BytesIO(content), len(content)), name, PIECE))
 
 
-def pieces(path, records=PIECE, *, workers=None, progress=None):
+def pieces(path, records=PIECE, *, progress=None):
     """Read an APT CL file in pieces, in memory that does not grow with the file.
 
     Parameters
@@ -157,8 +155,6 @@ def pieces(path, records=PIECE, *, workers=None, progress=None):
         As for `read`.
     records : int
         Length of every piece but the last, which may be shorter.
-    workers : mathpost.workers.Workers, optional
-        Who recognises the numbers.
     progress : callable, optional
         Is called with the bytes read so far and the bytes of the file.
 
@@ -179,7 +175,7 @@ def pieces(path, records=PIECE, *, workers=None, progress=None):
     """
     if records < 1:
         raise InputError("records", "at least 1", f"{records}")
-    return _pieces(_file(path), str(path), records, workers or Workers(), progress)
+    return _pieces(_file(path), str(path), records, progress)
 
 
 def join(parts):
@@ -216,13 +212,12 @@ def _blocks(file, total):
         yield block, done, total
 
 
-def _pieces(blocks, name, records, workers, progress=None):
+def _pieces(blocks, name, records, progress=None):
     """Yield `CLData` of so many records each, and the rest, of the blocks of a file."""
     reader, waiting = apt.Reader(name), []
-    jobs = ((block, block[0]) for block in blocks)
-    for (block, done, total), known in workers.map(_plain_records, jobs, chunk=BLOCKS_AT_ONCE):
+    for block, done, total in blocks:
         first = reader.count
-        *arrays, remarks = reader.read(block, known)
+        *arrays, remarks = reader.read(block)
         waiting.append(_made(*arrays, tuple(remarks), name, first))
         # The last piece takes the remarks behind it: none goes out before a record of the next is there.
         if reader.count - waiting[0].first > records:
@@ -234,10 +229,6 @@ def _pieces(blocks, name, records, workers, progress=None):
             progress(done, total)
     reader.finish()
     yield join(waiting)
-
-
-def _plain_records(_, block):
-    return apt.plain_records(block)
 
 
 def _made(points, axes, feeds, rapid, lines, remarks, name, first=0):

@@ -107,3 +107,13 @@ def dialect_named(name):
     if name not in DIALECTS:
         raise InputError("dialect", " or ".join(DIALECTS), repr(name))
     return DIALECTS[name]
+
+
+def axis_word(name):
+    """What stands before the number of an axis: names of more than one letter take an equals sign."""
+    return f" {name}=" if len(name) > 1 else f" {name}"
+
+
+def printed(words):
+    """Words as they stand in a program, to the last digit; a zero has no sign."""
+    return np.round(words, DECIMALS) + 0.0

@@ -28,7 +28,8 @@ class Linearized:
     place : ndarray, shape (m,)
         Where each stands in the sequence that was given: 2.25 is a quarter of the way from row 2 to row 3.
     error : ndarray, shape (n - 1,)
-        The largest distance (mm) of the tip from its segment, for each move that was given.
+        The largest distance (mm) of the tip from its segment, for each move that was given; where a bound tells
+        that the tolerance is kept, that bound.
     """
 
     joints: np.ndarray
@@ -87,30 +88,35 @@ def deviation(kin, start, end, *, tips=None, axes=None, reached=None, samples=No
         for row, (distance, wanted) in enumerate(ways):
             if wanted is False:
                 continue
-            ends = [at[row][part] for at in reached]
-            segment = ends if wanted is None else [at[part] for at in wanted]
-            values = np.zeros((count + 1, len(ends[0])))
-            values[1:-1] = distance(between[row], *segment)
-            if wanted is not None:
-                values[0], values[-1] = (distance(at, *segment) for at in ends)
-            result[row, part] = _peak(values)
+            ends = [at[row][part].T for at in reached]
+            points = np.empty((3, count + 1, len(ends[0][0])))
+            points[:, 0], points[:, 1:-1], points[:, -1] = ends[0], np.moveaxis(between[row], -1, 0), ends[1]
+            segment = ends if wanted is None else [at[part].T for at in wanted]
+            result[row, part] = _peak(distance(points, *segment))
     return result[0], result[1]
 
 
 def _intervals(machine, start, end, least):
     """Into how many intervals the moves must be divided for parabolas through their ends and middles.
 
-    A point moved by two turns about lines has a third derivative of at most Ω³·r + 3·Ω²·v, with Ω the turns of both
-    joints added up, v the travel of the slides and r all levers end to end; a parabola through three points h apart
-    misses h³/(9√3) of it.
+    A parabola through three points h apart misses h³/(9√3) of the third derivative.
+    """
+    missed = _derivative(machine, start, end, 3) / (9 * np.sqrt(3))
+    # The least power of two, n, with n³ ≥ missed/RESOLUTION, which is below 2 to its binary exponent.
+    _, exponent = np.frexp(missed / RESOLUTION)
+    return np.left_shift(1, np.maximum(-(-exponent // 3), math.ceil(math.log2(least))))
+
+
+def _derivative(machine, start, end, order):
+    """What a derivative of the tip's way is at most, order 2 or 3, a move taking the time 1.
+
+    A point at most r from the lines that it is turned about, by Ω in all, and moved by v in all, has derivatives of
+    at most Ωⁿ·r + n·Ωⁿ⁻¹·v.
     """
     step = np.abs(end - start)
     turn, travel = step[:, 3] + step[:, 4], step[:, 0] + step[:, 1] + step[:, 2]
     lever = levers(machine) + np.maximum(*(np.abs(at[:, :3]).sum(axis=1) for at in (start, end)))
-    missed = turn**2 * (turn * lever + 3 * travel) / (9 * np.sqrt(3))
-    # The least power of two, n, with n³ ≥ missed/RESOLUTION, which is below 2 to its binary exponent.
-    _, exponent = np.frexp(missed / RESOLUTION)
-    return np.left_shift(1, np.maximum(-(-exponent // 3), math.ceil(math.log2(least))))
+    return turn ** (order - 1) * (turn * lever + order * travel)
 
 
 def levers(machine):
@@ -185,7 +191,7 @@ def subdivide(kin, start, end, pieces):
     return joints, move + t
 
 
-def linearize(kin, joints, tolerance, *, reached=None, max_pieces=4096, name="block", before=0):
+def linearize(kin, joints, tolerance, *, max_pieces=4096, name="block", before=0):
     """Divide every move until the tip stays within `tolerance` of the straight segment between its ends.
 
     Parameters
@@ -195,8 +201,6 @@ def linearize(kin, joints, tolerance, *, reached=None, max_pieces=4096, name="bl
         mm and radians.
     tolerance : float or array_like, shape (n - 1,)
         mm; for all moves, or for each.
-    reached : pair of ndarray, shape (n, 3), optional
-        Tips and axes at `joints`, if they are known already.
     max_pieces : int
         The most pieces that one move may be divided into.
     name : str
@@ -217,9 +221,10 @@ def linearize(kin, joints, tolerance, *, reached=None, max_pieces=4096, name="bl
     start, end = joints[:-1], joints[1:]
     pieces = np.ones(len(start), dtype=int)
     tolerance = np.broadcast_to(tolerance, len(start))
-    tip, axis = kin.forward(joints) if reached is None else reached
-    ends = (tip[:-1], axis[:-1]), (tip[1:], axis[1:])
-    error = deviation(kin, start, end, axes=False, reached=ends)[0]
+    # A curve leaves its chord by at most an eighth of its second derivative: most moves need no closer look.
+    error = _derivative(kin.machine, start, end, 2) / 8
+    doubtful = np.flatnonzero(error > tolerance)
+    error[doubtful] = deviation(kin, start[doubtful], end[doubtful], axes=False)[0]
     while (open_moves := np.flatnonzero(error > tolerance)).size:
         # The error falls with the square of the number of pieces.
         wanted = np.ceil(pieces[open_moves] * np.sqrt(error[open_moves] / tolerance[open_moves])).astype(int)
@@ -258,7 +263,7 @@ def equation_8(kin, start, end, tolerance, *, max_depth=12):
         joints = np.array(rows)
         tip = kin.forward(joints)[0]
         middle = kin.forward((joints[:-1] + joints[1:]) / 2)[0]
-        claimed = _from_segment(middle, tip[:-1], tip[1:])
+        claimed = _from_segment(middle.T[:, None], tip[:-1].T, tip[1:].T)
         if claimed.max() <= tolerance:
             break
         halved = np.insert(joints, np.arange(1, len(joints)), (joints[:-1] + joints[1:]) / 2, axis=0)
@@ -268,36 +273,35 @@ def equation_8(kin, start, end, tolerance, *, max_depth=12):
 
 
 def _from_segment(points, start, end):
-    """Distance of points from segments, broadcasting."""
-    along, off = end - start, points - start
-    squared = (along * along).sum(axis=-1)
-    t = (off * along).sum(axis=-1) / np.where(squared > 0, squared, 1)
-    off = off - np.minimum(np.maximum(t, 0), 1)[..., None] * along
-    return np.sqrt((off * off).sum(axis=-1))
+    """Distance of points (3, k, m) from m segments between points (3, m)."""
+    along, off = (end - start)[:, None], points - start[:, None]
+    squared = (along * along).sum(axis=0)
+    t = (off * along).sum(axis=0) / np.where(squared > 0, squared, 1)
+    off -= np.minimum(np.maximum(t, 0), 1) * along
+    return np.sqrt((off * off).sum(axis=0))
 
 
-def _from_great_circle(axis, start, end):
-    """Angle of unit vectors from the shorter arc between two unit vectors, broadcasting."""
-    normal = _cross(start, end)
-    length = np.sqrt((normal * normal).sum(axis=-1))
+def _from_great_circle(axes, start, end):
+    """Angle of unit vectors (3, k, m) from the m shorter arcs between unit vectors (3, m)."""
+    (a, b, c), (d, e, f) = start, end
+    normal = np.stack([b * f - c * e, c * d - a * f, a * e - b * d])
+    length = np.sqrt((normal * normal).sum(axis=0))
     arc = length > 1e-12
-    off_plane = (axis * (normal / np.where(arc, length, 1)[..., None])).sum(axis=-1)
-    angle = np.arcsin(np.minimum(np.abs(off_plane), 1))
-    # Between the ends are the axes whose cross products with both point along the normal: by Lagrange's identity
-    # (start × axis)·(start × end) = axis·end − (start·end)(axis·start), and alike at the other end.
-    to_start, to_end = ((axis * at).sum(axis=-1) for at in (start, end))
-    cosine = (start * end).sum(axis=-1)
-    beyond = ~arc | (to_end < cosine * to_start) | (to_start < cosine * to_end)
-    if beyond.any():
-        chords = [((axis - at) ** 2).sum(axis=-1) for at in (start, end)]
-        angle = np.where(beyond, 2 * np.arcsin(np.minimum(np.sqrt(np.minimum(*chords)) / 2, 1)), angle)
-    return angle
+    normal /= np.where(arc, length, 1)
+    off_plane = np.abs((axes * normal[:, None]).sum(axis=0))
+    # Between the ends are the axes whose cross products with both point along the normal, by Lagrange's identity
+    # (start × axis)·(start × end) = axis·end − (start·end)(axis·start), and alike at the other end. Scalar products
+    # of neighbours keep their digits as what is missing to one: half of the squared chord.
+    whole, to_start, to_end = (
+        _half_squared(one) for one in (end - start, axes - start[:, None], axes - end[:, None])
+    )
+    beyond = ~arc | (to_end > whole + to_start - whole * to_start) | (to_start > whole + to_end - whole * to_end)
+    half_chord = np.sqrt(np.minimum(to_start, to_end) / 2)
+    return np.where(beyond, 2, 1) * np.arcsin(np.minimum(np.where(beyond, half_chord, off_plane), 1))
 
 
-def _cross(first, second):
-    """The cross product, laid out component by component."""
-    (a, b, c), (d, e, f) = (np.moveaxis(vectors, -1, 0) for vectors in (first, second))
-    return np.moveaxis(np.stack([b * f - c * e, c * d - a * f, a * e - b * d]), 0, -1)
+def _half_squared(vectors):
+    return (vectors * vectors).sum(axis=0) / 2
 
 
 def _peak(values):

@@ -44,9 +44,9 @@ class Motion:
 
     def linearized(self, kin, tolerance, cl):
         """Divide the moves until the tip keeps `tolerance`, the printed digits included."""
-        reached = kin.forward(self.joints)
-        left = tolerance - _rounding(kin.machine, reached[0], tolerance)
-        divided = linearize(kin, self.joints, left, reached=reached, name=f"{cl.name}, block", before=cl.first)
+        tip, _ = cl.at(self.place)  # on the path, or lifted by so little that it does not count here
+        left = tolerance - _rounding(kin.machine, tip, tolerance)
+        divided = linearize(kin, self.joints, left, name=f"{cl.name}, block", before=cl.first)
         if len(divided.place) == len(self.place):
             return self
         place = np.interp(divided.place, np.arange(len(self.place)), self.place)

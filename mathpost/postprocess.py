@@ -5,6 +5,7 @@ with the CL data, at the records and along the path that the joints really run b
 """
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -128,10 +129,7 @@ def run_file(source, output, machine, *, name=None, workers=1, progress=None, **
     setting = Setting(machine, name or Path(source).stem, **options)
     tally = _Tally(setting)
     with replacing(output) as file, Spool() as pieces, Spool() as store, Workers(workers, setting) as team:
-        read = cldata.pieces(
-            source, workers=team, progress=lambda done, total: progress("reading, bytes", done, total)
-        )
-        for piece in read:
+        for piece in cldata.pieces(source, progress=partial(progress, "reading, bytes")):
             pieces.append(piece)
         records = piece.first + len(piece)
         made = produce(

@@ -8,7 +8,7 @@ use and a few that do not move an axis; any other word is an error with its line
 import numpy as np
 
 from mathpost import program_reader
-from mathpost.dialect import DECIMALS, DIALECTS, SHORTEST_TIME, Blocks, dialect_named
+from mathpost.dialect import DECIMALS, DIALECTS, SHORTEST_TIME, Blocks, dialect_named, printed
 from mathpost.errors import InputError
 from mathpost.program_reader import Reader
 from mathpost.program_writer import Writer, printed_feed
@@ -31,8 +31,7 @@ __all__ = [
 
 def rounded(joints):
     """Return joints (n, 5) in mm and radians as words in mm and degrees, rounded as they will be printed."""
-    words = np.concatenate([joints[:, :3], np.rad2deg(joints[:, 3:])], axis=1)
-    return np.round(words, DECIMALS) + 0.0
+    return printed(np.concatenate([joints[:, :3], np.rad2deg(joints[:, 3:])], axis=1))
 
 
 def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):

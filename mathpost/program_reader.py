@@ -6,12 +6,13 @@ from dataclasses import astuple, dataclass
 import numpy as np
 
 from mathpost import digits
-from mathpost.dialect import HEIDENHAIN, Blocks, dialect_named
+from mathpost.dialect import HEIDENHAIN, Blocks, axis_word, dialect_named
+from mathpost.digits import Item, Pattern
 from mathpost.errors import InputError
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
-LEAST_PLAIN = 1280  # bytes; a shorter block is read line by line
 NONE = np.empty((5, 0)), np.empty(0), np.empty(0), np.empty(0, bool)
+RAPID, TIME, FEED = " FMAX", " FT", " F"
 BLOCK = 2**17  # characters that are read at once; what is made of them fits the processor's cache
 
 
@@ -59,7 +60,7 @@ class Reader:
         self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})")
         self.feed_word = re.compile(rf"(FMAX|FT|F)({NUMBER})?")
         self.codes = re.compile(self.style.codes + r"(?![\d.])")
-        self.plain = _plain_shape(self.style, self.names)
+        self.plain = _plain(self.style, self.names)
         self.state, self.runs = State(), []
 
     @property
@@ -89,45 +90,39 @@ class Reader:
         return Blocks(np.concatenate(words, axis=1).T, *rows, tcp=bool(self.moves_tcp))
 
     def take_block(self, block):
-        if len(block) < LEAST_PLAIN:
-            for raw in block.splitlines(keepends=True):
-                self.take_raw(raw)
-            return
-        lines = digits.Lines(block if block.endswith(b"\n") else block + b"\n")
-        values, flags = np.full((6, len(lines)), np.nan), np.zeros((3, len(lines)), bool)
-        for table in lines.tables():
-            if found := self.plain.fullmatch(table.shape):
-                words = [n for n in range(6) if found[f"word{n}"]]
-                numbers, good = table.numbers([found.span(f"word{n}") for n in words])
-                for n, column in zip(words, numbers, strict=True):
-                    values[n, table.lines] = column
-                plain = good & table.unsigned(*found.span("number"))
-                for n, flag in enumerate((plain, bool(found["rapid"]), bool(found["timed"]))):
-                    flags[n, table.lines] = flag
-        plain, *modes = flags
+        """Take whole lines: runs of plain moves together, the others one by one."""
+        values, plain = self.plain.match(block if block.endswith(b"\n") else block + b"\n")
+        numbers, missing = dict(zip(self.plain.literals, values, strict=True)), np.full(len(plain), np.nan)
+        words = np.stack([numbers[axis_word(name)] for name in self.names])
+        seconds = numbers.get(TIME, missing)
+        rapid, timed, fed = ~np.isnan([numbers.get(RAPID, missing), seconds, numbers[FEED]])
+        plain &= ~np.isnan(words).all(axis=0) & (rapid.astype(int) + timed + fed < 2)
+        value = np.where(timed, seconds, numbers[FEED])
+        lines = None
         for start, stop in digits.runs(plain):
             while start < stop:
                 if plain[start]:
-                    start += self.take_plain(values[:, start:stop], *(mode[start:stop] for mode in modes))
+                    rows = slice(start, stop)
+                    start += self.take_plain(words[:, rows], value[rows], rapid[rows], timed[rows])
                 if start < stop:
-                    self.take_raw(lines[start])
+                    lines = lines or block.split(b"\n")
+                    self.take_raw(lines[start] + b"\n")
                     start += 1
 
-    def take_plain(self, values, rapid, timed):
+    def take_plain(self, words, value, rapid, timed):
         """Take plain moves, and return how many of them could be taken.
 
         What `take` refuses is left to it: it says what is wrong.
         """
         if None in self.position or self.moves_tcp not in (None, self.tcp):
             return 0
-        *words, value = values
         rapid = rapid | self.rapid
         wrong = value <= 0
         if self.inverse:
             wrong |= np.isnan(value) & ~rapid
         if wrong.any():
             count = int(np.argmax(wrong))
-            return self.take_plain(values[:, :count], rapid[:count], timed[:count]) if count else 0
+            return self.take_plain(words[:, :count], value[:count], rapid[:count], timed[:count]) if count else 0
         seconds = 60 / value if self.inverse else np.where(timed, value, np.nan)
         feeds = _held(np.where(np.isnan(seconds), value, np.nan), np.nan if self.feed is None else self.feed)
         words = np.stack([_held(*column) for column in zip(words, self.position, strict=True)])
@@ -220,17 +215,13 @@ class Reader:
         return InputError(f"{self.name}, line {self.line}", expected, found)
 
 
-def _plain_shape(style, names):
-    """The shape (see `mathpost.digits`) of a line that moves axes and changes no mode but its feed."""
-    if any(character.isdigit() for name in names for character in name):
-        return re.compile(r"(?!)")  # all digits look alike in a shape, so that C1 and C2 would, too
-    number, letters = digits.NUMBER, "|".join(map(re.escape, names))
-    words = "".join(rf"(?: {re.escape(name)}=?(?P<word{n}>{number}))?" for n, name in enumerate(names))
+def _plain(style, names):
+    """The pattern of a line that moves axes and changes no mode but its feed."""
+    start, ends = [Item("N", "count")], [Item(FEED, "number", optional=True)]
     if style is HEIDENHAIN:
-        start, feed = r"(?P<number>0) L", rf"(?:(?P<rapid>MAX)|(?P<timed>T)?(?P<word5>{number}))"
-    else:  # two groups that never match: these modes have lines of their own
-        start, feed = r"N(?P<number>0)", rf"(?P<rapid>(?!))?(?P<timed>(?!))?(?P<word5>{number})"
-    return re.compile(rf"{start}(?= (?:{letters})){words}(?: F{feed})?\r?", re.ASCII)
+        start = [Item("", "count"), Item(" L")]
+        ends = [Item(RAPID, optional=True), Item(TIME, "number", optional=True), *ends]
+    return Pattern([*start, *(Item(axis_word(name), "number", optional=True) for name in names), *ends])
 
 
 def _held(values, before):

@@ -8,7 +8,18 @@ from operator import itemgetter
 import numpy as np
 
 from mathpost import digits
-from mathpost.dialect import DECIMALS, FANUC, HEIDENHAIN, LAST_BLOCK_NUMBER, SHORTEST_TIME, Blocks, dialect_named
+from mathpost.dialect import (
+    DECIMALS,
+    FANUC,
+    HEIDENHAIN,
+    LAST_BLOCK_NUMBER,
+    SHORTEST_TIME,
+    Blocks,
+    axis_word,
+    dialect_named,
+    printed,
+)
+from mathpost.digits import Column
 from mathpost.errors import InputError
 
 ROWS = 4096  # moves that are written at once; what is made of them fits the processor's cache
@@ -98,7 +109,9 @@ class Writer:
         state = replace(state, count=count, lines=state.lines + len(rapid) + remarks)
         if len(rapid):
             timed, cutting = _timed(blocks), np.flatnonzero(~rapid)
-            state = replace(state, words=tuple(blocks.words[-1].tolist()), feed=self._feeds(blocks, timed)[1])
+            state = replace(
+                state, words=tuple(printed(blocks.words[-1]).tolist()), feed=self._feeds(blocks, timed)[1]
+            )
             if self.style is not HEIDENHAIN:
                 mode = CODES["mode"][int(timed[cutting[-1]])] if cutting.size else state.mode
                 state = replace(state, move=CODES["move"][int(rapid[-1])], mode=mode)
@@ -121,48 +134,36 @@ class Writer:
         return self.style.number_step * (count % (LAST_BLOCK_NUMBER // self.style.number_step) + 1)
 
     def _columns(self, blocks, remarks):
-        """The moves as cells (see `mathpost.digits`); `remarks` says how many stand before each."""
-        rows, timed = len(blocks.words), _timed(blocks)
-        count = self.state.count + np.arange(rows)
+        """The moves as `Column`s; `remarks` says how many stand before each."""
+        words, timed = printed(blocks.words), _timed(blocks)
+        count = self.state.count + np.arange(len(words))
         seconds = np.where(timed, np.maximum(blocks.seconds, SHORTEST_TIME), 1.0)
         if self.style is HEIDENHAIN:
-            start = [*digits.integers(count + remarks), *digits.repeated(" L", rows)]
-            modes = _only(blocks.rapid, digits.repeated(" FMAX", rows))
-            times = digits.fixed(seconds, 3, before=" FT")
+            start, rapid = [Column("", count + remarks), Column(" L")], [Column(" FMAX", shown=blocks.rapid)]
+            times = Column(" FT", seconds, 3, shown=timed)
         else:
-            start = [*digits.repeated("N", rows), *digits.integers(self._iso(count)), *self._codes(blocks, timed)]
-            modes = []
-            times = digits.fixed(60 / seconds, 4, before=" F")
-        changes, _ = self._feeds(blocks, timed)
-        feeds = [f" F{printed_feed(feed)}" for feed in blocks.feeds[changes].tolist()]
-        return [
-            *start,
-            *self._words(blocks),
-            *modes,
-            *_only(timed, times),
-            *_at(changes, feeds, rows),
-            *digits.repeated("\n", rows),
+            start, rapid = [Column("N", self._iso(count)), *self._codes(blocks, timed)], []
+            times = Column(" F", 60 / seconds, 4, shown=timed)
+        changed = words != np.concatenate([[self.state.words or (np.nan,) * 5], words[:-1]])
+        axes = [
+            Column(axis_word(name), values, DECIMALS, self.style.sign, shown)
+            for name, values, shown in zip(self.axes, words.T, changed.T, strict=True)
         ]
-
-    def _words(self, blocks):
-        """The words of the five axes, where what is printed changes."""
-        first = blocks.words[0] if self.state.words is None else self.state.words
-        for axis, values, before in zip(self.axes, blocks.words.T, first, strict=True):
-            name = f" {axis}=" if len(axis) > 1 else f" {axis}"
-            cells = digits.fixed(np.concatenate([[before], values]), DECIMALS, before=name, plus=self.style.sign)
-            changed = np.zeros(len(values), bool)
-            for cell in cells:
-                changed |= cell[1:] != cell[:-1]
-            changed[0] |= self.state.words is None
-            yield from _only(changed, [cell[1:] for cell in cells])
+        feeds, stated, whole = blocks.feeds, np.zeros(len(words), bool), blocks.feeds == np.round(blocks.feeds)
+        stated[self._feeds(blocks, timed)[0]] = True
+        feeds = [Column(" F", feeds, 0, shown=stated & whole), Column(" F", feeds, 3, shown=stated & ~whole)]
+        return [*start, *axes, *rapid, times, *feeds, Column("\n")]
 
     def _codes(self, blocks, timed):
-        """The G codes that change."""
+        """The G codes, where they change."""
         cutting = np.flatnonzero(~blocks.rapid)
         for group, rows, on in (("move", np.arange(len(timed)), blocks.rapid), ("mode", cutting, timed[cutting])):
             codes = np.array(CODES[group])[on.astype(int)]
             changed = codes != np.concatenate([[getattr(self.state, group)], codes[:-1]])
-            yield from _at(rows[changed], [f" {code}" for code in codes[changed].tolist()], len(timed))
+            for code in CODES[group]:
+                shown = np.zeros(len(timed), bool)
+                shown[rows[changed & (codes == code)]] = True
+                yield Column(f" {code}", shown=shown)
 
     def _feeds(self, blocks, timed):
         """The rows with a feed that is not the one that holds, and the one that holds after all of them."""
@@ -197,21 +198,8 @@ def _timed(blocks):
     return ~(blocks.rapid | np.isnan(blocks.seconds))
 
 
-def _only(rows, cells):
-    """Cells that are empty but in some rows, given as a mask."""
-    return cells if rows.all() else [cell * rows for cell in cells] if rows.any() else []
-
-
-def _at(rows, texts, count):
-    """Cells of texts in some rows, given by their numbers, out of `count`."""
-    for cell in digits.cells(texts) if texts else []:
-        column = np.zeros(count, np.uint32)
-        column[rows] = cell
-        yield column
-
-
 def _text(columns, start, stop):
-    return digits.text([column[start:stop] for column in columns]) if stop > start else ""
+    return digits.text([column[start:stop] for column in columns], stop - start) if stop > start else ""
 
 
 def _comment(style, remark):

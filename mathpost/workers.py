@@ -2,7 +2,6 @@
 
 from collections import deque
 from concurrent.futures import ProcessPoolExecutor
-from itertools import islice
 
 from mathpost.errors import InputError
 
@@ -34,7 +33,7 @@ class Workers:
         self.pool = ProcessPoolExecutor(count, initializer=_begin, initargs=(shared,)) if count > 1 else None
         self.ahead = AHEAD * count
 
-    def map(self, function, items, *, chunk=1):
+    def map(self, function, items):
         """Yield what is kept of each item, and ``function(shared, sent)``, in the order of the items.
 
         Parameters
@@ -43,21 +42,18 @@ class Workers:
             Of a module, so that another process finds it.
         items : iterable of (kept, sent)
             Is not run through further ahead than the processes need.
-        chunk : int
-            How many items a process is given at a time.
         """
         if self.pool is None:
             for kept, sent in items:
                 yield kept, function(self.shared, sent)
             return
-        waiting, items = deque(), iter(items)
-        while part := list(islice(items, chunk)):
-            kept, sent = zip(*part, strict=True)
+        waiting = deque()
+        for kept, sent in items:
             waiting.append((kept, self.pool.submit(_call, function, sent)))
             if len(waiting) > self.ahead:
-                yield from _done(*waiting.popleft())
+                yield _done(*waiting.popleft())
         while waiting:
-            yield from _done(*waiting.popleft())
+            yield _done(*waiting.popleft())
 
     def __enter__(self):
         return self
@@ -72,9 +68,9 @@ def _begin(shared):
     _shared = shared
 
 
-def _call(function, items):
-    return [function(_shared, item) for item in items]
+def _call(function, item):
+    return function(_shared, item)
 
 
 def _done(kept, future):
-    return zip(kept, future.result(), strict=True)
+    return kept, future.result()

@@ -1,18 +1,27 @@
 """Machines and tables that the tests run over."""
 
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from mathpost import cldata, machine
+from mathpost import cldata, digits, machine, text_loops
 from mathpost.error_model import ErrorModel
 from mathpost.kinematics import Kinematics
 
 ROOT = Path(__file__).parent.parent
 DATA = ROOT / "data"
 MACHINE_FILES = sorted((DATA / "machines").glob("*.toml"))
+
+
+@contextmanager
+def machine_code(used):
+    """Texts of any size go through the machine code, or none does."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(digits, "_loops", lambda size: text_loops if used else None)
+        yield patch
 
 
 @pytest.fixture(scope="session", params=MACHINE_FILES, ids=lambda path: path.stem)

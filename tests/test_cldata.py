@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mathpost import apt, cldata, digits
+from mathpost import apt, cldata
 from mathpost.errors import InputError
-from tests.conftest import DATA
+from tests.conftest import DATA, machine_code
 
 
 def test_table_1(blade):
@@ -188,10 +188,8 @@ MANY = (
 def test_records_read_together_are_read_as_one_by_one(text):
     """The same records or the same refusal, whatever stands in the text and wherever it is cut into blocks."""
     outcomes = set()
-    for least, block in ((1, 2**17), (10**9, 2**17), (1, 300), (4, 1500), (10**9, 1)):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(apt, "LEAST_PLAIN", least)
-            patch.setattr(digits, "LEAST_LINES", least)
+    for used, block in ((True, 2**17), (False, 2**17), (True, 300), (True, 1500), (False, 1)):
+        with machine_code(used) as patch:
             patch.setattr(cldata, "BLOCK", block)
             outcomes.add(outcome(lambda: fields(cldata.parse(text))))
     assert len(outcomes) == 1
@@ -202,7 +200,8 @@ def test_ordinary_records_are_read_together(monkeypatch):
     taken = []
     monkeypatch.setattr(apt.Reader, "take_line", lambda self, text: taken.append(text))
     runs = "goto/1.5,-2,+3.,.5,0,0.8660254\n" * 30 + "GOTO / -10.123456789 , 2, 3,0,0,1 \r\n" * 30
-    assert len(cldata.parse("FEDRAT/1\n".join([runs] * 3))) == 180 and taken == ["FEDRAT/1"] * 2
+    with machine_code(True):
+        assert len(cldata.parse("FEDRAT/1\n".join([runs] * 3))) == 180 and taken == ["FEDRAT/1"] * 2
 
 
 @pytest.mark.parametrize("records", [1, 2, 3, 7, 16, 33, 34, 1000])

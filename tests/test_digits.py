@@ -1,6 +1,7 @@
 """Numbers in and out of text in bulk: the same as `float` and ``%`` one by one, to the last bit and character."""
 
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -8,13 +9,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from mathpost import digits
+from mathpost.digits import Column, Item, Pattern
+from tests.conftest import machine_code
+from tests.test_startup import loaded_after
 
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)", re.ASCII)
-
-
-@pytest.fixture(autouse=True)
-def every_shape(monkeypatch):
-    monkeypatch.setattr(digits, "LEAST_LINES", 1)
 
 
 def bits(values):
@@ -22,16 +21,11 @@ def bits(values):
     return np.asarray(values, dtype=float).view(np.int64).tolist()
 
 
-def read(tokens):
-    """For each token, what is read in bulk: a float, or None if it is left to others."""
-    found = [None] * len(tokens)
-    lines = digits.Lines("".join(f"X{token};\n" for token in tokens).encode())
-    for table in lines.tables():
-        if re.fullmatch(f"X{digits.NUMBER};", table.shape):
-            values, plain = table.numbers([(1, len(table.shape) - 1)])
-            for line in np.flatnonzero(plain).tolist():
-                found[table.lines[line]] = float(values[0, line])
-    return found
+def match(pattern, lines):
+    """For each line, the numbers that are read, or None if it is left to others."""
+    with machine_code(True):
+        values, plain = pattern.match("".join(f"{line}\n" for line in lines).encode())
+    return [row if good else None for row, good in zip(values.T.tolist(), plain.tolist(), strict=True)]
 
 
 numbers = st.one_of(
@@ -49,84 +43,104 @@ tokens = st.one_of(
 
 @settings(max_examples=300, deadline=None)
 @given(st.lists(tokens, min_size=1, max_size=40))
-@example(["-", ".", "-.", "+.", "1.-", "1-.5", "--1", "1..5", ".5", "5.", "-5", "+.5", ""])
+@example(["-", ".", "-.", "+.", "1.-", "1-.5", "--1", "1..5", ".5", "5.", "-5", "+.5", "", "9" * 18, "9" * 400])
 def test_what_is_read_is_what_float_reads(texts):
-    for text, value in zip(texts, read(texts), strict=True):
-        if value is not None:
-            assert NUMBER.fullmatch(text) and bits(value) == bits(float(text))
+    found = match(Pattern([Item("X", "number"), Item(";")]), [f"X{text};" for text in texts])
+    for text, row in zip(texts, found, strict=True):
+        if row is not None:
+            assert NUMBER.fullmatch(text) and bits(row) == bits([float(text), 0])
 
 
 @settings(max_examples=200, deadline=None)
 @given(st.lists(st.tuples(st.floats(-9e6, 9e6), st.integers(1, 9)), min_size=1, max_size=40))
 def test_ordinary_numbers_are_all_read(pairs):
-    """Up to six digits before the point and nine behind it, whatever stands in the other lines."""
+    """Up to six digits before the point and nine behind it."""
     texts = [f"{value / (1 if places < 9 else 10):.{places}f}" for value, places in pairs]
-    assert [bits(value) for value in read(texts)] == [bits(float(text)) for text in texts]
+    found = match(Pattern([Item("", "number")]), texts)
+    assert [bits(row) for row in found] == [bits([float(text)]) for text in texts]
 
 
-def test_lines_of_many_shapes(monkeypatch):
-    texts = [b"X1\n", b"Y\xff-1.5\n", b"\n", b"X\xfe2\n", b"X-20\n", b"- 1\n"]
-    lines = digits.Lines(b"".join(texts))
-    assert [lines[n] for n in range(len(lines))] == texts
-    shapes = {table.shape: table.lines.tolist() for table in lines.tables()}
-    assert shapes == {"X0": [0, 4], "Y\x7f0.0": [1], "": [2], "X\x7f0": [3], "0 0": [5]}
-    monkeypatch.setattr(digits, "LEAST_LINES", 2)
-    assert [table.shape for table in lines.tables()] == ["X0"]
+CASES = [
+    ("X1", [1, np.nan, np.nan]),
+    ("X1 Y-2.5", [1, -2.5, np.nan]),
+    ("X1 MAX", [1, np.nan, 0]),
+    ("X1 Y2 MAX\r", [1, 2, 0]),
+    ("X1 MAX Y2", None),
+    ("X1 Y", None),
+    ("X1 Y2 ", None),
+    ("X1  Y2", None),
+    ("x1", None),
+    ("X-1", None),
+    ("X1.0", None),
+    ("X1 Y2 MAXX", None),
+    ("X1\r\r", None),
+    ("", None),
+    ("X1 Yé", None),
+]
 
 
-@pytest.mark.parametrize(("run", "plain"), [("12", True), ("12345678", True), ("123456789", False), ("-1", False)])
-def test_runs_without_a_sign(run, plain):
-    [table] = digits.Lines(f"N{run} X\n".encode()).tables()
-    assert table.unsigned(1, 2).tolist() == [plain]
+@pytest.mark.parametrize(("line", "expected"), CASES)
+def test_items_come_in_their_order_and_fill_the_line(line, expected):
+    pattern = Pattern([Item("X", "count"), Item(" Y", "number", optional=True), Item(" MAX", optional=True)])
+    for lines in ([line], ["X7", line, "X8 Y9"]):
+        found = match(pattern, lines)[len(lines) // 2]
+        assert found is None if expected is None else bits(found) == bits(expected)
 
 
-def test_as_many_shapes_as_lines():
-    """Lines of one size but of all shapes, those of two kinds mixed, and far more marks than any shape has."""
-    kinds = ["X0Y0", "Y0X0", "0X0Y", "XY00", "X:0Y"]
-    order = np.random.default_rng(1).integers(len(kinds), size=500)
-    lines = digits.Lines("".join(f"{kinds[kind]}\n{':' * 100}\n" for kind in order).encode())
-    found = {table.shape: table.lines.tolist() for table in lines.tables()}
-    shapes = {kind: re.sub("0+", "0", kinds[kind]) for kind in range(len(kinds))}
-    assert found == {shape: (2 * np.flatnonzero(order == kind)).tolist() for kind, shape in shapes.items()}
-
-
-@settings(max_examples=300, deadline=None)
-@given(
-    st.lists(
-        st.one_of(
-            st.floats(allow_nan=False, allow_infinity=False),
-            st.floats(-1e5, 1e5),
-            st.integers(-(10**9), 10**9).map(lambda n: n / 10000),
-            st.integers(-(10**7), 10**7).map(lambda n: n / 32),  # ties of three and four decimals
-            st.sampled_from([0.0, -0.0, 0.00005, -0.00005, 999.99995, -999.9996, 1e8, 99999999.99995]),
-        ),
-        min_size=1,
-        max_size=30,
-    ),
-    st.integers(1, 4),
-    st.sampled_from(["", "+"]),
-    st.sampled_from(["", "X", " X", " C1=", " QUILL="]),
+@pytest.mark.parametrize(
+    ("line", "good"),
+    [
+        ("GOTO/1,2", 1),
+        ("goTO  / 1 , 2  \r", 1),
+        (" GOTO/1,2", 0),
+        ("GOTO/1,2,", 0),
+        ("GO TO/1,2", 0),
+        ("GOTO1,2", 0),
+    ],
 )
-def test_what_is_written_is_what_formatting_writes(values, decimals, plus, before):
-    expected = "".join(f"{before}%{plus}.{decimals}f" % value for value in values)
-    for least in (1, 10**9):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(digits, "LEAST_ROWS", least)
-            columns = digits.fixed(np.array(values), decimals, before=before, plus=plus)
-            assert digits.text(columns) == expected
+def test_a_relaxed_pattern_takes_either_case_and_blanks(line, good):
+    pattern = Pattern([Item("GOTO"), Item("/", "number"), Item(",", "number")], relaxed=True)
+    assert match(pattern, [line]) == ([[0, 1, 2]] if good else [None])
 
 
-@settings(max_examples=100, deadline=None)
-@given(st.lists(st.integers(0, 10**12) | st.integers(0, 10**5), min_size=1, max_size=30))
-@example([0, 9, 10, 999, 1000, 1001, 9999, 10000, 10**7 - 1, 10**7, 10**7 + 5, 10**11])
-def test_integers(values):
-    assert digits.text(digits.integers(np.array(values))) == "".join(map(str, values))
+values = st.one_of(
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.floats(-1e5, 1e5),
+    st.integers(-(10**9), 10**9).map(lambda n: n / 10000),
+    st.integers(-(10**7), 10**7).map(lambda n: n / 32),  # ties of three and four decimals
+    st.integers(-(10**7), 10**7).map(lambda n: n / 20000),  # all but ties
+    st.sampled_from(
+        [0.0, -0.0, 0.00005, -0.00005, 999.99995, -999.9996, 1e8, 99999999.99995, 1e15, np.nan, np.inf]
+    ),
+)
 
 
-def test_cells():
-    assert digits.text(digits.cells(["G1", "", " G93 G1"])) == "G1 G93 G1"
+@settings(max_examples=500, deadline=None)
+@given(
+    st.lists(st.tuples(values, st.booleans(), st.integers(0, 10**12)), min_size=1, max_size=30),
+    st.integers(0, 4),
+    st.sampled_from(["", "+"]),
+    st.sampled_from(["", "X", " C1=", " QUILL="]),
+)
+def test_what_is_written_is_what_formatting_writes(rows, decimals, plus, literal):
+    numbers, shown, counts = map(np.array, zip(*rows, strict=True))
+    columns = [Column("N", counts), Column(literal, numbers, decimals, plus, shown), Column(";\n")]
+    form = f"{literal}%{plus}.{decimals}f"
+    expected = [f"N{count}{form % value if there else ''};\n" for value, there, count in rows]
+    for used in (True, False):
+        with machine_code(used):
+            assert digits.text(columns, len(rows)) == "".join(expected)
+            assert digits.text([column[1:3] for column in columns], len(rows[1:3])) == "".join(expected[1:3])
 
 
-def test_shapes_that_mix_to_the_same_are_not_confused(monkeypatch):
-    monkeypatch.setattr(digits, "MIX", np.zeros_like(digits.MIX))
-    assert list(digits.Lines(b"X1\nY1\nX2\n").tables()) == []
+def test_only_large_texts_load_the_compiler():
+    small = "from mathpost import cldata, digits; cldata.read('data/cl/blade.cl')"
+    large = f"{small}; digits.Pattern([digits.Item('X')]).match(b'X\\n' * digits.WORTH)"
+    assert not loaded_after(small) & {"numba"} and loaded_after(large) >= {"numba"}
+
+
+def test_a_small_text_goes_without_machine_code_until_it_is_loaded(monkeypatch):
+    monkeypatch.delitem(sys.modules, digits.LOOPS)
+    pattern = Pattern([Item("X", "number")])
+    assert not pattern.match(b"X1\n")[1].any()
+    assert pattern.match(b"X1\n" * digits.WORTH)[1].all() and pattern.match(b"X1\n")[1].all()

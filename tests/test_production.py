@@ -176,8 +176,8 @@ def test_workers_keep_the_order_and_are_not_run_ahead_of():
             yield number, number
 
     with Workers(2, 1000) as workers:
-        for kept, result in workers.map(_added, items(), chunk=3):
-            assert result == 1000 + kept and len(taken) - kept <= 3 * (2 * AHEAD + 2)
+        for kept, result in workers.map(_added, items()):
+            assert result == 1000 + kept and len(taken) - kept <= 2 * AHEAD + 2
     assert kept == 199
 
 

@@ -1,7 +1,6 @@
 """Programs written and read back, in every dialect; wrong words and mutated programs."""
 
 import pickle
-from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
 
@@ -10,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mathpost import digits, machine, program, program_reader, program_writer
+from mathpost import machine, program, program_reader, program_writer
 from mathpost.errors import InputError
-from tests.conftest import DATA
+from tests.conftest import DATA, machine_code
 from tests.test_cldata import mutations
 
 DMU = machine.load(DATA / "machines/dmu50v.toml")
@@ -173,16 +172,6 @@ def said(blocks):
     return repr([getattr(blocks, name).tolist() for name in FIELDS] + [blocks.tcp])
 
 
-@contextmanager
-def limits(plain, *, lines=1, block=2**17):
-    """From what sizes on a program is read in bulk."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(program_reader, "LEAST_PLAIN", plain)
-        patch.setattr(program_reader, "BLOCK", block)
-        patch.setattr(digits, "LEAST_LINES", lines)
-        yield
-
-
 @pytest.mark.parametrize("dialect", DIALECTS)
 @settings(max_examples=200, deadline=None)
 @given(data=st.data())
@@ -194,8 +183,9 @@ def test_moves_read_together_are_read_as_one_by_one(dialect, data):
         text = text.replace("\n", "\r\n")
     text = data.draw(mutations(text))
     outcomes = set()
-    for least in ({"plain": 1}, {"plain": 10**9}, {"plain": 1, "lines": 3, "block": 400}):
-        with limits(**least):
+    for used, block in ((True, 2**17), (False, 2**17), (True, 400)):
+        with machine_code(used) as patch:
+            patch.setattr(program_reader, "BLOCK", block)
             try:
                 outcomes.add(said(program.read(text, DMU, dialect)))
             except InputError as error:
@@ -212,7 +202,8 @@ def test_ordinary_moves_are_read_together(dialect, monkeypatch):
     words = np.arange(5 * count).reshape(count, 5) / 8 - [[12.5, -200, 0, 3600, 0]]
     seconds = np.where(np.arange(count) < count // 2, 0.123, np.nan)
     text = program.write(program.Blocks(words, np.full(count, 500.0), seconds, np.zeros(count, bool)), DMU, dialect)
-    assert len(program.read(text, DMU, dialect).words) == count and len(taken) < 10
+    with machine_code(True):
+        assert len(program.read(text, DMU, dialect).words) == count and len(taken) < 10
 
 
 WITHIN = {
@@ -251,8 +242,8 @@ def test_what_stands_between_plain_moves_holds_for_them(dialect, line, feed):
     moves = [f"{start} X{n}.5{feed if n % 2 else ''}" for n in range(40)]
     text = "\n".join([first, *moves, line, *moves, f"{start} X1 F700", *moves, ""])
     outcomes = set()
-    for least in (1, 10**9):
-        with limits(least):
+    for used in (True, False):
+        with machine_code(used):
             try:
                 outcomes.add(said(program.read(text, DMU, dialect)))
             except InputError as error:
@@ -262,7 +253,7 @@ def test_what_stands_between_plain_moves_holds_for_them(dialect, line, feed):
 
 def test_names_with_digits_are_not_confused():
     siemens = replace(DMU, rotary=(DMU.rotary[0], replace(DMU.rotary[1], name="C0")))
-    with limits(1), pytest.raises(InputError, match="line 2.*'C7=9'"):
+    with machine_code(True), pytest.raises(InputError, match="line 2.*'C7=9'"):
         program.read("N1 X1 Y2 Z3 B4 C0=5\nN2 X3 C7=9\n", siemens, "siemens")
 
 
@@ -308,10 +299,9 @@ def test_parts_of_a_program_are_the_whole(dialect, parts, tcp):
     count, cuts, seed = parts
     written = varied(count, seed, tcp)
     whole = program.write(written, DMU, dialect)
-    for rows, least in ((4096, 24), (7, 1), (1, 10**9)):
-        with pytest.MonkeyPatch.context() as patch:
+    for rows, used in ((4096, True), (7, True), (4096, False), (1, False)):
+        with machine_code(used) as patch:
             patch.setattr(program_writer, "ROWS", rows)
-            patch.setattr(digits, "LEAST_ROWS", least)
             writer = program.Writer(DMU, dialect, tcp=tcp)
             texts = [writer.head()]
             for part in cut(written, cuts):
@@ -328,7 +318,7 @@ def test_parts_of_a_program_are_the_whole(dialect, parts, tcp):
         other = program.Reader(DMU, dialect)
         other.state = pickle.loads(pickle.dumps(reader.state))
         found.append(reader.read("".join(lines[start:stop])))
-        with limits(1):
+        with machine_code(True):
             assert said(other.read("".join(lines[start:stop]))) == said(found[-1])
         assert other.state == reader.state
     joined = program.Blocks(*(np.concatenate([getattr(b, n) for b in found]) for n in FIELDS), tcp=found[-1].tcp)
@@ -358,15 +348,15 @@ def test_lines_of_a_heidenhain_program_are_all_numbered():
     assert [int(line.split()[0]) for line in text.splitlines()] == list(range(12_000 + 5))
 
 
-@pytest.mark.parametrize("least", [1, 100])
-def test_numbers_that_the_tables_do_not_hold(least, monkeypatch):
-    monkeypatch.setattr(digits, "LEAST_ROWS", least)
+@pytest.mark.parametrize("used", [True, False])
+def test_numbers_of_any_size_are_written(used):
     words = np.array([[1e9, -2.5, 0, 0, 0], [1e13, 123456789.12346, 0, 0, 1], [-1e300, 0.00004, 0, -0.00004, -1]])
     nan = np.full(3, np.nan)
-    lines = program.write(program.Blocks(words, nan, nan, np.zeros(3, bool)), DMU).splitlines()
+    with machine_code(used):
+        lines = program.write(program.Blocks(words, nan, nan, np.zeros(3, bool)), DMU).splitlines()
     assert lines[1] == "1 L X+1000000000.0000 Y-2.5000 Z+0.0000 B+0.0000 C+0.0000"
     assert lines[2] == "2 L X+10000000000000.0000 Y+123456789.1235 C+1.0000"
-    assert lines[3] == f"3 L X{-1e300:.4f} Y+0.0000 B-0.0000 C-1.0000"
+    assert lines[3] == f"3 L X{-1e300:.4f} Y+0.0000 C-1.0000"
 
 
 def test_words_lie_axis_by_axis():
