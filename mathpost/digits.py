@@ -86,10 +86,10 @@ class Pattern:
             Whether the line is read. One with a number of more than 18 digits, or of more than about 15 that count,
             is not. Of a small text no line is, unless a large one has been read before.
         """
-        lines = block.count(b"\n")
+        text = np.frombuffer(block, np.uint8)
+        lines = np.count_nonzero(text == ord("\n"))
         values, plain = np.empty((len(self.items), lines)), np.zeros(lines, bool)
         if loops := _loops(len(block)):
-            text = np.frombuffer(block, np.uint8)
             pattern = self.upper, self.lower, self.sizes, self.kinds, self.optional, self.relaxed
             loops.match(text, *pattern, values, plain)
         return values, plain

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost import program, selection
+from mathpost.deviation import levers
 from mathpost.errors import InputError, ReachError
-from mathpost.linearization import levers, linearize
+from mathpost.linearization import linearize
 from mathpost.passage import block_times, in_cut
 
 

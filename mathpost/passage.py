@@ -10,8 +10,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from mathpost import cldata, selection
+from mathpost.deviation import deviation
 from mathpost.errors import InputError, MathpostError
-from mathpost.linearization import deviation, linearize
+from mathpost.linearization import linearize
 from mathpost.singularity import distance
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline

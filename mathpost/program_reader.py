@@ -92,8 +92,9 @@ class Reader:
     def take_block(self, block):
         """Take whole lines: runs of plain moves together, the others one by one."""
         values, plain = self.plain.match(block if block.endswith(b"\n") else block + b"\n")
-        numbers, missing = dict(zip(self.plain.literals, values, strict=True)), np.full(len(plain), np.nan)
-        words = np.stack([numbers[axis_word(name)] for name in self.names])
+        first = self.plain.literals.index(axis_word(self.names[0]))
+        words, missing = values[first : first + 5], np.full(len(plain), np.nan)
+        numbers = dict(zip(self.plain.literals, values, strict=True))
         seconds = numbers.get(TIME, missing)
         rapid, timed, fed = ~np.isnan([numbers.get(RAPID, missing), seconds, numbers[FEED]])
         plain &= ~np.isnan(words).all(axis=0) & (rapid.astype(int) + timed + fed < 2)
@@ -125,7 +126,8 @@ class Reader:
             return self.take_plain(words[:, :count], value[:count], rapid[:count], timed[:count]) if count else 0
         seconds = 60 / value if self.inverse else np.where(timed, value, np.nan)
         feeds = _held(np.where(np.isnan(seconds), value, np.nan), np.nan if self.feed is None else self.feed)
-        words = np.stack([_held(*column) for column in zip(words, self.position, strict=True)])
+        for row, before in zip(words, self.position, strict=True):
+            row[:] = _held(row, before)
         self.add(words, np.where(rapid | ~np.isnan(seconds), np.nan, feeds), seconds, rapid)
         self.position, self.feed = words[:, -1].tolist(), None if np.isnan(feeds[-1]) else float(feeds[-1])
         self.line += len(value)

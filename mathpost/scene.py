@@ -9,7 +9,7 @@ import numpy as np
 
 from mathpost import plot
 from mathpost.arrangement import arrange, placing
-from mathpost.linearization import true_tip
+from mathpost.deviation import true_tip
 from mathpost.solid import Camera, Solids
 
 ON_ANYTHING = [effects.withStroke(linewidth=3, foreground="white")]

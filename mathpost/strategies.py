@@ -13,7 +13,7 @@ from mathpost.min_plus import first_least, least_sums, stay, walk
 from mathpost.travel import PER_RADIAN, TIE, move_costs, short_way, shortened, sways_off, turns_over
 
 PREFERENCE = 1e-6  # cost of beginning on the other branch than the preferred one
-QUANTUM = 2.0**-40  # costs are whole multiples of it, so that sums are exact, in whatever order they are taken
+QUANTA = 2.0**40  # costs are whole multiples of 1/QUANTA, so that sums are exact, in whatever order they are taken
 OUTSIDE = np.float32(np.inf)
 
 
@@ -54,7 +54,7 @@ def moves(kin, inside, axes, rapid, weights, sway):
     over, doubtful = turns_over(steps, sway)
     doubtful &= in_cut
     over = np.where(possible, (over & in_cut) | doubtful, OUTSIDE)
-    costs = np.rint(move_costs(kin.machine, steps, weights, tie=TIE) / QUANTUM)
+    costs = np.rint(move_costs(kin.machine, steps, weights, tie=TIE) * QUANTA)
     return Moves(over, costs, doubtful, partial(sways_off, kin, start, steps, axes, sway))
 
 
@@ -66,7 +66,7 @@ def first_moves(machine, inside, weights, start, prefer):
         costs = PREFERENCE * on_the_other + TIE * PER_RADIAN * np.abs(joints[:, 3:]).sum(axis=1)
     else:
         costs = move_costs(machine, short_way(machine, joints - np.asarray(start, dtype=float)), weights)
-    over, costs = np.where(inside.known, np.float32(0), OUTSIDE), np.rint(costs / QUANTUM)[:, None]
+    over, costs = np.where(inside.known, np.float32(0), OUTSIDE), np.rint(costs * QUANTA)[:, None]
     shape = len(costs), *costs.shape
     return Moves(np.broadcast_to(over, shape), np.broadcast_to(costs, shape), np.zeros(shape, dtype=bool), None)
 

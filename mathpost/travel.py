@@ -23,7 +23,7 @@ def move_costs(machine, steps, weights=None, *, tie=0.0):
     for joint in range(5):  # one by one, which is fast in whatever order they lie in memory
         way = np.abs(steps[..., joint])
         if weights is None and not np.isnan(rates[joint]):
-            costs = np.maximum(costs, way / rates[joint])
+            costs = np.maximum(costs, way * (1 / rates[joint]))
         if joint > 2 and (tie or weights is not None):
             way = way * PER_RADIAN
         if weights is not None:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mathpost.deviation import largest
 from mathpost.errors import MathpostError
-from mathpost.linearization import deviation
 from mathpost.passage import in_cut
 
 LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no third derivative bounds
@@ -47,7 +47,7 @@ class Verification:
         )
 
 
-def verify(kin, cl, blocks, motion, *, samples=None, real=None):
+def verify(kin, cl, blocks, motion, *, real=None):
     """Compare a program's blocks with the CL data, at the records and along the path between the blocks.
 
     Parameters
@@ -58,8 +58,6 @@ def verify(kin, cl, blocks, motion, *, samples=None, real=None):
         As read back from the text.
     motion : Motion
         Where on the CL path each block ends, and which are lifted off the part.
-    samples : int, optional
-        Intervals between two blocks; see `mathpost.linearization.deviation`.
     real : Kinematics or Compensator, optional
         The forward kinematics of the machine that runs the program, if not those of its control.
 
@@ -68,39 +66,44 @@ def verify(kin, cl, blocks, motion, *, samples=None, real=None):
     Verification
     """
     least = 2 if real is None else LEAST_INTERVALS
-    real = kin if real is None else real
+    real, ideal = kin if real is None else real, real is None
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
     joints = blocks.joints
     if blocks.tcp:
         joints = kin.close(joints[:, :3], joints[:, 3:])
     tip, axis = real.forward(joints)
-    # A record whose block was left out as a repetition has the pose of the block before.
-    on_part = np.flatnonzero(~motion.lifted)
-    at = on_part[np.searchsorted(motion.place[on_part], np.arange(len(cl)), side="right") - 1]
     tips, axes = cl.at(motion.place)
-    steps = slice(None, -1), slice(1, None)
-    path_tip, path_axis = deviation(
-        real,
-        *(joints[part] for part in steps),
-        tips=[tips[part] for part in steps],
-        axes=[axes[part] for part in steps],
-        reached=[(tip[part], axis[part]) for part in steps],
-        samples=samples,
-        least=least,
-    )
-    if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
-        path_tip = np.linalg.norm(tip - tips, axis=1)[1:]
     cut = in_cut(motion.lifted)
-    worst = int(np.argmax(np.where(cut, path_tip, 0))) if len(cut) else -1
+    path_tip, worst, path_axis = 0.0, -1, 0.0
+    if len(cut):
+        path_tip, worst, path_axis = largest(
+            real,
+            joints,
+            False if blocks.tcp else tips,
+            axes,
+            reached=(tip, axis),
+            counted=cut,
+            least=least,
+            bounded=ideal,
+        )
+        if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
+            off = np.where(cut, _distance(tip, tips)[1:], 0)
+            path_tip, worst = float(off.max()), int(off.argmax())
+    at = slice(None)
+    if not (np.array_equal(motion.place, np.arange(len(cl))) and cut.all()):
+        # A record whose block was left out as a repetition has the pose of the block before.
+        on_part = np.flatnonzero(~motion.lifted)
+        at = on_part[np.searchsorted(motion.place[on_part], np.arange(len(cl)), side="right") - 1]
     return Verification(
-        tip_error=float(np.linalg.norm(tip[at] - cl.points, axis=1).max()),
-        axis_error=float(np.degrees(_angle(axis[at], cl.axes).max())),
-        path_tip_error=float(path_tip[cut].max(initial=0)),
-        path_axis_error=float(np.degrees(path_axis[cut].max(initial=0))),
+        tip_error=float(_distance(tip[at], cl.points).max()),
+        axis_error=float(np.degrees(2 * np.arcsin(min(_distance(axis[at], cl.axes).max() / 2, 1)))),
+        path_tip_error=path_tip,
+        path_axis_error=float(np.degrees(path_axis)),
         worst_record=cl.first + int(np.ceil(motion.place[worst + 1])) + 1,
     )
 
 
-def _angle(first, second):
-    return 2 * np.arcsin(np.clip(np.linalg.norm(first - second, axis=-1) / 2, 0, 1))
+def _distance(first, second):
+    off = first - second
+    return np.sqrt((off * off).sum(axis=1))

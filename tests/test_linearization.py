@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from mathpost.deviation import RESOLUTION, _intervals, deviation, levers
 from mathpost.errors import ReachError
-from mathpost.linearization import RESOLUTION, _intervals, deviation, levers, linearize, subdivide
+from mathpost.linearization import linearize, subdivide
 
 
 def moves(kin, count, seed):

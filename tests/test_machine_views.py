@@ -20,9 +20,9 @@ from mathpost import (
     view_rotation,
 )
 from mathpost.arrangement import arrange, placing
+from mathpost.deviation import deviation, true_tip
 from mathpost.errors import InputError, OutputError
 from mathpost.kinematics import Kinematics
-from mathpost.linearization import deviation, true_tip
 from mathpost.rotation import unit
 from mathpost.scene import Scene, spread
 from mathpost.solid import Camera, Solid, Solids, block

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from mathpost import cldata, machine, postprocess, program
 from mathpost.__main__ import main
+from mathpost.deviation import deviation
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
-from mathpost.linearization import deviation
 from mathpost.motion import Motion
 from mathpost.verification import verify
 from tests.conftest import DATA, ROOT

@@ -5,7 +5,8 @@ import pytest
 import sympy as sp
 
 from mathpost import selection
-from mathpost.linearization import deviation, equation_8, linearize, subdivide
+from mathpost.deviation import deviation
+from mathpost.linearization import equation_8, linearize, subdivide
 from mathpost.passage import paper_clamped, paper_cubic
 from mathpost.rotation import numeric
 from tests.conftest import DATA
