@@ -129,20 +129,30 @@ def largest(kin, joints, tips, axes, *, reached, counted, least=2, bounded=True)
     axis : float
         Radians.
     """
-    found, looked = np.zeros((2, len(counted))), ~counted
+    found = np.zeros((2, len(counted)))
     bounds = _bounds(kin.machine, joints, tips, axes, reached) if bounded else np.full(found.shape, np.inf)
-    bounds[:, looked] = -1
+    bounds[:, ~counted] = -1
+    bounds[0] = -1 if tips is False else bounds[0]
     few = len(counted) // FIRST + 1
-    for moves in (np.unique(np.argpartition(bounds, -few, axis=1)[:, -few:]), np.arange(len(counted))):
-        moves = moves[~looked[moves] & (bounds[:, moves] >= found.max(axis=1)[:, None]).any(axis=0)]
-        looked[moves] = True
-        ends = moves, moves + 1
-        wanted = [way if way is False else [way[end] for end in ends] for way in (tips, axes)]
-        there = [[at[end] for at in reached] for end in ends]
+    moves = np.unique(np.argpartition(bounds, -few, axis=1)[:, -few:])
+    moves = moves[counted[moves]]
+    for _ in range(2):
+        bounds[:, moves] = -1
         found[:, moves] = deviation(
-            kin, *(joints[end] for end in ends), tips=wanted[0], axes=wanted[1], reached=there, least=least
+            kin,
+            *_ends(joints, moves),
+            tips=False if tips is False else _ends(tips, moves),
+            axes=_ends(axes, moves),
+            reached=list(zip(*(_ends(at, moves) for at in reached), strict=True)),
+            least=least,
         )
+        moves = np.flatnonzero((bounds >= found.max(axis=1)[:, None]).any(axis=0))
     return float(found[0].max()), int(found[0].argmax()), float(found[1].max())
+
+
+def _ends(poses, moves):
+    """What poses (n, k) are at both ends of some moves, component by component in memory."""
+    return [np.take(poses.T, place, axis=1).T for place in (moves, moves + 1)]
 
 
 def _bounds(machine, joints, tips, axes, reached):
@@ -219,19 +229,19 @@ def from_segment(points, start, end):
 
 def _from_great_circle(axes, start, end):
     """Angle of unit vectors (3, k, m) from the m shorter arcs between unit vectors (3, m)."""
-    (a, b, c), (d, e, f) = start, end
+    # Of neighbours only the differences keep their digits. With D = end − start, s = axis − start and w = D²/2:
+    # start × end = start × D, and by Lagrange's identity an axis is between the ends, its cross products with both
+    # along the normal, if w·(s²/2) ≤ s·D ≤ w·(2 − (axis − end)²/2).
+    along, from_start = end - start, axes - start[:, None]
+    whole, to_start, to_end = map(_half_squared, (along, from_start, axes - end[:, None]))
+    (a, b, c), (d, e, f) = start, along
     normal = np.stack([b * f - c * e, c * d - a * f, a * e - b * d])
-    length = np.sqrt((normal * normal).sum(axis=0))
-    arc = length > 1e-12
-    normal /= np.where(arc, length, 1)
-    off_plane = np.abs((axes * normal[:, None]).sum(axis=0))
-    # Between the ends are the axes whose cross products with both point along the normal, by Lagrange's identity
-    # (start × axis)·(start × end) = axis·end − (start·end)(axis·start), and alike at the other end. Scalar products
-    # of neighbours keep their digits as what is missing to one: half of the squared chord.
-    whole, to_start, to_end = (
-        _half_squared(one) for one in (end - start, axes - start[:, None], axes - end[:, None])
-    )
-    beyond = ~arc | (to_end > whole + to_start - whole * to_start) | (to_start > whole + to_end - whole * to_end)
+    squared = (normal * normal).sum(axis=0)
+    arc = squared > 1e-24 * whole  # none between equal or opposite axes
+    normal /= np.sqrt(np.where(arc, squared, 1))
+    off_plane = np.abs((from_start * normal[:, None]).sum(axis=0))
+    done = (from_start * along[:, None]).sum(axis=0)
+    beyond = ~arc | (done < whole * to_start) | (done > whole * (2 - to_end))
     half_chord = np.sqrt(np.minimum(to_start, to_end) / 2)
     return np.where(beyond, 2, 1) * np.arcsin(np.minimum(np.where(beyond, half_chord, off_plane), 1))
 

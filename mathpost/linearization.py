@@ -94,8 +94,8 @@ def linearize(kin, joints, tolerance, *, max_pieces=4096, name="block", before=0
     tolerance = np.broadcast_to(tolerance, len(start))
     # A curve leaves its chord by at most an eighth of its second derivative: most moves need no closer look.
     error = derivative(kin.machine, start, end, 2) / 8
-    doubtful = np.flatnonzero(error > tolerance)
-    error[doubtful] = deviation(kin, start[doubtful], end[doubtful], axes=False)[0]
+    if (doubtful := np.flatnonzero(error > tolerance)).size:
+        error[doubtful] = deviation(kin, start[doubtful], end[doubtful], axes=False)[0]
     while (open_moves := np.flatnonzero(error > tolerance)).size:
         # The error falls with the square of the number of pieces.
         wanted = np.ceil(pieces[open_moves] * np.sqrt(error[open_moves] / tolerance[open_moves])).astype(int)

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import astuple, dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -217,6 +218,7 @@ class Reader:
         return InputError(f"{self.name}, line {self.line}", expected, found)
 
 
+@lru_cache
 def _plain(style, names):
     """The pattern of a line that moves axes and changes no mode but its feed."""
     start, ends = [Item("N", "count")], [Item(FEED, "number", optional=True)]

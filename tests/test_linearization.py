@@ -1,44 +1,12 @@
-"""The error between blocks against closed forms and dense sampling, and subdivision that meets it."""
+"""Paths divided until they keep a tolerance, against dense sampling."""
 
 import numpy as np
 import pytest
 
-from mathpost.deviation import RESOLUTION, _intervals, deviation, levers
+from mathpost.deviation import deviation
 from mathpost.errors import ReachError
 from mathpost.linearization import linearize, subdivide
-
-
-def moves(kin, count, seed):
-    """Random moves from tiny to large: joints at both ends."""
-    rng = np.random.default_rng(seed)
-    start = np.concatenate([rng.uniform(-200, 200, (count, 3)), rng.uniform(-1.5, 1.5, (count, 2))], axis=1)
-    step = rng.normal(size=(count, 5)) * [3, 3, 3, 1, 1]
-    step[:, 3:] *= 10.0 ** rng.uniform(-4, 0, (count, 1))
-    return start, start + step
-
-
-@pytest.mark.parametrize("turn", [1, 30, 90, 177.376])
-def test_pure_turn_has_the_sagitta(dmu50v, turn):
-    ends = dmu50v.close([77.0955, 0, 10], np.radians([[0, 0], [0, turn]]))
-    tip, axis = deviation(dmu50v, ends[:1], ends[1:])
-    assert tip[0] == pytest.approx(77.0955 * (1 - np.cos(np.radians(turn) / 2)), rel=1e-4)
-    assert axis[0] == pytest.approx(0, abs=1e-12)
-
-
-def test_default_sampling_misses_no_more_than_its_resolution(kin):
-    start, end = moves(kin, 400, seed=1)
-    (tip, axis), (dense_tip, dense_axis) = deviation(kin, start, end), deviation(kin, start, end, samples=1024)
-    np.testing.assert_allclose(tip, dense_tip, rtol=0, atol=RESOLUTION)
-    np.testing.assert_allclose(axis, dense_axis, rtol=0, atol=RESOLUTION / 100)
-
-
-def test_the_number_of_samples_follows_the_turn_and_the_levers(kin):
-    start, end = np.zeros((3, 5)), np.array([[500.0, 0, 0, 0, 0], [0.1, 0, 0, 1e-3, 0], [0, 0, 0, 1, 1]])
-    straight, small, large = _intervals(kin.machine, start, end, 2)
-    assert straight == 2 and small <= 4 and large >= 64
-    # Eight times the third derivative takes twice the intervals.
-    far = np.array([7 * (levers(kin.machine) + 1), 0, 0, 0, 0])
-    assert _intervals(kin.machine, start[2:] + far, end[2:] + far, 2) == 2 * large
+from tests.test_deviation import moves
 
 
 def test_linearized_path_keeps_the_tolerance_in_dense_sampling(kin):
