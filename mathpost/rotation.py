@@ -181,7 +181,9 @@ def zxz_apply(alpha, beta, gamma, points, *, degrees=False):
     """
     points, angles = as_array(points, 3, "points"), _as_angles((alpha, beta, gamma), degrees)
     turns, point = sp.symbols("alpha beta gamma", real=True), sp.symbols("x y z", real=True)
-    turned = numeric(tuple(_right(*turns) * sp.Matrix(point)), (*turns, *point))
+    a, b, c, *_ = _right_steps(*turns)
+    # One turn after the other takes half of the products that their matrix takes to be made and applied.
+    turned = numeric(tuple(c * (b * (a * sp.Matrix(point)))), (*turns, *point))
     return turned(*angles, *np.moveaxis(points, -1, 0))
 
 
