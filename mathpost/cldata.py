@@ -21,7 +21,7 @@ from mathpost.errors import InputError, as_array
 from mathpost.rotation import unit
 
 PIECE = 16_384  # records that are worked on at once
-BLOCK = 2**17  # bytes that are read at once; what is made of them fits the processor's cache
+BLOCK = 2**19  # bytes that are read at once
 
 
 @dataclass(frozen=True)

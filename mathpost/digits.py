@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
-WORTH = 2**17  # bytes; a smaller text takes less time without the machine code than loading that would take
+WORTH = 2**19  # bytes; a smaller text takes less time and memory without the machine code than loading that does
 LOOPS = "mathpost.text_loops"
 WIDEST = 24  # characters of a number that the machine code writes, at most
 

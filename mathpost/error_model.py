@@ -142,13 +142,13 @@ class ErrorModel:
 
     @cached_property
     def _ideal(self):
-        return dict.fromkeys(self.errors, 0)
+        return dict.fromkeys(self.errors, sp.S.Zero)
 
     @cached_property
     def _partial(self):
         """Each link without errors, and the products of those before and behind it."""
         links = self.links()
-        matrices = [link.matrix.subs(self._ideal) for link in links]
+        matrices = [link.matrix.xreplace(self._ideal) for link in links]
         before, behind = [sp.eye(4)], [matrices[-1][:, 2:]]
         for matrix in matrices[:-1]:
             before.append(before[-1] * matrix)
@@ -172,7 +172,7 @@ class ErrorModel:
         moved = sp.zeros(4, 2)
         for index, link in enumerate(links[:-1]):
             if symbol in link.matrix.free_symbols:
-                moved += before[index] * link.matrix.diff(symbol).subs(self._ideal) * behind[index + 1]
+                moved += before[index] * link.matrix.diff(symbol).xreplace(self._ideal) * behind[index + 1]
         return sp.ImmutableMatrix([*moved[:3, 1], *moved[:3, 0]])
 
     def forward(self, joints, errors):

@@ -301,7 +301,7 @@ class Kinematics:
         for solution in derived.solutions:
             cosine, sine = (sp.expand_trig(function(solution)) for function in (sp.cos, sp.sin))
             values = {sp.cos(derived.inner): cosine, sp.sin(derived.inner): sine}
-            rise, run = (term.subs(values) for term in derived.turn)
+            rise, run = (term.xreplace(values) for term in derived.turn)
             entries += [solution, cosine, sine, rise, run, rise**2 + run**2]
         return columns(tuple(entries), (*derived.axis, BELOW, ABOVE))
 
@@ -323,8 +323,8 @@ class Kinematics:
         collected = [_collected(named(coordinate), inner) for coordinate in derived.linear]
         values = dict(zip((*inner, *outer), sp.symbols("c_i s_i c_o s_o"), strict=True))
         arguments = *derived.tip, *values.values()
-        by_outer = columns(tuple(term.subs(values) for term in turned), arguments)
-        by_both = columns(tuple(entry.subs(values) for entry in collected), (*arguments, *turned.values()))
+        by_outer = columns(tuple(term.xreplace(values) for term in turned), arguments)
+        by_both = columns(tuple(entry.xreplace(values) for entry in collected), (*arguments, *turned.values()))
         return lambda *given: by_both(*given, *by_outer(*given))
 
     @cached_property

@@ -14,7 +14,7 @@ from mathpost.errors import InputError
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 NONE = np.empty((5, 0)), np.empty(0), np.empty(0), np.empty(0, bool)
 RAPID, TIME, FEED = " FMAX", " FT", " F"
-BLOCK = 2**17  # characters that are read at once; what is made of them fits the processor's cache
+BLOCK = 2**19  # characters that are read at once
 
 
 @dataclass(frozen=True)

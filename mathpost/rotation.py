@@ -340,6 +340,7 @@ def blocks(shape):
         yield slice(first, first + step)
 
 
+@lru_cache(maxsize=4096)
 def _in_floats(expression):
     """Return `expression` with its exact constants (√2/2, long fractions) evaluated, exponents left alone."""
     if expression.is_Integer and abs(expression) < 2**53:

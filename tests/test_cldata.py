@@ -248,7 +248,9 @@ def test_progress(tmp_path, monkeypatch):
     assert done[-1] == path.stat().st_size and set(total) == {done[-1]} and list(done) == sorted(set(done))
 
 
-def test_memory_does_not_grow_with_the_file(tmp_path):
+def test_memory_does_not_grow_with_the_file(tmp_path, monkeypatch):
+    monkeypatch.setattr(cldata, "BLOCK", 2**16)
+
     def peak(count):
         path = tmp_path / f"{count}.cl"
         path.write_text("GOTO/1.500,-2.250,3.125,0.500000,0.000000,0.866025\nFEDRAT/100\n" * count)
