@@ -57,7 +57,7 @@ class Pattern:
     Examples
     --------
     >>> pattern = Pattern([Item("X", "number"), Item(" Y", "number", optional=True)])
-    >>> values, plain = pattern.match(b"X+1.5 Y2\nX-20.25\nZ30\n" * 10_000)
+    >>> values, plain = pattern.match(b"X+1.5 Y2\nX-20.25\nZ30\n" * 30_000)
     >>> values[:, :2], plain[:3]
     (array([[  1.5 , -20.25],
            [  2.  ,    nan]]), array([ True,  True, False]))
@@ -66,11 +66,8 @@ class Pattern:
     def __init__(self, items, *, relaxed=False):
         self.items, self.relaxed = tuple(items), relaxed
         self.literals = [item.literal for item in self.items]
-        either = [
-            [change(text) for text in self.literals] if relaxed else self.literals
-            for change in (str.upper, str.lower)
-        ]
-        (self.upper, self.sizes), (self.lower, _) = map(_characters, either)
+        cases = (str.upper, str.lower) if relaxed else (str, str)
+        (self.upper, self.sizes), (self.lower, _) = (_characters(map(case, self.literals)) for case in cases)
         self.kinds = np.array([("", "number", "count").index(item.holds) for item in self.items])
         self.optional = np.array([item.optional for item in self.items])
 
@@ -152,7 +149,7 @@ def text(columns, count):
             values[row] = column.values
     decimals = np.array([-1 if column.values is None else column.decimals for column in columns])
     plus = np.array([ord(column.plus or "\0") for column in columns], np.uint8)
-    literals = _characters([column.literal for column in columns])
+    literals = _characters(column.literal for column in columns)
     out, parts, line = np.empty(count * widest, np.uint8), [], 0
     while line < count:
         line, end = loops.write(out, *literals, shown, values, decimals, plus, line)
@@ -165,6 +162,7 @@ def text(columns, count):
 
 def _characters(texts):
     """ASCII texts as rows of bytes, and their sizes."""
+    texts = list(texts)
     width = max(1, *map(len, texts))
     rows = np.frombuffer("".join(text.ljust(width) for text in texts).encode("ascii"), np.uint8)
     return rows.reshape(len(texts), width), np.array([len(text) for text in texts])
