@@ -17,7 +17,7 @@ from mathpost.program import DIALECTS
 from mathpost.selection import STRATEGIES
 from mathpost.setting import CONE, TOLERANCE
 
-LARGE = 4_000_000  # bytes of a CL file from which on several processes are worth their start
+LARGE = 16_000_000  # bytes of a CL file from which on several processes are worth their start
 
 
 def main(arguments=None):
