@@ -149,9 +149,10 @@ class Writer:
             Column(axis_word(name), values, DECIMALS, self.style.sign, shown)
             for name, values, shown in zip(self.axes, words.T, changed.T, strict=True)
         ]
-        feeds, stated, whole = blocks.feeds, np.zeros(len(words), bool), blocks.feeds == np.round(blocks.feeds)
+        stated, whole = np.zeros(len(words), bool), blocks.feeds == np.round(blocks.feeds)
         stated[self._feeds(blocks, timed)[0]] = True
-        feeds = [Column(" F", feeds, 0, shown=stated & whole), Column(" F", feeds, 3, shown=stated & ~whole)]
+        kinds = (0, stated & whole), (3, stated & ~whole)  # as `printed_feed` writes them
+        feeds = [Column(" F", blocks.feeds, decimals, shown=shown) for decimals, shown in kinds]
         return [*start, *axes, *rapid, times, *feeds, Column("\n")]
 
     def _codes(self, blocks, timed):
