@@ -17,7 +17,13 @@ TEN, NAUGHT = np.uint64(10), np.uint64(ZERO)  # without a sign: half of the time
 
 NOTHING, NUMBER, COUNT = range(3)  # what an item of a line holds behind its literal
 
-compiled = njit(cache=True, error_model="numpy")
+
+def compiled(function):
+    """Return the machine code of a function, made once for all sessions if there is a folder to keep it in."""
+    try:
+        return njit(cache=True, error_model="numpy")(function)
+    except RuntimeError:  # neither here nor in the home folder
+        return njit(error_model="numpy")(function)
 
 
 @compiled

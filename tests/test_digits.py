@@ -1,14 +1,16 @@
 """Numbers in and out of text in bulk: the same as `float` and ``%`` one by one, to the last bit and character."""
 
+import importlib.util
 import re
 import sys
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from mathpost import digits
+from mathpost import digits, text_loops
 from mathpost.digits import Column, Item, Pattern
 from tests.conftest import machine_code
 from tests.test_startup import loaded_after
@@ -131,6 +133,20 @@ def test_what_is_written_is_what_formatting_writes(rows, decimals, plus, literal
         with machine_code(used):
             assert digits.text(columns, len(rows)) == "".join(expected)
             assert digits.text([column[1:3] for column in columns], len(rows[1:3])) == "".join(expected[1:3])
+
+
+def test_machine_code_is_made_even_if_there_is_no_folder_to_keep_it_in(monkeypatch):
+    made = []
+
+    def njit(*, cache=False, **options):
+        if cache:
+            raise RuntimeError("cannot cache function: no locator available")
+        return lambda function: made.append(function.__name__) or function
+
+    monkeypatch.setattr(numba, "njit", njit)
+    specification = importlib.util.spec_from_file_location("fresh", text_loops.__file__)
+    specification.loader.exec_module(importlib.util.module_from_spec(specification))
+    assert {"match", "write"} <= set(made)
 
 
 def test_only_large_texts_load_the_compiler():
