@@ -16,9 +16,15 @@ from mathpost.errors import InputError
 UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
 MM_PER_INCH = 25.4
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
-# One record of six numbers, and nothing else: most lines of most files.
+# One record of three or six numbers, and nothing else: most lines of most files.
 PLAIN = digits.Pattern(
-    [digits.Item("GOTO"), digits.Item("/", "number"), *[digits.Item(",", "number")] * 5], relaxed=True
+    [
+        digits.Item("GOTO"),
+        digits.Item("/", "number"),
+        *[digits.Item(",", "number")] * 2,
+        *[digits.Item(",", "number", optional=True)] * 3,
+    ],
+    relaxed=True,
 )
 
 # Statements that say something but do not move the tool: they go into the program as comments.
@@ -78,17 +84,21 @@ class Reader:
     def take_block(self, block):
         """Take whole lines: runs of plain records together, the others one by one."""
         values, plain = PLAIN.match(block)
+        numbers, stated = values[1:], ~np.isnan(values[4:])
+        plain &= stated.all(axis=0) | ~stated.any(axis=0)
         lines = None
         for start, stop in digits.runs(plain):
             while start < stop and (self.pending or not plain[start]):
                 lines = lines or block.split(b"\n")
                 self.take_raw(lines[start] + b"\n")
                 start += 1
-            self.take_plain(values[1:, start:stop])
+            self.take_plain(numbers[:, start:stop])
 
     def take_plain(self, numbers):
-        """Take plain records, shape (6, n), on as many lines."""
+        """Take plain records, shape (6, n), on as many lines; NaN stands for the tool axis that holds."""
         numbers[:3] *= self.scale
+        for row, before in zip(numbers[3:], self.axis, strict=True):
+            row[:] = digits.held(row, before)
         if self.rapid_next and numbers.size:
             self.add(self.line, numbers[:, :1])
             self.line, numbers = self.line + 1, numbers[:, 1:]

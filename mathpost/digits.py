@@ -178,3 +178,18 @@ def runs(values):
     """
     edges = [0, *(np.flatnonzero(values[1:] != values[:-1]) + 1).tolist(), len(values)]
     return pairwise(edges)
+
+
+def held(values, before):
+    """Replace NaN by the last number before it, or by `before`.
+
+    Examples
+    --------
+    >>> held(np.array([np.nan, 2.0, np.nan]), 1.0)
+    array([1., 2., 2.])
+    """
+    missing = np.isnan(values)
+    if not missing.any():
+        return values
+    last = np.maximum.accumulate(np.where(missing, 0, np.arange(1, len(values) + 1)))
+    return np.concatenate([[before], values])[last]

@@ -126,9 +126,9 @@ class Reader:
             count = int(np.argmax(wrong))
             return self.take_plain(words[:, :count], value[:count], rapid[:count], timed[:count]) if count else 0
         seconds = 60 / value if self.inverse else np.where(timed, value, np.nan)
-        feeds = _held(np.where(np.isnan(seconds), value, np.nan), np.nan if self.feed is None else self.feed)
+        feeds = digits.held(np.where(np.isnan(seconds), value, np.nan), np.nan if self.feed is None else self.feed)
         for row, before in zip(words, self.position, strict=True):
-            row[:] = _held(row, before)
+            row[:] = digits.held(row, before)
         self.add(words, np.where(rapid | ~np.isnan(seconds), np.nan, feeds), seconds, rapid)
         self.position, self.feed = words[:, -1].tolist(), None if np.isnan(feeds[-1]) else float(feeds[-1])
         self.line += len(value)
@@ -226,12 +226,3 @@ def _plain(style, names):
         start = [Item("", "count"), Item(" L")]
         ends = [Item(RAPID, optional=True), Item(TIME, "number", optional=True), *ends]
     return Pattern([*start, *(Item(axis_word(name), "number", optional=True) for name in names), *ends])
-
-
-def _held(values, before):
-    """Replace NaN by the last number before it, or by `before`."""
-    missing = np.isnan(values)
-    if not missing.any():
-        return values
-    values = np.concatenate([[before], values])
-    return values[np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(len(values))))][1:]

@@ -199,9 +199,18 @@ def test_ordinary_records_are_read_together(monkeypatch):
     """No line of a run is left to the way line by line, unless it must be."""
     taken = []
     monkeypatch.setattr(apt.Reader, "take_line", lambda self, text: taken.append(text))
-    runs = "goto/1.5,-2,+3.,.5,0,0.8660254\n" * 30 + "GOTO / -10.123456789 , 2, 3,0,0,1 \r\n" * 30
+    runs = "goto/1.5,-2,+3.,.5,0,0.8660254\nGOTO/1,2,3\n" * 30 + "GOTO / -10.123456789 , 2, 3,0,0,1 \r\n" * 30
     with machine_code(True):
-        assert len(cldata.parse("FEDRAT/1\n".join([runs] * 3))) == 180 and taken == ["FEDRAT/1"] * 2
+        assert len(cldata.parse("FEDRAT/1\n".join([runs] * 3))) == 270 and taken == ["FEDRAT/1"] * 2
+
+
+def test_records_without_an_axis_keep_the_last_one():
+    lines = "GOTO/1,2,3\nGOTO/4,5,6,1,0,0\nGOTO/7,8,9\nGOTO/1,2,3\nFROM/0,0,0,0,1,0\nGOTO/1,2,3\nGOTO/4,5,6,0,0,1\n"
+    for used in (True, False):
+        with machine_code(used):
+            axes = cldata.parse(lines * 2).axes.tolist()
+        x, y, z = np.eye(3).tolist()
+        assert axes == [z, x, x, x, y, z] * 2
 
 
 @pytest.mark.parametrize("records", [1, 2, 3, 7, 16, 33, 34, 1000])
