@@ -10,12 +10,15 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from mathpost import machine, machine_errors, postprocess, workbook
+from mathpost import machine
+from mathpost.compensate import machine_errors
 from mathpost.errors import MathpostError
-from mathpost.passage import Crossing
-from mathpost.program import DIALECTS
-from mathpost.selection import STRATEGIES
-from mathpost.setting import CONE, TOLERANCE
+from mathpost.post import postprocess
+from mathpost.post.passage import Crossing
+from mathpost.post.program import DIALECTS
+from mathpost.post.selection import STRATEGIES
+from mathpost.post.setting import CONE, TOLERANCE
+from mathpost.workbook import folder as workbook
 
 LARGE = 16_000_000  # bytes of a CL file from which on several processes are worth their start
 

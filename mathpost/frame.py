@@ -6,7 +6,8 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from mathpost import chain, euler
+from mathpost import angles as euler
+from mathpost import chain
 from mathpost.errors import InputError, as_array
 from mathpost.rotation import as_rotation, numeric, unit, zxz_right
 

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mathpost import cldata, digits, machine, text_loops
-from mathpost.error_model import ErrorModel
+from mathpost import machine
+from mathpost.compensate.error_model import ErrorModel
 from mathpost.kinematics import Kinematics
+from mathpost.post import cl, digits, text_loops
 
 ROOT = Path(__file__).parent.parent
 DATA = ROOT / "data"
@@ -46,7 +47,7 @@ def dmu50v_both_ways(dmu50v):
 @pytest.fixture(scope="session")
 def blade():
     """Table 1 of source 002."""
-    return cldata.read(DATA / "cl/blade.cl")
+    return cl.read(DATA / "cl/blade.cl")
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from mathpost import euler
+from mathpost import angles as euler
 from mathpost.errors import InputError
 from mathpost.frame import CsyTransform, Frame, machine_frames
 

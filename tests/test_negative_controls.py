@@ -11,11 +11,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost import machine
-from mathpost.alignment import align
 from mathpost.frame import CsyTransform, Frame
 from mathpost.kinematics import Kinematics
+from mathpost.plane.alignment import align
+from mathpost.plane.tilted_plane import Plane
 from mathpost.rotation import ACTIVE, PASSIVE
-from mathpost.tilted_plane import Plane
 
 POINT = np.array([3.0, 4.0, 5.0])
 PRINTED = np.deg2rad([135, 54.7356, -90])

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost import cldata
 from mathpost.files import write_text
+from mathpost.post import cl
 from mathpost.rotation import unit
 
 RECORDS = 5600
@@ -41,9 +41,9 @@ def make():
     up = np.broadcast_to([0.0, 0.0, 1.0], normal.shape)
     lean = (LEAN * np.sin(2 * np.pi * PASSES * s + 0.3))[:, None]
     axis = unit(np.cos(lean) * up + np.sin(lean) * normal + np.tan(SIDEWAYS) * np.cross(up, normal))
-    return cldata.from_arrays(surface + BALL * (normal - axis), axis, feed=FEED, name="twisted_blade.cl")
+    return cl.from_arrays(surface + BALL * (normal - axis), axis, feed=FEED, name="twisted_blade.cl")
 
 
 if __name__ == "__main__":
     path = Path(__file__).with_name("twisted_blade.cl")
-    write_text(path, cldata.to_text(make(), title="twisted blade by formula: see make_twisted_blade.py"))
+    write_text(path, cl.to_text(make(), title="twisted blade by formula: see make_twisted_blade.py"))

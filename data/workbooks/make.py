@@ -10,8 +10,8 @@ from pathlib import Path
 import openpyxl
 from openpyxl.worksheet.formula import ArrayFormula
 
-from mathpost.workbook import template
-from mathpost.workbook_file import recalculate
+from mathpost.workbook.file import recalculate
+from mathpost.workbook.folder import template
 
 HERE = Path(__file__).parent
 TABLES = HERE.parent / "tables"

@@ -8,8 +8,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mathpost import cldata, postprocess
 from mathpost.kinematics import Kinematics
+from mathpost.post import cl, postprocess
 from tests.benchmarks.pipeline import trunnion, write_cl
 from tests.benchmarks.timing import row
 
@@ -36,7 +36,7 @@ def inverse(path):
     """Seconds of the inverse alone."""
     kin, seconds = Kinematics(trunnion()), 0.0
     kin.inverse([0, 0, 0], [0, 0, 1])
-    for piece in cldata.pieces(path):
+    for piece in cl.pieces(path):
         begun = time.perf_counter()
         kin.inverse(piece.points, piece.axes)
         seconds += time.perf_counter() - begun

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost import machine, postprocess
+from mathpost import machine
 from mathpost.machine import ENDLESS
+from mathpost.post import postprocess
 from tests.benchmarks import plain_loop
 from tests.benchmarks.timing import interleaved, row
 

@@ -21,7 +21,12 @@ def run():
     print("starting, of one second:")
     nothing = fresh("pass")
     row("import mathpost", fresh("import mathpost") - nothing, 0.1, "1 s")
-    row("import mathpost.postprocess, sympy included", fresh("import mathpost.postprocess") - nothing, None, "1 s")
+    row(
+        "import mathpost.post.postprocess, sympy included",
+        fresh("import mathpost.post.postprocess") - nothing,
+        None,
+        "1 s",
+    )
     for path in sorted(Path("data/machines").glob("*.toml")):
         rotation.numeric.cache_clear()
         rotation.columns.cache_clear()

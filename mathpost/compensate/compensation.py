@@ -1,0 +1,240 @@
+"""Compensate the systematic errors of a machine, after Bohez (source 001), and say what is left.
+
+Errors that do not depend on position are put into the inverse directly (`mathpost.compensate.calibrated`); those that do
+are taken out by one step of the total differential of the inverse, dq = −J⁺·Jₑ·e(q). Which error belongs to which group
+the source does not say. Near the singular position of the machine the step asks for a great turn in return for a
+small tilt, and its remainder, which grows with the square of the turn, makes things worse. There the turn is
+limited, X Y Z still correct the tip, and a point that would nevertheless become worse stays as programmed.
+"""
+
+from copy import copy
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from mathpost.compensate.calibrated import CalibratedKinematics
+from mathpost.compensate.error_model import ErrorModel
+from mathpost.errors import as_array
+
+MAX_TURN = np.deg2rad(0.1)  # its second-order remainder is 0.15 µm for every 100 mm between tool and rotary axis
+MAX_GAIN = 10  # turn for tilt that is never limited: that of a tool axis some 6 degrees from the singular one
+ROUNDING = 1e-13  # radians
+NEGLIGIBLE = 1e-4, 1e-7  # mm and radians by which "worse" is not worth refusing
+
+
+@dataclass(frozen=True)
+class PoseError:
+    """What the machine misses at each point: ``tip`` in mm, ``axis`` in radians, both of shape (...)."""
+
+    tip: np.ndarray
+    axis: np.ndarray
+
+    def __str__(self):
+        tip, axis = 1e3 * self.tip, np.rad2deg(self.axis) * 3600
+        return (
+            f"tip {tip.mean():.3f} µm on average, {tip.max():.3f} µm at most; "
+            f"tool axis {axis.mean():.2f} arcsec on average, {axis.max():.2f} arcsec at most"
+        )
+
+
+@dataclass(frozen=True)
+class Compensated:
+    """Joints that take the machine's errors into account.
+
+    Attributes
+    ----------
+    joints : ndarray, shape (..., 5)
+        mm and radians.
+    before, after : PoseError
+        With the joints as programmed, and with these.
+    limited : ndarray of bool, shape (...)
+        Where the turn was limited: the tip is corrected, the tool axis only in part.
+    refused : ndarray of bool, shape (...)
+        Where the correction would have made things worse, so that the joints are those programmed.
+    """
+
+    joints: np.ndarray
+    before: PoseError
+    after: PoseError
+    limited: np.ndarray
+    refused: np.ndarray
+
+    @property
+    def cautions(self):
+        """Sentences that say how many points were limited or refused; none if none was."""
+        sentences, count = [], self.limited.size
+        if self.limited.any():
+            worst = np.rad2deg(np.max(self.after.axis[self.limited])) * 3600
+            sentences.append(
+                f"{self.limited.sum()} of {count} points stand too near the singular position for the whole turn: "
+                f"there the tip is corrected, and up to {worst:.2f} arcsec of the tool axis' error stay"
+            )
+        if self.refused.any():
+            sentences.append(f"{self.refused.sum()} of {count} points stay as programmed: the step made them worse")
+        return tuple(sentences)
+
+    def report(self):
+        """Return the volumetric error before and after, and the cautions, as text."""
+        lines = [f"volumetric error before: {self.before}", f"volumetric error after:  {self.after}"]
+        return "\n".join([*lines, *self.cautions])
+
+
+class Compensator:
+    """Compensates joints for the errors of one machine.
+
+    Parameters
+    ----------
+    errors : mathpost.compensate.machine_errors.MachineErrors
+    max_turn : float, optional, keyword only
+        The greatest correction of a rotary axis for a tilt that it can hardly make, radians.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> from mathpost.compensate import machine_errors
+    >>> trunnion = machine.load("data/machines/ac_table.toml")
+    >>> compensator = Compensator(machine_errors.constant_only(trunnion, {"EXC": 0.012, "EAC": 30e-6}))
+    >>> result = compensator.compensate([40, -25, 30, 0.6, 1.2])
+    >>> f"{1e3 * result.before.tip:.2f} µm, {1e3 * result.after.tip:.2f} µm"
+    '12.16 µm, 0.00 µm'
+    """
+
+    def __init__(self, errors, *, max_turn=MAX_TURN):
+        self.errors, self.max_turn = errors, max_turn
+        self.machine = errors.machine
+        self.model = ErrorModel(errors.machine, errors.structure)
+
+    @cached_property
+    def calibrated(self):
+        """The exact inverse of the machine with the first group of its errors."""
+        return CalibratedKinematics(self.model, self.errors.constant)
+
+    def with_drift(self, drift):
+        """Return a `Compensator` of the same machine, whose errors have drifted by `drift`, shape (33,)."""
+        other = copy(self)
+        vars(other)["calibrated"] = self.calibrated  # the drift belongs to the second group
+        other.errors = replace(self.errors, drift=as_array(drift, len(self.model.names), "drift"))
+        return other
+
+    def costs(self, joints):
+        """Return what each error costs at the tip, to first order.
+
+        Parameters
+        ----------
+        joints : array_like, shape (..., 5)
+            mm and radians.
+
+        Returns
+        -------
+        dict
+            Name of each error that is not 0 everywhere to an array of mm, shape (...), dearest first.
+        """
+        errors = self.errors.at(joints)
+        moved = self.model.sensitivities(joints)[..., :3, :] * errors[..., None, :]
+        costs = dict(zip(self.model.names, np.moveaxis(np.linalg.norm(moved, axis=-2), -1, 0), strict=True))
+        costs = {name: cost for name, cost in costs.items() if cost.any()}
+        return dict(sorted(costs.items(), key=lambda item: -item[1].max()))
+
+    def forward(self, joints):
+        """Return tip and axis that the machine takes at `joints`, errors and all; mm and radians."""
+        return self.model.forward(joints, self.errors.at(joints))
+
+    def wanted(self, joints):
+        """Return tip and axis that a machine without errors takes at `joints`."""
+        return self.model.forward(joints, np.zeros(len(self.model.names)))
+
+    def miss(self, joints, wanted=None):
+        """Return the `PoseError` of `joints` against the pose `wanted`, by default that without errors."""
+        tip, axis = self.forward(joints)
+        wanted_tip, wanted_axis = self.wanted(joints) if wanted is None else wanted
+        # The chord of two unit vectors keeps the digits that the arccosine of their product loses.
+        chord = np.linalg.norm(axis - wanted_axis, axis=-1)
+        return PoseError(np.linalg.norm(tip - wanted_tip, axis=-1), 2 * np.arcsin(chord / 2))
+
+    def compensate(self, joints):
+        """Return the joints, as `Compensated`, with which the machine comes to where `joints` were meant to be.
+
+        Parameters
+        ----------
+        joints : array_like, shape (..., 5)
+            As computed for a machine without errors; mm and radians.
+        """
+        joints = as_array(joints, 5, "joints")
+        wanted = self.wanted(joints)
+        before = self.miss(joints, wanted)
+        base, exact = self._first_group(joints, wanted, np.maximum(self.max_turn, MAX_GAIN * before.axis))
+        left = np.where(exact[..., None], self.errors.varying(base), self.errors.at(base))
+        step, limited = total_differential(self.model, base, left, max_turn=self.max_turn)
+        after = self.miss(base + step, wanted)
+        refused = (after.tip > before.tip + NEGLIGIBLE[0]) | (after.axis > before.axis + NEGLIGIBLE[1])
+        corrected = np.where(refused[..., None], joints, base + step)
+        return Compensated(corrected, before, self.miss(corrected, wanted), limited & ~refused, refused)
+
+    def _first_group(self, joints, wanted, most):
+        """The exact inverse nearest to `joints` where it turns by no more than `most`, else `joints` themselves."""
+        change = self.calibrated.inverse(*wanted) - joints[..., None, :]
+        change[..., 3:] = (change[..., 3:] + np.pi) % (2 * np.pi) - np.pi
+        turn = np.abs(change[..., 3:] - _own_turns(self.model, self.errors.constant)).max(axis=-1)
+        nearest = np.argmin(np.where(np.isnan(turn), np.inf, turn), axis=-1)[..., None]
+        exact = np.take_along_axis(turn, nearest, axis=-1)[..., 0] <= most
+        change = np.take_along_axis(change, nearest[..., None], axis=-2)[..., 0, :]
+        return np.where(exact[..., None], joints + change, joints), exact
+
+
+def total_differential(model, joints, errors, *, max_turn=np.inf):
+    """Return one step of the total differential, dq = −J⁺·Jₑ·e.
+
+    The Jacobian J of tip and axis (6×5) falls in two: only the rotary axes turn the tool, and X Y Z, which are
+    never singular, then make up for what the turn does to the tip.
+
+    Parameters
+    ----------
+    model : mathpost.compensate.error_model.ErrorModel
+    joints : array_like, shape (..., 5)
+        mm and radians.
+    errors : array_like, shape (..., 33)
+        In the order of `model.names`; mm and radians.
+    max_turn : float, optional, keyword only
+        Limit, in radians, of a turn that is more than `MAX_GAIN` times the tilt for which it is made. What takes
+        out an axis' own positioning error does not count.
+
+    Returns
+    -------
+    step : ndarray, shape (..., 5)
+    limited : ndarray of bool, shape (...)
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> model = ErrorModel(machine.load("data/machines/ac_table.toml"))
+    >>> errors = np.where([name == "EAA" for name in model.names], 1e-4, 0)
+    >>> step, limited = total_differential(model, [0, 0, 0, 0.5, 0.2], errors)
+    >>> f"A {1e6 * step[3]:.1f} µrad, C {1e6 * step[4]:z.1f} µrad", limited.item()
+    ('A 100.0 µrad, C 0.0 µrad', False)
+    """
+    missed = np.einsum("...ij,...j->...i", model.sensitivities(joints), errors)
+    jacobian = model.jacobian(joints)
+    left, sizes, right = np.linalg.svd(jacobian[..., 3:, 3:], full_matrices=False)
+    own = _own_turns(model, errors)
+    tilted = missed[..., 3:] + np.einsum("...ij,...j->...i", jacobian[..., 3:, 3:], own)
+    tilt = np.einsum("...ij,...i->...j", left, tilted)
+    tilt = np.where(np.abs(tilt) < ROUNDING, 0, tilt)
+    wanted = -tilt / np.maximum(sizes, np.finfo(float).tiny)
+    most = np.maximum(max_turn, MAX_GAIN * np.abs(tilt))
+    # Beyond the limit the turn falls again as the pole comes nearer, where it would do nothing for the tilt, and so
+    # goes through zero at the pole, where the wanted turn jumps from plus to minus infinity.
+    beyond = np.abs(wanted) > most
+    turn = np.where(beyond, most**2 / np.where(beyond, wanted, 1), wanted)
+    rotary = own + np.einsum("...ji,...j->...i", right, turn)
+    tip = missed[..., :3] + np.einsum("...ij,...j->...i", jacobian[..., :3, 3:], rotary)
+    linear = -np.linalg.solve(jacobian[..., :3, :3], tip[..., None])[..., 0]
+    return np.concatenate([linear, rotary], axis=-1), beyond.any(axis=-1)
+
+
+def _own_turns(model, errors):
+    """The turns, shape (..., 2), that take out what the rotary axes' own positioning errors turn."""
+    columns = [[model.names.index(f"E{c}{rotary.name}") for c in "ABC"] for rotary in model.machine.rotary]
+    axes = np.array([rotary.axis for rotary in model.machine.rotary])
+    axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    return -np.einsum("...ij,ij->...i", np.asarray(errors)[..., columns], axes)

@@ -1,0 +1,189 @@
+"""Errors that drift, tracked from part to part by recursive least squares.
+
+The last text of source 001 asks for dynamic correction: measure, compute the error, correct the next motion. Here
+each part's readings, at the same poses, refine an estimate of the drifting errors; older parts are forgotten by a
+factor, and a reading that contradicts what is known is set aside, unless most of them do: one sensor may lie, but
+if all say the same, the machine has changed.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mathpost.errors import InputError, as_array
+
+SINGULAR = 1e-7  # of the greatest singular value, unknowns measured in their expected sizes
+
+
+@dataclass(frozen=True)
+class Update:
+    """What one part's readings did.
+
+    Attributes
+    ----------
+    surprise : ndarray, shape (poses, 3)
+        Reading minus expectation, in standard deviations of that difference.
+    set_aside : ndarray of bool, shape (poses, 3)
+        Readings that were not believed.
+    changed : bool
+        Whether most readings contradicted the past, so that the past was dropped instead.
+    """
+
+    surprise: np.ndarray
+    set_aside: np.ndarray
+    changed: bool
+
+
+class Tracker:
+    """Recursive least squares for some errors of a machine, from tip readings at fixed poses.
+
+    Parameters
+    ----------
+    model : mathpost.compensate.error_model.ErrorModel
+    names : sequence of str
+        The errors that drift, of `model.names`.
+    poses : array_like, shape (poses, 5)
+        Joints at which every part is probed; mm and radians.
+    sigma : float, keyword only
+        Standard deviation of one reading, mm.
+    expected : float or sequence, keyword only
+        The size that each error may have before anything was read, mm or radians.
+    forgetting : float, optional, keyword only
+        The weight of a part's readings one part later, above 0 and at most 1: 1 averages over all parts.
+    gate : float, optional, keyword only
+        Standard deviations beyond which a reading is set aside; infinite believes everything.
+
+    Attributes
+    ----------
+    values : ndarray, shape (names,)
+        The estimate; mm and radians.
+    covariance : ndarray, shape (names, names)
+        If the errors stood still and `forgetting` is 1, the covariance of `values`.
+
+    Raises
+    ------
+    InputError
+        If the poses cannot tell the errors apart. The message says which, and which joint to move as well.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> from mathpost.compensate.error_model import ErrorModel
+    >>> model = ErrorModel(machine.load("data/machines/ac_table.toml"))
+    >>> tracker = Tracker(model, ["EYA", "EYC"], [[0, 0, 0, 0, 0], [0, 0, 0, 1, 0]], sigma=0.001, expected=0.1)
+    >>> update = tracker.update(tracker.predict([0.010, 0.020]))
+    >>> tracker.values.round(4), update.set_aside.any().item()
+    (array([0.01, 0.02]), False)
+    >>> Tracker(model, ["EYA", "EYC"], [[0, 0, 0, 0, 0]], sigma=0.001, expected=0.1)
+    Traceback (most recent call last):
+        ...
+    mathpost.errors.InputError: poses: expected poses that tell EYA and EYC apart (moving A too would), found ...
+    """
+
+    def __init__(self, model, names, poses, *, sigma, expected, forgetting=0.7, gate=5.0):
+        self.model, self.names = model, tuple(names)
+        for name in self.names:
+            if name not in model.names:
+                raise InputError(f"error {name!r}", f"one of {', '.join(model.names)}", "another name")
+        if not 0 < forgetting <= 1:
+            raise InputError("forgetting", "a number above 0, at most 1", f"{forgetting}")
+        if not (sigma > 0 and np.all(np.asarray(expected) > 0)):
+            raise InputError("sigma and expected", "sizes above 0", f"{sigma} and {expected}")
+        self.poses = np.atleast_2d(as_array(poses, 5, "poses"))
+        self.sigma, self.forgetting, self.gate = sigma, forgetting, gate
+        self.expected = np.broadcast_to(np.asarray(expected, dtype=float), len(self.names))
+        self.design = self._design(self.poses)
+        self._check_told_apart()
+        self.values, self.covariance = np.zeros(len(self.names)), np.diag(self.expected**2)
+
+    def predict(self, values):
+        """Return the tip readings, shape (poses, 3) in mm, that errors of these `values` cause."""
+        return (self.design @ np.asarray(values, dtype=float)).reshape(-1, 3)
+
+    def drift(self):
+        """Return the estimate among all errors of the model, shape (33,), for `Compensator.with_drift`."""
+        drift = np.zeros(len(self.model.names))
+        drift[[self.model.names.index(name) for name in self.names]] = self.values
+        return drift
+
+    def sure(self):
+        """Return the standard deviation that each value will have after one part, shape (names,)."""
+        information = self.design.T @ self.design / self.sigma**2 + np.linalg.inv(self.covariance)
+        return np.sqrt(np.diag(np.linalg.inv(information)))
+
+    def update(self, readings, *, corrected=0.0):
+        """Take in the readings of one more part.
+
+        Parameters
+        ----------
+        readings : array_like, shape (poses, 3)
+            Where the tip was minus where it should have been, in the workpiece, mm.
+        corrected : array_like, shape (names,), optional, keyword only
+            The values with which that part had already been corrected: the readings are only what was left.
+
+        Returns
+        -------
+        Update
+        """
+        readings = as_array(readings, 3, "readings")
+        if readings.shape != (len(self.poses), 3):
+            raise InputError("readings", f"shape {(len(self.poses), 3)}, one for each pose", f"{readings.shape}")
+        readings = readings.ravel() + self.design @ np.broadcast_to(corrected, len(self.names))
+        self.covariance = self.covariance / self.forgetting
+        surprise = self._surprise(readings)
+        changed = bool((np.abs(surprise) > self.gate).mean() > 0.5)
+        if changed:
+            self.covariance = np.diag(self.expected**2) + self.covariance
+        # The least surprising first: a liar is judged by what the others have already said.
+        set_aside = np.zeros(len(readings), dtype=bool)
+        for row in np.argsort(np.abs(surprise)):
+            set_aside[row] = not self._take(self.design[row], readings[row])
+        return Update(surprise.reshape(-1, 3), set_aside.reshape(-1, 3), changed)
+
+    def _take(self, h, reading):
+        """One scalar step of recursive least squares, unless the reading lies beyond the gate."""
+        seen = self.covariance @ h
+        variance = h @ seen + self.sigma**2
+        missed = reading - h @ self.values
+        if abs(missed) > self.gate * np.sqrt(variance):
+            return False
+        gain = seen / variance
+        self.values = self.values + gain * missed
+        # Joseph's form keeps the covariance symmetric and positive whatever the rounding.
+        keep = np.eye(len(h)) - np.outer(gain, h)
+        self.covariance = keep @ self.covariance @ keep.T + self.sigma**2 * np.outer(gain, gain)
+        return True
+
+    def _surprise(self, readings):
+        variance = np.einsum("ij,jk,ik->i", self.design, self.covariance, self.design) + self.sigma**2
+        return (readings - self.design @ self.values) / np.sqrt(variance)
+
+    def _design(self, poses):
+        columns = [self.model.names.index(name) for name in self.names]
+        return self.model.sensitivities(poses)[:, :3, columns].reshape(-1, len(self.names))
+
+    def _check_told_apart(self):
+        confused = self._confused(self.design)
+        if not confused:
+            return
+        helpful = []
+        for joint, name in enumerate(self.model.machine.joint_names):
+            moved = self.poses.copy()
+            moved[:, joint] += 100.0 if joint < 3 else np.deg2rad(50)
+            more = self._confused(np.vstack([self.design, self._design(moved)]))
+            if len(more) < len(confused):
+                helpful.append(name)
+        advice = (
+            f"moving {', '.join(helpful[:-1]) + ' or ' * (len(helpful) > 1) + helpful[-1]} too would"
+            if helpful
+            else "no other position of one joint would"
+        )
+        many = "tell " + " and ".join(confused) + " apart" if len(confused) > 1 else f"show {confused[0]}"
+        raise InputError("poses", f"poses that {many} ({advice})", f"{len(self.poses)} that do not")
+
+    def _confused(self, design):
+        """Names that have a part in a combination of errors which no reading shows."""
+        _, sizes, right = np.linalg.svd(design * self.expected, full_matrices=True)
+        rank = int((sizes > SINGULAR * sizes.max(initial=1e-300)).sum())
+        shares = (right[rank:] ** 2).sum(axis=0)
+        return [name for name, share in zip(self.names, shares, strict=True) if share > 1e-6]

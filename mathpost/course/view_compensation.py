@@ -1,0 +1,101 @@
+"""Views with sliders for lessons 12 and 13: knots of a spline, and compensation near the pole."""
+
+import numpy as np
+
+from mathpost.compensate.compensation import total_differential
+from mathpost.draw import plot
+from mathpost.draw.widget import View
+from mathpost.measure import spline
+
+
+def knot_choice(measured):
+    """A slider over the number of knots of `spline.Points`: chosen adaptively, and equally far apart."""
+    order = spline.adaptive(measured, np.finfo(float).tiny).knots
+    fewest = 2 if measured.period is None else 3
+    possible = [count for count in range(fewest, len(measured.at) + 1) if _divides(measured, count)]
+
+    def build(figure):
+        axes = figure.subplots()
+        at = np.linspace(measured.at[0], measured.at[-1], 500)
+        axes.plot(measured.at, measured.values, "x", color=plot.COLOUR["published"], markersize=4)
+        lines = {}
+        for name, role in (("adaptive", "first branch"), ("uniform", "second branch")):
+            lines[name] = (
+                axes.plot([], [], plot.STYLE[role], color=plot.COLOUR[role], label=name)[0],
+                axes.plot([], [], "o", color=plot.COLOUR[role], fillstyle="none")[0],
+            )
+        axes.set(xlabel="angle, deg", ylabel="error, arcsec", ylim=_with_margin(measured.values))
+        axes.legend()
+
+        def update(knots):
+            fewer = max(count for count in possible if count <= knots)
+            fits = {
+                "adaptive": spline.Curve(measured, order[: int(knots)]),
+                "uniform": spline.uniform(measured, fewer),
+            }
+            for name, fitted in fits.items():
+                chosen = sorted(fitted.knots)
+                lines[name][0].set_data(at, fitted(at))
+                lines[name][1].set_data(measured.at[chosen], measured.values[chosen])
+            return "; ".join(
+                f"{name}: {len(fitted.knots)} knots, residual {fitted.residual:.3f} arcsec"
+                for name, fitted in fits.items()
+            )
+
+        return update
+
+    return View(build, {"knots": (fewest, len(order), 6, 1)})
+
+
+def towards_the_pole(compensator, joints, tilt):
+    """A slider that takes joint number `tilt` of `joints` (radians) to zero: one step there, whole and limited.
+
+    `compensator` is a `Compensator`; the slider is the logarithm of the tilt in degrees.
+    """
+    degrees = np.logspace(1.5, -3, 181)
+    path = np.tile(joints, (len(degrees), 1))
+    path[:, tilt] = np.deg2rad(degrees)
+    wanted, errors = compensator.wanted(path), compensator.errors.at(path)
+    whole, _ = total_differential(compensator.model, path, errors)
+    curves = {
+        "before": ("machine", compensator.miss(path, wanted).tip),
+        "one whole step": ("second branch", compensator.miss(path + whole, wanted).tip),
+        "limited": ("first branch", compensator.compensate(path).after.tip),
+    }
+
+    def build(figure):
+        axes = figure.subplots()
+        for name, (role, tip) in curves.items():
+            axes.loglog(
+                degrees,
+                1e3 * np.maximum(tip, 1e-8),
+                plot.STYLE.get(role, "-."),
+                color=plot.COLOUR[role],
+                label=name,
+            )
+        marks = [axes.plot([], [], "o", color=plot.COLOUR[role])[0] for role, _ in curves.values()]
+        axes.set(xlabel="tilt, deg", ylabel="error at the tip, µm")
+        axes.invert_xaxis()
+        axes.legend()
+
+        def update(log_tilt):
+            at = int(np.argmin(np.abs(np.log10(degrees) - log_tilt)))
+            for mark, (_, tip) in zip(marks, curves.values(), strict=True):
+                mark.set_data([degrees[at]], [1e3 * max(tip[at], 1e-8)])
+            turn = np.rad2deg(np.abs(whole[at, 3:]).max())
+            said = "; ".join(f"{name} {1e3 * tip[at]:.3f} µm" for name, (_, tip) in curves.items())
+            return f"tilt {degrees[at]:.4f} deg: {said}; the whole step turns {turn:.4f} deg"
+
+        return update
+
+    return View(build, {"log_tilt": (-3, 1.5, 1.5, 0.025)})
+
+
+def _divides(measured, count):
+    gaps = len(measured.at) - (measured.period is None)
+    return gaps % (count - (measured.period is None)) == 0
+
+
+def _with_margin(values):
+    margin = 0.1 * np.ptp(values)
+    return values.min() - margin, values.max() + margin

@@ -1,0 +1,323 @@
+"""The detective: which reading of the convention gives this number?
+
+Someone has turned a point, or built a matrix, with three Euler angles and got something else than expected. Every
+reading of `mathpost.detective.misreadings` is tried; those that give the answer to the precision to which it was
+written are returned, the simplest first. A match that so many tries would have hit by accident anyway is not an explanation.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from mathpost.detective.explanation import CHANCE, FAR_FETCHED, UNROUNDED, Explanation, Reading, written_decimals
+from mathpost.detective.misreadings import Factors, Slip, Wording, all_factors, matrices, wordings, written
+from mathpost.detective.rotary_axes import explain_joints
+from mathpost.errors import InputError, as_array
+
+__all__ = ["Explanation", "Reading", "explain", "explain_joints", "written_decimals"]
+
+ROUNDING = 1e-9  # relative: what a spreadsheet's own arithmetic may lose
+MOST, SHOWN = 100, 6  # right angles and points on an axis have many readings: how many are looked at and shown
+MORE_DIGITS = Slip(UNROUNDED, 0.5, "the angles were used with more digits than are given")
+PROBE_ANGLES = np.array([(20, 35, 50), (-15, 70, 25), (110, 40, -65)], dtype=float)
+PROBE_POINTS = np.array([(1, 2, 3), (2, -1, 5), (7, 3, -2)], dtype=float)
+GENERIC_ANGLES = np.array([(21.1234567, 47.7654321, 74.4567891), (-36.2468135, 12.1357924, 113.9753186)])
+# An answer copied out in the wrong order or with a lost sign: where its entries come from, and their signs.
+COPIED = (
+    ((0, 1, 2), (1, 1, 1), None),
+    *(
+        (order, (1, 1, 1), Slip("copied", 1, f"the answer's {a} and {b} are exchanged"))
+        for order, a, b in (((1, 0, 2), "x", "y"), ((2, 1, 0), "x", "z"), ((0, 2, 1), "y", "z"))
+    ),
+    *(
+        (
+            (0, 1, 2),
+            tuple(1 - 2 * (n == k) for k in range(3)),
+            Slip("copied", 1, f"the sign of the answer's {name} is lost"),
+        )
+        for n, name in enumerate("xyz")
+    ),
+    ((0, 1, 2), (-1, -1, -1), Slip("copied", 1.1, "the whole answer has the opposite sign")),
+)
+
+
+def explain(angles, point, answer, *, decimals=None, sequence="ZXZ"):
+    """Return the readings of three Euler angles that give `answer`, the simplest first.
+
+    The right reading is that of source 000: the coordinates of a fixed point in a frame turned by the first angle
+    about the first axis, by the second about the new second and by the third about the newest third axis.
+
+    Parameters
+    ----------
+    angles : array_like, shape (3,)
+        Degrees, as they were given.
+    point : array_like, shape (3,) or (n, 3), or None
+        The point, or n points that one reading must explain together. None if `answer` is a matrix.
+    answer : array_like, shape of `point`, or (3, 3) for a matrix
+        What someone got. Strings such as ``"4.9500"`` keep the zeros that tell the precision.
+    decimals : int, optional, keyword only
+        Digits after the point to which the answer was written; by default as many as its numbers show.
+    sequence : str, keyword only
+        The axes, such as ``"ZXZ"``.
+
+    Returns
+    -------
+    Explanation
+
+    Raises
+    ------
+    InputError
+        If an argument has another shape, holds something that is not a finite number, or names no axes, or if
+        the point is the origin, which every reading leaves in its place.
+
+    Examples
+    --------
+    >>> found = explain([135, 54.7356, -90], [3, 4, 5], [1.283069, 6.939923, 0.437263])
+    >>> print(found.readings[0])
+    the final transpose is missing: E_z(−α)·E_x(−β)·E_z(−γ)·p
+    >>> explain([135, 54.7356, -90], [3, 4, 5], [1, 2, 6.708]).explained
+    False
+    """
+    _check_sequence(sequence)
+    values = as_array(angles, 3, "angles")
+    if values.shape != (3,):
+        raise InputError("angles", "shape (3,)", f"shape {values.shape}")
+    points = np.eye(3) if point is None else as_array(point, 3, "point")
+    if not points.any():
+        raise InputError("point", "a point that a rotation moves", "the origin")
+    target = as_array(answer, 3, "answer")
+    if target.shape != points.shape or points.ndim > 2:
+        raise InputError("answer", f"shape {points.shape}", f"shape {target.shape}")
+    if decimals is None:
+        decimals = written_decimals(answer)
+    case = _Case(
+        angles=values,
+        points=np.atleast_2d(points),
+        # The columns of a matrix are where ex, ey and ez go, so a matrix is three points.
+        target=target.T if point is None else np.atleast_2d(target),
+        half_digits=np.array([_half_digit(angle) for angle in np.asarray(angles, dtype=object)]),
+        decimals=decimals,
+        sequence=sequence,
+        is_matrix=point is None,
+    )
+    if decimals == 0:
+        # Whole numbers are meant exactly if some reading gives them exactly, as right angles do.
+        exact = replace(case, decimals=9).explain(target.shape)
+        if exact.explained:
+            return exact
+    return case.explain(target.shape)
+
+
+def _half_digit(value):
+    """Half of the last digit of a decimal fraction; 0 for a whole number or a full float: those are exact."""
+    decimals = written_decimals(value)
+    return 0.5 * 10.0**-decimals if 0 < decimals < 9 else 0.0
+
+
+def _check_sequence(sequence):
+    valid = isinstance(sequence, str) and len(sequence) == 3 and set(sequence) <= set("XYZ")
+    if not valid or sequence[0] == sequence[1] or sequence[1] == sequence[2]:
+        raise InputError("sequence", "three axes such as 'ZXZ', no two neighbours alike", repr(sequence))
+
+
+@dataclass(frozen=True)
+class _Match:
+    """A product that fits: its factors, its wordings, and slips of the answer or the angles beside them."""
+
+    factors: Factors
+    wording: Wording
+    others: tuple
+    copied: tuple = COPIED[0]
+    unrounded: bool = False
+
+    @property
+    def slips(self):
+        extra = (self.copied[2],) if self.copied[2] else ()
+        return (*self.wording.slips, *self.factors.slips, *extra, *((MORE_DIGITS,) if self.unrounded else ()))
+
+    @property
+    def cost(self):
+        return 0.01 * self.wording.recipe + sum(slip.cost for slip in self.slips)
+
+    def value(self, angles, points):
+        """What the reading gives, shape (n, 3)."""
+        order, signs, _ = self.copied
+        return (points @ matrices([self.factors], [self.wording.key], angles)[0, 0].T)[:, order] * signs
+
+    def refines(self, other):
+        """Whether this has all the slips of `other` and more, which then explain nothing."""
+        return set(self.slips) > set(other.slips)
+
+
+@dataclass(frozen=True)
+class _Case:
+    """One question: the search and what it finds."""
+
+    angles: np.ndarray
+    points: np.ndarray
+    target: np.ndarray
+    half_digits: np.ndarray
+    decimals: int
+    sequence: str
+    is_matrix: bool
+
+    @property
+    def size(self):
+        return np.linalg.norm(self.points, axis=1).max()
+
+    @property
+    def tolerance(self):
+        return 0.5 * 10.0**-self.decimals * (1 + 1e-6) + ROUNDING * max(self.size, 1e-300)
+
+    def explain(self, shape):
+        tried, matches = 0, []
+        for depth in (2, 3):
+            found, count, costs = self.search(all_factors(self.sequence, depth))
+            tried += count
+            matches += [match for match in found if self.chance(costs, match.cost) < CHANCE]
+            if matches:
+                break
+        matches = sorted(matches, key=lambda match: match.cost)[:MOST]
+        matches = [match for match in matches if match.cost <= matches[0].cost + FAR_FETCHED]
+        groups = self.groups([match for match in matches if not any(match.refines(other) for other in matches)])
+        readings = tuple(self.reading(group, shape) for group in groups)
+        note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known()
+        return Explanation(readings, self.tolerance, tried, note)
+
+    def search(self, factors):
+        """Compare the readings with `factors` in all products, answers copied wrongly and angles less rounded."""
+        factors = [each for each in factors if self.matters(each)]
+        keys, best = list(wordings()), list(wordings().values())
+        if self.is_matrix:
+            best = [[wording for wording in same if not wording.row] for same in best]
+        values = np.einsum("fkij,nj->fkni", matrices(factors, keys, self.angles), self.points)
+        costs = np.add.outer([each.cost for each in factors], [same[0].cost for same in best])
+        found = []
+        for copied in COPIED[:1] if self.is_matrix else COPIED:
+            order, signs, slip = copied
+            # A wrong copy comes with one other slip at most: more is guessing.
+            rows = slice(None) if slip is None else slice(sum(len(each.slips) < 2 for each in factors))
+            misfit = np.abs(values[rows][..., order] * signs - self.target).max(axis=(2, 3))
+            for f, k in np.argwhere(misfit <= self.tolerance):
+                found.append(_Match(factors[f], best[k][0], tuple(best[k][1:]), copied))
+            if slip is None and self.half_digits.any():
+                reach = self.tolerance + self.size * np.deg2rad(self.half_digits.sum()) * 1.5
+                for f, k in np.argwhere((misfit > self.tolerance) & (misfit <= reach)):
+                    match = _Match(factors[f], best[k][0], tuple(best[k][1:]), unrounded=True)
+                    if self.fits_unrounded(match):
+                        found.append(match)
+        return found, len(COPIED) * costs.size, np.sort(costs, axis=None)
+
+    def matters(self, factors):
+        """Whether the roundings change anything: to round 135 to two decimals is no slip."""
+        if factors.angle_decimals is None:
+            return True
+        return not np.array_equal(np.round(self.angles, factors.angle_decimals), self.angles)
+
+    def fits_unrounded(self, match):
+        """Whether angles that round to the given ones give the answer, judged by the differential."""
+        value = match.value(self.angles, self.points)
+        slopes = [
+            (match.value(self.angles + half, self.points) - match.value(self.angles - half, self.points)) / 2
+            for half in np.diag(self.half_digits)
+        ]
+        jacobian = np.array([slope.ravel() for slope in slopes]).T
+        missing = (self.target - value).ravel()
+        steps, *_ = np.linalg.lstsq(jacobian, missing, rcond=1e-9)
+        left = missing - jacobian @ np.clip(steps, -1, 1)
+        return np.abs(left).max() <= self.tolerance
+
+    def chance(self, costs, cost):
+        """The expected number of accidental matches among the readings that are no more far-fetched."""
+        tries = np.searchsorted(costs, cost + 1e-9, side="right")
+        # A point moves on a sphere, a second one on a circle around the first.
+        ratio = self.tolerance / self.size
+        # The cube of the tolerance covers about six of its squares there.
+        share = min(1.0, 1.5 * ratio**2 / np.pi)
+        if np.linalg.matrix_rank(self.points) > 1:
+            share *= min(1.0, ratio / np.pi)
+        return tries * share
+
+    def groups(self, matches):
+        """Group matches that are the identical product, whatever the angles and the point."""
+        groups = {}
+        for match in matches:
+            generic = [match.value(angles, PROBE_POINTS) for angles in GENERIC_ANGLES]
+            groups.setdefault((np.round(generic, 9) + 0.0).tobytes(), []).append(match)
+        return list(groups.values())[:SHOWN]
+
+    def reading(self, group, shape):
+        first = group[0]
+        same = [replace(first, wording=wording) for wording in first.others] + group[1:]
+        same = sorted(
+            (match for match in same if match.cost <= first.cost + FAR_FETCHED), key=lambda match: match.cost
+        )
+        value = first.value(self.angles, self.points)
+        return Reading(
+            sentence=_sentence(first),
+            product=self.written(first),
+            kinds=tuple(slip.kind for slip in first.slips),
+            value=value.T if self.is_matrix else value.reshape(shape),
+            same=tuple(f"{_sentence(match)}: {self.written(match)}" for match in same),
+            cost=first.cost,
+        )
+
+    def tell_apart(self, groups):
+        """Propose the point, or else the angles, for which the readings differ most clearly."""
+        options = [(self.angles, point) for point in PROBE_POINTS] if not self.is_matrix else []
+        options += [(angles, point) for angles in PROBE_ANGLES for point in PROBE_POINTS[:1]]
+        for angles, point in options:
+            values = [group[0].value(angles, point[None])[0] for group in groups]
+            apart = min(np.abs(a - b).max() for a, b in combinations(values, 2))
+            if apart > 0.05:
+                break
+        else:
+            return f"{len(groups)} readings give the same number here, and nearly the same everywhere."
+        asked = f"the point ({_numbers(point)})"
+        if angles is not self.angles:
+            asked += f" and the angles {_numbers(angles)}"
+        results = "; ".join(f"{_sentence(g[0])}: ({_numbers(v, 3)})" for g, v in zip(groups, values, strict=True))
+        return f"{len(groups)} readings give the same number here. To tell them apart, try {asked}: {results}."
+
+    def what_is_known(self):
+        """Say why no reading can fit, or which simple one gives two of the three coordinates."""
+        simple = [each for each in all_factors(self.sequence, 2) if len(each.slips) <= 1]
+        keys = [key for key, same in wordings().items() if len(same[0].slips) <= 1]
+        for factors in simple:
+            for key in keys:
+                wording = wordings()[key][0]
+                if len(factors.slips) + len(wording.slips) > 1:
+                    continue
+                match = _Match(factors, wording, ())
+                off = np.abs(match.value(self.angles, self.points) - self.target) > self.tolerance
+                if off.sum() == 1 and self.decimals > 1:
+                    row, column = np.argwhere(off)[0]
+                    rest = f"fits this reading: {_sentence(match)}" if match.slips else "is right"
+                    return f"Only {self.name(row, column)} is off, the rest {rest}."
+        lengths, given = np.linalg.norm(self.target, axis=1), np.linalg.norm(self.points, axis=1)
+        worst = np.abs(lengths - given).argmax()
+        if abs(lengths[worst] - given[worst]) > 2 * self.tolerance:
+            return (
+                f"No rotation gives it: the answer has the length {lengths[worst]:.6g}, "
+                f"and a rotation keeps {given[worst]:.6g}."
+            )
+        if self.decimals > 1:
+            return "It keeps the length, so it is a rotation, but by other angles."
+        return "It is written too coarsely: some reading would fit by accident. Give more digits or more points."
+
+    def written(self, match):
+        return written(match.wording, match.factors, point=not self.is_matrix)
+
+    def name(self, row, column):
+        return f"row {column + 1}, column {row + 1}" if self.is_matrix else "xyz"[column]
+
+
+def _sentence(match):
+    if not match.slips:
+        return "right"
+    return " and ".join(slip.phrase for slip in match.slips)
+
+
+def _numbers(values, decimals=None):
+    return ", ".join(f"{value:g}" if decimals is None else f"{value:z.{decimals}f}" for value in values)

@@ -1,0 +1,311 @@
+"""The detective for rotary axes: which sign, branch or winding do someone's B and C have?
+
+The machine's own inverse gives both branches for the CL data; a reading changes the tool axis that goes in (a lost
+sign, exchanged components) and the two angles that come out (sign, zero position, branch, unit, exchanged).
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import permutations, product
+
+import numpy as np
+
+from mathpost.detective.explanation import CHANCE, FAR_FETCHED, Explanation, Reading, written_decimals
+from mathpost.detective.misreadings import Slip
+from mathpost.errors import InputError, as_array
+from mathpost.kinematics import unit
+
+COMPONENTS = "ijk"
+ZERO_POSITIONS = (0, 180, 90, -90)
+GENERIC = np.array([(0.3, 0.2, 0.9327379), (-0.25, 0.35, 0.9027735)])
+
+
+@dataclass(frozen=True)
+class _Change:
+    """What was done to one angle of the inverse: sign, zero position in degrees, unit; and the slips."""
+
+    sign: int
+    offset: int
+    factor: float
+    slips: tuple
+
+    def text(self, name, branch):
+        index = "" if branch == "" else "₁₂"[branch[0]]
+        shift = f" {'+' if self.offset > 0 else '−'} {abs(self.offset)}°" if self.offset else ""
+        rad = " in radians" if self.factor != 1 else ""
+        return f"{'−' if self.sign < 0 else ''}{name}{index}{shift}{rad}"
+
+
+def explain_joints(kinematics, axis, angles, *, decimals=None):
+    """Return the readings of the tool axis and the machine that give someone's rotary angles, the simplest first.
+
+    Angles that differ by whole turns are the same; the sentence names the turns. The right reading is any pair of
+    angles that makes the tool axis, on either branch.
+
+    Parameters
+    ----------
+    kinematics : mathpost.kinematics.Kinematics
+    axis : array_like, shape (3,) or (n, 3)
+        Tool axis of the CL data, in the workpiece; n rows that one reading must explain together.
+    angles : array_like, shape (2,) or (n, 2)
+        Someone's rotary angles, degrees, in the order of the machine file.
+    decimals : int, optional, keyword only
+        Digits after the point to which the angles were written; by default as many as they show.
+
+    Returns
+    -------
+    mathpost.detective.explanation.Explanation
+        The value of a reading is its angles, in the shape of `angles`.
+
+    Raises
+    ------
+    InputError
+        If an argument has another shape or holds something that is not a finite number.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> from mathpost.kinematics import Kinematics
+    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
+    >>> print(explain_joints(kin, [0.145196, 0, 0.989403], [11.817, -184.185]))
+    right: B₁, C₁ −1 turn
+    >>> print(explain_joints(kin, [0.145196, 0, 0.989403], [11.817, -175.815]).readings[0])
+    the sign of C is reversed: B₁, −C₁
+    """
+    directions, given = as_array(axis, 3, "axis"), as_array(angles, 2, "angles")
+    if directions.ndim > 2 or directions.shape[:-1] != given.shape[:-1]:
+        raise InputError("angles", f"shape {(*directions.shape[:-1], 2)}", f"shape {given.shape}")
+    if decimals is None:
+        decimals = written_decimals(angles)
+    axis_decimals = written_decimals(axis)
+    case = JointCase(
+        kinematics,
+        np.atleast_2d(directions),
+        np.atleast_2d(given),
+        half_digit=0.5 * 10.0**-decimals * (1 + 1e-6) + 1e-9,
+        axis_half_digit=0.5 * 10.0**-axis_decimals if 0 < axis_decimals < 9 else 0.0,
+    )
+    return case.explain(given.shape)
+
+
+@dataclass(frozen=True)
+class _Match:
+    """A reading that fits: what was done to the tool axis, to each angle, on which branch of each."""
+
+    slips: tuple
+    components: list
+    signs: np.ndarray
+    exchanged: bool
+    changes: tuple
+    branches: tuple
+
+    @property
+    def cost(self):
+        return sum(slip.cost for slip in self.slips)
+
+    @property
+    def sentence(self):
+        return " and ".join(slip.phrase for slip in self.slips) or "right"
+
+    def value(self, kinematics, axis):
+        """The angles that the reading gives for tool axes of shape (n, 3): shape (n, 2), degrees."""
+        joints = kinematics.inverse(np.zeros(3), axis[:, self.components] * self.signs, degrees=True)[..., 3:]
+        angles = [
+            (change.sign * joints[np.arange(len(axis)), branch, n] + change.offset) * change.factor
+            for n, (change, branch) in enumerate(zip(self.changes, self.branches, strict=True))
+        ]
+        return np.stack(angles[::-1] if self.exchanged else angles, axis=1)
+
+    def product(self, names):
+        parts = [
+            change.text(name, branch if len(set(branch)) == 1 else "")
+            for change, name, branch in zip(self.changes, names, self.branches, strict=True)
+        ]
+        return ", ".join(parts)
+
+
+@dataclass(frozen=True)
+class JointCase:
+    """One question: CL tool axes, someone's angles, and the precision of both."""
+
+    kinematics: object
+    axis: np.ndarray
+    given: np.ndarray
+    half_digit: float
+    axis_half_digit: float
+
+    @property
+    def names(self):
+        return [rotary.name for rotary in self.kinematics.machine.rotary]
+
+    def explain(self, shape):
+        tried, matches, alone = 0, [], [[], []]
+        for axis_slips, components, signs in _axis_readings():
+            values, tolerance = self.both_branches(self.axis[:, components] * signs)
+            if np.isnan(values).any():
+                continue
+            for exchanged in (False, True):
+                given = self.given[:, ::-1] if exchanged else self.given
+                slips = [*axis_slips, *_exchange_slip(exchanged, self.names)]
+                fits = [self.fits(values, tolerance, given, joint) for joint in range(2)]
+                tried += len(_changes("")) ** 2
+                for first, second in product(*fits):
+                    branches, extra = self.branches(fits[0][first], fits[1][second])
+                    if branches:
+                        all_slips = (*slips, *first.slips, *second.slips, *extra)
+                        matches.append(_Match(all_slips, components, signs, exchanged, (first, second), branches))
+                for joint in range(2):
+                    alone[joint] += [(*slips, *change.slips) for change in fits[joint]] if not exchanged else []
+        if self.makes_the_axis().all() or any(match.cost == 0 for match in matches):
+            return Explanation((self.right(shape),), self.half_digit, tried)
+        return self.verdict(matches, alone, tried, shape)
+
+    def makes_the_axis(self):
+        """Whether the machine at the given angles points the tool along the CL axis, to the digits of both."""
+        joints = np.concatenate([np.zeros((len(self.given), 3)), self.given], axis=1)
+        made = self.kinematics.forward(joints, degrees=True)[1]
+        allowed = 2 * np.deg2rad(self.half_digit) + 3 * self.axis_half_digit + 1e-9
+        return np.linalg.norm(made - unit(self.axis), axis=1) <= allowed
+
+    def both_branches(self, axis):
+        """Both branches, shape (n, 2, 2) in degrees, and how far the last digits of the input may move them."""
+        near = axis[:, None, :] + np.array([(0, 0, 0), *product((-1, 1), repeat=3)]) * self.axis_half_digit
+        near = np.concatenate([near, self.not_normalised(axis)[:, None, :]], axis=1)
+        joints = self.kinematics.inverse(np.zeros(3), near, degrees=True)[..., 3:]
+        values = joints[:, 0]
+        spread = np.abs(_wrap(joints - values[:, None]))
+        return values, np.nan_to_num(spread).max(axis=1) + self.half_digit
+
+    def not_normalised(self, axis):
+        """The unit vectors with the component along the outer axis that `axis` has as printed, not normalised."""
+        first, second = self.kinematics.machine.rotary
+        outer = second if self.kinematics.machine.arrangement == "table-table" else first
+        u = unit(np.array(outer.axis, dtype=float))
+        across = axis - (axis @ u)[:, None] * u
+        length = np.linalg.norm(across, axis=1, keepdims=True)
+        along = np.clip(axis @ u, -1, 1)[:, None]
+        printed = along * u + np.sqrt(1 - along**2) * across / np.where(length > 0, length, 1)
+        is_rounded = np.abs(np.linalg.norm(axis, axis=1, keepdims=True) - 1) < 4 * self.axis_half_digit
+        return np.where(is_rounded & (length > 0), printed, axis)
+
+    def fits(self, values, tolerance, given, joint):
+        """The changes of one angle that give what was written, with the rows and branches where they do, (n, 2)."""
+        found = {}
+        for change in _changes(self.names[joint]):
+            off = _wrap(given[:, None, joint] / change.factor - change.sign * values[..., joint] - change.offset)
+            fit = np.abs(off) <= tolerance[..., joint] / change.factor
+            if fit.any(axis=1).all():
+                found[change] = fit
+        return found
+
+    def branches(self, first, second):
+        """The branch of each angle on each row, and the slip if they differ; None if they do not go together."""
+        if (first & second).any(axis=1).all():
+            branch = tuple(int(n) for n in np.argmax(first & second, axis=1))
+            return (branch, branch), ()
+        if (first & second[:, ::-1]).any(axis=1).all():
+            branch = tuple(int(n) for n in np.argmax(first & second[:, ::-1], axis=1))
+            slip = Slip("branch", 1.1, f"{self.names[0]} and {self.names[1]} are of different branches")
+            return (branch, tuple(1 - n for n in branch)), (slip,)
+        return None, ()
+
+    def right(self, shape):
+        """The right reading: the branch and the turns that each row has."""
+        values, _ = self.both_branches(self.axis)
+        branch = np.argmin(np.abs(_wrap(self.given[:, None] - values)).max(axis=2), axis=1)
+        chosen = values[np.arange(len(values)), branch]
+        parts = []
+        for n, name in enumerate(self.names):
+            turns = set(np.round((self.given - chosen)[:, n] / 360).astype(int).tolist())
+            text = name + ("₁₂"[branch[0]] if len(set(branch)) == 1 else "")
+            if len(turns) == 1 and turns != {0}:
+                count = turns.pop()
+                text += f" {'+' if count > 0 else '−'}{abs(count)} turn{'s' * (abs(count) > 1)}"
+            parts.append(text)
+        return Reading("right", ", ".join(parts), (), chosen.reshape(shape), (), 0.0)
+
+    def verdict(self, matches, alone, tried, shape):
+        """Rank the matches and group those that are the same for every tool axis."""
+        matches = sorted((m for m in matches if self.chance(m.cost) < CHANCE), key=lambda match: match.cost)
+        matches = [m for m in matches if not any(set(m.slips) > set(other.slips) for other in matches)]
+        groups = {}
+        for match in matches:
+            if match.cost <= matches[0].cost + FAR_FETCHED:
+                one_row = replace(match, branches=tuple(branch[:1] * len(GENERIC) for branch in match.branches))
+                generic = one_row.value(self.kinematics, GENERIC)
+                key = (
+                    (np.round(_wrap(generic), 6) % 360).tobytes() if np.isfinite(generic).all() else match.sentence
+                )
+                groups.setdefault(key, []).append(match)
+        readings = tuple(self.reading(group, shape) for group in list(groups.values())[:8])
+        if len(readings) > 1:
+            note = (
+                f"{len(readings)} readings give the same angles here: rows with another tool axis tell them apart."
+            )
+        else:
+            note = (
+                "" if readings else " ".join(self.one_by_one(name, alone[n]) for n, name in enumerate(self.names))
+            )
+        return Explanation(readings, self.half_digit, tried, note)
+
+    def reading(self, group, shape):
+        first, *others = group
+        return Reading(
+            sentence=first.sentence,
+            product=first.product(self.names),
+            kinds=tuple(slip.kind for slip in first.slips),
+            value=first.value(self.kinematics, self.axis).reshape(shape),
+            same=tuple(f"{match.sentence}: {match.product(self.names)}" for match in others),
+            cost=first.cost,
+        )
+
+    def one_by_one(self, name, found):
+        """What explains one angle alone: one slip at most, as one number fits many readings by accident."""
+        simple = sorted((slips for slips in found if len(slips) <= 1), key=len)
+        if not simple:
+            return f"{name}: no reading gives it."
+        return f"{name} alone: {simple[0][0].phrase if simple[0] else 'right'}."
+
+    def chance(self, cost):
+        """The expected number of accidental matches among the readings that are no more far-fetched."""
+        return 8.0 ** np.ceil(cost) * (self.half_digit / 180) ** (2 * len(self.axis))
+
+
+def _axis_readings():
+    """Readings of the tool axis: slips, which component stands in which place, and their signs."""
+    for components, signs in product(permutations(range(3)), product((1, -1), repeat=3)):
+        moved = [COMPONENTS[n] for n in range(3) if components[n] != n]
+        slips = []
+        if moved:
+            slips.append(Slip("exchange", len(moved) - 1, f"{', '.join(moved)} of the tool axis are exchanged"))
+        lost = [COMPONENTS[n] for n in range(3) if signs[n] < 0]
+        if len(lost) == 3:
+            slips.append(Slip("axis sign", 1, "the tool axis points away from the spindle"))
+        else:
+            slips += [Slip("axis sign", 1, f"the sign of {name} is lost") for name in lost]
+        yield slips, list(components), np.array(signs)
+
+
+def _exchange_slip(exchanged, names):
+    return [Slip("exchange", 1, f"{names[0]} and {names[1]} stand in each other's place")] if exchanged else []
+
+
+@lru_cache(maxsize=32)
+def _changes(name):
+    """Return what may have been done to the angle of the joint `name`, as a tuple."""
+    changes = []
+    for sign, offset, factor in product((1, -1), ZERO_POSITIONS, (1.0, np.pi / 180)):
+        slips = []
+        if sign < 0:
+            slips.append(Slip("sign", 1, f"the sign of {name} is reversed"))
+        if offset:
+            slips.append(Slip("zero", 1 if offset == 180 else 1.25, f"{name} is off by {offset:+d} degrees"))
+        if factor != 1:
+            slips.append(Slip("unit", 1, f"{name} is written in radians"))
+        changes.append(_Change(sign, offset, factor, tuple(slips)))
+    return tuple(changes)
+
+
+def _wrap(degrees):
+    """Degrees brought into [−180, 180)."""
+    return (degrees + 180) % 360 - 180

@@ -1,0 +1,256 @@
+"""The bodies of a machine as simple solids, for any arrangement of its two rotary axes.
+
+A machine file holds axes, not castings. The solids are made up around them: going from the workpiece down to the
+bed, and from the tool up to the slides, each body is the hull between the bearing that carries it and those that it
+carries. A bearing stands square to its axis, on both sides where the axis lies across (trunnion, fork) and on one
+side where it does not (turntable, nutating head).
+"""
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+import sympy as sp
+
+from mathpost import chain
+from mathpost.draw.plot import COLOUR
+from mathpost.draw.solid import Solid, block, cylinder, ring
+from mathpost.rotation import numeric, unit
+
+UP = np.array([0.0, 0.0, 1.0])
+ACROSS = 0.5  # an axis at more than 60 degrees from what it carries gets a bearing on both sides
+GREYS = {
+    "bed": "#8c8c8c",
+    "first": "#b4b4b4",
+    "second": "#dcdcdc",
+    "wall": "#f4f4f4",
+}  # the machine's role, one shade a body
+
+
+@dataclass
+class Arrangement:
+    """The solids of a machine, each in the coordinates of its body, and the lines of its rotary axes.
+
+    Attributes
+    ----------
+    size : float
+        The length that everything is measured by, mm.
+    home : ndarray, shape (5,)
+        The joints that the solids were laid out at: rotary zero, the tool above the workpiece.
+    solids : list of Solid
+    lines : dict
+        Name of each rotary joint to the ends of its line, shape (2, 3), in the coordinates of the carried body.
+    corner : ndarray, shape (3,)
+        A corner of the bed, where the machine's frame is shown.
+    """
+
+    size: float
+    home: np.ndarray
+    solids: list = field(default_factory=list)
+    lines: dict = field(default_factory=dict)
+    corner: np.ndarray = None
+
+
+@lru_cache(maxsize=32)
+def placing(machine):
+    """Compile `mathpost.chain.bodies`: a function from joints, shape (5,), to a dict of 4×4 matrices."""
+    pairs = chain.bodies(machine)
+    compiled = numeric(sp.ImmutableMatrix.vstack(*(m for _, m in pairs)), chain.joint_symbols(machine))
+
+    def places(joints):
+        matrices = compiled(*np.asarray(joints, dtype=float)).reshape(-1, 4, 4)
+        return {"bed": np.eye(4)} | dict(zip([name for name, _ in pairs], matrices, strict=True))
+
+    return places
+
+
+def arrange(kin, cl=None):
+    """Lay out the `Arrangement` of a machine, the workpiece fitted to the path `cl` if there is one."""
+    machine = kin.machine
+    size = _size(machine, cl)
+    low, high = _workpiece(size, cl)
+    tool_axis = unit(np.array(machine.tool_axis))
+    lift = 0.3 * size if cl is None else 0.0
+    start = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, high[2]]) if cl is not None else np.zeros(3)
+    home = kin.close(start + lift * tool_axis, [0.0, 0.0])
+    made = Arrangement(size, home)
+    origin = np.array(machine.origin)
+    stock = block(origin + low, origin + high)
+    made.solids.append(Solid("workpiece", stock, COLOUR["workpiece"]))
+    plate = _workpiece_side(made, machine, stock)
+    _tool_side(made, machine, origin + start + lift * tool_axis, tool_axis, plate)
+    places = placing(machine)(home)
+    for solid in made.solids:
+        _into(solid, np.linalg.inv(places[solid.body]))
+    for name, line in made.lines.items():
+        inverse = np.linalg.inv(places[name])
+        made.lines[name] = line @ inverse[:3, :3].T + inverse[:3, 3]
+    return made
+
+
+def _size(machine, cl):
+    """A length that fits tool, offsets and path."""
+    tables = [r for r in machine.rotary if r.carries == "workpiece"]
+    heads = [r for r in machine.rotary if r.carries == "tool"]
+    lengths = [80.0, 0.9 * machine.tool_length]
+    lengths += [_from_line(np.array(machine.origin), r) for r in tables]
+    lengths += [0.8 * np.linalg.norm(_foot(r, np.zeros(3))) for r in heads]
+    if cl is not None:
+        lengths += [1.1 * np.ptp(cl.points, axis=0).max(), 1.2 * np.linalg.norm(cl.points, axis=1).max()]
+    return max(lengths)
+
+
+def _workpiece(size, cl):
+    """Opposite corners of the workpiece in its own frame; a path lies on its top."""
+    if cl is None:
+        return size * np.array([-0.5, -0.35, -0.4]), size * np.array([0.5, 0.35, 0.0])
+    low, high = cl.points.min(axis=0), cl.points.max(axis=0)
+    middle, half = (low + high)[:2] / 2, np.maximum((high - low)[:2] / 2 + 0.08 * size, 0.3 * size)
+    bottom = min(0.0, low[2] - 0.3 * size)
+    return np.array([*(middle - half), bottom]), np.array([*(middle + half), low[2]])
+
+
+def _workpiece_side(made, machine, stock):
+    """Turntable and cradle from the workpiece down, then the bed; return the corners of its plate."""
+    size, tables = made.size, [r for r in machine.rotary if r.carries == "workpiece"]
+    lowest, radius = stock[:, 2].min(), 0.3 * size
+    carried = [ring([*stock.mean(axis=0)[:2], lowest], UP, radius)]
+    if tables:
+        turntable, axis = tables[-1], _along(tables[-1], UP)
+        across = stock - stock @ axis[:, None] * axis - _foot(turntable, np.zeros(3))
+        radius = max(1.05 * np.linalg.norm(across, axis=1).max(), 0.4 * size)
+        top = _foot(turntable, (stock @ axis).min() * axis)
+        under, hub = top - 0.12 * size * axis, 0.6 * radius
+        made.solids.append(Solid(turntable.name, cylinder(top, under, radius, count=28), GREYS["second"]))
+        carried = [ring(under - 0.12 * size * axis, axis, hub)]
+        made.solids.append(
+            Solid(turntable.name, np.concatenate([ring(under, axis, hub), *carried]), GREYS["second"])
+        )
+        made.lines[turntable.name] = _line(carried, axis, size)
+        lowest = carried[0][:, 2].min()
+    if len(tables) == 2:
+        cradle, across = tables[0], axis
+        axis, foot = _along(cradle, UP), _foot(cradle, carried[0].mean(axis=0))
+        sizes = {"clear": 1.12 * radius, "thin": 0.45 * radius, "radius": 0.35 * radius}
+        bearings = _bearings(foot, axis, across, **sizes)
+        _join(made, cradle.name, carried, bearings, GREYS["first"])
+        made.lines[cradle.name] = _line(bearings, axis, size)
+        lowest = min(foot[2] - 0.8 * max(np.linalg.norm(stock - foot, axis=1).max(), radius), lowest)
+        carried = bearings
+    floor = lowest - 0.15 * size
+    for bearing in carried:
+        middle, reach = bearing.mean(axis=0)[:2], np.ptp(bearing, axis=0).max() / 2
+        foot = block([*(middle - reach), floor], [*(middle + reach), floor + 0.01 * size])
+        made.solids.append(Solid("bed", np.concatenate([bearing, foot]), GREYS["bed"]))
+    half = 1.55 * max(radius, 0.6 * size)
+    (left, front), (right, back) = stock.mean(axis=0)[:2] - half, stock.mean(axis=0)[:2] + half
+    plate = block([left, front, floor - 0.12 * size], [right, back, floor])
+    made.solids.append(Solid("bed", plate, GREYS["bed"], layer=0))
+    made.corner = np.array([left, front, floor])
+    return plate
+
+
+def _tool_side(made, machine, tip, tool_axis, plate):
+    """Tool, spindle and heads from the tool up, then the slides."""
+    size, width = made.size, 0.17 * made.size
+    nose = tip + machine.tool_length * tool_axis
+    face = tip + max(machine.tool_length, 0.45 * size) * tool_axis  # a tool of no length is drawn all the same
+    neck = (tip + face) / 2
+    made.solids.append(Solid("tool", cylinder(tip, neck, 0.035 * size, count=14), COLOUR["tool"]))
+    made.solids.append(Solid("tool", cylinder(neck, face, 0.07 * size, count=14), COLOUR["tool"]))
+    slide, heads = machine.linear[2].name, [r for r in machine.rotary if r.carries == "tool"]
+    spindle = ring(face, tool_axis, width)
+    if heads:  # the spindle's housing is one body, what carries it may have two arms
+        swivel, axis = heads[-1], _along(heads[-1], tool_axis)
+        foot = nose + _foot(swivel, face - nose, tool_axis)
+        bearings = _bearings(foot, -axis, tool_axis, clear=1.1 * width, thin=0.3 * width, radius=0.9 * width)
+        made.solids.append(Solid(swivel.name, np.concatenate([spindle, *bearings]), GREYS["second"]))
+        made.lines[swivel.name] = _line(bearings, axis, size)
+        carried = bearings
+    else:
+        carried = [ring(face + 0.5 * size * tool_axis, tool_axis, width)]
+        made.solids.append(Solid(slide, np.concatenate([spindle, *carried]), GREYS["second"]))
+    if len(heads) == 2:
+        turning, across = heads[0], axis
+        axis, middle = _along(heads[0], tool_axis), np.concatenate(carried).mean(axis=0)
+        foot = nose + _foot(turning, middle - nose)
+        above = max(((np.concatenate(carried) - foot) @ axis).max(), 0.0) + 0.2 * width
+        bearings = _bearings(foot, -axis, across, clear=1.5 * width, thin=above, radius=0.9 * width)
+        if abs(axis @ tool_axis) >= ACROSS:  # a turning head that a fork or a nutating swivel hangs from
+            bearings = [ring(foot + above * axis, axis, 1.1 * width)]
+        _join(made, turning.name, carried, bearings, GREYS["first"])
+        made.lines[turning.name] = _line(bearings, axis, size)
+        carried = bearings
+    top = np.concatenate(carried).mean(axis=0)
+    foot = top + max(1.2 * width, np.concatenate(carried)[:, 2].max() - top[2] + 0.4 * width) * UP
+    wide = 1.1 * width * np.array([1, 1, 0])
+    ram = block(foot - wide, foot + wide + 3 * size * UP)
+    shade = GREYS["first" if heads else "second"]
+    _join(made, slide, carried, [ram[ram[:, 2] < foot[2] + 1e-9]], shade)
+    made.solids.append(Solid(slide, ram, shade))
+    _slides(made, machine, foot, width, plate)
+
+
+def _slides(made, machine, foot, width, plate):
+    """The X slide on a wall behind the bed, and the beam of the Y slide, with the ram of Z at its end."""
+    size, (left, _, floor), (right, back, _) = made.size, plate.min(axis=0), plate.max(axis=0)
+    back, bottom = max(back, foot[1] + 0.6 * size), foot[2] + 0.45 * size
+    rail, behind = bottom - 0.12 * size, back + 0.4 * size
+    wall = block([left, back, floor], [right, behind, rail])
+    x = block([foot[0] - 0.4 * size, back, rail], [foot[0] + 0.4 * size, behind, bottom])
+    y = block(
+        [foot[0] - 0.25 * size, foot[1] + 1.1 * width, bottom],
+        [foot[0] + 0.25 * size, behind + 0.1 * size, bottom + 0.35 * size],
+    )
+    made.solids.append(Solid("bed", wall, GREYS["wall"], layer=-1))
+    made.solids.append(Solid(machine.linear[0].name, x, GREYS["first"]))
+    made.solids.append(Solid(machine.linear[1].name, y, GREYS["second"]))
+
+
+def _bearings(foot, axis, carried_axis, *, clear, thin, radius):
+    """Rings square to `axis` about `foot`: two if it lies across `carried_axis`, otherwise one against `axis`."""
+    if abs(axis @ carried_axis) < ACROSS:
+        return [ring(foot + side * clear * axis, axis, radius) for side in (-1, 1)]
+    return [ring(foot - thin * axis, axis, 1.2 * radius)]
+
+
+def _join(made, body, carried, bearings, colour):
+    """Add the hulls between every ring carried and every ring that carries."""
+    for one in carried:
+        for other in bearings:
+            made.solids.append(Solid(body, np.concatenate([one, other]), colour))
+
+
+def _line(bearings, axis, size):
+    """Both ends of a rotary axis as it is drawn."""
+    along = np.concatenate(bearings) @ axis
+    foot = np.concatenate(bearings).mean(axis=0)
+    foot = foot - foot @ axis * axis
+    return foot + np.array([[along.min() - 0.3 * size], [along.max() + 0.3 * size]]) * axis
+
+
+def _along(rotary, direction):
+    """The unit vector of a rotary axis, turned towards `direction`."""
+    axis = unit(np.array(rotary.axis))
+    return axis if axis @ direction > -1e-9 else -axis
+
+
+def _foot(rotary, point, direction=None):
+    """The point of a rotary axis nearest to `point`, or to the line through it along `direction`."""
+    axis, on = unit(np.array(rotary.axis)), np.array(rotary.point, dtype=float)
+    away = point - on
+    if direction is None:
+        return on + away @ axis * axis
+    slope = axis @ direction
+    return on + (away @ axis - slope * (away @ direction)) / (1 - slope**2) * axis
+
+
+def _from_line(point, rotary):
+    return float(np.linalg.norm(point - _foot(rotary, point)))
+
+
+def _into(solid, inverse):
+    """Take a solid from machine coordinates into those of its body."""
+    solid.vertices = solid.vertices @ inverse[:3, :3].T + inverse[:3, 3]
+    solid.faces = [face @ inverse[:3, :3].T + inverse[:3, 3] for face in solid.faces]
+    solid.normals = solid.normals @ inverse[:3, :3].T

@@ -1,0 +1,276 @@
+"""Pictures of kinematics: one colour per role everywhere, and curves along a tool path."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import sympy as sp
+from IPython.display import Math
+from openpyxl.utils import get_column_letter
+
+from mathpost.post.deviation import true_tip
+from mathpost.workbook.report import STATUS_COLOUR
+
+# Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.
+COLOUR = {
+    "machine": "#7f7f7f",
+    "workpiece": "#0072b2",
+    "tool": "#d55e00",
+    "first branch": "#009e73",
+    "second branch": "#cc79a7",
+    "published": "#000000",
+    "forbidden": "#f0e442",
+}
+STYLE = {"first branch": "-", "second branch": "--", "published": ":"}
+
+
+def figure(rows=1, columns=1, *, size=(7.0, 4.2), three_d=False):
+    """Return ``(figure, axes)`` in the house style; close it with `show`."""
+    drawn, axes = plt.subplots(
+        rows, columns, figsize=size, layout="constrained", subplot_kw={"projection": "3d"} if three_d else None
+    )
+    return drawn, axes
+
+
+def show():
+    """Show the picture once, and leave no figure open behind a notebook cell."""
+    plt.show()
+    plt.close("all")
+
+
+def frame(axes, matrix, origin, *, colour, length=1.0, labels="XYZ", **style):
+    """Draw a frame's three axes: the columns of `matrix`, shape (3, 3), from `origin`, shape (3,)."""
+    for column, label in zip(matrix.T, labels, strict=True):
+        end = origin + length * column
+        axes.plot(*zip(origin, end, strict=True), color=colour, **style)
+        axes.text(*(origin + 1.15 * length * column), label, color=colour, ha="center", va="center")
+
+
+def tool_axes(axes, cl, *, length=1.0, colour=COLOUR["tool"], lift=0.0):
+    """Draw the tip and the tool axis of every record in 3-D; `lift` moves each record up, to tell them apart."""
+    for record, (point, axis) in enumerate(zip(cl.points, cl.axes, strict=True)):
+        start = point + np.array([0, 0, lift * record])
+        axes.plot(*zip(start, start + length * axis, strict=True), color=colour, linewidth=2)
+        axes.plot(*start[:, None], "o", color=COLOUR["workpiece"], markersize=4)
+
+
+def along(axes, place, values, role, label=None, *, points=False):
+    """Draw one quantity along a path in the colour and style of its `role`, one of `COLOUR`."""
+    style = {"color": COLOUR[role], "linestyle": STYLE.get(role, "-")}
+    axes.plot(place, values, label=label or role, marker="o" if points else None, markersize=4, **style)
+
+
+def travel(axes, low, high):
+    """Shade what is outside the travel of an axis, within the limits that the axes show at present."""
+    bottom, top = axes.get_ylim()
+    for start, end in ((bottom, max(low, bottom)), (min(high, top), top)):
+        if end > start:
+            axes.axhspan(start, end, color=COLOUR["forbidden"], alpha=0.4, zorder=0)
+    axes.set_ylim(bottom, top)
+
+
+def pole_map(axes, kin, tool_axes, *, cone=None, role="tool", label=None):
+    """Draw tool axes (n, 3) as seen along the outer axis: distance from the middle is the angle from the pole.
+
+    The pole is the middle; the singular cone of half angle `cone` (radians) is shaded.
+    """
+    pole = np.array(kin.inverse_symbolic.pole, dtype=float)
+    side = np.eye(3)[np.abs(pole).argmin()]
+    y = np.cross(pole, side) / np.linalg.norm(np.cross(pole, side))
+    x = np.cross(y, pole)
+    angle = np.degrees(np.arctan2(np.hypot(tool_axes @ x, tool_axes @ y), tool_axes @ pole))
+    direction = np.arctan2(tool_axes @ y, tool_axes @ x)
+    line = axes.plot(angle * np.cos(direction), angle * np.sin(direction), "o-", color=COLOUR[role], label=label)
+    if cone is not None:
+        axes.add_patch(plt.Circle((0, 0), np.degrees(cone), color=COLOUR["forbidden"], alpha=0.6, zorder=0))
+    axes.plot(0, 0, "+", color=COLOUR["machine"], markersize=12)
+    axes.set(xlabel="degrees from the pole", aspect="equal")
+    return line[0]
+
+
+def tip_path(axes, kin, joints, *, role, label=None, samples=40):
+    """Draw, seen from above, where the tip really goes when all joints move linearly from row to row."""
+    tip, _ = true_tip(kin, joints, samples=samples)
+    axes.plot(tip[:, 0], tip[:, 1], color=COLOUR[role], linestyle=STYLE.get(role, "-"), label=label or role)
+    axes.set(xlabel="x in the workpiece, mm", ylabel="y, mm", aspect="equal")
+
+
+# Lessons 08 to 11: datum, head, calibration
+
+
+def turned_point(axes, path, centre, *, names, colour=COLOUR["workpiece"]):
+    """Draw the way of a point about an axis seen end on, from a ring to a dot, with the radius at both ends.
+
+    `path` has shape (n, 2), `centre` is a point of the axis; `names` label the plane's two axes.
+    """
+    path, centre = np.asarray(path), np.asarray(centre)
+    axes.plot(*np.array([path[0], centre, path[-1]]).T, color=COLOUR["machine"], linewidth=0.8)
+    axes.plot(*centre, "+", color=COLOUR["machine"], markersize=12)
+    axes.plot(*path.T, color=colour)
+    axes.plot(*path[0], "o", color=colour, fillstyle="none")
+    axes.plot(*path[-1], "o", color=colour)
+    axes.set(xlabel=f"{names[0]} (mm)", ylabel=f"{names[1]} (mm)", aspect="equal")
+
+
+def magnified_circle(axes, radius, angles, deviations, factor, *style, **options):
+    """Draw a circle whose radial deviations, shape (n,) at `angles` (radians), are shown `factor` too large."""
+    radii = radius + factor * np.asarray(deviations)
+    axes.plot(radii * np.cos(angles), radii * np.sin(angles), *style, **options)
+    axes.set_aspect("equal")
+
+
+def ellipse(axes, centre, covariance, *, scale=3, **style):
+    """Draw the ellipse of `scale` standard deviations of a covariance, shape (2, 2), about `centre`."""
+    values, directions = np.linalg.eigh(covariance)
+    turn = np.linspace(0, 2 * np.pi, 181)
+    ring = directions @ (scale * np.sqrt(values)[:, None] * [np.cos(turn), np.sin(turn)])
+    axes.plot(*(ring + np.reshape(centre, (2, 1))), **style)
+
+
+def cutter(axes, cutter, tip, tilt, *, height=None, **style):
+    """Fill the outline of a `Cutter`, its `tip` at (x, z) and its axis `tilt` radians from z to x."""
+    rise = np.linspace(0, np.pi / 2, 30)
+    flat = cutter.diameter / 2 - cutter.rim
+    across = np.concatenate([[0], flat + cutter.rim * np.sin(rise), [cutter.diameter / 2, 0]])
+    top = 1.5 * cutter.diameter if height is None else height
+    up = np.concatenate([[0], cutter.rim * (1 - np.cos(rise)), [top, top]])
+    across, up = np.concatenate([across, -across[::-1]]), np.concatenate([up, up[::-1]])
+    x = tip[0] + across * np.cos(tilt) + up * np.sin(tilt)
+    z = tip[1] - across * np.sin(tilt) + up * np.cos(tilt)
+    axes.fill(x, z, **{"color": COLOUR["tool"], "alpha": 0.3} | style)
+    axes.set_aspect("equal")
+
+
+def runs(axes, measured, result):
+    """Draw bidirectional runs (`mathpost.measure.angular_error.Runs`) with the means ± 2 s of their `Accuracy`."""
+    pairs = [("first branch", "up", measured.up, result.mean_up, result.s_up)]
+    pairs += [("second branch", "down", measured.down, result.mean_down, result.s_down)]
+    for role, label, each, mean, s in pairs:
+        axes.plot(measured.angles, each, ".", color=COLOUR[role], markersize=3)
+        axes.plot(measured.angles, mean, STYLE[role], color=COLOUR[role], label=f"{label}: mean, ± 2 s")
+        axes.fill_between(measured.angles, mean - 2 * s, mean + 2 * s, color=COLOUR[role], alpha=0.25)
+    axes.axhline(0, color=COLOUR["machine"], linewidth=0.8)
+    axes.set(xlabel="angle, deg", ylabel="actual − target, arcsec")
+    axes.legend()
+
+
+def knots(axes, fitted, *, colour=COLOUR["workpiece"], label="spline"):
+    """Draw a `mathpost.measure.spline.Curve` over its measured points, the knots as circles."""
+    measured = fitted.points
+    end = measured.at[-1] if measured.period is None else measured.at[0] + measured.period
+    fine = np.linspace(measured.at[0], end, 721)
+    chosen = sorted(fitted.knots)
+    axes.plot(measured.at, measured.values, "x", color=COLOUR["published"], markersize=4, label="measured")
+    axes.plot(fine, fitted(fine), color=colour, label=f"{label}, {len(chosen)} knots")
+    axes.plot(measured.at[chosen], measured.values[chosen], "o", color=colour, fillstyle="none")
+    axes.set(xlabel="angle, deg", ylabel="error, arcsec")
+    axes.legend(loc="lower left")
+
+
+def costs(axes, position, priced, *, label, dearest=6):
+    """Draw what the dearest errors cost along a path; `priced` is from `Compensator.costs`."""
+    lines = ["-", "--", "-.", ":"]
+    for index, (name, cost) in enumerate(list(priced.items())[:dearest]):
+        axes.plot(position, 1e3 * cost, lines[index % 4], color=f"C{index}", label=name)
+    axes.set(xlabel=label, ylabel="µm at the tip", ylim=(0, None))
+    axes.legend(loc="upper left", bbox_to_anchor=(1, 1))
+
+
+# Frames, machines and tilted planes
+
+
+def formulas(*pairs, decimals=6):
+    """Return named matrices side by side as one formula: pairs of a LaTeX name and a matrix, exact or numbers."""
+    exact = [
+        (name, sp.Matrix(np.round(m, decimals) + 0.0) if isinstance(m, np.ndarray) else m) for name, m in pairs
+    ]
+    return Math(r" \qquad ".join(f"{name} = {sp.latex(matrix)}" for name, matrix in exact))
+
+
+def space(axes, radius, *, centre=(0.0, 0.0, 0.0), elevation=22.0, azimuth=-55.0):
+    """Prepare three-dimensional `axes` for a cube of half-width `radius`: equal scales, no panes."""
+    axes.set(**{f"{name}lim": (c - radius, c + radius) for name, c in zip("xyz", centre, strict=True)})
+    axes.set_box_aspect((1, 1, 1), zoom=1.25)
+    axes.view_init(elevation, azimuth)
+    axes.set_axis_off()
+
+
+class Wire:
+    """A line through points of a child frame, shape (n, 3), that moves with the frame; NaN rows break it."""
+
+    def __init__(self, axes, points, **style):
+        self.points = np.asarray(points, dtype=float)
+        (self.line,) = axes.plot(*self.points.T, **style)
+
+    def move(self, frame):
+        """Redraw at a `mathpost.frame.Frame`; return the points in its parent."""
+        moved = self.points @ frame.rotation.T + frame.origin
+        self.line.set_data_3d(*moved.T)
+        return moved
+
+
+class Triad:
+    """A frame's three axes with their labels, as artists that move."""
+
+    def __init__(self, axes, *, colour, length=1.0, labels="XYZ", **style):
+        self.wires = [Wire(axes, [np.zeros(3), length * e], color=colour, **style) for e in np.eye(3)]
+        self.texts = [axes.text(0, 0, 0, label, color=colour, ha="center", va="center") for label in labels]
+
+    def move(self, frame):
+        """Redraw at a `mathpost.frame.Frame`."""
+        for wire, text in zip(self.wires, self.texts, strict=True):
+            start, end = wire.move(frame)
+            text.set_position_3d(start + 1.15 * (end - start))
+
+
+def box(width, depth, height):
+    """The edges of a box on the XY plane, centred, as points for a `Wire`."""
+    x, y = width / 2, depth / 2
+    floor = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0], [-x, -y, 0]])
+    roof = np.add(floor, [0, 0, height])
+    posts = [[floor[n], roof[n], np.full(3, np.nan)] for n in range(4)]
+    return np.concatenate([floor, [np.full(3, np.nan)], roof, [np.full(3, np.nan)], *posts])
+
+
+def tool_outline(radius, length, shank=0.45):
+    """The outline of a tool with its tip at the origin and its axis along Z, as points for a `Wire`."""
+    turn = np.linspace(0, 2 * np.pi, 25)
+    ring = np.stack([np.cos(turn), np.sin(turn), np.zeros(25)], axis=-1)
+    gap = [np.full(3, np.nan)]
+    levels = [(radius, 0), (radius, length * shank), (2 * radius, length * shank), (2 * radius, length)]
+    rings = [np.concatenate([r * ring + [0, 0, h], gap]) for r, h in levels]
+    sides = [
+        np.array([[r * c, r * s, a], [r * c, r * s, b], [np.nan] * 3])
+        for r, a, b in [(radius, 0, length * shank), (2 * radius, length * shank, length)]
+        for c, s in [(1, 0), (0, 1), (-1, 0), (0, -1)]
+    ]
+    return np.concatenate([*rings, *sides])
+
+
+# Spreadsheets
+
+
+def worksheet(axes, report, sheet=None):
+    """Draw the cells that a check of a spreadsheet judged, in green, red and amber; the first wrong one framed.
+
+    `sheet` names one of several sheets, by default the first.
+    """
+    sheet = sheet or report.cells[0].place[0]
+    judged = [(cell, *cell.place[1]) for cell in report.cells if cell.place[0] == sheet]
+    rows, columns = (sorted({place[n] for place in judged}) for n in (1, 2))
+    for cell, row, column in judged:
+        is_first = cell is report.first
+        box = plt.Rectangle(
+            (column - 0.5, row - 0.5), 1, 1, facecolor=STATUS_COLOUR[cell.status], edgecolor="#bfbfbf"
+        )
+        axes.add_patch(box)
+        if is_first:
+            axes.add_patch(plt.Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, linewidth=2.5, zorder=3))
+        text = f"{cell.written:z.3f}" if isinstance(cell.written, float) else "?"
+        axes.text(column, row, text, ha="center", va="center", fontsize=6, weight="bold" if is_first else "normal")
+    axes.set(xlim=(columns[0] - 1, columns[-1] + 1), ylim=(rows[-1] + 1, rows[0] - 1))
+    axes.set_xticks(
+        range(columns[0], columns[-1] + 1), [get_column_letter(n) for n in range(columns[0], columns[-1] + 1)]
+    )
+    axes.xaxis.tick_top()
+    axes.set_yticks([row for row in rows if row - 1 not in rows])
+    axes.spines[:].set_visible(False)
+    axes.tick_params(length=0)

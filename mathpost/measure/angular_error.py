@@ -1,0 +1,264 @@
+"""Angular positioning error of a rotary axis: statistics of ISO 230-2, and the tables that compensate it.
+
+As in a measuring report and in the control's tables, angles are degrees here and errors seconds of arc: actual
+minus target, so that a command is corrected by *subtracting* the error.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mathpost.errors import InputError, as_array
+from mathpost.measure import csv_table, spline
+
+ARCSECONDS = 3600  # in a degree
+MOST_RUNS = 50
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Repeated approaches of the same targets from both sides.
+
+    Attributes
+    ----------
+    angles : ndarray, shape (targets,)
+        Degrees, increasing.
+    up, down : ndarray, shape (targets, runs)
+        Error of each approach in the positive and in the negative direction, seconds of arc.
+    """
+
+    angles: np.ndarray
+    up: np.ndarray
+    down: np.ndarray
+
+    def mean(self, direction="both"):
+        """Return the mean error at each target, shape (targets,), for "up", "down" or "both" directions."""
+        if direction not in ("up", "down", "both"):
+            raise InputError("direction", '"up", "down" or "both"', repr(direction))
+        up, down = self.up.mean(axis=1), self.down.mean(axis=1)
+        return {"up": up, "down": down, "both": (up + down) / 2}[direction]
+
+    def points(self, direction="both", *, endless=False):
+        """Return the means as `mathpost.measure.spline.Points`, which repeat after 360° if the axis is endless."""
+        return spline.points(self.angles, self.mean(direction), period=360.0 if endless else None)
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """The parameters of ISO 230-2, seconds of arc; a triple holds up, down and both directions.
+
+    Attributes
+    ----------
+    mean_up, mean_down, s_up, s_down, reversal : ndarray, shape (targets,)
+        Mean and standard deviation of the approaches, and B at each target: mean up minus mean down.
+    B : float
+        Reversal value: the largest |reversal|.
+    M : float
+        Range of the mean of both directions.
+    E : tuple of 3 floats
+        Systematic deviation: the range of the means.
+    R : tuple of 3 floats
+        Repeatability: the widest 4 s; of both directions 2 s up + 2 s down + |B| if that is wider.
+    A : tuple of 3 floats
+        Accuracy: from the lowest mean − 2 s to the highest mean + 2 s.
+    """
+
+    mean_up: np.ndarray
+    mean_down: np.ndarray
+    s_up: np.ndarray
+    s_down: np.ndarray
+    reversal: np.ndarray
+    B: float
+    M: float
+    E: tuple
+    R: tuple
+    A: tuple
+
+    def __str__(self):
+        pairs = (("A", self.A[2]), ("E", self.E[2]), ("M", self.M), ("B", self.B), ("R", self.R[2]))
+        return "   ".join(f"{name} {value:6.2f}" for name, value in pairs) + "   arcsec"
+
+
+def load(path):
+    """Read bidirectional runs from a CSV file with the columns angle, up1, down1, up2, down2, …
+
+    Parameters
+    ----------
+    path : str or path-like
+        Angles in degrees, increasing; errors in seconds of arc.
+
+    Returns
+    -------
+    Runs
+
+    Raises
+    ------
+    InputError
+        If a column is missing, angles do not increase, or a number suggests other units: an angle beyond a
+        turn, an error beyond a degree. The message names file, line and column.
+
+    Examples
+    --------
+    >>> runs = load("data/measurements/angular_error.csv")
+    >>> runs.up.shape, runs.angles[:3]
+    ((37, 5), array([ 0., 10., 20.]))
+    """
+    names = [f"{side}{run}" for run in range(1, MOST_RUNS + 1) for side in ("up", "down")]
+    read = csv_table.read(path, ["angle", *names[:4]], optional=names[4:])
+    runs = (sum(name in read for name in names) + 1) // 2
+    for name in names[: 2 * runs]:
+        if name not in read:
+            raise InputError(
+                read.path, f"as many runs down as up: up1, down1, … up{runs}, down{runs}", f"no {name!r}"
+            )
+        read.require(name, np.abs(read[name]) <= ARCSECONDS, "seconds of arc, less than a degree (other units?)")
+    read.check_angles("angle")
+    read.check_increasing("angle")
+    up, down = (np.column_stack([read[name] for name in names[side : 2 * runs : 2]]) for side in (0, 1))
+    return Runs(read["angle"], up, down)
+
+
+def from_arrays(angles, up, down):
+    """Check arrays of the shapes of `Runs` and return them as one; two approaches or more from each side."""
+    angles = as_array(angles, np.size(angles), "angles")
+    up, down = (np.asarray(runs, dtype=float) for runs in (up, down))
+    for name, runs in (("up", up), ("down", down)):
+        if runs.shape != up.shape or runs.ndim != 2 or len(runs) != angles.size or runs.shape[1] < 2:
+            raise InputError(name, f"shape ({angles.size}, runs) with two runs or more, as up", f"{runs.shape}")
+        as_array(runs, runs.shape[1], name)
+    if not (np.diff(angles) > 0).all():
+        raise InputError("angles", "increasing angles", "a step back or a duplicate")
+    return Runs(angles, up, down)
+
+
+def accuracy(runs):
+    """Return the `Accuracy` of `runs` after ISO 230-2, with the coverage factor 2.
+
+    Examples
+    --------
+    >>> spread = np.array([-0.4, -0.2, 0, 0.2, 0.4])
+    >>> up = np.array([1, 10, -6, 3])[:, None] + spread
+    >>> down = np.array([0, 8.5, -7.2, 2.5])[:, None] + spread / 2
+    >>> result = accuracy(from_arrays([0, 90, 180, 270], up, down))
+    >>> print(result)
+    A  18.15   E  17.20   M  15.85   B   1.50   R   2.45   arcsec
+    """
+    up, down = runs.mean("up"), runs.mean("down")
+    s_up, s_down = runs.up.std(axis=1, ddof=1), runs.down.std(axis=1, ddof=1)
+    both, s_both, reversal = np.append(up, down), np.append(s_up, s_down), up - down
+    triples = [(up, s_up), (down, s_down), (both, s_both)]
+    across = (2 * s_up + 2 * s_down + np.abs(reversal)).max()
+    repeatability = [4 * s.max() for _, s in triples]
+    return Accuracy(
+        mean_up=up,
+        mean_down=down,
+        s_up=s_up,
+        s_down=s_down,
+        reversal=reversal,
+        B=float(np.abs(reversal).max()),
+        M=float(np.ptp(runs.mean())),
+        E=tuple(float(np.ptp(mean)) for mean, _ in triples),
+        R=(*map(float, repeatability[:2]), float(max(*repeatability, across))),
+        A=tuple(float((mean + 2 * s).max() - (mean - 2 * s).min()) for mean, s in triples),
+    )
+
+
+def commands(error, targets):
+    """Return the angles to command so that the axis arrives at `targets`: commanded angle minus error.
+
+    The error is taken at the target, as a control's table does, not where the command goes; the difference is the
+    error times its slope, some thousandths of a second of arc on a machine worth compensating.
+
+    Parameters
+    ----------
+    error : mathpost.measure.spline.Curve
+        Seconds of arc over degrees.
+    targets : array_like
+        Degrees.
+    """
+    targets = np.asarray(targets, dtype=float)
+    return targets - error(targets) / ARCSECONDS
+
+
+def command_table(error, targets):
+    """Return the compensated command table as the text of a CSV file: target, error, correction, command."""
+    rows = ["# errors in seconds of arc, actual minus target; angles in degrees", "target,error,correction,command"]
+    for target, command in zip(targets, commands(error, targets), strict=True):
+        value = float(error(target))
+        rows.append(f"{target:.6f},{value:z.3f},{-value:z.3f},{command:z.6f}")
+    return "\n".join(rows) + "\n"
+
+
+def siemens_table(axis, step, error, error_down=None):
+    """Return a compensation table for a Siemens 840D as the text of an INI file.
+
+    One curve makes an EEC table, `$AA_ENC_COMP`: the control moves the axis *against* a positive entry, so the
+    entries are the errors themselves, in degrees. Two curves, for the positive and the negative direction of
+    travel, need two CEC tables, `$AN_CEC` with `$AN_CEC_DIRECTION` 1 and −1, from the axis onto itself. After the
+    Function Manual, K3 (6FC5397); its sign rule was read for EEC only, so the file asks for a trial of CEC.
+
+    Parameters
+    ----------
+    axis : str
+        The machine axis, such as "C" or "AX5".
+    step : float
+        Degrees between entries. It divides the turn or the measured travel.
+    error, error_down : mathpost.measure.spline.Curve
+        Seconds of arc over degrees. A periodic one makes a modulo table, which ends where it begins.
+
+    Raises
+    ------
+    InputError
+        If the step does not divide the range, or the two curves have different ranges.
+
+    Examples
+    --------
+    >>> error = spline.through_all(spline.points([0, 90, 180, 270], [0, 36, 0, -36], period=360))
+    >>> print(siemens_table("C", 90, error))
+    %_N_AX_EEC_INI
+    CHANDATA(1)
+    $AA_ENC_COMP[0,0,C]=0.000000
+    $AA_ENC_COMP[0,1,C]=0.010000
+    $AA_ENC_COMP[0,2,C]=0.000000
+    $AA_ENC_COMP[0,3,C]=-0.010000
+    $AA_ENC_COMP[0,4,C]=0.000000
+    $AA_ENC_COMP_STEP[0,C]=90.0
+    $AA_ENC_COMP_MIN[0,C]=0.0
+    $AA_ENC_COMP_MAX[0,C]=360.0
+    $AA_ENC_COMP_IS_MODULO[0,C]=1
+    M17
+    """
+    at = entries(error, step)
+    spacing = {"STEP": float(step), "MIN": float(at[0]), "MAX": float(at[-1])}
+    modulo = int(error.points.period is not None)
+    if error_down is None:
+        lines = ["%_N_AX_EEC_INI", "CHANDATA(1)"]
+        lines += [f"$AA_ENC_COMP[0,{n},{axis}]={value:z.6f}" for n, value in enumerate(error(at) / ARCSECONDS)]
+        ending = {**spacing, "IS_MODULO": modulo}
+        lines += [f"$AA_ENC_COMP_{key}[0,{axis}]={value}" for key, value in ending.items()]
+        return "\n".join([*lines, "M17"]) + "\n"
+    if not np.array_equal(at, entries(error_down, step)):
+        raise InputError("error_down", "a curve over the same angles as error", "another range")
+    lines = ["%_N_NC_CEC_INI", "CHANDATA(1)", "; the entries are errors, actual minus target: try one before use"]
+    for number, (direction, each) in enumerate([(1, error), (-1, error_down)]):
+        lines += [f"$AN_CEC[{number},{n}]={value:z.6f}" for n, value in enumerate(each(at) / ARCSECONDS)]
+        ending = {"INPUT_AXIS": f"({axis})", "OUTPUT_AXIS": f"({axis})", **spacing}
+        ending |= {"DIRECTION": direction, "MULT_BY_TABLE": 0, "IS_MODULO": modulo}
+        lines += [f"$AN_CEC_{key}[{number}]={value}" for key, value in ending.items()]
+    return "\n".join([*lines, "M17"]) + "\n"
+
+
+def entries(error, step):
+    """Return the angles of a control's table: every `step` degrees over the turn or the measured travel."""
+    low, high = error.points.at[[0, -1]] if error.points.period is None else (0.0, error.points.period)
+    count = (high - low) / step if step > 0 else 0.5
+    if abs(count - round(count)) > 1e-9 or round(count) < 1:
+        raise InputError("step", f"a step that divides {high - low:g} degrees", f"{step:g}")
+    return low + step * np.arange(round(count) + 1)
+
+
+def between_entries(error, step, fineness=20):
+    """Return how far the control, which joins its entries by straight lines, departs from the curve: arcseconds."""
+    at = entries(error, step)
+    fine = np.linspace(at[0], at[-1], fineness * (len(at) - 1) + 1)
+    return float(np.abs(np.interp(fine, at, error(at)) - error(fine)).max())

@@ -1,0 +1,223 @@
+"""A tool other than the one that the CL data were made for: what it does to the part, and how to make up for it.
+
+A cutter is a disc with a rounded rim: ball (rim radius = half the diameter), flat (rim radius 0) or bull nose in
+between. It touches the surface where its rim has the surface's normal, so that contact point, normal and tool axis
+give the tip of any cutter: CL data with contact normals serve them all.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from mathpost.errors import InputError, as_array
+from mathpost.measure import csv_table
+from mathpost.rotation import numeric, unit
+
+NORMAL, AXIS = sp.symbols("n_x n_y n_z", real=True), sp.symbols("i j k", real=True)
+RADIUS, RIM, SINE = sp.symbols("R r s", nonnegative=True)
+BOTTOM = 1e-9  # sine of the angle from normal to axis below which the cutter's flat bottom touches
+
+
+@dataclass(frozen=True)
+class Cutter:
+    """A cutter by its diameter and the radius of its rim, mm.
+
+    Examples
+    --------
+    >>> Cutter.ball(10), Cutter.flat(10), Cutter(diameter=10, rim=1)
+    (Cutter(diameter=10, rim=5.0), Cutter(diameter=10, rim=0.0), Cutter(diameter=10, rim=1))
+    """
+
+    diameter: float
+    rim: float
+
+    def __post_init__(self):
+        if not 0 <= self.rim <= self.diameter / 2 or not 0 < self.diameter < np.inf:
+            found = f"diameter {self.diameter}, rim {self.rim}"
+            raise InputError("cutter", "a diameter above 0 and a rim radius from 0 to half of it", found)
+
+    @classmethod
+    def ball(cls, diameter):
+        return cls(diameter, diameter / 2)
+
+    @classmethod
+    def flat(cls, diameter):
+        return cls(diameter, 0.0)
+
+
+def tip_symbolic():
+    """Return tip minus contact point, 3×1, for surface normal n, tool axis (i, j, k), radius R and rim radius r.
+
+    r·n + (R − r)·m − r·a, where m is the part of n square to the axis a, brought to length 1 by s = |n × a|.
+
+    Examples
+    --------
+    >>> ball = tip_symbolic().subs(RIM, RADIUS)
+    >>> sp.simplify(ball - RADIUS * (sp.Matrix(NORMAL) - sp.Matrix(AXIS))).T
+    Matrix([[0, 0, 0]])
+    """
+    n, a = sp.Matrix(NORMAL), sp.Matrix(AXIS)
+    radial = (n - n.dot(a) * a) / SINE
+    return sp.ImmutableMatrix(RIM * n + (RADIUS - RIM) * radial - RIM * a)
+
+
+def tip_from_contact(cutter, normal, axis):
+    """Return the tool tip minus the contact point.
+
+    Parameters
+    ----------
+    cutter : Cutter
+    normal : array_like, shape (..., 3)
+        Out of the part; of any length.
+    axis : array_like, shape (..., 3)
+        From the tip towards the spindle; of any length.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        mm. Where the normal is the axis the flat bottom touches everywhere, and its middle is returned.
+
+    Raises
+    ------
+    InputError
+        If a normal points away from the cutter: only its upper side could touch there.
+
+    Examples
+    --------
+    >>> tip_from_contact(Cutter(diameter=10, rim=1), normal=[1, 0, 1], axis=[0, 0, 1]).round(4)
+    array([ 4.7071,  0.    , -0.2929])
+    """
+    normal, axis = unit(as_array(normal, 3, "normal"), "normal"), unit(as_array(axis, 3, "axis"))
+    normal, axis = np.broadcast_arrays(normal, axis)
+    away = (normal * axis).sum(axis=-1) < -1e-9
+    if away.any():
+        index = tuple(int(n) for n in np.argwhere(away)[0])
+        raise InputError("normal", "within 90° of the tool axis", f"one that points away from it at index {index}")
+    sine = np.linalg.norm(np.cross(normal, axis), axis=-1)
+    # On the flat bottom there is no radial direction: its radius does not count, and any divisor will do.
+    bottom = sine < BOTTOM
+    arguments = (*np.moveaxis(normal, -1, 0), *np.moveaxis(axis, -1, 0))
+    evaluate = numeric(tip_symbolic(), (*NORMAL, *AXIS, RADIUS, RIM, SINE))
+    radius = np.where(bottom, cutter.rim, cutter.diameter / 2)
+    return evaluate(*arguments, radius, cutter.rim, np.where(bottom, 1.0, sine))[..., 0]
+
+
+def compensated(tip, normal, axis, old, new):
+    """Return the tips for another cutter that touches the same surface points: 3-D radius compensation.
+
+    Parameters
+    ----------
+    tip : array_like, shape (..., 3)
+        CL points made for `old`, mm.
+    normal, axis : array_like, shape (..., 3)
+        Contact normals, out of the part, and tool axes.
+    old, new : Cutter
+
+    Examples
+    --------
+    >>> compensated([0, 0, 0], [0, 1, 1], [0, 0, 1], Cutter.ball(10), Cutter.ball(9.8)).round(4)
+    array([ 0.    , -0.0707,  0.0293])
+    """
+    tip = as_array(tip, 3, "tip")
+    return tip - tip_from_contact(old, normal, axis) + tip_from_contact(new, normal, axis)
+
+
+def stock_left(normal, axis, old, new, *, longer=0.0):
+    """Return how much material stands on the surface if `new` runs the CL data of `old`; negative is a gouge.
+
+    Parameters
+    ----------
+    normal, axis : array_like, shape (..., 3)
+    old, new : Cutter
+    longer : float or array_like, shape (...), keyword only
+        By how much the new tool's tip lies further from the spindle than the control believes, mm.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        mm along the normal: exact on a plane, and on a curved surface to first order in the difference of cutters.
+
+    Examples
+    --------
+    >>> round(float(stock_left([0, 1, 1], [0, 0, 1], Cutter.ball(10), Cutter.ball(9.8))), 4)
+    0.0293
+    """
+    n, a = unit(as_array(normal, 3, "normal"), "normal"), unit(as_array(axis, 3, "axis"))
+    short = tip_from_contact(old, n, a) - tip_from_contact(new, n, a) - np.asarray(longer)[..., None] * a
+    return (short * n).sum(axis=-1)
+
+
+def read_contacts(path):
+    """Read CL data that carry contact normals from a CSV file.
+
+    Columns: x y z of the tip, mm; i j k of the tool axis; nx ny nz of the surface normal, out of the part.
+
+    Returns
+    -------
+    tip, axis, normal : ndarrays, shape (n, 3)
+        Axis and normal of length 1.
+
+    Raises
+    ------
+    InputError
+        If the file has a fault, a direction has no length, or a normal points away from the tool; names the line.
+
+    Examples
+    --------
+    >>> tip, axis, normal = read_contacts("data/cl/dome_contacts.csv")
+    >>> tip.shape, normal[0].round(4)
+    ((13, 3), array([-0.7682,  0.    ,  0.6402]))
+    """
+    names = (("x", "y", "z"), ("i", "j", "k"), ("nx", "ny", "nz"))
+    columns = csv_table.read(path, [name for group in names for name in group])
+    tip, axis, normal = (np.column_stack([columns[name] for name in group]) for group in names)
+    for group, vectors in zip(names[1:], (axis, normal), strict=True):
+        long_enough = np.linalg.norm(vectors, axis=1) > 1e-9
+        columns.require(group[0], long_enough, f"a direction {' '.join(group)}, not all zero")
+    axis, normal = unit(axis), unit(normal)
+    towards = (axis * normal).sum(axis=1) > -1e-9
+    columns.require("nx", towards, "a normal out of the part, within 90° of the tool axis")
+    return tip, axis, normal
+
+
+def tip_shift(kin, joints, longer, told, *, degrees=False):
+    """Return where the tip of a longer tool goes in the part, instead of where the program wants it.
+
+    Parameters
+    ----------
+    kin : mathpost.kinematics.Kinematics
+    joints : array_like, shape (..., 5)
+        Made for the old tool.
+    longer : float
+        mm; negative for a shorter tool.
+    told : str
+        What the control knows: ``"tcp"``, the new length, with the tool centre point under its command;
+        ``"length offset"``, the new length, but without TCP, so that it moves the slides back along the tool as
+        it stands with all rotary axes at zero (G43); ``"nothing"``.
+    degrees : bool, keyword only
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        mm, in the workpiece.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> from mathpost.kinematics import Kinematics
+    >>> kin = Kinematics(machine.load("data/machines/ac_head.toml"))
+    >>> tip_shift(kin, [0, 0, 0, 0, 90], 0.5, "length offset", degrees=True).round(6) + 0.0
+    array([0. , 0.5, 0.5])
+    """
+    joints = np.asarray(joints, dtype=float)
+    _, axis = kin.forward(joints, degrees=degrees)
+    if told == "tcp":
+        return np.zeros_like(axis)
+    if told == "nothing":
+        return -longer * axis
+    if told != "length offset":
+        raise InputError("told", '"tcp", "length offset" or "nothing"', repr(told))
+    heads = [rotary.carries == "tool" for rotary in kin.machine.rotary]
+    upright = joints * np.where([False, False, False, *heads], 0.0, 1.0)
+    return longer * (kin.forward(upright, degrees=degrees)[1] - axis)

@@ -1,0 +1,315 @@
+"""A measurement as a formula of unknowns and settings: evaluate it and it simulates, invert it and it identifies.
+
+Each procedure of `calibration` and the head model of `five_face` is one sympy expression. Its derivative, taken
+by sympy, gives the least-squares estimate, the covariance of it, and the diagnosis when readings are too few.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+
+import numpy as np
+import sympy as sp
+from scipy.sparse.csgraph import connected_components
+
+from mathpost.errors import InputError
+from mathpost.measure import csv_table
+from mathpost.rotation import numeric
+
+SINGULAR = 1e-8  # of the greatest singular value, with columns of length 1: below it an unknown leaves no trace
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What the readings say about the unknowns.
+
+    Attributes
+    ----------
+    values : dict
+        Unknown to its value; also by ``estimate[name]``. mm and radians.
+    covariance : ndarray, shape (unknowns, unknowns)
+        In the order of `values`; NaN if no `sigma` was stated and no reading is to spare.
+    residuals : dict
+        Reading to an array: measured minus explained.
+    spare : int
+        Readings minus unknowns.
+    noise : float
+        Standard deviation of a reading as the residuals show it, NaN without spare readings. In units of the
+        stated sigma if one was stated: well above 1 means that something is not in the model.
+    """
+
+    values: dict
+    covariance: np.ndarray
+    residuals: dict
+    spare: int
+    noise: float
+
+    def __getitem__(self, name):
+        return self.values[name]
+
+    def deviation(self, name):
+        """The standard deviation of one value."""
+        index = list(self.values).index(name)
+        return float(np.sqrt(self.covariance[index, index]))
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A procedure: what it reads, as formulas of what is set and what is sought.
+
+    Attributes
+    ----------
+    name : str
+    unknowns, settings : tuples of real sympy symbols
+        The first setting is the one that is stepped.
+    readings : dict
+        Name to a sympy expression in unknowns and settings, mm and radians.
+    angles : tuple of str
+        Which settings are angles.
+    more : dict
+        What could be done besides, to the settings it would change: words to ``{setting: expression}``. The
+        diagnosis of too few readings proposes from these.
+    largest : float
+        Readings beyond this (mm) are suspected to be in another unit.
+
+    Examples
+    --------
+    >>> h, slope, start = sp.symbols("h slope start", real=True)
+    >>> ramp = Measurement("ramp", (slope, start), (h,), {"z": start + slope * h}, more={"another h": {h: h + 100}})
+    >>> estimate = ramp.identify({"h": [0, 100, 200], "z": [1, 3, 5]}, sigma=0.01)
+    >>> f"{estimate['slope']:.4f} ± {estimate.deviation('slope'):.6f}"
+    '0.0200 ± 0.000071'
+    >>> ramp.identify({"h": 100, "z": [3, 3.01]})
+    Traceback (most recent call last):
+        ...
+    mathpost.errors.InputError: ramp: expected readings that tell slope and start apart (another h would), found ...
+    """
+
+    name: str
+    unknowns: tuple
+    settings: tuple
+    readings: dict
+    angles: tuple = ()
+    more: dict = field(default_factory=dict)
+    largest: float = np.inf
+
+    def predict(self, values, settings, *, degrees=False):
+        """Return what would be read, without noise.
+
+        Parameters
+        ----------
+        values : dict
+            Unknown to number, mm and radians; those left out are zero.
+        settings : dict
+            Setting to number or array; broadcast.
+        degrees : bool, keyword only
+            Whether the angles among the settings are degrees.
+
+        Returns
+        -------
+        dict
+            Reading to an array of the common shape.
+        """
+        self._check_known(values)
+        where = self._settings(settings, degrees)
+        x = [values.get(str(symbol), 0.0) for symbol in self.unknowns]
+        predicted = self._evaluate(self.readings, self.unknowns)[0](*x, *where)
+        return dict(zip(self.readings, np.moveaxis(predicted, -1, 0), strict=True))
+
+    def read(self, path):
+        """Read settings and at least one reading from a CSV file, angles in degrees.
+
+        The first setting must increase from line to line while the others, and a column ``run`` if there is
+        one, stay the same.
+
+        Returns
+        -------
+        mathpost.measure.csv_table.Table
+            To be given to `identify`.
+
+        Raises
+        ------
+        InputError
+            For every fault `mathpost.measure.csv_table.read` knows, suspected units, and settings that
+            do not increase.
+        """
+        columns = csv_table.read(path, self._names, optional=[*self.readings, "run"])
+        if not any(name in columns for name in self.readings):
+            raise InputError(str(path), f"a column of readings: {', '.join(self.readings)}", "none")
+        for name in self.angles:
+            columns.check_angles(name)
+        for name in self.readings:
+            if name in columns:
+                columns.require(name, np.abs(columns[name]) <= self.largest, f"mm within ±{self.largest:g} (µm?)")
+        groups = [name for name in (*self._names[1:], "run") if name in columns]
+        columns.check_increasing(self._names[0], within=groups)
+        return columns
+
+    def identify(self, data, *, degrees=False, sigma=None, known=None):
+        """Return the least-squares `Estimate` of the unknowns.
+
+        Parameters
+        ----------
+        data : Table or dict
+            Setting to number or array, and reading to array, shape (n,). Of the readings only some need be
+            there; an unknown that none of those depends on is left out.
+        degrees : bool, keyword only
+            Whether the angles among the settings are degrees; those of a `Table` always are.
+        sigma : float or dict, optional, keyword only
+            Standard deviation of a reading, mm, or one for each kind of reading. Without it the residuals
+            supply it, which is a poor guess if few readings are to spare.
+        known : dict, optional, keyword only
+            Unknowns that are not sought, with their values.
+
+        Returns
+        -------
+        Estimate
+
+        Raises
+        ------
+        InputError
+            If the readings leave unknowns undetermined: the message says which, and what would tell them.
+        """
+        known = dict(known or {})
+        self._check_known(known)
+        where = data.path if isinstance(data, csv_table.Table) else self.name
+        used = {name: expression for name, expression in self.readings.items() if name in data}
+        if not used:
+            raise InputError(where, f"readings: {', '.join(self.readings)}", "none")
+        appearing = set().union(*(expression.free_symbols for expression in used.values()))
+        sought = tuple(s for s in self.unknowns if s in appearing and str(s) not in known)
+        if not sought:
+            raise InputError(where, f"something sought among {', '.join(map(str, self.unknowns))}", "nothing")
+        length = max(np.size(data[name]) for name in used)
+        if not length:
+            raise InputError(where, f"readings: {', '.join(used)}", "none")
+        arrays = [self._array(data[name], name, where, length) for name in used]
+        readings = np.stack([np.broadcast_to(array, length) for array in arrays], axis=-1)
+        degrees = degrees or isinstance(data, csv_table.Table)
+        settings = [np.broadcast_to(s, length) for s in self._settings(data, degrees, length)]
+        weights = 1 / np.broadcast_to(_sigmas(sigma, used), readings.shape).ravel()
+        predict, derive = self._evaluate(used, sought)
+
+        def arguments(x):
+            values = dict(zip(map(str, sought), x, strict=True)) | known
+            return [*(values.get(str(symbol), 0.0) for symbol in self.unknowns), *settings]
+
+        # Gauss and Newton: all formulas are nearly linear in the unknowns, and two or three steps do.
+        x = np.zeros(len(sought))
+        for _ in range(50):
+            misses = (readings - predict(*arguments(x))).ravel() * weights
+            jacobian = derive(*arguments(x)).reshape(-1, len(sought)) * weights[:, None]
+            lengths = _lengths(jacobian)
+            u, singular, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
+            if len(singular) < len(sought) or singular[-1] <= SINGULAR * max(1.0, singular[0]):
+                raise self._undetermined(where, used, sought, known, settings, readings)
+            step = vt.T @ ((u.T @ misses) / singular) / lengths
+            x = x + step
+            if np.abs(jacobian @ step / weights).max() <= 1e-11 * max(1e-3, np.abs(readings).max()):
+                break
+        else:
+            raise InputError(where, f"readings that {self.name} can explain", "readings that fit no values")
+
+        values = dict(zip(map(str, sought), x.tolist(), strict=True))
+        residuals = readings - predict(*arguments(x))
+        spare = readings.size - len(sought)
+        noise = float(np.linalg.norm(residuals.ravel() * weights) / np.sqrt(spare)) if spare else np.nan
+        inverse = vt.T / singular / lengths[:, None]
+        covariance = inverse @ inverse.T * (noise**2 if sigma is None else 1.0)
+        return Estimate(values, covariance, dict(zip(used, residuals.T, strict=True)), spare, noise)
+
+    def simulate(self, values, settings, *, sigma, seed, degrees=False):
+        """Return settings and noisy readings, to be given to `identify`; arguments as in `predict`.
+
+        `sigma` is the standard deviation of the normally distributed noise, mm; `seed` makes it repeatable.
+        """
+        random = np.random.default_rng(seed)
+        readings = self.predict(values, settings, degrees=degrees)
+        return dict(settings) | {
+            name: reading + sigma * random.standard_normal(reading.shape) for name, reading in readings.items()
+        }
+
+    def _undetermined(self, where, used, sought, known, settings, readings):
+        """The `InputError` that says which unknowns the readings leave open and what would close them."""
+
+        def jacobian(expressions, changes):
+            at = dict(zip(self.settings, settings, strict=True))
+            new = {s: numeric(sp.sympify(e), self.settings)(*settings) for s, e in changes.items()}
+            arguments = [known.get(str(symbol), 0.0) for symbol in self.unknowns]
+            rows = self._evaluate(expressions, sought)[1](*arguments, *(at | new).values())
+            return rows.reshape(-1, len(sought))
+
+        def opened(rows):
+            # The projector on the null space: 1 on the diagonal for an unknown that leaves no trace at all, less
+            # for one that others can stand in for, 0 for one that is determined. Off the diagonal: by which.
+            _, singular, vt = np.linalg.svd(rows / _lengths(rows))
+            rank = int((singular > SINGULAR * max(1.0, singular[0])).sum())
+            projector = np.abs(vt[rank:].T @ vt[rank:])
+            _, group = connected_components(projector > 1e-6)
+            names = np.array([str(symbol) for symbol in sought])[projector.diagonal() > 1e-6]
+            group = group[projector.diagonal() > 1e-6]
+            return [list(names[group == number]) for number in dict.fromkeys(group)]
+
+        rows, found = jacobian(used, {}), f"{readings.size} of {', '.join(used)}"
+        missing = opened(rows)
+        unread = {name: expression for name, expression in self.readings.items() if name not in used}
+        proposals = {f"also reading {', '.join(unread)}": jacobian(unread, {})} if unread else {}
+        proposals |= {words: jacobian(used, changes) for words, changes in self.more.items()}
+        enough = [words for words, extra in proposals.items() if not opened(np.vstack([rows, extra]))]
+        advice = " or ".join(enough) or " together with ".join(proposals) or "more of them"
+        tasks = [f"tell {' and '.join(names)} apart" for names in missing if len(names) > 1]
+        traceless = [names[0] for names in missing if len(names) == 1]
+        tasks += [f"determine {' and '.join(traceless)}"] if traceless else []
+        return InputError(where, f"readings that {', '.join(tasks)} ({advice} would)", found)
+
+    @cached_property
+    def _names(self):
+        return [str(symbol) for symbol in self.settings]
+
+    def _evaluate(self, readings, sought):
+        return _compiled(tuple(readings.values()), sought, (*self.unknowns, *self.settings))
+
+    def _settings(self, data, degrees, length=None):
+        arrays = []
+        for name in self._names:
+            if name not in data:
+                raise InputError(self.name, f"the settings {', '.join(self._names)}", f"no {name!r}")
+            array = self._array(data[name], name, self.name, length)
+            arrays.append(np.deg2rad(array) if degrees and name in self.angles else array)
+        return arrays
+
+    def _array(self, values, name, where, length=None):
+        try:
+            array = np.asarray(values, dtype=float)
+        except (TypeError, ValueError):
+            raise InputError(f"{where}, {name}", "numbers", repr(values)) from None
+        if not np.isfinite(array).all():
+            raise InputError(f"{where}, {name}", "finite numbers", f"{array[~np.isfinite(array)][0]}")
+        if length is not None and array.ndim and array.shape != (length,):
+            raise InputError(f"{where}, {name}", f"{length} numbers, one for each reading", f"shape {array.shape}")
+        return array
+
+    def _check_known(self, values):
+        names = [str(symbol) for symbol in self.unknowns]
+        for name in values:
+            if name not in names:
+                raise InputError(self.name, f"unknowns among {', '.join(names)}", repr(name))
+
+
+@lru_cache(maxsize=256)
+def _compiled(expressions, sought, arguments):
+    """The expressions as a function, shape (n, expressions), and their derivatives, (n, expressions, sought)."""
+    derivatives = sp.ImmutableMatrix(expressions).jacobian(sp.Matrix(sought))
+    return numeric(expressions, arguments), numeric(sp.ImmutableMatrix(derivatives), arguments)
+
+
+def _sigmas(sigma, used):
+    sigmas = [sigma[name] if isinstance(sigma, dict) else 1.0 if sigma is None else sigma for name in used]
+    if not all(np.isfinite(s) and s > 0 for s in sigmas):
+        raise InputError("sigma", "a standard deviation above 0", repr(sigma))
+    return sigmas
+
+
+def _lengths(matrix):
+    """The columns' lengths, 1 for a column of nothing but rounding."""
+    lengths = np.linalg.norm(matrix, axis=0)
+    return np.where(lengths > 1e-13 * max(1.0, lengths.max()), lengths, 1.0)

@@ -1,0 +1,293 @@
+"""Frames of a horizontal head on a five-face machine, from its measured vectors, as source 001 programs them.
+
+For every index angle the head vector U is the machine position with the horizontal head at that angle minus that
+with the vertical head, for one and the same point. `lhyset` and `lhy` are the source's two programs; `fit` adds
+what it lacks: a model that predicts the positions in between. Angles are degrees throughout, as in its blocks.
+"""
+
+from dataclasses import dataclass
+from numbers import Real
+
+import numpy as np
+import sympy as sp
+
+from mathpost.errors import InputError, as_array
+from mathpost.frame import Frame
+from mathpost.measure import csv_table
+from mathpost.measure.fit import Estimate, Measurement
+from mathpost.rotation import ACTIVE, numeric
+
+VERTICAL = -1  # the source's mark for "measured with the vertical head"
+TOLERANCE = 0.01  # degrees by which the read-back angle of an indexed head may miss its position
+CPOS, UZZ = sp.symbols("CPOS U_ZZ", real=True)
+
+
+@dataclass(frozen=True)
+class Head:
+    """A horizontal head: its measured vectors, and which way it turns.
+
+    Attributes
+    ----------
+    angles : tuple of floats
+        The listed index angles, degrees.
+    vectors : ndarray, shape (n, 3)
+        U for each of them, mm.
+    sense : int
+        −1 if the head turns clockwise seen from +Z as its angle grows, as the source's does; else +1.
+    zero : float
+        Where the spindle's Z′ points at angle 0, degrees from +X towards +Y.
+    """
+
+    angles: tuple
+    vectors: np.ndarray
+    sense: int = -1
+    zero: float = 0.0
+
+    def vector(self, angle):
+        """Return U at a listed angle (modulo 360°); any other is an `InputError`, never the nearest one.
+
+        Examples
+        --------
+        >>> head = load("data/measurements/five_face_head.csv")
+        >>> head.vector(-90)
+        array([1.10000e-01, 3.78931e+02, 5.33403e+02])
+        >>> head.vector(45)
+        Traceback (most recent call last):
+            ...
+        mathpost.errors.InputError: angle: expected one of the measured 0, 90, 180, 270, found 45
+        """
+        if not isinstance(angle, Real):
+            raise InputError("angle", "a number of degrees", repr(angle))
+        away = np.abs((np.array(self.angles) - angle + 180) % 360 - 180)
+        if not away.min() <= TOLERANCE:
+            measured = ", ".join(f"{listed:g}" for listed in self.angles)
+            raise InputError("angle", f"one of the measured {measured}", f"{angle:g}")
+        return self.vectors[np.argmin(away)]
+
+    def rotation_z(self, angle):
+        """The source's UZZ, degrees: by how much AROT turns about Z."""
+        turned = 90 + self.zero + self.sense * angle
+        return turned if -180 <= turned <= 180 else (turned + 180) % 360 - 180
+
+    def frame(self, angle):
+        """Return the directions X′ Y′ Z′ of the frame as columns, shape (3, 3); Z′ points into the spindle."""
+        return numeric(frame_symbolic(), (UZZ,))(np.deg2rad(self.rotation_z(angle)))
+
+
+@dataclass(frozen=True, eq=False)
+class HeadFrame(Frame):
+    """What `lhy` sets on top of the active work offset: X′ Y′ Z′ in the machine, and the Siemens blocks."""
+
+    block: str = ""
+
+    def machine_point(self, point, offset):
+        """Return the machine position, shape (..., 3), for programmed `point` under the work offset `offset`."""
+        return as_array(offset, 3, "offset") + self.point(as_array(point, 3, "point"))
+
+
+def frame_symbolic():
+    """AROT Z=U_ZZ X=90 as a matrix: Siemens turns about Z first, then about the new X.
+
+    Examples
+    --------
+    >>> frame_symbolic().subs(UZZ, sp.pi / 2)
+    Matrix([
+    [0, 0, 1],
+    [1, 0, 0],
+    [0, 1, 0]])
+    """
+    return sp.ImmutableMatrix(ACTIVE["Z"](UZZ) * ACTIVE["X"](sp.pi / 2))
+
+
+def load(path, *, sense=-1, zero=0.0):
+    """Read measured head vectors from a CSV file with the columns angle (degrees), x, y, z (mm).
+
+    Parameters
+    ----------
+    path : str or path-like
+    sense : int, keyword only
+    zero : float, keyword only
+        As in `Head`.
+
+    Raises
+    ------
+    InputError
+        If the file has a fault, an angle twice, or a vector that does not point along Z′: the table then counts
+        the other way (vertical minus horizontal), or the head turns the other way.
+    """
+    columns = csv_table.read(path, ["angle", "x", "y", "z"])
+    columns.check_angles("angle")
+    columns.check_increasing("angle")
+    angles, vectors = columns["angle"], np.column_stack([columns[name] for name in "xyz"])
+    columns.require("angle", angles - angles[0] < 360 - TOLERANCE, "an angle that is not the first one again")
+    if sense not in (-1, 1):
+        raise InputError("sense", "-1 or 1", repr(sense))
+    head = Head(tuple(angles.tolist()), vectors, sense, zero)
+    along = np.array([head.frame(angle)[:2, 2] @ u[:2] for angle, u in zip(angles, vectors, strict=True)])
+    ratio = along / np.linalg.norm(vectors[:, :2], axis=1)
+    opposite = "a vector along Z′ (this is the opposite: vertical minus horizontal?)"
+    columns.require("x", ~((ratio < -0.99).all() & (ratio < 0)), opposite)
+    columns.require("x", ratio > 0.99, "a vector along Z′ at this angle (does the head turn the other way?)")
+    return head
+
+
+def lhyset(head, x, y, z):
+    """Return U_LHY, shape (3,): what takes the offset as measured back to the vertical head.
+
+    Parameters
+    ----------
+    head : Head
+    x, y, z : float
+        The head's angle when this axis of the work offset was measured, or `VERTICAL`.
+
+    Examples
+    --------
+    >>> lhyset(load("data/measurements/five_face_head.csv"), 90, VERTICAL, 90).tolist()
+    [-0.06, 0.0, -533.468]
+    """
+    rows = [(head.vector(angle) if angle != VERTICAL else np.zeros(3)) for angle in (x, y, z)]
+    return -np.diag(rows) + 0.0
+
+
+def lhy(head, correction, angle):
+    """Return the `HeadFrame` for the head at `angle`, or for the vertical head if that is `VERTICAL`.
+
+    Parameters
+    ----------
+    head : Head
+    correction : array_like, shape (3,)
+        From `lhyset`.
+    angle : float
+        CPOS, degrees.
+
+    Examples
+    --------
+    >>> head = load("data/measurements/five_face_head.csv")
+    >>> frame = lhy(head, lhyset(head, 90, VERTICAL, 90), 180)
+    >>> print(frame.block)
+    TRANS X=-378.920 Y=0.050 Z=-0.065
+    AROT Z=-90.000 X=90
+    >>> frame.machine_point((10, 20, 30), offset=(1000, 500, 300)).round(3)
+    array([591.08 , 490.05 , 319.935])
+    """
+    correction = as_array(correction, 3, "correction")
+    if angle == VERTICAL:
+        return HeadFrame(np.eye(3), correction, block=_trans(correction))
+    translation = head.vector(angle) + correction
+    block = f"{_trans(translation)}\nAROT Z={head.rotation_z(angle):z.3f} X=90"
+    return HeadFrame(head.frame(angle), translation, block=block)
+
+
+def opposite_errors(head):
+    """Return what the OEM's rule leaves, which measures one side and flips the signs of x and y for the other.
+
+    Returns
+    -------
+    dict
+        Angle to an array (3,), mm, for every listed angle whose opposite is listed before it.
+
+    Examples
+    --------
+    >>> opposite_errors(load("data/measurements/five_face_head.csv"))[180].round(3)
+    array([ 0.11 ,  0.09 , -0.065])
+    """
+    return {
+        angle: head.vector(angle) - head.vector(angle - 180) * [-1, -1, 1]
+        for angle in head.angles
+        if any(abs(angle - 180 - listed) <= TOLERANCE for listed in head.angles)
+    }
+
+
+def model(sense=-1, zero=0.0):
+    """The head as a `Measurement`: an arm (a along Z′, b square to it) turning about a line through (cx, cy).
+
+    Readings x, y, z of U at `CPOS`; a tilt of the line makes z vary as e·cos + f·sin about d.
+    """
+    cx, cy, a, b, d, e, f = sp.symbols("cx cy a b d e f", real=True)
+    arm = ACTIVE["Z"](sp.rad(zero) + sense * CPOS) * sp.Matrix([a, b, 0])
+    return Measurement(
+        name="horizontal head",
+        unknowns=(cx, cy, a, b, d, e, f),
+        settings=(CPOS,),
+        readings={"x": cx + arm[0], "y": cy + arm[1], "z": d + e * sp.cos(CPOS) + f * sp.sin(CPOS)},
+        angles=("CPOS",),
+        more={
+            "one position more": {CPOS: CPOS + sp.pi / 4},
+            "the same 90° further": {CPOS: CPOS + sp.pi / 2},
+            "the same 180° further": {CPOS: CPOS + sp.pi},
+        },
+    )
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The model fitted to a measured head.
+
+    Attributes
+    ----------
+    measured : Head
+    estimate : mathpost.measure.fit.Estimate
+    """
+
+    measured: Head
+    estimate: Estimate
+
+    @property
+    def residuals(self):
+        """Measured minus modelled U, shape (n, 3), mm."""
+        return np.column_stack([self.estimate.residuals[name] for name in "xyz"])
+
+    @property
+    def tilt(self):
+        """The angle between the head's axis of rotation and Z, radians."""
+        return float(
+            np.hypot(self.estimate["e"], self.estimate["f"]) / np.hypot(self.estimate["a"], self.estimate["b"])
+        )
+
+    def head(self, step=2.5):
+        """Return a `Head` with the predicted vectors of every index position, `step` degrees apart."""
+        count = round(360 / step)
+        if not count >= 1 or abs(360 / step - count) > 1e-9:
+            raise InputError("step", "a whole fraction of 360°", f"{step:g}")
+        angles = np.arange(count) * step
+        turning = model(self.measured.sense, self.measured.zero)
+        predicted = turning.predict(self.estimate.values, {"CPOS": angles}, degrees=True)
+        vectors = np.column_stack([predicted[name] for name in "xyz"])
+        return Head(tuple(angles.tolist()), vectors, self.measured.sense, self.measured.zero)
+
+
+def fit(head, *, sigma=None):
+    """Fit the model to a measured head.
+
+    Index errors of positions that were not measured stay unseen: the residuals tell how large they may be.
+
+    Parameters
+    ----------
+    head : Head
+    sigma : float, optional, keyword only
+        Standard deviation of a measured coordinate, mm.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    InputError
+        If too few positions were measured: three are needed.
+
+    Examples
+    --------
+    >>> fitted = fit(load("data/measurements/five_face_head.csv"))
+    >>> fitted.head(step=2.5).vector(45).round(3)
+    array([ 267.988, -267.902,  533.481])
+    >>> f"{1e6 * fitted.tilt:.0f} µrad"
+    '121 µrad'
+    """
+    readings = dict(zip("xyz", head.vectors.T, strict=True))
+    estimate = model(head.sense, head.zero).identify({"CPOS": head.angles} | readings, degrees=True, sigma=sigma)
+    return Fit(head, estimate)
+
+
+def _trans(translation):
+    return "TRANS " + " ".join(f"{axis}={value:z.3f}" for axis, value in zip("XYZ", translation, strict=True))

@@ -1,0 +1,235 @@
+"""The rotary angles that bring the tool onto a tilted plane, and what is then left between feature and machine."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from mathpost import angles as euler
+from mathpost import chain
+from mathpost.errors import InputError, ReachError
+from mathpost.frame import Frame, machine_frames
+from mathpost.kinematics import Kinematics
+from mathpost.rotation import unit, wrap
+
+PARALLEL = 1e-9  # sine of the angle below which two directions count as parallel
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """One position of the rotary axes that puts the tool along the feature's Z.
+
+    Attributes
+    ----------
+    angles : ndarray, shape (2,)
+        The rotary angles in the order of the machine file, degrees, in (−180, 180].
+    spindle : ndarray, shape (3, 3)
+        The spindle's axes as columns, in the workpiece: what a probe's stylus or an oriented spindle follows.
+    slides : ndarray, shape (3, 3)
+        The directions of the linear axes X, Y, Z as columns, in the workpiece: what a G1 X moves along.
+    rho : float
+        The angle ρ about the feature's Z from the spindle's X to the feature's X, degrees: F = spindle·Rz(ρ).
+        On a machine with both rotary axes in the table, spindle and slides are one.
+    feature : Frame
+        The feature in the workpiece.
+    reason : str
+        The limit that keeps the machine from this position; empty if it is within travel.
+    """
+
+    angles: np.ndarray
+    spindle: np.ndarray
+    slides: np.ndarray
+    rho: float
+    feature: Frame
+    reason: str = ""
+
+    @property
+    def zxz(self):
+        """The ZXZ angles I J K that leave ρ = 0: those of the spindle's own axes, degrees, shape (3,)."""
+        return euler.angles("ZXZ", self.spindle, degrees=True)
+
+    @property
+    def parallel(self):
+        """Pairs of a linear axis and the feature's axis that it is parallel to, such as ("X", "Y").
+
+        Source 000 asks for one with X or Y of the feature: on it rest the retract after fine boring and the
+        correction of a probe's ball.
+        """
+        return [
+            (linear, axis)
+            for linear, slide in zip("XYZ", self.slides.T, strict=True)
+            for axis, direction in zip("XYZ", self.feature.rotation.T, strict=True)
+            if np.linalg.norm(np.cross(slide, direction)) < PARALLEL
+        ]
+
+    def tilt(self, axis):
+        """The angle between a linear axis, "X", "Y" or "Z", and the feature's plane, degrees."""
+        return abs(float(np.degrees(np.arcsin(np.clip(self._slide(axis) @ self.feature.z, -1, 1)))))
+
+    def third_angle(self, along="spindle", feature="X"):
+        """Return the third ZXZ angle K that lays the feature's X or Y along a machine direction.
+
+        Parameters
+        ----------
+        along : str
+            ``"spindle"`` for the spindle's X (ρ becomes 0 with `feature` X), or a linear axis ``"X"``, ``"Y"``
+            or ``"Z"``.
+        feature : str
+            ``"X"`` or ``"Y"``.
+
+        Returns
+        -------
+        float
+            Degrees in (−180, 180], to go with I and J of the feature's ZXZ angles.
+
+        Raises
+        ------
+        ReachError
+            If the linear axis does not lie in the feature's plane: no third angle makes them parallel.
+        """
+        if feature not in ("X", "Y"):
+            raise InputError("feature", "'X' or 'Y'", repr(feature))
+        direction = self.spindle[:, 0] if along == "spindle" else self._slide(along)
+        if abs(direction @ self.feature.z) > PARALLEL:
+            raise ReachError(
+                f"no third angle lays the feature's {feature} along the machine's {along}, "
+                f"which stands {self.tilt(along):.3f} degrees out of the plane"
+            )
+        third = euler.angles("ZXZ", self.feature.rotation, degrees=True)[2]
+        return float(wrap(third - _turn(direction, self.feature) - (90 if feature == "Y" else 0)))
+
+    def _slide(self, axis):
+        if axis not in ("X", "Y", "Z"):
+            raise InputError("linear axis", "'X', 'Y' or 'Z'", repr(axis))
+        return self.slides[:, "XYZ".index(axis)]
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """Both solutions for one feature on one machine.
+
+    Attributes
+    ----------
+    feature : Frame
+    machine : mathpost.machine.Machine
+    solutions : tuple of 2 Solution
+        In the order of `Kinematics.inverse`. Where they are one position, both are it.
+    outer, inner : int
+        Which of the two rotary angles belongs to the axis next to the workpiece, and to the one next to the tool.
+    free : bool
+        Whether the outer axis is parallel to the feature's Z, so that it may stand anywhere; it is given at 0.
+    """
+
+    feature: Frame
+    machine: object
+    solutions: tuple
+    outer: int
+    inner: int
+    free: bool
+
+    def at(self, angles):
+        """Return the `Solution` at these rotary angles, degrees, whether or not the tool then stands on Z."""
+        return _solution(self.feature, self.machine, np.asarray(angles, dtype=float))
+
+
+def align(feature, machine):
+    """Find both positions of the rotary axes that put the tool along the feature's Z.
+
+    Two rotary axes place the tool axis and nothing else: the angle ρ about it is what the machine leaves. It is
+    reported for each solution, with the third angle that removes it.
+
+    Parameters
+    ----------
+    feature : Frame
+        One feature in the workpiece.
+    machine : mathpost.machine.Machine or mathpost.kinematics.Kinematics
+
+    Returns
+    -------
+    Alignment
+
+    Raises
+    ------
+    ReachError
+        If the machine cannot put the tool there at any rotary angle. A position beyond an axis's travel is
+        returned, with the limit in `Solution.reason`.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> from mathpost.plane.tilted_plane import Plane
+    >>> found = align(Plane("G68.2", [135, 54.7356103172, 0]).frame, machine.load("data/machines/bc_table.toml"))
+    >>> [solution.angles.round(4).tolist() for solution in found.solutions]
+    [[54.7356, 45.0], [-54.7356, -135.0]]
+    >>> round(found.solutions[0].rho, 6), round(found.solutions[0].third_angle(), 6)
+    (90.0, -90.0)
+    >>> found.solutions[1].reason
+    'B at -54.7356, below its limit -35'
+    """
+    kinematics = machine if isinstance(machine, Kinematics) else _kinematics(machine)
+    machine = kinematics.machine
+    if np.shape(feature.rotation) != (3, 3):
+        raise InputError("feature", "one frame", f"frames of shape {np.shape(feature.rotation)[:-2]}")
+    (outer, *_), (inner, *_) = chain.between(machine)
+    joints = kinematics.inverse(feature.origin, feature.z, degrees=True)
+    if np.isnan(joints).any():
+        low, high = np.degrees(kinematics.reach)
+        angle = np.degrees(np.arccos(np.clip(unit(np.array(outer.axis)) @ feature.z, -1, 1)))
+        raise ReachError(
+            f"{machine.name}: the feature's Z stands {angle:.4f} degrees from axis {outer.name}, "
+            f"which {inner.name} allows only from {low:.4f} to {high:.4f}"
+        )
+    return Alignment(
+        feature=feature,
+        machine=machine,
+        solutions=tuple(_solution(feature, machine, branch[3:]) for branch in joints),
+        outer=machine.rotary.index(outer),
+        inner=machine.rotary.index(inner),
+        free=bool(np.linalg.norm(np.cross(unit(np.array(outer.axis)), feature.z)) < PARALLEL),
+    )
+
+
+def _solution(feature, machine, angles):
+    workpiece, tool = machine_frames(machine, [0, 0, 0, *angles], degrees=True)
+    slides = workpiece.rotation.T
+    spindle = slides @ tool.rotation
+    rho = _turn(spindle[:, 0], feature)
+    return Solution(angles, spindle, slides, rho, feature, beyond_travel(machine, angles))
+
+
+def beyond_travel(machine, angles):
+    """Say which rotary axis cannot stand at its angle (degrees), nor whole turns from it; empty if all can."""
+    for rotary, angle in zip(machine.rotary, angles, strict=True):
+        if np.isnan(nearest_turn(rotary, angle, 0)):
+            low, high = np.degrees(rotary.limits)
+            side, limit = ("below", low) if angle < low else ("above", high)
+            return f"{rotary.name} at {angle:.4f}, {side} its limit {limit:g}"
+    return ""
+
+
+def nearest_turn(rotary, angle, present):
+    """Return `angle` plus the whole turns that bring it nearest to `present` within travel, or NaN; degrees.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> c = machine.load("data/machines/ac_head.toml").rotary[0]  # C, from -360 to 360
+    >>> nearest_turn(c, 90, 350), nearest_turn(c, 10, 350)
+    (90.0, 10.0)
+    >>> nearest_turn(c, -20, 300)
+    340.0
+    """
+    low, high = (np.degrees(rotary.limits) - angle + (-1e-9, 1e-9)) / 360
+    low, high = np.ceil(low), np.floor(high)
+    return float(angle + 360 * np.clip(np.round((present - angle) / 360), low, high)) if low <= high else np.nan
+
+
+def _turn(direction, feature):
+    """The angle about the feature's Z from `direction` to the feature's X, degrees in (−180, 180]."""
+    across = np.cross(feature.z, direction)
+    return float(wrap(np.degrees(np.arctan2(across @ feature.x, direction @ feature.x))))
+
+
+@lru_cache(maxsize=32)
+def _kinematics(machine):
+    return Kinematics(machine)

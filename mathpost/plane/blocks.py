@@ -1,0 +1,192 @@
+"""Tilted planes as NC blocks: written as a control accepts them, and read back."""
+
+import re
+
+import numpy as np
+
+from mathpost.errors import InputError
+from mathpost.plane.tilted_plane import DIALECTS, Plane
+
+NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
+VECTOR_DECIMALS = 7  # the most that the control reads
+
+
+def _mode(order):
+    """_MODE of an axis-by-axis swivel: two bits for the axis of each of _A, _B and _C, X 1, Y 2, Z 3."""
+    return sum(("XYZ".index(axis) + 1) << 2 * place for place, axis in enumerate(order))
+
+
+MODES = {_mode(name[-3:]): name for name in DIALECTS if re.fullmatch("CYCLE800 [XYZ]{3}", name)}
+MODE_SOLID = 64  # bits 7-6 of _MODE are 01; axis by axis they are 00
+
+
+def write(plane, *, decimals=4, positioning="STAY", swivel_data="TC1", direction=-1):
+    """Return the NC block or blocks of a plane.
+
+    Parameters
+    ----------
+    plane : Plane
+        One plane.
+    decimals : int
+        Of angles and lengths; the components of PLANE VECTOR have seven.
+    positioning : str
+        What follows a PLANE block: ``"STAY"``, ``"MOVE DIST50 F1000 SEQ-"``, ``"TURN F2000 TABLE ROT"``.
+    swivel_data : str
+        CYCLE800: name of the machine's swivel data record.
+    direction : int
+        CYCLE800: −1 or +1, the lower or the higher value of the reference rotary axis.
+
+    Returns
+    -------
+    str
+        Lines without block numbers. The plane's origin is part of G68.2 and CYCLE800; elsewhere a datum shift
+        goes before, if it is not zero.
+
+    Examples
+    --------
+    >>> print(write(Plane("G68.2", [135, 54.7356, -90])))
+    G68.2 X0. Y0. Z0. I135. J54.7356 K-90.
+    >>> print(write(Plane("PLANE SPATIAL", [0, 54.7356, 45], [10, 0, -2.5]), positioning="MOVE DIST50 FMAX"))
+    TRANS DATUM AXIS X+10 Y+0 Z-2.5
+    PLANE SPATIAL SPA+0 SPB+54.7356 SPC+45 MOVE DIST50 FMAX
+    >>> print(write(Plane("CYCLE800 ZYX", [45, 54.7356, 0])))
+    CYCLE800(0,"TC1",0,27,0,0,0,45,54.7356,0,0,0,0,-1,0,1)
+    """
+    if plane.values.ndim != 1 or plane.origin.ndim != 1:
+        raise InputError("plane", "one plane", f"planes of shape {plane.values.shape[:-1]}")
+    if direction not in (-1, 1):
+        raise InputError("direction", "-1 or +1", repr(direction))
+    kind, _, variant = plane.dialect.partition(" ")
+    origin = dict(zip("XYZ", plane.origin, strict=True))
+    values = dict(zip(plane.words, plane.values, strict=True))
+    if kind == "G68.2":
+        return f"G68.2 {_pointed({**origin, **values}, decimals)}"
+    if kind == "PLANE":
+        shift = [f"TRANS DATUM AXIS {_signed(origin, decimals)}"] if plane.origin.any() else []
+        words = _signed(values, VECTOR_DECIMALS if variant == "VECTOR" else decimals)
+        return "\n".join([*shift, f"PLANE {variant} {words} {positioning}"])
+    if kind == "AROT":
+        shift = [f"TRANS {_plain(origin, decimals)}"] if plane.origin.any() else []
+        return "\n".join([*shift, f"AROT {_plain(values, decimals)}"])
+    solid = variant == "solid"
+    angles = [*plane.values[:2], 0.0] if solid else plane.values
+    numbers = ",".join(_number(value, decimals) for value in (*plane.origin, *angles, 0, 0, 0))
+    cycle = f'CYCLE800(0,"{swivel_data}",0,{MODE_SOLID if solid else _mode(variant)},{numbers},{direction},0,1)'
+    rest = _number(plane.values[2], decimals)
+    return f"{cycle}\nAROT Z{rest}" if solid and rest != "0" else cycle
+
+
+def read(text, *, keep=""):
+    """Read one plane from the blocks that `write` returns, or from the like in a program.
+
+    Words that do not change the plane (STAY, MOVE, SEQ, F …) are passed over; TRANS and TRANS DATUM before the
+    plane give its origin.
+
+    Parameters
+    ----------
+    text : str
+    keep : str
+        As in `Plane`, for a PLANE VECTOR that is not perpendicular.
+
+    Returns
+    -------
+    Plane
+
+    Raises
+    ------
+    InputError
+        If there is no plane, more than one, or a word is missing, doubled or not a number; names the line.
+
+    Examples
+    --------
+    >>> read("N20 PLANE EULER EULPR+135 EULNU+54.7356 EULROT+270 TURN FMAX SEQ+").to("G68.2").values.round(4)
+    array([135.    ,  54.7356, -90.    ])
+    """
+    plane, origin = None, None
+    for number, line in enumerate(text.splitlines(), 1):
+        where = f"line {number}"
+        block = re.sub(r"^\s*(?:N?\d+\s+)?", "", line.split(";")[0]).strip()
+        if not block:
+            continue
+        if block.startswith("TRANS"):
+            origin = _words(block, "XYZ", where, optional=True)
+        elif plane and plane.dialect == "CYCLE800 solid" and re.fullmatch(rf"AROT\s+Z\s*=?\s*{NUMBER}", block):
+            rest = _words(block, "Z", where)
+            plane = Plane(plane.dialect, [*plane.values[:2], plane.values[2] + rest[0]], plane.origin)
+        elif plane:
+            raise InputError(where, "one plane only", repr(block))
+        else:
+            plane = _read_plane(block, where, origin, keep)
+    if plane is None:
+        raise InputError("text", "a block with G68.2, PLANE, CYCLE800 or AROT", repr(text))
+    return plane
+
+
+def _read_plane(block, where, origin, keep):
+    origin = origin if origin is not None else np.zeros(3)
+    if block.startswith("G68.2"):
+        rest = block.removeprefix("G68.2")
+        if re.search(r"P\s*\d", rest):
+            raise InputError(where, "G68.2 with I J K, without P", repr(block))
+        given = _words(rest, "XYZ", where, optional=True)
+        return Plane("G68.2", _words(rest, DIALECTS["G68.2"].words, where), given)
+    if block.startswith("CYCLE800"):
+        return _read_cycle800(block, where)
+    for dialect in ("PLANE SPATIAL", "PLANE EULER", "PLANE VECTOR"):
+        if block.startswith(dialect):
+            return Plane(dialect, _words(block, DIALECTS[dialect].words, where), origin, keep)
+    if block.startswith("AROT"):
+        return Plane("AROT RPY", _words(block, "XYZ", where, optional=True), origin)
+    raise InputError(where, "G68.2, PLANE SPATIAL, EULER or VECTOR, CYCLE800 or AROT", repr(block))
+
+
+def _read_cycle800(block, where):
+    call = re.fullmatch(r"CYCLE800\s*\((.*)\)", block)
+    arguments = [argument.strip() for argument in call.group(1).split(",")] if call else []
+    if len(arguments) < 10:
+        raise InputError(where, "CYCLE800 with at least ten arguments", repr(block))
+    try:
+        numbers = [float(argument or 0) for argument in arguments[3:13]]
+    except ValueError:
+        raise InputError(where, "numbers after the swivel data record's name", repr(block)) from None
+    mode, origin, angles, shift = int(numbers[0]), numbers[1:4], numbers[4:7], [*numbers[7:], 0, 0, 0][:3]
+    if mode >> 6 == 1:
+        plane = Plane("CYCLE800 solid", [*angles[:2], 0], origin)
+    elif mode in MODES:
+        plane = Plane(MODES[mode], angles, origin)
+    else:
+        raise InputError(where, f"_MODE {', '.join(map(str, MODES))} or {MODE_SOLID}", str(mode))
+    # _X1 _Y1 _Z1 move the origin once more, along the axes as turned.
+    return Plane(plane.dialect, plane.values, plane.frame.point(shift))
+
+
+def _words(block, words, where, optional=False):
+    """The values of `words` in a block; a missing one is 0 if `optional`."""
+    values = []
+    for word in words:
+        found = re.findall(rf"(?<![A-Z]){word}\s*=?\s*({NUMBER})(?![\d.])", block)
+        if len(found) > 1 or not (found or optional):
+            raise InputError(where, f"one word {word} with a number", f"{len(found)} in {block!r}")
+        values.append(float(found[0]) if found else 0.0)
+    return values
+
+
+def _number(value, decimals):
+    text = f"{value:z.{decimals}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def _plain(values, decimals):
+    return " ".join(f"{word}{_number(value, decimals)}" for word, value in values.items())
+
+
+def _signed(values, decimals):
+    """Heidenhain: every number with its sign."""
+    texts = {word: _number(value, decimals) for word, value in values.items()}
+    return " ".join(f"{word}{'' if text.startswith('-') else '+'}{text}" for word, text in texts.items())
+
+
+def _pointed(values, decimals):
+    """Fanuc: every number with its decimal point, or it counts increments."""
+    texts = {word: _number(value, decimals) for word, value in values.items()}
+    return " ".join(f"{word}{text}{'' if '.' in text else '.'}" for word, text in texts.items())

@@ -1,0 +1,118 @@
+"""The chain with errors against bodies stacked by hand with SciPy, finite differences, and the ideal chain."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from mathpost import machine
+from mathpost.compensate.error_model import ErrorModel, Structure, names, structure
+from mathpost.errors import InputError
+
+
+def random_errors(rng, model):
+    lengths = np.array([name[1] in "XYZ" for name in model.names])
+    return rng.normal(size=len(model.names)) * np.where(lengths, 0.02, 1e-4)
+
+
+def random_joints(rng, model, count=8):
+    return np.column_stack([rng.uniform(-150, 150, (count, 3)), rng.uniform(-2, 2, (count, 2))])
+
+
+def stacked(model, joints, errors):
+    """The pose by going from the bed outwards on both sides, one rigid body after the other."""
+    given = model.machine
+    e = dict(zip(model.names, errors, strict=True))
+    q = dict(zip(given.joint_names, joints, strict=True))
+
+    def displaced(point, name):
+        moved = Rotation.from_euler("xyz", [e[f"E{c}{name}"] for c in "ABC"])  # extrinsic: Rz·Ry·Rx
+        return moved, np.array([e[f"E{c}{name}"] for c in "XYZ"]) + point - moved.apply(point)
+
+    def outwards(slides, rotary, sign, start):
+        turned, place = Rotation.identity(), np.zeros(3)
+
+        def attach(rotation, shift):
+            nonlocal turned, place
+            place = place + turned.apply(shift)
+            turned = turned * rotation
+
+        for name in slides:
+            index = "XYZ".index(name)
+            path = np.eye(3)[index]
+            path = path + np.cross([e.get(f"E{c}0{name}", 0) for c in "ABC"], path)
+            attach(Rotation.identity(), sign * (given.origin[index] + q[name]) * path)
+            attach(*displaced(np.zeros(3), name))
+        attach(Rotation.identity(), -start)
+        for joint in rotary:
+            point = np.array(joint.point)
+            attach(*displaced(point, joint.name))
+            turn = Rotation.from_rotvec(q[joint.name] * np.array(joint.axis) / np.linalg.norm(joint.axis))
+            attach(turn, point - turn.apply(point))
+        return turned, place
+
+    axis = np.array(given.tool_axis) / np.linalg.norm(given.tool_axis)
+    tip = -given.tool_length * axis
+    programmed = {"tip": tip, "nose": np.zeros(3)}.get(given.programmed_point)
+    programmed = np.array(given.programmed_point) if programmed is None else programmed
+    tables = [joint for joint in given.rotary if joint.carries == "workpiece"]
+    heads = [joint for joint in given.rotary if joint.carries == "tool"]
+    table, table_place = outwards(model.structure.workpiece, tables, -1, np.zeros(3))
+    head, head_place = outwards(model.structure.tool, heads, +1, programmed)
+    in_bed = head.apply(tip) + head_place
+    in_workpiece = table.inv().apply(in_bed - table_place) - given.origin
+    return in_workpiece, (table.inv() * head).apply(axis)
+
+
+def test_without_errors_it_is_the_ideal_chain(kin, model):
+    joints = random_joints(np.random.default_rng(1), model)
+    for real, ideal in zip(model.forward(joints, np.zeros(33)), kin.forward(joints), strict=True):
+        np.testing.assert_allclose(real, ideal, rtol=0, atol=1e-12)
+
+
+def test_with_errors_it_is_the_stack_of_bodies(model):
+    rng = np.random.default_rng(2)
+    errors = 50 * random_errors(rng, model)  # so great that no first-order chain would pass
+    for joints in random_joints(rng, model):
+        for real, expected in zip(model.forward(joints, errors), stacked(model, joints, errors), strict=True):
+            np.testing.assert_allclose(real, expected, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("code", ["w C A X b Y Z t", "w C A Y X b Z t", "w C A Z Y X b t", "w C A b Z X Y t"])
+def test_wherever_the_slides_stand(code):
+    trunnion = machine.load("data/machines/ac_table.toml")
+    model = ErrorModel(trunnion, structure(code, trunnion))
+    rng = np.random.default_rng(3)
+    errors = 50 * random_errors(rng, model)
+    joints = random_joints(rng, model, 1)[0]
+    for real, expected in zip(model.forward(joints, errors), stacked(model, joints, errors), strict=True):
+        np.testing.assert_allclose(real, expected, rtol=0, atol=1e-11)
+
+
+def test_derivatives_are_the_finite_differences(model):
+    joints, step = random_joints(np.random.default_rng(4), model, 1)[0], 1e-5
+
+    def pose(joints, errors):
+        return np.concatenate(model.forward(joints, errors))
+
+    none = np.zeros(33)
+    by_error = [(pose(joints, e) - pose(joints, -e)) / (2 * step) for e in step * np.eye(33)]
+    by_joint = [(pose(joints + d, none) - pose(joints - d, none)) / (2 * step) for d in step * np.eye(5)]
+    np.testing.assert_allclose(model.sensitivities(joints), np.transpose(by_error), rtol=0, atol=1e-7)
+    np.testing.assert_allclose(model.jacobian(joints), np.transpose(by_joint), rtol=0, atol=1e-7)
+
+
+def test_the_names_are_thirty_and_three(model):
+    assert len(set(names(model.machine))) == 33
+    assert sum(name.endswith(model.machine.joint_names[4]) for name in model.names) == 6
+
+
+def test_structure_codes():
+    trunnion, head = (machine.load(f"data/machines/{name}.toml") for name in ("ac_table", "head_b_table_c"))
+    assert structure("w C A X b Y Z t", trunnion) == Structure("X", "YZ")
+    assert structure("w C A Y X b Z t", trunnion) == Structure("XY", "Z")  # from the bed outwards
+    assert structure("w C b X Y Z B t", head) == Structure()
+    for code in ("w A C b X Y Z t", "w C A b X Y t", "w C X A b Y Z t", "C A b X Y Z t", "w C A X Y Z t"):
+        with pytest.raises(InputError, match=r"a code such as w C A b X Y Z t, found"):
+            structure(code, trunnion)
+    with pytest.raises(InputError, match=r"w C b X Y Z B t"):
+        structure("w C b X B Y Z t", head)

@@ -1,0 +1,92 @@
+"""Error files: what they mean in mm and radians, and what is refused with file, line and key."""
+
+import numpy as np
+import pytest
+
+from mathpost import machine
+from mathpost.compensate import machine_errors
+from mathpost.errors import InputError, ReachError
+
+HEAD = 'name = "n"\nsource = "s"\n'
+
+
+@pytest.fixture(scope="module")
+def trunnion():
+    return machine.load("data/machines/bc_table.toml")
+
+
+@pytest.fixture
+def load(tmp_path, trunnion):
+    def load(toml, csv=""):
+        (tmp_path / "errors.toml").write_text(HEAD + toml, encoding="utf-8")
+        (tmp_path / "axis.csv").write_text(csv, encoding="utf-8")
+        return machine_errors.load(tmp_path / "errors.toml", trunnion)
+
+    return load
+
+
+def value(errors, name, joints):
+    return errors.at(joints)[..., machine_errors.names(errors.machine).index(name)]
+
+
+def test_units_constants_and_tables_add_up(load):
+    errors = load(
+        '[constant]\nEXB = 5\nECC = 100\nEA0Z = -7\n[[table]]\njoint = "C"\nfile = "axis.csv"\nendless = true\n',
+        "position,ECC,EZC\n0,10,1\n90,20,2\n180,-10,-1\n270,0,0\n",
+    )
+    joints = np.array([1, 2, 3, 0.4, np.pi / 2])
+    assert value(errors, "EXB", joints) == pytest.approx(0.005)
+    assert value(errors, "EA0Z", joints) == pytest.approx(-7e-6)
+    assert value(errors, "ECC", joints) == pytest.approx(120e-6)
+    assert value(errors, "EZC", joints) == pytest.approx(0.002)
+    turned = np.add(joints, [0, 0, 0, 0, 4 * np.pi])
+    np.testing.assert_allclose(errors.at(turned), errors.at(joints), rtol=0, atol=1e-15)
+    assert np.count_nonzero(errors.varying(joints)) == 2
+
+
+def test_a_slide_counts_from_the_machine_not_from_the_work_offset(load):
+    # The work offset of this machine is X 20.
+    errors = load(
+        '[[table]]\njoint = "X"\nfile = "axis.csv"\ninterpolation = "linear"\n', "position,EYX\n0,0\n100,10\n"
+    )
+    assert value(errors, "EYX", [30, 0, 0, 0, 0]) == pytest.approx(0.005)
+    assert value(errors, "EYX", [80.05, 0, 0, 0, 0]) == pytest.approx(0.010)  # as far as a correction may go
+    with pytest.raises(ReachError, match="X: 120 was not measured: 0 to 100 was"):
+        errors.at([100, 0, 0, 0, 0])
+
+
+def test_every_file_in_the_repository_belongs_to_a_machine():
+    trunnion = machine.load("data/machines/ac_table.toml")
+    errors = machine_errors.load("data/errors/ac_table.toml", trunnion)
+    assert np.count_nonzero(errors.constant) == 11 and len(errors.tables) == 3
+
+
+@pytest.mark.parametrize(
+    ("toml", "csv", "message"),
+    [
+        ("[constant]\nEXQ = 3\n", "", r"\[constant\], key 'EXQ'"),
+        ("[constant]\nEXX = 8000\n", "", r"key 'EXX'.*um, within ±5000 \(other units\?\), found 8000"),
+        ('[constant]\nEXX = "8"\n', "", r"key 'EXX'"),
+        ('structure = "w B C b X Y Z t"\n', "", r"key 'structure': expected a code such as w C B b X Y Z t"),
+        ('[[table]]\njoint = "A"\nfile = "axis.csv"\n', "", r"table 1, key 'joint': expected one of X, Y, Z, B, C"),
+        ('[[table]]\njoint = "B"\n', "", r"table 1, key 'file'"),
+        ('[[table]]\njoint = "B"\nfile = "none.csv"\n', "", r"none.csv: expected a readable file"),
+        ('[[table]]\njoint = "X"\nfile = "axis.csv"\nendless = true\n', "", r"'endless': expected a rotary joint"),
+        ('[[table]]\njoint = "B"\nfile = "axis.csv"\nkind = 1\n', "", r"key 'kind'"),
+        ('[[table]]\njoint = "B"\nfile = "axis.csv"\n', "position,ECC\n0,1\n", r"axis.csv, line 1.*'ECC'"),
+        ('[[table]]\njoint = "B"\nfile = "axis.csv"\n', "position\n0\n1\n", r"at least one of the columns EXB"),
+        ('[[table]]\njoint = "B"\nfile = "axis.csv"\n', "position,EBB\n0,1\n3600,2\n", r"line 3.*found 3600"),
+        ('[[table]]\njoint = "B"\nfile = "axis.csv"\n', "position,EBB\n0,1\n0,2\n", r"line 3.*a duplicate"),
+        ('[[table]]\njoint = "B"\nfile = "axis.csv"\n', "position,EBB\n9,1\n0,2\n", r"line 3.*out of order"),
+        ('[[table]]\njoint = "B"\nfile = "axis.csv"\n', "position,EBB\n0,1\n9,99999\n", r"line 3.*urad within"),
+        ("constant = 3\n", "", r"\[constant\]"),
+    ],
+)
+def test_files_that_are_refused(load, toml, csv, message):
+    with pytest.raises(InputError, match=message):
+        load(toml, csv)
+
+
+def test_constants_by_name(trunnion):
+    with pytest.raises(InputError, match="'EXA'"):
+        machine_errors.constant_only(trunnion, {"EXA": 0.01})

@@ -1,0 +1,238 @@
+"""The detective against readings computed by SciPy, and the numbers of the sources."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from mathpost.detective.euler_angles import explain, explain_joints, written_decimals
+from mathpost.detective.misreadings import Factors, matrices, wordings
+from mathpost.errors import InputError
+
+ANGLES, POINT = (135, 54.7356, -90), (3, 4, 5)
+SOMEWHERE = np.array([21.3, -47.9, 74.6])
+
+
+def turned_frame(angles, sequence="ZXZ"):
+    """The frame turned by three intrinsic rotations: its axes are the columns."""
+    return Rotation.from_euler(sequence, angles, degrees=True).as_matrix()
+
+
+# What someone may do wrong, computed without the package: name of the kind → matrix.
+def _single(axis, angle):
+    return Rotation.from_euler(axis, angle, degrees=True).as_matrix()
+
+
+WRONG = {
+    "active": lambda a: _single("Z", a[2]) @ _single("X", a[1]) @ _single("Z", a[0]),
+    "transpose": lambda a: turned_frame(a),
+    "order": lambda a: _single("Z", a[0]).T @ _single("X", a[1]).T @ _single("Z", a[2]).T,
+    "sign": lambda a: turned_frame(a * [1, -1, 1]).T,
+    "exchange": lambda a: turned_frame(a[[1, 0, 2]]).T,
+    "reference": lambda a: turned_frame(a[[0, 0, 2]]).T,
+    "left out": lambda a: turned_frame(a * [1, 1, 0]).T,
+    "axis": lambda a: turned_frame(a, "ZYZ").T,
+    "unit": lambda a: turned_frame(np.rad2deg(a)).T,
+    "rounded": lambda a: turned_frame(np.round(a)).T,
+}
+
+
+def test_numbers_of_the_source():
+    assert explain(ANGLES, POINT, (-1.224744, 0.707107, 6.928203)).right
+    assert explain(ANGLES, POINT, (-4.490731, 4.949747, 2.309402)).readings[0].kinds == ("active",)
+    assert explain(ANGLES, POINT, (1.283069, 6.939923, 0.437263)).readings[0].kinds == ("transpose",)
+    assert explain(ANGLES, POINT, (6.939923, -1.283069, 0.437263)).readings[0].kinds == ("order",)
+    # With the exact β = arccos(1/√3) of which 54.7356 is the rounding.
+    exact = (-1.224744871, 0.707106781, 6.928203230)
+    found = explain(ANGLES, POINT, exact)
+    assert found.right and found.readings[0].kinds == ("unrounded",)
+
+
+@pytest.mark.parametrize("kind", WRONG)
+@pytest.mark.parametrize("decimals", [3, 6, 12])
+def test_single_slips_are_named_first(kind, decimals):
+    answer = (WRONG[kind](SOMEWHERE) @ POINT).round(decimals)
+    found = explain(SOMEWHERE, POINT, answer, decimals=decimals)
+    assert kind in found.readings[0].kinds and len(found.readings[0].kinds) == 1, str(found)
+    np.testing.assert_allclose(found.readings[0].value, answer, atol=10.0**-decimals)
+
+
+@pytest.mark.parametrize("kind", WRONG)
+def test_single_slips_in_a_matrix(kind):
+    answer = WRONG[kind](SOMEWHERE).round(4)
+    found = explain(SOMEWHERE, None, answer)
+    assert found.readings[0].kinds == (kind,)
+    np.testing.assert_allclose(found.readings[0].value, answer, atol=1e-4)
+
+
+@pytest.mark.parametrize("sequence", ["ZXZ", "ZYZ", "XYZ", "ZYX", "XYX"])
+def test_other_sequences(sequence):
+    right = turned_frame(SOMEWHERE, sequence).T @ POINT
+    assert explain(SOMEWHERE, POINT, right, sequence=sequence).right
+    missing = turned_frame(SOMEWHERE, sequence) @ POINT
+    assert "transpose" in explain(SOMEWHERE, POINT, missing, sequence=sequence).readings[0].kinds
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    key=st.sampled_from(sorted(wordings())),
+    axes=st.sampled_from(["ZXZ", "ZYZ", "XYZ", "ZXY"]),
+    source=st.sampled_from([(0, 1, 2), (2, 1, 0), (1, 0, 2), (0, 2, 1), (1, 2, 0)]),
+    kept=st.sampled_from([(True, True, True), (True, False, True), (True, True, False)]),
+    unit=st.sampled_from(["degrees", "radians"]),
+    decimals=st.sampled_from([None, 0, 1]),
+)
+def test_every_combination_of_the_common_slips_is_found(key, axes, source, kept, unit, decimals):
+    angles = np.array([23.456, -41.237, 77.891])
+    used = angles if decimals is None else np.round(angles, decimals)
+    turns = [used[n] * kept[k] for k, n in enumerate(source)]
+    turns = np.rad2deg(turns) if unit == "radians" else turns
+    order, signs = key
+    matrix = np.eye(3)
+    for n in order:
+        matrix = matrix @ _single(axes[n], signs[n] * turns[n]).T
+    answer = matrix @ POINT
+    found = explain(angles, POINT, answer.round(9), decimals=9)
+    assert found.explained
+    np.testing.assert_allclose(found.readings[0].value, answer, atol=1e-8)
+
+
+def test_an_answer_in_the_wrong_order():
+    right = turned_frame(SOMEWHERE).T @ POINT
+    assert explain(SOMEWHERE, POINT, right[[1, 0, 2]].round(5)).readings[0].kinds == ("copied",)
+
+
+def test_nothing_is_made_up():
+    rng = np.random.default_rng(5)
+    for _ in range(10):
+        direction = rng.normal(size=3)
+        answer = direction / np.linalg.norm(direction) * np.linalg.norm(POINT)
+        found = explain(SOMEWHERE, POINT, answer.round(5))
+        assert not found.explained and "other angles" in found.note
+    assert "length" in explain(SOMEWHERE, POINT, (1, 2, 3.123)).note
+    assert not explain(SOMEWHERE, POINT, (1.3, -2.6, 6.4)).explained  # so coarse that many fit by accident
+    off = turned_frame(SOMEWHERE).T @ POINT + [0, 0, 0.5]
+    assert "Only z is off" in explain(SOMEWHERE, POINT, off.round(4)).note
+
+
+def test_several_readings_are_told_apart():
+    found = explain((90, 0, 0), (1, 0, 0), (0, 1, 0))
+    assert len(found.readings) > 1 and "tell them apart" in found.note
+    assert len({reading.sentence for reading in found.readings}) == len(found.readings)
+
+
+def test_several_points_must_fit_together():
+    points = np.array([POINT, (1, 0, 0), (0, 2, 1)])
+    assert explain(SOMEWHERE, points, (points @ turned_frame(SOMEWHERE)).round(3)).right
+    mixed = points @ turned_frame(SOMEWHERE)
+    mixed[1] = turned_frame(SOMEWHERE) @ points[1]
+    assert not explain(SOMEWHERE, points, mixed.round(3)).explained
+
+
+def test_written_decimals_keep_zeros_of_text():
+    assert written_decimals(["4.9500", "2"]) == 4
+    assert explain(ANGLES, POINT, ("-4.4907", "4.9497", "2.3094")).tolerance == pytest.approx(0.5e-4, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "where"),
+    [
+        (((1, 2), POINT, POINT), "angles"),
+        (((1, 2, 3), (0, 0, 0), (0, 0, 0)), "point"),
+        (((1, 2, 3), POINT, (1, 2)), "answer"),
+        (((1, 2, 3), POINT, (1, 2, float("nan"))), "answer"),
+        (((1, 2, 3), POINT, ("1", "2,5", "3")), "answer"),
+        (((1, 2, 3), None, POINT), "answer"),
+    ],
+)
+def test_bad_input(arguments, where):
+    with pytest.raises(InputError) as raised:
+        explain(*arguments)
+    assert raised.value.where == where
+
+
+def test_bad_sequence():
+    with pytest.raises(InputError, match="ZZX"):
+        explain(SOMEWHERE, POINT, POINT, sequence="ZZX")
+
+
+def test_the_48_products_are_all_different():
+    values = matrices([Factors("XYZ")], list(wordings()), SOMEWHERE)[0].reshape(48, 9).round(9)
+    assert len(wordings()) == 48 and sum(map(len, wordings().values())) == 768
+    assert len(np.unique(values, axis=0)) == 48
+
+
+# Rotary axes.
+
+
+def _reachable_axes(kin, count=4, seed=2):
+    """Tool axes well inside the reach of any machine, six digits written."""
+    rng = np.random.default_rng(seed)
+    outer = kin.inverse_symbolic.outer
+    joints = np.zeros((200, 5))
+    joints[:, 3:] = rng.uniform(15, 75, (200, 2))
+    assert outer in kin.symbols[3:]
+    axes = kin.forward(joints, degrees=True)[1].round(6)
+    return axes[:count]
+
+
+def _angles(kin, axes, branch=0):
+    return kin.inverse(np.zeros(3), axes, degrees=True)[:, branch, 3:]
+
+
+def test_both_branches_and_any_winding_are_right(kin):
+    axes = _reachable_axes(kin)
+    for branch in (0, 1):
+        turned = _angles(kin, axes, branch) + np.array([0, 360])
+        assert explain_joints(kin, axes, turned.round(3), decimals=3).right
+
+
+@pytest.mark.parametrize("joint", [0, 1])
+def test_a_reversed_sign_is_named(kin, joint):
+    axes = _reachable_axes(kin)
+    wrong = _angles(kin, axes).round(3)
+    wrong[:, joint] *= -1
+    found = explain_joints(kin, axes, wrong, decimals=3)
+    name = kin.machine.rotary[joint].name
+    sentences = [reading.sentence for reading in found.readings] + [s for r in found.readings for s in r.same]
+    if not found.right:
+        assert any(f"the sign of {name} is reversed" in sentence for sentence in sentences), str(found)
+
+
+def test_mixed_branches_exchange_and_radians_are_named(kin):
+    axes = _reachable_axes(kin)
+    first, second = _angles(kin, axes, 0), _angles(kin, axes, 1)
+    mixed = explain_joints(kin, axes, np.stack([first[:, 0], second[:, 1]], axis=1).round(3), decimals=3)
+    said = " ".join([r.sentence for r in mixed.readings] + [s for r in mixed.readings for s in r.same])
+    assert mixed.right or "branches" in said
+    assert "exchange" in explain_joints(kin, axes, first[:, ::-1].round(3), decimals=3).readings[0].kinds
+    assert set(explain_joints(kin, axes, np.deg2rad(first).round(5), decimals=5).readings[0].kinds) == {"unit"}
+
+
+def test_table_2_of_source_002_has_no_reading(dmu50v):
+    axis = [(0.145196, 0, 0.989403), (0.05817, 0, 0.998307), (-0.028804, 0, 0.999585), (-0.114263, 0, 0.993451),
+            (-0.275502, 0, 0.9613)]  # fmt: skip
+    table = [(11.817, 166.559), (4.716, 178.52), (2.335, 1.144), (9.284, 3.251), (22.691, 8.078)]
+    found = explain_joints(dmu50v, axis, table)
+    assert not found.explained
+    assert found.note == "B alone: right. C: no reading gives it."
+    for row, angles in zip(axis, table, strict=True):
+        assert not explain_joints(dmu50v, row, angles).explained
+
+
+def test_at_the_pole_any_outer_angle_is_right(dmu50v):
+    assert explain_joints(dmu50v, (0, 0, 1), (0, 77)).right
+
+
+def test_every_wording_says_its_own_product():
+    values = matrices([Factors("ZXZ")], list(wordings()), SOMEWHERE)[0]
+    for matrix, same in zip(values, wordings().values(), strict=True):
+        for wording in same:
+            said = np.eye(3)
+            for n in wording.order:
+                active = _single("ZXZ"[n], wording.signs[n] * SOMEWHERE[n])
+                said = said @ (active if wording.active else active.T)
+            said = said.T if wording.transposed else said
+            result = POINT @ said if wording.row else said @ POINT
+            np.testing.assert_allclose(matrix @ POINT, result, atol=1e-12)

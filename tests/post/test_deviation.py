@@ -1,0 +1,126 @@
+"""The error between blocks against closed forms and dense sampling, and bounds that hold."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mathpost.post import deviation as module
+from mathpost.post.deviation import CREST, RESOLUTION, _bounds, _intervals, derivative, deviation, largest, levers
+
+
+def moves(kin, count, seed):
+    """Random moves from tiny to large: joints at both ends."""
+    rng = np.random.default_rng(seed)
+    start = np.concatenate([rng.uniform(-200, 200, (count, 3)), rng.uniform(-1.5, 1.5, (count, 2))], axis=1)
+    step = rng.normal(size=(count, 5)) * [3, 3, 3, 1, 1]
+    step[:, 3:] *= 10.0 ** rng.uniform(-4, 0, (count, 1))
+    return start, start + step
+
+
+@pytest.mark.parametrize("turn", [1, 30, 90, 177.376])
+def test_pure_turn_has_the_sagitta(dmu50v, turn):
+    ends = dmu50v.close([77.0955, 0, 10], np.radians([[0, 0], [0, turn]]))
+    tip, axis = deviation(dmu50v, ends[:1], ends[1:])
+    assert tip[0] == pytest.approx(77.0955 * (1 - np.cos(np.radians(turn) / 2)), rel=1e-4)
+    assert axis[0] == pytest.approx(0, abs=1e-12)
+
+
+def test_default_sampling_misses_no_more_than_its_resolution(kin):
+    start, end = moves(kin, 400, seed=1)
+    (tip, axis), (dense_tip, dense_axis) = deviation(kin, start, end), deviation(kin, start, end, samples=1024)
+    np.testing.assert_allclose(tip, dense_tip, rtol=0, atol=RESOLUTION)
+    np.testing.assert_allclose(axis, dense_axis, rtol=0, atol=RESOLUTION / 100)
+
+
+def test_the_number_of_samples_follows_the_turn_and_the_levers(kin):
+    start, end = np.zeros((3, 5)), np.array([[500.0, 0, 0, 0, 0], [0.1, 0, 0, 1e-3, 0], [0, 0, 0, 1, 1]])
+    straight, small, large = _intervals(kin.machine, start, end, 2)
+    assert straight == 2 and small <= 4 and large >= 64
+    # Eight times the third derivative takes twice the intervals.
+    far = np.array([7 * (levers(kin.machine) + 1), 0, 0, 0, 0])
+    assert _intervals(kin.machine, start[2:] + far, end[2:] + far, 2) == 2 * large
+
+
+def paths(kin, seed, turn, off):
+    """A random path with turns of about `turn` radians, and one beside it: tips off by mm, axes by radians."""
+    rng = np.random.default_rng(seed)
+    step = rng.normal(size=(400, 5)) * [1, 1, 1, turn, turn] * 10.0 ** rng.uniform(-2, 0, (400, 1))
+    joints = np.cumsum(step, axis=0)
+    reached = kin.forward(joints)
+    tips = reached[0] + off * rng.uniform(-1, 1, (400, 3))
+    axes = reached[1] + off / 100 * rng.uniform(-1, 1, (400, 3))
+    return joints, tips, axes / np.linalg.norm(axes, axis=1, keepdims=True), reached
+
+
+def of_all(kin, joints, tips, axes, reached):
+    """The deviation of every move."""
+    ends = slice(None, -1), slice(1, None)
+    tips, axes = ([way[end] for end in ends] for way in (tips, axes))
+    reached = [[at[end] for at in reached] for end in ends]
+    return deviation(kin, *(joints[end] for end in ends), tips=tips, axes=axes, reached=reached)
+
+
+SIZES = [(1e-4, 1e-4), (0.01, 0), (0.01, 1e-3), (0.3, 1e-6), (2, 1)]
+
+
+@pytest.mark.parametrize(("turn", "off"), SIZES)
+def test_no_move_strays_beyond_its_bound(kin, turn, off):
+    joints, tips, axes, reached = paths(kin, 5, turn, off)
+    found, bounds = of_all(kin, joints, tips, axes, reached), _bounds(kin.machine, joints, tips, axes, reached)
+    assert (found <= bounds * (1 + 1e-9) + 1e-12).all()
+    # Without the second derivative, or without what the ends are off, some would.
+    assert off == 0 or (found[0] > derivative(kin.machine, joints[:-1], joints[1:], 2) / 8).any() or turn > 0.1
+    assert turn < 0.01 or (found[0] > 3 * off).any()
+
+
+@pytest.mark.parametrize(("turn", "off"), SIZES)
+def test_the_largest_is_that_of_all_moves(kin, turn, off, monkeypatch):
+    looked = []
+    monkeypatch.setattr(
+        module, "deviation", lambda kin, *ends, **more: looked.append(len(ends[0])) or deviation(kin, *ends, **more)
+    )
+    for seed in range(5):
+        joints, tips, axes, reached = paths(kin, seed, turn, off)
+        counted = np.random.default_rng(seed).random(len(joints) - 1) < 0.9
+        tip, axis = np.where(counted, of_all(kin, joints, tips, axes, reached), -1)
+        found = largest(kin, joints, tips, axes, reached=reached, counted=counted)
+        assert found == pytest.approx((tip.max(), tip.argmax(), axis.max()), rel=1e-12)
+        assert largest(kin, joints, False, axes, reached=reached, counted=counted)[::2] == pytest.approx(
+            (0, axis.max())
+        )
+        every = np.ones(len(counted), bool)
+        unbounded = largest(kin, joints, tips, axes, reached=reached, counted=every, bounded=False)
+        tip, axis = of_all(kin, joints, tips, axes, reached)
+        assert unbounded == pytest.approx((tip.max(), tip.argmax(), axis.max()), rel=1e-12)
+    assert looked[0] < 30 and sum(looked[:2]) < 300  # the first path of 399 moves
+
+
+def test_how_high_a_parabola_rises_above_its_samples():
+    values = np.random.default_rng(1).random((3, 10_000))
+    values[:, 0] = 0, 1, 1
+    peak = module._peak(values)
+    assert (peak <= CREST * values.max(axis=0) * (1 + 1e-12)).all() and peak[0] == pytest.approx(CREST)
+
+
+def test_no_moves_counted(kin):
+    joints, tips, axes, reached = paths(kin, 1, 0.01, 1e-3)
+    counted = np.zeros(len(joints) - 1, bool)
+    assert largest(kin, joints, tips, axes, reached=reached, counted=counted) == (0, 0, 0)
+
+
+unit_vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.linalg.norm(v) > 0.1)
+
+
+@settings(max_examples=500, deadline=None)
+@given(unit_vectors, unit_vectors, unit_vectors, st.sampled_from([1.0, 1e-3, 1e-6, 1e-8, 1e-11]))
+def test_angle_from_a_great_circle_is_the_least_to_any_axis_on_it(axis, start, other, size):
+    axis, start, other = (vector / np.linalg.norm(vector) for vector in (axis, start, other))
+    end, axis = start + size * (other - start), start + size * (axis - start)
+    end, axis = end / np.linalg.norm(end), axis / np.linalg.norm(axis)
+    found = module._from_great_circle(axis[:, None, None], start[:, None], end[:, None])[0, 0]
+    along = start + np.linspace(0, 1, 20001)[:, None] * (end - start)
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    if length.min() > 1e-3:
+        dense = 2 * np.arcsin(np.linalg.norm(axis - along / length, axis=1) / 2).min()
+        assert found == pytest.approx(dense, rel=1e-3, abs=1e-4 * size + 1e-15)

@@ -1,0 +1,217 @@
+"""The whole way: every machine, every strategy and way, any random path; the shell; nothing written on error."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from mathpost import machine
+from mathpost.__main__ import main
+from mathpost.errors import InputError, MathpostError, ReachError
+from mathpost.kinematics import Kinematics
+from mathpost.post import cl as cldata
+from mathpost.post import postprocess, program
+from mathpost.post.deviation import deviation
+from mathpost.post.motion import Motion
+from mathpost.post.verification import verify
+from tests.conftest import DATA, ROOT
+from tests.machines import machines
+
+BLADE, DMU = str(DATA / "cl/blade.cl"), str(DATA / "machines/dmu50v.toml")
+
+
+@pytest.fixture(scope="session")
+def twisted():
+    """The whole blade."""
+    return cldata.read(DATA / "cl/twisted_blade.cl")
+
+
+def proof(result, kin, cl, samples=None):
+    """The largest error of a program along its path, from its text alone: distance from the CL polyline."""
+    joints = program.read(result.program, kin.machine, result.dialect).joints
+    tips, _ = cl.at(result.place)
+    return deviation(kin, joints[:-1], joints[1:], tips=(tips[:-1], tips[1:]), samples=samples)[0].max()
+
+
+@pytest.mark.parametrize("dialect", list(program.DIALECTS))
+@pytest.mark.parametrize("tcp", [False, True])
+def test_the_blade(dmu50v, blade, dialect, tcp):
+    result = postprocess.run(blade, dmu50v.machine, dialect=dialect, tcp=tcp)
+    assert result.joints.shape == (5, 5)
+    np.testing.assert_array_equal(
+        np.degrees(result.joints[:, 3:]).round(3)[[0, 4]], [[11.817, 175.815], [22.691, -8.075]]
+    )
+    assert result.report.tip_error < 2e-4 and result.report.axis_error < 2e-4
+    assert result.report.path_tip_error <= 0.01
+    assert len(result.blocks.words) == (5 if tcp else pytest.approx(116, abs=20))
+
+
+@pytest.mark.parametrize("name", ["dmu50v", "ac_table", "head_b_table_c"])
+@pytest.mark.parametrize("strategy", ["optimal", "shortest", "paper"])
+def test_a_whole_blade(twisted, name, strategy):
+    data = machine.load(DATA / f"machines/{name}.toml")
+    assert len(twisted) >= 5000
+    result = postprocess.run(twisted, data, strategy=strategy, compare=False)
+    assert result.report.path_tip_error <= 0.01
+    kin = Kinematics(data)
+    cut = slice(0, 2000)
+    joints, tips = result.blocks.joints[cut], twisted.at(result.place[cut])[0]
+    dense = deviation(kin, joints[:-1], joints[1:], tips=(tips[:-1], tips[1:]), samples=160)[0]
+    assert dense.max() <= 0.01
+
+
+@pytest.mark.parametrize("singular", ["linear", "cubic", "aside", "retract"])
+def test_ways_through_the_whole_blade(dmu50v, twisted, singular):
+    part = twisted.part(700, 2000)
+    result = postprocess.run(part, dmu50v.machine, singular=singular, compare=False)
+    assert result.report.path_tip_error <= 0.01
+    assert result.report.path_axis_error < 1.5
+    assert (result.report.axis_error < 2e-4) == (singular == "retract")
+
+
+def test_splitting_lifts_unwinds_and_returns(twisted):
+    data = machine.load(DATA / "machines/nutating_head.toml")
+    with pytest.raises(ReachError, match="breaks"):
+        postprocess.run(twisted, data)
+    result = postprocess.run(twisted, data, split=True, clearance=30, compare=False)
+    assert "before record" in result.report.settings["splits"]
+    assert result.report.path_tip_error <= 0.01 and result.report.tip_error < 1e-3
+    assert result.report.path_axis_error < 5
+    assert np.degrees(np.abs(result.blocks.joints[:, 3]).max()) <= 370 + 1e-6
+    assert not result.blocks.rapid.any()
+
+
+def test_inverse_time_without_tcp_only(dmu50v, twisted):
+    part = twisted.part(0, 50)
+    without = postprocess.run(part, dmu50v.machine, dialect="fanuc", compare=False)
+    assert "G93" in without.program and (~np.isnan(without.blocks.seconds)).sum() > 40
+    # No axis is asked to go faster than it can, and no move faster than the feed.
+    rates = np.abs(np.diff(without.blocks.joints, axis=0)) / without.blocks.seconds[1:, None]
+    assert (rates <= dmu50v.machine.max_rates * 1.02).all()
+    with_tcp = postprocess.run(part, dmu50v.machine, dialect="fanuc", tcp=True, compare=False)
+    assert "G43.4" in with_tcp.program and "G93" not in with_tcp.program and "F1500" in with_tcp.program
+
+
+def test_remarks_become_comments(dmu50v):
+    cl = cldata.parse("SPINDL/3000,RPM,CLW\nGOTO/1,2,3,0,0,1\nCOOLNT/ON\nGOTO/2,2,3,0.1,0,0.994987\nFINI\n")
+    lines = postprocess.run(cl, dmu50v.machine).program.splitlines()
+    kinds = [re.sub(r"^\d+ ", "", line).split()[0] for line in lines]
+    assert kinds[:4] == ["BEGIN", ";", "L", ";"] and kinds[-2:] == [";", "END"]
+
+
+def test_tool_length_and_origin_matter(blade):
+    data = machine.load(DATA / "machines/nutating_head.toml")
+    base = postprocess.run(blade, data, compare=False).blocks.words
+    for change in ({"tool_length": 131.0}, {"origin": (0, 0, 1)}):
+        other = postprocess.run(blade, data.with_setup(**change), compare=False).blocks.words
+        moved = np.abs(other[0] - base[0])
+        assert moved[3:].max() == 0
+        assert (moved[:3].max() > 0.01) == ("tool_length" in change)
+
+
+@settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
+@given(
+    any_machine=machines(), seed=st.integers(0, 10**6), step=st.sampled_from([0.003, 0.1, 1.0]), tcp=st.booleans()
+)
+def test_any_machine_any_path(any_machine, seed, step, tcp):
+    """The verified program reproduces the CL data within its stated error, or a clear error is raised."""
+    kin, rng = Kinematics(any_machine), np.random.default_rng(seed)
+    joints = np.cumsum(rng.normal(size=(8, 5)) * [5, 5, 5, step, step], axis=0)
+    joints[:, 3:] += rng.uniform(-3, 3, 2)
+    cl = cldata.from_arrays(*kin.forward(joints), feed=1000)
+    dialect = list(program.DIALECTS)[seed % 3]
+    try:
+        result = postprocess.run(cl, any_machine, dialect=dialect, tcp=tcp, tolerance=0.02, compare=False)
+    except MathpostError as error:
+        assert len(str(error)) > 20
+        return
+    blocks = program.read(result.program, any_machine, dialect)
+    tip, axis = kin.forward(blocks.joints)
+    tip = blocks.words[:, :3] if tcp else tip
+    at_record = result.place % 1 == 0
+    tips, axes = cl.at(result.place[at_record])
+    assert np.linalg.norm(tip[at_record] - tips, axis=1).max() <= result.report.tip_error + 1e-12
+    assert np.degrees(np.linalg.norm(axis[at_record] - axes, axis=1).max()) <= result.report.axis_error + 1e-9
+    assert result.report.path_tip_error <= 0.02
+    if not tcp:
+        tips, _ = cl.at(result.place)
+        dense = deviation(kin, blocks.joints[:-1], blocks.joints[1:], tips=(tips[:-1], tips[1:]), samples=400)[0]
+        assert dense.max(initial=0) <= result.report.path_tip_error * 1.01 + 1e-6
+
+
+def test_verification_notices_a_changed_digit(dmu50v, blade):
+    result = postprocess.run(blade, dmu50v.machine, compare=False)
+    motion = Motion(result.blocks.joints, result.place, np.zeros(len(result.place), bool))
+    words = result.blocks.words.copy()
+    words[40, 4] += 0.01
+    wrong = verify(dmu50v, blade, replace(result.blocks, words=words), motion)
+    right = verify(dmu50v, blade, result.blocks, motion)
+    assert right.path_tip_error <= 0.01 < wrong.path_tip_error
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"dialect": "mazak"}, {"singular": "paper cubic"}, {"tolerance": 0}, {"tolerance": 1e-6}, {"strategy": "?"}],
+)
+def test_wrong_options(dmu50v, blade, change):
+    with pytest.raises(InputError, match=next(iter(change))):
+        postprocess.run(blade, dmu50v.machine, **change)
+
+
+class TestShell:
+    """``python -m mathpost post …``."""
+
+    def test_program_and_report(self, tmp_path, capsys):
+        path = tmp_path / "blade.h"
+        assert main(["post", BLADE, "--machine", DMU, "-o", str(path)]) == 0
+        assert path.read_text().startswith("0 BEGIN PGM BLADE MM\n1 L X-36.7809")
+        report = capsys.readouterr()
+        assert report.out == "" and "tip error" in report.err and "paper cubic" in report.err
+        assert [file.name for file in tmp_path.iterdir()] == ["blade.h"]
+
+    def test_all_options(self, capsys):
+        options = "--dialect siemens --tcp --tolerance 0.02 --selection shortest --singular cubic --tool-length 50"
+        status = main(["post", BLADE, "--machine", DMU, *options.split(), "--origin", "-10,0,5", "--no-compare"])
+        assert status == 0 and "TRAORI" in capsys.readouterr().out
+
+    @pytest.mark.parametrize(
+        ("cl", "words"),
+        [
+            ("", "at least one GOTO"),
+            ("GOTO/1,2,3,0,1", "line 1"),
+            ("GOTO/1,2,3,0,0,0", "line 1"),
+            ("GOTO/1,2,nan", "line 1"),
+            ("GOTO/1,2,3\nGOTO/9999,0,0", "line 2, record 2"),
+            ("GOTO/1,2,3,0,0,-1", "out of reach"),
+        ],
+    )
+    def test_bad_cl_data_writes_nothing(self, tmp_path, capsys, cl, words):
+        file, out = tmp_path / "part.cl", tmp_path / "out.h"
+        file.write_text(cl)
+        assert main(["post", str(file), "--machine", DMU, "-o", str(out)]) == 2
+        assert words in capsys.readouterr().err and not out.exists()
+
+    def test_bad_places(self, tmp_path, capsys):
+        assert main(["post", BLADE, "--machine", DMU, "-o", str(tmp_path / "none" / "out.h")]) == 2
+        assert "not written" in capsys.readouterr().err
+        assert main(["post", BLADE, "--machine", str(tmp_path / "m.toml")]) == 2
+        assert "m.toml" in capsys.readouterr().err
+        assert main(["post", BLADE, "--machine", DMU, "--tool-length", "-1"]) == 2
+
+    def test_an_existing_program_survives_an_error(self, tmp_path):
+        out, file = tmp_path / "out.h", tmp_path / "part.cl"
+        out.write_text("old")
+        file.write_text("GOTO/1")
+        assert main(["post", str(file), "--machine", DMU, "-o", str(out)]) == 2
+        assert out.read_text() == "old"
+
+
+def test_the_blade_is_what_its_script_makes():
+    namespace = {"__name__": "make", "__file__": str(ROOT / "data/cl/make_twisted_blade.py")}
+    exec((ROOT / "data/cl/make_twisted_blade.py").read_text(encoding="utf-8"), namespace)
+    made, stored = namespace["make"](), cldata.read(DATA / "cl/twisted_blade.cl")
+    np.testing.assert_allclose(stored.points, made.points, atol=1e-6)
+    np.testing.assert_allclose(stored.axes, made.axes, atol=1e-8)

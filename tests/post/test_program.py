@@ -1,0 +1,364 @@
+"""Programs written and read back, in every dialect; wrong words and mutated programs."""
+
+import pickle
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mathpost import machine
+from mathpost.errors import InputError
+from mathpost.post import program, program_reader, program_writer
+from tests.conftest import DATA, machine_code
+from tests.post.test_cl import mutations
+
+DMU = machine.load(DATA / "machines/dmu50v.toml")
+DIALECTS = list(program.DIALECTS)
+FIELDS = ("words", "feeds", "seconds", "rapid")
+
+
+def blocks(count=12, *, tcp=False, seed=1):
+    """A program with every kind of move: feed, rapid, inverse time, words that repeat."""
+    rng = np.random.default_rng(seed)
+    words = np.round(
+        np.cumsum(rng.normal(size=(count, 5)) * (rng.random((count, 5)) < 0.6), axis=0) * 20
+        + np.arange(count)[:, None] / 8,
+        4,
+    )
+    feeds = np.where(np.arange(count) < 6, 500.0, 1234.5)
+    rapid = np.isin(np.arange(count), [0, 7])
+    inverse = np.isin(np.arange(count), [3, 4, 8]) & (not tcp)
+    seconds = np.where(inverse, 2.5, np.nan)
+    return program.Blocks(
+        words,
+        np.where(rapid | inverse, np.nan, feeds),
+        np.where(rapid, np.nan, seconds),
+        rapid,
+        tcp,
+        ((0, "SPINDL/3000 (CLW)"), (5, "COOLNT/ON"), (count, "FINI")),
+    )
+
+
+@pytest.mark.parametrize("tcp", [False, True])
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_read_of_write(dialect, tcp):
+    written = blocks(tcp=tcp)
+    text = program.write(written, DMU, dialect, name="twisted blade")
+    back = program.read(text, DMU, dialect)
+    np.testing.assert_array_equal(back.words, written.words)
+    np.testing.assert_array_equal(back.rapid, written.rapid)
+    np.testing.assert_allclose(back.feeds, written.feeds)
+    np.testing.assert_allclose(back.seconds, written.seconds, rtol=1e-4)
+    assert back.tcp == tcp
+    for remark in ("SPINDL/3000", "COOLNT/ON", "FINI"):
+        assert remark in text
+    np.testing.assert_allclose(np.degrees(back.joints[:, 3:]), written.words[:, 3:])
+
+
+FIRST = "X1 Y2 Z3 B4 C5 "
+TEXTS = {
+    "heidenhain": """0 BEGIN PGM A MM
+1 L X+1 Y+2 Z+3 B+4 C+5 FMAX
+2 L X+2 F500
+3 L C-7.5 FT0.25
+4 END PGM A MM
+""",
+    "fanuc": """%
+O0001 (A)
+N10 G21 G17 G40 G90 G94
+N20 G0 X1. Y2. Z3. B4. C5.
+N30 G1 X2. F500
+N40 G93 C-7.5 F240.
+N50 M30
+%
+""",
+    "siemens": """; A
+N10 G710 G17 G40 G90 G94
+N20 G0 X1 Y2 Z3 B4 C5
+N30 G1 X2 F500
+N40 G93 C=-7.5 F240
+N50 M30
+""",
+}
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_programs_written_by_hand(dialect):
+    read = program.read(TEXTS[dialect], DMU, dialect)
+    np.testing.assert_array_equal(read.words, [[1, 2, 3, 4, 5], [2, 2, 3, 4, 5], [2, 2, 3, 4, -7.5]])
+    assert read.rapid.tolist() == [True, False, False]
+    np.testing.assert_array_equal(read.feeds, [np.nan, 500, np.nan])
+    np.testing.assert_array_equal(read.seconds, [np.nan, np.nan, 0.25])
+
+
+def test_modal_words_are_left_out():
+    text = program.write(blocks(), DMU, "fanuc")
+    moves = [line for line in text.splitlines() if " X" in line]
+    assert sum("F500" in line for line in moves) == 2  # once, and again after inverse time
+    assert sum("G1 " in line for line in moves) == 2  # at the beginning, and after the rapid move
+
+
+def test_numbered_axis_names_take_an_equals_sign():
+    rotary = replace(DMU.rotary[1], name="C1")
+    siemens = replace(DMU, rotary=(DMU.rotary[0], rotary))
+    text = program.write(blocks(), siemens, "siemens")
+    assert "C1=" in text
+    np.testing.assert_array_equal(program.read(text, siemens, "siemens").words, blocks().words)
+    with pytest.raises(InputError, match="'C1'"):
+        program.write(blocks(), siemens, "heidenhain")
+
+
+@pytest.mark.parametrize(
+    ("dialect", "line", "words"),
+    [
+        ("heidenhain", "L X+1 Y+2 Z+3 B+4 C+5 Q10", "'Q10'"),
+        ("heidenhain", "L IX+1 Y+2 Z+3 B+4 C+5", "'IX+1'"),
+        ("heidenhain", "CC X+1 Y+2", "'CC'"),
+        ("heidenhain", "L X+1 X+2 Y+2 Z+3 B+4 C+5", "one X word"),
+        ("heidenhain", "L X+1 Y+2 Z+3 B+4", "a C word"),
+        ("heidenhain", "L X+1 Y+2 Z+3 B+4 C+5 F", "feed above 0"),
+        ("heidenhain", "L X+1 Y+2 Z+3 B+4 C+5 F-5", "feed above 0"),
+        ("fanuc", "G2 X1 Y2 Z3 B4 C5", "'G2'"),
+        ("fanuc", "G20 X1 Y2 Z3 B4 C5", "'G20'"),
+        ("fanuc", "G91 X1 Y2 Z3 B4 C5", "'G91'"),
+        ("fanuc", "G17X1.2.3", "'.3'"),
+        ("fanuc", "G93 X1 Y2 Z3 B4 C5", "an F word"),
+        ("fanuc", "X1 Y2 Z3 B4 C5 FT1", "feed above 0"),
+        ("siemens", "G64 X1 Y2 Z3 B4 C5", "'G64'"),
+        ("siemens", "X=AC(1) Y2 Z3 B4 C5", "'X=AC(1)'"),
+        ("siemens", "X1 Y2 Z3 B4 A5", "'A5'"),
+    ],
+)
+def test_unknown_words_are_refused_with_their_line(dialect, line, words):
+    with pytest.raises(InputError) as caught:
+        program.read(f"\n{line}\n", DMU, dialect, name="part.nc")
+    assert str(caught.value).startswith("part.nc, line 2: expected")
+    assert words in str(caught.value)
+
+
+def test_empty_and_mixed_programs():
+    with pytest.raises(InputError, match="at least one move"):
+        program.read("0 BEGIN PGM A MM\n1 END PGM A MM\n", DMU)
+    with pytest.raises(InputError, match="line 3.*TCP"):
+        program.read(f"G1 {FIRST}\nG43.4 H1\nX2\n", DMU, "fanuc")
+    with pytest.raises(InputError, match="dialect"):
+        program.read("", DMU, "mazak")
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+@settings(max_examples=300, deadline=None)
+@given(data=st.data())
+def test_mutated_programs_are_read_or_refused(dialect, data):
+    try:
+        read = program.read(data.draw(mutations(TEXTS[dialect])), DMU, dialect)
+    except InputError:
+        return
+    assert np.isfinite(read.words).all() and read.words.shape[1] == 5
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6), tcp=st.booleans())
+def test_read_of_write_on_random_programs(dialect, seed, tcp):
+    written = blocks(20, tcp=tcp, seed=seed)
+    back = program.read(program.write(written, DMU, dialect), DMU, dialect)
+    np.testing.assert_array_equal(back.words, written.words)
+
+
+def said(blocks):
+    """All that blocks say, in which 0.0 and -0.0 differ."""
+    return repr([getattr(blocks, name).tolist() for name in FIELDS] + [blocks.tcp])
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+@settings(max_examples=200, deadline=None)
+@given(data=st.data())
+def test_moves_read_together_are_read_as_one_by_one(dialect, data):
+    """The same blocks or the same refusal, whatever stands in the text and wherever it is cut into blocks."""
+    written = blocks(40, seed=data.draw(st.integers(0, 99)), tcp=data.draw(st.booleans()))
+    text = program.write(written, DMU, dialect)
+    if data.draw(st.booleans()):
+        text = text.replace("\n", "\r\n")
+    text = data.draw(mutations(text))
+    outcomes = set()
+    for used, block in ((True, 2**17), (False, 2**17), (True, 400)):
+        with machine_code(used) as patch:
+            patch.setattr(program_reader, "BLOCK", block)
+            try:
+                outcomes.add(said(program.read(text, DMU, dialect)))
+            except InputError as error:
+                outcomes.add(str(error))
+    assert len(outcomes) == 1
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_ordinary_moves_are_read_together(dialect, monkeypatch):
+    """None of them is left to the way line by line, once all axes are known."""
+    taken, take = [], program_reader.Reader.take
+    monkeypatch.setattr(program_reader.Reader, "take", lambda self, line: taken.append(line) or take(self, line))
+    count = 200
+    words = np.arange(5 * count).reshape(count, 5) / 8 - [[12.5, -200, 0, 3600, 0]]
+    seconds = np.where(np.arange(count) < count // 2, 0.123, np.nan)
+    text = program.write(program.Blocks(words, np.full(count, 500.0), seconds, np.zeros(count, bool)), DMU, dialect)
+    with machine_code(True):
+        assert len(program.read(text, DMU, dialect).words) == count and len(taken) < 10
+
+
+WITHIN = {
+    "heidenhain": [
+        "-1 L X+9",
+        "+1 L X+9",
+        "1 L X+9 F0",
+        "1 L X+9 F-5",
+        "1 L X+9 FT0",
+        "1 M128",
+        "1 L X+9 FMAX",
+        "1 L F80",
+    ],
+    "fanuc": [
+        "N-1 X9",
+        "X9",
+        "N1 X9 F0",
+        "N1 G93",
+        "G93 F2",
+        "N1 G0",
+        "N1 G0 G93",
+        "N1 G43.4 H1",
+        "N1 X9 F-1",
+        "(X9)",
+        "N1 F80",
+    ],
+    "siemens": ["N+1 X9", "N1 G93 X9 F1", "N1 G0", "TRAORI", "N1 X9 F.0", "; X9", "N1 C7=9", "N1 F80"],
+}
+
+
+@pytest.mark.parametrize(("dialect", "line"), [(dialect, line) for dialect in WITHIN for line in WITHIN[dialect]])
+@pytest.mark.parametrize("feed", ["", " F500"])
+def test_what_stands_between_plain_moves_holds_for_them(dialect, line, feed):
+    """A mode, a wrong word or a word without a move, before and after moves that are read together."""
+    first, start = ("1 L X+1 Y+2 Z+3 B+4 C+5", "2 L") if dialect == "heidenhain" else ("N1 G1 X1 Y2 Z3 B4 C5", "N2")
+    moves = [f"{start} X{n}.5{feed if n % 2 else ''}" for n in range(40)]
+    text = "\n".join([first, *moves, line, *moves, f"{start} X1 F700", *moves, ""])
+    outcomes = set()
+    for used in (True, False):
+        with machine_code(used):
+            try:
+                outcomes.add(said(program.read(text, DMU, dialect)))
+            except InputError as error:
+                outcomes.add(str(error))
+    assert len(outcomes) == 1
+
+
+def test_names_with_digits_are_not_confused():
+    siemens = replace(DMU, rotary=(DMU.rotary[0], replace(DMU.rotary[1], name="C0")))
+    with machine_code(True), pytest.raises(InputError, match="line 2.*'C7=9'"):
+        program.read("N1 X1 Y2 Z3 B4 C0=5\nN2 X3 C7=9\n", siemens, "siemens")
+
+
+def test_what_holds_for_a_heidenhain_control():
+    """The feed outlasts a time; no time is shorter than the control takes."""
+    words, seconds = np.arange(40)[:, None] * np.ones(5), np.where(np.arange(40) % 2, 1e-7, np.nan)
+    lines = program.write(program.Blocks(words, np.full(40, 500.0), seconds, np.zeros(40, bool)), DMU).splitlines()
+    assert sum(" F500" in line for line in lines) == 1 and sum(" FT0.001" in line for line in lines) == 20
+
+
+def varied(count, seed, tcp):
+    """A program whose moves are of all kinds in any order."""
+    rng = np.random.default_rng(seed)
+    kind = rng.choice(["rapid", "timed", "feed", "none"], count, p=rng.dirichlet(np.ones(4)))
+    words = np.round(np.cumsum(rng.integers(-1, 2, (count, 5)) / 8, axis=0), 4)
+    words[:, 0] += np.arange(count)  # no move repeats the one before
+    feeds = np.where((kind == "none") | (kind == "rapid"), np.nan, rng.choice([500, 1000 / 3], count))
+    remarks = sorted((int(rng.integers(count + 1)), f"remark {n} {{x}}") for n in range(rng.integers(4)))
+    seconds = np.where(kind == "timed", rng.random(count), np.nan)
+    return program.Blocks(words, feeds, seconds, kind == "rapid", tcp, tuple(remarks))
+
+
+PARTS = st.tuples(st.integers(1, 60), st.lists(st.integers(0, 60), max_size=4), st.integers(0, 10**6))
+
+
+def cut(written, cuts):
+    """Blocks in parts; a remark goes with the move behind it."""
+    edges = [0, *sorted(min(at, len(written.words)) for at in cuts), len(written.words)]
+    for start, stop in pairwise(edges):
+        rows = (getattr(written, name)[start:stop] for name in FIELDS)
+        last = np.inf if stop == len(written.words) else stop
+        remarks = [(row - start, text) for row, text in written.remarks if start <= row < last]
+        yield program.Blocks(*rows, written.tcp, tuple(remarks))
+        if stop == len(written.words):
+            return
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+@settings(max_examples=100, deadline=None)
+@given(PARTS, st.booleans())
+def test_parts_of_a_program_are_the_whole(dialect, parts, tcp):
+    """Written, skipped and read in parts, each by a writer or reader of its own that is told where to go on."""
+    count, cuts, seed = parts
+    written = varied(count, seed, tcp)
+    whole = program.write(written, DMU, dialect)
+    for rows, used in ((4096, True), (7, True), (4096, False), (1, False)):
+        with machine_code(used) as patch:
+            patch.setattr(program_writer, "ROWS", rows)
+            writer = program.Writer(DMU, dialect, tcp=tcp)
+            texts = [writer.head()]
+            for part in cut(written, cuts):
+                other = program.Writer(DMU, dialect, tcp=tcp)
+                other.state = pickle.loads(pickle.dumps(writer.state))
+                writer.skip(part)
+                texts.append(other.write(part))
+                assert other.state == writer.state
+            assert "".join([*texts, writer.foot()]) == whole
+
+    lines = whole.splitlines(keepends=True)
+    reader, found = program.Reader(DMU, dialect), []
+    for start, stop in pairwise([0, *sorted(min(at, len(lines)) for at in cuts), len(lines)]):
+        other = program.Reader(DMU, dialect)
+        other.state = pickle.loads(pickle.dumps(reader.state))
+        found.append(reader.read("".join(lines[start:stop])))
+        with machine_code(True):
+            assert said(other.read("".join(lines[start:stop]))) == said(found[-1])
+        assert other.state == reader.state
+    joined = program.Blocks(*(np.concatenate([getattr(b, n) for b in found]) for n in FIELDS), tcp=found[-1].tcp)
+    assert said(joined) == said(program.read(whole, DMU, dialect))
+
+
+def test_lines_are_counted_over_parts():
+    reader = program.Reader(DMU, name="part.h")
+    reader.read("0 BEGIN PGM A MM\n1 L X+1 Y+2 Z+3 B+4 C+5 FMAX\n")
+    with pytest.raises(InputError, match="part.h, line 4: .*'Q1'"):
+        reader.read("2 L X+2\n3 L Q1\n")
+
+
+@pytest.mark.parametrize("dialect", ["fanuc", "siemens"])
+def test_block_numbers_begin_again(dialect):
+    count = 12_000
+    words = np.arange(count)[:, None] * np.ones(5)
+    remarks = ((10_500, "here"),)
+    nan = np.full(count, np.nan)
+    text = program.write(program.Blocks(words, nan, nan, np.zeros(count, bool), False, remarks), DMU, dialect)
+    numbers = [int(line[1:].split()[0]) for line in text.splitlines() if line.startswith("N")]
+    assert numbers == [10 * (n % 9999 + 1) for n in range(count + 2)]
+
+
+def test_lines_of_a_heidenhain_program_are_all_numbered():
+    text = program.write(blocks(12_000), DMU)
+    assert [int(line.split()[0]) for line in text.splitlines()] == list(range(12_000 + 5))
+
+
+@pytest.mark.parametrize("used", [True, False])
+def test_numbers_of_any_size_are_written(used):
+    words = np.array([[1e9, -2.5, 0, 0, 0], [1e13, 123456789.12346, 0, 0, 1], [-1e300, 0.00004, 0, -0.00004, -1]])
+    nan = np.full(3, np.nan)
+    with machine_code(used):
+        lines = program.write(program.Blocks(words, nan, nan, np.zeros(3, bool)), DMU).splitlines()
+    assert lines[1] == "1 L X+1000000000.0000 Y-2.5000 Z+0.0000 B+0.0000 C+0.0000"
+    assert lines[2] == "2 L X+10000000000000.0000 Y+123456789.1235 C+1.0000"
+    assert lines[3] == f"3 L X{-1e300:.4f} Y+0.0000 C-1.0000"
+
+
+def test_words_lie_axis_by_axis():
+    assert program.read(TEXTS["heidenhain"], DMU).words.T.flags.c_contiguous
