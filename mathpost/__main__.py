@@ -10,9 +10,11 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from mathpost import machine
+from mathpost import codegen, machine
 from mathpost.compensate import machine_errors
 from mathpost.errors import MathpostError
+from mathpost.files import write_bytes
+from mathpost.kinematics import Kinematics
 from mathpost.post import postprocess
 from mathpost.post.passage import Crossing
 from mathpost.post.program import DIALECTS
@@ -34,6 +36,7 @@ def main(arguments=None):
     commands = parser.add_subparsers(dest="command", required=True)
     _add_post(commands)
     _add_check(commands)
+    _add_print(commands)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     try:
         return options.run(options)
@@ -181,6 +184,25 @@ def _check(options):
 
 def _progress(done, total, path):
     print(f"{done}/{total} {path.name}", file=sys.stderr)
+
+
+def _add_print(commands):
+    printed = commands.add_parser(
+        "print", help="forward, inverse and Jacobian of a machine as JavaScript, C or LaTeX"
+    )
+    printed.set_defaults(run=_print)
+    printed.add_argument("machine", type=Path, metavar="MACHINE", help="machine file, TOML")
+    printed.add_argument("--to", choices=codegen.LANGUAGES, required=True)
+    printed.add_argument("-o", "--output", type=Path, metavar="FILE", help="by default standard output")
+
+
+def _print(options):
+    text = codegen.machine(Kinematics(machine.load(options.machine)), options.to)
+    if options.output:
+        write_bytes(options.output, text.encode())
+    else:
+        print(text, end="")
+    return 0
 
 
 if __name__ == "__main__":

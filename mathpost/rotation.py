@@ -327,7 +327,7 @@ def columns(expressions, arguments):
 
     What the expressions have in common is computed once. An expression without arguments gives a number.
     """
-    return sp.lambdify(arguments, [_in_floats(sp.sympify(entry)) for entry in expressions], "numpy", cse=True)
+    return sp.lambdify(arguments, [in_floats(sp.sympify(entry)) for entry in expressions], "numpy", cse=True)
 
 
 def blocks(shape):
@@ -341,12 +341,12 @@ def blocks(shape):
 
 
 @lru_cache(maxsize=4096)
-def _in_floats(expression):
+def in_floats(expression):
     """Return `expression` with its exact constants (√2/2, long fractions) evaluated, exponents left alone."""
     if expression.is_Integer and abs(expression) < 2**53:
         return expression
     if expression.is_number:
         return sp.N(expression, 30)
     if expression.is_Pow:
-        return sp.Pow(_in_floats(expression.base), expression.exp)
-    return expression.func(*map(_in_floats, expression.args)) if expression.args else expression
+        return sp.Pow(in_floats(expression.base), expression.exp)
+    return expression.func(*map(in_floats, expression.args)) if expression.args else expression
