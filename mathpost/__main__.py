@@ -13,7 +13,7 @@ from tqdm import tqdm
 from mathpost import codegen, machine
 from mathpost.compensate import machine_errors
 from mathpost.errors import MathpostError
-from mathpost.files import write_bytes
+from mathpost.files import write_text
 from mathpost.kinematics import Kinematics
 from mathpost.post import postprocess
 from mathpost.post.passage import Crossing
@@ -199,7 +199,7 @@ def _add_print(commands):
 def _print(options):
     text = codegen.machine(Kinematics(machine.load(options.machine)), options.to)
     if options.output:
-        write_bytes(options.output, text.encode())
+        write_text(options.output, text)
     else:
         print(text, end="")
     return 0

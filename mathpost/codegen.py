@@ -123,11 +123,12 @@ def machine(kin, language):
 EXPORTS = ("bodies", "places", "forward", "jacobian", "close", "inverse")
 
 
-def body(kin):
+def body(kin, *, jacobian=True):
     """Print a machine as JavaScript without exports, to stand inside of a page: it defines the `EXPORTS`."""
     derived = kin.inverse_symbolic
     outer, inner = kin.symbols.index(derived.outer), kin.symbols.index(derived.inner)
-    functions = "\n\n".join(function(name, *pair) for name, pair in _functions(kin).items())
+    wanted = {name: pair for name, pair in _functions(kin).items() if jacobian or name != "jacobian"}
+    functions = "\n\n".join(function(name, *pair) for name, pair in wanted.items())
     names = ", ".join(f'"{name}"' for name, _ in chain.bodies(kin.machine))
     glue = _JS_INVERSE.format(outer=outer, inner=inner, tolerance=REACH_TOLERANCE, pole=AT_POLE)
     return f"const bodies = [{names}];\n\n{functions}\n{glue}"
@@ -151,7 +152,7 @@ def _functions(kin):
 
 
 def _title(kin):
-    name = re.sub(r"[^\w ,.()+-]", "?", kin.machine.name)  # nothing that could end a comment
+    name = re.sub(r"[^\w ,.()+-]|_", " ", kin.machine.name)  # nothing that could end a comment
     return f"{name} ({kin.machine.arrangement})"
 
 
@@ -165,9 +166,9 @@ def _header(kin):
         " * forward   q -> x, y, z, i, j, k.",
         " * jacobian  q -> 6 rows of 5 numbers: the derivatives of the pose with respect to the joints.",
         " * close     tip and the two rotary angles -> X, Y, Z that put the tip there (C: close_loop).",
-        f" * inverse   tip and tool axis (of any length) -> the joints of both branches. Outer angle {derived.outer},",
-        f" *           inner angle {derived.inner}, in (-pi, pi]; null (C: 0 solutions) out of reach. Travel is not",
-        " *           looked at. At the pole, where every outer angle is right, it is 0.",
+        " * inverse   tip and tool axis (of any length) -> the joints of both branches, angles in (-pi, pi].",
+        f" *           Inner angle {derived.inner}, outer angle {derived.outer}: 0 at the pole, where any is right.",
+        " *           null (C: the result 0 instead of 2) out of reach. Travel is not looked at.",
     )
 
 
