@@ -24,7 +24,7 @@ GREYS = {  # the machine's role, one shade a body
     "first": "#b3bcc4",
     "second": "#d3d9de",
     "bearing": "#68737c",
-    "wall": "#e6eaed",
+    "wall": "#f4f6f8",
     "holder": "#a7afb6",
 }
 
@@ -144,6 +144,9 @@ def _workpiece_side(made, machine, stock):
     for bearing in carried:
         middle, reach = bearing.mean(axis=0)[:2], np.ptp(bearing, axis=0).max() / 2
         foot = block([*(middle - reach), floor], [*(middle + reach), floor + 0.01 * size])
+        if np.ptp(bearing[:, 2]) < 1e-6:  # a column under a table or a vice
+            foot = ring([*middle, floor], UP, 1.1 * reach, count=24)
+            bearing = ring(bearing.mean(axis=0), UP, reach, count=24)
         made.solids.append(Hull("bed", GREYS["bed"], np.concatenate([bearing, foot])))
     half = 1.55 * max(radius, 0.6 * size)
     (left, front), (right, back) = stock.mean(axis=0)[:2] - half, stock.mean(axis=0)[:2] + half
@@ -158,9 +161,7 @@ def _tool_side(made, machine, tip, tool_axis, plate):
     size, width = made.size, 0.17 * made.size
     nose = tip + machine.tool_length * tool_axis
     face = tip + max(machine.tool_length, 0.45 * size) * tool_axis  # a tool of no length is drawn all the same
-    reach = np.linalg.norm(face - tip)
-    made.solids.append(Turned("tool", COLOUR["tool"], _cutter(0.04 * size, 0.55 * reach), tip, tool_axis))
-    made.solids.append(Turned("tool", GREYS["holder"], _holder(0.1 * size, reach), tip, tool_axis))
+    made.solids += tool_solids(tip, tool_axis, size, np.linalg.norm(face - tip))
     slide, heads = machine.linear[2].name, [r for r in machine.rotary if r.carries == "tool"]
     spindle = ring(face, tool_axis, width)
     if heads:  # the spindle's housing is one body, what carries it may have two arms
@@ -249,6 +250,12 @@ def _table(radius, height):
         outer, inner = groove * radius, (groove - 0.04) * radius
         profile += [(outer, height), (outer, 0.85 * height), (inner, 0.85 * height), (inner, height)]
     return [*profile, (0, height)]
+
+
+def tool_solids(tip, axis, size, reach):
+    """A cutter and its holder, from the tip along the tool axis for `reach`, as thick as suits `size`; mm."""
+    cutter = Turned("tool", COLOUR["tool"], _cutter(0.04 * size, 0.55 * reach), tip, axis)
+    return [cutter, Turned("tool", GREYS["holder"], _holder(0.1 * size, reach), tip, axis)]
 
 
 def _cutter(radius, length):

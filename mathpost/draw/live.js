@@ -284,7 +284,7 @@ class Controls {
     constructor(parent, sliders, changed) {
         this.values = sliders.map((s) => s.value);
         this.rows = sliders.map((s, i) => {
-            const row = make("label", parent, { className: "slider" }), set = (value) => {
+            const row = make("label", parent, { className: "slider", hidden: s.hidden || false }), set = (value) => {
                 if (!Number.isFinite(value)) return this.show();
                 this.values[i] = value;
                 changed(i);

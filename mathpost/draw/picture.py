@@ -80,7 +80,7 @@ class View:
         shine = np.maximum(light - 200, 0)[..., None] / 90
         dim = np.minimum(light / 200, 1)[..., None]
         rgb = colours[solid] * dim * (1 - shine) + 255 * shine + (1 - dim) * [0, 10, 20]
-        rgb = np.where(solid[..., None] < 0, 255, np.clip(rgb, 0, 255))
+        rgb = np.where(solid[..., None] < 0, 243, np.clip(rgb, 0, 255))
         picture = Image.fromarray(rgb.astype(np.uint8))
         ink = ImageDraw.Draw(picture)
         for line in self.scene.lines:

@@ -5,7 +5,7 @@ that matters is hidden and no two axes fall together.
 """
 
 from dataclasses import dataclass, field, replace
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from mathpost.draw.plot import COLOUR
 from mathpost.rotation import unit
 
 DARK = "#333b41"
-CAMERAS = [(-58, 22), (-35, 22), (-125, 22), (-70, 35), (-20, 30), (-110, 35)]  # azimuth and elevation, degrees
+CAMERAS = [(-58, 22), (-35, 22), (-70, 32), (-125, 22), (-20, 30), (-48, 35), (-110, 35)]  # azimuth and elevation, degrees
+SHORT = 0.3  # an axis that looks shorter than this share of its length points at the viewer
 APART = np.radians(12)  # two axes nearer than this on the screen look like one
 SHOWN = {"workpiece": 0.35, "tool": 0.5}  # share of a body that must be in sight
 
@@ -150,7 +151,7 @@ def best_start(kin, scene, made, *, aspect=1.2):
     """
     tip, inner = kin.forward(made.home)[0], kin.symbols.index(kin.inverse_symbolic.inner) - 3
     found = []
-    for (tilt, turn), (azimuth, elevation) in product(((30, 30), (-30, 30), (30, -60), (-30, -60)), CAMERAS):
+    for (tilt, turn), (azimuth, elevation) in product(((30, 30), (30, 60), (-30, 30), (30, -60), (-30, -60), (40, 110)), CAMERAS):
         rotary = np.radians((tilt, turn) if inner == 0 else (turn, tilt))
         low, high = kin.machine.limits[3:].T
         if (rotary < low).any() or (rotary > high).any():
@@ -167,19 +168,12 @@ def best_start(kin, scene, made, *, aspect=1.2):
 def hidden(kin, scene, joints):
     """Return what cannot be seen at these joints, a list of sentences: axes on one line, bodies behind others."""
     places, camera = placing(kin.machine)(joints), Camera(scene.azimuth, scene.elevation)
-    directions = {"the tool axis": places["tool"][:3, 2]}
+    at_zero = placing(kin.machine)(np.zeros(5))
+    axes = {"the tool axis": places["tool"][:3, 2]}
     for rotary in kin.machine.rotary:
-        at_zero = placing(kin.machine)(np.zeros(5))[rotary.name][:3, :3]
-        directions[rotary.name] = places[rotary.name][:3, :3] @ at_zero.T @ unit(np.array(rotary.axis))
-    flat = {name: camera.project(direction) for name, direction in directions.items()}
-    said = [f"{name} points at the viewer" for name, seen in flat.items() if np.hypot(*seen) < 0.3]
-    names = list(flat)
-    for number, first in enumerate(names):
-        for second in names[:number]:
-            a, b = flat[first], flat[second]
-            crossed = abs(a[0] * b[1] - a[1] * b[0]) / max(np.hypot(*a) * np.hypot(*b), 1e-12)
-            if crossed < np.sin(APART):
-                said.append(f"{first} and {second} fall together")
+        turned = places[rotary.name][:3, :3] @ at_zero[rotary.name][:3, :3].T
+        axes[rotary.name] = turned @ unit(np.array(rotary.axis))
+    said = together(axes, camera) + together(dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), camera)
     size = (150, 110)
     seen, _, _ = View(scene, places, size).seen()
     for body, share in SHOWN.items():
@@ -189,6 +183,24 @@ def hidden(kin, scene, joints):
         if np.isin(seen, mine).sum() < share * whole:
             said.append(f"the {body} is hidden")
     return said
+
+
+def together(directions, camera):
+    """Return which of these directions, a dict of unit vectors by name, look like one or like a point from there."""
+    flat = {name: camera.project(direction) for name, direction in directions.items()}
+    said = [f"{name} points at the viewer" for name, seen in flat.items() if np.hypot(*seen) < SHORT]
+    for first, second in combinations(flat, 2):
+        a, b = flat[first], flat[second]
+        crossed = abs(a[0] * b[1] - a[1] * b[0]) / max(np.hypot(*a) * np.hypot(*b), 1e-12)
+        if crossed < np.sin(APART):
+            said.append(f"{first} and {second} fall together")
+    return said
+
+
+def clearest(directions):
+    """Return the azimuth and elevation from which the fewest of these directions, a dict by name, fall together."""
+    azimuths, elevations = [-60, -50, -40, -30, -70, -20, -80, -100, -115, -130], [22, 30, 15, 38]
+    return min(product(azimuths, elevations), key=lambda seen: len(together(directions, Camera(*seen))))
 
 
 def _at(matrix, points):
