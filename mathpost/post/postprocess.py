@@ -10,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost.errors import MathpostError
-from mathpost.files import replacing
+from mathpost.errors import MathpostError, replacing
 from mathpost.post import cl as cldata
 from mathpost.post import program, selection
 from mathpost.post.production import produce
