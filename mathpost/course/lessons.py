@@ -14,8 +14,7 @@ import nbformat
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
 
-from mathpost.errors import InputError, MathpostError
-from mathpost.files import write_text
+from mathpost.errors import InputError, MathpostError, write_text
 
 NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.\d*|\.\d+|\d+)(?:[eE][-+]?\d+)?")
 TIMEOUT = 120  # s for a cell
