@@ -11,7 +11,7 @@ import re
 from pathlib import Path
 
 from mathpost.draw.picture import png
-from mathpost.files import write_text
+from mathpost.errors import write_text
 
 MODULE = Path(__file__).with_name("live.js")
 STYLE = """
