@@ -135,7 +135,7 @@ def test_out_of_travel_names_record_and_axis(dmu50v):
 def test_the_outer_axis_turns_while_the_tool_is_at_the_pole(kin):
     """Vertical records, then leaning ones: C is turned before the lean, not during it."""
     if kin.reach[0] > 0:
-        pytest.skip("the pole is out of reach")
+        pytest.skip("does not apply: the pole is out of reach")
     pole = np.array(kin.inverse_symbolic.pole, float)
     side = np.cross(pole, [0.6, 0.8, 0])
     lean = np.array([0, 0, 0, 0.1, 0.2, 0.3, 0.1, 0, 0])[:, None]
