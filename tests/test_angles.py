@@ -1,4 +1,4 @@
-"""Euler sequences, axis and angle, quaternions: against SciPy, at and beside where they degenerate, and worked numbers."""
+"""Euler sequences, axis and angle, quaternions: against SciPy, beside where they degenerate, and worked numbers."""
 
 import numpy as np
 import pytest
