@@ -40,7 +40,7 @@ class OutputError(MathpostError):
     """A result could not be written; nothing was."""
 
 
-def as_array(values, length, where, *, check=True):
+def as_array(values, length, where):
     """Return `values` as a float array of shape ``(..., length)``, or raise `InputError`.
 
     Examples
@@ -59,7 +59,7 @@ def as_array(values, length, where, *, check=True):
     if array.ndim == 0 or array.shape[-1] != length:
         raise InputError(where, f"shape (..., {length})", f"shape {array.shape}")
     finite = np.isfinite(array)
-    if check and not finite.all():
+    if not finite.all():
         index = tuple(map(int, np.argwhere(~finite)[0]))
         raise InputError(where, "finite numbers", f"{array[index]} at index {index}")
     return array
@@ -102,7 +102,3 @@ def replacing(path):
     finally:
         if temporary:
             Path(temporary).unlink(missing_ok=True)
-
-
-def finite(array):
-    return bool(np.isfinite(array).all())

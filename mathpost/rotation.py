@@ -5,7 +5,6 @@ Matrices act on column vectors. An *active* matrix turns a vector, right-handed,
 matrices are sympy's own, so that no rotation matrix is typed here.
 """
 
-import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -19,11 +18,7 @@ ACTIVE = {"X": rot_ccw_axis1, "Y": rot_ccw_axis2, "Z": rot_ccw_axis3}
 PASSIVE = {"X": rot_axis1, "Y": rot_axis2, "Z": rot_axis3}
 ORTHONORMAL = 2e-6  # what six printed decimals leave of an orthonormal matrix
 SHORTEST = 1e-9  # a vector no longer than this has no direction
-BLOCK = 16384  # elements worked on at a time: the arrays of a formula fit the second-level cache
-
-# The GNU allocator gives the memory of freed arrays back to the system, so that every block of a formula faults it
-# in anew, until it has seen a larger array freed (mallopt(3), dynamic mmap threshold). This one is never touched.
-np.empty(128 * BLOCK)
+BLOCK = 16384  # elements that a formula works on at a time
 
 
 def about(axis, angle):
@@ -85,11 +80,11 @@ def as_rotation(matrix, where="rotation"):
 
 def unit(vectors, where="axis"):
     """Return `vectors`, shape (..., n), with length 1; raise `InputError` where one has none."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    length = np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
     if not (length > SHORTEST).all():
-        index = tuple(map(int, np.argwhere(length[..., 0] <= SHORTEST)[0]))
+        index = tuple(map(int, np.argwhere(length <= SHORTEST)[0]))
         raise InputError(where, "a vector with a direction", f"one of length zero{_at(index)}")
-    return vectors / length
+    return vectors / length[..., None]
 
 
 def wrap(angles, turn=360.0):
@@ -278,9 +273,12 @@ def _as_angles(angles, degrees):
     return [np.deg2rad(value) for value in values] if degrees else values
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=512)
 def numeric(expression, arguments):
-    """Compile a sympy expression into a vectorised NumPy function.
+    """Compile a sympy expression into a function of NumPy arrays: the one place that does, and remembers it.
+
+    What the entries have in common is computed once. Large arrays go through in pieces of `BLOCK` elements, so that
+    the intermediate results stay in the processor's cache.
 
     Parameters
     ----------
@@ -291,9 +289,7 @@ def numeric(expression, arguments):
     -------
     callable
         Takes one number or array for each argument, broadcast against each other to shape ``(...)``, and
-        returns a float array of shape ``(...)``, ``(..., rows, columns)`` or ``(..., len(tuple))``. Works in
-        `blocks`, so that it needs little memory besides the result. That of a tuple is laid out component by
-        component in memory, which is what the next formula reads fastest.
+        returns a float array of shape ``(...)``, ``(..., rows, columns)`` or ``(..., len(tuple))``.
 
     Examples
     --------
@@ -302,42 +298,21 @@ def numeric(expression, arguments):
     array([[ 1.,  1.],
            [-1.,  1.]])
     """
-    if isinstance(expression, tuple):
-        shape, entries = (len(expression),), expression
-    else:
-        shape = getattr(expression, "shape", ())
-        entries = tuple(expression) if shape else (expression,)
-    kernel = columns(entries, arguments)
+    shape = (len(expression),) if isinstance(expression, tuple) else getattr(expression, "shape", ())
+    entries = [_in_floats(sp.sympify(entry)) for entry in (expression if shape else [expression])]
+    compiled = sp.lambdify(arguments, entries, "numpy", cse=True)
 
     def evaluate(*values):
         values = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in values))
-        result = np.empty((len(entries), *values[0].shape))
-        for rows in blocks(values[0].shape):
-            for index, entry in enumerate(kernel(*(value[rows] for value in values))):
+        flat = [value.reshape(-1) for value in values]
+        result = np.empty((len(entries), flat[0].size))
+        for start in range(0, flat[0].size, BLOCK):
+            rows = slice(start, start + BLOCK)
+            for index, entry in enumerate(compiled(*(value[rows] for value in flat))):
                 result[index, rows] = entry
-        result = np.moveaxis(result, 0, -1)
-        return result if len(shape) == 1 else np.ascontiguousarray(result).reshape(*values[0].shape, *shape)
+        return np.moveaxis(result, 0, -1).reshape(*values[0].shape, *shape)
 
     return evaluate
-
-
-@lru_cache(maxsize=256)
-def columns(expressions, arguments):
-    """Compile sympy expressions into one function of arrays that returns a list; the one place to call `lambdify`.
-
-    What the expressions have in common is computed once. An expression without arguments gives a number.
-    """
-    return sp.lambdify(arguments, [_in_floats(sp.sympify(entry)) for entry in expressions], "numpy", cse=True)
-
-
-def blocks(shape):
-    """Yield slices of the first axis of `shape` that take about `BLOCK` elements each; `...` for a single one."""
-    if not shape:
-        yield ...
-        return
-    step = max(1, BLOCK // max(1, math.prod(shape[1:])))
-    for first in range(0, shape[0], step):
-        yield slice(first, first + step)
 
 
 @lru_cache(maxsize=4096)
