@@ -88,7 +88,7 @@ def unit(vectors, where="axis"):
 
 
 def wrap(angles, turn=360.0):
-    """Return `angles` less whole turns, in (−turn/2, turn/2]; rounding does not tell the two ends apart.
+    """Return `angles` less whole turns, in (−turn/2, turn/2]; what is 1e-12 turns above the open end is the other.
 
     Examples
     --------
@@ -130,7 +130,7 @@ def zxz_right(alpha, beta, gamma, *, degrees=False):
     >>> (zxz_right(135, 54.7356, -90, degrees=True) @ [3, 4, 5]).round(6)
     array([-1.224744,  0.707107,  6.928203])
     """
-    return from_angles(_right, (alpha, beta, gamma), degrees)
+    return from_angles(lambda *angles: _right(*angles)["γβα"], (alpha, beta, gamma), degrees)
 
 
 def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
@@ -145,28 +145,13 @@ def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
     >>> zxz_left_transposed(a, b, c) == zxz_right(a, b, c)
     True
     """
-    return from_angles(_left_transposed, (alpha, beta, gamma), degrees)
+    return from_angles(lambda *angles: _left(*angles)["(αβγ)ᵀ"], (alpha, beta, gamma), degrees)
 
 
 def zxz_apply(alpha, beta, gamma, points, *, degrees=False):
     """Return the coordinates of fixed points in the turned frame: `zxz_right` applied, without making the matrices.
 
-    Parameters
-    ----------
-    alpha, beta, gamma : float or array_like, shape (...)
-        As in `zxz_right`.
-    points : array_like, shape (..., 3)
-        Coordinates in the initial frame, broadcast against the angles.
-    degrees : bool, keyword only
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-
-    Raises
-    ------
-    InputError
-        If an angle or a point is not numbers.
+    Angles and points, shape (..., 3), are broadcast against each other; errors are those of `zxz_right`.
 
     Examples
     --------
@@ -176,10 +161,9 @@ def zxz_apply(alpha, beta, gamma, points, *, degrees=False):
     """
     points, angles = as_array(points, 3, "points"), _as_angles((alpha, beta, gamma), degrees)
     turns, point = sp.symbols("alpha beta gamma", real=True), sp.symbols("x y z", real=True)
-    a, b, c, *_ = _right_steps(*turns)
+    a, b, c, *_ = _right(*turns).values()
     # One turn after the other takes half of the products that their matrix takes to be made and applied.
-    turned = numeric(tuple(c * (b * (a * sp.Matrix(point)))), (*turns, *point))
-    return turned(*angles, *np.moveaxis(points, -1, 0))
+    return numeric(tuple(c * (b * (a * sp.Matrix(point)))), (*turns, *point))(*angles, *np.moveaxis(points, -1, 0))
 
 
 @dataclass(frozen=True)
@@ -217,44 +201,31 @@ def zxz_steps(recipe, angles, point, *, elementary=PASSIVE, degrees=False):
     >>> [step.name for step in zxz_steps("left", (135, 54.7356, -90), (3, 4, 5), degrees=True)]
     ['−α, −β, −γ', 'α', 'β', 'γ', 'αβ', 'αβγ', '(αβγ)ᵀ', "x', y', z'"]
     """
-    if recipe not in _RECIPES:
-        raise InputError("recipe", f"one of {', '.join(map(repr, _RECIPES))}", repr(recipe))
-    names, build = _RECIPES[recipe]
-    matrices = [
-        from_angles(lambda *values, row=row: build(*values, elementary)[row], angles, degrees)
-        for row in range(len(names))
-    ]
-    if isinstance(matrices[-1], np.ndarray):
-        turned = (matrices[-1] @ as_array(point, 3, "point")[..., None])[..., 0]
+    recipes = {"right": _right, "left": _left}
+    if recipe not in recipes:
+        raise InputError("recipe", "one of 'right', 'left'", repr(recipe))
+    build = recipes[recipe]
+    values = {"−α, −β, −γ": [-angle for angle in angles]} if recipe == "left" else {}
+    for name in build(0, 0, 0):
+        values[name] = from_angles(lambda *each, name=name: build(*each, elementary)[name], angles, degrees)
+    matrix = values[name]
+    if isinstance(matrix, sp.MatrixBase):
+        values["x', y', z'"] = matrix * sp.Matrix(point)
     else:
-        turned = matrices[-1] * sp.Matrix(point)
-    steps = [Step(n, name, matrix) for n, (name, matrix) in enumerate(zip(names, matrices, strict=True), 1)]
-    first = [Step(0, "−α, −β, −γ", [-angle for angle in angles])] if recipe == "left" else []
-    return [*first, *steps, Step(len(names) + 1, "x', y', z'", turned)]
+        values["x', y', z'"] = (matrix @ as_array(point, 3, "point")[..., None])[..., 0]
+    return [Step(number, *step) for number, step in enumerate(values.items(), 0 if recipe == "left" else 1)]
 
 
-def _right_steps(alpha, beta, gamma, elementary=PASSIVE):
+def _right(alpha, beta, gamma, elementary=PASSIVE):
+    """The matrices of the first recipe by name."""
     a, b, c = elementary["Z"](alpha), elementary["X"](beta), elementary["Z"](gamma)
-    return a, b, c, c * b, c * b * a
+    return {"α": a, "β": b, "γ": c, "γβ": c * b, "γβα": c * b * a}
 
 
-def _left_steps(alpha, beta, gamma, elementary=PASSIVE):
+def _left(alpha, beta, gamma, elementary=PASSIVE):
+    """The matrices of the second recipe by name."""
     a, b, c = elementary["Z"](-alpha), elementary["X"](-beta), elementary["Z"](-gamma)
-    return a, b, c, a * b, a * b * c, (a * b * c).T
-
-
-def _right(*angles):
-    return _right_steps(*angles)[-1]
-
-
-def _left_transposed(*angles):
-    return _left_steps(*angles)[-1]
-
-
-_RECIPES = {
-    "right": (("α", "β", "γ", "γβ", "γβα"), _right_steps),
-    "left": (("α", "β", "γ", "αβ", "αβγ", "(αβγ)ᵀ"), _left_steps),
-}
+    return {"α": a, "β": b, "γ": c, "αβ": a * b, "αβγ": a * b * c, "(αβγ)ᵀ": (a * b * c).T}
 
 
 def from_angles(build, angles, degrees=False):
