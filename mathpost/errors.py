@@ -27,10 +27,6 @@ class InputError(MathpostError):
         self.where, self.expected, self.found = where, expected, found
         super().__init__(f"{where}: expected {expected}, found {found}")
 
-    def __reduce__(self):
-        """For its way out of another process."""
-        return type(self), (self.where, self.expected, self.found)
-
 
 class ReachError(MathpostError):
     """The machine cannot go there: the tool axis is out of reach or a joint out of travel."""
@@ -74,6 +70,11 @@ def read_text(path):
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         raise InputError(f"{path}, line {line}", "UTF-8 text", f"byte 0x{error.object[error.start]:02x}") from None
+
+
+def write_text(path, text):
+    """Write `text` as UTF-8 to `path` whole or not at all; raise `OutputError` if that fails."""
+    write_bytes(path, text.encode("utf-8"))
 
 
 def write_bytes(path, content):

@@ -1,4 +1,4 @@
-"""Euler sequences, axis and angle, quaternions: against SciPy, beside where they degenerate, and worked numbers."""
+"""Euler sequences, axis and angle, quaternions: SciPy agrees, also where they degenerate; worked numbers."""
 
 import numpy as np
 import pytest
