@@ -2,10 +2,11 @@
 
 import os
 import tempfile
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"  # a decimal number as CL files, NC programs and worksheets write it
 
 
 class MathpostError(ValueError):
@@ -78,22 +79,15 @@ def write_text(path, text):
 
 
 def write_bytes(path, content):
-    """Write `content` to `path` whole or not at all; raise `OutputError` if that fails."""
-    with replacing(path) as file:
-        file.write(content)
+    """Write `content` to `path` whole or not at all; raise `OutputError` if that fails.
 
-
-@contextmanager
-def replacing(path):
-    """Open a file for bytes that takes the place of `path` at the end, in one step, unless an error comes first.
-
-    Until then it is a temporary file in the same folder. Raises `OutputError` if it cannot be written.
+    A temporary file in the same folder takes the place of `path` in one step.
     """
     path, temporary = Path(path), None
     try:
         handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
         with open(handle, "wb") as file:
-            yield file
+            file.write(content)
         umask = os.umask(0)  # can be read only by setting it
         os.umask(umask)
         os.chmod(temporary, 0o666 & ~umask)

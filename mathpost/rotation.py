@@ -5,6 +5,7 @@ Matrices act on column vectors. An *active* matrix turns a vector, right-handed,
 matrices are sympy's own, so that no rotation matrix is typed here.
 """
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -277,13 +278,19 @@ def numeric(expression, arguments):
         values = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in values))
         flat = [value.reshape(-1) for value in values]
         result = np.empty((len(entries), flat[0].size))
-        for start in range(0, flat[0].size, BLOCK):
-            rows = slice(start, start + BLOCK)
+        for rows in blocks(flat[0].shape):
             for index, entry in enumerate(compiled(*(value[rows] for value in flat))):
                 result[index, rows] = entry
         return np.moveaxis(result, 0, -1).reshape(*values[0].shape, *shape)
 
     return evaluate
+
+
+def blocks(shape):
+    """Yield slices of the first axis of `shape` that take about `BLOCK` elements each."""
+    step = max(1, BLOCK // max(1, math.prod(shape[1:])))
+    for start in range(0, shape[0], step):
+        yield slice(start, start + step)
 
 
 @lru_cache(maxsize=4096)

@@ -4,10 +4,9 @@ import re
 
 import numpy as np
 
-from mathpost.errors import InputError
+from mathpost.errors import NUMBER, InputError
 from mathpost.plane.tilted_plane import NOTATIONS, Plane
 
-NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
 VECTOR_DECIMALS = 7  # the most that the control reads
 
 
