@@ -2,25 +2,18 @@
 
 import argparse
 import math
-import os
-import shutil
 import sys
-import tempfile
 from pathlib import Path
-
-from tqdm import tqdm
 
 from mathpost import machine
 from mathpost.compensate import machine_errors
 from mathpost.errors import MathpostError
-from mathpost.post import postprocess
+from mathpost.files import write_text
+from mathpost.post import CONE, TOLERANCE, cl, run
 from mathpost.post.passage import Crossing
 from mathpost.post.program import DIALECTS
 from mathpost.post.selection import STRATEGIES
-from mathpost.post.setting import CONE, TOLERANCE
 from mathpost.workbook import folder as workbook
-
-LARGE = 16_000_000  # bytes of a CL file from which on several processes are worth their start
 
 
 def main(arguments=None):
@@ -68,16 +61,9 @@ def _add_post(commands):
         "--errors", type=Path, metavar="FILE", help="errors of the calibrated machine, TOML, to compensate for"
     )
     post.add_argument(
-        "--no-compare", action="store_true", help="leave the comparison of strategies out of the report"
+        "--compare", action="store_true", help="report the other strategies and ways through singular regions, too"
     )
-    post.add_argument("--workers", type=_count, metavar="N", help="processes (default: all cores for a large file)")
     post.add_argument("-o", "--output", type=Path, metavar="FILE", help="program; by default standard output")
-
-
-def _count(text):
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"expected a number from 1 on, found {text!r}")
-    return int(text)
 
 
 def _vector(text):
@@ -90,54 +76,25 @@ def _vector(text):
 def _post(options):
     """Write the program, and the report to standard error."""
     setup = machine.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
-    with tempfile.TemporaryDirectory() as folder, _Bars() as bars:
-        output = options.output or Path(folder, "program")
-        report = postprocess.run_file(
-            options.cl,
-            output,
-            setup,
-            workers=options.workers or _workers(options.cl),
-            progress=bars.show,
-            dialect=options.dialect,
-            strategy=options.selection,
-            singular=options.singular,
-            tolerance=options.tolerance,
-            tcp=options.tcp,
-            cone=CONE if options.cone is None else math.radians(options.cone),
-            split=options.split,
-            compare=not options.no_compare,
-            errors=machine_errors.load(options.errors, setup) if options.errors else None,
-        )
-        if not options.output:
-            with open(output, encoding="utf-8") as program:
-                shutil.copyfileobj(program, sys.stdout)
-    print(report, file=sys.stderr)
+    result = run(
+        cl.read(options.cl),
+        setup,
+        dialect=options.dialect,
+        strategy=options.selection,
+        singular=options.singular,
+        tolerance=options.tolerance,
+        tcp=options.tcp,
+        cone=CONE if options.cone is None else math.radians(options.cone),
+        split=options.split,
+        compare=options.compare,
+        errors=machine_errors.load(options.errors, setup) if options.errors else None,
+    )
+    if options.output:
+        write_text(options.output, result.program)
+    else:
+        print(result.program, end="")
+    print(result.report, file=sys.stderr)
     return 0
-
-
-def _workers(path):
-    """All cores for a large file, one for a small one."""
-    return os.cpu_count() or 1 if path.is_file() and path.stat().st_size > LARGE else 1
-
-
-class _Bars:
-    """A bar on standard error for each thing that is being done; none if nobody looks at a terminal."""
-
-    def __init__(self):
-        self.bar, self.doing = None, None
-
-    def __enter__(self):
-        return self
-
-    def show(self, doing, done, total):
-        if self.doing != doing:
-            self.__exit__()
-            self.doing, self.bar = doing, tqdm(desc=doing, total=total, unit_scale=True, disable=None)
-        self.bar.update(done - self.bar.n)
-
-    def __exit__(self, *_):
-        if self.bar is not None:
-            self.bar.close()
 
 
 def _add_check(commands):

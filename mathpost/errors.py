@@ -22,10 +22,6 @@ class InputError(MathpostError):
         self.where, self.expected, self.found = where, expected, found
         super().__init__(f"{where}: expected {expected}, found {found}")
 
-    def __reduce__(self):
-        """For its way out of another process."""
-        return type(self), (self.where, self.expected, self.found)
-
 
 class ReachError(MathpostError):
     """The machine cannot go there: the tool axis is out of reach or a joint out of travel."""
