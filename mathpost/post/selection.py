@@ -1,8 +1,9 @@
 """Solution selection (转角选解): which branch and which winding of the rotary axes each record takes.
 
-Each record has several *candidates*: two branches, each in every winding inside travel (±360°), and at the pole also
-the outer angles of the neighbours. Three strategies choose one candidate for each record: the best way over the whole
-path by dynamic programming (动态规划, R. Bellman 1957), the shortest next move, and the rules of source 002.
+Each record has several *candidates*: two branches, each in every winding (±360°) inside travel, and at the pole
+also the outer angles of the neighbours. Three strategies choose one candidate for each record: the best way over
+the whole path by dynamic programming (动态规划, R. Bellman 1957), the shortest next move, and the rules of source
+002.
 """
 
 from dataclasses import dataclass
@@ -13,8 +14,8 @@ import numpy as np
 from mathpost.errors import InputError, ReachError, as_array
 from mathpost.post import yu_dan
 from mathpost.post.travel import (
-    TURN,
     UNITS,
+    all_within,
     cost,
     count_turns,
     endless,
@@ -82,7 +83,7 @@ class Candidates:
     @cached_property
     def inside(self):
         """Whether all five joints are inside travel, shape (n, m)."""
-        return within_travel(self.joints, *self.kin.machine.limits.T).all(axis=2)
+        return all_within(self.kin.machine, self.joints)
 
     def reason(self, record, candidate):
         """Say why a candidate is out, or return "" if it is not."""
@@ -95,7 +96,7 @@ class Candidates:
         return " / ".join(dict.fromkeys(self.reason(record, candidate) for candidate in self._listed(record)))
 
     def table(self, record, previous=None, weights=None):
-        """Return rows to show: branch, joints in mm and degrees, cost of the move from `previous`, and why if out."""
+        """Return rows to show: branch, joints in mm and degrees, cost of the move from `previous`, why if out."""
         listed, machine = self._listed(record), self.kin.machine
         joints = self.joints[record, listed]
         steps = joints if previous is None else short_way(machine, joints - np.asarray(previous, dtype=float))
@@ -118,13 +119,13 @@ def candidates(kin, tip, axis):
     >>> from mathpost.kinematics import Kinematics
     >>> found = candidates(Kinematics(machine.load("data/machines/ac_head.toml")), [[0, 0, 0]], [[0.6, 0, 0.8]])
     >>> for branch, joints, _, reason in found.table(0):
-    ...     print(branch, joints[3:].round(2), reason)
-    0 [90.   36.87] 
-    0 [-270.     36.87] 
+    ...     print(branch, joints[3:].round(2), reason or "inside travel")
+    0 [90.   36.87] inside travel
+    0 [-270.     36.87] inside travel
     0 [450.     36.87] C 450.000° is outside -360 … 360
-    1 [-90.   -36.87] 
+    1 [-90.   -36.87] inside travel
     1 [-450.    -36.87] C -450.000° is outside -360 … 360
-    1 [270.   -36.87] 
+    1 [270.   -36.87] inside travel
     """
     return _explained(kin, _solutions(kin, tip, axis))
 
@@ -208,12 +209,12 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         reasons = _explained(kin, solved[..., unreachable, None]).reasons(0)
         raise ReachError(f"{cl.where(unreachable)}: no solution inside travel: {reasons}")
     if stuck >= 0 and not split:
-        before = cl.part(0, stuck)  # how far the machine comes without a break
-        joints = choose(kin, before, strategy, weights=weights, start=start, split=True, prefer=prefer, sway=sway).joints
-        angles = zip(machine.joint_names[3:], np.rad2deg(joints[-1, 3:]), strict=True)
+        options = {"weights": weights, "start": start, "split": True, "prefer": prefer, "sway": sway}
+        so_far = choose(kin, cl.part(0, stuck), strategy, **options).joints[-1, 3:]
+        pairs = zip(machine.joint_names[3:], np.rad2deg(so_far), strict=True)
         raise ReachError(
-            f"{cl.where(stuck)}: the path breaks here, no choice of branch and winding goes on in cut "
-            f"(so far {' '.join(f'{name} {angle:.3f}°' for name, angle in angles)}); split it, with a retract and an unwind"
+            f"{cl.where(stuck)}: the path breaks here, no choice of branch and winding goes on in cut (so far "
+            f"{' '.join(f'{name} {angle:.3f}°' for name, angle in pairs)}); split it, with a retract and an unwind"
         )
     solution, winding = np.divmod(picks, turns.shape[1])
     joints = (solved[:, solution, np.arange(len(cl))] + turns[:, winding]).T
@@ -222,9 +223,7 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     return Selection(joints, solution % 2, path_cost(machine, joints, weights, start), breaks, strategy)
 
 
-def best_way(
-    solved, turns, limits, endless, beginning, price, slowest, tool_axis, axes, rapid, sway, greedy
-):  # fmt: skip
+def best_way(solved, turns, limits, endless, beginning, price, slowest, tool_axis, axes, rapid, sway, greedy):
     """Find the candidate of each record: with the fewest breaks on the way, and then of the least cost.
 
     Bellman's recursion: the best way to a candidate goes by the best way to one of the record before it.
@@ -238,7 +237,7 @@ def best_way(
     solved : ndarray, shape (5, k, n)
         Joints of `_solutions`.
     turns : ndarray, shape (5, w)
-        What each winding adds; candidate number ``k·w`` + ``w`` is solution ``k`` in winding ``w``.
+        What each winding adds; candidate number ``s·w + t`` is solution ``s`` in winding ``t``.
     limits, endless : ndarrays, shape (5, 2) and (5,)
         Travel, and which joints have no end.
     beginning : ndarray, shape (k·w,)
@@ -265,73 +264,63 @@ def best_way(
     """
     records, windings = solved.shape[2], turns.shape[1]
     count = solved.shape[1] * windings
-    came_from = np.zeros((records, count), np.int32)  # from which candidate the best way comes
+    came_from = np.zeros((records, count), np.int32)  # the candidate of the record before on the best way
     came_by_break = np.zeros((records, count), np.bool_)
-    # Of this record and of the one before: numbers, joints, breaks and costs of the candidates inside travel.
-    numbers, old_numbers = np.zeros(count, np.int32), np.zeros(count, np.int32)
-    joints, old_joints = np.zeros((count, 5)), np.zeros((count, 5))
-    breaks, old_breaks = np.zeros(count, np.int64), np.zeros(count, np.int64)
-    costs, old_costs = np.zeros(count), np.zeros(count)
+    # The candidates inside travel of two records, this one and the one before, take rows 0 and 1 in turn.
+    numbers, breaks = np.zeros((2, count), np.int64), np.zeros((2, count), np.int64)
+    joints, costs = np.zeros((2, count, 5)), np.zeros((2, count))
     picks, broken, step = np.zeros(records, np.int64), np.zeros(records, np.bool_), np.zeros(5)
     known, stuck = 0, -1
     for record in range(records):
+        now, before, cut = record % 2, (record + 1) % 2, not rapid[record]
+
         found = 0
         for number in range(count):
             inside = True
             for joint in range(5):
                 value = solved[joint, number // windings, record] + turns[joint, number % windings]
                 inside = inside and within_travel(value, limits[joint, 0], limits[joint, 1])
-                joints[found, joint] = value
+                joints[now, found, joint] = value
             if inside:
-                numbers[found] = number
+                numbers[now, found] = number
                 found += 1
         if found == 0:
             return picks, broken, record, stuck
 
-        for j in range(found):
-            if record == 0:
-                breaks[j], costs[j] = 0, np.rint(beginning[numbers[j]] * QUANTA)
-                continue
-            costs[j] = np.inf
-            for i in range(known):
-                for joint in range(3, 5):
-                    step[joint] = joints[j, joint] - old_joints[i, joint]
-                    if endless[joint]:
-                        step[joint] = nearest(step[joint])
-                breaking = not rapid[record] and max(abs(step[3]), abs(step[4])) > HALF_TURN
-                way_breaks = old_breaks[i] + breaking
-                if costs[j] < np.inf and way_breaks > breaks[j]:
-                    continue
-                for joint in range(3):
-                    step[joint] = joints[j, joint] - old_joints[i, joint]
-                way_cost = old_costs[i] + np.rint((cost(step, price, slowest) + TIE * cost(step, UNITS, False)) * QUANTA)
-                if costs[j] < np.inf and way_breaks == breaks[j] and way_cost >= costs[j]:
-                    continue
-                if not breaking and not rapid[record] and sways_off(old_joints[i], step, tool_axis, axes, record, sway):
-                    breaking = True
-                    way_breaks += 1
-                    if costs[j] < np.inf and (way_breaks, way_cost) >= (breaks[j], costs[j]):
-                        continue
-                breaks[j], costs[j] = way_breaks, way_cost
-                came_from[record, numbers[j]], came_by_break[record, numbers[j]] = old_numbers[i], breaking
-
         best = 0
         for j in range(found):
-            if (breaks[j], costs[j]) < (breaks[best], costs[best]):
+            breaks[now, j], costs[now, j] = records, np.inf  # worse than any way
+            if record == 0:
+                breaks[now, j], costs[now, j] = 0, np.rint(beginning[numbers[now, j]] * QUANTA)
+            for i in range(known):
+                for joint in range(5):
+                    step[joint] = joints[now, j, joint] - joints[before, i, joint]
+                    if endless[joint]:
+                        step[joint] = nearest(step[joint])
+                breaking = cut and max(abs(step[3]), abs(step[4])) > HALF_TURN
+                if breaks[before, i] + breaking > breaks[now, j]:
+                    continue
+                move = cost(step, price, slowest) + TIE * cost(step, UNITS, False)
+                way = costs[before, i] + np.rint(move * QUANTA)
+                would_win = (breaks[before, i] + breaking, way) < (breaks[now, j], costs[now, j])
+                if would_win and cut and not breaking:  # only then look at the tool axis, which takes longest
+                    breaking = sways_off(joints[before, i], step, tool_axis, axes, record, sway)
+                if (breaks[before, i] + breaking, way) < (breaks[now, j], costs[now, j]):
+                    breaks[now, j], costs[now, j] = breaks[before, i] + breaking, way
+                    came_from[record, numbers[now, j]] = numbers[before, i]
+                    came_by_break[record, numbers[now, j]] = breaking
+            if (breaks[now, j], costs[now, j]) < (breaks[now, best], costs[now, best]):
                 best = j
-        if stuck < 0 and breaks[best] > 0:
-            stuck = record
-        if greedy or record == records - 1:
-            numbers[0], breaks[0], costs[0], found = numbers[best], breaks[best], costs[best], 1
-            joints[0] = joints[best]
-        least = costs[:found].min()
-        for j in range(found):
-            old_numbers[j], old_breaks[j] = numbers[j], breaks[j]
-            old_costs[j] = costs[j] - least
-            old_joints[j] = joints[j]
-        known = found
 
-    pick = old_numbers[0]
+        if stuck < 0 and breaks[now, best] > 0:
+            stuck = record
+        if greedy:
+            numbers[now, 0], breaks[now, 0] = numbers[now, best], breaks[now, best]
+            joints[now, 0], costs[now, 0] = joints[now, best], costs[now, best]
+            found, best = 1, 0
+        costs[now, :found] -= costs[now, :found].min()  # what all ways have in common would only make numbers long
+        pick, known = numbers[now, best], found
+
     for record in range(records - 1, -1, -1):
         picks[record], broken[record] = pick, came_by_break[record, pick]
         pick = came_from[record, pick]
@@ -371,7 +360,7 @@ def _compiled():
     try:
         return njit(cache=True)(best_way)
     except RuntimeError:  # neither here nor in the home folder
-        return njit(best_way)
+        return njit()(best_way)
 
 
 def _loop(moves):

@@ -22,6 +22,11 @@ def within_travel(value, low, high):
     return (low - TRAVEL_TOLERANCE <= value) & (value <= high + TRAVEL_TOLERANCE)
 
 
+def all_within(machine, joints):
+    """Return whether all five of the joints, shape (..., 5) in mm and radians, are inside travel."""
+    return within_travel(joints, *machine.limits.T).all(axis=-1)
+
+
 def out_of_travel(machine, joints):
     """Return a sentence for each of the joints, shape (5,) in mm and radians, that is outside travel.
 
@@ -85,7 +90,7 @@ def short_way(machine, steps):
 
 
 def count_turns(machine, joints, start):
-    """Return a path of joints (n, 5) whose endless axes go on from `start` (5,) and turn the short way each time."""
+    """Return the path of joints (n, 5) with endless axes that go on from `start` (5,) and turn the short way."""
     counted, around = joints.copy(), endless(machine)
     steps = np.diff(joints[:, around], axis=0, prepend=start[None, around])
     counted[:, around] -= TURN * np.cumsum(np.rint(steps / TURN), axis=0)
@@ -132,8 +137,9 @@ def move_costs(machine, steps, weights=None):
     --------
     >>> from mathpost import machine
     >>> dmu50v = machine.load("data/machines/dmu50v.toml")
-    >>> move_costs(dmu50v, [[0, 0, 100, 0, np.pi]]), move_costs(dmu50v, [0, 0, 100, 0, np.pi], weights=[1] * 5)
-    (array([5.]), 280.0)
+    >>> steps = [[0, 0, 100, 0, np.pi]]
+    >>> move_costs(dmu50v, steps), move_costs(dmu50v, steps, weights=[1, 1, 1, 1, 1])
+    (array([5.]), array([280.]))
     """
     return cost(np.moveaxis(np.asarray(steps, dtype=float), -1, 0), *rates_or_weights(machine, weights))
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mathpost.errors import InputError, ReachError
-from mathpost.post.travel import TRAVEL_TOLERANCE, TURN, out_of_travel, within_travel
+from mathpost.post.travel import TRAVEL_TOLERANCE, TURN, all_within, out_of_travel
 
 
 def choose(kin, cl, prefer):
@@ -34,7 +34,7 @@ def choose(kin, cl, prefer):
     joints = both[np.arange(len(branch)), branch]
     outer = kin.symbols.index(derived.outer)
     joints[:, outer] = _turned(joints[:, outer].tolist())
-    out = np.flatnonzero(~within_travel(joints, *kin.machine.limits.T).all(axis=1))
+    out = np.flatnonzero(~all_within(kin.machine, joints))
     if out.size:
         sentences = out_of_travel(kin.machine, joints[out[0]])
         raise ReachError(f"{cl.where(int(out[0]))}: {'; '.join(sentences)}")
