@@ -18,6 +18,6 @@ def test_import_loads_neither_sympy_nor_matplotlib():
     assert not loaded_after("import mathpost") & {"sympy", "matplotlib", "scipy", "numpy"}
 
 
-@pytest.mark.parametrize("module", ["post.postprocess", "__main__", "post.cl", "kinematics"])
+@pytest.mark.parametrize("module", ["post", "__main__", "post.cl", "kinematics"])
 def test_post_processing_loads_no_pictures(module):
     assert not loaded_after(f"import mathpost.{module}") & {"matplotlib", "ipywidgets"}

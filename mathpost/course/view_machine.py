@@ -124,7 +124,7 @@ def walk(kin, cl, joints=None, *, place=None, cone=CONE):
     joints : array_like, shape (m, 5), optional
         The blocks, mm and radians; by default one for each record, as `mathpost.post.selection.choose` finds them.
     place : array_like, shape (m,), optional
-        Where each block ends on the CL path, as in `mathpost.post.postprocess.Result`; needed if there are more
+        Where each block ends on the CL path, as in `mathpost.post.Result`; needed if there are more
         blocks than records.
     cone : float
         Radians about the singular tool axes.

@@ -12,12 +12,9 @@ from operator import itemgetter
 
 import numpy as np
 
-from mathpost import files
-from mathpost.errors import InputError, as_array
+from mathpost.errors import InputError, as_array, read_bytes
 from mathpost.post.cl_words import Statements
 from mathpost.rotation import unit
-
-PIECE = 16_384  # records that are worked on at once
 
 
 @dataclass(frozen=True)
@@ -62,10 +59,6 @@ class CLData:
     def where(self, record):
         """The place of a record (counted from 0) in the file, for error messages."""
         return f"{self.name}, line {self.lines[record]}, record {self.first + record + 1}"
-
-    def __getstate__(self):
-        """For a pickle, which would turn the components of a part back into rows."""
-        return vars(self) | {name: np.array(getattr(self, name), order="K") for name in ("points", "axes")}
 
     def part(self, start, stop):
         """Return records `start` to `stop` (exclusive) as `CLData`, without a copy.
@@ -135,7 +128,7 @@ def read(path):
     >>> len(cl), cl.points[0], cl.axes[0].round(6)
     (5, array([50.31991, 58.40925, 52.13969]), array([0.145196, 0.      , 0.989403]))
     """
-    return _parsed(files.read_bytes(path).removeprefix(codecs.BOM_UTF8), str(path))
+    return _parsed(read_bytes(path).removeprefix(codecs.BOM_UTF8), str(path))
 
 
 def parse(text, name="CL data"):
@@ -149,33 +142,12 @@ def _parsed(content, name):
     return _made(*statements.records(), tuple(statements.remarks), name)
 
 
-def pieces(path, records=PIECE, *, progress=None):
-    """Return an APT CL file in parts of so many records."""
-    cl = read(path)
-    if progress:
-        progress(1, 1)
-    return [cl.part(at, at + records) for at in range(0, len(cl), records)]
-
-
-def join(parts):
-    """Return consecutive parts as one `CLData`."""
-    parts = list(parts)
-    if len(parts) == 1:
-        return parts[0]
-    points, axes = (
-        np.concatenate([getattr(part, name).T for part in parts], axis=1) for name in ("points", "axes")
-    )
-    rows = (np.concatenate([getattr(part, name) for part in parts]) for name in ("feeds", "rapid", "lines"))
-    remarks = tuple((part.first - parts[0].first + record, text) for part in parts for record, text in part.remarks)
-    return _made(points, axes, *rows, remarks, parts[0].name, parts[0].first)
-
-
-def _made(points, axes, feeds, rapid, lines, remarks, name, first=0):
+def _made(points, axes, feeds, rapid, lines, remarks, name):
     """Make `CLData` of points and axes, shape (3, n), whose arrays nobody may change."""
     arrays = points.T, axes.T, feeds, rapid, lines
     for array in arrays:
         array.setflags(write=False)
-    return CLData(*arrays, remarks, name, first)
+    return CLData(*arrays, remarks, name)
 
 
 def to_text(cl, *, title=None, decimals=6):

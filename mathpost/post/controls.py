@@ -117,11 +117,14 @@ SIEMENS = Control(
 DIALECTS = {control.name: control for control in (HEIDENHAIN, FANUC, SIEMENS)}
 
 
-def control_named(name):
-    """Return the `Control` called `name`, or raise `InputError`."""
-    if name not in DIALECTS:
-        raise InputError("dialect", " or ".join(DIALECTS), repr(name))
-    return DIALECTS[name]
+def control_for(machine, dialect):
+    """Return the `Control` called `dialect`; refuse an unknown one, or one that cannot name the machine's axes."""
+    if dialect not in DIALECTS:
+        raise InputError("dialect", " or ".join(DIALECTS), repr(dialect))
+    for axis in machine.joint_names[3:]:
+        if dialect == "heidenhain" and len(axis) > 1:
+            raise InputError("rotary axis name", "one letter for a Heidenhain program", repr(axis))
+    return DIALECTS[dialect]
 
 
 def axis_word(name):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from mathpost.errors import InputError, MathpostError
+from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post import cl as cldata
 from mathpost.post import selection
 from mathpost.post.deviation import deviation
@@ -92,6 +92,14 @@ class Crossing:
     def compare(self, **options):
         """Return all ways as a list of `Passage`; one that is not possible says why."""
         return [self.way(name, **options) for name in self.WAYS]
+
+    def safe(self, name, **options):
+        """Return one of the ways that cut no part, or raise `ReachError` if it is not possible."""
+        way = self.way(name, **options)
+        if way.reason:
+            first, last = self.first + 1, self.last + 1
+            raise ReachError(f"{self.cl.name}: no way {name!r} from record {first} to {last}: {way.reason}")
+        return way
 
     def way(self, name, *, lean=LEAN, clearance=CLEARANCE, points=5):
         """Return one way through as a `Passage`.

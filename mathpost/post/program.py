@@ -22,7 +22,7 @@ from mathpost.post.controls import (
     SHORTEST_TIME,
     Blocks,
     axis_word,
-    control_named,
+    control_for,
     printed,
 )
 from mathpost.post.text import Column, Item, Pattern
@@ -65,10 +65,7 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     2 L Z+3.5000 F500
     3 END PGM DEMO MM
     """
-    control, name = control_named(dialect), re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
-    for axis in machine.joint_names[3:]:
-        if control is HEIDENHAIN and len(axis) > 1:
-            raise InputError("rotary axis name", "one letter for a Heidenhain program", repr(axis))
+    control, name = control_for(machine, dialect), re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
     head = [line.format(name=name) for line in control.head] + [control.tcp_on] * blocks.tcp
     foot = [control.tcp_off] * blocks.tcp + [line.format(name=name) for line in control.foot]
     texts, count = _numbered(control, head, 0)
@@ -195,7 +192,7 @@ class _Lines:
     """Takes the lines of a program one after the other, and keeps what holds from one to the next."""
 
     def __init__(self, machine, dialect, name):
-        self.control, self.names, self.name = control_named(dialect), machine.joint_names, name
+        self.control, self.names, self.name = control_for(machine, dialect), machine.joint_names, name
         letters = "|".join(re.escape(axis) for axis in sorted(self.names, key=len, reverse=True))
         self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({bulk.NUMBER})")
         self.codes = re.compile(self.control.codes + r"(?![\d.])")
