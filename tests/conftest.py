@@ -12,7 +12,7 @@ import pytest
 from mathpost import machine
 from mathpost.compensate.error_model import ErrorModel
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl, digits, text_loops
+from mathpost.post import cl, text
 
 ROOT = Path(__file__).parent.parent
 DATA = ROOT / "data"
@@ -33,8 +33,9 @@ def pytest_runtest_makereport(item, call):
 @contextmanager
 def machine_code(used):
     """Texts of any size go through the machine code, or none does."""
+    loops = text._compiled() if used else (text._match, text._write)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(digits, "_loops", lambda size: text_loops if used else None)
+        patch.setattr(text, "_loops", lambda size: loops)
         yield patch
 
 
