@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mathpost import codegen, machine
 from mathpost.compensate import machine_errors
-from mathpost.errors import MathpostError, write_text
+from mathpost.errors import MathpostError, write_bytes, write_text
 from mathpost.kinematics import Kinematics
 from mathpost.post import CONE, TOLERANCE, cl, run
 from mathpost.post.passage import Crossing
@@ -92,7 +92,7 @@ def _post(options):
         errors=machine_errors.load(options.errors, setup) if options.errors else None,
     )
     if options.output:
-        write_text(options.output, result.program)
+        write_bytes(options.output, result.program.encode())
     else:
         print(result.program, end="")
     print(result.report, file=sys.stderr)

@@ -10,7 +10,7 @@ from mathpost.draw.arrangement import placing
 from mathpost.draw.live import Live
 from mathpost.draw.scene import Line, Scene
 from mathpost.draw.solid import Turned
-from mathpost.post import selection
+from mathpost.post import selection, travel
 from mathpost.post.singularity import distance, regions
 from mathpost.rotation import unit
 
@@ -28,7 +28,12 @@ def machine(kin):
     """
     drawn, made = scene.machine(kin)
     start, drawn = scene.best_start(kin, drawn, made)
-    state = {"kind": "machine", "about": _about(kin), "home": made.home.tolist(), "sliders": _joint_sliders(kin, made, start)}
+    state = {
+        "kind": "machine",
+        "about": _about(kin),
+        "home": made.home.tolist(),
+        "sliders": _joint_sliders(kin, made, start),
+    }
     return _live(state, [kin], [drawn], [start], pose_text(kin, start))
 
 
@@ -62,7 +67,13 @@ def tool_axis(kin, *, tilt=30.0, direction=-30.0):
     state = {"kind": "both", "about": about, "tip": tip.tolist(), "sliders": sliders, "places": places}
     text = "; ".join(f"{name}: {_words(kin, joints)}" for name, joints in zip(BRANCHES, both, strict=True))
     return _live(
-        state, [kin], [_sphere(kin, axis), *pair], [None, *both], f"tool axis {_list(axis, 4)}; {text}", height=470, layout="column"
+        state,
+        [kin],
+        [_sphere(kin, axis), *pair],
+        [None, *both],
+        f"tool axis {_list(axis, 4)}; {text}",
+        height=470,
+        layout="column",
     )
 
 
@@ -116,7 +127,9 @@ def walk(kin, cl, joints=None, *, place=None, cone=CONE, second=None):
         "runs": state_runs,
         "first": 1,
         "every": every,
-        "sliders": [_slider("record", 1.0, float(1 + records[-1]), 1.0, float(every) if len(cl) > 30 else 0.05, unit="")],
+        "sliders": [
+            _slider("record", 1.0, float(1 + records[-1]), 1.0, float(every) if len(cl) > 30 else 0.05, unit="")
+        ],
         "places": _sights(kin, cl, at_records),
     }
     starts = [blocks[0] for _, blocks, _ in runs]
@@ -150,7 +163,15 @@ def _about(kin):
 
 
 def _slider(name, low, high, value, step, *, unit="°", travel=None, **more):
-    return {"name": name, "low": low, "high": high, "value": value, "step": step, "unit": unit, "travel": travel} | more
+    return {
+        "name": name,
+        "low": low,
+        "high": high,
+        "value": value,
+        "step": step,
+        "unit": unit,
+        "travel": travel,
+    } | more
 
 
 def _joint_sliders(kin, made, start):
@@ -229,7 +250,7 @@ def _words(kin, joints):
     """Joints as NC words, and what is out of travel."""
     shown = np.r_[joints[:3], np.degrees(joints[3:])]
     words = " ".join(f"{name}{value:z.3f}" for name, value in zip(kin.machine.joint_names, shown, strict=True))
-    return "; ".join([words, *selection.out_of_travel(kin.machine, joints)])
+    return "; ".join([words, *travel.out_of_travel(kin.machine, joints)])
 
 
 def pose_text(kin, joints):

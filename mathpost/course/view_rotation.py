@@ -65,10 +65,10 @@ def notations():
                 f"axis ({', '.join(f'{value:z.4f}' for value in axis)}), angle {angle:.3f} (dashed)",
                 f"quaternion ({', '.join(f'{value:z.4f}' for value in euler.to_quaternion(frame.rotation))})",
             ]
-            for dialect in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
-                plane = Plane.from_frame(frame, dialect)
+            for notation in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
+                plane = Plane.from_frame(frame, notation)
                 words = ", ".join(f"{w} {v:z.3f}" for w, v in zip(plane.words, plane.values, strict=True))
-                lines.append(f"{dialect}: {words}{' (locked)' if plane.locked else ''}")
+                lines.append(f"{notation}: {words}{' (locked)' if plane.locked else ''}")
             return "<br>".join(lines)
 
         return update
@@ -158,7 +158,10 @@ def carried(machine):
     sliders = [slider(name, -180, 180, 130 if name == outer else 30) for name in names]
     start = dict(zip((*angles, sense), [*(np.radians(each["value"]) for each in sliders), 1], strict=True))
     at_start = [np.array(matrix.subs(start).evalf(), dtype=float) for matrix in (workpiece, tool)]
-    axes = dict(zip("xyzn", [*at_start[0].T, at_start[1][:, 2]], strict=True)) | {"X": np.eye(3)[0], "Y": np.eye(3)[1]}
+    axes = dict(zip("xyzn", [*at_start[0].T, at_start[1][:, 2]], strict=True)) | {
+        "X": np.eye(3)[0],
+        "Y": np.eye(3)[1],
+    }
     return formula(
         scene.frame(*clearest(axes)),
         (*angles, sense),

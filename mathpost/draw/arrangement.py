@@ -245,7 +245,13 @@ def _disc(body, colour, start, end, radius):
 
 def _table(radius, height):
     """A round table with a bevel and two grooves."""
-    profile = [(0, 0), (0.94 * radius, 0), (radius, 0.25 * height), (radius, 0.92 * height), (0.98 * radius, height)]
+    profile = [
+        (0, 0),
+        (0.94 * radius, 0),
+        (radius, 0.25 * height),
+        (radius, 0.92 * height),
+        (0.98 * radius, height),
+    ]
     for groove in (0.86, 0.62):
         outer, inner = groove * radius, (groove - 0.04) * radius
         profile += [(outer, height), (outer, 0.85 * height), (inner, 0.85 * height), (inner, height)]
@@ -269,7 +275,13 @@ def _holder(radius, reach):
     """A tool holder from half the tool's length to the spindle's face: cone, groove, flange."""
     cone, flange = 0.5 * reach, 0.82 * reach
     groove = (flange + reach) / 2
-    profile = [(0, cone), (0.55 * radius, cone), (0.7 * radius, flange), (radius, flange), (radius, groove - 0.04 * reach)]
+    profile = [
+        (0, cone),
+        (0.55 * radius, cone),
+        (0.7 * radius, flange),
+        (radius, flange),
+        (radius, groove - 0.04 * reach),
+    ]
     profile += [(0.9 * radius, groove), (radius, groove + 0.04 * reach), (radius, reach), (0, reach)]
     return profile
 

@@ -66,7 +66,9 @@ class Live:
 
     def page(self, title="mathpost", *, around=""):
         """Return a whole page, HTML; `around` is more of it, in front of the view."""
-        code = [f"(() => {{\n{_dense(text)}\nreturn {{ {', '.join(self.exports)} }};\n}})()" for text in self.machines]
+        code = [
+            f"(() => {{\n{_dense(text)}\nreturn {{ {', '.join(self.exports)} }};\n}})()" for text in self.machines
+        ]
         state = json.dumps(self.state, separators=(",", ":"), ensure_ascii=False).replace("</", "<\\/")
         return (
             f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(title)}</title>"

@@ -76,7 +76,9 @@ class View:
     def draw(self):
         """Return the picture, a PIL image."""
         solid, light, depth = self.seen()
-        colours = np.array([ImageColor.getrgb(each.colour) for each in self.scene.solids] or [(0, 0, 0)], dtype=float)
+        colours = np.array(
+            [ImageColor.getrgb(each.colour) for each in self.scene.solids] or [(0, 0, 0)], dtype=float
+        )
         shine = np.maximum(light - 200, 0)[..., None] / 90
         dim = np.minimum(light / 200, 1)[..., None]
         rgb = colours[solid] * dim * (1 - shine) + 255 * shine + (1 - dim) * [0, 10, 20]

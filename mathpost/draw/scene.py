@@ -15,7 +15,15 @@ from mathpost.draw.plot import COLOUR
 from mathpost.rotation import unit
 
 DARK = "#333b41"
-CAMERAS = [(-58, 22), (-35, 22), (-70, 32), (-125, 22), (-20, 30), (-48, 35), (-110, 35)]  # azimuth and elevation, degrees
+CAMERAS = [
+    (-58, 22),
+    (-35, 22),
+    (-70, 32),
+    (-125, 22),
+    (-20, 30),
+    (-48, 35),
+    (-110, 35),
+]  # azimuth and elevation, degrees
 SHORT = 0.3  # an axis that looks shorter than this share of its length points at the viewer
 APART = np.radians(12)  # two axes nearer than this on the screen look like one
 SHOWN = {"workpiece": 0.35, "tool": 0.5}  # share of a body that must be in sight
@@ -93,7 +101,10 @@ class Scene:
             kept = {key: value for key, value in vars(line).items() if value and key not in ("body", "parts")}
             parts = [np.round(part, 3).tolist() for part in line.parts]
             lines.append(kept | {"body": number[line.body], "parts": parts})
-        labels = [vars(label) | {"body": number[label.body], "at": np.round(label.at, 2).tolist()} for label in self.labels]
+        labels = [
+            vars(label) | {"body": number[label.body], "at": np.round(label.at, 2).tolist()}
+            for label in self.labels
+        ]
         state = {"solids": solids, "lines": lines, "labels": labels, "middle": np.round(self.middle, 2).tolist()}
         state |= {"radius": round(float(self.radius), 2), "azimuth": self.azimuth, "elevation": self.elevation}
         return state | {"title": self.title, "colour": self.colour}
@@ -151,7 +162,9 @@ def best_start(kin, scene, made, *, aspect=1.2):
     """
     tip, inner = kin.forward(made.home)[0], kin.symbols.index(kin.inverse_symbolic.inner) - 3
     found = []
-    for (tilt, turn), (azimuth, elevation) in product(((30, 30), (30, 60), (-30, 30), (30, -60), (-30, -60), (40, 110)), CAMERAS):
+    for (tilt, turn), (azimuth, elevation) in product(
+        ((30, 30), (30, 60), (-30, 30), (30, -60), (-30, -60), (40, 110)), CAMERAS
+    ):
         rotary = np.radians((tilt, turn) if inner == 0 else (turn, tilt))
         low, high = kin.machine.limits[3:].T
         if (rotary < low).any() or (rotary > high).any():
