@@ -24,6 +24,7 @@ CAMERAS = [
     (-48, 35),
     (-110, 35),
 ]  # azimuth and elevation, degrees
+STARTS = [(30, 30), (30, 60), (-30, 30), (30, -60), (-30, -60), (40, 110)]  # inner and outer angle, degrees
 SHORT = 0.3  # an axis that looks shorter than this share of its length points at the viewer
 APART = np.radians(12)  # two axes nearer than this on the screen look like one
 SHOWN = {"workpiece": 0.35, "tool": 0.5}  # share of a body that must be in sight
@@ -162,16 +163,11 @@ def best_start(kin, scene, made, *, aspect=1.2):
     """
     tip, inner = kin.forward(made.home)[0], kin.symbols.index(kin.inverse_symbolic.inner) - 3
     found = []
-    for (tilt, turn), (azimuth, elevation) in product(
-        ((30, 30), (30, 60), (-30, 30), (30, -60), (-30, -60), (40, 110)), CAMERAS
-    ):
+    for (tilt, turn), (azimuth, elevation) in product(STARTS, CAMERAS):
         rotary = np.radians((tilt, turn) if inner == 0 else (turn, tilt))
-        low, high = kin.machine.limits[3:].T
-        if (rotary < low).any() or (rotary > high).any():
-            continue
-        joints = kin.close(tip, rotary)
+        joints = kin.close(tip, np.clip(rotary, *kin.machine.limits[3:].T))
         framed = scene.frame(azimuth, elevation, aspect=aspect)
-        wrong = hidden(kin, framed, joints)
+        wrong = crossed(kin, framed, joints) or covered(kin, framed, joints)
         found.append((len(wrong), len(found), joints, framed))
         if not wrong:
             break
@@ -180,14 +176,23 @@ def best_start(kin, scene, made, *, aspect=1.2):
 
 def hidden(kin, scene, joints):
     """Return what cannot be seen at these joints, a list of sentences: axes on one line, bodies behind others."""
+    return crossed(kin, scene, joints) + covered(kin, scene, joints)
+
+
+def crossed(kin, scene, joints):
+    """Return which axes of the machine or of the workpiece fall together on the screen."""
     places, camera = placing(kin.machine)(joints), Camera(scene.azimuth, scene.elevation)
     at_zero = placing(kin.machine)(np.zeros(5))
     axes = {"the tool axis": places["tool"][:3, 2]}
     for rotary in kin.machine.rotary:
         turned = places[rotary.name][:3, :3] @ at_zero[rotary.name][:3, :3].T
         axes[rotary.name] = turned @ unit(np.array(rotary.axis))
-    said = together(axes, camera) + together(dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), camera)
-    size = (150, 110)
+    return together(axes, camera) + together(dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), camera)
+
+
+def covered(kin, scene, joints):
+    """Return which of the bodies that matter are behind others."""
+    places, size, said = placing(kin.machine)(joints), (150, 110), []
     seen, _, _ = View(scene, places, size).seen()
     for body, share in SHOWN.items():
         alone = replace(scene, solids=[solid for solid in scene.solids if solid.body == body])

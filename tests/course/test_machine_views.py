@@ -55,7 +55,7 @@ def test_a_carried_body_turns_about_its_own_axis(kin):
         assert placed @ on_axis == pytest.approx(still, abs=1e-9)
 
 
-@settings(deadline=None, max_examples=4)
+@settings(deadline=None, max_examples=2)
 @given(machines())
 def test_any_machine_can_be_drawn(model):
     kin = Kinematics(model)
