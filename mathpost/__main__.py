@@ -28,6 +28,7 @@ def main(arguments=None):
     _add_post(commands)
     _add_check(commands)
     _add_print(commands)
+    _add_show(commands)
     _add_lessons(commands)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     try:
@@ -153,11 +154,27 @@ def _add_print(commands):
 
 
 def _print(options):
+    """Print the functions of a machine."""
     text = codegen.machine(Kinematics(machine.load(options.machine)), options.to)
     if options.output:
         write_text(options.output, text)
     else:
         print(text, end="")
+    return 0
+
+
+def _add_show(commands):
+    show = commands.add_parser("show", help="a machine as a page that moves, with the signs of its axes in words")
+    show.set_defaults(run=_show)
+    show.add_argument("machine", type=Path, metavar="MACHINE", help="machine file, TOML")
+    show.add_argument("-o", "--output", type=Path, metavar="PAGE", required=True, help="HTML")
+
+
+def _show(options):
+    """Write the page."""
+    from mathpost.course import machine_page
+
+    write_text(options.output, machine_page.page(Kinematics(machine.load(options.machine))))
     return 0
 
 

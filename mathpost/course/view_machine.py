@@ -162,16 +162,8 @@ def _about(kin):
     }
 
 
-def _slider(name, low, high, value, step, *, unit="°", travel=None, **more):
-    return {
-        "name": name,
-        "low": low,
-        "high": high,
-        "value": value,
-        "step": step,
-        "unit": unit,
-        "travel": travel,
-    } | more
+def _slider(name, low, high, value, step, unit="°"):
+    return {"name": name, "low": low, "high": high, "value": value, "step": step, "unit": unit}
 
 
 def _joint_sliders(kin, made, start):
@@ -183,9 +175,9 @@ def _joint_sliders(kin, made, start):
     linear = kin.close(kin.forward(made.home)[0], grid)[:, :3]
     low = np.r_[np.floor(linear.min(axis=0) - 0.5 * made.size), low].tolist()
     high = np.r_[np.ceil(linear.max(axis=0) + 0.5 * made.size), high].tolist()
-    start, travel = np.r_[start[:3], np.degrees(start[3:])].tolist(), _about(kin)["limits"]
-    rows = zip(kin.machine.joint_names, low, high, start, ("mm", "mm", "mm", "°", "°"), travel, strict=True)
-    return [_slider(*row, 1.0, unit=unit, travel=limits) for *row, unit, limits in rows]
+    start, units = np.r_[start[:3], np.degrees(start[3:])].tolist(), ("mm", "mm", "mm", "°", "°")
+    rows = zip(kin.machine.joint_names, low, high, start, [1.0] * 5, units, strict=True)
+    return [_slider(*row) for row in rows]
 
 
 def _titled(drawn, title, colour):

@@ -46,7 +46,8 @@ def formula(scene, symbols, sliders, places, text, *, numbers=(), points=(), but
     >>> from mathpost.rotation import ACTIVE
     >>> t = sp.Symbol("t")
     >>> scene = Scene(["plate"])
-    >>> formula(scene, [t], [slider("t", 0, 90, 60)], {"plate": ACTIVE["Z"](t)}, ["cosine {0:2}"], numbers=[sp.cos(t)])
+    >>> plate = {"plate": ACTIVE["Z"](t)}
+    >>> formula(scene, [t], [slider("t", 0, 90, 60)], plate, ["cosine {0:2}"], numbers=[sp.cos(t)])
     cosine 0.50
     """
     symbols = tuple(symbols)

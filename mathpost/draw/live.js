@@ -299,10 +299,6 @@ class Controls {
                 event.preventDefault();
                 set(max(s.low, min(s.high, this.values[i] + way * s.step)));
             };
-            if (s.travel) {
-                const [a, b] = s.travel.map((x, n) => 100 * ((x ?? (n ? s.high : s.low)) - s.low) / (s.high - s.low));
-                range.style.background = `linear-gradient(90deg, #f0e442 ${a}%, #0000 ${a}% ${b}%, #f0e442 ${b}%)`;
-            }
             const box = make("input", row, { type: "number", step: "any" });
             box.setAttribute("aria-label", `${s.name}, ${s.unit || "number"}`);
             box.onchange = () => set(box.valueAsNumber);

@@ -1,7 +1,7 @@
 """The carrier of a view that moves: one page with module, printed functions and state, in an output or in a file.
 
-In a notebook it is an iframe without rights (`sandbox="allow-scripts"`) over a still picture of the same pose, which
-a reader sees whose page runs no scripts. It needs no kernel, no server and no network.
+In a notebook it is an iframe without rights (`sandbox="allow-scripts"`) over a still picture of the same pose, seen
+where no scripts run. It needs no kernel, no server and no network.
 """
 
 import base64
@@ -64,15 +64,15 @@ class Live:
         self.machines, self.exports, self.scenes, self.places = machines, exports, scenes, places
         self.readings, self.height, self.layout = readings, height, layout
 
-    def page(self, title="mathpost", *, around=""):
-        """Return a whole page, HTML; `around` is more of it, in front of the view."""
+    def page(self, title="mathpost", *, before="", after=""):
+        """Return a whole page, HTML; `before` and `after` are more of it, around the view."""
         code = [
             f"(() => {{\n{_dense(text)}\nreturn {{ {', '.join(self.exports)} }};\n}})()" for text in self.machines
         ]
-        state = json.dumps(self.state, separators=(",", ":"), ensure_ascii=False).replace("</", "<\\/")
+        state = json.dumps(self.state, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
         return (
             f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(title)}</title>"
-            f"<style>{STYLE}</style>{around}<div id=live></div><script type=module>\n"
+            f"<style>{STYLE}</style>{before}<div id=live></div>{after}<script type=module>\n"
             f"{_dense(MODULE.read_text(encoding='utf-8'))}\n"
             f'start(document.getElementById("live"), {state}, [{",".join(code)}]);\n</script></html>\n'
         )
