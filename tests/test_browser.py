@@ -31,7 +31,7 @@ SETTINGS = {  # no news, and every cell in the page whether it is in sight or no
     "apputils-extension/notification": '{"fetchNews": "false", "checkForUpdates": false}',
     "notebook-extension/tracker": '{"windowingMode": "none"}',
 }
-PATIENCE = 120_000  # ms, for a busy machine
+PATIENCE = 40_000  # ms, for a busy machine
 
 LIVE = ("00_start_here", "01_rotating_a_point", "04_transform_chain")  # lessons whose views all live in the browser
 RUN = """async path => {
@@ -177,14 +177,17 @@ class Live:
     """A view that moves: its iframe, seen by the numbers that it says and by its picture."""
 
     def __init__(self, frame):
-        self.frame = frame.content_frame if hasattr(frame, "content_frame") else frame
+        self.outside = hasattr(frame, "content_frame") and frame
+        self.frame = frame.content_frame if self.outside else frame
         self.frame.locator(".said div").first.wait_for()
 
     def said(self):
         return self.frame.locator(".said").inner_text()
 
     def picture(self):
-        """The first picture after the next frame, as text."""
+        """The first picture after the next frame, as text; out of sight, a browser draws no frames."""
+        if self.outside:
+            self.outside.evaluate("frame => frame.scrollIntoView({block: 'center'})")
         return self.frame.locator("canvas").first.evaluate(PICTURE)
 
     def press(self, name):
