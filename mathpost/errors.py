@@ -62,12 +62,18 @@ def as_array(values, length, where):
     return array
 
 
+def read_bytes(path):
+    """Return the content of the file `path`; raise `InputError` if it cannot be read."""
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise InputError(str(path), "a readable file", error.strerror or str(error)) from None
+
+
 def read_text(path):
     """Return the text of the UTF-8 file `path`; raise `InputError` if it cannot be read."""
     try:
-        return Path(path).read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise InputError(str(path), "a readable file", error.strerror or str(error)) from None
+        return read_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         raise InputError(f"{path}, line {line}", "UTF-8 text", f"byte 0x{error.object[error.start]:02x}") from None
