@@ -124,7 +124,8 @@ def test_a_match_is_believed_if_an_accident_is_less_probable_than_one_in_two_hun
     tries = (costs <= 1 + 1e-9).sum()  # no more far-fetched than active elements
     radius = np.sqrt(tries * 6 * 0.05**2 / (4 * np.pi * chance))
     point = radius * np.array([3, 4, 5]) / np.sqrt(50)
-    found = explain([21.3, -47.9, 74.6], point, (WRONG["active"](SOMEWHERE) @ point).round(1), decimals=1)
+    angles = np.array([21.3123456, -47.9654321, 74.6135246])  # that every rounding changes
+    found = explain(angles, point, (WRONG["active"](angles) @ point).round(1), decimals=1)
     assert found.explained == believed
     assert not believed or found.misreadings[0].kinds == ("active",)
 
