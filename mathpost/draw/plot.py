@@ -6,7 +6,7 @@ import sympy as sp
 from IPython.display import Math
 from openpyxl.utils import get_column_letter
 
-from mathpost.post.deviation import true_tip
+from mathpost.post.between_blocks import true_tip
 from mathpost.workbook.report import STATUS_COLOUR
 
 # Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.
