@@ -162,8 +162,10 @@ def run(
     )
     _refuse_out_of_travel(machine, cl, divided)
     ideal = motion if tcp else divided
-    motion, cautions = (ideal, ()) if real is None else _compensated(real, ideal)
-    _refuse_out_of_travel(machine, cl, motion)
+    motion, cautions = ideal, ()
+    if real is not None:
+        motion, cautions = _compensated(real, ideal)
+        _refuse_out_of_travel(machine, cl, motion)
     motion, planned, seconds = _blocks(kin, cl, motion, tcp)
 
     progress("writing")

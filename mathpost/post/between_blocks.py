@@ -13,7 +13,6 @@ from mathpost.rotation import blocks
 RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
 CREST = 9 / 8  # how high above all of three values from 0 on a parabola through them may rise
 POINT = 1e-14  # radians; an arc no longer than this has no direction
-AT_ONCE = 4096  # moves that `largest` looks at before it asks again whether it may stop
 
 
 def deviation(kin, start, end, *, tips=None, axes=None, samples=None, least=2):
@@ -115,11 +114,11 @@ def true_tip(kin, joints, *, samples=24):
     return kin.forward(between)[0].reshape(-1, 3), chord.reshape(-1, 3)
 
 
-def largest(kin, joints, tips, axes, bounds, *, least=2):
+def largest(kin, joints, tips, axes, reached, counted, *, least=2, ideal=True):
     """Return the largest `deviation` along a path, looking at no more moves than it takes.
 
-    The moves with the greatest bounds come first. Once the next bound is below what has been found, no other move
-    can stray further.
+    A bound tells how far a move may stray at most. Of some thousand moves the one with the greatest bound is looked
+    at first, then only those whose bound is above all that has been found.
 
     Parameters
     ----------
@@ -129,37 +128,43 @@ def largest(kin, joints, tips, axes, bounds, *, least=2):
         mm and radians.
     tips, axes : ndarray, shape (n, 3)
         Where the path has the tip, mm, and the tool axis.
-    bounds : ndarray, shape (2, n - 1)
-        How far tip (mm) and axis (radians) may stray at most on each move, as `bounds` says; negative for a move
-        that does not count, infinite where nothing is known.
+    reached : pair of ndarray, shape (n, 3)
+        Where the joints have them.
+    counted : ndarray of bool, shape (2, n - 1)
+        The moves that count, for the tip and for the tool axis.
     least : int
         As in `deviation`.
+    ideal : bool
+        Whether `kin` is a machine without errors; for others there is no bound, and every move is looked at.
 
     Returns
     -------
     errors : ndarray, shape (2,)
-        mm and radians.
+        Tip in mm, axis in radians.
     moves : ndarray of int, shape (2,)
-        The moves that stray as far as that.
+        The first moves that stray as far as that.
     """
     errors, worst = np.zeros(2), np.zeros(2, dtype=int)
-    for kind in (0, 1):
-        order = np.argsort(-bounds[kind], kind="stable")
-        order = order[bounds[kind, order] >= 0]
-        for first in range(0, len(order), AT_ONCE):
-            moves = order[first : first + AT_ONCE]
-            if bounds[kind, moves[0]] < errors[kind]:
-                break
-            ends = moves, moves + 1
-            found = deviation(
-                kin,
-                *(joints[end] for end in ends),
-                tips=[tips[end] for end in ends],
-                axes=[axes[end] for end in ends],
-                least=least,
-            )[kind]
-            if found.max() > errors[kind]:
-                errors[kind], worst[kind] = found.max(), moves[found.argmax()]
+
+    def look(kind, moves):
+        ends = moves, moves + 1
+        of_tips, of_axes = ([vectors[end] for end in ends] for vectors in (tips, axes))
+        found = deviation(kin, *(joints[end] for end in ends), tips=of_tips, axes=of_axes, least=least)[kind]
+        if found.max() > errors[kind]:
+            errors[kind], worst[kind] = found.max(), moves[found.argmax()]
+
+    for rows in blocks(counted.shape[1:]):
+        poses = slice(rows.start, rows.stop + 1)
+        most = np.full(counted[:, rows].shape, np.inf)
+        if ideal:
+            there = [vectors[poses] for vectors in reached]
+            most = bounds(kin.machine, joints[poses], tips[poses], axes[poses], there)
+        most[~counted[:, rows]] = -1
+        for kind in (0, 1):
+            if most[kind].max() > errors[kind]:
+                look(kind, rows.start + most[kind].argmax(keepdims=True))
+            if (more := np.flatnonzero(most[kind] > errors[kind])).size:
+                look(kind, rows.start + more)
     return errors, worst
 
 
@@ -173,10 +178,8 @@ def bounds(machine, joints, tips, axes, reached):
     Parameters
     ----------
     machine : Machine
-    joints, tips, axes
+    joints, tips, axes, reached
         As in `largest`.
-    reached : pair of ndarray, shape (n, 3)
-        Where the joints have tip and axis.
     """
     tip_off, axis_off = (
         np.linalg.norm(at - wanted, axis=1) for at, wanted in zip(reached, (tips, axes), strict=True)
@@ -194,10 +197,13 @@ def derivative(machine, start, end, order):
     A point at most r from the lines that it is turned about, by Ω in all, and moved by v in all, has derivatives of
     at most Ωⁿ·r + n·Ωⁿ⁻¹·v.
     """
-    step = np.abs(end - start)
-    turn, travel = step[:, 3] + step[:, 4], step[:, 0] + step[:, 1] + step[:, 2]
-    lever = levers(machine) + np.maximum(*(np.abs(at[:, :3]).sum(axis=1) for at in (start, end)))
-    return turn ** (order - 1) * (turn * lever + order * travel)
+    result, offsets = np.empty(len(start)), levers(machine)
+    for rows in blocks(result.shape):
+        step = np.abs(end[rows] - start[rows])
+        turn, travel = step[:, 3:].sum(axis=1), step[:, :3].sum(axis=1)
+        lever = offsets + np.maximum(*(np.abs(at[rows, :3]).sum(axis=1) for at in (start, end)))
+        result[rows] = turn ** (order - 1) * (turn * lever + order * travel)
+    return result
 
 
 def levers(machine):
