@@ -7,8 +7,7 @@ from pathlib import Path
 
 from mathpost import machine
 from mathpost.compensate import machine_errors
-from mathpost.errors import MathpostError
-from mathpost.files import write_text
+from mathpost.errors import MathpostError, write_text
 from mathpost.post import CONE, TOLERANCE, cl, run
 from mathpost.post.program import DIALECTS
 from mathpost.post.selection import STRATEGIES
@@ -27,6 +26,7 @@ def main(arguments=None):
     commands = parser.add_subparsers(dest="command", required=True)
     _add_post(commands)
     _add_check(commands)
+    _add_lessons(commands)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     try:
         return options.run(options)
@@ -138,6 +138,27 @@ def _check(options):
 
 def _progress(done, total, path):
     print(f"{done}/{total} {path.name}", file=sys.stderr)
+
+
+def _add_lessons(commands):
+    lessons = commands.add_parser("lessons", help="for those who change the lessons")
+    rerun = lessons.add_subparsers(required=True).add_parser("rerun", help="run lessons anew and say what changed")
+    rerun.set_defaults(run=_rerun)
+    rerun.add_argument("path", type=Path, nargs="*", metavar="NOTEBOOK", help="default: notebooks/*.ipynb")
+    rerun.add_argument("--accept", action="store_true", help="write the new outputs")
+
+
+def _rerun(options):
+    """Print the numbers and pictures that changed; 1 if there are any that were not accepted."""
+    from mathpost.course import lessons
+
+    changed = 0
+    for path in options.path or sorted(Path("notebooks").glob("*.ipynb")):
+        changes = lessons.rerun(path, accept=options.accept)
+        changed += len(changes)
+        print(f"{path}: {len(changes)} changed" if changes else f"{path}: as before")
+        print(*changes, sep="\n", end="\n" * bool(changes))
+    return int(bool(changed) and not options.accept)
 
 
 if __name__ == "__main__":

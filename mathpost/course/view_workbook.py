@@ -10,8 +10,8 @@ from mathpost.draw.widget import View
 def readings_apart(point, readings):
     """How far common misreadings carry a point from the right place, as sliders move the three Euler angles.
 
-    `point` has shape (3,); `readings` are names of `mathpost.detective.misreadings.COMMON`. A bar that vanishes is a
-    misreading that these angles cannot show.
+    `point` has shape (3,); `readings` are names of `mathpost.detective.misreadings.COMMON`. A bar that vanishes is
+    a misreading that these angles cannot show.
     """
     point = np.array(point, dtype=float)
 

@@ -2,7 +2,8 @@
 
 Someone has turned a point, or built a matrix, with three Euler angles and got something else than expected. Every
 reading of `mathpost.detective.misreadings` is tried; those that give the answer to the precision to which it was
-written are returned, the simplest first. A match that so many tries would have hit by accident anyway is not an explanation.
+written are returned, the simplest first. A match that so many tries would have hit by accident anyway is not an
+explanation.
 """
 
 from dataclasses import dataclass, replace

@@ -12,7 +12,6 @@ from mathpost.rotation import blocks
 
 RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
 CREST = 9 / 8  # how high above all of three values from 0 on a parabola through them may rise
-POINT = 1e-14  # radians; an arc no longer than this has no direction
 
 
 def deviation(kin, start, end, *, tips=None, axes=None, samples=None, least=2):
@@ -234,9 +233,11 @@ def from_segment(points, start, end):
 
 def from_arc(axes, start, end):
     """Angle of unit vectors (..., 3) from the shorter great circle arcs between two others."""
-    normal = np.cross(start, end - start)  # of neighbours only the differences keep their digits
+    along = end - start  # of neighbours only the differences keep their digits
+    normal = np.cross(start, along)
     length = np.linalg.norm(normal, axis=-1)
-    arc = length > POINT
+    # No arc between opposite axes, nor between axes that differ by rounding, be it only in their own length.
+    arc = length > 1e-15 + 1e-12 * np.linalg.norm(along, axis=-1)
     normal = normal / np.where(arc, length, 1)[..., None]
     from_start, from_end = axes - start, axes - end
     before = np.vecdot(from_start, np.cross(normal, start)) < 0

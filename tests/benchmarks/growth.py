@@ -8,7 +8,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from mathpost.files import write_text
+from mathpost.errors import write_text
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl
 from mathpost.post import run as post

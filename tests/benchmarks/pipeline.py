@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from mathpost import machine
-from mathpost.files import write_text
+from mathpost.errors import write_text
 from mathpost.machine import ENDLESS
 from mathpost.post import cl
 from mathpost.post import run as post
