@@ -7,7 +7,7 @@ import numpy as np
 
 from mathpost import machine
 from mathpost.course.verdict import data, exercise
-from mathpost.detective.euler_angles import explain_joints
+from mathpost.detective.rotary_axes import explain_joints
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
 from mathpost.post import program, run, selection, singular

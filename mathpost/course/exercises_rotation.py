@@ -88,7 +88,7 @@ def point():
 )
 def slip():
     """So look at the first elementary matrix: the minus before the sine is in the wrong place, in all six."""
-    return explain(PRINTED, POINT, ACTIVE_POINT).readings[0].kinds[0]
+    return explain(PRINTED, POINT, ACTIVE_POINT).misreadings[0].kinds[0]
 
 
 @exercise(

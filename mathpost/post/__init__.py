@@ -12,7 +12,7 @@ import numpy as np
 from mathpost.compensate.compensation import Compensated, Compensator, PoseError
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
-from mathpost.post import program, selection, travel
+from mathpost.post import controls, program, selection, travel
 from mathpost.post.between_blocks import levers
 from mathpost.post.motion import Motion, block_times, linearize
 from mathpost.post.proof import Report, measured, prove
@@ -135,7 +135,7 @@ def run(
     if errors is not None and errors.machine != machine:
         raise InputError("errors", f"those of {machine.name!r}, set up alike", repr(errors.machine.name))
     refuse_nonsense(lean, clearance)
-    program.Writer(machine, dialect)  # refuses an unknown dialect, or an axis that it cannot name, before the work
+    controls.control_for(machine, dialect)  # refuses what cannot be written before the work
     progress, name = progress or (lambda stage: None), name or Path(cl.name).stem
     kin, real = Kinematics(machine), None if errors is None else Compensator(errors)
 
@@ -251,8 +251,7 @@ def _rounding(machine, tip, tolerance):
 
 def _refuse_out_of_travel(machine, cl, motion):
     """Raise `ReachError` for the first pose, those between the records included, that is out of travel."""
-    limits = machine.limits + travel.TRAVEL_TOLERANCE * np.array([-1, 1])
-    out = np.flatnonzero(((motion.joints < limits[:, 0]) | (motion.joints > limits[:, 1])).any(axis=1))
+    out = np.flatnonzero(~travel.all_within(machine, motion.joints))
     if out.size:
         sentences = travel.out_of_travel(machine, motion.joints[out[0]])
         raise ReachError(f"{cl.where(int(motion.place[out[0]]))} and on: {'; '.join(sentences)}")

@@ -143,8 +143,7 @@ class Crossing:
         found = selection.candidates(self.kin, self.cl.points[self.records], self.cl.axes[self.records])
         joints = self.joints[self.records]
         for row in range(swing + 1 - self.first, len(joints)):
-            turns = (joints[row] - found.joints[row])[:, 3:] / travel.TURN
-            chosen = np.abs(turns - np.round(turns)).max(axis=1) < 1e-6
+            chosen = np.abs(travel.nearest((joints[row] - found.joints[row])[:, 3:])).max(axis=1) < 1e-5
             steps = travel.short_way(machine, found.joints[row] - joints[row - 1])
             costs = np.where(chosen, np.inf, travel.move_costs(machine, steps))
             pick = np.where(found.inside[row], costs, np.inf).argmin()
