@@ -1,9 +1,9 @@
 """Every way to misread a rotation by three Euler angles, enumerated and evaluated, and what is said of one.
 
-A misreading is a set of slips; the right way has none. It has two parts. The *wording* says how the product is made:
-which of the two recipes of source 000, in what order, of active or passive elements, with which signs, transposed or
-not, the point as a column or as a row. The 768 wordings come to 48 different products. The *factors* say what stands
-in it: which axes, angles exchanged, repeated or left out, their unit, and what was rounded.
+A misreading is a set of slips; the right way has none. It has two parts. The *wording* says how the product is
+made: which of the two recipes of source 000, in what order, of active or passive elements, with which signs,
+transposed or not, the point as a column or as a row. The 768 wordings come to 48 different products. The *factors*
+say what stands in it: which axes, angles exchanged, repeated or left out, their unit, and what was rounded.
 """
 
 from dataclasses import dataclass, replace
