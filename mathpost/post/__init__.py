@@ -18,7 +18,7 @@ from mathpost.post.motion import Motion, block_times, linearize
 from mathpost.post.proof import Report, measured, prove
 from mathpost.post.singular import regions
 from mathpost.post.ways import CLEARANCE, LEAN, Crossing, refuse_nonsense
-from mathpost.rotation import blocks as slices
+from mathpost.rotation import slices
 
 TOLERANCE = 0.01  # mm
 CONE = np.radians(1.0)  # about the singular tool axes

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from mathpost.rotation import blocks
+from mathpost.rotation import slices
 
 RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
 CREST = 9 / 8  # how high above all of three values from 0 on a parabola through them may rise
@@ -84,7 +84,7 @@ def sampled(kin, start, end, samples=None, least=2):
     for count in np.unique(intervals).tolist():
         t = np.linspace(0, 1, count + 1)[:, None]
         alike = np.flatnonzero(intervals == count)
-        for rows in blocks((len(alike), count + 1)):
+        for rows in slices((len(alike), count + 1)):
             moves = alike[rows]
             yield moves, t, *kin.forward(start[moves] + t[..., None] * (end[moves] - start[moves]))
 
@@ -152,7 +152,7 @@ def largest(kin, joints, tips, axes, reached, counted, *, least=2, ideal=True):
         if found.max() > errors[kind]:
             errors[kind], worst[kind] = found.max(), moves[found.argmax()]
 
-    for rows in blocks(counted.shape[1:]):
+    for rows in slices(counted.shape[1:]):
         poses = slice(rows.start, rows.stop + 1)
         most = np.full(counted[:, rows].shape, np.inf)
         if ideal:
@@ -197,7 +197,7 @@ def derivative(machine, start, end, order):
     at most Ωⁿ·r + n·Ωⁿ⁻¹·v.
     """
     result, offsets = np.empty(len(start)), levers(machine)
-    for rows in blocks(result.shape):
+    for rows in slices(result.shape):
         step = np.abs(end[rows] - start[rows])
         turn, travel = step[:, 3:].sum(axis=1), step[:, :3].sum(axis=1)
         lever = offsets + np.maximum(*(np.abs(at[rows, :3]).sum(axis=1) for at in (start, end)))
