@@ -84,7 +84,7 @@ def test_no_move_strays_beyond_its_bound(kin, turn, off):
 @pytest.mark.parametrize(("turn", "off"), SIZES)
 def test_the_largest_is_that_of_all_moves(kin, turn, off, monkeypatch):
     looked = []
-    monkeypatch.setattr(module, "blocks", lambda shape: rotation_blocks(shape, 50))
+    monkeypatch.setattr(module, "slices", lambda shape: small_slices(shape, 50))
     monkeypatch.setattr(
         module, "deviation", lambda kin, *ends, **more: looked.append(len(ends[0])) or deviation(kin, *ends, **more)
     )
@@ -100,7 +100,7 @@ def test_the_largest_is_that_of_all_moves(kin, turn, off, monkeypatch):
             assert (sum(looked) < counted.sum()) == ideal
 
 
-def rotation_blocks(shape, size):
+def small_slices(shape, size):
     """Slices of the first axis, small ones."""
     return (slice(first, min(first + size, shape[0])) for first in range(0, shape[0], size))
 
