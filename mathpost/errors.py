@@ -72,6 +72,11 @@ def read_text(path):
         raise InputError(f"{path}, line {line}", "UTF-8 text", f"byte 0x{error.object[error.start]:02x}") from None
 
 
+def write_text(path, text):
+    """Write `text` as UTF-8 to `path` whole or not at all; raise `OutputError` if that fails."""
+    write_bytes(path, text.encode("utf-8"))
+
+
 def write_bytes(path, content):
     """Write `content` to `path` whole or not at all; raise `OutputError` if that fails."""
     with replacing(path) as file:

@@ -1,4 +1,4 @@
-"""Euler sequences, axis and angle, quaternions: against SciPy, at and beside where they degenerate; worked numbers."""
+"""Euler sequences, axis and angle, quaternions: SciPy agrees, also where they degenerate; worked numbers."""
 
 import numpy as np
 import pytest
