@@ -164,6 +164,7 @@ class Angle(Number):
     """
 
     unit: str = "degrees"
+    said: str = "one angle"
     period: ClassVar[float] = 360.0
 
     def mixups(self, target):
@@ -272,7 +273,7 @@ class Pose(Number):
         apart = np.abs(self._matrix(value) - self._matrix(target))[:3].max(axis=0)
         right = [name for name, far in zip("XYZ", apart, strict=False) if far <= MATRIX]
         if len(right) == 3:
-            return "The axes are right, the origin is not."
+            return "The axes are right, the origin is not." if self.origin else ""
         return f"{right[0]} of the frame is right, the other two axes are not." if right else ""
 
     def show(self, value):
@@ -325,7 +326,8 @@ class Name(Kind):
             return self.known[_bare(answer)]
         words = {_bare(word) for word in str(answer).split()}  # "the z axis"
         found = {self.known[word] for word in words if word in self.known}
-        if len(found) == 1 and not {"not", "no", "nor"} & words:
+        plain = all(word.isalpha() for word in words - set(self.known)) and not {"not", "no", "nor"} & words
+        if len(found) == 1 and plain:
             return found.pop()
         raise InputError("answer", self.asked, brief(answer))
 
@@ -404,7 +406,7 @@ def _numbers(answer, asked):
 
 def _bare(name):
     """A name without what does not matter: case, spaces, quotes, primes, brackets, degree signs."""
-    text = f"{name:g}" if isinstance(name, (int, float)) else str(name)
+    text = f"{name:g}" if isinstance(name, float) else str(name)
     text = unicodedata.normalize("NFKC", text).replace("−", "-")
     return re.sub(r"[\s'\"`´‘’“”′()\[\].,;_°]", "", text).casefold()
 

@@ -49,7 +49,10 @@ class Verdict:
         return f"{self.name} · {self.status}." + (f" {self.why}" if self.why else "")
 
     def _repr_mimebundle_(self, include=None, exclude=None):
-        return {"text/plain": str(self), MIME: {"exercise": self.name, "answer": self.answer}}
+        return {
+            "text/plain": str(self),
+            MIME: {"answer": self.answer, "exercise": self.name},
+        }  # as sorted in a file
 
 
 @dataclass(frozen=True)
