@@ -22,10 +22,10 @@ from mathpost.course import (
     exercises_path,  # noqa: F401
     exercises_rotation,  # noqa: F401
 )
-from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Verdict, define
+from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Verdict, define, slip
 from mathpost.errors import InputError, read_text
 
-__all__ = ["answered", "check", "define", "given", "judge", "progress", "saved", "solution"]
+__all__ = ["answered", "check", "define", "given", "judge", "progress", "saved", "slip", "solution"]
 MARKS = {RIGHT: "●", WRONG: "◐", OPEN: "○"}
 SAID = re.compile(rf"^([\w-]+) · ({RIGHT}|{WRONG}|{OPEN})\.", re.MULTILINE)
 _tried = set()  # exercises of which an attempt was checked in this session
@@ -86,6 +86,7 @@ def solution(name):
     Examples
     --------
     >>> solution("01-sign")
+    POINT = (3, 4, 5)
     def sign(angle=90):
         return zxz_right(angle, 0, 0, degrees=True) @ POINT
     # gives 4.000, -3.000, 5.000

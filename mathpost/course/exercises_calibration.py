@@ -7,22 +7,15 @@ import numpy as np
 from mathpost import machine
 from mathpost.course.answers import Names, Number, Vector
 from mathpost.course.lesson_data import data
-from mathpost.course.verdict import define
+from mathpost.course.verdict import define, slip
 from mathpost.measure import cutter, rotary_axis
 
 # 10 Where is the rotation centre?
 
 
-@define(
-    "10-oval",
-    Vector(names="ex ey", decimals=4, unit="mm"),
-    {
-        "This is a wave of one period in a turn, which *is* an offset. An oval has two.": {"waves": 1},
-        "Only one of four readings at 90° sees it like this; use all eight.": lambda: np.add(
-            oval(), [0.005, -0.005]
-        ),
-    },
-)
+@define("10-oval", Vector(names="ex ey", decimals=4, unit="mm"))
+@slip("This is a wave of one period in a turn, which *is* an offset. An oval has two.", waves=1)
+@slip("Only one of four readings at 90° sees it like this; use all eight.", lambda: np.add(oval(), [0.005, -0.005]))
 def oval(waves=2):
     """The centre does not move: opposite readings feel the oval alike. Only `noise` shows it."""
     dial = rotary_axis.dial_circle()
@@ -37,15 +30,11 @@ def probed_table(sense):
     return rotary_axis.probing(machine.Rotary("A", "workpiece", axis=(sense, 0, 0), point=(0, 0, 0)))
 
 
-@define(
-    "10-angles",
-    Number(decimals=0),
-    {
-        "That is for one standard deviation; the question asks for three.": {"sigmas": 1},
-        "Nine times as many as for one: but the ends count most, angles between them tell less.": (
-            lambda: 9 * angles_needed(1)
-        ),
-    },
+@define("10-angles", Number(decimals=0))
+@slip("That is for one standard deviation; the question asks for three.", sigmas=1)
+@slip(
+    "Nine times as many as for one: but the ends count most, angles between them tell less.",
+    lambda: 9 * angles_needed(1),
 )
 def angles_needed(sigmas=3):
     """Averaging is dear. Two angles that are 180° apart give more than many within 90°."""
@@ -63,19 +52,15 @@ def unknown_sense():
     return probed_table(1).simulate(true, at, sigma=0.002, seed=10, degrees=True)
 
 
-@define(
-    "10-sense",
-    Vector(names="yc zc", decimals=2, tolerance=0.02, unit="mm"),
-    {
-        "This is the ISO table with three readings that contradict it: look at `noise` or at the residuals.": {
-            "senses": (-1,)
-        },
-        "Two of the three readings fit any sense of turning, so they cannot tell you that it is wrong.": {
-            "senses": (-1,),
-            "rows": [0, 2],
-        },
-    },
-    given=unknown_sense,
+@define("10-sense", Vector(names="yc zc", decimals=2, tolerance=0.02, unit="mm"), given=unknown_sense)
+@slip(
+    "This is the ISO table with three readings that contradict it: look at `noise` or at the residuals.",
+    senses=(-1,),
+)
+@slip(
+    "Two of the three readings fit any sense of turning, so they cannot tell you that it is wrong.",
+    senses=(-1,),
+    rows=[0, 2],
 )
 def sense(senses=(-1, 1), rows=(0, 1, 2)):
     """Only with the axis (1, 0, 0) are the residuals those of a probe: this table turns the other way."""
@@ -88,19 +73,16 @@ def sense(senses=(-1, 1), rows=(0, 1, 2)):
 # 11 How accurate is RTCP?
 
 
-@define(
-    "11-factor",
-    Number(decimals=2),
-    {
-        "That is the sine itself: the dial shows this *part* of L·α. How many times too small is it?": (
-            lambda: np.sin(np.radians(20))
-        ),
-        "The dial reads L·α·sin ψ, the axial part; the tangent does not come into it.": (
-            lambda: 1 / np.tan(np.radians(20))
-        ),
-        "That is one over the cosine: the part that the dial does not read.": lambda: 1 / np.cos(np.radians(20)),
-    },
+@define("11-factor", Number(decimals=2))
+@slip(
+    "That is the sine itself: the dial shows this *part* of L·α. How many times too small is it?",
+    lambda: np.sin(np.radians(20)),
 )
+@slip(
+    "The dial reads L·α·sin ψ, the axial part; the tangent does not come into it.",
+    lambda: 1 / np.tan(np.radians(20)),
+)
+@slip("That is one over the cosine: the part that the dial does not read.", lambda: 1 / np.cos(np.radians(20)))
 def factor():
     """One over the sine of the tilt, whatever the head."""
     alpha = rotary_axis.source_zero_angle(0.1, 700)
@@ -108,15 +90,10 @@ def factor():
     return alpha / rotary_axis.source_zero_angle(reading, 700)
 
 
-@define(
-    "11-psi",
-    Number(decimals=0, unit="degrees"),
-    {
-        "There the cosine grows fastest, but alpha comes from the sine.": 45,
-        "That is the source's own example, where the dial shows a tenth of the error.": 5,
-        "That is the largest tilt, not the best: the sine falls again beyond its greatest value.": 120,
-    },
-)
+@define("11-psi", Number(decimals=0, unit="degrees"))
+@slip("There the cosine grows fastest, but alpha comes from the sine.", 45)
+@slip("That is the source's own example, where the dial shows a tenth of the error.", 5)
+@slip("That is the largest tilt, not the best: the sine falls again beyond its greatest value.", 120)
 def psi():
     """Where the sine is greatest; at 45° it is only √2 worse, and far easier to reach."""
 
@@ -133,12 +110,10 @@ def psi():
         {"alpha": ["α"], "dy": ["Δy"], "dL": ["ΔL"]},
         about={"dL": "The length error reads w·(cos ψ - 1): a cosine does not know the sign of ψ."}.get,
     ),
-    {
-        "dy adds up with L·alpha in u, and u is what changes its sign.": "alpha",
-        "L·alpha adds up with dy in u, and u is what changes its sign.": "dy",
-        "The other way round: the sine changes its sign with ψ, the cosine does not.": "dL",
-    },
 )
+@slip("dy adds up with L·alpha in u, and u is what changes its sign.", "alpha")
+@slip("L·alpha adds up with dy in u, and u is what changes its sign.", "dy")
+@slip("The other way round: the sine changes its sign with ψ, the cosine does not.", "dL")
 def signs():
     """The sine's part, u = dy + L·alpha, comes out reversed; the cosine's part, dL, does not."""
     true, measurement = {"alpha": 7e-5, "dy": 0.03, "dL": 0.05}, rotary_axis.rtcp_zero()

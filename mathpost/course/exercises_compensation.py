@@ -9,7 +9,7 @@ from mathpost.compensate import error_model, machine_errors
 from mathpost.compensate.compensation import Compensator, total_differential
 from mathpost.course.answers import Angle, Name, Names, Number, Vector
 from mathpost.course.lesson_data import data, load
-from mathpost.course.verdict import define
+from mathpost.course.verdict import define, slip
 from mathpost.detective.euler_angles import explain
 from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.measure import angular_error, spline
@@ -27,16 +27,11 @@ def table_error():
     return spline.adaptive(measured, 0.5)
 
 
-@define(
-    "12-command",
-    Angle(decimals=6),
-    {
-        "The error is added where it must be taken away: this doubles it.": {"sign": +1},
-        "The error is in seconds of arc, the command in degrees.": {"seconds": 1},
-        "The error is in seconds of arc, not in minutes: 3600 of them are a degree.": {"seconds": 60},
-        "That is what you want, uncorrected.": {"sign": 0},
-    },
-)
+@define("12-command", Angle(decimals=6))
+@slip("The error is added where it must be taken away: this doubles it.", sign=+1)
+@slip("The error is in seconds of arc, the command in degrees.", seconds=1)
+@slip("The error is in seconds of arc, not in minutes: 3600 of them are a degree.", seconds=60)
+@slip("That is what you want, uncorrected.", sign=0)
 def command(sign=-1, seconds=3600):
     """Command = target - error, both in degrees."""
     return 90 + sign * table_error()(90) / seconds
@@ -55,29 +50,23 @@ def spoilt_table():
 @define(
     "12-table",
     Angle(decimals=0),
-    {
-        "There the error is greatest, and rightly taken away.": (
-            lambda: max(range(0, 360, 45), key=lambda target: abs(table_error()(target)))
-        ),
-        "0 less a positive error is negative: that is right.": 0,
-    },
     given=spoilt_table,
     hint="In which row do error and correction have the same sign?",
 )
+@slip(
+    "There the error is greatest, and rightly taken away.",
+    lambda: max(range(0, 360, 45), key=lambda target: abs(table_error()(target))),
+)
+@slip("0 less a positive error is negative: that is right.", 0)
 def spoilt():
     """Where the command is above the target although the axis already goes too far."""
     rows = [list(map(float, line.split(","))) for line in spoilt_table().splitlines()[1:]]
     return next(target for target, error, command in rows if (command - target) * error > 0)
 
 
-@define(
-    "12-knots",
-    Number(decimals=0),
-    {
-        "That is enough for 0.5 seconds.": {"tolerance": 0.5},
-        "These are all the measured points.": 17,
-    },
-)
+@define("12-knots", Number(decimals=0))
+@slip("That is enough for 0.5 seconds.", tolerance=0.5)
+@slip("These are all the measured points.", 17)
 def knots(tolerance=0.2):
     """An open curve begins with both ends; the knots crowd where sin 3a bends it."""
     angles = np.arange(-120, 121, 15)
@@ -95,13 +84,11 @@ def ripple_seen(step):
     Names(
         "5 6 7 8 9 10 11 12", about=lambda step: f"A step of {step}° sees {ripple_seen(step):.0%} of the ripple."
     ),
-    {
-        "10° is the blind one: 18 teeth repeat every 20°.": "10",
-        "Finer is not the point. Which steps meet a crest at all?": "5",
-        "The even steps miss the crests a little: they see 95 %.": {"share": 0.5},
-    },
     hint="18 times which steps is an odd multiple of 90°?",
 )
+@slip("10° is the blind one: 18 teeth repeat every 20°.", "10")
+@slip("Finer is not the point. Which steps meet a crest at all?", "5")
+@slip("The even steps miss the crests a little: they see 95 %.", share=0.5)
 def steps(share=0.999):
     """The odd ones: 18 times an odd number of degrees can be an odd multiple of 90°."""
     return {step for step in range(5, 13) if ripple_seen(step) > share}
@@ -116,19 +103,10 @@ def trunnion_model():
     return error_model.ErrorModel(load("ac_table").machine)
 
 
-@define(
-    "13-sign",
-    Vector(decimals=1, unit="µm"),
-    {
-        "That is where the table goes. The tool stays, so *seen from the workpiece* it goes the other way.": {
-            "size": -10
-        },
-        "That is in the machine's directions. At C90 the workpiece has turned: which of its axes is along X?": {
-            "c": 0
-        },
-        "That is where the table goes, in the machine's directions.": {"size": -10, "c": 0},
-    },
-)
+@define("13-sign", Vector(decimals=1, unit="µm"))
+@slip("That is where the table goes. The tool stays, so *seen from the workpiece* it goes the other way.", size=-10)
+@slip("That is in the machine's directions. At C90 the workpiece has turned: which of its axes is along X?", c=0)
+@slip("That is where the table goes, in the machine's directions.", size=-10, c=0)
 def error_sign(size=10, c=90):
     """The table goes to +X, so the tool goes to -X seen from it; and at C90 the machine's X is the part's Y."""
     model = trunnion_model()
@@ -146,14 +124,12 @@ def unlike_exx(name):
 @define(
     "13-twins",
     Names(" ".join(f"E{part}{joint}" for joint in "XYZAC" for part in error_model.COMPONENTS), about=unlike_exx),
-    {
-        "A moves too when X has an error, but it is not the only one that carries them along X.": "EXA",
-        "These are the slides. The tables can stand wrong along X as well.": "EXY EXZ",
-        "C's too: A turns about X, so what C carries along X stays along X.": "EXY EXZ EXA",
-        "EXX itself is not one of the others.": "EXX EXY EXZ EXA EXC",
-    },
     hint="Which else carry the tool or the part along X?",
 )
+@slip("A moves too when X has an error, but it is not the only one that carries them along X.", "EXA")
+@slip("These are the slides. The tables can stand wrong along X as well.", "EXY EXZ")
+@slip("C's too: A turns about X, so what C carries along X stays along X.", "EXY EXZ EXA")
+@slip("EXX itself is not one of the others.", "EXX EXY EXZ EXA EXC")
 def twins():
     """All five have one sensitivity up to the sign: only their sum shows, and only the sum must be compensated."""
     model = trunnion_model()
@@ -172,14 +148,9 @@ def worse_at(tilt):
     return compensator.miss(joints + step, compensator.wanted(joints)).tip / compensator.miss(joints).tip
 
 
-@define(
-    "13-tilt",
-    Number(decimals=3, tolerance=2e-3, unit="degrees"),
-    {
-        "The rest falls with the *square* of the tilt, not with the tilt.": {"falls": lambda ratio: ratio},
-        "There it is still more than ten times too much.": 0.01,
-    },
-)
+@define("13-tilt", Number(decimals=3, tolerance=2e-3, unit="degrees"))
+@slip("The rest falls with the *square* of the tilt, not with the tilt.", falls=lambda ratio: ratio)
+@slip("There it is still more than ten times too much.", 0.01)
 def tilt(falls=np.sqrt):
     """The rest falls with the square of the tilt; bisection finds the same to a few thousandths of a degree."""
     return 0.01 * falls(worse_at(0.01))
@@ -206,10 +177,10 @@ SLIPS = (
 @define(
     "14-slip",
     Name(dict.fromkeys(SLIPS, ())),
-    {"The elements are passive, as they should be; ask `explain`.": "active"},
     given=lambda: SLIP,
     hint="Ask `explain`: its first reading has the word in `kinds`.",
 )
+@slip("The elements are passive, as they should be; ask `explain`.", "active")
 def worksheet_slip():
     """Three decimals and angles that are not special were enough."""
     angles, point, answer = SLIP
@@ -224,16 +195,10 @@ def wrong_post():
     return tuple(axis.tolist()), (round(float(a), 3), round(float(c), 3))
 
 
-@define(
-    "14-post",
-    Angle(decimals=1, tolerance=0.01),
-    {
-        "That is how far off C is. What must be *added* to it?": lambda: -post(),
-        "Half a turn is the other branch; then A would have the other sign too.": 180,
-        "C is off, not right: compare with both branches, or ask `explain_joints`.": 0,
-    },
-    given=wrong_post,
-)
+@define("14-post", Angle(decimals=1, tolerance=0.01), given=wrong_post)
+@slip("That is how far off C is. What must be *added* to it?", lambda: -post())
+@slip("Half a turn is the other branch; then A would have the other sign too.", 180)
+@slip("C is off, not right: compare with both branches, or ask `explain_joints`.", 0)
 def post():
     """A zero position off by a quarter turn: the post thinks of a table whose C0 is where Y should be."""
     axis, angles = wrong_post()

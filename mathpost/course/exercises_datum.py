@@ -6,7 +6,7 @@ import numpy as np
 
 from mathpost.course.answers import Angle, Name, Names, Number, Vector
 from mathpost.course.lesson_data import data, load
-from mathpost.course.verdict import define
+from mathpost.course.verdict import define, slip
 from mathpost.measure import horizontal_head, work_offset
 from mathpost.measure.horizontal_head import VERTICAL
 
@@ -27,16 +27,14 @@ ADDRESSES = Names(
 # 08 The datum after rotation
 
 
-@define(
-    "08-face",
-    Name({"+X": ["X"], "-X": [], "+Z": ["Z"], "-Z": []}),
-    {
-        "That is a table that turns as a head does. By ISO 841 B+ turns the *tool* right-handed about Y, "
-        "so the table goes the other way.": {"b": -90},
-        "The table turns by a quarter, so the face cannot still look along Z.": "+Z",
-        "The table turns by a quarter, so the face at the back does not come to the front.": "-Z",
-    },
+@define("08-face", Name({"+X": ["X"], "-X": [], "+Z": ["Z"], "-Z": []}))
+@slip(
+    "That is a table that turns as a head does. By ISO 841 B+ turns the *tool* right-handed about Y, "
+    "so the table goes the other way.",
+    b=-90,
 )
+@slip("The table turns by a quarter, so the face cannot still look along Z.", "+Z")
+@slip("The table turns by a quarter, so the face at the back does not come to the front.", "-Z")
 def face(b=90):
     """The table carries +X to +Z, where the spindle is."""
     _, rotary = work_offset.ab_table(**CENTRES, order="AB")
@@ -47,38 +45,28 @@ def face(b=90):
     return next(name for name, normal in turned.items() if normal[2] > 0.5)
 
 
-@define(
-    "08-datum",
-    Vector(unit="mm"),
-    {
-        "This is from A0 B0. The part was set up at A20 B-40: carry its datum back to zero first.": {
-            "start": {"A": 0, "B": 0}
-        },
-        "The differences of the angles are not enough: B is carried back at A20 and forward at A-30.": {
-            "start": {"A": 0, "B": 0},
-            "end": {"A": -50, "B": 50},
-        },
-        "This is the stack order BA; here A stands on the bed and carries B.": {"order": "BA"},
-        "Both axes turn the other way round: right size of the angles, wrong sign. Table or head?": {"iso": False},
-        "The turn is run backwards: `start` is where the part was set up.": {"start": NEW, "end": SET_UP},
-    },
+@define("08-datum", Vector(unit="mm"))
+@slip(
+    "This is from A0 B0. The part was set up at A20 B-40: carry its datum back to zero first.",
+    start={"A": 0, "B": 0},
 )
+@slip(
+    "The differences of the angles are not enough: B is carried back at A20 and forward at A-30.",
+    start={"A": 0, "B": 0},
+    end={"A": -50, "B": 50},
+)
+@slip("This is the stack order BA; here A stands on the bed and carries B.", order="BA")
+@slip("Both axes turn the other way round: right size of the angles, wrong sign. Table or head?", iso=False)
+@slip("The turn is run backwards: `start` is where the part was set up.", start=NEW, end=SET_UP)
 def after_turn(start=SET_UP, end=NEW, order="AB", iso=True):
     """Back to zero with the old angles, forward with the new, each axis about its own line."""
     table = work_offset.ab_table(**CENTRES, order=order, iso=iso)
     return work_offset.moved(G54, table, start, end, degrees=True)
 
 
-@define(
-    "08-words",
-    ADDRESSES,
-    {
-        "These the macro has stored in G55. What has it not stored?": "X Y Z",
-        "Not D and E: they told the macro where to go. What moves the axes?": "D E",
-    },
-    given=lambda: CALL,
-    hint="Which axes must move before the datum in G55 is true?",
-)
+@define("08-words", ADDRESSES, given=lambda: CALL, hint="Which axes must move before the datum in G55 is true?")
+@slip("These the macro has stored in G55. What has it not stored?", "X Y Z")
+@slip("Not D and E: they told the macro where to go. What moves the axes?", "D E")
 def missing_words():
     """G10 L2 stores X Y Z only; without A-30. B10. the table stands where it stood, and G55 names another place."""
     old = work_offset.WorkOffset("G54", *G54, A=0, B=0)
@@ -86,16 +74,11 @@ def missing_words():
     return set(work_offset.p9795(table, old, **work_offset.read_call(CALL)).angles)
 
 
-@define(
-    "08-dmu",
-    Vector(unit="mm"),
-    {
-        "C first, then B? B stands on the bed and carries C.": {"order": -1},
-        "This table turns the other way from ISO 841; its file says so.": {"end": {"B": -90, "C": -90}},
-        "Only C has turned.": {"end": {"B": 0, "C": 90}},
-        "Only B has turned.": {"end": {"B": 90, "C": 0}},
-    },
-)
+@define("08-dmu", Vector(unit="mm"))
+@slip("C first, then B? B stands on the bed and carries C.", order=-1)
+@slip("This table turns the other way from ISO 841; its file says so.", end={"B": -90, "C": -90})
+@slip("Only C has turned.", end={"B": 0, "C": 90})
+@slip("Only B has turned.", end={"B": 90, "C": 0})
 def dmu(end=QUARTERS, order=1):
     """The same function: a table is two axes with their own lines, a tilted one too."""
     b_carries_c = load("dmu50v").machine.rotary[::order]
@@ -111,49 +94,35 @@ def head():
     return horizontal_head.load(data("measurements/five_face_head.csv"))
 
 
-@define(
-    "09-vertical",
-    Vector(unit="mm"),
-    {
-        "That is for offsets measured with the horizontal head at 0°. Here no head vector is in them.": {
-            "measured": 0
-        },
-        "That is a head vector. LHYSET takes a measured offset back to the vertical head: how far is that here?": (
-            lambda: head().vector(0)
-        ),
-    },
+@define("09-vertical", Vector(unit="mm"))
+@slip("That is for offsets measured with the horizontal head at 0°. Here no head vector is in them.", measured=0)
+@slip(
+    "That is a head vector. LHYSET takes a measured offset back to the vertical head: how far is that here?",
+    lambda: head().vector(0),
 )
 def vertical(measured=VERTICAL):
     """Nothing to take back: the offset already belongs to the vertical head."""
     return horizontal_head.lhyset(head(), measured, measured, measured)
 
 
-@define(
-    "09-missed",
-    Vector(unit="mm"),
-    {
-        "This is the manufacturer's rule, the signs of the 90° vector flipped. Fit the three others instead.": (
-            lambda: horizontal_head.opposite_errors(head())[270]
-        ),
-        "Predicted minus measured; the question asks for measured minus predicted.": lambda: -missed(),
-        "That is what is left in a fit of all four. Leave the 270° position out.": {"fitted": 4},
-    },
+@define("09-missed", Vector(unit="mm"))
+@slip(
+    "This is the manufacturer's rule, the signs of the 90° vector flipped. Fit the three others instead.",
+    lambda: horizontal_head.opposite_errors(head())[270],
 )
+@slip("Predicted minus measured; the question asks for measured minus predicted.", lambda: -missed())
+@slip("That is what is left in a fit of all four. Leave the 270° position out.", fitted=4)
 def missed(fitted=3):
     """Twice the residuals of the full fit: a point that was not fitted is missed by more than one that was."""
     chosen = horizontal_head.Head(head().angles[:fitted], head().vectors[:fitted])
     return head().vector(270) - horizontal_head.fit(chosen).head().vector(270)
 
 
-@define(
-    "09-wrapped",
-    Angle(decimals=1),
-    {
-        "270° gives exactly -180, which a control accepts; the test is `<`.": 270,
-        "The head turns clockwise: UZZ is 90 - φ, not 90 + φ.": (
-            lambda: next(a for a in np.arange(0, 360, 2.5) if 90 + a > 180)
-        ),
-    },
+@define("09-wrapped", Angle(decimals=1))
+@slip("270° gives exactly -180, which a control accepts; the test is `<`.", 270)
+@slip(
+    "The head turns clockwise: UZZ is 90 - φ, not 90 + φ.",
+    lambda: next(a for a in np.arange(0, 360, 2.5) if 90 + a > 180),
 )
 def wrapped():
     """From here on UZZ would be below -180, and comes back from the other side, just below +180."""
@@ -161,17 +130,11 @@ def wrapped():
     return next(angle for angle in positions if 90 + head().sense * angle < -180)
 
 
-@define(
-    "09-unlisted",
-    Number(decimals=0, unit="mm"),
-    {
-        "That is at 45°, from the lesson.": {"angle": 45},
-        "These are the arms only; the head vectors differ in direction.": (
-            lambda: (
-                np.linalg.norm(horizontal_head.fit(head()).head().vector(135)) - np.linalg.norm(head().vector(0))
-            )
-        ),
-    },
+@define("09-unlisted", Number(decimals=0, unit="mm"))
+@slip("That is at 45°, from the lesson.", angle=45)
+@slip(
+    "These are the arms only; the head vectors differ in direction.",
+    lambda: np.linalg.norm(horizontal_head.fit(head()).head().vector(135)) - np.linalg.norm(head().vector(0)),
 )
 def unlisted(angle=135):
     """It falls through to the first label and uses U_0, almost two arm lengths away."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from mathpost.course.answers import Angle, Joints, Name, Number, Vector
 from mathpost.course.lesson_data import blade, data, load
-from mathpost.course.verdict import define
+from mathpost.course.verdict import define, slip
 from mathpost.detective.euler_angles import explain_joints
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
@@ -61,43 +61,32 @@ def meet():
 @define(
     "05-angles",
     Joints(kinematics=lambda: load("dmu50v"), unit="degrees"),
-    {
-        "That stands in table 2 of the paper. Send it through the forward kinematics and compare the tool axis.": (
-            lambda: np.loadtxt(data("tables/yu_dan_table_2.csv"), delimiter=",", skiprows=2)[3, 4:]
-        ),
-        "That is record 3: the first record is number 1.": {"record": 3},
-        "That is record 5: Python counts from 0.": {"record": 5},
-    },
     detective=lambda angles: explain_joints(load("dmu50v"), blade().axes[3].round(6), np.round(angles, 3)),
 )
+@slip(
+    "That stands in table 2 of the paper. Send it through the forward kinematics and compare the tool axis.",
+    lambda: np.loadtxt(data("tables/yu_dan_table_2.csv"), delimiter=",", skiprows=2)[3, 4:],
+)
+@slip("That is record 3: the first record is number 1.", record=3)
+@slip("That is record 5: Python counts from 0.", record=5)
 def record_4(record=4):
     """Either branch is right, and C may stand whole turns away: what counts is the tool axis that they make."""
     tip, axis = blade().points[record - 1], blade().axes[record - 1]
     return load("dmu50v").inverse(tip, axis, degrees=True)[0, 3:]
 
 
-@define(
-    "05-count",
-    Number(decimals=0),
-    {
-        "Two branches, yes; but C may also stand a whole turn away from either.": 2,
-        "Some of these are outside the travel of C, -360° to 360°.": {"travel": False},
-    },
-)
+@define("05-count", Number(decimals=0))
+@slip("Two branches, yes; but C may also stand a whole turn away from either.", 2)
+@slip("Some of these are outside the travel of C, -360° to 360°.", travel=False)
 def count(travel=True):
     """Two branches, and for each of them C and C less (or more) one whole turn."""
     found = selection.candidates(load("ac_head"), blade().points, blade().axes)
     return int(found.inside[0].sum()) if travel else found.joints.shape[1]
 
 
-@define(
-    "05-jump",
-    Angle(decimals=2),
-    {
-        "That is the paper's choice, the smaller step of B; C pays for it with half a turn.": {"strategy": "paper"},
-        "That is record 2.": {"record": 2},
-    },
-)
+@define("05-jump", Angle(decimals=2))
+@slip("That is the paper's choice, the smaller step of B; C pays for it with half a turn.", strategy="paper")
+@slip("That is record 2.", record=2)
 def jump(record=3, strategy="optimal"):
     """Through zero and on: the other branch continues where this one would turn back."""
     return rotary_angles(with_travel(load("dmu50v"), -25, 180), strategy)[record - 1, 0]
@@ -125,17 +114,14 @@ def trap():
 # 06 The singular region
 
 
-@define(
-    "06-price",
-    Number(decimals=2),
-    {
-        "That is 1/sin B. B is not the tool's angle from the pole: a tilted table moves the tool by less than B.": (
-            lambda: 1 / np.sin(np.radians(2.335))
-        ),
-        "That is 1/|n·(a₁×a₂)|. A turn about an axis at 45° moves the tool by less: see `amplification`.": {
-            "measure": lambda kin, tool: 1 / singularity.closeness(kin, tool)
-        },
-    },
+@define("06-price", Number(decimals=2))
+@slip(
+    "That is 1/sin B. B is not the tool's angle from the pole: a tilted table moves the tool by less than B.",
+    lambda: 1 / np.sin(np.radians(2.335)),
+)
+@slip(
+    "That is 1/|n·(a₁×a₂)|. A turn about an axis at 45° moves the tool by less: see `amplification`.",
+    measure=lambda kin, tool: 1 / singularity.closeness(kin, tool),
 )
 def price(measure=singularity.amplification):
     """Near the pole the price is one over the angle of the *tool* from it, in radians, on every machine."""
@@ -143,27 +129,20 @@ def price(measure=singularity.amplification):
     return measure(load("dmu50v"), tool)
 
 
-@define(
-    "06-pieces",
-    Number(decimals=0, tolerance=2.5),
-    {
-        "A quarter of the error needs twice the pieces, not four times: the error falls with the square.": (
-            lambda: 4 * pieces(0.01)
-        ),
-        "That is the number for 0.01 mm.": {"tolerance": 0.01},
-    },
+@define("06-pieces", Number(decimals=0, tolerance=2.5))
+@slip(
+    "A quarter of the error needs twice the pieces, not four times: the error falls with the square.",
+    lambda: 4 * pieces(0.01),
 )
+@slip("That is the number for 0.01 mm.", tolerance=0.01)
 def pieces(tolerance=0.0025):
     """Twice as many: the error falls with the square of the number of pieces."""
     joints = selection.choose(load("dmu50v"), blade()).joints
     return len(linearize(load("dmu50v"), joints[1:3], tolerance).joints) - 1
 
 
-@define(
-    "06-yardstick",
-    Number(decimals=1, unit="mm"),
-    {"That is what it claims, measured against its own chords. Where should the tip be?": {"measured": 1}},
-)
+@define("06-yardstick", Number(decimals=1, unit="mm"))
+@slip("That is what it claims, measured against its own chords. Where should the tip be?", measured=1)
 def yardstick(measured=2):
     """All its points lie on the line that the control follows anyway. Measure against the CL data."""
     start, end = selection.choose(load("dmu50v"), blade()).joints[1:3]
@@ -189,14 +168,10 @@ def limits():
 
 
 @define(
-    "07-pivot",
-    Name("40 50 60 70 80"),
-    {
-        "Nearest to the pole, where angles are uncertain. But a shifted pivot moves what B turns *far*.": "60",
-        "Second: which row has the greatest B?": "40",
-    },
-    hint="By how much does a turn by B move a point whose pivot is shifted?",
+    "07-pivot", Name("40 50 60 70 80"), hint="By how much does a turn by B move a point whose pivot is shifted?"
 )
+@slip("Nearest to the pole, where angles are uncertain. But a shifted pivot moves what B turns *far*.", "60")
+@slip("Second: which row has the greatest B?", "40")
 def pivot():
     """The tip moves by 2·sin(B/2) times the shift, so the row with the greatest B moves furthest."""
     kin = load("dmu50v")
@@ -220,14 +195,13 @@ def spoilt_program():
 @define(
     "07-block",
     Number(decimals=0),
-    {
-        "You count from 0, the control's blocks from 1.": lambda: block() - 1,
-        "That is the block after: its move starts from the wrong place, but it ends in the right one.": (
-            lambda: block() + 1
-        ),
-    },
     given=spoilt_program,
     hint="Read the program back: in which block do tip and tool axis leave the CL data?",
+)
+@slip("You count from 0, the control's blocks from 1.", lambda: block() - 1)
+@slip(
+    "That is the block after: its move starts from the wrong place, but it ends in the right one.",
+    lambda: block() + 1,
 )
 def block():
     """In one block only the tip leaves the CL data, by a tenth of a millimetre; no glance at the words shows it."""

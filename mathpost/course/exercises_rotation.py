@@ -7,7 +7,7 @@ from mathpost import angles as euler
 from mathpost import chain
 from mathpost.course.answers import Angle, Name, Names, Number, Pose, Vector
 from mathpost.course.lesson_data import load
-from mathpost.course.verdict import define
+from mathpost.course.verdict import define, slip
 from mathpost.detective.euler_angles import explain
 from mathpost.frame import Frame
 from mathpost.plane import positioning
@@ -35,57 +35,39 @@ LINKS = Names(
 # 01 Rotating a point
 
 
-@define(
-    "01-sign",
-    Vector(),
-    {
-        "This turns the point (an active matrix). The frame turns: look from its new axes.": {"angle": -90},
-        "This is the point before the turn.": {"angle": 0},
-    },
-)
+@define("01-sign", Vector())
+@slip("This turns the point (an active matrix). The frame turns: look from its new axes.", angle=-90)
+@slip("This is the point before the turn.", angle=0)
 def sign(angle=90):
     """The new X stands where Y was, so x' is the old y; the new Y points along -X, so y' is minus the old x."""
     return zxz_right(angle, 0, 0, degrees=True) @ POINT
 
 
-@define(
-    "01-point",
-    Vector(),
-    {
-        "These are active matrices: they turn the point. Coordinates in a turned frame take the passive ones.": (
-            lambda: zxz_steps("right", (30, 90, 0), POINT, elementary=ACTIVE, degrees=True)[-1].value
-        ),
-        "The factors stand in the order of turning; the first turn must act first, at the right end.": {
-            "angles": (0, 90, 30)
-        },
-        "The angles went in as degrees where the function expects radians; say degrees=True.": {"degrees": False},
-    },
-    detective=lambda answer: explain((30, 90, 0), POINT, np.round(answer, 6)),
+@define("01-point", Vector(), detective=lambda answer: explain((30, 90, 0), POINT, np.round(answer, 6)))
+@slip(
+    "These are active matrices: they turn the point. Coordinates in a turned frame take the passive ones.",
+    lambda: zxz_steps("right", (30, 90, 0), POINT, elementary=ACTIVE, degrees=True)[-1].value,
 )
+@slip(
+    "The factors stand in the order of turning; the first turn must act first, at the right end.",
+    angles=(0, 90, 30),
+)
+@slip("The angles went in as degrees where the function expects radians; say degrees=True.", degrees=False)
 def point(angles=(30, 90, 0), degrees=True):
     """X' = (cos 30°, sin 30°, 0), Y' = (0, 0, 1), Z' = (sin 30°, -cos 30°, 0): three dot products."""
     return zxz_right(*angles, degrees=degrees) @ POINT
 
 
-@define(
-    "01-slip",
-    KINDS,
-    {"Both kinds make the recipes agree; the passive kind gives another point. See the audit.": "passive"},
-    given=lambda: ACTIVE_POINT,
-)
-def slip():
+@define("01-slip", KINDS, given=lambda: ACTIVE_POINT)
+@slip("Both kinds make the recipes agree; the passive kind gives another point. See the audit.", "passive")
+def kind_of_matrix():
     """So look at the first elementary matrix: the minus before the sine is in the wrong place, in all six."""
     return explain(PRINTED, POINT, ACTIVE_POINT).readings[0].kinds[0]
 
 
-@define(
-    "01-still",
-    AXES,
-    {
-        "That is so for a turn about X. The last turn is about the newest Z.": "x",
-        "Which axis does the last turn leave in its place?": "y",
-    },
-)
+@define("01-still", AXES)
+@slip("That is so for a turn about X. The last turn is about the newest Z.", "x")
+@slip("Which axis does the last turn leave in its place?", "y")
 def still():
     """The last turn is about the newest Z, and turning about an axis keeps the coordinate along it."""
     alpha, beta, gamma = sp.symbols("alpha beta gamma")
@@ -96,60 +78,44 @@ def still():
 # 02 Euler angles and frames
 
 
-@define(
-    "02-frame",
-    Pose(),
-    {
-        "These are the angles of the transposed matrix: it takes coordinates into the frame, F takes them out.": (
-            lambda: euler.angles("ZXZ", Frame.from_axes([0, 1, 0], [0, 0, -1]).rotation.T, degrees=True)
-        ),
-        "The plane's Z is right, its X is not: the third angle is still free.": (
-            lambda: euler.from_direction("ZXZ", [0, 1, 0], degrees=True)
-        ),
-        "z and x are exchanged: `from_axes` takes z first.": {"z": [0, 0, -1], "x": [0, 1, 0]},
-    },
+@define("02-frame", Pose())
+@slip(
+    "These are the angles of the transposed matrix: it takes coordinates into the frame, F takes them out.",
+    lambda: euler.angles("ZXZ", Frame.from_axes([0, 1, 0], [0, 0, -1]).rotation.T, degrees=True),
 )
+@slip(
+    "The plane's Z is right, its X is not: the third angle is still free.",
+    lambda: euler.from_direction("ZXZ", [0, 1, 0], degrees=True),
+)
+@slip("z and x are exchanged: `from_axes` takes z first.", z=[0, 0, -1], x=[0, 1, 0])
 def frame(z=(0, 1, 0), x=(0, 0, -1)):
     """Z alone gives I and J; X, along the slope, gives K. The twin with -J would have been right too."""
     return euler.angles("ZXZ", Frame.from_axes(z, x).rotation, degrees=True)
 
 
-@define(
-    "02-twin",
-    Angle(decimals=2),
-    {
-        "That is the turn the other way round. A twin is the same rotation under another name.": lambda: -twin(),
-        "The three angles are about different axes, so they do not add up.": 20 + 30 + 40,
-    },
-)
+@define("02-twin", Angle(decimals=2))
+@slip("That is the turn the other way round. A twin is the same rotation under another name.", lambda: -twin())
+@slip("The three angles are about different axes, so they do not add up.", 20 + 30 + 40)
 def twin(angles=(20, 30, 40)):
     """The same as before: a twin is another name of the same rotation, and the axis with its angle has no names."""
     twin = euler.twin("ZXZ", angles, degrees=True)
     return euler.to_axis_angle(euler.matrix("ZXZ", twin, degrees=True), degrees=True)[1]
 
 
-@define(
-    "02-lock",
-    Angle(decimals=0),
-    {
-        "That is where ZXZ locks (G68.2), whose first and third axis are the same. Here they are X and Z.": {
-            "sequence": "ZXZ"
-        },
-        "Between them stands B: at which B does it lay X onto Z?": 45,
-    },
+@define("02-lock", Angle(decimals=0))
+@slip(
+    "That is where ZXZ locks (G68.2), whose first and third axis are the same. Here they are X and Z.",
+    sequence="ZXZ",
 )
+@slip("Between them stands B: at which B does it lay X onto Z?", 45)
 def lock(sequence="xyz"):
     """SPB = 90° lays the part's X onto the fixed Z, about which SPC turns: only SPA - SPC is left."""
     tried = ((b, euler.matrix(sequence, (20, b, 30), degrees=True)) for b in range(181))
     return next(b for b, matrix in tried if euler.is_locked(sequence, matrix))
 
 
-@define(
-    "02-order",
-    TURNS,
-    {"About moving axes the later turns stand further *right*: Rx(a)·Ry(b)·Rz(c). Here they stand left.": "moving"},
-    given=lambda: "F = Rz(c) @ Ry(b) @ Rx(a)",
-)
+@define("02-order", TURNS, given=lambda: "F = Rz(c) @ Ry(b) @ Rx(a)")
+@slip("About moving axes the later turns stand further *right*: Rx(a)·Ry(b)·Rz(c). Here they stand left.", "moving")
 def order():
     """About the fixed X, the fixed Y, the fixed Z. His words need Rx(a)·Ry(b)·Rz(c), in SciPy's spelling XYZ."""
     a, b, c = sp.symbols("a b c")
@@ -161,30 +127,21 @@ def order():
 # 03 The tilted working plane
 
 
-@define(
-    "03-plane",
-    Pose(),
-    {
-        "I0 J30 K0 tilts about X. J is about the *new* X: I must first turn that X into the old Y.": (0, 30, 0),
-        "Z is right, X is not: I has turned the plane about Z, and K must turn it back.": (90, 30, 0),
-        "Z leans to the other side: the sign of I.": (-90, 30, 90),
-    },
-)
+@define("03-plane", Pose())
+@slip("I0 J30 K0 tilts about X. J is about the *new* X: I must first turn that X into the old Y.", (0, 30, 0))
+@slip("Z is right, X is not: I has turned the plane about Z, and K must turn it back.", (90, 30, 0))
+@slip("Z leans to the other side: the sign of I.", (-90, 30, 90))
 def plane():
     """I lays X along the old Y, J tilts about it, and K takes I's turn back again: I = 90, K = -90."""
     return Plane("PLANE SPATIAL", [0, 30, 0]).to("G68.2").values
 
 
-@define(
-    "03-third",
-    Angle(decimals=2),
-    {
-        "This is what is left (ρ). The third angle must take it away, so it has the other sign.": (
-            lambda: align(Plane("G68.2", [60, 30, 0]).frame, load("dmu50v").machine).solutions[0].rho
-        ),
-        "0 is the third angle of an A-C table. This table tilts about an axis at 45°.": {"name": "ac_table"},
-    },
+@define("03-third", Angle(decimals=2))
+@slip(
+    "This is what is left (ρ). The third angle must take it away, so it has the other sign.",
+    lambda: align(Plane("G68.2", [60, 30, 0]).frame, load("dmu50v").machine).solutions[0].rho,
 )
+@slip("0 is the third angle of an A-C table. This table tilts about an axis at 45°.", name="ac_table")
 def third(name="dmu50v"):
     """Only one position is within the travel of B, and on a 45° table K is another for every plane."""
     solutions = align(Plane("G68.2", [60, 30, 0]).frame, load(name).machine).solutions
@@ -211,17 +168,9 @@ def choice():
 # 04 The transform chain
 
 
-@define(
-    "04-links",
-    LINKS,
-    {
-        "Not only the tool: X Y Z name the *tip* here, so for the same words the slides must stand higher.": [
-            "tool"
-        ],
-        "The linear link too, but also the tool's own: the distance from nose to tip is in it.": ["linear"],
-    },
-    hint="Ask of each link: does the tool's length stand in its matrix?",
-)
+@define("04-links", LINKS, hint="Ask of each link: does the tool's length stand in its matrix?")
+@slip("Not only the tool: X Y Z name the *tip* here, so for the same words the slides must stand higher.", ["tool"])
+@slip("The linear link too, but also the tool's own: the distance from nose to tip is in it.", ["linear"])
 def links():
     """The two changes cancel at the tip. On `ac_head`, where X Y Z name the pivot, the tool link alone changes."""
     model = load("ac_table").machine
@@ -230,18 +179,15 @@ def links():
     return {one.name for one, other in pairs if one.matrix != other.matrix}
 
 
-@define(
-    "04-lean",
-    Angle(decimals=2),
-    {
-        "Leaning outwards makes the ring of the pivot wider. It must lean inwards.": lambda: -lean(),
-        "The pivot is L along the *tool*: it is the sine of the lean that carries it sideways, not the tangent.": {
-            "inverse": np.arctan
-        },
-        "The pivot lies not at the spindle nose but further up: add both lengths of the file.": (
-            lambda: -np.degrees(np.arcsin(40 / load("ac_head").machine.tool_length))
-        ),
-    },
+@define("04-lean", Angle(decimals=2))
+@slip("Leaning outwards makes the ring of the pivot wider. It must lean inwards.", lambda: -lean())
+@slip(
+    "The pivot is L along the *tool*: it is the sine of the lean that carries it sideways, not the tangent.",
+    inverse=np.arctan,
+)
+@slip(
+    "The pivot lies not at the spindle nose but further up: add both lengths of the file.",
+    lambda: -np.degrees(np.arcsin(40 / load("ac_head").machine.tool_length)),
 )
 def lean(inverse=np.arcsin):
     """The pivot stands over the middle: radius + L·sin(lean) = 0."""
@@ -250,15 +196,13 @@ def lean(inverse=np.arcsin):
     return -np.degrees(inverse(40 / pivot_to_tip))
 
 
-@define(
-    "04-sign",
-    Number(),
-    {
-        "Right size, wrong sign: this table turns as a head does. By ISO 841 the *tool* turns right-handed "
-        "about X, seen from the part.": {"a": -30},
-        "That is the component along Z, the cosine.": {"component": 2},
-    },
+@define("04-sign", Number())
+@slip(
+    "Right size, wrong sign: this table turns as a head does. By ISO 841 the *tool* turns right-handed "
+    "about X, seen from the part.",
+    a=-30,
 )
+@slip("That is the component along Z, the cosine.", component=2)
 def table_sign(a=30, component=1):
     """Right-handed about X the tool axis goes from Z towards -Y: the same on a table and on a head."""
     _tip, axis = load("ac_table").forward([0, 0, 0, a, 0], degrees=True)

@@ -67,7 +67,9 @@ class Exercise:
         What is asked for, one of `mathpost.course.answers`.
     solve : callable
         Returns the solution. Its docstring says what the exercise teaches; its source is shown.
-    slips, complaint, detective, given, hint
+    slips : dict
+        The sentence that names a mix-up, to the function that computes the answer to which it leads; see `slip`.
+    complaint, detective, given, hint
         As in `define`.
     """
 
@@ -92,9 +94,8 @@ class Exercise:
     def mixed_up(self):
         """What each slip gives, as data: pairs of a sentence and a value."""
         found = []
-        for sentence, slip in self.slips.items():
-            given = self.solve(**slip) if isinstance(slip, dict) else slip() if callable(slip) else slip
-            value = self.kind.read(given)
+        for sentence, computed in self.slips.items():
+            value = self.kind.read(computed())
             if not self.complaint and self.kind.same(value, self.solution):
                 raise InputError(
                     f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {sentence}"
@@ -109,7 +110,13 @@ class Exercise:
         function = ast.parse("\n".join(lines)).body[0]
         described, *rest = function.body
         head = lines[function.lineno - 1 : described.lineno - 1]
-        return "\n".join(head + lines[(rest[0].lineno if self.solve.__doc__ else described.lineno) - 1 :])
+        body = lines[(rest[0].lineno if self.solve.__doc__ else described.lineno) - 1 :]
+        used = dict.fromkeys(node.id for node in ast.walk(function) if isinstance(node, ast.Name))
+        known = {
+            name: self.solve.__globals__[name] for name in used if name.isupper() and name in self.solve.__globals__
+        }
+        plain = {name: value for name, value in known.items() if isinstance(value, (int, float, str, tuple, dict))}
+        return "\n".join([*(f"{name} = {value}" for name, value in plain.items()), *head, *body])
 
     @property
     def shown_solution(self):
@@ -172,18 +179,15 @@ class Exercise:
         return ""
 
 
-def define(name, kind, slips=None, **how):
+def define(name, kind, **how):
     """Enter the decorated function as the solution of an exercise; running the cell anew replaces it.
 
     Parameters
     ----------
     name : str
-        Not one of the lessons': two exercises of one name are refused unless the later one replaces the earlier.
+        Not one of the lessons', and the same only in the notebook or file where the exercise stands already.
     kind : object
         What is asked for: one of `mathpost.course.answers`, such as ``Angle(decimals=2)``.
-    slips : dict, optional
-        The sentence that names a mix-up, to the answer to which it leads: a value, a function that computes it, or
-        a dict of the arguments with which the *solution* would give it.
     complaint : callable, keyword only
         For exercises with many solutions: returns what is wrong with an answer, or "" if nothing is.
     detective : callable, keyword only
@@ -204,7 +208,9 @@ def define(name, kind, slips=None, **how):
 
     >>> import math
     >>> from mathpost.course import answers, exercise
-    >>> @exercise.define("my-bevel", answers.Angle(decimals=1), {"That is the sine.": {"inverse": math.asin}})
+    >>> @exercise.define("my-bevel", answers.Angle(decimals=1))
+    ... @exercise.slip("That is the sine.", inverse=math.asin)
+    ... @exercise.slip("That is the angle on the other side.", lambda: 90 - bevel())
     ... def bevel(inverse=math.atan):
     ...     '''The rise over the run is the tangent.'''
     ...     return math.degrees(inverse(0.5))
@@ -215,11 +221,30 @@ def define(name, kind, slips=None, **how):
     """
 
     def enter(solve):
-        if name in EXERCISES and EXERCISES[name].solve.__module__ != solve.__module__:
-            raise InputError(
-                "exercise", "a name of its own", f"{name!r}, which {EXERCISES[name].solve.__module__} has"
-            )
-        EXERCISES[name] = Exercise(name, kind, solve, slips or {}, **how)
+        there = EXERCISES[name].solve.__module__ if name in EXERCISES else solve.__module__
+        if there != solve.__module__:
+            raise InputError("exercise", "a name of its own", f"{name!r}, which {there} has")
+        EXERCISES[name] = Exercise(name, kind, solve, getattr(solve, "slips", {}), **how)
+        return solve
+
+    return enter
+
+
+def slip(sentence, answer=None, **changed):
+    """Name a mix-up of the exercise that is defined above: what is said of an answer that it leads to.
+
+    Parameters
+    ----------
+    sentence : str
+    answer : object, optional
+        The answer to which it leads, or a function that computes it.
+    **changed
+        In place of `answer`: the arguments with which the *solution* gives it.
+    """
+
+    def enter(solve):
+        leads_to = answer if callable(answer) else lambda: solve(**changed) if answer is None else answer
+        solve.slips = {sentence: leads_to} | getattr(solve, "slips", {})
         return solve
 
     return enter

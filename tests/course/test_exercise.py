@@ -325,7 +325,7 @@ def test_formulas_are_compared_by_value_and_never_run(answer, right):
 
 def test_the_detective_is_asked_after_named_slips_and_before_common_ones():
     found = Explanation((Reading("the sign of α is reversed", "M", ("sign",), np.array(0), (), 1.0),), 0.1, 1)
-    each = of(Number(), 5.0, slips={"Named.": 7}, detective=lambda answer: found)
+    each = of(Number(), 5.0, slips={"Named.": lambda: 7}, detective=lambda answer: found)
     assert each.verdict(7).why == "Named."
     assert each.verdict(-5).why == "The sign of α is reversed: M."
     silent = of(Number(), 5.0, detective=lambda answer: Explanation((), 0.1, 1))
@@ -361,7 +361,13 @@ def test_a_name_of_the_lessons_is_not_taken():
 @pytest.fixture
 def own():
     """Exercises that a test defines are forgotten after it."""
-    yield lambda name, kind, solve, **how: exercise.define(name, kind, **how)(solve)
+
+    def define(name, kind, solve, slips=(), **how):
+        for sentence, answer in slips:
+            solve = exercise.slip(sentence, answer)(solve)
+        exercise.define(name, kind, **how)(solve)
+
+    yield define
     for name in [name for name, each in EXERCISES.items() if each.solve.__module__ == __name__]:
         del EXERCISES[name]
 
@@ -372,13 +378,13 @@ def test_what_the_exercise_lacks_is_not_the_learners_mistake(own):
     for answer in (1, "nonsense"):
         with pytest.raises(InputError, match="no/such/file: expected a readable file"):
             exercise.judge("t-file", answer)
-    own("t-slip", Number(), lambda: 1, slips={"No.": lambda: exercise.read_text("no/such/slip")})
+    own("t-slip", Number(), lambda: 1, slips=[("No.", lambda: exercise.read_text("no/such/slip"))])
     with pytest.raises(InputError, match="no/such/slip"):
         exercise.judge("t-slip", 2)
 
 
 def test_an_exercise_that_contradicts_itself_says_so(own):
-    own("t-slip", Angle(), lambda: 30, slips={"Wrong way round.": 390})
+    own("t-slip", Angle(), lambda: 30, slips=[("Wrong way round.", 390)])
     with pytest.raises(InputError, match="exercise t-slip: expected a slip that gives a wrong answer"):
         exercise.judge("t-slip", 2)
     own("t-case", Number(), lambda: 1, complaint=lambda value: "Too small.")
@@ -389,7 +395,8 @@ def test_an_exercise_that_contradicts_itself_says_so(own):
 OWN = '''
 from mathpost.course import answers, exercise
 
-@exercise.define("20-bevel", answers.Angle(decimals=1), {"That is twice the angle.": {"times": 2}})
+@exercise.define("20-bevel", answers.Angle(decimals=1))
+@exercise.slip("That is twice the angle.", times=2)
 def bevel(times=1):
     """The tangent."""
     return times * SLOPE
