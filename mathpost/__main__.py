@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mathpost import machine
 from mathpost.compensate import machine_errors
-from mathpost.errors import MathpostError, write_text
+from mathpost.errors import MathpostError, write_bytes
 from mathpost.post import CONE, TOLERANCE, cl, run
 from mathpost.post.passage import Crossing
 from mathpost.post.program import DIALECTS
@@ -90,7 +90,7 @@ def _post(options):
         errors=machine_errors.load(options.errors, setup) if options.errors else None,
     )
     if options.output:
-        write_text(options.output, result.program)
+        write_bytes(options.output, result.program.encode())
     else:
         print(result.program, end="")
     print(result.report, file=sys.stderr)

@@ -2,10 +2,11 @@
 
 import os
 import tempfile
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"  # a decimal number as CL files, NC programs and worksheets write it
 
 
 class MathpostError(ValueError):
@@ -36,7 +37,7 @@ class OutputError(MathpostError):
     """A result could not be written; nothing was."""
 
 
-def as_array(values, length, where, *, check=True):
+def as_array(values, length, where):
     """Return `values` as a float array of shape ``(..., length)``, or raise `InputError`.
 
     Examples
@@ -55,18 +56,24 @@ def as_array(values, length, where, *, check=True):
     if array.ndim == 0 or array.shape[-1] != length:
         raise InputError(where, f"shape (..., {length})", f"shape {array.shape}")
     finite = np.isfinite(array)
-    if check and not finite.all():
+    if not finite.all():
         index = tuple(map(int, np.argwhere(~finite)[0]))
         raise InputError(where, "finite numbers", f"{array[index]} at index {index}")
     return array
 
 
+def read_bytes(path):
+    """Return the content of the file `path`; raise `InputError` if it cannot be read."""
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise InputError(str(path), "a readable file", error.strerror or str(error)) from None
+
+
 def read_text(path):
     """Return the text of the UTF-8 file `path`; raise `InputError` if it cannot be read."""
     try:
-        return Path(path).read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise InputError(str(path), "a readable file", error.strerror or str(error)) from None
+        return read_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         raise InputError(f"{path}, line {line}", "UTF-8 text", f"byte 0x{error.object[error.start]:02x}") from None
@@ -78,22 +85,15 @@ def write_text(path, text):
 
 
 def write_bytes(path, content):
-    """Write `content` to `path` whole or not at all; raise `OutputError` if that fails."""
-    with replacing(path) as file:
-        file.write(content)
+    """Write `content` to `path` whole or not at all; raise `OutputError` if that fails.
 
-
-@contextmanager
-def replacing(path):
-    """Open a file for bytes that takes the place of `path` at the end, in one step, unless an error comes first.
-
-    Until then it is a temporary file in the same folder. Raises `OutputError` if it cannot be written.
+    A temporary file in the same folder takes the place of `path` in one step.
     """
     path, temporary = Path(path), None
     try:
         handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
         with open(handle, "wb") as file:
-            yield file
+            file.write(content)
         umask = os.umask(0)  # can be read only by setting it
         os.umask(umask)
         os.chmod(temporary, 0o666 & ~umask)
@@ -103,7 +103,3 @@ def replacing(path):
     finally:
         if temporary:
             Path(temporary).unlink(missing_ok=True)
-
-
-def finite(array):
-    return bool(np.isfinite(array).all())

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost.errors import write_bytes
+from mathpost.errors import write_text
 from mathpost.post import cl
 from mathpost.rotation import unit
 
@@ -46,4 +46,4 @@ def make():
 
 if __name__ == "__main__":
     path = Path(__file__).with_name("twisted_blade.cl")
-    write_bytes(path, cl.to_text(make(), title="twisted blade by formula: see make_twisted_blade.py").encode())
+    write_text(path, cl.to_text(make(), title="twisted blade by formula: see make_twisted_blade.py"))

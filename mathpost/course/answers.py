@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from mathpost import angles as euler
-from mathpost.detective.explanation import written_decimals
+from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError
 from mathpost.frame import Frame
 from mathpost.rotation import wrap

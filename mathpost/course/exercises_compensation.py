@@ -184,7 +184,7 @@ SLIPS = (
 def worksheet_slip():
     """Three decimals and angles that are not special were enough."""
     angles, point, answer = SLIP
-    return explain(angles, point, answer).readings[0].kinds[0]
+    return explain(angles, point, answer).misreadings[0].kinds[0]
 
 
 @cache

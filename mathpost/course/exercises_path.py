@@ -8,7 +8,7 @@ import numpy as np
 from mathpost.course.answers import Angle, Joints, Name, Number, Vector
 from mathpost.course.lesson_data import blade, data, load
 from mathpost.course.verdict import define, slip
-from mathpost.detective.euler_angles import explain_joints
+from mathpost.detective.rotary_axes import explain_joints
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
 from mathpost.post import program, run, selection, singularity

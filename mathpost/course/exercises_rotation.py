@@ -62,7 +62,7 @@ def point(angles=(30, 90, 0), degrees=True):
 @slip("Both kinds make the recipes agree; the passive kind gives another point. See the audit.", "passive")
 def kind_of_matrix():
     """So look at the first elementary matrix: the minus before the sine is in the wrong place, in all six."""
-    return explain(PRINTED, POINT, ACTIVE_POINT).readings[0].kinds[0]
+    return explain(PRINTED, POINT, ACTIVE_POINT).misreadings[0].kinds[0]
 
 
 @define("01-still", AXES)

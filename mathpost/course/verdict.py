@@ -169,7 +169,7 @@ class Exercise:
                     return sentence
             found = self.detective(value) if self.detective else None
             if found and found.explained and not found.right:
-                sentence = str(found.readings[0])
+                sentence = str(found.misreadings[0])
                 return f"{sentence[0].upper()}{sentence[1:]}."
             for sentence, given in self.kind.mixups(self.solution):
                 if same(value, given) and not self.kind.same(given, self.solution):
@@ -191,7 +191,7 @@ def define(name, kind, **how):
     complaint : callable, keyword only
         For exercises with many solutions: returns what is wrong with an answer, or "" if nothing is.
     detective : callable, keyword only
-        Returns a `mathpost.detective.explanation.Explanation` of an answer that none of the slips gives.
+        Returns a `mathpost.detective.misreadings.Explanation` of an answer that none of the slips gives.
     given : callable, keyword only
         Returns what the question hands out, such as a program with an error in it.
     hint : str, keyword only

@@ -7,7 +7,7 @@ from mathpost.draw.arrangement import arrange
 from mathpost.draw.scene import Scene
 from mathpost.draw.traces import CONE, ROLES, Curves, Sphere, nearest_to_singular, small_circle
 from mathpost.draw.widget import View
-from mathpost.post import selection
+from mathpost.post import selection, travel
 from mathpost.post.singularity import distance
 
 TRACED = 200  # rows of a program up to which the true way of the tip is drawn
@@ -228,7 +228,7 @@ def _joints(kin, joints):
     words = " ".join(
         f"{name}{value:z.3f}" for name, value in zip(kin.machine.joint_names, _shown(joints), strict=True)
     )
-    out = selection.out_of_travel(kin.machine, joints)
+    out = travel.out_of_travel(kin.machine, joints)
     return words + (f" <b>{'; '.join(out)}</b>" if out else "")
 
 

@@ -66,10 +66,10 @@ def notations():
                 f"axis ({', '.join(f'{value:z.4f}' for value in axis)}), angle {angle:.3f} (dashed)",
                 f"quaternion ({', '.join(f'{value:z.4f}' for value in euler.to_quaternion(frame.rotation))})",
             ]
-            for dialect in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
-                plane = Plane.from_frame(frame, dialect)
+            for notation in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
+                plane = Plane.from_frame(frame, notation)
                 words = ", ".join(f"{w} {v:z.3f}" for w, v in zip(plane.words, plane.values, strict=True))
-                lines.append(f"{dialect}: {words}{' (locked)' if plane.locked else ''}")
+                lines.append(f"{notation}: {words}{' (locked)' if plane.locked else ''}")
             return "<br>".join(lines)
 
         return update

@@ -12,7 +12,7 @@ import numpy as np
 from mathpost.compensate.compensation import Compensator
 from mathpost.errors import InputError, MathpostError
 from mathpost.kinematics import Kinematics
-from mathpost.post import program, selection
+from mathpost.post import controls, program, selection
 from mathpost.post.motion import along_the_records, compensated
 from mathpost.post.passage import CLEARANCE, LEAN, Crossing
 from mathpost.post.report import Report
@@ -135,7 +135,7 @@ def run(
         raise InputError("errors", f"those of {machine.name!r}, set up alike", repr(errors.machine.name))
     progress = progress or (lambda stage: None)
     name = name or Path(cl.name).stem
-    program.Writer(machine, dialect)  # refuses an unknown dialect, or an axis that it cannot name, before the work
+    controls.control_for(machine, dialect)  # refuses what cannot be written before the work
     kin, real = Kinematics(machine), None if errors is None else Compensator(errors)
 
     progress("choosing")

@@ -6,7 +6,7 @@ import numpy as np
 
 from mathpost.compensate.compensation import Compensated, PoseError
 from mathpost.errors import InputError, ReachError
-from mathpost.post import program, selection
+from mathpost.post import program, travel
 from mathpost.post.deviation import levers
 from mathpost.post.linearization import linearize
 from mathpost.post.passage import block_times, in_cut
@@ -78,10 +78,9 @@ class Motion:
 
     def refuse_out_of_travel(self, machine, cl):
         """Check every pose, those between the records included; raise `ReachError` for the first that is out."""
-        limits = machine.limits + selection.TRAVEL_TOLERANCE * np.array([-1, 1])
-        out = np.flatnonzero(((self.joints < limits[:, 0]) | (self.joints > limits[:, 1])).any(axis=1))
+        out = np.flatnonzero(~travel.all_within(machine, self.joints))
         if out.size:
-            sentences = selection.out_of_travel(machine, self.joints[out[0]])
+            sentences = travel.out_of_travel(machine, self.joints[out[0]])
             raise ReachError(f"{cl.where(int(self.place[out[0]]))} and on: {'; '.join(sentences)}")
 
 

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post import cl as cldata
-from mathpost.post import selection
+from mathpost.post import selection, travel
 from mathpost.post.deviation import deviation
 from mathpost.post.linearization import linearize
 from mathpost.post.singularity import distance
@@ -152,11 +152,9 @@ class Crossing:
         for record in range(swing + 1, self.last + 1):
             before = chosen[-1][-1]
             now = self.joints[record] - found.joints[record]
-            is_chosen = (
-                np.abs(now[:, 3:] / selection.TURN - np.round(now[:, 3:] / selection.TURN)).max(axis=1) < 1e-6
-            )
-            steps = selection.short_way(self.kin.machine, found.joints[record] - before)
-            costs = np.where(is_chosen, np.inf, selection.move_costs(self.kin.machine, steps))
+            is_chosen = np.abs(travel.nearest(now[:, 3:])).max(axis=1) < 1e-5
+            steps = travel.short_way(self.kin.machine, found.joints[record] - before)
+            costs = np.where(is_chosen, np.inf, travel.move_costs(self.kin.machine, steps))
             pick = np.where(found.inside[record], costs, np.inf).argmin()
             if not found.inside[record, pick] or is_chosen[pick]:
                 out = int(np.where(is_chosen, np.inf, costs).argmin())

@@ -19,7 +19,7 @@ from mathpost.course import exercise
 from mathpost.course.answers import Angle, Joints, Name, Names, Number, Pose, Vector
 from mathpost.course.formula import Formula
 from mathpost.course.verdict import EXERCISES, MIME, NO_MIXUP, OPEN, RIGHT, UNREADABLE, WRONG, Exercise
-from mathpost.detective.explanation import Explanation, Reading
+from mathpost.detective.misreadings import Explanation, Misreading
 from mathpost.errors import InputError
 from mathpost.frame import Frame
 from mathpost.measure.cutter import Cutter
@@ -324,7 +324,7 @@ def test_formulas_are_compared_by_value_and_never_run(answer, right):
 
 
 def test_the_detective_is_asked_after_named_slips_and_before_common_ones():
-    found = Explanation((Reading("the sign of α is reversed", "M", ("sign",), np.array(0), (), 1.0),), 0.1, 1)
+    found = Explanation((Misreading("the sign of α is reversed", "M", ("sign",), np.array(0), (), 1.0),), 0.1, 1)
     each = of(Number(), 5.0, slips={"Named.": lambda: 7}, detective=lambda answer: found)
     assert each.verdict(7).why == "Named."
     assert each.verdict(-5).why == "The sign of α is reversed: M."
