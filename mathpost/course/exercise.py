@@ -74,7 +74,7 @@ def judge(name, answer):
 
 
 def solution(name):
-    """Show one way to solve an exercise, closed until it is clicked: the lines that run, and what they give.
+    """Show a hint and one way to solve an exercise, closed until they are clicked: the lines that run, what they give.
 
     Outside a notebook it is printed.
 
@@ -185,7 +185,7 @@ def progress(folder="."):
 
 
 class _Solution:
-    """A solution that a page shows closed, and that says whether an attempt was checked."""
+    """Hint and solution, which a page shows closed; says whether an attempt was checked."""
 
     def __init__(self, exercise):
         self.exercise = exercise
@@ -197,8 +197,10 @@ class _Solution:
         return self.exercise.shown_solution
 
     def _repr_mimebundle_(self, include=None, exclude=None):
-        shown = f"<details><summary>{self.summary}</summary><pre>{html.escape(str(self))}</pre></details>"
-        return {"text/plain": self.summary, "text/html": shown}
+        shown = {f"Hint for {self.exercise.name}": self.exercise.hint, self.summary: str(self)}
+        closed = "<details><summary>{}</summary><pre>{}</pre></details>".format
+        page = "".join(closed(summary, html.escape(text)) for summary, text in shown.items() if text)
+        return {"text/plain": self.summary, "text/html": page}
 
 
 def _display(shown, *, update=False, **where):

@@ -13,7 +13,9 @@ from mathpost.measure import cutter, rotary_axis
 # 10 Where is the rotation centre?
 
 
-@define("10-oval", Vector(names="ex ey", decimals=4, unit="mm"))
+@define(
+    "10-oval", Vector(names="ex ey", decimals=4, unit="mm"), hint="Add the wave to all eight readings, and fit."
+)
 @slip("This is a wave of one period in a turn, which *is* an offset. An oval has two.", waves=1)
 @slip("Only one of four readings at 90° sees it like this; use all eight.", lambda: np.add(oval(), [0.005, -0.005]))
 def oval(waves=2):
@@ -30,7 +32,7 @@ def probed_table(sense):
     return rotary_axis.probing(machine.Rotary("A", "workpiece", axis=(sense, 0, 0), point=(0, 0, 0)))
 
 
-@define("10-angles", Number(decimals=0))
+@define("10-angles", Number(decimals=0), hint="Ask `identify` for the deviation of yc, for more and more angles.")
 @slip("That is for one standard deviation; the question asks for three.", sigmas=1)
 @slip(
     "Nine times as many as for one: but the ends count most, angles between them tell less.",
@@ -52,7 +54,12 @@ def unknown_sense():
     return probed_table(1).simulate(true, at, sigma=0.002, seed=10, degrees=True)
 
 
-@define("10-sense", Vector(names="yc zc", decimals=2, tolerance=0.02, unit="mm"), given=unknown_sense)
+@define(
+    "10-sense",
+    Vector(names="yc zc", decimals=2, tolerance=0.02, unit="mm"),
+    given=unknown_sense,
+    hint="Fit with both senses of turning, and compare the residuals.",
+)
 @slip(
     "This is the ISO table with three readings that contradict it: look at `noise` or at the residuals.",
     senses=(-1,),
@@ -73,7 +80,7 @@ def sense(senses=(-1, 1), rows=(0, 1, 2)):
 # 11 How accurate is RTCP?
 
 
-@define("11-factor", Number(decimals=2))
+@define("11-factor", Number(decimals=2), hint="Which part of L·α does an axial dial read at ψ?")
 @slip(
     "That is the sine itself: the dial shows this *part* of L·α. How many times too small is it?",
     lambda: np.sin(np.radians(20)),
@@ -90,7 +97,7 @@ def factor():
     return alpha / rotary_axis.source_zero_angle(reading, 700)
 
 
-@define("11-psi", Number(decimals=0, unit="degrees"))
+@define("11-psi", Number(decimals=0, unit="degrees"), hint="Plot the deviation of alpha over ψ.")
 @slip("There the cosine grows fastest, but alpha comes from the sine.", 45)
 @slip("That is the source's own example, where the dial shows a tenth of the error.", 5)
 @slip("That is the largest tilt, not the best: the sine falls again beyond its greatest value.", 120)
@@ -124,7 +131,7 @@ def signs():
 
 
 def no_gouge(pair):
-    """Whether the second cutter is not smaller than the first, or does not gouge on its tips."""
+    """Say why the second cutter is not smaller than the first, or does not gouge on its tips."""
     old, new = cutter.Cutter(*pair[:2]), cutter.Cutter(*pair[2:])
     slope = np.radians(np.arange(0, 91))
     normal = np.stack([np.sin(slope), 0 * slope, np.cos(slope)], axis=1)

@@ -27,7 +27,7 @@ def table_error():
     return spline.adaptive(measured, 0.5)
 
 
-@define("12-command", Angle(decimals=6))
+@define("12-command", Angle(decimals=6), hint="Target less error: in which units?")
 @slip("The error is added where it must be taken away: this doubles it.", sign=+1)
 @slip("The error is in seconds of arc, the command in degrees.", seconds=1)
 @slip("The error is in seconds of arc, not in minutes: 3600 of them are a degree.", seconds=60)
@@ -64,7 +64,7 @@ def spoilt():
     return next(target for target, error, command in rows if (command - target) * error > 0)
 
 
-@define("12-knots", Number(decimals=0))
+@define("12-knots", Number(decimals=0), hint="Fit the spline with `period=None`, and count.")
 @slip("That is enough for 0.5 seconds.", tolerance=0.5)
 @slip("These are all the measured points.", 17)
 def knots(tolerance=0.2):
@@ -97,13 +97,16 @@ def steps(share=0.999):
 # 13 Systematic errors
 
 
+ERRORS = (*(f"E{part}{joint}" for joint in "XYZAC" for part in error_model.COMPONENTS), *error_model.SQUARENESS)
+
+
 @cache
 def trunnion_model():
     """The chain with errors of the A-C trunnion."""
     return error_model.ErrorModel(load("ac_table").machine)
 
 
-@define("13-sign", Vector(decimals=1, unit="µm"))
+@define("13-sign", Vector(decimals=1, unit="µm"), hint="First in the machine, then seen from the turned workpiece.")
 @slip("That is where the table goes. The tool stays, so *seen from the workpiece* it goes the other way.", size=-10)
 @slip("That is in the machine's directions. At C90 the workpiece has turned: which of its axes is along X?", c=0)
 @slip("That is where the table goes, in the machine's directions.", size=-10, c=0)
@@ -115,7 +118,7 @@ def error_sign(size=10, c=90):
 
 
 def unlike_exx(name):
-    """How far the sensitivity to an error is from that to EXX, in the directions of the slides, in words."""
+    """Say why an error is not like EXX."""
     if trunnion_model().sensitivity(name)[3:, 0].is_zero_matrix:
         return "It moves the tool along Y or Z: tilt and turn the table in your mind."
     return "It turns the tool axis as well, and that probing at different places would show."
@@ -123,7 +126,7 @@ def unlike_exx(name):
 
 @define(
     "13-twins",
-    Names(" ".join(f"E{part}{joint}" for joint in "XYZAC" for part in error_model.COMPONENTS), about=unlike_exx),
+    Names(" ".join(ERRORS), about=unlike_exx),
     hint="Which else carry the tool or the part along X?",
 )
 @slip("A moves too when X has an error, but it is not the only one that carries them along X.", "EXA")
@@ -148,7 +151,11 @@ def worse_at(tilt):
     return compensator.miss(joints + step, compensator.wanted(joints)).tip / compensator.miss(joints).tip
 
 
-@define("13-tilt", Number(decimals=3, tolerance=2e-3, unit="degrees"))
+@define(
+    "13-tilt",
+    Number(decimals=3, tolerance=2e-3, unit="degrees"),
+    hint="If the ratio is r at 0.01°, at which tilt is it 1?",
+)
 @slip("The rest falls with the *square* of the tilt, not with the tilt.", falls=lambda ratio: ratio)
 @slip("There it is still more than ten times too much.", 0.01)
 def tilt(falls=np.sqrt):
@@ -159,19 +166,7 @@ def tilt(falls=np.sqrt):
 # 14 Check a spreadsheet
 
 SLIP = ((20, 35, 50), (1, 2, 3), (0.690, -1.540, 3.339))
-SLIPS = (
-    "sign",
-    "active",
-    "order",
-    "transpose",
-    "row",
-    "axis",
-    "reference",
-    "exchange",
-    "left out",
-    "unit",
-    "rounded",
-)
+SLIPS = "sign,active,order,transpose,row,axis,reference,exchange,left out,unit,rounded".split(",")
 
 
 @define(
@@ -195,7 +190,12 @@ def wrong_post():
     return tuple(axis.tolist()), (round(float(a), 3), round(float(c), 3))
 
 
-@define("14-post", Angle(decimals=1, tolerance=0.01), given=wrong_post)
+@define(
+    "14-post",
+    Angle(decimals=1, tolerance=0.01),
+    given=wrong_post,
+    hint="Compare its C with both branches of the inverse.",
+)
 @slip("That is how far off C is. What must be *added* to it?", lambda: -post())
 @slip("Half a turn is the other branch; then A would have the other sign too.", 180)
 @slip("C is off, not right: compare with both branches, or ask `explain_joints`.", 0)
@@ -207,7 +207,7 @@ def post():
 
 
 def hides_a_mistake(angles):
-    """Whether these Euler angles show some common misreading by less than 2 mm, or are multiples of 15 degrees."""
+    """Say which common misreading these Euler angles show by less than 2 mm, or that they are not as asked."""
     angles = np.asarray(angles)
     if (angles % 15 == 0).any() or (angles % 1 != 0).any():
         return "Take whole angles that are no multiples of 15."

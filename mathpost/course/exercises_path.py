@@ -41,7 +41,7 @@ def largest_swing(kin):
 
 
 def two_positions(axis):
-    """Whether the branches of the DMU 50V are two positions for this tool axis, or it is straight up."""
+    """Say why this tool axis is none at which the branches of the DMU 50V are one position."""
     first, second = load("dmu50v").inverse([0, 0, 0], axis, degrees=True)[:, 3]
     if np.isnan(first):
         return "This tool axis is out of reach: it points below the horizontal."
@@ -62,6 +62,7 @@ def meet():
     "05-angles",
     Joints(kinematics=lambda: load("dmu50v"), unit="degrees"),
     detective=lambda angles: explain_joints(load("dmu50v"), blade().axes[3].round(6), np.round(angles, 3)),
+    hint="Send your angles through the forward kinematics: do they make the tool axis of record 4?",
 )
 @slip(
     "That stands in table 2 of the paper. Send it through the forward kinematics and compare the tool axis.",
@@ -75,7 +76,7 @@ def record_4(record=4):
     return load("dmu50v").inverse(tip, axis, degrees=True)[0, 3:]
 
 
-@define("05-count", Number(decimals=0))
+@define("05-count", Number(decimals=0), hint="How many branches, and how many windings of each?")
 @slip("Two branches, yes; but C may also stand a whole turn away from either.", 2)
 @slip("Some of these are outside the travel of C, -360° to 360°.", travel=False)
 def count(travel=True):
@@ -84,7 +85,7 @@ def count(travel=True):
     return int(found.inside[0].sum()) if travel else found.joints.shape[1]
 
 
-@define("05-jump", Angle(decimals=2))
+@define("05-jump", Angle(decimals=2), hint="Follow B of both branches through records 1, 2 and 3.")
 @slip("That is the paper's choice, the smaller step of B; C pays for it with half a turn.", strategy="paper")
 @slip("That is record 2.", record=2)
 def jump(record=3, strategy="optimal"):
@@ -93,7 +94,7 @@ def jump(record=3, strategy="optimal"):
 
 
 def no_trap(tilts):
-    """Whether the shortest next move is as good as the optimum for three tool axes (sin t, 0, cos t)."""
+    """Say why the shortest next move is no trap for three tool axes (sin t, 0, cos t)."""
     tilts = np.radians(tilts)
     axes = np.stack([np.sin(tilts), 0 * tilts, np.cos(tilts)], axis=1)
     path = cldata.from_arrays(np.tile(blade().points[0], (3, 1)), axes)
@@ -114,7 +115,7 @@ def trap():
 # 06 The singular region
 
 
-@define("06-price", Number(decimals=2))
+@define("06-price", Number(decimals=2), hint="How far is the *tool* from the pole there?")
 @slip(
     "That is 1/sin B. B is not the tool's angle from the pole: a tilted table moves the tool by less than B.",
     lambda: 1 / np.sin(np.radians(2.335)),
@@ -129,7 +130,7 @@ def price(measure=singularity.amplification):
     return measure(load("dmu50v"), tool)
 
 
-@define("06-pieces", Number(decimals=0, tolerance=2.5))
+@define("06-pieces", Number(decimals=0, tolerance=2.5), hint="How does the error fall with the number of pieces?")
 @slip(
     "A quarter of the error needs twice the pieces, not four times: the error falls with the square.",
     lambda: 4 * pieces(0.01),
@@ -141,7 +142,9 @@ def pieces(tolerance=0.0025):
     return len(linearize(load("dmu50v"), joints[1:3], tolerance).joints) - 1
 
 
-@define("06-yardstick", Number(decimals=1, unit="mm"))
+@define(
+    "06-yardstick", Number(decimals=1, unit="mm"), hint="Compare the tip on the way with the line of the CL data."
+)
 @slip("That is what it claims, measured against its own chords. Where should the tip be?", measured=1)
 def yardstick(measured=2):
     """All its points lie on the line that the control follows anyway. Measure against the CL data."""
@@ -150,7 +153,7 @@ def yardstick(measured=2):
 
 
 def no_swing(limits):
-    """Whether the blade needs no swing of C on the trunnion with these limits of A."""
+    """Say why these limits of A force no swing of C for the blade on the trunnion."""
     low, high = limits
     if not -180 <= low < high <= 180:
         return "Give the lower and the upper limit in degrees, between -180 and 180."
@@ -212,7 +215,7 @@ def block():
 
 
 def not_lowest(low):
-    """Whether B from `low` does not avoid the swing, or less travel does, too."""
+    """Say why B from `low` does not avoid the swing, or that less travel does, too."""
     if not -180 <= low <= 180:
         return "Give a limit of B in degrees, between -180 and 180."
     swing, swing_with_less = (largest_swing(with_travel(load("dmu50v"), bound, 180)) for bound in (low, low + 0.02))

@@ -35,7 +35,7 @@ LINKS = Names(
 # 01 Rotating a point
 
 
-@define("01-sign", Vector())
+@define("01-sign", Vector(), hint="Where do the new X and the new Y point?")
 @slip("This turns the point (an active matrix). The frame turns: look from its new axes.", angle=-90)
 @slip("This is the point before the turn.", angle=0)
 def sign(angle=90):
@@ -43,7 +43,12 @@ def sign(angle=90):
     return zxz_right(angle, 0, 0, degrees=True) @ POINT
 
 
-@define("01-point", Vector(), detective=lambda answer: explain((30, 90, 0), POINT, np.round(answer, 6)))
+@define(
+    "01-point",
+    Vector(),
+    detective=lambda answer: explain((30, 90, 0), POINT, np.round(answer, 6)),
+    hint="Write the new axes as three vectors, then take three dot products.",
+)
 @slip(
     "These are active matrices: they turn the point. Coordinates in a turned frame take the passive ones.",
     lambda: zxz_steps("right", (30, 90, 0), POINT, elementary=ACTIVE, degrees=True)[-1].value,
@@ -93,7 +98,7 @@ def frame(z=(0, 1, 0), x=(0, 0, -1)):
     return euler.angles("ZXZ", Frame.from_axes(z, x).rotation, degrees=True)
 
 
-@define("02-twin", Angle(decimals=2))
+@define("02-twin", Angle(decimals=2), hint="Is a twin a different rotation?")
 @slip("That is the turn the other way round. A twin is the same rotation under another name.", lambda: -twin())
 @slip("The three angles are about different axes, so they do not add up.", 20 + 30 + 40)
 def twin(angles=(20, 30, 40)):
@@ -102,7 +107,7 @@ def twin(angles=(20, 30, 40)):
     return euler.to_axis_angle(euler.matrix("ZXZ", twin, degrees=True), degrees=True)[1]
 
 
-@define("02-lock", Angle(decimals=0))
+@define("02-lock", Angle(decimals=0), hint="When do the first and the third axis fall on one line?")
 @slip(
     "That is where ZXZ locks (G68.2), whose first and third axis are the same. Here they are X and Z.",
     sequence="ZXZ",
@@ -136,7 +141,7 @@ def plane():
     return Plane("PLANE SPATIAL", [0, 30, 0]).to("G68.2").values
 
 
-@define("03-third", Angle(decimals=2))
+@define("03-third", Angle(decimals=2), hint="What does ρ say of the position that is within the travel?")
 @slip(
     "This is what is left (ρ). The third angle must take it away, so it has the other sign.",
     lambda: align(Plane("G68.2", [60, 30, 0]).frame, load("dmu50v").machine).solutions[0].rho,
@@ -149,7 +154,7 @@ def third(name="dmu50v"):
 
 
 def same_choice(present):
-    """Whether Fanuc and Heidenhain take the same position from here for SPB+45 on the A-C table."""
+    """Say which position Fanuc and Heidenhain both take from here for SPB+45 on the A-C table."""
     tilted = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, load("ac_table").machine)
     one, other = positioning.fanuc(tilted, present), positioning.heidenhain(tilted, present)
     if np.abs(wrap(np.subtract(one.angles, other.angles))).max() > 1e-6:
@@ -179,7 +184,11 @@ def links():
     return {one.name for one, other in pairs if one.matrix != other.matrix}
 
 
-@define("04-lean", Angle(decimals=2))
+@define(
+    "04-lean",
+    Angle(decimals=2),
+    hint="Draw the pivot above the tip: when does it stand over the middle of the ring?",
+)
 @slip("Leaning outwards makes the ring of the pivot wider. It must lean inwards.", lambda: -lean())
 @slip(
     "The pivot is L along the *tool*: it is the sine of the lean that carries it sideways, not the tangent.",
@@ -196,7 +205,7 @@ def lean(inverse=np.arcsin):
     return -np.degrees(inverse(40 / pivot_to_tip))
 
 
-@define("04-sign", Number())
+@define("04-sign", Number(), hint="Turn the table with your hand: where does the tool point, seen from the part?")
 @slip(
     "Right size, wrong sign: this table turns as a head does. By ISO 841 the *tool* turns right-handed "
     "about X, seen from the part.",

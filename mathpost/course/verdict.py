@@ -6,6 +6,7 @@ them through `mathpost.course.exercise`, and so does a teacher who writes one.
 
 import ast
 import inspect
+import re
 import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -111,12 +112,11 @@ class Exercise:
         described, *rest = function.body
         head = lines[function.lineno - 1 : described.lineno - 1]
         body = lines[(rest[0].lineno if self.solve.__doc__ else described.lineno) - 1 :]
-        used = dict.fromkeys(node.id for node in ast.walk(function) if isinstance(node, ast.Name))
-        known = {
-            name: self.solve.__globals__[name] for name in used if name.isupper() and name in self.solve.__globals__
-        }
-        plain = {name: value for name, value in known.items() if isinstance(value, (int, float, str, tuple, dict))}
-        return "\n".join([*(f"{name} = {value}" for name, value in plain.items()), *head, *body])
+        nodes = (node for part in (function.args, *rest, described) for node in ast.walk(part))
+        used = dict.fromkeys(node.id for node in nodes if isinstance(node, ast.Name) and node.id.isupper())
+        known = {name: repr(self.solve.__globals__.get(name)) for name in used}
+        plain = [f"{name} = {value}" for name, value in known.items() if re.fullmatch(r"[\w\s'+:,.(){}-]+", value)]
+        return "\n".join([*plain, *head, *body])
 
     @property
     def shown_solution(self):
