@@ -74,7 +74,7 @@ def judge(name, answer):
 
 
 def solution(name):
-    """Show a hint and one way to solve an exercise, closed until they are clicked: the lines that run, what they give.
+    """Show a hint and a solution, closed until they are clicked: the lines that run, and what they give.
 
     Outside a notebook it is printed.
 

@@ -83,7 +83,7 @@ def still():
 # 02 Euler angles and frames
 
 
-@define("02-frame", Pose())
+@define("02-frame", Pose(), hint="z gives I and J; then turn about it until x fits.")
 @slip(
     "These are the angles of the transposed matrix: it takes coordinates into the frame, F takes them out.",
     lambda: euler.angles("ZXZ", Frame.from_axes([0, 1, 0], [0, 0, -1]).rotation.T, degrees=True),
