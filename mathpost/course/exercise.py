@@ -198,7 +198,7 @@ class _Solution:
 
     def _repr_mimebundle_(self, include=None, exclude=None):
         shown = {f"Hint for {self.exercise.name}": self.exercise.hint, self.summary: str(self)}
-        closed = "<details><summary>{}</summary><pre>{}</pre></details>".format
+        closed = '<details><summary>{}</summary><pre style="font-family: monospace">{}</pre></details>'.format
         page = "".join(closed(summary, html.escape(text)) for summary, text in shown.items() if text)
         return {"text/plain": self.summary, "text/html": page}
 

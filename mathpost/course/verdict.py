@@ -104,6 +104,12 @@ class Exercise:
             found.append((sentence, value))
         return found
 
+    @cached_property
+    def common(self):
+        """What the mix-ups give that any answer of its kind can suffer."""
+        found = self.kind.mixups(self.solution)
+        return [(sentence, given) for sentence, given in found if not self.kind.same(given, self.solution)]
+
     @property
     def source(self):
         """The function that solves it, without decorator and docstring, as text."""
@@ -162,21 +168,20 @@ class Exercise:
         return self._mixup(value) or f"{self.kind.nearly(value, self.solution) or NO_MIXUP} {self.hint}".strip()
 
     def _mixup(self, value):
-        """The sentence of the first slip that gives the value: a named one, the detective's, or one of its kind."""
-        for same in (self.kind.same, self.kind.coarse):
-            for sentence, given in self.mixed_up:
-                if same(value, given):
-                    return sentence
-            found = self.detective(value) if self.detective else None
-            if found and found.explained and not found.right:
-                sentence = str(found.misreadings[0])
-                return f"{sentence[0].upper()}{sentence[1:]}."
-            for sentence, given in self.kind.mixups(self.solution):
-                if same(value, given) and not self.kind.same(given, self.solution):
-                    return sentence
-            if self.kind.coarse(value, self.solution):
-                return ""
-        return ""
+        """The sentence of the first mix-up that gives the value: a named one, the detective's, or a common one."""
+        for sentence, given in self.mixed_up:
+            if self.kind.same(value, given):
+                return sentence
+        found = self.detective(value) if self.detective else None
+        if found and found.explained and not found.right:
+            sentence = str(found.misreadings[0])
+            return f"{sentence[0].upper()}{sentence[1:]}."
+        for sentence, given in self.common:
+            if self.kind.same(value, given):
+                return sentence
+        if self.kind.coarse(value, self.solution):
+            return ""
+        return next((said for said, given in self.mixed_up + self.common if self.kind.coarse(value, given)), "")
 
 
 def define(name, kind, **how):

@@ -420,9 +420,8 @@ def test_a_teachers_exercise_in_a_notebook_defined_twice(tmp_path, capsys):
     assert slip["text/plain"] == "20-bevel · not yet. That is twice the angle."
     assert slip[MIME] == {"answer": 53.2, "exercise": "20-bevel"}
     # The attempt that followed has changed what the solution, which was shown before, says of itself.
-    assert closed["text/html"].startswith(
-        "<details><summary>Solution of 20-bevel</summary><pre>def bevel(times=1):"
-    )
+    assert "<summary>Solution of 20-bevel</summary>" in closed["text/html"]
+    assert "def bevel(times=1):" in closed["text/html"]
     assert "26.6" in closed["text/html"] and "26.6" not in closed["text/plain"]
     (verdict,) = [each for each in exercise.answered(tmp_path).values() if each.name == "20-bevel"]
     assert (verdict.status, verdict.why) == (WRONG, "This exercise is not defined here.")
