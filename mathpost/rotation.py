@@ -271,7 +271,7 @@ def numeric(expression, arguments):
            [-1.,  1.]])
     """
     shape = (len(expression),) if isinstance(expression, tuple) else getattr(expression, "shape", ())
-    entries = [_in_floats(sp.sympify(entry)) for entry in (expression if shape else [expression])]
+    entries = [in_floats(sp.sympify(entry)) for entry in (expression if shape else [expression])]
     compiled = sp.lambdify(arguments, entries, "numpy", cse=True)
 
     def evaluate(*values):
@@ -294,12 +294,12 @@ def slices(shape):
 
 
 @lru_cache(maxsize=4096)
-def _in_floats(expression):
+def in_floats(expression):
     """Return `expression` with its exact constants (√2/2, long fractions) evaluated, exponents left alone."""
     if expression.is_Integer and abs(expression) < 2**53:
         return expression
     if expression.is_number:
         return sp.N(expression, 30)
     if expression.is_Pow:
-        return sp.Pow(_in_floats(expression.base), expression.exp)
-    return expression.func(*map(_in_floats, expression.args)) if expression.args else expression
+        return sp.Pow(in_floats(expression.base), expression.exp)
+    return expression.func(*map(in_floats, expression.args)) if expression.args else expression
