@@ -9,7 +9,7 @@ import numpy as np
 
 from mathpost.errors import MathpostError
 from mathpost.post import ways
-from mathpost.post.between_blocks import largest, sampled
+from mathpost.post.between_blocks import bounds, largest, sampled
 from mathpost.rotation import blocks as slices
 
 LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no third derivative bounds
@@ -80,32 +80,33 @@ def measured(kin, cl, blocks, motion, *, real=None):
     """
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
-    joints = _joints(kin, blocks)
-    parts = [(real or kin).forward(joints[rows]) for rows in slices(joints.shape[:1])]
+    machine, joints = real or kin, _joints(kin, blocks)
+    # Some thousand at a time: to a machine with errors each pose is 33 numbers.
+    parts = [machine.forward(joints[rows]) for rows in slices(joints.shape[:1])]
     tip, axis = map(np.concatenate, zip(*parts, strict=True))
     tips, axes = cl.at(motion.place)
-    counted = np.stack([motion.in_cut & (not blocks.tcp), motion.in_cut])
-    errors, worst = largest(
-        real or kin, joints, tips, axes, (tip, axis), counted, least=LEAST_INTERVALS if real else 2, ideal=not real
-    )
+
+    least, most = 2, bounds(kin.machine, joints, tips, axes, (tip, axis))
+    if real:
+        least, most = LEAST_INTERVALS, np.full(most.shape, np.inf)
+    most[:, ~motion.in_cut] = -1
+    path_axis, _ = largest(1, machine, joints, axes, most[1], least=least)
     if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
         off = np.where(motion.in_cut, np.linalg.norm(tip - tips, axis=1)[1:], 0)
-        errors[0], worst[0] = off.max(initial=0), off.argmax() if off.size else 0
-    tip_error, chord = 0.0, 0.0
+        path_tip, worst = off.max(initial=0), int(off.argmax()) if off.size else -1
+    else:
+        path_tip, worst = largest(0, machine, joints, tips, most[0], least=least)
+
+    # A record whose block was left out as a repetition has the pose of the block before.
     on_part = np.flatnonzero(~motion.lifted)
-    place = motion.place[on_part]
-    for records in slices((len(cl),)):
-        # A record whose block was left out as a repetition has the pose of the block before.
-        numbers = np.arange(len(cl))[records]
-        at = on_part[np.searchsorted(place, numbers, side="right") - 1]
-        tip_error = max(tip_error, np.linalg.norm(tip[at] - cl.points[records], axis=1).max())
-        chord = max(chord, np.linalg.norm(axis[at] - cl.axes[records], axis=1).max())
+    at = on_part[np.searchsorted(motion.place[on_part], np.arange(len(cl)), side="right") - 1]
+    half_chord = np.linalg.norm(axis[at] - cl.axes, axis=1).max() / 2
     return Proof(
-        tip_error=float(tip_error),
-        axis_error=float(np.degrees(2 * np.arcsin(min(chord / 2, 1)))),
-        path_tip_error=float(errors[0]),
-        path_axis_error=float(np.degrees(errors[1])),
-        worst_record=int(np.ceil(motion.place[1:][worst[0]])) + 1 if len(joints) > 1 else 1,
+        tip_error=float(np.linalg.norm(tip[at] - cl.points, axis=1).max()),
+        axis_error=float(np.degrees(2 * np.arcsin(min(half_chord, 1)))),
+        path_tip_error=float(path_tip),
+        path_axis_error=float(np.degrees(path_axis)),
+        worst_record=int(np.ceil(motion.place[worst + 1])) + 1,
     )
 
 
