@@ -225,15 +225,15 @@ def _unbroken(regions, breaks):
 
 def _through_the_records(joints, ways):
     """The `Motion` through the joints (n, 5) chosen for the records, with each of `ways` in its place."""
-    parts, record = [], 0  # the next that is to be reached
+    joints, place = np.asfortranarray(joints), np.arange(len(joints))  # joint by joint is read fastest
+    parts, record = [], 0  # the next record to be reached
     for way in sorted(ways, key=lambda way: way.place[0]):
         first, last = int(way.place[0]), int(way.place[-1])
-        before = np.arange(record, max(record, first))
+        parts.append(Motion.on_part(joints[record:first], place[record:first]))
         # Where a way begins at the record at which another has ended, that pose is there already.
-        parts += [Motion.on_part(joints[before], before), way[1:] if record > first else way]
+        parts.append(way[1:] if record > first else way)
         record = last + 1
-    rest = np.arange(record, len(joints))
-    return Motion.joined([*parts, Motion.on_part(joints[rest], rest)])
+    return Motion.joined([*parts, Motion.on_part(joints[record:], place[record:])])
 
 
 def _rounding(machine, tip, tolerance):

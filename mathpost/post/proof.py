@@ -58,7 +58,7 @@ def prove(kin, cl, blocks, motion, tolerance, *, real=None):
     worst = max(proof.tip_error, proof.path_tip_error)
     if not worst <= tolerance:
         raise MathpostError(f"{cl.name}: the program is {worst:.6f} mm off the CL path, more than {tolerance} mm")
-    _refuse_below_the_part(real or kin, cl, _joints(kin, blocks), motion, tolerance, blocks.tcp)
+    _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real)
     _refuse_other_feeds(cl, blocks, motion)
     _refuse_too_fast(kin.machine, cl, blocks, motion)
     return proof
@@ -115,16 +115,17 @@ def _joints(kin, blocks):
     return kin.close(blocks.joints[:, :3], blocks.joints[:, 3:]) if blocks.tcp else blocks.joints
 
 
-def _refuse_below_the_part(kin, cl, joints, motion, tolerance, tcp):
+def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
     """Along lifted moves the tip must stay on the side of the part that the tool axis points to."""
     lifted = np.flatnonzero(~motion.in_cut)
-    start, end = joints[lifted], joints[lifted + 1]
-    for moves, t, tip, _ in sampled(kin, start, end, least=LEAST_INTERVALS):
-        moves = lifted[moves]
-        if tcp:  # the control keeps the tip on the straight line between the blocks
+    if not lifted.size:
+        return
+    joints = _joints(kin, blocks)
+    for some, t, tip, _ in sampled(real or kin, joints[lifted], joints[lifted + 1], least=LEAST_INTERVALS):
+        moves = lifted[some]
+        if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
             tip = tip[0] + t[..., None] * (tip[-1] - tip[0])
-        place = motion.place[moves] + t * (motion.place[moves + 1] - motion.place[moves])
-        tips, axes = cl.at(place)
+        tips, axes = cl.at(motion.place[moves] + t * (motion.place[moves + 1] - motion.place[moves]))
         height = np.vecdot(tip - tips, axes).min(axis=0)
         if not height.min() >= -tolerance:
             record = int(np.ceil(motion.place[moves + 1][height.argmin()]))
