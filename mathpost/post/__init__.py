@@ -130,8 +130,10 @@ def run(
     """
     if singular not in Crossing.SAFE:
         raise InputError("singular", " or ".join(Crossing.SAFE), repr(singular))
-    if not tolerance > 0:
+    if not 0 < tolerance < np.inf:
         raise InputError("tolerance", "mm above 0", repr(tolerance))
+    if cone is not None and not 0 < cone < np.pi:
+        raise InputError("cone", "radians above 0 and below π, or none", repr(cone))
     if errors is not None and errors.machine != machine:
         raise InputError("errors", f"those of {machine.name!r}, set up alike", repr(errors.machine.name))
     refuse_nonsense(lean, clearance)

@@ -222,5 +222,5 @@ class Report(Proof):
             figures = f"{cost:10.3f}  " + " ".join(f"{step:8.3f}°" for step in steps)
             lines.append(f"{name:<14}{reason or figures}")
         for region, through in self.ways.items():
-            lines += ["", *ways.table(region, through)]
+            lines += ["", *ways.comparison(region, through)]
         return "\n".join(lines)
