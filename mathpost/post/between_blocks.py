@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from mathpost.rotation import blocks
+from mathpost.rotation import slices
 
 RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
 FIRST = 64  # one of so many moves, those with the greatest bounds, is looked at before the others
@@ -85,7 +85,7 @@ def sampled(kin, start, end, samples=None, least=2):
     for count in np.unique(intervals).tolist():
         t = np.linspace(0, 1, count + 1)[:, None]
         alike = np.flatnonzero(intervals == count)
-        for rows in blocks((len(alike), count + 1)):
+        for rows in slices((len(alike), count + 1)):
             moves = alike[rows]
             yield moves, t, *kin.forward(start[moves] + t[..., None] * (end[moves] - start[moves]))
 
@@ -178,7 +178,7 @@ def bounds(machine, joints, tips, axes, reached):
     """
     result = np.empty((2, len(joints) - 1))
     bend = derivative(machine, joints[:-1], joints[1:], 2) / 8
-    for rows in blocks(bend.shape):
+    for rows in slices(bend.shape):
         poses = slice(rows.start, rows.stop + 1)
         off = [
             np.linalg.norm(at[poses] - wanted[poses], axis=1)
@@ -198,7 +198,7 @@ def derivative(machine, start, end, order):
     at most Ωⁿ·r + n·Ωⁿ⁻¹·v.
     """
     result, offsets = np.empty(len(start)), levers(machine)
-    for rows in blocks(result.shape):
+    for rows in slices(result.shape):
         step = np.abs(end[rows] - start[rows])
         turn, travel = step[:, 3:].sum(axis=1), step[:, :3].sum(axis=1)
         lever = offsets + np.maximum(*(np.abs(at[rows, :3]).sum(axis=1) for at in (start, end)))

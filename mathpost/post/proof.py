@@ -10,7 +10,7 @@ import numpy as np
 from mathpost.errors import MathpostError
 from mathpost.post import ways
 from mathpost.post.between_blocks import bounds, largest, sampled
-from mathpost.rotation import blocks as slices
+from mathpost.rotation import slices
 
 LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no third derivative bounds
 FEED_DIGITS = 0.0006  # mm/min; what three printed decimals may change

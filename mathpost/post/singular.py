@@ -9,7 +9,7 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.errors import InputError
-from mathpost.rotation import about, blocks, unit
+from mathpost.rotation import about, slices, unit
 
 ARC_SAMPLES = 33
 
@@ -92,7 +92,7 @@ def _inside_cone(kin, cl, cone):
     ends, turn = distance(kin, cl.axes), np.linalg.norm(np.diff(cl.axes, axis=0), axis=1)
     inside = np.minimum(ends[:-1], ends[1:]) - np.pi / 4 * turn < cone
     near = np.flatnonzero(inside)
-    for rows in blocks((len(near), ARC_SAMPLES)):
+    for rows in slices((len(near), ARC_SAMPLES)):
         moves = near[rows]
         place = moves + np.linspace(0, 1, ARC_SAMPLES)[:, None]
         inside[moves] = distance(kin, cl.at(place)[1]).min(axis=0) < cone
