@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from mathpost import machine
-from mathpost.compensate import machine_errors
+from mathpost.compensate.model import read_errors
 from mathpost.errors import MathpostError, write_bytes
 from mathpost.post import CONE, TOLERANCE, cl, run
 from mathpost.post.program import DIALECTS
@@ -87,7 +87,7 @@ def _post(options):
         cone=CONE if options.cone is None else math.radians(options.cone),
         split=options.split,
         compare=options.compare,
-        errors=machine_errors.load(options.errors, setup) if options.errors else None,
+        errors=read_errors(options.errors, setup) if options.errors else None,
     )
     if options.output:
         write_bytes(options.output, result.program.encode())

@@ -5,8 +5,8 @@ from functools import cache
 import numpy as np
 
 from mathpost import machine
-from mathpost.compensate import error_model, machine_errors
 from mathpost.compensate.compensation import Compensator, total_differential
+from mathpost.compensate.model import ErrorModel, read_errors
 from mathpost.course.verdict import data, exercise
 from mathpost.detective.euler_angles import explain
 from mathpost.detective.misreadings import COMMON, common_matrices
@@ -20,7 +20,7 @@ from mathpost.rotation import numeric
 @cache
 def table_error():
     """The spline of lesson 12: C's error in seconds of arc."""
-    measured = angular_error.load(data("measurements/angular_error.csv")).points(endless=True)
+    measured = angular_error.read_runs(data("measurements/angular_error.csv")).points(endless=True)
     return spline.adaptive(measured, 0.5)
 
 
@@ -116,7 +116,7 @@ def steps():
 @cache
 def trunnion_model():
     """The chain with errors of the A-C trunnion."""
-    return error_model.ErrorModel(machine.load(data("machines/ac_table.toml")))
+    return ErrorModel(machine.load(data("machines/ac_table.toml")))
 
 
 def moved_by(name, size, a, c):
@@ -167,7 +167,7 @@ def twins():
 @cache
 def bohez():
     """The machine of lesson 13 with its fourteen errors, and the errors."""
-    errors = machine_errors.load(data("errors/bohez.toml"), machine.load(data("errors/bohez_machine.toml")))
+    errors = read_errors(data("errors/bohez.toml"), machine.load(data("errors/bohez_machine.toml")))
     return Compensator(errors), errors
 
 

@@ -118,7 +118,7 @@ def dmu():
 @cache
 def head():
     """The measured head of source 001."""
-    return horizontal_head.load(data("measurements/five_face_head.csv"))
+    return horizontal_head.read_head(data("measurements/five_face_head.csv"))
 
 
 @exercise(
@@ -150,7 +150,7 @@ def vertical():
 def missed():
     """Twice the residuals of the full fit: a point that was not fitted is missed by more than one that was."""
     three = horizontal_head.Head(head().angles[:3], head().vectors[:3])
-    return head().vector(270) - horizontal_head.fit(three).head().vector(270)
+    return head().vector(270) - horizontal_head.fit_head(three).head().vector(270)
 
 
 @exercise(
@@ -170,7 +170,7 @@ def wrapped():
 
 
 def unlisted_vector(angle):
-    return horizontal_head.fit(head()).head().vector(angle)
+    return horizontal_head.fit_head(head()).head().vector(angle)
 
 
 @exercise(
@@ -185,5 +185,5 @@ def unlisted_vector(angle):
 )
 def unlisted():
     """It falls through to the first label and uses U_0, almost two arm lengths away."""
-    wanted = horizontal_head.fit(head()).head().vector(135)
+    wanted = horizontal_head.fit_head(head()).head().vector(135)
     return np.linalg.norm(wanted - head().vector(0))
