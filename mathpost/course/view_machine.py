@@ -11,7 +11,7 @@ from mathpost.draw.live import Live
 from mathpost.draw.scene import Line, Scene
 from mathpost.draw.solid import Turned
 from mathpost.post import selection, travel
-from mathpost.post.singularity import distance, regions
+from mathpost.post.singular import distance, regions
 from mathpost.rotation import unit
 
 CONE = np.radians(1.0)
