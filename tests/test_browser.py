@@ -296,7 +296,7 @@ def test_a_lesson_lives_with_a_kernel_without_one_and_says_what_its_text_says(pa
         assert first.said().splitlines()[0] == before.splitlines()[0], "neither tip nor tool axis"
         boxes = first.frame.locator("input[type=number]")
         assert float(boxes.nth(3).input_value()) == -60.0
-        assert "B -60.000° is out of its travel 0 to 180°" in first.said()
+        assert "B -60.000° is outside 0 … 180" in first.said()
         joint = first.frame.locator("label", has_text="RTCP").locator("input")
         joint.check()
         first.set("B", 20)

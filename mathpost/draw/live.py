@@ -13,7 +13,13 @@ from pathlib import Path
 from mathpost.draw.picture import png
 from mathpost.errors import write_text
 
-MODULE = Path(__file__).with_name("live.js")
+HERE = Path(__file__).parent
+MODULES = {
+    "machine": ("live.js",),
+    "formula": ("live.js",),
+    "both": ("live.js", "paths.js"),
+    "walk": ("live.js", "paths.js"),
+}
 STYLE = """
 html, body { height: 100%; margin: 0 }
 .live { display: grid; box-sizing: border-box; height: 100%; gap: 6px; padding: 4px; color: #222; background: #fff;
@@ -66,6 +72,8 @@ class Live:
 
     def page(self, title="mathpost", *, before="", after=""):
         """Return a whole page, HTML; `before` and `after` are more of it, around the view."""
+        files = [HERE / name for name in MODULES[self.state["kind"]]]
+        modules = "\n".join(_dense(file.read_text(encoding="utf-8")) for file in files)
         code = [
             f"(() => {{\n{_dense(text)}\nreturn {{ {', '.join(self.exports)} }};\n}})()" for text in self.machines
         ]
@@ -73,7 +81,7 @@ class Live:
         return (
             f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(title)}</title>"
             f"<style>{STYLE}</style>{before}<div id=live></div>{after}<script type=module>\n"
-            f"{_dense(MODULE.read_text(encoding='utf-8'))}\n"
+            f"{modules}\n"
             f'start(document.getElementById("live"), {state}, [{",".join(code)}]);\n</script></html>\n'
         )
 
@@ -103,5 +111,5 @@ class Live:
 
 
 def _dense(code):
-    """Code without indentation and without lines that only comment."""
-    return re.sub(r"(?m)^\s*(?://[^\n]*)?\n?", "", code)
+    """Code without indentation, comments on lines of their own, and what joins modules."""
+    return re.sub(r"(?m)^\s*(?:(?://[^\n]*|(?:import|export) \{[^}]*\}[^\n]*))?\n?", "", code)
