@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from mathpost import codegen, machine
-from mathpost.compensate import machine_errors
+from mathpost.compensate.model import read_errors
 from mathpost.errors import MathpostError, write_bytes, write_text
 from mathpost.kinematics import Kinematics
 from mathpost.post import CONE, TOLERANCE, cl, run
@@ -90,7 +90,7 @@ def _post(options):
         cone=CONE if options.cone is None else math.radians(options.cone),
         split=options.split,
         compare=options.compare,
-        errors=machine_errors.load(options.errors, setup) if options.errors else None,
+        errors=read_errors(options.errors, setup) if options.errors else None,
     )
     if options.output:
         write_bytes(options.output, result.program.encode())

@@ -5,8 +5,8 @@ from functools import cache
 import numpy as np
 
 from mathpost import machine
-from mathpost.compensate import error_model, machine_errors
 from mathpost.compensate.compensation import Compensator, total_differential
+from mathpost.compensate.model import COMPONENTS, SQUARENESS, ErrorModel, read_errors
 from mathpost.course.answers import Angle, Name, Names, Number, Vector
 from mathpost.course.lesson_data import data, load
 from mathpost.course.verdict import define, slip
@@ -97,13 +97,13 @@ def steps(share=0.999):
 # 13 Systematic errors
 
 
-ERRORS = (*(f"E{part}{joint}" for joint in "XYZAC" for part in error_model.COMPONENTS), *error_model.SQUARENESS)
+ERRORS = (*(f"E{part}{joint}" for joint in "XYZAC" for part in COMPONENTS), *SQUARENESS)
 
 
 @cache
 def trunnion_model():
     """The chain with errors of the A-C trunnion."""
-    return error_model.ErrorModel(load("ac_table").machine)
+    return ErrorModel(load("ac_table").machine)
 
 
 @define("13-sign", Vector(decimals=1, unit="µm"), hint="First in the machine, then seen from the turned workpiece.")
@@ -144,7 +144,7 @@ def twins():
 @cache
 def worse_at(tilt):
     """The tip error after one whole step at a tilt in degrees, divided by that before."""
-    errors = machine_errors.load(data("errors/bohez.toml"), machine.load(data("errors/bohez_machine.toml")))
+    errors = read_errors(data("errors/bohez.toml"), machine.load(data("errors/bohez_machine.toml")))
     compensator = Compensator(errors)
     joints = np.array([40, -25, 30, np.radians(tilt), np.radians(70)])
     step, _ = total_differential(compensator.model, joints, errors.constant)

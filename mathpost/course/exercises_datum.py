@@ -91,7 +91,7 @@ def dmu(end=QUARTERS, order=1):
 @cache
 def head():
     """The measured head of source 001."""
-    return horizontal_head.load(data("measurements/five_face_head.csv"))
+    return horizontal_head.read_head(data("measurements/five_face_head.csv"))
 
 
 @define("09-vertical", Vector(unit="mm"), hint="Which head vector is in an offset that the vertical head measured?")
@@ -115,7 +115,7 @@ def vertical(measured=VERTICAL):
 def missed(fitted=3):
     """Twice the residuals of the full fit: a point that was not fitted is missed by more than one that was."""
     chosen = horizontal_head.Head(head().angles[:fitted], head().vectors[:fitted])
-    return head().vector(270) - horizontal_head.fit(chosen).head().vector(270)
+    return head().vector(270) - horizontal_head.fit_head(chosen).head().vector(270)
 
 
 @define("09-wrapped", Angle(decimals=1), hint="Write UZZ as a function of the position.")
@@ -138,9 +138,9 @@ def wrapped():
 @slip("That is at 45°, from the lesson.", angle=45)
 @slip(
     "These are the arms only; the head vectors differ in direction.",
-    lambda: np.linalg.norm(horizontal_head.fit(head()).head().vector(135)) - np.linalg.norm(head().vector(0)),
+    lambda: np.linalg.norm(horizontal_head.fit_head(head()).head().vector(135)) - np.linalg.norm(head().vector(0)),
 )
 def unlisted(angle=135):
     """It falls through to the first label and uses U_0, almost two arm lengths away."""
-    wanted = horizontal_head.fit(head()).head().vector(angle)
+    wanted = horizontal_head.fit_head(head()).head().vector(angle)
     return np.linalg.norm(wanted - head().vector(0))

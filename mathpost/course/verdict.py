@@ -108,7 +108,7 @@ class Exercise:
     def common(self):
         """What the mix-ups give that any answer of its kind can suffer."""
         found = self.kind.mixups(self.solution)
-        return [(sentence, given) for sentence, given in found if not self.kind.same(given, self.solution)]
+        return [(sentence, value) for sentence, value in found if not self.kind.same(value, self.solution)]
 
     @property
     def source(self):
@@ -169,19 +169,19 @@ class Exercise:
 
     def _mixup(self, value):
         """The sentence of the first mix-up that gives the value: a named one, the detective's, or a common one."""
-        for sentence, given in self.mixed_up:
-            if self.kind.same(value, given):
+        for sentence, mistaken in self.mixed_up:
+            if self.kind.same(value, mistaken):
                 return sentence
         found = self.detective(value) if self.detective else None
         if found and found.explained and not found.right:
             sentence = str(found.misreadings[0])
             return f"{sentence[0].upper()}{sentence[1:]}."
-        for sentence, given in self.common:
-            if self.kind.same(value, given):
+        for sentence, mistaken in self.common:
+            if self.kind.same(value, mistaken):
                 return sentence
         if self.kind.coarse(value, self.solution):
             return ""
-        return next((said for said, given in self.mixed_up + self.common if self.kind.coarse(value, given)), "")
+        return next((said for said, other in self.mixed_up + self.common if self.kind.coarse(value, other)), "")
 
 
 def define(name, kind, **how):

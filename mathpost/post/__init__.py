@@ -5,6 +5,7 @@ Read `run` first, then `cl`, `selection` (beside it `travel` and `yu_dan`), `sin
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -94,7 +95,7 @@ def run(
         Radians about the singular tool axes; None lets feed and rates decide. See `mathpost.post.singular.regions`.
     lean, clearance : float
         Radians and mm, above 0; see `mathpost.post.ways.Crossing.way`.
-    errors : mathpost.compensate.machine_errors.MachineErrors, optional
+    errors : mathpost.compensate.model.MachineErrors, optional
         What was measured on the machine: the program is compensated for it, and verified on the machine as it is.
     compare : bool
         Whether the report compares all strategies, and all ways through each region.
@@ -130,8 +131,10 @@ def run(
     """
     if singular not in Crossing.SAFE:
         raise InputError("singular", " or ".join(Crossing.SAFE), repr(singular))
-    if not tolerance > 0:
+    if not 0 < tolerance < np.inf:
         raise InputError("tolerance", "mm above 0", repr(tolerance))
+    if cone is not None and not 0 < cone < np.pi:
+        raise InputError("cone", "radians above 0 and below π, or none", repr(cone))
     if errors is not None and errors.machine != machine:
         raise InputError("errors", f"those of {machine.name!r}, set up alike", repr(errors.machine.name))
     refuse_nonsense(lean, clearance)
@@ -141,30 +144,21 @@ def run(
 
     progress("choosing")
     chosen = selection.choose(kin, cl, strategy, start=start, prefer=prefer, split=split)
-    singular_regions = regions(kin, cl, chosen.joints, cone=cone)
+    found = regions(kin, cl, chosen.joints, cone=cone)
 
     progress("planning")
+    crossing = partial(Crossing, kin, cl, chosen.joints, tolerance=tolerance / 2)
     options = {"lean": lean, "clearance": clearance}
-
-    def crossing(region):
-        return Crossing(kin, cl, chosen.joints, region, tolerance=tolerance / 2)
-
-    ways = [crossing((record - 1, record)).possible("retract", **options) for record in chosen.breaks]
-    if singular != "direct":
-        ways += [
-            crossing(part).possible(singular, **options) for part in _unbroken(singular_regions, chosen.breaks)
-        ]
+    passed = _unbroken(found, chosen.breaks) if singular != "direct" else ()
+    ways = [crossing(region).possible(singular, **options) for region in passed]
+    ways += [crossing((record - 1, record)).possible("retract", **options) for record in chosen.breaks]
     motion = _through_the_records(chosen.joints, ways)
-    tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
-    left = tolerance - _rounding(machine, tip, tolerance)
-    divided = linearize(
-        kin, motion.joints, left, place=motion.place, lifted=motion.lifted, name=f"{cl.name}, block"
-    )
+    divided = _divided(kin, cl, motion, tolerance)
     _refuse_out_of_travel(machine, cl, divided)
-    ideal = motion if tcp else divided
-    motion, cautions = ideal, ()
+    motion, cautions = motion if tcp else divided, ()
+    uncompensated = motion
     if real is not None:
-        motion, cautions = _compensated(real, ideal)
+        motion, cautions = _compensated(real, motion)
         _refuse_out_of_travel(machine, cl, motion)
     motion, planned, seconds = _blocks(kin, cl, motion, tcp)
 
@@ -175,39 +169,31 @@ def run(
     blocks = program.read(text, machine, dialect, name=name)
 
     progress("proving")
-    proof = prove(kin, cl, blocks, motion, tolerance, real=real)
-    uncompensated = None
+    proof, before = prove(kin, cl, blocks, motion, tolerance, real=real), None
     if real is not None:
-        ideal, wanted, _ = _blocks(kin, cl, ideal, tcp)
-        uncompensated = measured(kin, cl, wanted, ideal, real=real)
+        uncompensated, planned, _ = _blocks(kin, cl, uncompensated, tcp)
+        before = measured(kin, cl, planned, uncompensated, real=real)
 
     strategies, through = (), {}
     if compare:
         progress("comparing")
         strategies = tuple(_strategies(kin, cl, start, prefer))
-        through = {region: crossing(region).compare(**options) for region in singular_regions}
-    first_branch = int((chosen.branch == 0).sum())
-    ranges = [f"{first + 1}–{last + 1}" for first, last in singular_regions[:8]] + ["…"] * (
-        len(singular_regions) > 8
-    )
-    settings = {
-        "CL data": f"{cl.name}, {len(cl)} records",
-        "machine": f"{machine.name} ({machine.arrangement})",
-        "selection": f"{strategy}, cost {chosen.cost:.3f} "
-        + ("mm and degrees of travel" if np.isnan(machine.max_rates).all() else "s"),
-        "branches": f"first {first_branch}, second {len(cl) - first_branch}",
-        "splits": ", ".join(f"before record {record + 1}" for record in chosen.breaks) or "none",
-        "singular": f"records {', '.join(ranges)}: {singular}" if ranges else "no region",
-        "tolerance": f"{tolerance:g} mm",
-        "program": f"{len(blocks.words)} moves, TCP {'on' if tcp else 'off'}",
-    }
-    warnings = *_warnings(cl, chosen.joints), *cautions
+        through = {region: crossing(region).compare(**options) for region in found}
     report = Report(
         **vars(proof),
-        settings=settings,
+        settings={
+            "CL data": f"{cl.name}, {len(cl)} records",
+            "machine": f"{machine.name} ({machine.arrangement})",
+            "selection": f"{strategy}, cost {chosen.cost:.3f} {_unit(machine)}",
+            "branches": f"first {np.sum(chosen.branch == 0)}, second {np.sum(chosen.branch == 1)}",
+            "splits": ", ".join(f"before record {record + 1}" for record in chosen.breaks) or "none",
+            "singular": f"records {_ranges(found)}: {singular}" if found else "no region",
+            "tolerance": f"{tolerance:g} mm",
+            "program": f"{len(blocks.words)} moves, TCP {'on' if tcp else 'off'}",
+        },
         time=seconds,
-        warnings=warnings,
-        uncompensated=uncompensated,
+        warnings=(*_warnings(cl, chosen.joints), *cautions),
+        uncompensated=before,
         strategies=strategies,
         ways=through,
     )
@@ -225,28 +211,27 @@ def _unbroken(regions, breaks):
 
 def _through_the_records(joints, ways):
     """The `Motion` through the joints (n, 5) chosen for the records, with each of `ways` in its place."""
-    parts, record = [], 0  # the next that is to be reached
+    joints, place = np.asfortranarray(joints), np.arange(len(joints))  # joint by joint is read fastest
+    parts, record = [], 0  # the next record to be reached
     for way in sorted(ways, key=lambda way: way.place[0]):
         first, last = int(way.place[0]), int(way.place[-1])
-        before = np.arange(record, max(record, first))
+        parts.append(Motion.on_part(joints[record:first], place[record:first]))
         # Where a way begins at the record at which another has ended, that pose is there already.
-        parts += [Motion.on_part(joints[before], before), way[1:] if record > first else way]
+        parts.append(way[1:] if record > first else way)
         record = last + 1
-    rest = np.arange(record, len(joints))
-    return Motion.joined([*parts, Motion.on_part(joints[rest], rest)])
+    return Motion.joined([*parts, Motion.on_part(joints[record:], place[record:])])
 
 
-def _rounding(machine, tip, tolerance):
-    """How far the printed digits alone may move the tip, for the moves between tips (m, 3).
-
-    Refuses a tolerance that leaves no room for it.
-    """
-    lever = levers(machine) + np.linalg.norm(tip, axis=1)
-    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever)
+def _divided(kin, cl, motion, tolerance):
+    """The motion with its moves divided until the tip keeps the tolerance, the printed digits included."""
+    tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
+    lever = levers(kin.machine) + np.linalg.norm(tip, axis=1)
+    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever)  # by the digits alone
     if (worst := moved.max()) > tolerance / 2:
         expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
         raise InputError("tolerance", expected, f"{tolerance}")
-    return np.maximum(moved[:-1], moved[1:])
+    left = tolerance - np.maximum(moved[:-1], moved[1:])
+    return linearize(kin, motion.joints, left, place=motion.place, lifted=motion.lifted, name=f"{cl.name}, block")
 
 
 def _refuse_out_of_travel(machine, cl, motion):
@@ -289,6 +274,16 @@ def _blocks(kin, cl, motion, tcp):
     remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
     planned = program.Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)
     return motion, planned, float(seconds[1:].sum())
+
+
+def _unit(machine):
+    """What the selection counts."""
+    return "mm and degrees of travel" if np.isnan(machine.max_rates).all() else "s"
+
+
+def _ranges(found):
+    """The first eight regions, in records counted from 1."""
+    return ", ".join([f"{first + 1}–{last + 1}" for first, last in found[:8]] + ["…"] * (len(found) > 8))
 
 
 def _warnings(cl, joints):

@@ -20,7 +20,7 @@ from mathpost.course.answers import Angle, Joints, Name, Names, Number, Pose, Ve
 from mathpost.course.formula import Formula
 from mathpost.course.verdict import EXERCISES, MIME, NO_MIXUP, OPEN, RIGHT, UNREADABLE, WRONG, Exercise
 from mathpost.detective.misreadings import Explanation, Misreading
-from mathpost.errors import InputError
+from mathpost.errors import InputError, read_text
 from mathpost.frame import Frame
 from mathpost.measure.cutter import Cutter
 from tests.conftest import ROOT
@@ -251,6 +251,7 @@ def of(kind, solution, **how):
         (Number(), 100, 100.5, NO_MIXUP),
         (Number(), 66.4519, 66.45, "Correct as far as its digits go. Answer with one number, to 3 decimals."),
         (Number(), 66.4519, 66.4, NO_MIXUP),
+        (Number(), 2.9238, 3, NO_MIXUP),
         (Vector(), [1, 2, 3], [1, -2, 3], "sign of y"),
         (Vector(), [1, 2, 3], [2, 1, 3], "different order"),
         (Vector(), [1, 2, 3], [-1, -2, -3], "wrong sign"),
@@ -373,12 +374,12 @@ def own():
 
 
 def test_what_the_exercise_lacks_is_not_the_learners_mistake(own):
-    own("t-file", Number(), lambda: exercise.read_text("no/such/file"))
+    own("t-file", Number(), lambda: read_text("no/such/file"))
     assert exercise.judge("t-file", None).status == OPEN
     for answer in (1, "nonsense"):
         with pytest.raises(InputError, match="no/such/file: expected a readable file"):
             exercise.judge("t-file", answer)
-    own("t-slip", Number(), lambda: 1, slips=[("No.", lambda: exercise.read_text("no/such/slip"))])
+    own("t-slip", Number(), lambda: 1, slips=[("No.", lambda: read_text("no/such/slip"))])
     with pytest.raises(InputError, match="no/such/slip"):
         exercise.judge("t-slip", 2)
 
