@@ -216,7 +216,7 @@ def test_without_a_cone_the_feed_decides(dmu50v, twisted):
     # The first move with a feed goes to record 151; what no feed asks for is no region.
     assert post.run(half, dmu50v.machine, cone=None).report.settings["singular"].startswith("records 150–")
     quick = replace(part, feeds=1e4 * part.feeds)
-    assert "records 2" in post.run(quick, dmu50v.machine, cone=None).report.settings["singular"]
+    assert post.run(quick, dmu50v.machine, cone=None).report.settings["singular"].startswith("records 1–300")
 
 
 class TestShell:
