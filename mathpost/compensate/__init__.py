@@ -1,6 +1,5 @@
-"""The errors of a machine in its chain, and how a program makes up for them.
+"""The errors of a machine, and how a program makes up for them.
 
-Read `error_model` first (the chain with errors), `machine_errors` (their values, from a file), then `calibrated`
-and `compensation` (what is put into the inverse, and one step of the total differential), last `drift` (from part
-to part).
+Read `model` first: the chain with its errors as symbols, and the measured errors of one machine. Then
+`compensation`: the joints with which that machine goes where it should. `drift` follows errors from part to part.
 """

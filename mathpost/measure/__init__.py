@@ -1,5 +1,5 @@
-"""What a machine is, from readings: rotary axes and heads, work offsets, angular errors; and other cutters.
+"""From readings to what a machine, a head or a cutter really is.
 
-Read `fit` first (least squares on a symbolic model), then `rotary_axis`, which uses it, and `horizontal_head`;
-`work_offset`, `angular_error` with `spline`, and `cutter` stand alone. `csv_table` reads the tables of all.
+Read `fit` first, the least-squares fit that `rotary_axis` and `horizontal_head` use, then `work_offset` and
+`cutter`. `angular_error` and `spline` make compensation tables of a rotary axis; `csv_table` reads all the files.
 """

@@ -95,7 +95,7 @@ def run(
         Radians about the singular tool axes; None lets feed and rates decide. See `mathpost.post.singular.regions`.
     lean, clearance : float
         Radians and mm, above 0; see `mathpost.post.ways.Crossing.way`.
-    errors : mathpost.compensate.machine_errors.MachineErrors, optional
+    errors : mathpost.compensate.model.MachineErrors, optional
         What was measured on the machine: the program is compensated for it, and verified on the machine as it is.
     compare : bool
         Whether the report compares all strategies, and all ways through each region.
