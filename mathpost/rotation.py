@@ -237,7 +237,7 @@ def _left_matrix(*angles):
     return _left(*angles)["(αβγ)ᵀ"]
 
 
-def from_angles(build, angles, degrees=False):
+def from_angles(build, angles, degrees):
     """Apply the symbolic `build`, a function of so many angles, to numbers, arrays or sympy expressions."""
     if any(isinstance(angle, sp.Basic) for angle in angles):
         return build(*(sp.sympify(angle) * (sp.pi / 180 if degrees else 1) for angle in angles))
