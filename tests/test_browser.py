@@ -1,4 +1,4 @@
-"""The course in a real browser: lessons run in JupyterLab, reopened without a kernel, published without a network."""
+"""The course in a real browser: run in JupyterLab, reopened without a kernel, published without a network."""
 
 import os
 import re
