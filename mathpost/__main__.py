@@ -3,6 +3,7 @@
 import argparse
 import math
 import sys
+from importlib import metadata
 from pathlib import Path
 
 from mathpost import codegen, machine
@@ -24,6 +25,7 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(
         prog="python -m mathpost", description="Five-axis post-processing and spreadsheets, verified."
     )
+    parser.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
     commands = parser.add_subparsers(dest="command", required=True)
     _add_post(commands)
     _add_check(commands)
