@@ -270,7 +270,7 @@ def test_an_exercise_tells_wrong_from_right(page):
         check.locator(".jp-OutputArea-output", has_text=said).wait_for()
         check.screenshot(path=PICTURES / f"exercise_{said.split()[2].strip('.')}.png")
     solved.get_by_text("Solution of 01-sign", exact=True).click()  # what it says of an attempt has changed
-    assert solved.locator("pre").is_visible()
+    assert [pre.is_visible() for pre in solved.locator("pre").all()] == [False, True]  # the hint stays closed
     solved.screenshot(path=PICTURES / "exercise_solution.png")
     assert not page.errors
     page.evaluate(CLOSE, panel)
