@@ -154,8 +154,8 @@ def cost(steps, price, slowest):
 def sways_off(joints, step, tool_axis, axes, record, sway):
     """Return whether the tool axis strays off its great circle on the way to a record. What it does half way tells.
 
-    There it may be away from the middle of the chord between the two axes by `sway` and half of that chord. The tool
-    axis of the machine is Σ tool_axis[a, b]·f_a(first angle)·f_b(second angle) with f = 1, cos, sin.
+    There it may be away from the middle of the chord between the two axes by `sway` and half of that chord. The
+    tool axis of the machine is Σ tool_axis[a, b]·f_a(first angle)·f_b(second angle) with f = 1, cos, sin.
     """
     if abs(step[3]) + abs(step[4]) <= sway:
         return False
