@@ -91,6 +91,7 @@ def _post(options):
         split=options.split,
         compare=options.compare,
         errors=read_errors(options.errors, setup) if options.errors else None,
+        progress=_stage if sys.stderr.isatty() else None,
     )
     if options.output:
         write_bytes(options.output, result.program.encode())
@@ -98,6 +99,10 @@ def _post(options):
         print(result.program, end="")
     print(result.report, file=sys.stderr)
     return 0
+
+
+def _stage(name):
+    print(f"{name} …", file=sys.stderr)
 
 
 def _add_check(commands):

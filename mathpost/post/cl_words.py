@@ -10,13 +10,13 @@ import re
 
 import numpy as np
 
-from mathpost.errors import InputError
+from mathpost.errors import NUMBER, InputError
 from mathpost.post import text
 
 UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
 MM_PER_INCH = 25.4
 BLOCK = 2**19  # bytes that are taken at once: what is made of them fits the processor's cache
-NUMBER = re.compile(rf"{text.NUMBER}(?:[eE][-+]?\d+)?")
+REAL = re.compile(rf"{NUMBER}(?:[eE][-+]?\d+)?")
 # One record of three or six numbers, and nothing else: most lines of most files.
 PLAIN = text.Pattern(
     [
@@ -181,7 +181,7 @@ class Statements:
         self.remarks.append((self.count, statement))
 
     def number(self, line, word):
-        if not NUMBER.fullmatch(word.strip()):
+        if not REAL.fullmatch(word.strip()):
             raise self.error(line, "a number", repr(word.strip()))
         value = float(word)
         if not math.isfinite(value):
