@@ -1,4 +1,4 @@
-"""The course in a real browser: lessons run in JupyterLab, reopened without a kernel, published without a network."""
+"""The course in a real browser: run in JupyterLab, reopened without a kernel, published without a network."""
 
 import os
 import re
@@ -31,7 +31,7 @@ SETTINGS = {  # no news, and every cell in the page whether it is in sight or no
     "apputils-extension/notification": '{"fetchNews": "false", "checkForUpdates": false}',
     "notebook-extension/tracker": '{"windowingMode": "none"}',
 }
-PATIENCE = 40_000  # ms, for a busy machine
+PATIENCE = 120_000  # ms, for a busy machine
 
 LIVE = ("00_start_here", "01_rotating_a_point", "04_transform_chain")  # lessons whose views all live in the browser
 RUN = """async path => {
@@ -282,7 +282,7 @@ def test_a_lesson_lives_with_a_kernel_without_one_and_says_what_its_text_says(pa
     panel = page.evaluate(RUN, f"notebooks/{name}.ipynb")["id"]
     found = lives(page.locator(f"#{panel}"))
     assert found and all(view.moves() for view in found)
-    assert "fetchNews" not in page.content() and page.locator(".Toastify__toast").count() == 0
+    assert page.locator(".Toastify__toast").count() == 0, "nobody asks about news"
     page.evaluate(CLOSE, panel)
     panel = page.evaluate(REOPEN, f"notebooks/{name}.ipynb")
     again = lives(page.locator(f"#{panel}"))
@@ -296,7 +296,7 @@ def test_a_lesson_lives_with_a_kernel_without_one_and_says_what_its_text_says(pa
         assert first.said().splitlines()[0] == before.splitlines()[0], "neither tip nor tool axis"
         boxes = first.frame.locator("input[type=number]")
         assert float(boxes.nth(3).input_value()) == -60.0
-        assert "B -60.000° is out of its travel 0 to 180°" in first.said()
+        assert "B -60.000° is outside 0 … 180" in first.said()
         joint = first.frame.locator("label", has_text="RTCP").locator("input")
         joint.check()
         first.set("B", 20)

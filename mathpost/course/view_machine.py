@@ -111,7 +111,7 @@ def walk(kin, cl, joints=None, *, place=None, cone=CONE, second=None):
     poses = np.concatenate([cl.points[records], cl.axes[records]], axis=1)
     scenes, state_runs = [], []
     for each, blocks, ends in runs:
-        drawn, made = scene.machine(each, cl, title=each.machine.name if second else "")
+        drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "")
         drawn = drawn.frame(*scene.CAMERAS[0], aspect=0.9)
         drawn.lines.append(Line("workpiece", [], plot.COLOUR["tool"], 1.8, name="true tip"))
         scenes.append(drawn)

@@ -204,7 +204,7 @@ def covered(kin, scene, joints):
 
 
 def together(directions, camera):
-    """Return which of these directions, a dict of unit vectors by name, look like one or like a point from there."""
+    """Return which of these directions, unit vectors by name, look like one or like a point from there."""
     flat = {name: camera.project(direction) for name, direction in directions.items()}
     said = [f"{name} points at the viewer" for name, seen in flat.items() if np.hypot(*seen) < SHORT]
     for first, second in combinations(flat, 2):
