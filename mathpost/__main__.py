@@ -38,6 +38,9 @@ def main(arguments=None):
     except MathpostError as error:
         print(f"mathpost: {error}", file=sys.stderr)
         return 2
+    except ModuleNotFoundError as error:  # of the extras that a headless post does without
+        print(f"mathpost: this command needs {error.name}, which comes with mathpost[course]", file=sys.stderr)
+        return 2
 
 
 def _joined(arguments):

@@ -1,7 +1,7 @@
 """From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
-Read `run` first, then `cl`, `selection` (beside it `travel` and `yu_dan`), `singular` (and `ways` through it),
-`between_blocks`, `program` (and `text`), `proof`.
+Read `run` first, then `cl`, `selection` (beside it `bellman`, `travel` and `yu_dan`), `singular` (and `ways`
+through it), `between_blocks`, `program` (and `text`), `proof`.
 """
 
 from dataclasses import dataclass, replace
