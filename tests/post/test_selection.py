@@ -366,6 +366,7 @@ class TestPaper:
             ([150, 170, -170, -150], [150, 170, -170, -150]),  # equal steps: nothing happens
             ([150, 170, -175, -155], [150, -190, -175, -155]),  # the jump moves by one row
             ([150, 165, -175, -155], [150, 165, -175, -155]),
+            ([-170, -170, 170, -175], [-170, -170, -190, -175]),  # the last row but one is corrected, too
         ],
     )
     def test_c_rule_taken_literally(self, angles, expected):
