@@ -220,6 +220,19 @@ def views(page, panel):
     return page.locator(f"{panel} .widget-vbox:has(.noUi-handle):has(img.widget-image)")
 
 
+def test_a_lesson_that_is_not_trusted_shows_the_still_picture(page):
+    """Opened for the first time, before it is run: JupyterLab takes the scripts away, and the picture stands there."""
+    panel = page.evaluate(REOPEN, f"notebooks/{LIVE[0]}.ipynb")
+    picture = page.locator(f"#{panel} .mathpost-live img")
+    picture.scroll_into_view_if_needed()
+    assert page.locator(f"#{panel} .mathpost-live iframe[srcdoc]").count() == 0
+    box = picture.bounding_box()
+    assert box["width"] > 400 and box["height"] > 300
+    assert "tip 0.000 0.000 24.000, tool axis" in picture.get_attribute("alt")
+    page.screenshot(path=PICTURES / "not_trusted.png")
+    page.evaluate(CLOSE_ONLY, panel)
+
+
 def test_every_cell_runs_and_the_console_is_silent(lesson, page):
     path, panel, cells = lesson
     assert all(cell["execution_count"] for cell in cells)
