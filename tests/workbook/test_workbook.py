@@ -16,8 +16,8 @@ from mathpost.errors import InputError, OutputError
 from mathpost.workbook import folder as workbook
 from mathpost.workbook.file import read, recalculate
 from mathpost.workbook.layout import find
-from tests.workbook import planted
 from tests.conftest import DATA, ROOT
+from tests.workbook import planted
 
 ANGLES, POINT = (135, 54.7356, -90), (3, 4, 5)
 RIGHT = DATA / "workbooks/right.xlsx"
