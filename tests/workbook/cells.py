@@ -1,4 +1,4 @@
-"""A workbook as a dictionary of cells, its values, and the .xlsx file, made without the package and without openpyxl.
+"""A workbook as a dictionary of cells, its values, and the .xlsx file, made without the package.
 
 A cell is `(sheet, row, column)`; its content a number, a text, or a formula that begins with "=". The values are
 those of many samples of the inputs at once: sample 0 is what stands in the sheet, the others are random, so that
@@ -41,7 +41,7 @@ class Area(NamedTuple):
     def key(self, row=0, column=0):
         return (self.sheet, self.row + row, self.column + column)
 
-    def keys(self):
+    def each(self):
         return [self.key(r, c) for r in range(self.rows) for c in range(self.columns)]
 
     def part(self, row, column, rows=1, columns=1):
@@ -190,6 +190,8 @@ class Values:
                 result = eval(_compiled(formula), {"__builtins__": {}}, _Scope(self, key[0]))
             except (TypeError, ValueError, ZeroDivisionError, KeyError, NameError, np.linalg.LinAlgError):
                 return FAULT
+        if isinstance(result, _Grid):
+            result = result.plain()
         if isinstance(result, (int, float, np.bool_)):
             result = np.full(SAMPLES, float(result))
         return result.astype(float) if isinstance(result, np.ndarray) and result.dtype == bool else result
@@ -367,9 +369,11 @@ METADATA = (
     f'<metadata {MAIN} xmlns:xda="http://schemas.microsoft.com/office/spreadsheetml/2017/dynamicarray">'
     '<metadataTypes count="1"><metadataType name="XLDAPR" minSupportedVersion="120000" copy="1" pasteAll="1" '
     'pasteValues="1" merge="1" splitFirst="1" rowColShift="1" clearFormats="1" clearComments="1" assign="1" '
-    'coerce="1" cellMeta="1"/></metadataTypes><futureMetadata name="XLDAPR" count="1"><bk><extLst>'
+    'coerce="1" cellMeta="1"/></metadataTypes><futureMetadata name="XLDAPR" count="1">'
+    "<bk><extLst>"
     '<ext uri="{bdbb8cdc-fa1e-496e-a857-3c3f30c029c3}"><xda:dynamicArrayProperties fDynamic="1" fCollapsed="0"/>'
-    '</ext></extLst></bk></futureMetadata><cellMetadata count="1"><bk><rc t="1" v="0"/></bk></cellMetadata></metadata>'
+    "</ext></extLst></bk></futureMetadata>"
+    '<cellMetadata count="1"><bk><rc t="1" v="0"/></bk></cellMetadata></metadata>'
 )
 
 

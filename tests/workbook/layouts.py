@@ -1,8 +1,9 @@
 """Right sheets as strangers make them: every arrangement, language and way to calculate, drawn at random.
 
 `draw(rng)` returns a `Book`. Each author writes cells and registers what its results ought to be, from SciPy's
-rotations; `verify` compares the sheet with it at random inputs. Angles are in degrees, passive means the coordinates
-of a fixed point in the turned frame, and a sequence is written as SciPy does: "ZXZ" moving axes, "zxz" fixed ones.
+rotations; `verify` compares the sheet with it at random inputs. Angles are in degrees, passive means the
+coordinates of a fixed point in the turned frame, and a sequence is written as SciPy does: "ZXZ" moving axes, "zxz"
+fixed ones.
 """
 
 from dataclasses import dataclass
@@ -195,7 +196,7 @@ class Pen:
         return Area(self.sheet, top, left, rows, columns)
 
     def put(self, area, contents):
-        for key, content in zip(area.keys(), np.ravel(np.array(contents, dtype=object)), strict=True):
+        for key, content in zip(area.each(), np.ravel(np.array(contents, dtype=object)), strict=True):
             if content is not None:
                 self.book.cells[key] = content.item() if isinstance(content, np.generic) else content
         return area
@@ -269,7 +270,7 @@ class Pen:
         area = self.block(size, size, label)
         entries, other = (texts(embed(elementary_terms(axis, *pair, p), size)) for p in (passive, not passive))
         self.put(area, entries)
-        self.book.turned.append(dict(zip(area.keys(), np.ravel(other), strict=True)))
+        self.book.turned.append(dict(zip(area.each(), np.ravel(other), strict=True)))
         return area
 
     def product(self, left, right, label=None, *, upright=True):
@@ -323,7 +324,7 @@ class Pen:
         return self.put(result, contents)
 
     def sampled(self, area, sampler):
-        self.book.inputs.append((area.keys(), sampler))
+        self.book.inputs.append((area.each(), sampler))
         return area
 
     def angles(self, values, labels=None, upright=None):
@@ -350,7 +351,7 @@ class Pen:
         return self.sampled(area, lengths)
 
     def degrees_of(self, area, values):
-        found = np.array([values[key] for key in area.keys()])
+        found = np.array([values[key] for key in area.each()])
         return np.degrees(found) if self.style.unit in ("radians", "alpha") else found
 
 
@@ -538,12 +539,12 @@ def one_calculation(pen, sequence, passive, recipe, angles, point, origin=False)
                 result = pen.product(total, relative, labels[0] if labels else None)
 
     def truth(values):
-        p = np.array([values[key] for key in start.keys()])
+        p = np.array([values[key] for key in start.each()])
         if centre:
-            p = p - [values[key] for key in centre.keys()]
+            p = p - [values[key] for key in centre.each()]
         return np.einsum("sij,js->is", rotation(sequence, pen.degrees_of(given, values), passive), p)
 
-    book.truths.append((result.keys(), truth))
+    book.truths.append((result.each(), truth))
     if rng.integers(3) == 0:
         checks(pen, total, relative, result, truth)
 
@@ -554,12 +555,12 @@ def checks(pen, total, start, result, truth):
     before = set(book.cells)
     if total is not None:
         area = pen.labelled([f"=MDETERM({pen.ref(total)})"], label_list(pen.word("determinant")))
-        book.truths.append((area.keys(), lambda values: np.ones((1, SAMPLES))))
+        book.truths.append((area.each(), lambda values: np.ones((1, SAMPLES))))
     lengths_before = pen.labelled([f"=SQRT(SUMSQ({pen.ref(start)}))"], label_list(pen.word("norm")))
     lengths_after = pen.labelled([f"=SQRT(SUMSQ({pen.ref(result)}))"], label_list(pen.word("norm")))
     book.truths.append(
         (
-            lengths_before.keys() + lengths_after.keys(),
+            lengths_before.each() + lengths_after.each(),
             lambda v: np.linalg.norm(truth(v), axis=0)[None] * [[1], [1]],
         )
     )
@@ -610,7 +611,7 @@ def many_points(rng):
     form = str(rng.choice(["sums", "sums", "sumproduct", "row"]))
     for r in range(rows):
         p = points.part(r, 0, 1, 3)
-        book.inputs.append((p.keys(), lengths))
+        book.inputs.append((p.each(), lengths))
         cells = []
         for c in range(3):
             line = total.part(c, 0, 1, 3)
@@ -644,11 +645,11 @@ def many_points(rng):
     def truth(values):
         p = np.array([[values[points.key(r, c)] for c in range(3)] for r in range(rows)])
         if centre:
-            p = p - np.array([values[key] for key in centre.keys()])
+            p = p - np.array([values[key] for key in centre.each()])
         matrix = rotation(sequence, pen.degrees_of(given, values), passive)
         return np.einsum("sij,rjs->ris", matrix, p).reshape(3 * rows, -1)
 
-    book.truths.append((formulas.keys(), truth))
+    book.truths.append((formulas.each(), truth))
     for c in range(1 if form == "row" else 3):
         book.columns.append([formulas.key(r, c) for r in range(rows)])
     return book
@@ -687,12 +688,12 @@ def rotations_in_rows(rng):
         values = np.round(rng.uniform(-170, 170, 3), 2)
         if style.unit == "radians":
             pen.put(angles, np.round(np.radians(values), 6))
-            book.inputs.append((angles.keys(), lambda rng, n: rng.uniform(-3, 3, (3, n))))
+            book.inputs.append((angles.each(), lambda rng, n: rng.uniform(-3, 3, (3, n))))
         else:
             pen.put(angles, values)
-            book.inputs.append((angles.keys(), lambda rng, n: rng.uniform(-170, 170, (3, n))))
+            book.inputs.append((angles.each(), lambda rng, n: rng.uniform(-170, 170, (3, n))))
         pen.put(point, np.round(rng.uniform(-50, 50, 3), 2))
-        book.inputs.append((point.keys(), lengths))
+        book.inputs.append((point.each(), lengths))
         pairs = [[f"{f}({form.format(angles.part(0, n).text())})" for f in ("COS", "SIN")] for n in range(3)]
         if not style.inline:
             area = table.part(r, 6, 1, 6)
@@ -710,12 +711,12 @@ def rotations_in_rows(rng):
     def truth(values):
         found = []
         for r in range(1, rows + 1):
-            p = np.array([values[key] for key in table.part(r, 3, 1, 3).keys()])
+            p = np.array([values[key] for key in table.part(r, 3, 1, 3).each()])
             matrix = rotation(sequence, pen.degrees_of(table.part(r, 0, 1, 3), values), passive)
             found.append(np.einsum("sij,js->is", matrix, p))
         return np.concatenate(found)
 
-    book.truths.append(([key for r in range(1, rows + 1) for key in table.part(r, starts[4], 1, 3).keys()], truth))
+    book.truths.append(([key for r in range(1, rows + 1) for key in table.part(r, starts[4], 1, 3).each()], truth))
     for c in range(6, sum(widths)):
         if isinstance(book.cells.get(table.key(1, c)), str):
             book.columns.append([table.key(r, c) for r in range(1, rows + 1)])
@@ -726,7 +727,7 @@ def direct_elements(rng):
     """Nine elements written out, then the point, as a column or as a row from the left."""
     pen = Pen(rng, draw_style(rng, sheets=1))
     sequence, passive = draw_sequence(rng)
-    book, style = pen.book, pen.style
+    book = pen.book
     write_texts(pen, sequence, passive)
     angles, point = source_numbers(rng)
     given = pen.angles(angles)
@@ -748,10 +749,10 @@ def direct_elements(rng):
     )
 
     def truth(values):
-        p = np.array([values[key] for key in start.keys()])
+        p = np.array([values[key] for key in start.each()])
         return np.einsum("sij,js->is", rotation(sequence, pen.degrees_of(given, values), passive), p)
 
-    book.truths.append((result.keys(), truth))
+    book.truths.append((result.each(), truth))
     if rng.integers(3) == 0:
         checks(pen, total, start, result, truth)
     return book
@@ -767,7 +768,7 @@ def four_by_four(rng):
     angles, point = source_numbers(rng)
     given = pen.angles(angles)
     start = pen.labelled([*point, 1], [*pen.word("point"), ""] if pen.style.language else None)
-    book.inputs.append((start.keys()[:3], lengths))
+    book.inputs.append((start.each()[:3], lengths))
     centre = pen.vector(np.round(rng.uniform(-30, 30, 3), 2), "origin")
     pairs = pen.trigonometry(pen.radians(given))
     order, elements_passive, _, _ = chain(sequence, passive, "plain")
@@ -782,11 +783,11 @@ def four_by_four(rng):
     result = pen.product(total, start, (pen.word("result") or [None])[0])
 
     def truth(values):
-        p = np.array([values[a] - values[b] for a, b in zip(start.keys()[:3], centre.keys(), strict=True)])
+        p = np.array([values[a] - values[b] for a, b in zip(start.each()[:3], centre.each(), strict=True)])
         turned = np.einsum("sij,js->is", rotation(sequence, pen.degrees_of(given, values), passive), p)
         return np.vstack([turned, np.ones((1, turned.shape[1]))])
 
-    book.truths.append((result.keys(), truth))
+    book.truths.append((result.each(), truth))
     return book
 
 
@@ -825,10 +826,10 @@ def quaternions(rng):
     result = pen.product(matrix, start, (pen.word("result") or [None])[0])
 
     def truth(values):
-        p = np.array([values[key] for key in start.keys()])
+        p = np.array([values[key] for key in start.each()])
         return np.einsum("sij,js->is", rotation(sequence, pen.degrees_of(given, values), passive), p)
 
-    book.truths.append((result.keys(), truth))
+    book.truths.append((result.each(), truth))
     return book
 
 
@@ -868,7 +869,7 @@ def axis_angle(rng):
     angle = pen.labelled(
         [40], ["angle" if style.language == "en" else "Winkel" if style.language == "de" else "角度"]
     )
-    book.inputs.append((angle.keys(), lambda rng, n: rng.uniform(-170, 170, (1, n))))
+    book.inputs.append((angle.each(), lambda rng, n: rng.uniform(-170, 170, (1, n))))
     start = pen.vector((3, 4, 5), "point", upright=True)
     length = pen.labelled([f"=SQRT(SUMSQ({pen.ref(axis)}))"], label_list(pen.word("norm")))
     unit = pen.fill(
@@ -888,12 +889,12 @@ def axis_angle(rng):
     result = pen.product(matrix, start, (pen.word("result") or [None])[0])
 
     def truth(values):
-        vector = np.array([values[key] for key in axis.keys()])
+        vector = np.array([values[key] for key in axis.each()])
         vector = vector / np.linalg.norm(vector, axis=0) * np.radians(values[angle.key()])
-        p = np.array([values[key] for key in start.keys()])
+        p = np.array([values[key] for key in start.each()])
         return Rotation.from_rotvec(vector.T).apply(p.T).T
 
-    book.truths.append((result.keys(), truth))
+    book.truths.append((result.each(), truth))
     return book
 
 

@@ -1,0 +1,340 @@
+"""Every slip at every place where it can be made, and the truth about it.
+
+A slip is a cause and the cells that it changes. Whether it is an error is decided by evaluating the sheet at random
+inputs: a reference moved to a cell that is always equal is none.
+"""
+
+import re
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from tests.workbook.cells import REFERENCE, Area, Array, CircularError, Values, formula_of, number
+
+NEIGHBOURS = [(r, c) for r in (-1, 0, 1) for c in (-1, 0, 1) if r or c]
+REFERENCES = {"wrong reference", "wrong angle", "wrong point"}
+# What a colleague may equally say of the same cell.
+ALIKE = {
+    "wrong reference": REFERENCES | {"missing $"},
+    "wrong angle": REFERENCES,
+    "wrong point": REFERENCES,
+    "missing $": {"missing $"},
+    "transposed": {"transposed", "other convention", "sign"},
+    "other convention": {"other convention", "transposed", "sign", "wrong angle"},
+    "typed over formula": {"typed over formula"},
+    "missing term": {"missing term"},
+}
+
+
+@dataclass
+class Slip:
+    """What is planted: the cause, the new contents, and where the first wrong cell may be."""
+
+    cause: str
+    changes: dict
+    causes: set = field(default_factory=set)
+    first: set = field(default_factory=set)
+    verdict: str = ""  # right, wrong, or "not right": wrong or unclear
+
+    def applied(self, book):
+        cells = {**book.cells, **self.changes}
+        return replace(book, cells={key: content for key, content in cells.items() if content is not None})
+
+
+def slips(book, key, values):
+    """All slips of one formula: (cause, new content) of the cell `key`."""
+    content = book.cells[key]
+    formula = formula_of(content)
+    for cause, text in formula_slips(book, key, formula):
+        if text != formula:
+            yield cause, replace(content, formula=text) if isinstance(content, Array) else text
+    value = values[key]
+    if not isinstance(value, str) and np.isfinite(value[0]) and not isinstance(content, Array):
+        yield "typed over formula", float(value[0])
+        yield "typed over formula", float(f"{value[0]:.4f}")
+
+
+def formula_slips(book, key, formula):
+    yield from moved_references(book, key, formula)
+    yield from other_inputs(book, key, formula)
+    yield from angle_units(book, key, formula)
+    yield from signs(formula)
+    yield from functions(formula)
+    yield from missing_terms(formula)
+    if "IF(" not in formula and "MAX(" not in formula:
+        yield from (("rounded early", f"=ROUND({formula[1:]},{digits})") for digits in (1, 2, 3, 4))
+
+
+def reference_area(match, sheet):
+    prefix, _, column, _, row, _, last_column, _, last_row = match.groups()
+    row, column = int(row), number(column)
+    rows, columns = (int(last_row) - row + 1, number(last_column) - column + 1) if last_row else (1, 1)
+    return Area(prefix[:-1].strip("'") if prefix else sheet, row, column, rows, columns)
+
+
+def rewritten(formula, match, area, sheet):
+    """The formula with the reference `match` to `area` instead, its $ as before."""
+    fixed = "$" in match.group()
+    return formula[: match.start()] + area.text(sheet, row_fixed=fixed, column_fixed=fixed) + formula[match.end() :]
+
+
+def moved_references(book, key, formula):
+    for match in REFERENCE.finditer(formula):
+        area = reference_area(match, key[0])
+        for r, c in NEIGHBOURS:
+            if area.row + r > 0 and area.column + c > 0:
+                moved = area._replace(row=area.row + r, column=area.column + c)
+                yield "wrong reference", rewritten(formula, match, moved, key[0])
+
+
+def other_inputs(book, key, formula):
+    """The other angles, or the other coordinates and rows of points, for a single input."""
+    groups = [keys for keys, _ in book.inputs]
+    for match in REFERENCE.finditer(formula):
+        area = reference_area(match, key[0])
+        own = next((keys for keys in groups if area.key() in keys), None)
+        if own is None or area.rows * area.columns > 1:
+            continue
+        # An input with no neighbours is of a group of its own.
+        cause = "wrong angle" if re.search(r"RADIANS|PI\(|SIN|COS|57\.29", formula) else "wrong point"
+        for other in own:
+            if other != area.key():
+                yield cause, rewritten(formula, match, Area(*other), key[0])
+    for name in book.names:
+        for other in book.names:
+            yield "wrong angle", re.sub(rf"\b{name}\b", other, formula)
+
+
+def angle_units(book, key, formula):
+    yield "degrees for radians", re.sub(r"RADIANS\(([^()]*)\)", r"\1", formula)
+    yield "degrees for radians", formula.replace("*PI()/180", "").replace("/57.29577951308232", "")
+    if not re.search(r"RADIANS|PI\(|57\.29", formula):
+        yield "radians for degrees", re.sub(r"\b(SIN|COS)\(([^()]*)\)", r"\1(RADIANS(\2))", formula)
+        for match in re.finditer(r"\b(SIN|COS)\(([^()]*)\)", formula):
+            text = f"{match[1]}(RADIANS({match[2]}))"
+            yield "radians for degrees", formula[: match.start()] + text + formula[match.end() :]
+    for match in re.finditer(r"RADIANS\(([^()]*)\)", formula):
+        yield "degrees for radians", formula[: match.start()] + match[1] + formula[match.end() :]
+    yield "radians for degrees", unwrapped(formula, "DEGREES(")
+    yield "radians for degrees", formula.replace("*180/PI()", "")
+    # The angle in degrees where a cell beside it has it in radians.
+    for match in REFERENCE.finditer(formula):
+        content = book.cells.get(reference_area(match, key[0]).key())
+        if isinstance(content, str) and (inner := re.fullmatch(r"=RADIANS\((.*)\)", content)):
+            if reference_area(match, key[0]).key() not in book.input_cells():
+                yield "degrees for radians", formula[: match.start()] + inner[1] + formula[match.end() :]
+
+
+def unwrapped(formula, start):
+    """The formula without the first call of a function: its argument in parentheses."""
+    return formula.replace(start, "(", 1)
+
+
+def signs(formula):
+    if re.fullmatch(r"=-[^-+]*", formula):
+        yield "sign", "=" + formula[2:]
+    elif re.fullmatch(r"=[^-+]*", formula) and not re.match(r"=(MMULT|TRANSPOSE|IF|MAX|MDETERM|SQRT)\(", formula):
+        yield "sign", "=-" + formula[1:]
+    for n, character in enumerate(formula):
+        if character == "-" and n > 1:
+            yield "sign", formula[:n] + ("" if formula[n - 1] in "(,*/" else "+") + formula[n + 1 :]
+        elif character == "-":
+            yield "sign", formula[:n] + formula[n + 1 :]
+        elif character == "+":
+            yield "sign", formula[:n] + "-" + formula[n + 1 :]
+
+
+def functions(formula):
+    exchange = {"SIN": "COS", "COS": "SIN"}
+    for match in re.finditer(r"\b(SIN|COS)\(", formula):
+        text = exchange[match[1]] + "("
+        yield "sin and cos exchanged", formula[: match.start()] + text + formula[match.end() :]
+    for match in re.finditer(r"TRANSPOSE\(([^()]*)\)", formula):
+        yield "transposed", formula[: match.start()] + match[1] + formula[match.end() :]
+    if match := re.fullmatch(r"=MMULT\(([^,()]*|TRANSPOSE\([^()]*\)),(.*)\)", formula):
+        yield "order of product", f"=MMULT({match[2]},{match[1]})"
+        for k in (1, 2):
+            if ":" in match[k] and "TRANSPOSE" not in match[k]:
+                yield "transposed", formula[: match.start(k)] + f"TRANSPOSE({match[k]})" + formula[match.end(k) :]
+    for start, arguments, end in calls(formula, "ATAN2"):
+        a, b = arguments
+        yield "atan2 order", formula[:start] + f"ATAN2({b},{a})" + formula[end:]
+        yield "atan for atan2", formula[:start] + f"ATAN(({b})/({a}))" + formula[end:]
+
+
+def calls(formula, name):
+    """(start, arguments, end) of each call of a function."""
+    for match in re.finditer(rf"\b{name}\(", formula):
+        depth, arguments, last = 1, [], match.end()
+        for n in range(match.end(), len(formula)):
+            depth += {"(": 1, ")": -1}.get(formula[n], 0)
+            if (depth == 1 and formula[n] == ",") or depth == 0:
+                arguments.append(formula[last:n])
+                last = n + 1
+            if depth == 0:
+                yield match.start(), arguments, last
+                break
+
+
+def missing_terms(formula):
+    """One term of a sum left out."""
+    depth, cuts = 0, [1]
+    for n, character in enumerate(formula):
+        depth += {"(": 1, ")": -1}.get(character, 0)
+        if character in "+-" and depth == 0 and n > 1 and formula[n - 1] not in "*/(,^":
+            cuts.append(n)
+    if len(cuts) > 1:
+        for first, last in zip(cuts, [*cuts[1:], len(formula)], strict=True):
+            yield "missing term", "=" + (formula[1:first] + formula[last:]).removeprefix("+")
+
+
+# Slips of several cells.
+
+
+def wide_slips(book):
+    """Slips that change many cells: a formula copied down without its $, a product the other way round, a convention."""
+    for column in book.columns:
+        yield from copied_down(book, column)
+    for area, wrong in book.products:
+        for cause, contents in wrong.items():
+            changes = {
+                key: content for key, content in zip(area.each(), contents, strict=True) if content is not None
+            }
+            if len(changes) > 1:
+                yield cause.rstrip(" 01"), changes
+    for matrix in book.turned:
+        changes = {key: content for key, content in matrix.items() if content != book.cells.get(key)}
+        yield "other convention", changes
+    if len(book.turned) == 3:
+        together = {}
+        for matrix in book.turned:
+            together.update({key: content for key, content in matrix.items() if content != book.cells.get(key)})
+        yield "other convention", together
+    yield from nc_slips(book)
+
+
+def copied_down(book, column):
+    content = book.cells[column[0]]
+    formula = formula_of(content)
+    spans = [match.span() for match in REFERENCE.finditer(formula) if "$" in match.group()]
+    for spoiled in [*({span} for span in spans), set(spans)]:
+        if not spoiled:
+            continue
+        for first in sorted({1, len(column) // 2, len(column) - 1} - {0}):
+            changes = {}
+            for n in range(first, len(column)):
+                above = formula_of(book.cells[column[n]])
+                text = shifted(above, spoiled, n - first + 1, formula, column[0][0])
+                own = book.cells[column[n]]
+                changes[column[n]] = replace(own, formula=text) if isinstance(own, Array) else text
+            yield "missing $", changes
+
+
+def shifted(formula, spoiled, by, model, sheet):
+    """The formula with the references at the places `spoiled` of the model moved down, without their $."""
+    places = [match.span() in spoiled for match in REFERENCE.finditer(model)]
+    parts, last = [], 0
+    for match, wrong in zip(REFERENCE.finditer(formula), places, strict=True):
+        if wrong:
+            area = reference_area(match, sheet)
+            parts += [formula[last : match.start()], area._replace(row=area.row + by).text(sheet)]
+            last = match.end()
+    return "".join(parts) + formula[last:]
+
+
+def nc_slips(book):
+    """An offset of a whole column, a branch that flips in one row, an angle beyond travel."""
+    if not book.rows:
+        return
+    for name, first in book.rows[0].items():
+        keys = [row[name] for row in book.rows]
+        if name in "XYZ":
+            yield "offset", {key: book.cells[key] + "+12.5" for key in keys}
+        yield "wrong value", {keys[len(keys) // 2]: book.cells[keys[len(keys) // 2]] + "+0.75"}
+    first, second = [name for name in book.rows[0] if name not in "XYZ"]
+    linear = [name for name in book.rows[0] if name in "XYZ"]
+    tilting, turning = (first, second) if first != "C" else (second, first)
+    if book.note == "branches":
+        for n in (1, len(book.rows) - 2):
+            row = book.rows[n]
+            changes = {
+                row[tilting]: "=-(" + book.cells[row[tilting]][1:] + ")",
+                row[turning]: book.cells[row[turning]] + "+180",
+            }
+            assert all(isinstance(book.cells[row[name]], str) for name in linear)
+            yield "branch", changes
+    row = book.rows[len(book.rows) // 2]
+    yield "travel", {row[tilting]: book.cells[row[tilting]] + "+360"}
+
+
+# The truth.
+
+
+def same(a, b):
+    if a is None or b is None or isinstance(a, str) or isinstance(b, str):
+        return str(a) == str(b)
+    return bool(np.allclose(a, b, rtol=1e-9, atol=1e-9, equal_nan=True))
+
+
+def judge(book, values, cause, changes):
+    """The slip with its truth, or None if it says nothing (a number typed over a constant)."""
+    slip = Slip(cause, changes)
+    wrong = slip.applied(book)
+    try:
+        spoiled = Values(wrong, given=values.given)
+        after = spoiled.all()
+    except CircularError:
+        slip.verdict, slip.causes = "not right", {cause}
+        return slip
+    before = {key: values[key] for key in after}
+    different = {key for key in after if not same(before[key], after[key])}
+    if not different:
+        slip.verdict = "right"
+        return None if cause == "typed over formula" else slip
+    reached = {cell for key in changes for cell in spilled(book, key)}
+    # First are the changed cells that are wrong even where all that they use is right.
+    lone = {}
+    for key, content in changes.items():
+        alone = Values(Slip(cause, {key: content}).applied(book), given=values.given)
+        lone |= {cell: alone[cell] for cell in spilled(book, key)}
+    slip.first = {cell for cell in reached if not same(lone.get(cell), values[cell])} or different
+    slip.first |= {key for key in changes if slip.first.intersection(spilled(book, key))}
+    slip.verdict = "not right" if different <= book.extras else "wrong"
+    slip.causes = {cause} | ALIKE.get(cause, set())
+    if len(changes) == 1:
+        (key,) = changes
+        for other, content in slips(book, key, values):
+            if other not in slip.causes and equal_function(book, values, key, content, after):
+                slip.causes |= {other} | ALIKE.get(other, set())
+    return slip
+
+
+def equal_function(book, values, key, content, after):
+    try:
+        alone = Values(Slip("", {key: content}).applied(book), given=values.given)
+        return all(same(alone[cell], after[cell]) for cell in spilled(book, key))
+    except CircularError:
+        return False
+
+
+def spilled(book, key):
+    content = book.cells.get(key)
+    if isinstance(content, Array):
+        return Area(*key, content.rows, content.columns).each()
+    return [key]
+
+
+def candidates(book, values):
+    """All slips that can be made in the sheet, as (cause, changes)."""
+    used = {
+        cell
+        for key in book.formulas()
+        for match in REFERENCE.finditer(formula_of(book.cells[key]))
+        for cell in reference_area(match, key[0]).each()
+    }
+    for key in book.formulas():
+        for cause, content in slips(book, key, values):
+            if cause == "rounded early" and not used.intersection(spilled(book, key)):
+                continue  # rounding what is shown is no slip
+            yield cause, {key: content}
+    yield from wide_slips(book)
