@@ -270,7 +270,7 @@ class Pen:
         area = self.block(size, size, label)
         entries, other = (texts(embed(elementary_terms(axis, *pair, p), size)) for p in (passive, not passive))
         self.put(area, entries)
-        self.book.turned.append(dict(zip(area.each(), np.ravel(other), strict=True)))
+        self.book.turned.append(dict(zip(area.each(), [entry for row in other for entry in row], strict=True)))
         return area
 
     def product(self, left, right, label=None, *, upright=True):
@@ -896,18 +896,6 @@ def axis_angle(rng):
 
     book.truths.append((result.each(), truth))
     return book
-
-
-RIGHT_AUTHORS = {
-    matrix_sheet: 6,
-    many_points: 4,
-    rotations_in_rows: 3,
-    direct_elements: 3,
-    two_tables: 2,
-    four_by_four: 2,
-    quaternions: 1,
-    axis_angle: 1,
-}
 
 
 def verify(book, values=None):

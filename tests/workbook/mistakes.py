@@ -18,11 +18,11 @@ ALIKE = {
     "wrong reference": REFERENCES | {"missing $"},
     "wrong angle": REFERENCES,
     "wrong point": REFERENCES,
-    "missing $": {"missing $"},
     "transposed": {"transposed", "other convention", "sign"},
     "other convention": {"other convention", "transposed", "sign", "wrong angle"},
-    "typed over formula": {"typed over formula"},
-    "missing term": {"missing term"},
+    "wrong value": {"wrong value", "typed over formula", "sign", "offset"},
+    "branch": {"branch", "travel"},
+    "travel": {"branch", "travel", "offset", "wrong value"},
 }
 
 
@@ -34,7 +34,7 @@ class Slip:
     changes: dict
     causes: set = field(default_factory=set)
     first: set = field(default_factory=set)
-    verdict: str = ""  # right, wrong, or "not right": wrong or unclear
+    verdict: str = ""  # right, wrong, "not right" (wrong or unclear), "not silent" (or right with a warning)
 
     def applied(self, book):
         cells = {**book.cells, **self.changes}
@@ -120,9 +120,10 @@ def angle_units(book, key, formula):
     # The angle in degrees where a cell beside it has it in radians.
     for match in REFERENCE.finditer(formula):
         content = book.cells.get(reference_area(match, key[0]).key())
-        if isinstance(content, str) and (inner := re.fullmatch(r"=RADIANS\((.*)\)", content)):
-            if reference_area(match, key[0]).key() not in book.input_cells():
-                yield "degrees for radians", formula[: match.start()] + inner[1] + formula[match.end() :]
+        if reference_area(match, key[0]).key() in book.input_cells() or not isinstance(content, str):
+            continue
+        if inner := re.fullmatch(r"=RADIANS\((.*)\)", content):
+            yield "degrees for radians", formula[: match.start()] + inner[1] + formula[match.end() :]
 
 
 def unwrapped(formula, start):
@@ -192,7 +193,7 @@ def missing_terms(formula):
 
 
 def wide_slips(book):
-    """Slips that change many cells: a formula copied down without its $, a product the other way round, a convention."""
+    """Slips that change many cells: a formula copied down without its $, a product, a convention."""
     for column in book.columns:
         yield from copied_down(book, column)
     for area, wrong in book.products:
@@ -205,6 +206,9 @@ def wide_slips(book):
     for matrix in book.turned:
         changes = {key: content for key, content in matrix.items() if content != book.cells.get(key)}
         yield "other convention", changes
+        for key in matrix:
+            if book.cells.get(key) in (0, 1):
+                yield "wrong value", {key: 1 - book.cells[key]}
     if len(book.turned) == 3:
         together = {}
         for matrix in book.turned:
@@ -243,28 +247,21 @@ def shifted(formula, spoiled, by, model, sheet):
 
 
 def nc_slips(book):
-    """An offset of a whole column, a branch that flips in one row, an angle beyond travel."""
+    """An offset of a whole column, a branch that flips in one row, an angle beyond travel, a wrong value."""
     if not book.rows:
         return
-    for name, first in book.rows[0].items():
-        keys = [row[name] for row in book.rows]
+    middle = book.rows[len(book.rows) // 2]
+    for name, key in middle.items():
         if name in "XYZ":
-            yield "offset", {key: book.cells[key] + "+12.5" for key in keys}
-        yield "wrong value", {keys[len(keys) // 2]: book.cells[keys[len(keys) // 2]] + "+0.75"}
-    first, second = [name for name in book.rows[0] if name not in "XYZ"]
-    linear = [name for name in book.rows[0] if name in "XYZ"]
-    tilting, turning = (first, second) if first != "C" else (second, first)
-    if book.note == "branches":
-        for n in (1, len(book.rows) - 2):
-            row = book.rows[n]
-            changes = {
-                row[tilting]: "=-(" + book.cells[row[tilting]][1:] + ")",
-                row[turning]: book.cells[row[turning]] + "+180",
-            }
-            assert all(isinstance(book.cells[row[name]], str) for name in linear)
-            yield "branch", changes
-    row = book.rows[len(book.rows) // 2]
-    yield "travel", {row[tilting]: book.cells[row[tilting]] + "+360"}
+            yield "offset", {row[name]: book.cells[row[name]] + "+12.5" for row in book.rows}
+        yield "wrong value", {key: book.cells[key] + "+0.75"}
+    tilting = next(name for name in middle if name in "AB")
+    for row in (book.rows[1], middle):
+        flipped = {row[tilting]: "=-(" + book.cells[row[tilting]][1:] + ")"}
+        if "SQRT(2)" not in book.cells[row["C"]]:  # else C is calculated from B
+            flipped[row["C"]] = book.cells[row["C"]] + "+180"
+        yield "branch", flipped
+    yield "travel", {middle[tilting]: book.cells[middle[tilting]] + "+360"}
 
 
 # The truth.
@@ -300,6 +297,8 @@ def judge(book, values, cause, changes):
     slip.first = {cell for cell in reached if not same(lone.get(cell), values[cell])} or different
     slip.first |= {key for key in changes if slip.first.intersection(spilled(book, key))}
     slip.verdict = "not right" if different <= book.extras else "wrong"
+    if cause in ("branch", "travel"):
+        slip.verdict = "not silent"
     slip.causes = {cause} | ALIKE.get(cause, set())
     if len(changes) == 1:
         (key,) = changes
