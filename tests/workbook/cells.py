@@ -325,9 +325,8 @@ FUNCTIONS = {
     "MIN": lambda *arguments: _numbers(arguments).min(axis=0),
     "SUMPRODUCT": _sumproduct,
     "MMULT": _mmult,
-    "TRANSPOSE": lambda value: np.swapaxes(
-        value.plain() if isinstance(value, _Grid) else np.asarray(value).reshape(1, 1, -1), 0, 1
-    ),
+    # A spreadsheet is asked about numbers only: an empty cell in a matrix is an error here, as in LibreOffice.
+    "TRANSPOSE": lambda value: np.swapaxes(_strict(value), 0, 1),
     "MDETERM": lambda value: _square(value, np.linalg.det),
     "MINVERSE": lambda value: _square(value, np.linalg.inv),
 }
@@ -377,10 +376,10 @@ METADATA = (
 )
 
 
-def save(path, book, values=None, *, extra=()):
+def save(path, book, values=None, *, cached=True, extra=()):
     """Write `book` as a spreadsheet program does: formulas with the values they had when it was saved.
 
-    `extra` are further parts, as (name, content).
+    `extra` are further parts, as (name, content); without `cached`, whoever opens it must calculate.
     """
     if values is None:
         values = Values(book).all()
@@ -410,7 +409,7 @@ def save(path, book, values=None, *, extra=()):
         "xl/metadata.xml": METADATA,
     }
     for n, sheet in enumerate(sheets):
-        parts[f"xl/worksheets/sheet{n + 1}.xml"] = _sheet(book, sheet, values)
+        parts[f"xl/worksheets/sheet{n + 1}.xml"] = _sheet(book, sheet, values, cached)
     head = '<?xml version="1.0" encoding="UTF-8" standalone="yes"?>\n'
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in parts.items():
@@ -449,19 +448,19 @@ def _names(book):
     )
 
 
-def _sheet(book, sheet, values):
+def _sheet(book, sheet, values, cached):
     rows = {}
     for key in {**book.cells, **values}:
         if key[0] == sheet and values.get(key) is not None:
             rows.setdefault(key[1], []).append(key)
     lines = []
     for row in sorted(rows):
-        cells = "".join(_cell(book, key, values[key]) for key in sorted(rows[row], key=lambda key: key[2]))
+        cells = "".join(_cell(book, key, values[key], cached) for key in sorted(rows[row], key=lambda key: key[2]))
         lines.append(f'<row r="{row}">{cells}</row>')
     return f"<worksheet {MAIN}><sheetData>{''.join(lines)}</sheetData></worksheet>"
 
 
-def _cell(book, key, value):
+def _cell(book, key, value, cached):
     content, place = book.cells.get(key), f'r="{letters(key[2])}{key[1]}"'
     formula = formula_of(content)
     if isinstance(value, str):
@@ -469,11 +468,15 @@ def _cell(book, key, value):
             return f'<c {place} t="inlineStr"><is><t xml:space="preserve">{escape(value)}</t></is></c>'
         return f'<c {place} t="str"><f>{escape(formula[1:])}</f><v>{escape(value)}</v></c>'
     inner = "" if formula is None else f"<f>{escape(formula[1:])}</f>"
+    if not cached and formula is None and key not in book.cells:
+        return ""  # the rest of an array
     if isinstance(content, Array):
         last = f"{letters(key[2] + content.columns - 1)}{key[1] + content.rows - 1}"
         span = f"{letters(key[2])}{key[1]}" + (f":{last}" if content.rows * content.columns > 1 else "")
         inner = f'<f t="array" ref="{span}">{escape(formula[1:])}</f>'
         place += ' cm="1"' * content.dynamic
+    if not cached and formula is not None:
+        return f"<c {place}>{inner}</c>"
     if np.isfinite(value[0]):
         return f"<c {place}>{inner}<v>{float(value[0])!r}</v></c>"
     return f'<c {place} t="e">{inner}<v>#VALUE!</v></c>'

@@ -300,7 +300,7 @@ def judge(book, values, cause, changes):
     if cause in ("branch", "travel"):
         slip.verdict = "not silent"
     slip.causes = {cause} | ALIKE.get(cause, set())
-    if len(changes) == 1:
+    if len(changes) == 1 and changes.keys() <= set(book.formulas()):
         (key,) = changes
         for other, content in slips(book, key, values):
             if other not in slip.causes and equal_function(book, values, key, content, after):
