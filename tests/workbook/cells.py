@@ -89,6 +89,7 @@ class Book:
     task: dict = field(default_factory=dict)
     family: str = ""
     note: str = ""
+    shared: bool = False  # formulas copied down are stored once, as Excel does
 
     def input_cells(self):
         return {key for keys, _ in self.inputs for key in keys}
@@ -448,26 +449,60 @@ def _names(book):
     )
 
 
+def translated(formula, rows):
+    """The formula copied so many rows down."""
+
+    def moved(match):
+        sheet, *parts = match.groups()
+        text = sheet or ""
+        for n, (column_fixed, column, row_fixed, row) in enumerate((parts[:4], parts[4:])):
+            if row:
+                text += ":" * n + column_fixed + column + row_fixed + (row if row_fixed else str(int(row) + rows))
+        return text
+
+    return REFERENCE.sub(moved, formula)
+
+
+def _shared(book, sheet):
+    """The formulas that are stored once for a column: {cell: its <f> element}."""
+    elements = {}
+    for number, column in enumerate(book.columns if book.shared else ()):
+        first, content = column[0], book.cells.get(column[0])
+        if first[0] != sheet or not isinstance(content, str):
+            continue
+        last = f"{letters(column[-1][2])}{column[-1][1]}"
+        elements[first] = (
+            f'<f t="shared" ref="{letters(first[2])}{first[1]}:{last}" si="{number}">{escape(content[1:])}</f>'
+        )
+        for key in column[1:]:
+            if book.cells.get(key) == translated(content, key[1] - first[1]):
+                elements[key] = f'<f t="shared" si="{number}"/>'
+    return elements
+
+
 def _sheet(book, sheet, values, cached):
-    rows = {}
+    rows, shared = {}, _shared(book, sheet)
     for key in {**book.cells, **values}:
         if key[0] == sheet and values.get(key) is not None:
             rows.setdefault(key[1], []).append(key)
     lines = []
     for row in sorted(rows):
-        cells = "".join(_cell(book, key, values[key], cached) for key in sorted(rows[row], key=lambda key: key[2]))
+        cells = "".join(
+            _cell(book, key, values[key], cached, shared.get(key))
+            for key in sorted(rows[row], key=lambda key: key[2])
+        )
         lines.append(f'<row r="{row}">{cells}</row>')
     return f"<worksheet {MAIN}><sheetData>{''.join(lines)}</sheetData></worksheet>"
 
 
-def _cell(book, key, value, cached):
+def _cell(book, key, value, cached, shared):
     content, place = book.cells.get(key), f'r="{letters(key[2])}{key[1]}"'
     formula = formula_of(content)
     if isinstance(value, str):
         if formula is None:
             return f'<c {place} t="inlineStr"><is><t xml:space="preserve">{escape(value)}</t></is></c>'
         return f'<c {place} t="str"><f>{escape(formula[1:])}</f><v>{escape(value)}</v></c>'
-    inner = "" if formula is None else f"<f>{escape(formula[1:])}</f>"
+    inner = shared or ("" if formula is None else f"<f>{escape(formula[1:])}</f>")
     if not cached and formula is None and key not in book.cells:
         return ""  # the rest of an array
     if isinstance(content, Array):

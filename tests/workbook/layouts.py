@@ -145,7 +145,7 @@ class Pen:
     """Writes blocks of cells one after the other."""
 
     def __init__(self, rng, style, book=None):
-        self.rng, self.style, self.book = rng, style, book or Book()
+        self.rng, self.style, self.book = rng, style, book or Book(shared=bool(rng.integers(2)))
         self.sheets = [str(name) for name in SHEET_NAMES[style.language]]
         self.sheet, self.used = self.sheets[0], []
         self.start()
@@ -487,7 +487,7 @@ def two_tables(rng):
     return pen.book
 
 
-def one_calculation(pen, sequence, passive, recipe, angles, point, origin=False):
+def one_calculation(pen, sequence, passive, recipe, angles, point, origin=False, steps=None):
     rng, style, book = pen.rng, pen.style, pen.book
     order, elements_passive, negate, transposed = chain(sequence, passive, recipe)
     given = pen.angles(angles)
@@ -506,7 +506,8 @@ def one_calculation(pen, sequence, passive, recipe, angles, point, origin=False)
         pen.put(relative, [f"={pen.entry(start, n)}-{pen.entry(centre, n)}" for n in range(3)])
     else:
         relative = start
-    if not transposed and rng.integers(4) == 0:
+    steps = rng.integers(4) == 0 if steps is None else steps
+    if steps and not transposed:
         for k, n in enumerate(reversed(order)):
             label = (pen.word("result") or [None])[0] if k == 2 else pen.word("step", n=k + 1)
             relative = pen.product(matrices[n], relative, label)
@@ -903,3 +904,13 @@ def verify(book, values=None):
     found = (values or Values(book)).all()
     for keys, truth in book.truths:
         np.testing.assert_allclose([found[key] for key in keys], truth(found), atol=1e-8, err_msg=book.family)
+
+
+def source_sheet(recipe=1):
+    """The sheet of source 000 at its own angles: cosines and sines, elements that refer to them, sums."""
+    rng = np.random.default_rng(0)
+    style = Style("zh", False, True, "sums", "RADIANS", False, False, False, 1, True)
+    pen = Pen(rng, style)
+    pen.book.family = "source 000"
+    one_calculation(pen, "ZXZ", True, {1: "plain", 2: "negated"}[recipe], SOURCE_ANGLES, SOURCE_POINT, steps=False)
+    return pen.book
