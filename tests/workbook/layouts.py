@@ -166,7 +166,7 @@ class Pen:
             return None
         options = LABELS[kind][self.style.language]
         text = options[self.rng.integers(len(options))]
-        return text.format(**values) if isinstance(text, str) else text
+        return text.format(**values).strip() if isinstance(text, str) else text
 
     def line(self, text):
         """A text in a row of its own."""
@@ -337,7 +337,7 @@ class Pen:
         else:
             contents = list(values)
         if labels and self.style.unit == "radians":
-            labels = [f"{label} [rad]" for label in labels]
+            labels = [f"{label.removesuffix(' [°]')} [rad]" for label in labels]
         area = self.labelled(contents, labels, upright=self.style.upright if upright is None else upright)
         in_radians = self.style.unit in ("radians", "alpha")
         return self.sampled(
@@ -768,7 +768,7 @@ def four_by_four(rng):
     write_texts(pen, sequence, passive)
     angles, point = source_numbers(rng)
     given = pen.angles(angles)
-    start = pen.labelled([*point, 1], [*pen.word("point"), ""] if pen.style.language else None)
+    start = pen.labelled([*point, 1], [*pen.word("point"), None] if pen.style.language else None)
     book.inputs.append((start.each()[:3], lengths))
     centre = pen.vector(np.round(rng.uniform(-30, 30, 3), 2), "origin")
     pairs = pen.trigonometry(pen.radians(given))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tests.workbook.cells import REFERENCE, Area, Array, CircularError, Values, formula_of, number
+from tests.workbook.cells import FAULT, REFERENCE, SAMPLES, Area, Array, CircularError, Values, formula_of, number
 
 NEIGHBOURS = [(r, c) for r in (-1, 0, 1) for c in (-1, 0, 1) if r or c]
 REFERENCES = {"wrong reference", "wrong angle", "wrong point"}
@@ -292,8 +292,7 @@ def judge(book, values, cause, changes):
     # First are the changed cells that are wrong even where all that they use is right.
     lone = {}
     for key, content in changes.items():
-        alone = Values(Slip(cause, {key: content}).applied(book), given=values.given)
-        lone |= {cell: alone[cell] for cell in spilled(book, key)}
+        lone |= dict(zip(spilled(book, key), at_place(values, key, content), strict=True))
     slip.first = {cell for cell in reached if not same(lone.get(cell), values[cell])} or different
     slip.first |= {key for key in changes if slip.first.intersection(spilled(book, key))}
     slip.verdict = "not right" if different <= book.extras else "wrong"
@@ -303,17 +302,22 @@ def judge(book, values, cause, changes):
     if len(changes) == 1 and changes.keys() <= set(book.formulas()):
         (key,) = changes
         for other, content in slips(book, key, values):
-            if other not in slip.causes and equal_function(book, values, key, content, after):
+            if other in slip.causes:
+                continue
+            pairs = zip(at_place(values, key, content), spilled(book, key), strict=True)
+            if all(same(value, after[cell]) for value, cell in pairs):
                 slip.causes |= {other} | ALIKE.get(other, set())
     return slip
 
 
-def equal_function(book, values, key, content, after):
-    try:
-        alone = Values(Slip("", {key: content}).applied(book), given=values.given)
-        return all(same(alone[cell], after[cell]) for cell in spilled(book, key))
-    except CircularError:
-        return False
+def at_place(values, key, content):
+    """What `content` gives in the cell `key` and where it spills, all other cells being right."""
+    if not isinstance(content, Array):
+        return [values.formula(key, content)]
+    result = values.run(key, content.formula)
+    if getattr(result, "ndim", 0) != 3 or result.shape[:2] != (content.rows, content.columns):
+        return [FAULT] * (content.rows * content.columns)
+    return list(result.reshape(-1, SAMPLES))
 
 
 def spilled(book, key):
