@@ -138,7 +138,7 @@ def nc_table(rng):
         points, axes = table.part(r, 0, 1, 3), table.part(r, 3, 1, 3)
         pen.put(points, np.round(cl[:3, n], 3))
         pen.put(axes, np.round(cl[3:, n] / np.linalg.norm(cl[3:, n]), 12))
-        book.inputs += [(points.each(), lengths), (axes.each(), upper_vectors)]
+        book.inputs += [(points.each(), lengths), (axes.each(), reachable(name))]
         row = {letter: table.part(r, k).text() for k, letter in enumerate("xyzijk")}
         for k, (word, formula) in enumerate((*angles.items(), *helpers.items(), *words.items())):
             cell = table.part(r, 6 + k)
@@ -168,11 +168,15 @@ def order_of(name, angles, tilts, turns):
     return np.array([tilts, turns] if first_in_file(name) == next(iter(angles)) else [turns, tilts])
 
 
-def upper_vectors(rng, samples):
-    """Unit vectors that every machine reaches, away from its pole."""
-    vectors = unit_vectors(rng, 20 * samples)
-    vectors[2] = np.abs(vectors[2])
-    return vectors[:, (vectors[2] > 0.05) & (vectors[2] < 0.98)][:, :samples]
+def reachable(name):
+    """Unit vectors that the machine reaches, away from its pole."""
+    lowest = 0.05 if name == "dmu50v" else -0.98  # the axis at 45 degrees reaches the upper half only
+
+    def sample(rng, samples):
+        vectors = unit_vectors(rng, 20 * samples)
+        return vectors[:, (vectors[2] > lowest) & (vectors[2] < 0.98)][:, :samples]
+
+    return sample
 
 
 PLANES = {
