@@ -88,7 +88,7 @@ class Book:
     rows: list = field(default_factory=list)  # NC table: {name: cell} of each row
     task: dict = field(default_factory=dict)
     family: str = ""
-    note: str = ""
+    as_values: bool = False  # the file holds values only
     shared: bool = False  # formulas copied down are stored once, as Excel does
 
     def input_cells(self):

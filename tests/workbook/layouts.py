@@ -423,6 +423,8 @@ def chain(sequence, passive, recipe):
     intrinsic = sequence.isupper()
     if recipe == "negated":  # method two of the source: negated angles, the other order, transposed
         return (0, 1, 2) if intrinsic == passive else leftmost_last, passive, True, True
+    if recipe == "row":  # a row vector from the left: everything transposed
+        return (0, 1, 2) if intrinsic == passive else leftmost_last, not passive, False, False
     if recipe == "transposed":  # the opposite rotation, transposed
         return leftmost_last if intrinsic != passive else (0, 1, 2), not passive, False, True
     return leftmost_last if intrinsic == passive else (0, 1, 2), passive, False, False
@@ -462,10 +464,23 @@ def matrix_sheet(rng):
     """Angles, elementary matrices, products, one point: the sheet of the source in its many forms."""
     pen = Pen(rng, draw_style(rng))
     sequence, passive = draw_sequence(rng)
-    recipe = str(rng.choice(["plain", "plain", "negated", "transposed"]))
+    recipe = str(rng.choice(["plain", "plain", "negated", "transposed", "row"]))
     pen.book.family = f"matrices {recipe}"
     write_texts(pen, sequence, passive)
-    one_calculation(pen, sequence, passive, recipe, *source_numbers(rng), origin=rng.integers(4) == 0)
+    angles, point = source_numbers(rng)
+    one_calculation(pen, sequence, passive, recipe, angles, point, origin=rng.integers(4) == 0)
+    if rng.integers(4) == 0:  # the task gives the numbers, too
+        pen.book.task |= {"angles": tuple(map(float, angles)), "point": tuple(map(float, point))}
+    return pen.book
+
+
+def unnamed_reading(rng):
+    """Another reading than the source's, which neither a text nor the task names."""
+    pen = Pen(rng, draw_style(rng, language=None))
+    pen.book.family = "unnamed reading"
+    readings = [("ZXZ", False), ("ZYX", True), ("XYZ", False), ("zyx", False), ("ZYZ", True)]
+    sequence, passive = readings[rng.integers(len(readings))]
+    one_calculation(pen, sequence, passive, "plain", *source_numbers(rng))
     return pen.book
 
 
@@ -491,8 +506,9 @@ def one_calculation(pen, sequence, passive, recipe, angles, point, origin=False,
     rng, style, book = pen.rng, pen.style, pen.book
     order, elements_passive, negate, transposed = chain(sequence, passive, recipe)
     given = pen.angles(angles)
-    start = pen.vector(point, "point", upright=True)
-    centre = pen.vector(np.round(rng.uniform(-30, 30, 3), 2), "origin", upright=True) if origin else None
+    upright = recipe != "row"
+    start = pen.vector(point, "point", upright=upright)
+    centre = pen.vector(np.round(rng.uniform(-30, 30, 3), 2), "origin", upright=upright) if origin else None
     pen.turn_page()
     source = given
     if negate:
@@ -502,12 +518,12 @@ def one_calculation(pen, sequence, passive, recipe, angles, point, origin=False,
     pairs = pen.trigonometry(pen.radians(source))
     matrices = [pen.elementary(sequence[n].upper(), pairs[n], elements_passive, n + 1) for n in range(3)]
     if centre:
-        relative = pen.block(3, 1, pen.word("difference"))
+        relative = pen.block(start.rows, start.columns, pen.word("difference"))
         pen.put(relative, [f"={pen.entry(start, n)}-{pen.entry(centre, n)}" for n in range(3)])
     else:
         relative = start
     steps = rng.integers(4) == 0 if steps is None else steps
-    if steps and not transposed:
+    if steps and upright and not transposed:
         for k, n in enumerate(reversed(order)):
             label = (pen.word("result") or [None])[0] if k == 2 else pen.word("step", n=k + 1)
             relative = pen.product(matrices[n], relative, label)
@@ -531,7 +547,9 @@ def one_calculation(pen, sequence, passive, recipe, angles, point, origin=False,
         else:
             total = pen.transpose(total) if transposed else total
             labels = pen.word("result")
-            if labels and rng.integers(2):
+            if not upright:
+                result = pen.product(relative, total, labels[0] if labels else None)
+            elif labels and rng.integers(2):
                 column = pen.block(3, 2)
                 pen.put(column.part(0, 0, 3, 1), labels)
                 result = column.part(0, 1, 3, 1)

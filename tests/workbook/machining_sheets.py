@@ -102,12 +102,19 @@ def forward(name, linear, rotary):
     return np.vstack([(tip - origin).T, axis.T])
 
 
+def nc_values(rng):
+    """A table of NC words without formulas."""
+    book = nc_table(rng)
+    book.family, book.as_values = "NC table of values", True
+    return book
+
+
 def nc_table(rng):
     """A table of tip and tool axis, and the words of a machine from them by formulas."""
     pen = Pen(rng, draw_style(rng, sheets=1, names=False))
     book = pen.book
     name = str(rng.choice(list(TABLES)))
-    book.family, book.note = f"NC table {name}", "branches"
+    book.family = f"NC table {name}"
     book.task = {"kind": "nc", "machine": str(MACHINES / f"{name}.toml")}
     constants, angles, helpers, words = TABLES[name]
     rows = int(rng.integers(5, 15))

@@ -246,6 +246,21 @@ def shifted(formula, spoiled, by, model, sheet):
     return "".join(parts) + formula[last:]
 
 
+def wrong_inputs(book):
+    """An input that is not what the task gives: its last digit but one, its sign, two of them exchanged."""
+    if "angles" not in book.task:
+        return
+    angles, point = book.inputs[0][0], book.inputs[1][0]
+    for keys in (angles, point):
+        for n, key in enumerate(keys):
+            content, following = book.cells[key], book.cells[keys[(n + 1) % 3]]
+            if isinstance(content, str):
+                continue
+            for changes in ({key: content + 0.7}, {key: -content}, {key: following, keys[(n + 1) % 3]: content}):
+                causes = {"wrong angle", "wrong point", "wrong value", "sign"}
+                yield Slip("wrong input", changes, causes, set(changes), "wrong")
+
+
 def nc_slips(book):
     """An offset of a whole column, a branch that flips in one row, an angle beyond travel, a wrong value."""
     if not book.rows:

@@ -18,7 +18,7 @@ import numpy as np
 import openpyxl
 
 from tests.workbook import layouts, machining_sheets, mistakes
-from tests.workbook.cells import SAMPLES, Values, address, formula_of, letters, save
+from tests.workbook.cells import SAMPLES, CircularError, Values, address, formula_of, letters, save
 
 AUTHORS = {
     layouts.matrix_sheet: 6,
@@ -29,10 +29,23 @@ AUTHORS = {
     layouts.four_by_four: 2,
     layouts.quaternions: 1,
     layouts.axis_angle: 1,
-    machining_sheets.nc_table: 5,
+    layouts.unnamed_reading: 1,
+    machining_sheets.nc_table: 4,
+    machining_sheets.nc_values: 1,
     machining_sheets.tilted_plane: 2,
 }
-COLUMNS = ("cases", "silent passes", "false alarms", "unclear", "refused", "crashed", "first cell", "cause")
+NUMBERS = ("wrong value", "offset", "branch", "travel")  # slips that can be seen where there are no formulas
+COLUMNS = (
+    "cases",
+    "silent passes",
+    "not counted",
+    "false alarms",
+    "unclear",
+    "refused",
+    "crashed",
+    "first cell",
+    "cause",
+)
 
 
 @dataclass
@@ -43,6 +56,7 @@ class Case:
     book: object
     slip: mistakes.Slip
     values: dict
+    original: dict
 
     @property
     def kind(self):
@@ -54,8 +68,6 @@ class Case:
             f"{address(key)}: {shown(self.original.get(key))} → {shown(content)}" for key, content in changes[:3]
         )
         return text + (f"; … {len(changes)} cells" if len(changes) > 3 else "")
-
-    original: dict = None
 
 
 def shown(content):
@@ -73,30 +85,49 @@ def draw_cases(seed, count, authors=None):
         book = author(rng)
         values = Values(book, seed=int(rng.integers(1_000_000)))
         layouts.verify(book, values)
-        found = values.all()
-        yield Case(f"{seed}_{made:04d}", book, mistakes.Slip("", {}, verdict="right"), found, book.cells)
+        unnamed = author is layouts.unnamed_reading
+        right = mistakes.Slip("", {}, verdict="not right" if unnamed else "right")
+        yield make_case(f"{seed}_{made:04d}", book, right, values)
         made += 1
+        if unnamed:
+            continue
         kinds = defaultdict(list)
         for cause, changes in mistakes.candidates(book, values):
-            kinds[cause].append(changes)
-        for cause in rng.permutation(sorted(kinds))[:5]:
-            changes = kinds[cause][rng.integers(len(kinds[cause]))]
-            slip = mistakes.judge(book, values, str(cause), changes)
+            if not book.as_values or cause in NUMBERS:
+                kinds[cause].append(changes)
+        inputs = list(mistakes.wrong_inputs(book))
+        for cause in rng.permutation(sorted(kinds) + ["wrong input"] * bool(inputs))[:5]:
+            if cause == "wrong input":
+                slip = inputs[rng.integers(len(inputs))]
+            else:
+                slip = mistakes.judge(book, values, str(cause), kinds[cause][rng.integers(len(kinds[cause]))])
             if slip is None or made >= count:
                 continue
-            spoiled = slip.applied(book)
-            yield Case(f"{seed}_{made:04d}", spoiled, slip, spoiled_values(spoiled, values), book.cells)
+            yield make_case(f"{seed}_{made:04d}", book, slip, values)
             made += 1
 
 
-def spoiled_values(book, values):
+def make_case(name, book, slip, values):
+    """The sheet with the slip in it, and its values."""
+    spoiled = slip.applied(book)
+    given = {**values.given}
+    for key in slip.changes.keys() & given.keys():  # a wrong input
+        given[key] = np.full(SAMPLES, float(slip.changes[key]))
+    found = spoiled_values(spoiled, given)
+    if book.as_values:
+        plain = {key: v if isinstance(v, str) else np.round(v, 6) for key, v in found.items()}
+        spoiled = replace(spoiled, cells={key: v if isinstance(v, str) else v[0] for key, v in plain.items()})
+        found = plain
+    return Case(name, spoiled, slip, found, book.cells)
+
+
+def spoiled_values(book, given):
     """The values of a sheet; zero where cells go round in a circle, as spreadsheet programs store it."""
-    spoiled = Values(book, given=values.given)
-    result = {}
+    spoiled, result = Values(book, given=given), {}
     for key in {**book.cells, **spoiled.spilled}:
         try:
             result[key] = spoiled[key]
-        except mistakes.CircularError:
+        except CircularError:
             result[key] = np.zeros(SAMPLES)
         spoiled.active.clear()
     return result
@@ -127,6 +158,8 @@ def judge(case, path):
         counts |= {"false alarms"} if report.verdict == "wrong" else set()
     elif report.verdict == "right" and not (slip.verdict == "not silent" and report.warnings):
         counts.add("silent passes")
+    if report.verdict == "right" and report.checked < max(report.total, downstream(case.book)):
+        counts.add("not counted")
     if report.verdict == "unclear" and slip.verdict != "not right":
         counts.add("unclear")
     if report.verdict == "wrong" and slip.verdict == "wrong":
@@ -134,6 +167,12 @@ def judge(case, path):
         counts |= {"first cell"} if str(report.faults[0].cell).replace("'", "") in first else set()
         counts |= {"cause"} if report.faults[0].cause in slip.causes else set()
     return counts, said
+
+
+def downstream(book):
+    """The number of cells with formulas that give a number: those that a check must judge or list."""
+    spilled = [cell for key in book.formulas() for cell in mistakes.spilled(book, key)]
+    return sum('"' not in (formula_of(book.cells.get(key)) or "") for key in spilled)
 
 
 def bad(case, counts):
