@@ -37,12 +37,15 @@ class Cell:
         The range of the array formula that the cell belongs to, or empty.
     error : bool
         Whether the value is an error such as #VALUE!.
+    anchor : tuple
+        The first (row, column) of that range.
     """
 
     value: object
     formula: str = ""
     array: str = ""
     error: bool = False
+    anchor: tuple = ()
 
     @property
     def number(self):
@@ -117,6 +120,13 @@ def read(path, *, rows=2000):
         with tempfile.TemporaryDirectory() as folder:
             book = _read(recalculate(path, folder), path, rows)
     return book
+
+
+def read_plain(path, *, rows=20_000):
+    """Read a workbook as `read` does, but leave formulas that were never calculated without a value."""
+    path = Path(path)
+    inspect(path)
+    return _read(path, path, rows)
 
 
 def _read(file, path, rows):
@@ -211,15 +221,15 @@ def _read_sheet(path, value_sheet, formula_sheet, rows):
                 )
             if array:
                 arrays.append((array, text))
-            cells[place] = Cell(value.value, text, array, value.data_type == "e")
+            cells[place] = Cell(value.value, text, array, value.data_type == "e", place if array else ())
     for array, text in arrays:
         left, top, right, bottom = range_boundaries(array)
         for place in [
             (r, c) for r in range(top, min(bottom, rows) + 1) for c in range(left, min(right, COLUMN_LIMIT) + 1)
         ]:
-            inner = cells.get(place)
-            if inner and not inner.formula:
-                cells[place] = Cell(inner.value, text, array, inner.error)
+            inner = cells.get(place, Cell(None))
+            if not inner.formula:
+                cells[place] = Cell(inner.value, text, array, inner.error, (top, left))
     return Sheet(formula_sheet.title, cells), more
 
 

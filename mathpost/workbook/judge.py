@@ -1,0 +1,583 @@
+"""Right or wrong, and where: the earliest place where putting in the right thing makes all that follows right."""
+
+from itertools import combinations
+
+import numpy as np
+
+from mathpost.workbook.edits import edits, repaired
+from mathpost.workbook.formula import areas, put, text_of, walk
+from mathpost.workbook.graph import SAMPLES, at, same
+from mathpost.workbook.recognise import CONVERSIONS, TRIGONOMETRY, elementary
+
+SEED = 20
+UNEXPLAINED, UNLIKELY = 3.0, 2.0  # what a repair costs that no single change of the formula, or an odd one, explains
+
+
+class Fault:
+    """A wrong cell.
+
+    Attributes
+    ----------
+    cell : str
+        Its address.
+    cause : str
+        One of the kinds.
+    message : str
+        A sentence.
+    """
+
+    def __init__(self, place, cell, cause, message):
+        self.place, self.cell, self.cause, self.message = place, cell, cause, message
+
+    def __repr__(self):
+        return f"{self.cell}: {self.cause}: {self.message}"
+
+
+class Judge:
+    """Evaluate a recognised workbook at random inputs, compare, repair.
+
+    After `run`, `right` and `wrong` are the places that were judged, `faults` the wrong ones in order.
+    """
+
+    def __init__(self, graph, recognised):
+        self.graph, self.found = graph, recognised
+        self.faults, self.fixed, self.warnings = [], {}, []
+        self.levels = {}
+        for place in graph.order:
+            self.levels[place] = 1 + max((self.levels.get(s, 0) for s in graph.uses[place]), default=0)
+        self.units = self._units()
+        rng = np.random.default_rng(SEED)
+        self.inputs = {}
+        for place in recognised.angle_cells:
+            limit = 170 if self.units.get(place, 1) != 1 else 3.0
+            self.inputs[place] = self._sampled(place, rng.uniform(-limit, limit, SAMPLES))
+        for place in recognised.length_cells:
+            self.inputs[place] = self._sampled(place, rng.uniform(-60, 60, SAMPLES))
+        self.values = graph.run(self.inputs, self.inputs)
+
+    def _sampled(self, place, numbers):
+        numbers[0] = self.own(place)
+        return numbers
+
+    def own(self, place):
+        """The number that stands in an input cell."""
+        value = self.graph.value(place)
+        if value is None or place in self.graph.trees:
+            value = float(self.graph.calculate(self.graph.trees[place], {})[0, 0, 0])
+        return value
+
+    def _units(self):
+        """Degrees or radians: what most of the formulas on the way from an angle to its sine take it for."""
+        graph, votes = self.graph, {}
+        for calculation in self.found.calculations:
+            for place in calculation.angles:
+                for user in self._on_the_way(place):
+                    tree = graph.trees[user]
+                    converts = any(
+                        part[0] == "call" and part[1] in ("RADIANS", "PI")
+                        or part[0] == "number" and any(abs(part[1] - c) < 0.01 * c for c in CONVERSIONS)
+                        or part[0] == "area" and any((graph.sheets[p[0].lower()], *p[1:]) in self.found.constants for p in part[1].places)
+                        for _, part in walk(tree)
+                    )
+                    trigonometric = any(part[0] == "call" and part[1] in TRIGONOMETRY for _, part in walk(tree))
+                    if converts or trigonometric:
+                        votes.setdefault(calculation.angles, []).append(converts)
+        units = {}
+        for calculation in self.found.calculations:
+            own = [self.own(p) for p in calculation.angles]
+            cast = votes.get(calculation.angles, [])
+            degrees = sum(cast) * 2 > len(cast) or max(map(abs, own)) > 6.3
+            if calculation.angles[0] in graph.trees:
+                degrees = max(map(abs, own)) > 6.3
+            units.update({p: np.pi / 180 if degrees else 1.0 for p in calculation.angles})
+        return units
+
+    def _on_the_way(self, place):
+        found, stack = [], [place]
+        while stack:
+            for user in self.graph.used.get(stack.pop(), ()):
+                if user not in found:
+                    found.append(user)
+                    if user in self.found.tainted:
+                        stack.append(user)
+        return found
+
+    # The verdict.
+
+    def run(self):
+        """Judge every calculation; one that is wrong is repaired, so that the next ones are seen without it."""
+        self.targets = {}
+        for calculation in self.found.calculations:
+            values = {p: self.inputs[p] if p in self.inputs else np.full(SAMPLES, self.own(p)) for p in
+                      (*calculation.angles, *calculation.point, *calculation.origin, *calculation.axis)}
+            calculation.prepare(values, {p: self.units.get(p, 1.0) for p in calculation.angles})
+            self.targets.update(self._target(calculation))
+        self.raw = dict(self.values)
+        for calculation in self.found.calculations:
+            self._repair(calculation)
+        return self
+
+    def _target(self, calculation):
+        places = calculation.results
+        if len(places) in (9, 16):
+            size = 3 if len(places) == 9 else 4
+            expected = calculation.words[calculation.full][:, :size, :size].reshape(SAMPLES, -1)
+            if size == 4 and calculation.origin:
+                expected = calculation.words[calculation.full + "·shift"].reshape(SAMPLES, -1)
+            return dict(zip(places, expected.T, strict=True))
+        return dict(zip(places, calculation.target.T[: len(places)], strict=True))
+
+    def bad(self, targets, values=None):
+        """The targets that are missed."""
+        values = self.values if values is None else values
+        return [p for p, t in targets.items() if not same(np.broadcast_to(values.get(p, self.constant(p)), t.shape), t, 1e-8)]
+
+    def constant(self, place):
+        value = self.graph.value(place)
+        return np.full(SAMPLES, np.nan if value is None else value)
+
+    def _repair(self, calculation):
+        targets = {p: self.targets[p] for p in calculation.results}
+        for _ in range(4):
+            bad = self.bad(targets)
+            if not bad:
+                return
+            found = self._earliest(calculation, targets, bad)
+            if found is None:
+                place = min(bad, key=self._order)
+                self._fault(place, "wrong value", "the result is not what the task asks for, and no single change makes it so")
+                found = {p: targets[p] for p in bad}
+            self.fixed.update(found)
+            self.values = self.graph.run(self.inputs, {**self.inputs, **self.fixed})
+
+    def _order(self, place):
+        return self.levels.get(place, 0), self.graph.reading_order(place)
+
+    def _fault(self, place, cause, message):
+        self.faults.append(Fault(place, self.graph.address(place), cause, message))
+
+    def _earliest(self, calculation, targets, bad):
+        """The earliest repair, recorded; returns what it puts where."""
+        scope = self.graph.upstream(bad)
+        best = None
+        for order, unit, options in sorted(self._candidates(calculation, targets, scope), key=lambda c: c[0]):
+            if best and best[0] == 0 and order > best[1]:
+                break
+            for option in options(unit, targets, bad):
+                cost, faults = self._explain(calculation, unit, option)
+                if best is None or (cost, order) < best[:2]:
+                    best = (cost, order, option, faults)
+        if best is None:
+            return None
+        for place, cause, message in best[3]:
+            self._fault(place, cause, message)
+        return best[2]
+
+    def judge_the_rest(self):
+        """Return the places that could not be judged: what feeds no result, and is none of the known quantities."""
+        graph, found = self.graph, self.found
+        self.all_places = [p for p in graph.trees if p not in found.typed] + sorted(graph.unread, key=graph.reading_order)
+        self.all_places = [p for p in self.all_places if not isinstance(graph.cells[p].value, str) or graph.cells[p].error]
+        judged = graph.upstream(p for c in found.calculations for p in c.results)
+        rest = [p for p in self.all_places if p not in judged]
+        return [p for p in sorted(rest, key=self._order) if p in graph.unread or not self._is_check(p)]
+
+    def _is_check(self, place):
+        """Judge a cell beside the calculation: a determinant, a length, a difference, a largest one of them."""
+        value = np.broadcast_to(self.values.get(place, np.full(1, np.nan)), (SAMPLES,))
+        known = [np.ones(SAMPLES), np.zeros(SAMPLES)]
+        for calculation in self.found.calculations:
+            if self._is_known(calculation, value):
+                return True
+            for vector in getattr(calculation, "vectors", {}).values():
+                known.append(np.linalg.norm(vector[:, :3], axis=1))
+            known += self._differences(calculation)
+        return any(same(value, k, 1e-8) for k in known)
+
+    def _differences(self, calculation):
+        """The differences of a result to the numbers that stand below or beside it, and the largest of them."""
+        if calculation.target is None:
+            return
+        for component in self.found.components:
+            if len(component) == 3 and self.found.typed.issuperset(component):
+                expected = np.array([self.own(p) for p in component])
+                off = calculation.target[:, :3] - expected
+                yield from off.T
+                yield from -off.T
+                for each in (off, -off, np.abs(off)):
+                    yield each.max(axis=1)
+                yield np.linalg.norm(off, axis=1)
+
+    # Where.
+
+    def _candidates(self, calculation, targets, scope):
+        graph, found = self.graph, self.found
+        in_units = set()
+        for window in found.windows:
+            if scope & set(window):
+                in_units |= set(window)
+                yield self._unit_order(window), window, self._window_options(calculation)
+        for line in self._lines(calculation, scope):
+            yield self._unit_order(line), line, self._vector_options(calculation)
+        pairs = {}
+        for place in scope & set(graph.trees):
+            if place in self.inputs:
+                continue
+            tree = graph.trees[place]
+            if any(part[0] == "call" and part[1] in TRIGONOMETRY for _, part in walk(tree)) and place not in in_units:
+                pairs.setdefault(tuple(graph.uses[place]), []).append(place)
+            yield (*self._order(place), 0), (place,), self._cell_options(calculation)
+        for place in scope & found.constants:
+            yield (*self._order(place), 0), (place,), self._cell_options(calculation)
+        for pair in pairs.values():
+            if len(pair) == 2:
+                yield self._unit_order(pair), tuple(pair), self._pair_options(calculation)
+        yield (98, (0,), 0), tuple(sorted(scope & set(graph.trees), key=self._order)), self._everywhere(calculation)
+
+    def _unit_order(self, unit):
+        return (*min(self._order(p) for p in unit), len(unit))
+
+    def _lines(self, calculation, scope):
+        """Triples and quadruples of vector cells."""
+        for component in self.found.components:
+            cells = [p for p in component if p in self.found.vector_cells and p in scope]
+            if len(component) in (3, 4) and len(cells) >= 2:
+                yield tuple(component)
+        if calculation.results not in self.found.components:
+            yield calculation.results
+
+    def _try(self, option, targets):
+        """Whether the targets are met when `option` (place → value) is put in."""
+        changed = {p: v for p, v in option.items() if not same(np.broadcast_to(self.values.get(p, self.constant(p)), v.shape), v, 1e-8)}
+        if not changed:
+            return None
+        affected = self.graph.downstream(changed)
+        values = self.graph.run(self.inputs, {**self.inputs, **self.fixed, **changed}, self.values, affected)
+        return None if self.bad(targets, values) else changed
+
+    def _window_options(self, calculation):
+        def options(unit, targets, bad):
+            size = 3 if len(unit) == 9 else 4
+            for word in calculation.words.values():
+                option = dict(zip(unit, word[:, :size, :size].reshape(SAMPLES, -1).T, strict=True))
+                if changed := self._try(option, targets):
+                    yield changed
+
+        return options
+
+    def _vector_options(self, calculation):
+        def options(unit, targets, bad):
+            for vector in calculation.vectors.values():
+                if changed := self._try(dict(zip(unit, vector.T[: len(unit)], strict=True)), targets):
+                    yield changed
+
+        return options
+
+    def _pair_options(self, calculation):
+        def options(unit, targets, bad):
+            for angle in calculation.radians.T:
+                c, s = np.cos(angle), np.sin(angle)
+                for pair in ((c, s), (s, c), (c, -s), (-s, c)):
+                    if changed := self._try(dict(zip(unit, pair, strict=True)), targets):
+                        yield changed
+
+        return options
+
+    def _cell_options(self, calculation):
+        def options(unit, targets, bad):
+            (place,) = unit
+            wanted = self._solve(place, targets, bad)
+            if wanted is not None:
+                yield {place: wanted}
+                return
+            if wanted is None and self.linear:
+                return
+            for value in self._plausible(calculation, place):
+                if changed := self._try({place: value}, targets):
+                    yield changed
+                    return
+
+        return options
+
+    def _solve(self, place, targets, bad):
+        """The value of one cell that makes all targets right, if they are linear in it; None if there is none."""
+        now = np.broadcast_to(self.values.get(place, self.constant(place)), (SAMPLES,))
+        self.linear = True
+        if place in targets:
+            others = [p for p in bad if p != place]
+            return targets[place] if not others else None
+        if not np.isfinite(now).all():
+            now = np.zeros(SAMPLES)
+        affected = self.graph.downstream([place])
+        runs = [
+            self.graph.run(self.inputs, {**self.inputs, **self.fixed, place: now + step}, self.values, affected)
+            for step in (0.0, 1.0, 2.0)
+        ]
+        wanted = None
+        for target, value in targets.items():
+            f0, f1, f2 = (np.broadcast_to(run.get(target, self.constant(target)), (SAMPLES,)) for run in runs)
+            slope = f1 - f0
+            if not np.isfinite(slope).all() or not same(f2 - f1, slope, 1e-7):
+                self.linear = False
+                return None
+            if (np.abs(slope) > 1e-9).all() and target in bad:
+                solved = now + (value - f0) / slope
+                if wanted is not None and not same(solved, wanted, 1e-6):
+                    return None
+                wanted = solved if wanted is None else wanted
+            elif target in bad:
+                return None
+        if wanted is None:
+            return None
+        return wanted if self._try({place: wanted}, targets) else None
+
+    def _plausible(self, calculation, place):
+        """What a cell may have to hold that its results depend on in a curved way: an angle, or a repaired formula."""
+        if place in self.found.tainted:
+            for angle in calculation.radians.T:
+                for value in (angle, np.rad2deg(angle)):
+                    yield from (value, -value)
+        tree = self.graph.trees.get(place)
+        if tree is None:
+            return
+        seen = [self.values.get(place)]
+        for _, _, other in edits(self.graph, place, tree):
+            value = at(self.graph.calculate(other, self.values), self.graph.part.get(place, (0, 0)))
+            value = np.broadcast_to(value, (SAMPLES,))
+            if np.isfinite(value).all() and not any(same(value, s) for s in seen):
+                seen.append(value)
+                yield value
+            if len(seen) > 60:
+                return
+
+    def _everywhere(self, calculation):
+        """The same slip in many places: all sines in degrees, all elementary matrices of the other convention."""
+
+        def options(unit, targets, bad):
+            trees = {}
+            for place in unit:
+                tree = self.graph.trees[place]
+                for path, part in reversed(list(walk(tree))):
+                    if part[0] == "call" and part[1] in TRIGONOMETRY:
+                        tree = put(tree, path, ("call", part[1], (("call", "RADIANS", (part[2][0],)),)))
+                if tree is not self.graph.trees[place]:
+                    trees[place] = tree
+            option = {p: np.broadcast_to(at(self.graph.calculate(t, self.values), self.graph.part.get(p, (0, 0))), (SAMPLES,)) for p, t in trees.items()}
+            if changed := self._try(option, targets):
+                yield changed
+            singles = {}
+            for window in self.found.windows:
+                for letter, angle in ((letter, a) for letter in "XYZ" for a in (*calculation.radians.T, *-calculation.radians.T)):
+                    if all(same(np.broadcast_to(self.values.get(p, self.constant(p)), (SAMPLES,)), v, 1e-8) for p, v in self._as_window(window, elementary(letter, angle)).items()):
+                        singles[window] = elementary(letter, -angle)
+            option = {}
+            for window, matrix in singles.items():
+                option.update(self._as_window(window, matrix))
+            if changed := self._try(option, targets):
+                yield changed
+            elements = {name: m for name, m in calculation.words.items() if len(name.rstrip("ᵀ")) == 1}
+            for first, second in combinations(singles, 2):
+                for a in elements.values():
+                    for b in elements.values():
+                        option = {**self._as_window(first, a[:, :3, :3]), **self._as_window(second, b[:, :3, :3])}
+                        if changed := self._try(option, targets):
+                            yield changed
+                            return
+
+        return options
+
+    def _as_window(self, window, matrix):
+        if len(window) == 16:
+            matrix = np.pad(matrix, ((0, 0), (0, 1), (0, 1))) + np.diag([0, 0, 0, 1.0])
+        return dict(zip(window, matrix.reshape(SAMPLES, -1).T, strict=True))
+
+    # Why.
+
+    def _explain(self, calculation, unit, changed):
+        """The cost of a repair, and its faults as (place, cause, sentence), the first one first."""
+        graph, faults, cost = self.graph, [], 0.0
+        places = sorted(changed, key=self._order)
+        arrays = {}
+        for place in places:
+            if place in graph.part:
+                arrays.setdefault((id(graph.trees[place]), graph.cells[place].anchor), []).append(place)
+        done = set()
+        block = self._block_cause(unit, changed) if len(places) > 2 else None
+        for place in places:
+            if place in done:
+                continue
+            group = arrays.get((id(graph.trees.get(place)), graph.cells[place].anchor if place in graph.cells else None), [place])
+            done.update(group)
+            if block:
+                found = block
+            else:
+                whole = group if place not in graph.part else self._array(place)
+                wanted = {p: changed.get(p, self.values.get(p)) for p in [place, *whole]}
+                found = self._cause(calculation, place, wanted)
+            cost = max(cost, found[2])
+            faults.append((place, *found[:2]))
+        if len(unit) > 20 and len({cause for _, cause, _ in faults}) == 1 and faults[0][1] == "sign":
+            faults = [(p, "other convention", "the elementary matrices are those of the other convention") for p, *_ in faults]
+        return cost, faults
+
+    def _cause(self, calculation, place, wanted):
+        """Cause, sentence and cost of one wrong cell, or of an array formula."""
+        graph, value = self.graph, wanted[place]
+        cell, short = graph.cells.get(place), graph.short(place)
+        if cell is None:
+            return "wrong value", f"{short} is empty", UNEXPLAINED
+        if place not in graph.trees:
+            if cell.number is None:
+                return "wrong value", f"{short} holds {cell.value!r} where a number belongs", 0.0
+            if np.ptp(value) < 1e-9:
+                return "wrong value", f"{short} is {cell.number:g}, should be {value[0]:g}", 0.0
+            near = abs(value[0] - cell.number) < 5e-3 or place in self.targets
+            known = near or (self._is_known(calculation, value) and cell.number not in (0, 1, -1))
+            text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
+            return "typed over formula", text, 0.0 if known else UNLIKELY
+        found = repaired(graph, place, wanted, self.values, self._reference_kind)
+        if found is None:
+            found = self._missing(place, value)
+        if found is None:
+            known = self._is_known(calculation, value) or place in self.targets
+            return "wrong value", f"{short}: ={text_of(graph.trees[place])} is not what belongs there", UNEXPLAINED + (not known) * 9
+        cause, sentence = found
+        odd = "a minus is lost" in sentence and self._canonical(place)
+        odd = odd or cause == "sign" and self._like_its_peers(place)
+        cost = UNLIKELY if odd else 0.0
+        return cause, f"{short}: {sentence}", cost
+
+    def _array(self, place):
+        """The cells of an array formula."""
+        anchor, tree = self.graph.cells[place].anchor, self.graph.trees[place]
+        return [p for p in self.graph.part if self.graph.cells[p].anchor == anchor and self.graph.trees[p] is tree]
+
+    def _like_its_peers(self, place):
+        """Whether the formulas in line with a cell differ from its own in nothing but their references."""
+        graph = self.graph
+        line = [p for p in self.found.component.get(place, []) if p in graph.trees]
+        if place in graph.part or not 2 <= len(line) <= 4:
+            return False
+        return len({shape_of(graph.trees[p]) for p in line}) == 1
+
+    def _canonical(self, place):
+        """Whether a formula is the sine, the cosine or the radians of a cell, without a sign of its own."""
+        tree = self.graph.trees[place]
+        return not any(part[0] in ("minus", "-") for _, part in walk(tree)) and (
+            any(part[0] == "call" and part[1] in ("SIN", "COS", "RADIANS") for _, part in walk(tree))
+            or len(areas(tree)) > 1
+        )
+
+    def _is_known(self, calculation, value):
+        """Whether a value is an entry of one of the matrices or vectors that may stand in the sheet."""
+        entries = [w.reshape(SAMPLES, -1).T for w in calculation.words.values()]
+        entries += [v.T for v in getattr(calculation, "vectors", {}).values()]
+        angles = calculation.radians.T
+        entries += [np.cos(angles), np.sin(angles), -np.sin(angles), -np.cos(angles)]
+        return any(same(value, entry, 1e-7) for group in entries for entry in group)
+
+    def _missing(self, place, value):
+        """A term that is missing from a sum: what is lacking is a product of cells that the neighbours use."""
+        graph = self.graph
+        lacking = value - np.broadcast_to(self.values[place], (SAMPLES,))
+        component = self.found.component.get(place, [place])
+        pool = list(dict.fromkeys(s for p in component for s in graph.uses.get(p, ())))[:40]
+        around = [(s[0], s[1] + r, s[2] + c) for s in graph.uses[place] for r, c in ((0, 1), (1, 0), (0, -1), (-1, 0))]
+        inputs = [p for p in self.inputs if self._same_use(p, component)]
+        pool = [p for p in dict.fromkeys([*pool, *around, *inputs]) if p in graph.cells]
+        numbers = {p: np.broadcast_to(graph.number(p, self.values), (SAMPLES,)) for p in pool}
+        trig = {}
+        for p in component:
+            for _, part in walk(graph.trees.get(p, ("number", 0))):
+                if part[0] == "call" and part[1] in TRIGONOMETRY:
+                    trig[text_of(part)] = np.broadcast_to(graph.calculate(part, self.values)[:, 0, 0], (SAMPLES,))
+        named = {graph.short(p): v for p, v in numbers.items()} | trig | {"1": np.ones(SAMPLES)}
+        names = list(named)
+        for depth in (1, 2, 3):
+            if depth == 3 and len(names) > 14:
+                break
+            for factors in combinations(names, depth):
+                product = np.prod([named[n] for n in factors], axis=0)
+                for sign, number in (("", product), ("-", -product), ("2*", 2 * product), ("-2*", -2 * product)):
+                    if same(lacking, number, 1e-7):
+                        return "missing term", f"the term {sign}{'*'.join(factors)} is missing"
+        return None
+
+    def _same_use(self, place, component):
+        """Whether a neighbour of an input is used by the component."""
+        near = {(place[0], place[1] + r, place[2] + c) for r, c in ((0, 1), (1, 0), (0, -1), (-1, 0))}
+        return any(s in near for p in component for s in self.graph.uses.get(p, ()))
+
+    def _reference_kind(self, place, tree, other):
+        """Name a wrong reference: a missing $, another angle, another point, or just another cell."""
+        graph = self.graph
+        for old, new in zip(areas(tree), areas(other), strict=True):
+            if old == new:
+                continue
+            above = (place[0], place[1] - 1, place[2])
+            if old.top > new.top and above in graph.trees:
+                refs = areas(graph.trees[above])
+                moved = [a.moved(1, 0) for a in refs]
+                if str(old) in map(str, moved) and not old.fixed[0] and len(refs) == len(areas(tree)):
+                    first = (place[0], place[1] - (old.top - new.top), place[2])
+                    if first in graph.trees and str(new) in map(str, areas(graph.trees[first])):
+                        return "missing $"
+            a, b = ((graph.sheets[p.sheet.lower()], p.top, p.left) for p in (old, new))
+            if b in self.found.angle_cells:
+                return "wrong angle"
+            if b in self.found.length_cells and a in self.found.length_cells:
+                return "wrong point"
+        return None
+
+    def _block_cause(self, unit, changed):
+        """Why a whole matrix or vector is wrong: the order of the product, a transposed factor, another factor."""
+        if len(unit) not in (3, 4, 9, 16):
+            return None
+        wanted = {p: changed.get(p, self.values.get(p, self.constant(p))) for p in unit}
+        size = {9: 3, 16: 4, 3: 3, 4: 4}[len(unit)]
+        shape = (SAMPLES, size, -1)
+        now = self._block(unit, size)
+        expected = np.stack([np.broadcast_to(wanted[p], (SAMPLES,)) for p in unit], -1).reshape(shape)
+        if now.shape[2] == size and same(now, np.swapaxes(expected, 1, 2), 1e-8):
+            regular = self._is_product(unit, now)
+            return "transposed", "the matrix is transposed", UNLIKELY if regular else 0.0
+        blocks = {}
+        for window in [w for w in self.found.windows if w != unit and len(w) == size * size]:
+            blocks[window] = self._block(window, size)
+        turn = lambda m: np.swapaxes(m, 1, 2)  # noqa: E731
+        if now.shape[2] == 1:
+            vectors = [c for c in map(tuple, self.found.components) if len(c) == size and c != unit]
+            right = {c: self._block(c, size) for c in vectors}
+        else:
+            right = blocks
+        with np.errstate(all="ignore"):
+            for a, left in blocks.items():
+                for b, other in right.items():
+                    if not same(left @ other, expected, 1e-8):
+                        continue
+                    if same(turn(left) @ other, now, 1e-8) or (other.shape[2] == size and same(left @ turn(other), now, 1e-8)):
+                        return "transposed", "a factor of the product is transposed", 0.0
+                    if other.shape[2] == size and same(other @ left, now, 1e-8):
+                        return "order of product", f"the order is {self.found.place_text(a)} times {self.found.place_text(b)}", 0.0
+                    if other.shape[2] == size and same(turn(other) @ turn(left), now, 1e-8):
+                        return "transposed", "the product is transposed", 0.0
+        return None
+
+    def _block(self, places, size):
+        """The present values of some places as matrices, shape (samples, size, columns)."""
+        parts = [np.broadcast_to(self.values.get(p, self.constant(p)), (SAMPLES,)) for p in places]
+        return np.stack(parts, axis=-1).reshape(SAMPLES, size, -1)
+
+    def _is_product(self, unit, now):
+        """Whether a matrix is the product of two others, as it stands."""
+        size = now.shape[1]
+        others = [self._block(w, size) for w in self.found.windows if w != unit and len(w) == len(unit)]
+        return any(same(a @ b, now, 1e-8) for a in others for b in others)
+
+
+def shape_of(tree):
+    """A formula as text with all references alike."""
+    for path, part in list(walk(tree)):
+        if part[0] == "area":
+            tree = put(tree, path, ("text", str(part[1].shape)))
+    return text_of(tree)
