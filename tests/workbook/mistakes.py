@@ -314,6 +314,8 @@ def judge(book, values, cause, changes):
     if cause in ("branch", "travel"):
         slip.verdict = "not silent"
     slip.causes = {cause} | ALIKE.get(cause, set())
+    if any(not isinstance(after[key], str) and np.isnan(after[key]).all() for key in reached):
+        slip.causes.add("wrong value")  # an error such as #VALUE! may be called that
     if len(changes) == 1 and changes.keys() <= set(book.formulas()):
         (key,) = changes
         for other, content in slips(book, key, values):
