@@ -56,7 +56,7 @@ class Case:
     book: object
     slip: mistakes.Slip
     values: dict
-    original: dict
+    original: object
 
     @property
     def kind(self):
@@ -65,7 +65,8 @@ class Case:
     def planted(self):
         changes = list(self.slip.changes.items())
         text = "; ".join(
-            f"{address(key)}: {shown(self.original.get(key))} → {shown(content)}" for key, content in changes[:3]
+            f"{address(key)}: {shown(self.original.cells.get(key))} → {shown(content)}"
+            for key, content in changes[:3]
         )
         return text + (f"; … {len(changes)} cells" if len(changes) > 3 else "")
 
@@ -118,7 +119,19 @@ def make_case(name, book, slip, values):
         plain = {key: v if isinstance(v, str) else np.round(v, 6) for key, v in found.items()}
         spoiled = replace(spoiled, cells={key: v if isinstance(v, str) else v[0] for key, v in plain.items()})
         found = plain
-    return Case(name, spoiled, slip, found, book.cells)
+    return Case(name, spoiled, slip, found, book)
+
+
+def source_cases(recipe):
+    """Yield every single reference in the source's sheet moved to every neighbouring cell."""
+    book = layouts.source_sheet(recipe)
+    values = Values(book)
+    for key in book.formulas():
+        for cause, formula in mistakes.moved_references(book, key, formula_of(book.cells[key])):
+            slip = mistakes.judge(book, values, cause, {key: formula})
+            yield make_case(
+                f"source_{recipe}_{address(key).split('!')[1]}_{formula[1:]}".replace("*", "x"), book, slip, values
+            )
 
 
 def spoiled_values(book, given):
@@ -279,11 +292,14 @@ def main():
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--author", choices=[author.__name__ for author in AUTHORS])
+    parser.add_argument("--source", action="store_true", help="every moved reference in the sheet of source 000")
     parser.add_argument("--keep", type=Path, default=Path(tempfile.gettempdir(), "planted"))
     parser.add_argument("--libreoffice", action="store_true", help="compare the values with LibreOffice's instead")
     options = parser.parse_args()
     authors = {author: n for author, n in AUTHORS.items() if options.author in (None, author.__name__)}
     cases = draw_cases(options.seed, options.count, authors)
+    if options.source:
+        cases = (case for recipe in (1, 2) for case in source_cases(recipe))
     if options.libreoffice:
         wrong, compared = disagreements(cases)
         print(*wrong[:40], f"{len(wrong)} of {compared} cells disagree", sep="\n")
