@@ -154,7 +154,7 @@ def _references(graph, place, tree, parts):
                 if area:
                     yield "wrong reference", f"{part[1]} should be {area}", put(tree, path, ("area", area))
     for path, part in parts:
-        if part[0] == "area" and part[1].shape == (3, 3):
+        if part[0] == "area" and part[1].shape != (1, 1):
             yield "transposed", f"{part[1]} must be transposed", put(tree, path, ("call", "TRANSPOSE", (part,)))
 
 

@@ -1,6 +1,6 @@
 """Right or wrong, and where: the earliest place where putting in the right thing makes all that follows right."""
 
-from itertools import combinations
+from itertools import combinations, combinations_with_replacement
 
 import numpy as np
 
@@ -48,10 +48,12 @@ class Judge:
         self.units = self._units()
         rng = np.random.default_rng(SEED)
         self.inputs = {}
-        for place in recognised.angle_cells:
+        angles = [*recognised.angle_cells, *(p for c in recognised.calculations for p in c.angles)]
+        lengths = [*recognised.length_cells, *(p for c in recognised.calculations for p in (*c.point, *c.origin, *c.axis))]
+        for place in dict.fromkeys(angles):
             limit = 170 if self.units.get(place, 1) != 1 else 3.0
             self.inputs[place] = self._sampled(place, rng.uniform(-limit, limit, SAMPLES))
-        for place in recognised.length_cells:
+        for place in dict.fromkeys(lengths):
             self.inputs[place] = self._sampled(place, rng.uniform(-60, 60, SAMPLES))
         self.values = graph.run(self.inputs, self.inputs)
 
@@ -200,8 +202,7 @@ class Judge:
             return
         for component in self.found.components:
             if len(component) == 3 and self.found.typed.issuperset(component):
-                expected = np.array([self.own(p) for p in component])
-                off = calculation.target[:, :3] - expected
+                off = calculation.target[:, :3] - self._block(component, 3)[:, :, 0]
                 yield from off.T
                 yield from -off.T
                 for each in (off, -off, np.abs(off)):
@@ -232,7 +233,8 @@ class Judge:
         for pair in pairs.values():
             if len(pair) == 2:
                 yield self._unit_order(pair), tuple(pair), self._pair_options(calculation)
-        yield (98, (0,), 0), tuple(sorted(scope & set(graph.trees), key=self._order)), self._everywhere(calculation)
+        self.whole = tuple(sorted(scope & set(graph.trees), key=self._order))
+        yield (98, (0,), 0), self.whole, self._everywhere(calculation)
 
     def _unit_order(self, unit):
         return (*min(self._order(p) for p in unit), len(unit))
@@ -365,11 +367,7 @@ class Judge:
             option = {p: np.broadcast_to(at(self.graph.calculate(t, self.values), self.graph.part.get(p, (0, 0))), (SAMPLES,)) for p, t in trees.items()}
             if changed := self._try(option, targets):
                 yield changed
-            singles = {}
-            for window in self.found.windows:
-                for letter, angle in ((letter, a) for letter in "XYZ" for a in (*calculation.radians.T, *-calculation.radians.T)):
-                    if all(same(np.broadcast_to(self.values.get(p, self.constant(p)), (SAMPLES,)), v, 1e-8) for p, v in self._as_window(window, elementary(letter, angle)).items()):
-                        singles[window] = elementary(letter, -angle)
+            singles = {window: matrix for window, (_, matrix) in self._elements(calculation).items()}
             option = {}
             for window, matrix in singles.items():
                 option.update(self._as_window(window, matrix))
@@ -385,6 +383,18 @@ class Judge:
                             return
 
         return options
+
+    def _elements(self, calculation):
+        """The windows that are elementary matrices now → their sense of rotation, and what the other would be."""
+        found = {}
+        for window in self.found.windows:
+            now = self._block(window, 3 if len(window) == 9 else 4)[:, :3, :3]
+            for letter in "XYZ":
+                for angle in calculation.radians.T:
+                    for sense in (1, -1):
+                        if window not in found and same(now, elementary(letter, sense * angle), 1e-8):
+                            found[window] = (sense, elementary(letter, -sense * angle))
+        return found
 
     def _as_window(self, window, matrix):
         if len(window) == 16:
@@ -416,7 +426,15 @@ class Judge:
                 found = self._cause(calculation, place, wanted)
             cost = max(cost, found[2])
             faults.append((place, *found[:2]))
-        if len(unit) > 20 and len({cause for _, cause, _ in faults}) == 1 and faults[0][1] == "sign":
+        elements = self._elements(calculation) if unit in self.found.windows and len(places) == 2 else {}
+        if unit in elements:
+            senses = [sense for sense, _ in elements.values()]
+            cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0  # do the others turn the same way?
+        elif unit is self.whole:
+            cost = 0.0
+        elif not block:
+            cost += 0.25 * (len(places) - 1)
+        if unit is self.whole and {cause for _, cause, _ in faults} == {"sign"}:
             faults = [(p, "other convention", "the elementary matrices are those of the other convention") for p, *_ in faults]
         return cost, faults
 
@@ -430,14 +448,15 @@ class Judge:
             if cell.number is None:
                 return "wrong value", f"{short} holds {cell.value!r} where a number belongs", 0.0
             if np.ptp(value) < 1e-9:
-                return "wrong value", f"{short} is {cell.number:g}, should be {value[0]:g}", 0.0
-            near = abs(value[0] - cell.number) < 5e-3 or place in self.targets
-            known = near or (self._is_known(calculation, value) and cell.number not in (0, 1, -1))
+                cost = 0.0 if abs(value[0]) < 1e-9 or abs(value[0] - 1) < 1e-9 else UNLIKELY
+                return "wrong value", f"{short} is {cell.number:g}, should be {value[0]:g}", cost
+            known = abs(value[0] - cell.number) < 5e-3 or place in self.targets or self._is_known(calculation, value)
+            cost = UNLIKELY if not known else UNLIKELY / 2 if cell.number in (0, 1, -1) else 0.0
             text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
-            return "typed over formula", text, 0.0 if known else UNLIKELY
+            return "typed over formula", text, cost
         found = repaired(graph, place, wanted, self.values, self._reference_kind)
         if found is None:
-            found = self._missing(place, value)
+            found = self._missing(calculation, place, value)
         if found is None:
             known = self._is_known(calculation, value) or place in self.targets
             return "wrong value", f"{short}: ={text_of(graph.trees[place])} is not what belongs there", UNEXPLAINED + (not known) * 9
@@ -476,15 +495,15 @@ class Judge:
         entries += [np.cos(angles), np.sin(angles), -np.sin(angles), -np.cos(angles)]
         return any(same(value, entry, 1e-7) for group in entries for entry in group)
 
-    def _missing(self, place, value):
+    def _missing(self, calculation, place, value):
         """A term that is missing from a sum: what is lacking is a product of cells that the neighbours use."""
         graph = self.graph
         lacking = value - np.broadcast_to(self.values[place], (SAMPLES,))
         component = self.found.component.get(place, [place])
         pool = list(dict.fromkeys(s for p in component for s in graph.uses.get(p, ())))[:40]
         around = [(s[0], s[1] + r, s[2] + c) for s in graph.uses[place] for r, c in ((0, 1), (1, 0), (0, -1), (-1, 0))]
-        inputs = [p for p in self.inputs if self._same_use(p, component)]
-        pool = [p for p in dict.fromkeys([*pool, *around, *inputs]) if p in graph.cells]
+        given = [*calculation.point, *calculation.origin] if place in self.found.vector_cells else []
+        pool = [p for p in dict.fromkeys([*pool, *around, *given]) if p in graph.cells]
         numbers = {p: np.broadcast_to(graph.number(p, self.values), (SAMPLES,)) for p in pool}
         trig = {}
         for p in component:
@@ -493,20 +512,17 @@ class Judge:
                     trig[text_of(part)] = np.broadcast_to(graph.calculate(part, self.values)[:, 0, 0], (SAMPLES,))
         named = {graph.short(p): v for p, v in numbers.items()} | trig | {"1": np.ones(SAMPLES)}
         names = list(named)
+        two = any(part == ("number", 2.0) for p in component for _, part in walk(graph.trees.get(p, ("number", 0))))
         for depth in (1, 2, 3):
             if depth == 3 and len(names) > 14:
                 break
-            for factors in combinations(names, depth):
+            for factors in combinations_with_replacement(names, depth):
                 product = np.prod([named[n] for n in factors], axis=0)
-                for sign, number in (("", product), ("-", -product), ("2*", 2 * product), ("-2*", -2 * product)):
+                twice = (("2*", 2 * product), ("-2*", -2 * product)) if two and depth > 1 else ()
+                for sign, number in (("", product), ("-", -product), *twice):
                     if same(lacking, number, 1e-7):
                         return "missing term", f"the term {sign}{'*'.join(factors)} is missing"
         return None
-
-    def _same_use(self, place, component):
-        """Whether a neighbour of an input is used by the component."""
-        near = {(place[0], place[1] + r, place[2] + c) for r, c in ((0, 1), (1, 0), (0, -1), (-1, 0))}
-        return any(s in near for p in component for s in self.graph.uses.get(p, ()))
 
     def _reference_kind(self, place, tree, other):
         """Name a wrong reference: a missing $, another angle, another point, or just another cell."""
@@ -515,7 +531,7 @@ class Judge:
             if old == new:
                 continue
             above = (place[0], place[1] - 1, place[2])
-            if old.top > new.top and above in graph.trees:
+            if old.top > new.top and above in graph.trees and shape_of(graph.trees[above]) == shape_of(tree):
                 refs = areas(graph.trees[above])
                 moved = [a.moved(1, 0) for a in refs]
                 if str(old) in map(str, moved) and not old.fixed[0] and len(refs) == len(areas(tree)):
@@ -539,7 +555,8 @@ class Judge:
         now = self._block(unit, size)
         expected = np.stack([np.broadcast_to(wanted[p], (SAMPLES,)) for p in unit], -1).reshape(shape)
         if now.shape[2] == size and same(now, np.swapaxes(expected, 1, 2), 1e-8):
-            regular = self._is_product(unit, now)
+            turned = any(same(self._block(w, size), expected, 1e-8) for w in self.found.windows if len(w) == len(unit))
+            regular = turned or self._is_product(unit, now)
             return "transposed", "the matrix is transposed", UNLIKELY if regular else 0.0
         blocks = {}
         for window in [w for w in self.found.windows if w != unit and len(w) == size * size]:

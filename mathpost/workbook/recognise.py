@@ -257,8 +257,6 @@ class Recognised:
     def _in_typed_line(self, place, component):
         inside = set(component)
         sheet, row, column = place
-        if place in self.tainted:
-            return True
         for dr, dc in ((0, 1), (1, 0)):
             line, step = [place], 1
             while (near := (sheet, row + dr * step, column + dc * step)) in inside:
@@ -270,7 +268,9 @@ class Recognised:
                 step += 1
             if len([p for p in line if p in self.typed]) >= 3:
                 return True
-        return False
+            if len(line) in (3, 4) and sum(p in self.tainted and p not in self.typed for p in line) >= 2:
+                return False
+        return place in self.tainted
 
     # Roles.
 
