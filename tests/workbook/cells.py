@@ -84,6 +84,7 @@ class Book:
     turned: list = field(
         default_factory=list
     )  # cells of elementary matrices with their active or passive opposites
+    whole: list = field(default_factory=list)  # cells of a matrix that is written down at once, not multiplied
     extras: set = field(default_factory=set)  # determinants, norms, differences: not of the chain
     rows: list = field(default_factory=list)  # NC table: {name: cell} of each row
     task: dict = field(default_factory=dict)

@@ -760,6 +760,7 @@ def direct_elements(rng):
     if as_row:
         product = [list(column) for column in zip(*product, strict=True)]
     total = pen.fill(texts(product), pen.word("product", n=""))
+    book.whole = total.each()
     labels = pen.word("result")
     result = (
         pen.product(start, total, labels[0] if labels else None)
@@ -842,6 +843,7 @@ def quaternions(rng):
     if passive:
         rows = [list(column) for column in zip(*rows, strict=True)]
     matrix = pen.fill(rows, pen.word("product", n=""))
+    book.whole = matrix.each()
     result = pen.product(matrix, start, (pen.word("result") or [None])[0])
 
     def truth(values):
@@ -905,6 +907,7 @@ def axis_angle(rng):
             k, sign = 3 - i - j, "-" if (j - i) % 3 == 1 else "+"
             rows[i][j] = f"={c}+{u[i]}^2*(1-{c})" if i == j else f"={u[i]}*{u[j]}*(1-{c}){sign}{u[k]}*{s}"
     matrix = pen.fill(rows, pen.word("product", n=""))
+    book.whole = matrix.each()
     result = pen.product(matrix, start, (pen.word("result") or [None])[0])
 
     def truth(values):

@@ -309,6 +309,8 @@ def judge(book, values, cause, changes):
     for key, content in changes.items():
         lone |= dict(zip(spilled(book, key), at_place(values, key, content), strict=True))
     slip.first = {cell for cell in reached if not same(lone.get(cell), values[cell])} or different
+    if cause == "transposed":
+        slip.first |= set(book.whole)  # a matrix written down at once may as well be said to be the transposed one
     slip.first |= {key for key in changes if slip.first.intersection(spilled(book, key))}
     slip.verdict = "not right" if different <= book.extras else "wrong"
     if cause in ("branch", "travel"):
@@ -356,5 +358,7 @@ def candidates(book, values):
         for cause, content in slips(book, key, values):
             if cause == "rounded early" and not used.intersection(spilled(book, key)):
                 continue  # rounding what is shown is no slip
+            if cause == "typed over formula" and key in book.extras - used:
+                continue  # a number that nothing uses: nobody can tell that it was a formula
             yield cause, {key: content}
     yield from wide_slips(book)
