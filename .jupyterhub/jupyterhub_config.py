@@ -11,8 +11,7 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-from mathpost.errors import InputError
-from mathpost.files import read_text
+from mathpost.errors import InputError, read_text
 
 c = get_config()  # noqa: F821
 

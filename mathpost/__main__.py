@@ -2,25 +2,17 @@
 
 import argparse
 import math
-import os
-import shutil
 import sys
-import tempfile
 from pathlib import Path
-
-from tqdm import tqdm
 
 from mathpost import machine
 from mathpost.compensate import machine_errors
-from mathpost.errors import MathpostError
-from mathpost.post import postprocess
+from mathpost.errors import MathpostError, write_bytes
+from mathpost.post import CONE, TOLERANCE, cl, run
 from mathpost.post.passage import Crossing
 from mathpost.post.program import DIALECTS
 from mathpost.post.selection import STRATEGIES
-from mathpost.post.setting import CONE, TOLERANCE
 from mathpost.workbook import folder as workbook
-
-LARGE = 16_000_000  # bytes of a CL file from which on several processes are worth their start
 
 
 def main(arguments=None):
@@ -34,6 +26,7 @@ def main(arguments=None):
     commands = parser.add_subparsers(dest="command", required=True)
     _add_post(commands)
     _add_check(commands)
+    _add_lessons(commands)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     try:
         return options.run(options)
@@ -68,16 +61,9 @@ def _add_post(commands):
         "--errors", type=Path, metavar="FILE", help="errors of the calibrated machine, TOML, to compensate for"
     )
     post.add_argument(
-        "--no-compare", action="store_true", help="leave the comparison of strategies out of the report"
+        "--compare", action="store_true", help="report the other strategies and ways through singular regions, too"
     )
-    post.add_argument("--workers", type=_count, metavar="N", help="processes (default: all cores for a large file)")
     post.add_argument("-o", "--output", type=Path, metavar="FILE", help="program; by default standard output")
-
-
-def _count(text):
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"expected a number from 1 on, found {text!r}")
-    return int(text)
 
 
 def _vector(text):
@@ -90,54 +76,25 @@ def _vector(text):
 def _post(options):
     """Write the program, and the report to standard error."""
     setup = machine.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
-    with tempfile.TemporaryDirectory() as folder, _Bars() as bars:
-        output = options.output or Path(folder, "program")
-        report = postprocess.run_file(
-            options.cl,
-            output,
-            setup,
-            workers=options.workers or _workers(options.cl),
-            progress=bars.show,
-            dialect=options.dialect,
-            strategy=options.selection,
-            singular=options.singular,
-            tolerance=options.tolerance,
-            tcp=options.tcp,
-            cone=CONE if options.cone is None else math.radians(options.cone),
-            split=options.split,
-            compare=not options.no_compare,
-            errors=machine_errors.load(options.errors, setup) if options.errors else None,
-        )
-        if not options.output:
-            with open(output, encoding="utf-8") as program:
-                shutil.copyfileobj(program, sys.stdout)
-    print(report, file=sys.stderr)
+    result = run(
+        cl.read(options.cl),
+        setup,
+        dialect=options.dialect,
+        strategy=options.selection,
+        singular=options.singular,
+        tolerance=options.tolerance,
+        tcp=options.tcp,
+        cone=CONE if options.cone is None else math.radians(options.cone),
+        split=options.split,
+        compare=options.compare,
+        errors=machine_errors.load(options.errors, setup) if options.errors else None,
+    )
+    if options.output:
+        write_bytes(options.output, result.program.encode())
+    else:
+        print(result.program, end="")
+    print(result.report, file=sys.stderr)
     return 0
-
-
-def _workers(path):
-    """All cores for a large file, one for a small one."""
-    return os.cpu_count() or 1 if path.is_file() and path.stat().st_size > LARGE else 1
-
-
-class _Bars:
-    """A bar on standard error for each thing that is being done; none if nobody looks at a terminal."""
-
-    def __init__(self):
-        self.bar, self.doing = None, None
-
-    def __enter__(self):
-        return self
-
-    def show(self, doing, done, total):
-        if self.doing != doing:
-            self.__exit__()
-            self.doing, self.bar = doing, tqdm(desc=doing, total=total, unit_scale=True, disable=None)
-        self.bar.update(done - self.bar.n)
-
-    def __exit__(self, *_):
-        if self.bar is not None:
-            self.bar.close()
 
 
 def _add_check(commands):
@@ -181,6 +138,27 @@ def _check(options):
 
 def _progress(done, total, path):
     print(f"{done}/{total} {path.name}", file=sys.stderr)
+
+
+def _add_lessons(commands):
+    lessons = commands.add_parser("lessons", help="for those who change the lessons")
+    rerun = lessons.add_subparsers(required=True).add_parser("rerun", help="run lessons anew and say what changed")
+    rerun.set_defaults(run=_rerun)
+    rerun.add_argument("path", type=Path, nargs="*", metavar="NOTEBOOK", help="default: notebooks/*.ipynb")
+    rerun.add_argument("--accept", action="store_true", help="write the new outputs")
+
+
+def _rerun(options):
+    """Print the numbers and pictures that changed; 1 if there are any that were not accepted."""
+    from mathpost.course import lessons
+
+    changed = 0
+    for path in options.path or sorted(Path("notebooks").glob("*.ipynb")):
+        changes = lessons.rerun(path, accept=options.accept)
+        changed += len(changes)
+        print(f"{path}: {len(changes)} changed" if changes else f"{path}: as before")
+        print(*changes, sep="\n", end="\n" * bool(changes))
+    return int(bool(changed) and not options.accept)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Three angles in sequence, to and from the matrix, for every order; what is done where two of them merge.
+"""A rotation as three angles in sequence, as an axis and an angle, and as a quaternion, to and from the matrix.
 
 A sequence is named as in SciPy: upper case turns about the axes as already turned (``"ZXZ"``: Z, new X, newest Z;
 intrinsic), lower case about the fixed ones (``"xyz"``; extrinsic). Matrices are active: their columns are the axes
@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost.errors import InputError, as_array
-from mathpost.rotation import ACTIVE, as_rotation, from_angles, numeric, unit, wrap
+from mathpost.rotation import ACTIVE, about, as_rotation, from_angles, numeric, unit, wrap
 
 SEQUENCES = ("ZXZ", "ZYZ", "XYX", "XZX", "YXY", "YZY", "XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 LOCK = 1e-13  # first and last axis are parallel if the sine between them is below this
@@ -45,10 +45,11 @@ def matrix(sequence, angles, *, degrees=False):
     >>> matrix("ZXZ", sp.symbols("I J K"))[:, 2].T
     Matrix([[sin(I)*sin(J), -sin(J)*cos(I), cos(J)]])
     """
-    letters, step = _read(sequence)
+    letters, step = _intrinsic(sequence)
     if not any(isinstance(angle, sp.Basic) for angle in np.ravel(np.asarray(angles, dtype=object))):
         angles = np.moveaxis(as_array(angles, 3, "angles"), -1, 0)
-    return from_angles(_builder(letters), tuple(angles)[::step], degrees)
+    i, j, k = (ACTIVE[letter] for letter in letters)
+    return from_angles(lambda a, b, c: i(a) * j(b) * k(c), tuple(angles)[::step], degrees)
 
 
 def angles(sequence, matrix, *, lock="third", degrees=False):
@@ -85,20 +86,32 @@ def angles(sequence, matrix, *, lock="third", degrees=False):
     >>> angles("xyz", matrix("xyz", [40, 90, 25], degrees=True), degrees=True).round(9)
     array([15., 90., 0.])
     """
-    letters, step = _read(sequence)
+    letters, step = _intrinsic(sequence)
     if lock not in ("first", "third"):
         raise InputError("lock", "'first' or 'third'", repr(lock))
-    entries = np.moveaxis(as_rotation(matrix, "matrix").reshape(*np.shape(matrix)[:-2], 9), -1, 0)
-    zero_first = (lock == "first") == (step > 0)  # seen from the intrinsic sequence
-    found = _solve(letters, entries, zero_first)[..., ::step]
+    entries, (first_angle, other_angles) = _entries(as_rotation(matrix, "matrix")), _kernels(letters)
+    sine, cosine = np.moveaxis(first_angle(*entries), -1, 0)
+    locked = np.hypot(sine, cosine) < LOCK
+    first = np.where(locked, 0.0, np.arctan2(sine + 0.0, cosine + 0.0))  # + 0.0: no −0, whose atan2 can be −180°
+    rest = other_angles(*entries, first)
+    if locked.any():
+        if (lock == "third") == (step > 0):  # the third angle of the intrinsic sequence is to be 0
+            # The matrix holds third ± first, with the sign of the first axis against the last.
+            i, k = ("XYZ".index(letter) for letter in (letters[0], letters[2]))
+            together = np.arctan2(rest[..., 2], rest[..., 3]) * np.sign(entries[3 * i + k])
+            first = np.where(locked, together, first)
+            rest[..., 2:] = np.where(locked[..., None], (0.0, 1.0), rest[..., 2:])
+        rest[..., :2] = np.where(locked[..., None], np.round(rest[..., :2]), rest[..., :2])
+    middle, third = np.moveaxis(np.arctan2(rest[..., 0::2] + 0.0, rest[..., 1::2] + 0.0), -1, 0)
+    found = np.stack([first, middle, third], axis=-1)[..., ::step]
     return np.rad2deg(found) if degrees else found
 
 
 def is_locked(sequence, matrix):
     """Return whether the first and the last axis of the sequence are parallel, shape (...)."""
-    letters, _ = _read(sequence)
-    entries = np.moveaxis(as_rotation(matrix, "matrix").reshape(*np.shape(matrix)[:-2], 9), -1, 0)
-    return np.hypot(*np.moveaxis(_kernels(letters)[0](*entries), -1, 0)) < LOCK
+    letters, _ = _intrinsic(sequence)
+    first_angle, _ = _kernels(letters)
+    return np.hypot(*np.moveaxis(first_angle(*_entries(as_rotation(matrix, "matrix"))), -1, 0)) < LOCK
 
 
 def from_direction(sequence, direction, third=0.0, *, degrees=False):
@@ -133,18 +146,15 @@ def from_direction(sequence, direction, third=0.0, *, degrees=False):
     if sequence not in SEQUENCES:
         raise InputError("sequence", f"one of {', '.join(SEQUENCES)}", repr(sequence))
     direction = unit(as_array(direction, 3, "direction"), "direction")
-    entries = np.zeros((*direction.shape[:-1], 3, 3))
-    entries[..., "XYZ".index(sequence[2])] = direction
-    first_kernel, rest_kernel = _kernels(sequence)
-    entries = np.moveaxis(entries.reshape(*direction.shape[:-1], 9), -1, 0)
-    sine, cosine = np.moveaxis(first_kernel(*entries), -1, 0)
+    columns = np.zeros((*direction.shape[:-1], 3, 3))
+    columns[..., "XYZ".index(sequence[2])] = direction
+    entries, (first_angle, other_angles) = _entries(columns), _kernels(sequence)
+    sine, cosine = np.moveaxis(first_angle(*entries), -1, 0)
     first = np.where(np.hypot(sine, cosine) < LOCK, 0.0, np.arctan2(sine + 0.0, cosine + 0.0))
-    rest = rest_kernel(*entries, first) + 0.0
-    scale = 180 / np.pi if degrees else 1.0
-    first, middle, third = np.broadcast_arrays(
-        scale * first, scale * np.arctan2(rest[..., 0], rest[..., 1]), np.asarray(third, dtype=float)
-    )
-    return np.stack([first, middle, third], axis=-1)
+    sine, cosine, *_ = np.moveaxis(other_angles(*entries, first) + 0.0, -1, 0)
+    two = np.stack([first, np.arctan2(sine, cosine)])
+    found = np.broadcast_arrays(*(np.rad2deg(two) if degrees else two), np.asarray(third, dtype=float))
+    return np.stack(found, axis=-1)
 
 
 def twin(sequence, angles, *, degrees=False):
@@ -158,14 +168,14 @@ def twin(sequence, angles, *, degrees=False):
     >>> twin("ZXZ", [135, 54.7356, -90], degrees=True)
     array([-45.    , -54.7356,  90.    ])
     """
-    letters, _ = _read(sequence)
+    letters, _ = _intrinsic(sequence)
     turn = 360.0 if degrees else 2 * np.pi
     first, middle, third = np.moveaxis(as_array(angles, 3, "angles"), -1, 0)
     middle = -middle if letters[0] == letters[2] else turn / 2 - middle
     return wrap(np.stack([first + turn / 2, middle, third + turn / 2], axis=-1), turn)
 
 
-def _read(sequence):
+def _intrinsic(sequence):
     """The intrinsic sequence that means the same, and the step through its angles: −1 if it was extrinsic."""
     if sequence in SEQUENCES:
         return sequence, 1
@@ -175,31 +185,9 @@ def _read(sequence):
     raise InputError("sequence", expected, repr(sequence))
 
 
-@lru_cache(maxsize=12)
-def _builder(letters):
-    def build(first, middle, third):
-        i, j, k = (ACTIVE[letter] for letter in letters)
-        return i(first) * j(middle) * k(third)
-
-    return build
-
-
-def _solve(letters, entries, zero_first):
-    first_kernel, rest_kernel = _kernels(letters)
-    sine, cosine = np.moveaxis(first_kernel(*entries), -1, 0)
-    locked = np.hypot(sine, cosine) < LOCK
-    first = np.where(locked, 0.0, np.arctan2(sine + 0.0, cosine + 0.0))
-    rest = rest_kernel(*entries, first)
-    if locked.any():
-        if not zero_first:
-            # The matrix holds third ± first, with the sign of the first axis against the last.
-            i, k = ("XYZ".index(letter) for letter in (letters[0], letters[2]))
-            together = np.arctan2(rest[..., 2], rest[..., 3]) * np.sign(entries[3 * i + k])
-            first = np.where(locked, together, first)
-            rest[..., 2:] = np.where(locked[..., None], (0.0, 1.0), rest[..., 2:])
-        rest[..., :2] = np.where(locked[..., None], np.round(rest[..., :2]), rest[..., :2])
-    middle, third = np.moveaxis(np.arctan2(rest[..., 0::2] + 0.0, rest[..., 1::2] + 0.0), -1, 0)
-    return np.stack([first, middle, third], axis=-1)
+def _entries(matrices):
+    """The nine entries, row by row, of matrices of shape (..., 3, 3): shape (9, ...)."""
+    return np.moveaxis(matrices.reshape(*matrices.shape[:-2], 9), -1, 0)
 
 
 @lru_cache(maxsize=12)
@@ -228,3 +216,134 @@ def _sine_and_cosine(angle, pattern, entries):
         next(sp.sign(shown.subs(eighth)) * entry for shown, entry in pairs if shown.has(function(angle)))
         for function in (sp.sin, sp.cos)
     )
+
+
+def from_axis_angle(axis, angle, *, degrees=False):
+    """Return the active matrix of a turn about `axis`: `about`, compiled.
+
+    Parameters
+    ----------
+    axis : array_like, shape (..., 3)
+        Of any length above zero.
+    angle : array_like, shape (...)
+        Right-handed about `axis`; radians unless `degrees`.
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+
+    Raises
+    ------
+    InputError
+        If an argument is not finite numbers of that shape or an axis has no length.
+
+    Examples
+    --------
+    >>> (from_axis_angle([1, 1, 1], 120, degrees=True) @ [1, 0, 0]).round(12) + 0.0
+    array([0., 1., 0.])
+    """
+    axis, angle = unit(as_array(axis, 3, "axis")), as_array(np.expand_dims(angle, -1), 1, "angle")[..., 0]
+    *v, t = sp.symbols("v_x v_y v_z t", real=True)
+    turn = numeric(sp.ImmutableMatrix(about(v, t)), (*v, t))
+    return turn(*np.moveaxis(axis, -1, 0), np.deg2rad(angle) if degrees else angle)
+
+
+def to_axis_angle(matrix, *, degrees=False):
+    """Return the axis and the angle in [0, π] of an active matrix.
+
+    No turn at all has axis Z; of the two axes of a half turn the one is given whose first entry that is not
+    zero is positive.
+
+    Parameters
+    ----------
+    matrix : array_like, shape (..., 3, 3)
+
+    Returns
+    -------
+    axis : ndarray, shape (..., 3)
+        Unit vectors.
+    angle : ndarray, shape (...)
+        Radians unless `degrees`.
+
+    Raises
+    ------
+    InputError
+        If `matrix` is not a rotation, as `as_rotation` tells.
+
+    Examples
+    --------
+    >>> axis, angle = to_axis_angle([[0, 0, 1], [1, 0, 0], [0, 1, 0]], degrees=True)
+    >>> axis.round(6), angle.round(6)
+    (array([0.57735, 0.57735, 0.57735]), np.float64(120.0))
+    """
+    quaternion = to_quaternion(matrix)
+    sine = np.linalg.norm(quaternion[..., 1:], axis=-1)
+    turned = (sine > 0)[..., None]
+    axis = np.where(turned, quaternion[..., 1:] / np.where(turned, sine[..., None], 1), [0.0, 0.0, 1.0])
+    angle = 2 * np.arctan2(sine, quaternion[..., 0])
+    return axis, np.rad2deg(angle) if degrees else angle
+
+
+def from_quaternion(quaternion):
+    """Return the active matrix of a quaternion w + xi + yj + zk, given as (w, x, y, z), *scalar first*.
+
+    Parameters
+    ----------
+    quaternion : array_like, shape (..., 4)
+        Of any length above zero; q and −q are the same rotation.
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 3)
+
+    Raises
+    ------
+    InputError
+        If the numbers are not finite, not four, or all zero.
+
+    Examples
+    --------
+    >>> (from_quaternion([1, 0, 0, 1]) @ [1, 0, 0]).round(12) + 0.0  # 90 degrees about Z
+    array([0., 1., 0.])
+    """
+    quaternion = unit(as_array(quaternion, 4, "quaternion"), "quaternion")
+    return numeric(_QUATERNION_MATRIX, _QUATERNION)(*np.moveaxis(quaternion, -1, 0))
+
+
+def to_quaternion(matrix):
+    """Return the unit quaternion (w, x, y, z), scalar first, of an active matrix.
+
+    Of q and −q the one with w > 0, or at a half turn the one whose first entry that is not zero is positive.
+    Parameters and errors are those of `to_axis_angle`; the result has shape (..., 4).
+
+    Examples
+    --------
+    >>> to_quaternion([[0, -1, 0], [1, 0, 0], [0, 0, 1]]).round(6) + 0.0
+    array([0.707107, 0.      , 0.      , 0.707107])
+    """
+    products = numeric(_quaternion_products(), _ENTRIES)(*_entries(as_rotation(matrix)))
+    # Every row is q times one of its own entries: the row of the greatest loses no digits.
+    greatest = np.diagonal(products, axis1=-2, axis2=-1).argmax(axis=-1)
+    quaternion = np.take_along_axis(products, greatest[..., None, None], axis=-2)[..., 0, :]
+    quaternion /= np.linalg.norm(quaternion, axis=-1, keepdims=True)
+    quaternion[np.abs(quaternion) < 1e-16] = 0.0
+    first = np.take_along_axis(quaternion, (quaternion != 0).argmax(axis=-1)[..., None], axis=-1)
+    return quaternion * np.sign(first)
+
+
+_QUATERNION = sp.symbols("w x y z", real=True)
+_QUATERNION_MATRIX = sp.ImmutableMatrix(
+    sp.Quaternion(*_QUATERNION).to_rotation_matrix(homogeneous=True).subs(sum(q**2 for q in _QUATERNION), 1)
+)  # of length 1
+_ENTRIES = sp.symbols("m:3:3", real=True)
+
+
+@lru_cache(maxsize=1)
+def _quaternion_products():
+    """4·q·qᵀ in the nine entries of the matrix of q, found by comparing coefficients."""
+    q = sp.Matrix(_QUATERNION)
+    products = list(q * q.T)
+    names = {product: sp.Symbol(f"q{n}") for n, product in enumerate(dict.fromkeys(products))}
+    known = [q.dot(q) - 1, *(_QUATERNION_MATRIX - sp.Matrix(3, 3, _ENTRIES))]
+    found = sp.solve([sp.expand(equation).subs(names) for equation in known], list(names.values()), dict=True)[0]
+    return sp.ImmutableMatrix(4, 4, [4 * found[names[product]] for product in products])

@@ -5,7 +5,7 @@ the same turn forwards, and the three slides are one translation between the two
 """
 
 from dataclasses import dataclass
-from functools import reduce
+from functools import lru_cache, reduce
 
 import sympy as sp
 
@@ -89,8 +89,9 @@ def between(machine):
     return [*reversed(tables), *heads]
 
 
+@lru_cache(maxsize=64)
 def links(machine, parameters=False):
-    """Return the chain from the workpiece to the tool as a list of `Link`.
+    """Return the chain from the workpiece to the tool as a tuple of `Link`.
 
     Parameters
     ----------
@@ -110,15 +111,16 @@ def links(machine, parameters=False):
         turned = turn(data.axis[rotary.name], data.point[rotary.name], sign * angle)
         (tables if sign < 0 else heads).append(Link(rotary.name, turned))
     slides = data.origin + sp.Matrix(joint_symbols(machine)[:3]) - data.programmed_point
-    return [
+    return (
         Link("workpiece", homogeneous(sp.eye(3), -data.origin)),
         *tables,
         Link("linear", homogeneous(sp.eye(3), slides)),
         *heads,
         Link("tool", homogeneous(_from_z_to(data.tool_axis), -data.tool_length * data.tool_axis)),
-    ]
+    )
 
 
+@lru_cache(maxsize=64)
 def bodies(machine):
     """Return where each body of the machine stands: pairs of its name and the 4×4 matrix machine_from_body.
 
@@ -140,16 +142,17 @@ def bodies(machine):
     for link in reversed(rest[:cut]):  # a turn run through backwards is the turn by minus the angle
         place = place * link.matrix.subs({angle: -angle for angle in angles})
         found.append((link.name, place))
-    found.append(("workpiece", place * first.matrix.inv()))
     slides, *heads = rest[cut:]
-    found.append((str(x), slides.matrix.subs({y: 0, z: 0})))
-    found.append((str(y), slides.matrix.subs({z: 0})))
-    place = slides.matrix
-    found.append((str(z), place))
+    found += [
+        ("workpiece", place * first.matrix.inv()),
+        (str(x), slides.matrix.subs({y: 0, z: 0})),
+        (str(y), slides.matrix.subs({z: 0})),
+        (str(z), place := slides.matrix),
+    ]
     for link in heads:
         place = place * link.matrix
         found.append((link.name, place))
-    return found
+    return tuple(found)
 
 
 def turn(axis, point, angle):

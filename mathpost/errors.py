@@ -1,6 +1,12 @@
-"""The package's own errors, and the one check that turns a caller's numbers into an array."""
+"""The package's own errors, and where most of them arise: a caller's arrays, and files read and written."""
+
+import os
+import tempfile
+from pathlib import Path
 
 import numpy as np
+
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"  # a decimal number as CL files, NC programs and worksheets write it
 
 
 class MathpostError(ValueError):
@@ -22,10 +28,6 @@ class InputError(MathpostError):
         self.where, self.expected, self.found = where, expected, found
         super().__init__(f"{where}: expected {expected}, found {found}")
 
-    def __reduce__(self):
-        """For its way out of another process."""
-        return type(self), (self.where, self.expected, self.found)
-
 
 class ReachError(MathpostError):
     """The machine cannot go there: the tool axis is out of reach or a joint out of travel."""
@@ -35,10 +37,8 @@ class OutputError(MathpostError):
     """A result could not be written; nothing was."""
 
 
-def as_array(values, length, where, *, check=True):
+def as_array(values, length, where):
     """Return `values` as a float array of shape ``(..., length)``, or raise `InputError`.
-
-    Without `check` the numbers may be infinite or NaN: the caller looks at them with `finite`, block by block.
 
     Examples
     --------
@@ -55,14 +55,51 @@ def as_array(values, length, where, *, check=True):
         raise InputError(where, f"numbers of shape (..., {length})", repr(values)) from None
     if array.ndim == 0 or array.shape[-1] != length:
         raise InputError(where, f"shape (..., {length})", f"shape {array.shape}")
-    if check and not finite(array):
-        index = tuple(int(n) for n in np.argwhere(~np.isfinite(array))[0])
+    finite = np.isfinite(array)
+    if not finite.all():
+        index = tuple(map(int, np.argwhere(~finite)[0]))
         raise InputError(where, "finite numbers", f"{array[index]} at index {index}")
     return array
 
 
-def finite(array):
-    """Whether all is finite, told from sums, which take no memory; one that overflows asks for a closer look."""
-    parts = [array] if array.flags.c_contiguous else [array[..., n] for n in range(array.shape[-1])]
-    with np.errstate(over="ignore", invalid="ignore"):
-        return all(np.isfinite(part.sum()) for part in parts) or bool(np.isfinite(array).all())
+def read_bytes(path):
+    """Return the content of the file `path`; raise `InputError` if it cannot be read."""
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise InputError(str(path), "a readable file", error.strerror or str(error)) from None
+
+
+def read_text(path):
+    """Return the text of the UTF-8 file `path`; raise `InputError` if it cannot be read."""
+    try:
+        return read_bytes(path).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        raise InputError(f"{path}, line {line}", "UTF-8 text", f"byte 0x{error.object[error.start]:02x}") from None
+
+
+def write_text(path, text):
+    """Write `text` as UTF-8 to `path` whole or not at all; raise `OutputError` if that fails."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path, content):
+    """Write `content` to `path` whole or not at all; raise `OutputError` if that fails.
+
+    A temporary file in the same folder takes the place of `path` in one step.
+    """
+    path, temporary = Path(path), None
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        with open(handle, "wb") as file:
+            file.write(content)
+        umask = os.umask(0)  # can be read only by setting it
+        os.umask(umask)
+        os.chmod(temporary, 0o666 & ~umask)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise OutputError(f"{path}: not written, {error.strerror or error}") from None
+    finally:
+        if temporary:
+            Path(temporary).unlink(missing_ok=True)

@@ -1,10 +1,8 @@
 """Rigid frames: rotation and origin, the frames of a machine by name, and the frame of I++ DME (source 003)."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
-import sympy as sp
 
 from mathpost import angles as euler
 from mathpost import chain
@@ -158,26 +156,12 @@ def machine_frames(machine, joints, *, degrees=False):
     >>> (workpiece.inverse() @ tool).origin.round(6) + 0.0
     array([ 0., 10., 30.])
     """
-    joints = as_array(joints, 5, "joints")
-    angles = np.deg2rad(joints[..., 3:]) if degrees else joints[..., 3:]
-    values = [*np.moveaxis(joints[..., :3], -1, 0), *np.moveaxis(angles, -1, 0)]
-    workpiece_from_machine, machine_from_tool = _sides(machine)
-    return (
-        Frame.from_matrix(workpiece_from_machine(*values), "WCS", "MCS").inverse(),
-        Frame.from_matrix(machine_from_tool(*values), "MCS", "TCS"),
-    )
-
-
-@lru_cache(maxsize=32)
-def _sides(machine):
-    """Compile the two halves of the chain: from the workpiece to the machine, and from there to the tool."""
-    links = chain.links(machine)
-    cut = [link.name for link in links].index("linear")
-    symbols = chain.joint_symbols(machine)
-    return tuple(
-        numeric(sp.ImmutableMatrix(chain.product(link.matrix for link in half)), symbols)
-        for half in (links[:cut], links[cut:])
-    )
+    x, y, z, first, second = np.moveaxis(as_array(joints, 5, "joints"), -1, 0)
+    if degrees:
+        first, second = np.deg2rad(first), np.deg2rad(second)
+    bodies, symbols = dict(chain.bodies(machine)), chain.joint_symbols(machine)
+    matrices = (numeric(bodies[name], symbols)(x, y, z, first, second) for name in ("workpiece", "tool"))
+    return tuple(Frame.from_matrix(m, "MCS", child) for m, child in zip(matrices, ("WCS", "TCS"), strict=True))
 
 
 @dataclass

@@ -3,21 +3,21 @@
 Between the workpiece and the tool stand two rotary joints: the *outer* one, next to the workpiece, and the *inner*
 one, next to the tool. Only the inner one changes the angle between the tool axis and the outer axis, so it is
 solved first, from one equation A·cos θ + B·sin θ = D; the outer one then turns the tool axis into place, and
-X Y Z close the loop.
+X Y Z close the loop. `derive` does this step by step, `Kinematics` compiles what it finds.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import sympy as sp
 
 from mathpost import chain
-from mathpost.errors import as_array, finite
-from mathpost.rotation import SHORTEST, about, blocks, columns, numeric, unit
+from mathpost.errors import as_array
+from mathpost.rotation import about, numeric, unit, wrap
 
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
-AT_POLE = 1e-200  # squared: nearer than 1e-50 to the pole, any outer angle is right
+AT_POLE = 1e-200  # squared: nearer than 1e-100 to the pole, any outer angle is right
 BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
 
 
@@ -61,6 +61,61 @@ class Inverse:
     linear: tuple
     pole: tuple
     reach: tuple
+
+
+@lru_cache(maxsize=64)
+def derive(machine):
+    """Derive the inverse of a machine as an `Inverse`."""
+    data = chain.Geometry.numbers(machine)
+    (outer, outer_angle, outer_sign), (inner, inner_angle, inner_sign) = chain.between(machine)
+    tip, axis = sp.symbols("x y z", real=True), sp.symbols("i j k", real=True)
+    u, n = data.axis[outer.name], sp.Matrix(axis)
+
+    # 1. The inner angle. The chain says n = Rot(u, ±outer)·w with w = Rot(v, ±inner)·t. A rotation about u keeps
+    # the component along u, hence u·n = u·w, which is linear in the cosine and the sine of the inner angle.
+    w = about(data.axis[inner.name], inner_sign * inner_angle) * data.tool_axis
+    along = sp.expand(u.dot(w))
+    a, b = along.coeff(sp.cos(inner_angle)), along.coeff(sp.sin(inner_angle))
+    if (a, b) < (0, 0):  # look along the other end of the outer axis, so that θ = atan2(B, A) is near zero
+        u, outer_sign, along, a, b = -u, -outer_sign, -along, -a, -b
+    constant = along.subs({sp.cos(inner_angle): 0, sp.sin(inner_angle): 0})
+    r = sp.sqrt(sp.expand(a**2 + b**2))
+
+    # θ = atan2(B, A) ± acos(D/r). Near D = ±r, at the pole and at the edge of reach, acos loses half of the
+    # digits; ψ = 2·atan2(√(r − D), √(r + D)) loses none, if r ∓ D come from the chords |n ∓ u|: on the unit
+    # sphere 1 ∓ u·n = |n ∓ u|²/2, so that r ∓ D is half the difference of two squared chords.
+    chord_below, chord_above = _root(2 * (1 - constant - r)), _root(2 * (1 + constant - r))
+    middle, half = sp.atan2(b, a), 2 * sp.atan2(sp.sqrt(BELOW), sp.sqrt(ABOVE))
+
+    # 2. The outer angle. Seen along u, its turn must bring w to n.
+    e1, e2 = _perpendicular(u)
+    w1, w2, n1, n2 = e1.dot(w), e2.dot(w), e1.dot(n), e2.dot(n)
+
+    return Inverse(
+        tip=tip,
+        axis=axis,
+        outer=outer_angle,
+        inner=inner_angle,
+        equation=sp.Eq(a * sp.cos(inner_angle) + b * sp.sin(inner_angle), u.dot(n) - constant, evaluate=False),
+        below=_half_difference_of_squares(n - u, chord_below),
+        above=_half_difference_of_squares(n + u, chord_above),
+        solutions=(middle + half, middle - half),
+        turn=(outer_sign * (w1 * n2 - w2 * n1), w1 * n1 + w2 * n2),
+        linear=_close_the_loop(machine, data, tip),
+        pole=tuple(u),
+        reach=(2 * sp.asin(chord_below / 2), sp.pi - 2 * sp.asin(chord_above / 2)),
+    )
+
+
+def _close_the_loop(machine, data, tip):
+    """3. X Y Z: the tip in the machine, seen from the workpiece, is the tip seen from the tool."""
+    links, symbols = chain.links(machine), chain.joint_symbols(machine)
+    slides = [link.name for link in links].index("linear")
+    from_workpiece = sp.Matrix([*(data.origin + sp.Matrix(tip)), 1])
+    for link in links[1:slides]:  # a table's turn run through forwards
+        from_workpiece = link.matrix.subs({angle: -angle for angle in symbols[3:]}) * from_workpiece
+    from_tool = chain.product(link.matrix for link in links[slides:])[:, 3]
+    return tuple((from_workpiece - from_tool.subs(dict.fromkeys(symbols[:3], 0)))[:3])
 
 
 class Kinematics:
@@ -110,58 +165,8 @@ class Kinematics:
 
     @cached_property
     def inverse_symbolic(self):
-        """The derivation of the inverse as an `Inverse`."""
-        data = chain.Geometry.numbers(self.machine)
-        (outer, outer_angle, outer_sign), (inner, inner_angle, inner_sign) = chain.between(self.machine)
-        tip, axis = sp.symbols("x y z", real=True), sp.symbols("i j k", real=True)
-        u, n = data.axis[outer.name], sp.Matrix(axis)
-
-        # The chain says n = Rot(u, ±outer)·w with w = Rot(v, ±inner)·t. Rotation about u keeps the component
-        # along u, hence u·n = u·w, which is linear in the cosine and the sine of the inner angle.
-        w = about(data.axis[inner.name], inner_sign * inner_angle) * data.tool_axis
-        along = sp.expand(u.dot(w))
-        a, b = along.coeff(sp.cos(inner_angle)), along.coeff(sp.sin(inner_angle))
-        if (a, b) < (0, 0):  # look along the other end of the outer axis, so that θ = atan2(B, A) is near zero
-            u, outer_sign, along, a, b = -u, -outer_sign, -along, -a, -b
-        constant = along.subs({sp.cos(inner_angle): 0, sp.sin(inner_angle): 0})
-        r = sp.sqrt(sp.expand(a**2 + b**2))
-
-        # θ = atan2(B, A) ± acos(D/r). Near D = ±r, at the pole and at the edge of reach, acos loses half of the
-        # digits; ψ = 2·atan2(√(r − D), √(r + D)) loses none, if r ∓ D come from the chords |n ∓ u|: on the unit
-        # sphere 1 ∓ u·n = |n ∓ u|²/2, so that r ∓ D is half the difference of two squared chords.
-        chord_below, chord_above = _root(2 * (1 - constant - r)), _root(2 * (1 + constant - r))
-        middle, half = sp.atan2(b, a), 2 * sp.atan2(sp.sqrt(BELOW), sp.sqrt(ABOVE))
-
-        # Seen along u, the turn by the outer angle must bring w to n.
-        e1, e2 = _perpendicular(u)
-        w1, w2, n1, n2 = e1.dot(w), e2.dot(w), e1.dot(n), e2.dot(n)
-
-        return Inverse(
-            tip=tip,
-            axis=axis,
-            outer=outer_angle,
-            inner=inner_angle,
-            equation=sp.Eq(a * sp.cos(inner_angle) + b * sp.sin(inner_angle), u.dot(n) - constant, evaluate=False),
-            below=_half_difference_of_squares(n - u, chord_below),
-            above=_half_difference_of_squares(n + u, chord_above),
-            solutions=(middle + half, middle - half),
-            turn=(outer_sign * (w1 * n2 - w2 * n1), w1 * n1 + w2 * n2),
-            linear=self._close_the_loop(data, tip),
-            pole=tuple(u),
-            reach=(2 * sp.asin(chord_below / 2), sp.pi - 2 * sp.asin(chord_above / 2)),
-        )
-
-    def _close_the_loop(self, data, tip):
-        """Equate the tip in the machine, seen from the workpiece and seen from the tool, and solve for X Y Z."""
-        links = self.links()
-        split = [link.name for link in links].index("linear")
-        from_workpiece = sp.Matrix([*(data.origin + sp.Matrix(tip)), 1])
-        for link in links[1:split]:
-            # Turning the other way is the inverse of a turn about a line.
-            from_workpiece = link.matrix.subs({q: -q for q in self.symbols[3:]}) * from_workpiece
-        from_tool = chain.product(link.matrix for link in links[split:])[:3, 3]
-        slides_at_zero = from_tool.subs(dict.fromkeys(self.symbols[:3], 0))
-        return tuple(from_workpiece[:3, 0] - slides_at_zero)
+        """The derivation of the inverse as an `Inverse`, by `derive`."""
+        return derive(self.machine)
 
     @cached_property
     def reach(self):
@@ -190,9 +195,10 @@ class Kinematics:
         InputError
             If `joints` has another shape or holds something that is not a finite number.
         """
-        joints = as_array(joints, 5, "joints")
-        angles = np.deg2rad(joints[..., 3:]) if degrees else joints[..., 3:]
-        pose = self._pose(*np.moveaxis(joints[..., :3], -1, 0), *np.moveaxis(angles, -1, 0))
+        x, y, z, first, second = np.moveaxis(as_array(joints, 5, "joints"), -1, 0)
+        if degrees:
+            first, second = np.deg2rad(first), np.deg2rad(second)
+        pose = self._pose(x, y, z, first, second)
         return pose[..., :3], pose[..., 3:]
 
     def inverse(self, tip, axis, *, degrees=False):
@@ -219,39 +225,22 @@ class Kinematics:
         InputError
             If an argument has another shape, holds something not finite, or an axis has no length.
         """
-        tip, axis = (as_array(values, 3, name, check=False) for values, name in ((tip, "tip"), (axis, "axis")))
-        shape = np.broadcast_shapes(tip.shape, axis.shape)
-        tips, axes = (np.broadcast_to(vectors, shape).reshape(-1, 3) for vectors in (tip, axis))
-        joints = np.empty((5, 2, len(tips)))
-        for rows in blocks(joints.shape[-1:]):
-            position, components = tips[rows].T.copy(), axes[rows].T.copy()
-            if not (finite(position) and finite(components)):  # looked at here, where they are in the cache
-                as_array(tip, 3, "tip"), as_array(axis, 3, "axis")  # refuse it, and name its place
-            length = np.linalg.norm(components, axis=0)
-            if not (length > SHORTEST).all():
-                unit(axis)  # refuses it, and names its place in the whole array
-            solved = joints[..., rows]
-            self._both_branches(position, components / length, solved)
-            if degrees:
-                np.rad2deg(solved[3:], out=solved[3:])
-        return np.moveaxis(joints.reshape(5, 2, *shape[:-1]), (0, 1), (-1, -2))
-
-    def _both_branches(self, tip, axis, joints):
-        """Put the joints of tips and unit axes of shape (3, n) into `joints`, shape (5, 2, n)."""
-        derived = self.inverse_symbolic
-        below, above = map(_within_reach, self._reach_columns(*axis))
-        rotary = self._rotary_columns(*axis, below, above)
-        for branch, found in zip(joints.swapaxes(0, 1), (rotary[:6], rotary[6:]), strict=True):
-            inner, cosine, sine, rise, run, squared = found
-            if (pole := squared < AT_POLE).any():
-                rise, run, squared = np.where(pole, 0, rise), np.where(pole, 1, run), np.where(pole, 1, squared)
-            branch[self.symbols.index(derived.inner)] = _wrapped(inner)
-            # Adding 0.0 turns −0.0 into 0.0, so that atan2 gives 180 degrees and never −180.
-            np.arctan2(rise + 0.0, run, out=branch[self.symbols.index(derived.outer)])
-            norm = np.sqrt(squared)
-            slides = self._slides(*tip, cosine, sine, run / norm, rise / norm)
-            for row, coordinate in zip(branch[:3], slides, strict=True):
-                row[:] = coordinate
+        tip, axis = as_array(tip, 3, "tip"), unit(as_array(axis, 3, "axis"))
+        tip_and_axis = *np.moveaxis(tip, -1, 0), *np.moveaxis(axis, -1, 0)
+        with np.errstate(divide="ignore", invalid="ignore"):  # at the pole, mended below
+            found = self._both_branches(*tip_and_axis, *self.reach_terms(axis))
+        found = found.reshape(*found.shape[:-1], 2, 6)
+        joints, squared = found[..., :5], found[..., 5]
+        if (at_pole := squared < AT_POLE).any():
+            joints[at_pole, self.symbols.index(self.inverse_symbolic.outer)] = 0
+            tips = np.broadcast_to(tip[..., None, :], (*at_pole.shape, 3))
+            joints[at_pole] = self.close(tips[at_pole], joints[at_pole, 3:])
+        rotary = joints[..., 3:]
+        if (beyond := np.abs(rotary) >= np.pi).any():
+            rotary[beyond] = wrap(rotary[beyond], 2 * np.pi)
+        if degrees:
+            np.rad2deg(rotary, out=rotary)
+        return joints
 
     def close(self, tip, rotary):
         """Return the joints that put the tool tip at `tip` with the rotary angles given: X Y Z close the loop.
@@ -273,8 +262,9 @@ class Kinematics:
 
     def reach_terms(self, axis):
         """Return r − D and r + D of `Inverse` for unit tool axes (..., 3): 0 at the ends of reach, NaN beyond."""
-        values = _within_reach(self._reach_terms(*np.moveaxis(np.asarray(axis, dtype=float), -1, 0)))
-        return values[..., 0], values[..., 1]
+        terms = self._reach_terms(*np.moveaxis(np.asarray(axis, dtype=float), -1, 0))
+        terms[terms < -REACH_TOLERANCE] = np.nan
+        return np.moveaxis(np.maximum(terms, 0, out=terms), -1, 0)
 
     @cached_property
     def _pose(self):
@@ -282,69 +272,35 @@ class Kinematics:
         return numeric((*matrix[:3, 3], *matrix[:3, 2]), self.symbols)
 
     @cached_property
+    def _linear(self):
+        derived = self.inverse_symbolic
+        return numeric(derived.linear, (*derived.tip, *self.symbols[3:]))
+
+    @cached_property
     def _reach_terms(self):
         derived = self.inverse_symbolic
         return numeric((derived.below, derived.above), derived.axis)
 
     @cached_property
-    def _reach_columns(self):
-        derived = self.inverse_symbolic
-        return columns((derived.below, derived.above), derived.axis)
+    def _both_branches(self):
+        """For each branch the five joints and the sum of the squares of `Inverse.turn`, which is 0 at the pole.
 
-    @cached_property
-    def _rotary_columns(self):
-        """For each branch: the inner angle, its cosine and sine, `Inverse.turn` and the sum of its squares.
-
-        The cosine and the sine are algebraic in r − D and r + D; no function of the angle is computed.
+        The cosines and sines of both angles are algebraic in what the angles come from: none is computed from an
+        angle.
         """
         derived, entries = self.inverse_symbolic, []
         for solution in derived.solutions:
-            cosine, sine = (sp.expand_trig(function(solution)) for function in (sp.cos, sp.sin))
-            values = {sp.cos(derived.inner): cosine, sp.sin(derived.inner): sine}
+            values = {f(derived.inner): sp.expand_trig(f(solution)) for f in (sp.cos, sp.sin)}
             rise, run = (term.xreplace(values) for term in derived.turn)
-            entries += [solution, cosine, sine, rise, run, rise**2 + run**2]
-        return columns(tuple(entries), (*derived.axis, BELOW, ABOVE))
-
-    @cached_property
-    def _slides(self):
-        """X Y Z of one branch, given the tip and the cosines and sines of its inner and its outer angle.
-
-        First what the outer angle alone decides, the turned tip; then the rest, collected by the functions of the
-        inner angle: of a tilted axis that leaves two thirds of the products.
-        """
-        derived, turned = self.inverse_symbolic, {}
-        inner, outer = ([f(angle) for f in (sp.cos, sp.sin)] for angle in (derived.inner, derived.outer))
-
-        def named(term):
-            if term.has(*inner):
-                return term if term in inner else term.func(*map(named, term.args))
-            return turned.setdefault(term, sp.Dummy()) if term.has(*outer) else term
-
-        collected = [_collected(named(coordinate), inner) for coordinate in derived.linear]
-        values = dict(zip((*inner, *outer), sp.symbols("c_i s_i c_o s_o"), strict=True))
-        arguments = *derived.tip, *values.values()
-        by_outer = columns(tuple(term.xreplace(values) for term in turned), arguments)
-        by_both = columns(tuple(entry.xreplace(values) for entry in collected), (*arguments, *turned.values()))
-        return lambda *given: by_both(*given, *by_outer(*given))
-
-    @cached_property
-    def _linear(self):
-        derived = self.inverse_symbolic
-        return numeric(derived.linear, (*derived.tip, *self.symbols[3:]))
-
-
-def _within_reach(term):
-    """r − D or r + D with rounding at the edge of reach removed, and NaN beyond."""
-    beyond = term < -REACH_TOLERANCE
-    return np.where(beyond, np.nan, np.maximum(term, 0)) if beyond.any() else np.maximum(term, 0)
-
-
-def _wrapped(angle):
-    """Angles within ±360° brought into (−180°, 180°]."""
-    for beyond, turn in ((angle > np.pi, -2 * np.pi), (angle <= -np.pi, 2 * np.pi)):
-        if beyond.any():
-            angle = np.where(beyond, angle + turn, angle)
-    return angle
+            squared = rise**2 + run**2
+            values |= {
+                sp.cos(derived.outer): run / sp.sqrt(squared),
+                sp.sin(derived.outer): rise / sp.sqrt(squared),
+            }
+            angles = {derived.inner: solution, derived.outer: sp.atan2(rise, run)}
+            linear = [coordinate.xreplace(values) for coordinate in derived.linear]
+            entries += [*linear, *(angles[joint] for joint in self.symbols[3:]), squared]
+        return numeric(tuple(entries), (*derived.tip, *derived.axis, BELOW, ABOVE))
 
 
 def _perpendicular(u):
@@ -360,16 +316,6 @@ def _half_difference_of_squares(vector, chord):
     """(|vector|² − chord²)/2, factored so that it keeps its digits where the two are nearly equal."""
     squared = vector.dot(vector)
     return squared / 2 if chord == 0 else (sp.sqrt(squared) - chord) * (sp.sqrt(squared) + chord) / 2
-
-
-def _collected(expression, functions):
-    """A sum with what multiplies each function gathered and without a leading minus, so that two can share it."""
-    gathered = sp.S.Zero
-    for function, factor in sp.collect(sp.expand(expression), functions, evaluate=False).items():
-        number, factor = sp.factor_terms(factor).as_coeff_Mul()
-        sign = -1 if factor.could_extract_minus_sign() else 1
-        gathered += sign * number * function * (sign * factor)
-    return gathered
 
 
 def _root(number):

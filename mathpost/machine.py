@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mathpost.errors import InputError, as_array
-from mathpost.files import read_text
+from mathpost.errors import InputError, as_array, read_text
 
 ENDLESS = (-math.inf, math.inf)
 

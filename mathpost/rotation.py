@@ -19,11 +19,7 @@ ACTIVE = {"X": rot_ccw_axis1, "Y": rot_ccw_axis2, "Z": rot_ccw_axis3}
 PASSIVE = {"X": rot_axis1, "Y": rot_axis2, "Z": rot_axis3}
 ORTHONORMAL = 2e-6  # what six printed decimals leave of an orthonormal matrix
 SHORTEST = 1e-9  # a vector no longer than this has no direction
-BLOCK = 16384  # elements worked on at a time: the arrays of a formula fit the second-level cache
-
-# The GNU allocator gives the memory of freed arrays back to the system, so that every block of a formula faults it
-# in anew, until it has seen a larger array freed (mallopt(3), dynamic mmap threshold). This one is never touched.
-np.empty(128 * BLOCK)
+BLOCK = 16384  # elements that a formula works on at a time
 
 
 def about(axis, angle):
@@ -85,15 +81,15 @@ def as_rotation(matrix, where="rotation"):
 
 def unit(vectors, where="axis"):
     """Return `vectors`, shape (..., n), with length 1; raise `InputError` where one has none."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    length = np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
     if not (length > SHORTEST).all():
-        index = tuple(map(int, np.argwhere(length[..., 0] <= SHORTEST)[0]))
+        index = tuple(map(int, np.argwhere(length <= SHORTEST)[0]))
         raise InputError(where, "a vector with a direction", f"one of length zero{_at(index)}")
-    return vectors / length
+    return vectors / length[..., None]
 
 
 def wrap(angles, turn=360.0):
-    """Return `angles` less whole turns, in (−turn/2, turn/2]; rounding does not tell the two ends apart.
+    """Return `angles` less whole turns, in (−turn/2, turn/2]; what is 1e-12 turns above the open end is the other.
 
     Examples
     --------
@@ -135,7 +131,7 @@ def zxz_right(alpha, beta, gamma, *, degrees=False):
     >>> (zxz_right(135, 54.7356, -90, degrees=True) @ [3, 4, 5]).round(6)
     array([-1.224744,  0.707107,  6.928203])
     """
-    return from_angles(_right, (alpha, beta, gamma), degrees)
+    return from_angles(lambda *angles: _right(*angles)["γβα"], (alpha, beta, gamma), degrees)
 
 
 def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
@@ -150,28 +146,13 @@ def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
     >>> zxz_left_transposed(a, b, c) == zxz_right(a, b, c)
     True
     """
-    return from_angles(_left_transposed, (alpha, beta, gamma), degrees)
+    return from_angles(lambda *angles: _left(*angles)["(αβγ)ᵀ"], (alpha, beta, gamma), degrees)
 
 
 def zxz_apply(alpha, beta, gamma, points, *, degrees=False):
     """Return the coordinates of fixed points in the turned frame: `zxz_right` applied, without making the matrices.
 
-    Parameters
-    ----------
-    alpha, beta, gamma : float or array_like, shape (...)
-        As in `zxz_right`.
-    points : array_like, shape (..., 3)
-        Coordinates in the initial frame, broadcast against the angles.
-    degrees : bool, keyword only
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-
-    Raises
-    ------
-    InputError
-        If an angle or a point is not numbers.
+    Angles and points, shape (..., 3), are broadcast against each other; errors are those of `zxz_right`.
 
     Examples
     --------
@@ -181,10 +162,9 @@ def zxz_apply(alpha, beta, gamma, points, *, degrees=False):
     """
     points, angles = as_array(points, 3, "points"), _as_angles((alpha, beta, gamma), degrees)
     turns, point = sp.symbols("alpha beta gamma", real=True), sp.symbols("x y z", real=True)
-    a, b, c, *_ = _right_steps(*turns)
+    a, b, c, *_ = _right(*turns).values()
     # One turn after the other takes half of the products that their matrix takes to be made and applied.
-    turned = numeric(tuple(c * (b * (a * sp.Matrix(point)))), (*turns, *point))
-    return turned(*angles, *np.moveaxis(points, -1, 0))
+    return numeric(tuple(c * (b * (a * sp.Matrix(point)))), (*turns, *point))(*angles, *np.moveaxis(points, -1, 0))
 
 
 @dataclass(frozen=True)
@@ -222,44 +202,31 @@ def zxz_steps(recipe, angles, point, *, elementary=PASSIVE, degrees=False):
     >>> [step.name for step in zxz_steps("left", (135, 54.7356, -90), (3, 4, 5), degrees=True)]
     ['−α, −β, −γ', 'α', 'β', 'γ', 'αβ', 'αβγ', '(αβγ)ᵀ', "x', y', z'"]
     """
-    if recipe not in _RECIPES:
-        raise InputError("recipe", f"one of {', '.join(map(repr, _RECIPES))}", repr(recipe))
-    names, build = _RECIPES[recipe]
-    matrices = [
-        from_angles(lambda *values, row=row: build(*values, elementary)[row], angles, degrees)
-        for row in range(len(names))
-    ]
-    if isinstance(matrices[-1], np.ndarray):
-        turned = (matrices[-1] @ as_array(point, 3, "point")[..., None])[..., 0]
+    recipes = {"right": _right, "left": _left}
+    if recipe not in recipes:
+        raise InputError("recipe", "one of 'right', 'left'", repr(recipe))
+    build = recipes[recipe]
+    values = {"−α, −β, −γ": [-angle for angle in angles]} if recipe == "left" else {}
+    for name in build(0, 0, 0):
+        values[name] = from_angles(lambda *each, name=name: build(*each, elementary)[name], angles, degrees)
+    matrix = values[name]
+    if isinstance(matrix, sp.MatrixBase):
+        values["x', y', z'"] = matrix * sp.Matrix(point)
     else:
-        turned = matrices[-1] * sp.Matrix(point)
-    steps = [Step(n, name, matrix) for n, (name, matrix) in enumerate(zip(names, matrices, strict=True), 1)]
-    first = [Step(0, "−α, −β, −γ", [-angle for angle in angles])] if recipe == "left" else []
-    return [*first, *steps, Step(len(names) + 1, "x', y', z'", turned)]
+        values["x', y', z'"] = (matrix @ as_array(point, 3, "point")[..., None])[..., 0]
+    return [Step(number, *step) for number, step in enumerate(values.items(), 0 if recipe == "left" else 1)]
 
 
-def _right_steps(alpha, beta, gamma, elementary=PASSIVE):
+def _right(alpha, beta, gamma, elementary=PASSIVE):
+    """The matrices of the first recipe by name."""
     a, b, c = elementary["Z"](alpha), elementary["X"](beta), elementary["Z"](gamma)
-    return a, b, c, c * b, c * b * a
+    return {"α": a, "β": b, "γ": c, "γβ": c * b, "γβα": c * b * a}
 
 
-def _left_steps(alpha, beta, gamma, elementary=PASSIVE):
+def _left(alpha, beta, gamma, elementary=PASSIVE):
+    """The matrices of the second recipe by name."""
     a, b, c = elementary["Z"](-alpha), elementary["X"](-beta), elementary["Z"](-gamma)
-    return a, b, c, a * b, a * b * c, (a * b * c).T
-
-
-def _right(*angles):
-    return _right_steps(*angles)[-1]
-
-
-def _left_transposed(*angles):
-    return _left_steps(*angles)[-1]
-
-
-_RECIPES = {
-    "right": (("α", "β", "γ", "γβ", "γβα"), _right_steps),
-    "left": (("α", "β", "γ", "αβ", "αβγ", "(αβγ)ᵀ"), _left_steps),
-}
+    return {"α": a, "β": b, "γ": c, "αβ": a * b, "αβγ": a * b * c, "(αβγ)ᵀ": (a * b * c).T}
 
 
 def from_angles(build, angles, degrees=False):
@@ -278,9 +245,12 @@ def _as_angles(angles, degrees):
     return [np.deg2rad(value) for value in values] if degrees else values
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=512)
 def numeric(expression, arguments):
-    """Compile a sympy expression into a vectorised NumPy function.
+    """Compile a sympy expression into a function of NumPy arrays: the one place that does, and remembers it.
+
+    What the entries have in common is computed once. Large arrays go through in pieces of `BLOCK` elements, so that
+    the intermediate results stay in the processor's cache.
 
     Parameters
     ----------
@@ -291,9 +261,7 @@ def numeric(expression, arguments):
     -------
     callable
         Takes one number or array for each argument, broadcast against each other to shape ``(...)``, and
-        returns a float array of shape ``(...)``, ``(..., rows, columns)`` or ``(..., len(tuple))``. Works in
-        `blocks`, so that it needs little memory besides the result. That of a tuple is laid out component by
-        component in memory, which is what the next formula reads fastest.
+        returns a float array of shape ``(...)``, ``(..., rows, columns)`` or ``(..., len(tuple))``.
 
     Examples
     --------
@@ -302,42 +270,27 @@ def numeric(expression, arguments):
     array([[ 1.,  1.],
            [-1.,  1.]])
     """
-    if isinstance(expression, tuple):
-        shape, entries = (len(expression),), expression
-    else:
-        shape = getattr(expression, "shape", ())
-        entries = tuple(expression) if shape else (expression,)
-    kernel = columns(entries, arguments)
+    shape = (len(expression),) if isinstance(expression, tuple) else getattr(expression, "shape", ())
+    entries = [_in_floats(sp.sympify(entry)) for entry in (expression if shape else [expression])]
+    compiled = sp.lambdify(arguments, entries, "numpy", cse=True)
 
     def evaluate(*values):
         values = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in values))
-        result = np.empty((len(entries), *values[0].shape))
-        for rows in blocks(values[0].shape):
-            for index, entry in enumerate(kernel(*(value[rows] for value in values))):
+        flat = [value.reshape(-1) for value in values]
+        result = np.empty((len(entries), flat[0].size))
+        for rows in blocks(flat[0].shape):
+            for index, entry in enumerate(compiled(*(value[rows] for value in flat))):
                 result[index, rows] = entry
-        result = np.moveaxis(result, 0, -1)
-        return result if len(shape) == 1 else np.ascontiguousarray(result).reshape(*values[0].shape, *shape)
+        return np.moveaxis(result, 0, -1).reshape(*values[0].shape, *shape)
 
     return evaluate
 
 
-@lru_cache(maxsize=256)
-def columns(expressions, arguments):
-    """Compile sympy expressions into one function of arrays that returns a list; the one place to call `lambdify`.
-
-    What the expressions have in common is computed once. An expression without arguments gives a number.
-    """
-    return sp.lambdify(arguments, [_in_floats(sp.sympify(entry)) for entry in expressions], "numpy", cse=True)
-
-
 def blocks(shape):
-    """Yield slices of the first axis of `shape` that take about `BLOCK` elements each; `...` for a single one."""
-    if not shape:
-        yield ...
-        return
+    """Yield slices of the first axis of `shape` that take about `BLOCK` elements each."""
     step = max(1, BLOCK // max(1, math.prod(shape[1:])))
-    for first in range(0, shape[0], step):
-        yield slice(first, first + step)
+    for start in range(0, shape[0], step):
+        yield slice(start, start + step)
 
 
 @lru_cache(maxsize=4096)

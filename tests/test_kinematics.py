@@ -117,7 +117,7 @@ def test_below_and_above_are_r_minus_d_and_r_plus_d(kin):
 def test_pole_gives_the_outer_angle_zero(kin):
     pole = np.array(kin.inverse_symbolic.pole, float)
     if kin.reach[0] > 0:
-        pytest.skip("the pole is out of reach")
+        pytest.skip("does not apply: the pole is out of reach")
     joints = kin.inverse([1, 2, 3], pole)
     assert (joints[:, kin.symbols.index(kin.inverse_symbolic.outer)] == 0).all()
     np.testing.assert_allclose(kin.forward(joints)[1], [pole, pole], atol=1e-15)

@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 
 import pytest
 
@@ -13,6 +15,15 @@ NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 def read(path):
     """The cells of a notebook."""
     return json.loads(path.read_text(encoding="utf-8"))
+
+
+def test_every_notebook_is_collected_as_tests():
+    """By the settings of the project alone: an old pytest that did not know them would run none, and be green."""
+    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", "notebooks"]
+    listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout
+    assert [path.name for path in NOTEBOOKS if not re.search(rf"{re.escape(path.name)}(: |::)", listed)] == []
+        path.name for path in NOTEBOOKS if f"{path.name}: " not in listed and f"{path.name}::" not in listed
+    ] == []
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

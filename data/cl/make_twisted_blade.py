@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost.files import write_text
+from mathpost.errors import write_text
 from mathpost.post import cl
 from mathpost.rotation import unit
 

@@ -1,7 +1,7 @@
 """Compensate the systematic errors of a machine, after Bohez (source 001), and say what is left.
 
-Errors that do not depend on position are put into the inverse directly (`mathpost.compensate.calibrated`); those that do
-are taken out by one step of the total differential of the inverse, dq = −J⁺·Jₑ·e(q). Which error belongs to which group
+Errors that do not depend on position are put into the inverse directly (`calibrated`); those that do are
+taken out by one step of the total differential of the inverse, dq = −J⁺·Jₑ·e(q). Which error belongs to which group
 the source does not say. Near the singular position of the machine the step asks for a great turn in return for a
 small tilt, and its remainder, which grows with the square of the turn, makes things worse. There the turn is
 limited, X Y Z still correct the tip, and a point that would nevertheless become worse stays as programmed.

@@ -20,8 +20,7 @@ from mathpost.course import (
     exercises_rotation,  # noqa: F401
 )
 from mathpost.course.verdict import OPEN, RIGHT, TASKS, WRONG
-from mathpost.errors import InputError
-from mathpost.files import read_text
+from mathpost.errors import InputError, read_text
 
 MARKS = {RIGHT: "●", WRONG: "◐", OPEN: "○"}
 VERDICT = re.compile(rf"^(\d\d-\w+) · ({RIGHT}|{WRONG}|{OPEN})\.", re.MULTILINE)

@@ -209,7 +209,7 @@ SLIP = ((20, 35, 50), (1, 2, 3), (0.690, -1.540, 3.339))
 def worksheet_slip():
     """Three decimals and angles that are not special were enough."""
     angles, point, answer = SLIP
-    return explain(angles, point, answer).readings[0].kinds[0]
+    return explain(angles, point, answer).misreadings[0].kinds[0]
 
 
 @cache

@@ -7,10 +7,10 @@ import numpy as np
 
 from mathpost import machine
 from mathpost.course.verdict import data, exercise
-from mathpost.detective.euler_angles import explain_joints
+from mathpost.detective.rotary_axes import explain_joints
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
-from mathpost.post import postprocess, program, selection, singularity
+from mathpost.post import program, run, selection, singularity
 from mathpost.post.linearization import equation_8, linearize
 from mathpost.rotation import wrap
 
@@ -260,7 +260,7 @@ def pivot():
 @cache
 def blade_program():
     """The blade's program with B from -25°, verified."""
-    return postprocess.run(blade(), with_travel(load("dmu50v"), -25, 180).machine)
+    return run(blade(), with_travel(load("dmu50v"), -25, 180).machine)
 
 
 def spoilt_program():

@@ -6,7 +6,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost import angles as euler
-from mathpost import axis_angle, chain, machine
+from mathpost import chain, machine
 from mathpost.course.verdict import data, exercise
 from mathpost.detective.euler_angles import explain
 from mathpost.frame import Frame
@@ -88,7 +88,7 @@ def point():
 )
 def slip():
     """So look at the first elementary matrix: the minus before the sine is in the wrong place, in all six."""
-    return explain(PRINTED, POINT, ACTIVE_POINT).readings[0].kinds[0]
+    return explain(PRINTED, POINT, ACTIVE_POINT).misreadings[0].kinds[0]
 
 
 @exercise(
@@ -130,10 +130,10 @@ def frame():
     tolerance=5e-3,
     wrong={
         "That is the inverse turn. A twin is the same rotation under another name.": (
-            lambda: -axis_angle.to_axis_angle(zxz((20, 30, 40)), degrees=True)[1]
+            lambda: -euler.to_axis_angle(zxz((20, 30, 40)), degrees=True)[1]
         ),
         "That is the turn the other way round; its axis would point the other way.": (
-            lambda: 360 - axis_angle.to_axis_angle(zxz((20, 30, 40)), degrees=True)[1]
+            lambda: 360 - euler.to_axis_angle(zxz((20, 30, 40)), degrees=True)[1]
         ),
         "The three angles are about different axes, so they do not add up.": lambda: 20 + 30 + 40,
     },
@@ -141,7 +141,7 @@ def frame():
 def twin():
     """The same as before: a twin is another name of the same rotation, and the axis with its angle has no names."""
     twin = euler.twin("ZXZ", (20, 30, 40), degrees=True)
-    return axis_angle.to_axis_angle(euler.matrix("ZXZ", twin, degrees=True), degrees=True)[1]
+    return euler.to_axis_angle(euler.matrix("ZXZ", twin, degrees=True), degrees=True)[1]
 
 
 @exercise(

@@ -55,7 +55,7 @@ class Task:
     judge : callable or None
         For exercises with many solutions: returns what is wrong with an answer, or "" if nothing is.
     detective : callable or None
-        Returns a `mathpost.detective.explanation.Explanation` of an answer that is none of `wrong`.
+        Returns a `mathpost.detective.misreadings.Explanation` of an answer that is none of `wrong`.
     given : callable or None
         Returns what the question hands out, such as a program with an error in it.
     """
@@ -142,7 +142,7 @@ class Task:
         found = self.detective(answer) if self.detective else None
         if found is None or not found.explained or found.right:
             return ""
-        sentence = str(found.readings[0])
+        sentence = str(found.misreadings[0])
         return sentence[0].upper() + sentence[1:] + "."
 
 

@@ -7,7 +7,7 @@ from mathpost.draw.arrangement import arrange
 from mathpost.draw.scene import Scene
 from mathpost.draw.traces import CONE, ROLES, Curves, Sphere, nearest_to_singular, small_circle
 from mathpost.draw.widget import View
-from mathpost.post import selection
+from mathpost.post import selection, travel
 from mathpost.post.singularity import distance
 
 TRACED = 200  # rows of a program up to which the true way of the tip is drawn
@@ -124,7 +124,7 @@ def walk(kin, cl, joints=None, *, place=None, cone=CONE):
     joints : array_like, shape (m, 5), optional
         The blocks, mm and radians; by default one for each record, as `mathpost.post.selection.choose` finds them.
     place : array_like, shape (m,), optional
-        Where each block ends on the CL path, as in `mathpost.post.postprocess.Result`; needed if there are more
+        Where each block ends on the CL path, as in `mathpost.post.Result`; needed if there are more
         blocks than records.
     cone : float
         Radians about the singular tool axes.
@@ -228,7 +228,7 @@ def _joints(kin, joints):
     words = " ".join(
         f"{name}{value:z.3f}" for name, value in zip(kin.machine.joint_names, _shown(joints), strict=True)
     )
-    out = selection.out_of_travel(kin.machine, joints)
+    out = travel.out_of_travel(kin.machine, joints)
     return words + (f" <b>{'; '.join(out)}</b>" if out else "")
 
 

@@ -3,7 +3,6 @@
 import numpy as np
 
 from mathpost import angles as euler
-from mathpost.axis_angle import to_axis_angle, to_quaternion
 from mathpost.draw import plot
 from mathpost.draw.widget import View
 from mathpost.frame import Frame, machine_frames
@@ -61,16 +60,16 @@ def notations():
         def update(I, J, K):  # noqa: E741
             frame = Frame(euler.matrix("ZXZ", [I, J, K], degrees=True))
             turned.move(frame)
-            axis, angle = to_axis_angle(frame.rotation, degrees=True)
+            axis, angle = euler.to_axis_angle(frame.rotation, degrees=True)
             axle.set_data_3d(*np.stack([-axis, axis], axis=-1))
             lines = [
                 f"axis ({', '.join(f'{value:z.4f}' for value in axis)}), angle {angle:.3f} (dashed)",
-                f"quaternion ({', '.join(f'{value:z.4f}' for value in to_quaternion(frame.rotation))})",
+                f"quaternion ({', '.join(f'{value:z.4f}' for value in euler.to_quaternion(frame.rotation))})",
             ]
-            for dialect in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
-                plane = Plane.from_frame(frame, dialect)
+            for notation in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
+                plane = Plane.from_frame(frame, notation)
                 words = ", ".join(f"{w} {v:z.3f}" for w, v in zip(plane.words, plane.values, strict=True))
-                lines.append(f"{dialect}: {words}{' (locked)' if plane.locked else ''}")
+                lines.append(f"{notation}: {words}{' (locked)' if plane.locked else ''}")
             return "<br>".join(lines)
 
         return update

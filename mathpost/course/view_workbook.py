@@ -7,26 +7,26 @@ from mathpost.draw import plot
 from mathpost.draw.widget import View
 
 
-def readings_apart(point, readings):
+def misreadings_apart(point, names):
     """How far common misreadings carry a point from the right place, as sliders move the three Euler angles.
 
-    `point` has shape (3,); `readings` are names of `mathpost.detective.misreadings.COMMON`. A bar that vanishes is a
+    `point` has shape (3,); `names` are those of `mathpost.detective.misreadings.COMMON`. A bar that vanishes is a
     misreading that these angles cannot show.
     """
     point = np.array(point, dtype=float)
 
     def build(figure):
         panel = figure.subplots()
-        bars = panel.barh(readings, np.zeros(len(readings)), color=plot.COLOUR["tool"])
+        bars = panel.barh(names, np.zeros(len(names)), color=plot.COLOUR["tool"])
         panel.set(xlim=(0, 2 * np.linalg.norm(point)), xlabel="distance from the right point")
         panel.invert_yaxis()
 
         def update(alpha, beta, gamma):
-            right, *wrong = common_matrices(("right", *readings), np.array([alpha, beta, gamma])) @ point
+            right, *wrong = common_matrices(("right", *names), np.array([alpha, beta, gamma])) @ point
             apart = [np.linalg.norm(each - right) for each in wrong]
             for bar, distance in zip(bars, apart, strict=True):
                 bar.set_width(distance)
-            hidden = [name for name, distance in zip(readings, apart, strict=True) if distance < 1e-3]
+            hidden = [name for name, distance in zip(names, apart, strict=True) if distance < 1e-3]
             return f"invisible at these angles: {', '.join(hidden)}" if hidden else "every misreading shows"
 
         return update

@@ -2,7 +2,8 @@
 
 Someone has turned a point, or built a matrix, with three Euler angles and got something else than expected. Every
 reading of `mathpost.detective.misreadings` is tried; those that give the answer to the precision to which it was
-written are returned, the simplest first. A match that so many tries would have hit by accident anyway is not an explanation.
+written are returned, the simplest first. A match that so many tries would have hit by accident anyway is not an
+explanation.
 """
 
 from dataclasses import dataclass, replace
@@ -10,12 +11,22 @@ from itertools import combinations
 
 import numpy as np
 
-from mathpost.detective.explanation import CHANCE, FAR_FETCHED, UNROUNDED, Explanation, Reading, written_decimals
-from mathpost.detective.misreadings import Factors, Slip, Wording, all_factors, matrices, wordings, written
-from mathpost.detective.rotary_axes import explain_joints
+from mathpost.detective.misreadings import (
+    CHANCE,
+    FAR_FETCHED,
+    UNROUNDED,
+    Explanation,
+    Factors,
+    Misreading,
+    Slip,
+    Wording,
+    all_factors,
+    matrices,
+    wordings,
+    written,
+    written_decimals,
+)
 from mathpost.errors import InputError, as_array
-
-__all__ = ["Explanation", "Reading", "explain", "explain_joints", "written_decimals"]
 
 ROUNDING = 1e-9  # relative: what a spreadsheet's own arithmetic may lose
 MOST, SHOWN = 100, 6  # right angles and points on an axis have many readings: how many are looked at and shown
@@ -74,7 +85,7 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ"):
     Examples
     --------
     >>> found = explain([135, 54.7356, -90], [3, 4, 5], [1.283069, 6.939923, 0.437263])
-    >>> print(found.readings[0])
+    >>> print(found.misreadings[0])
     the final transpose is missing: E_z(−α)·E_x(−β)·E_z(−γ)·p
     >>> explain([135, 54.7356, -90], [3, 4, 5], [1, 2, 6.708]).explained
     False
@@ -254,7 +265,7 @@ class _Case:
             (match for match in same if match.cost <= first.cost + FAR_FETCHED), key=lambda match: match.cost
         )
         value = first.value(self.angles, self.points)
-        return Reading(
+        return Misreading(
             sentence=_sentence(first),
             product=self.written(first),
             kinds=tuple(slip.kind for slip in first.slips),
@@ -281,7 +292,7 @@ class _Case:
         return f"{len(groups)} readings give the same number here. To tell them apart, try {asked}: {results}."
 
     def what_is_known(self):
-        """Say why no reading can fit, or which simple one gives two of the three coordinates."""
+        """Say why no misreading can fit, or which simple one gives two of the three coordinates."""
         simple = [each for each in all_factors(self.sequence, 2) if len(each.slips) <= 1]
         keys = [key for key, same in wordings().items() if len(same[0].slips) <= 1]
         for factors in simple:

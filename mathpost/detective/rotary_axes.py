@@ -10,10 +10,9 @@ from itertools import permutations, product
 
 import numpy as np
 
-from mathpost.detective.explanation import CHANCE, FAR_FETCHED, Explanation, Reading, written_decimals
-from mathpost.detective.misreadings import Slip
+from mathpost.detective.misreadings import CHANCE, FAR_FETCHED, Explanation, Misreading, Slip, written_decimals
 from mathpost.errors import InputError, as_array
-from mathpost.kinematics import unit
+from mathpost.rotation import unit
 
 COMPONENTS = "ijk"
 ZERO_POSITIONS = (0, 180, 90, -90)
@@ -54,7 +53,7 @@ def explain_joints(kinematics, axis, angles, *, decimals=None):
 
     Returns
     -------
-    mathpost.detective.explanation.Explanation
+    mathpost.detective.misreadings.Explanation
         The value of a reading is its angles, in the shape of `angles`.
 
     Raises
@@ -69,7 +68,7 @@ def explain_joints(kinematics, axis, angles, *, decimals=None):
     >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
     >>> print(explain_joints(kin, [0.145196, 0, 0.989403], [11.817, -184.185]))
     right: B₁, C₁ −1 turn
-    >>> print(explain_joints(kin, [0.145196, 0, 0.989403], [11.817, -175.815]).readings[0])
+    >>> print(explain_joints(kin, [0.145196, 0, 0.989403], [11.817, -175.815]).misreadings[0])
     the sign of C is reversed: B₁, −C₁
     """
     directions, given = as_array(axis, 3, "axis"), as_array(angles, 2, "angles")
@@ -222,7 +221,7 @@ class JointCase:
                 count = turns.pop()
                 text += f" {'+' if count > 0 else '−'}{abs(count)} turn{'s' * (abs(count) > 1)}"
             parts.append(text)
-        return Reading("right", ", ".join(parts), (), chosen.reshape(shape), (), 0.0)
+        return Misreading("right", ", ".join(parts), (), chosen.reshape(shape), (), 0.0)
 
     def verdict(self, matches, alone, tried, shape):
         """Rank the matches and group those that are the same for every tool axis."""
@@ -250,7 +249,7 @@ class JointCase:
 
     def reading(self, group, shape):
         first, *others = group
-        return Reading(
+        return Misreading(
             sentence=first.sentence,
             product=first.product(self.names),
             kinds=tuple(slip.kind for slip in first.slips),
@@ -263,7 +262,7 @@ class JointCase:
         """What explains one angle alone: one slip at most, as one number fits many readings by accident."""
         simple = sorted((slips for slips in found if len(slips) <= 1), key=len)
         if not simple:
-            return f"{name}: no reading gives it."
+            return f"{name}: no misreading gives it."
         return f"{name} alone: {simple[0][0].phrase if simple[0] else 'right'}."
 
     def chance(self, cost):

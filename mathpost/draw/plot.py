@@ -1,11 +1,15 @@
 """Pictures of kinematics: one colour per role everywhere, and curves along a tool path."""
 
+import base64
+import io
+
 import matplotlib.pyplot as plt
 import numpy as np
 import sympy as sp
-from IPython.display import Math
+from IPython.display import Math, display
 from openpyxl.utils import get_column_letter
 
+from mathpost.draw.described import describe
 from mathpost.post.deviation import true_tip
 from mathpost.workbook.report import STATUS_COLOUR
 
@@ -31,8 +35,14 @@ def figure(rows=1, columns=1, *, size=(7.0, 4.2), three_d=False):
 
 
 def show():
-    """Show the picture once, and leave no figure open behind a notebook cell."""
-    plt.show()
+    """Show the pictures that are open, each with what it shows in numbers, and leave none open behind a cell."""
+    for number in plt.get_fignums():
+        drawn = plt.figure(number)
+        png = io.BytesIO()
+        drawn.savefig(png, format="png")
+        told = describe(drawn)
+        picture = {"image/png": base64.b64encode(png.getvalue()).decode(), "text/plain": told}
+        display(picture, raw=True, metadata={"image/png": {"alt": told}})
     plt.close("all")
 
 

@@ -17,8 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from mathpost.errors import InputError
-from mathpost.files import write_bytes
+from mathpost.errors import InputError, write_bytes
 
 DPI = 100  # of the picture on the screen
 FRAMES = 200  # a run of play has about so many pictures at most

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.errors import InputError
-from mathpost.files import read_text
+from mathpost.errors import InputError, read_text
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """The rotary angles that bring the tool onto a tilted plane, and what is then left between feature and machine."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -166,7 +165,7 @@ def align(feature, machine):
     >>> found.solutions[1].reason
     'B at -54.7356, below its limit -35'
     """
-    kinematics = machine if isinstance(machine, Kinematics) else _kinematics(machine)
+    kinematics = machine if isinstance(machine, Kinematics) else Kinematics(machine)
     machine = kinematics.machine
     if np.shape(feature.rotation) != (3, 3):
         raise InputError("feature", "one frame", f"frames of shape {np.shape(feature.rotation)[:-2]}")
@@ -228,8 +227,3 @@ def _turn(direction, feature):
     """The angle about the feature's Z from `direction` to the feature's X, degrees in (−180, 180]."""
     across = np.cross(feature.z, direction)
     return float(wrap(np.degrees(np.arctan2(across @ feature.x, direction @ feature.x))))
-
-
-@lru_cache(maxsize=32)
-def _kinematics(machine):
-    return Kinematics(machine)

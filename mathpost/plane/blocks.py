@@ -4,10 +4,9 @@ import re
 
 import numpy as np
 
-from mathpost.errors import InputError
-from mathpost.plane.tilted_plane import DIALECTS, Plane
+from mathpost.errors import NUMBER, InputError
+from mathpost.plane.tilted_plane import NOTATIONS, Plane
 
-NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
 VECTOR_DECIMALS = 7  # the most that the control reads
 
 
@@ -16,11 +15,11 @@ def _mode(order):
     return sum(("XYZ".index(axis) + 1) << 2 * place for place, axis in enumerate(order))
 
 
-MODES = {_mode(name[-3:]): name for name in DIALECTS if re.fullmatch("CYCLE800 [XYZ]{3}", name)}
+MODES = {_mode(name[-3:]): name for name in NOTATIONS if re.fullmatch("CYCLE800 [XYZ]{3}", name)}
 MODE_SOLID = 64  # bits 7-6 of _MODE are 01; axis by axis they are 00
 
 
-def write(plane, *, decimals=4, positioning="STAY", swivel_data="TC1", direction=-1):
+def to_text(plane, *, decimals=4, positioning="STAY", swivel_data="TC1", direction=-1):
     """Return the NC block or blocks of a plane.
 
     Parameters
@@ -44,19 +43,19 @@ def write(plane, *, decimals=4, positioning="STAY", swivel_data="TC1", direction
 
     Examples
     --------
-    >>> print(write(Plane("G68.2", [135, 54.7356, -90])))
+    >>> print(to_text(Plane("G68.2", [135, 54.7356, -90])))
     G68.2 X0. Y0. Z0. I135. J54.7356 K-90.
-    >>> print(write(Plane("PLANE SPATIAL", [0, 54.7356, 45], [10, 0, -2.5]), positioning="MOVE DIST50 FMAX"))
+    >>> print(to_text(Plane("PLANE SPATIAL", [0, 54.7356, 45], [10, 0, -2.5]), positioning="MOVE DIST50 FMAX"))
     TRANS DATUM AXIS X+10 Y+0 Z-2.5
     PLANE SPATIAL SPA+0 SPB+54.7356 SPC+45 MOVE DIST50 FMAX
-    >>> print(write(Plane("CYCLE800 ZYX", [45, 54.7356, 0])))
+    >>> print(to_text(Plane("CYCLE800 ZYX", [45, 54.7356, 0])))
     CYCLE800(0,"TC1",0,27,0,0,0,45,54.7356,0,0,0,0,-1,0,1)
     """
     if plane.values.ndim != 1 or plane.origin.ndim != 1:
         raise InputError("plane", "one plane", f"planes of shape {plane.values.shape[:-1]}")
     if direction not in (-1, 1):
         raise InputError("direction", "-1 or +1", repr(direction))
-    kind, _, variant = plane.dialect.partition(" ")
+    kind, _, variant = plane.notation.partition(" ")
     origin = dict(zip("XYZ", plane.origin, strict=True))
     values = dict(zip(plane.words, plane.values, strict=True))
     if kind == "G68.2":
@@ -76,8 +75,8 @@ def write(plane, *, decimals=4, positioning="STAY", swivel_data="TC1", direction
     return f"{cycle}\nAROT Z{rest}" if solid and rest != "0" else cycle
 
 
-def read(text, *, keep=""):
-    """Read one plane from the blocks that `write` returns, or from the like in a program.
+def from_text(text, *, keep=""):
+    """Read one plane from the blocks that `to_text` returns, or from the like in a program.
 
     Words that do not change the plane (STAY, MOVE, SEQ, F …) are passed over; TRANS and TRANS DATUM before the
     plane give its origin.
@@ -99,7 +98,7 @@ def read(text, *, keep=""):
 
     Examples
     --------
-    >>> read("N20 PLANE EULER EULPR+135 EULNU+54.7356 EULROT+270 TURN FMAX SEQ+").to("G68.2").values.round(4)
+    >>> from_text("N20 PLANE EULER EULPR+135 EULNU+54.7356 EULROT+270 TURN FMAX SEQ+").to("G68.2").values.round(4)
     array([135.    ,  54.7356, -90.    ])
     """
     plane, origin = None, None
@@ -110,9 +109,9 @@ def read(text, *, keep=""):
             continue
         if block.startswith("TRANS"):
             origin = _words(block, "XYZ", where, optional=True)
-        elif plane and plane.dialect == "CYCLE800 solid" and re.fullmatch(rf"AROT\s+Z\s*=?\s*{NUMBER}", block):
+        elif plane and plane.notation == "CYCLE800 solid" and re.fullmatch(rf"AROT\s+Z\s*=?\s*{NUMBER}", block):
             rest = _words(block, "Z", where)
-            plane = Plane(plane.dialect, [*plane.values[:2], plane.values[2] + rest[0]], plane.origin)
+            plane = Plane(plane.notation, [*plane.values[:2], plane.values[2] + rest[0]], plane.origin)
         elif plane:
             raise InputError(where, "one plane only", repr(block))
         else:
@@ -129,12 +128,12 @@ def _read_plane(block, where, origin, keep):
         if re.search(r"P\s*\d", rest):
             raise InputError(where, "G68.2 with I J K, without P", repr(block))
         given = _words(rest, "XYZ", where, optional=True)
-        return Plane("G68.2", _words(rest, DIALECTS["G68.2"].words, where), given)
+        return Plane("G68.2", _words(rest, NOTATIONS["G68.2"].words, where), given)
     if block.startswith("CYCLE800"):
         return _read_cycle800(block, where)
-    for dialect in ("PLANE SPATIAL", "PLANE EULER", "PLANE VECTOR"):
-        if block.startswith(dialect):
-            return Plane(dialect, _words(block, DIALECTS[dialect].words, where), origin, keep)
+    for notation in ("PLANE SPATIAL", "PLANE EULER", "PLANE VECTOR"):
+        if block.startswith(notation):
+            return Plane(notation, _words(block, NOTATIONS[notation].words, where), origin, keep)
     if block.startswith("AROT"):
         return Plane("AROT RPY", _words(block, "XYZ", where, optional=True), origin)
     raise InputError(where, "G68.2, PLANE SPATIAL, EULER or VECTOR, CYCLE800 or AROT", repr(block))
@@ -157,7 +156,7 @@ def _read_cycle800(block, where):
     else:
         raise InputError(where, f"_MODE {', '.join(map(str, MODES))} or {MODE_SOLID}", str(mode))
     # _X1 _Y1 _Z1 move the origin once more, along the axes as turned.
-    return Plane(plane.dialect, plane.values, plane.frame.point(shift))
+    return Plane(plane.notation, plane.values, plane.frame.point(shift))
 
 
 def _words(block, words, where, optional=False):

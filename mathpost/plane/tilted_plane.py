@@ -1,6 +1,6 @@
 """One tilted working plane in every control's notation.
 
-A plane is a `Frame`: the feature in the workpiece. `Plane` holds it as the numbers of one dialect, in degrees as
+A plane is a `Frame`: the feature in the workpiece. `Plane` holds it as the numbers of one notation, in degrees as
 they stand in an NC program; `align`, from `mathpost.plane.alignment`, turns a machine's rotary axes onto it, and
 `mathpost.plane.blocks` writes and reads the blocks.
 """
@@ -13,19 +13,16 @@ import numpy as np
 from mathpost import angles
 from mathpost.errors import InputError, as_array
 from mathpost.frame import Frame
-from mathpost.plane.alignment import align
 from mathpost.rotation import unit
-
-__all__ = ["DIALECTS", "Dialect", "Plane", "align"]
 
 PERPENDICULAR = 1e-6  # cosine that seven printed decimals leave between two perpendicular vectors
 
 
 @dataclass(frozen=True)
-class Dialect:
+class Notation:
     """The words of one notation, the Euler sequence they fill in their order, and the angle that is 0 at the lock.
 
-    `rule` says where the choice at the lock comes from. A dialect without a sequence gives two vectors.
+    `rule` says where the choice at the lock comes from. A notation without a sequence gives two vectors.
     """
 
     words: tuple
@@ -34,28 +31,28 @@ class Dialect:
     rule: str = "chosen here: no manual was found that fixes it"
 
 
-DIALECTS = {
-    "G68.2": Dialect(("I", "J", "K"), "ZXZ"),
-    "PLANE EULER": Dialect(("EULPR", "EULNU", "EULROT"), "ZXZ"),
-    "PLANE SPATIAL": Dialect(("SPA", "SPB", "SPC"), "xyz"),
-    "PLANE VECTOR": Dialect(("BX", "BY", "BZ", "NX", "NY", "NZ")),
-    "AROT RPY": Dialect(("X", "Y", "Z"), "xyz", "first", "the manual's read-back: X becomes 0"),
-    **{f"CYCLE800 {''.join(order)}": Dialect(("A", "B", "C"), "".join(order)) for order in permutations("XYZ")},
-    "CYCLE800 solid": Dialect(("A", "B", "rest"), "ZYZ"),
+NOTATIONS = {
+    "G68.2": Notation(("I", "J", "K"), "ZXZ"),
+    "PLANE EULER": Notation(("EULPR", "EULNU", "EULROT"), "ZXZ"),
+    "PLANE SPATIAL": Notation(("SPA", "SPB", "SPC"), "xyz"),
+    "PLANE VECTOR": Notation(("BX", "BY", "BZ", "NX", "NY", "NZ")),
+    "AROT RPY": Notation(("X", "Y", "Z"), "xyz", "first", "the manual's read-back: X becomes 0"),
+    **{f"CYCLE800 {''.join(order)}": Notation(("A", "B", "C"), "".join(order)) for order in permutations("XYZ")},
+    "CYCLE800 solid": Notation(("A", "B", "rest"), "ZYZ"),
 }
 
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """A tilted plane as the numbers of one dialect.
+    """A tilted plane as the numbers of one notation.
 
     Parameters
     ----------
-    dialect : str
-        One of `DIALECTS`. In ``"CYCLE800 solid"`` the angles A and B give the direction only; ``rest`` is what
+    notation : str
+        One of `NOTATIONS`. In ``"CYCLE800 solid"`` the angles A and B give the direction only; ``rest`` is what
         remains about the new Z and goes into a turn of its own.
     values : array_like, shape (..., 3), or (..., 6) for PLANE VECTOR
-        In the order of the dialect's words, degrees; vectors of any length above zero.
+        In the order of the notation's words, degrees; vectors of any length above zero.
     origin : array_like, shape (..., 3)
         The feature's origin in the workpiece, mm.
     keep : str
@@ -65,7 +62,7 @@ class Plane:
     Raises
     ------
     InputError
-        If the dialect is unknown, a value is not a finite number, a vector has no length, or the two are not
+        If the notation is unknown, a value is not a finite number, a vector has no length, or the two are not
         perpendicular (says by how much) and `keep` is empty.
 
     Examples
@@ -77,56 +74,56 @@ class Plane:
     np.float64(0.57735)
     """
 
-    dialect: str
+    notation: str
     values: np.ndarray
     origin: np.ndarray = (0.0, 0.0, 0.0)
     keep: str = ""
 
     def __post_init__(self):
-        if self.dialect not in DIALECTS:
-            raise InputError("dialect", f"one of {', '.join(DIALECTS)}", repr(self.dialect))
+        if self.notation not in NOTATIONS:
+            raise InputError("notation", f"one of {', '.join(NOTATIONS)}", repr(self.notation))
         if self.keep not in ("", "B", "N"):
             raise InputError("keep", "'B', 'N' or nothing", repr(self.keep))
-        object.__setattr__(self, "values", as_array(self.values, len(self.words), self.dialect))
+        object.__setattr__(self, "values", as_array(self.values, len(self.words), self.notation))
         object.__setattr__(self, "origin", as_array(self.origin, 3, "origin"))
-        if self.dialect == "PLANE VECTOR":
+        if self.notation == "PLANE VECTOR":
             self._check_vectors()
 
     @classmethod
-    def from_frame(cls, frame, dialect):
-        """Write `frame` in `dialect`; where the dialect locks, by the rule that `note` states.
+    def from_frame(cls, frame, notation):
+        """Write `frame` in `notation`; where the notation locks, by the rule that `note` states.
 
         Angles come out in [−180, 180], the middle one as `mathpost.angles.angles` says; EULROT in [0, 360).
         """
-        if dialect not in DIALECTS:
-            raise InputError("dialect", f"one of {', '.join(DIALECTS)}", repr(dialect))
-        about = DIALECTS[dialect]
+        if notation not in NOTATIONS:
+            raise InputError("notation", f"one of {', '.join(NOTATIONS)}", repr(notation))
+        about = NOTATIONS[notation]
         if not about.sequence:
-            return cls(dialect, np.concatenate([frame.x, frame.z], axis=-1), frame.origin)
+            return cls(notation, np.concatenate([frame.x, frame.z], axis=-1), frame.origin)
         values = angles.angles(about.sequence, frame.rotation, lock=about.lock, degrees=True)
-        if dialect == "PLANE EULER":
+        if notation == "PLANE EULER":
             values[..., 2] = np.where(values[..., 2] < 0, values[..., 2] + 360, values[..., 2])
-        return cls(dialect, values, frame.origin)
+        return cls(notation, values, frame.origin)
 
-    def to(self, dialect):
-        """Return the same plane in another dialect."""
-        return Plane.from_frame(self.frame, dialect)
+    def to(self, notation):
+        """Return the same plane in another notation."""
+        return Plane.from_frame(self.frame, notation)
 
     @property
     def words(self):
         """The names of the values, in their order."""
-        return DIALECTS[self.dialect].words
+        return NOTATIONS[self.notation].words
 
     def __getitem__(self, word):
         """The value of one word, shape (...)."""
         if word not in self.words:
-            raise InputError(self.dialect, f"one of {', '.join(self.words)}", repr(word))
+            raise InputError(self.notation, f"one of {', '.join(self.words)}", repr(word))
         return self.values[..., self.words.index(word)]
 
     @property
     def frame(self):
         """The feature in the workpiece, a `Frame`."""
-        sequence = DIALECTS[self.dialect].sequence
+        sequence = NOTATIONS[self.notation].sequence
         if sequence:
             return Frame(angles.matrix(sequence, self.values, degrees=True), self.origin, "WCS", "feature")
         base, normal = self._vectors()
@@ -137,7 +134,7 @@ class Plane:
     @property
     def locked(self):
         """Whether two of the angles turn about one line, so that only their sum or difference counts."""
-        sequence = DIALECTS[self.dialect].sequence
+        sequence = NOTATIONS[self.notation].sequence
         rotation = self.frame.rotation
         return angles.is_locked(sequence, rotation) if sequence else np.zeros(rotation.shape[:-2], dtype=bool)
 
@@ -146,7 +143,7 @@ class Plane:
         """What was done at the lock, in words; empty if nothing had to be."""
         if not np.any(self.locked):
             return ""
-        about = DIALECTS[self.dialect]
+        about = NOTATIONS[self.notation]
         first, _, third = about.words
         zero, other = (first, third) if about.lock == "first" else (third, first)
         return f"{first} and {third} turn about one line: written with {zero} 0, all in {other} ({about.rule})"

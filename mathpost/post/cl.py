@@ -1,27 +1,20 @@
 """Cutter location data (刀位数据): APT CL files in and out.
 
 A CL file says where the tool tip goes and where the tool points, in the workpiece, before any machine is
-chosen. Only statements that are understood are taken: one that moves the tool in a way not supported here
-(circles, cycles, incremental moves) is refused by name, and so is a word that nobody knows, because skipping it
-could leave out a cut.
+chosen. What its statements mean is said in `mathpost.post.cl_words`.
 """
 
 import codecs
-import io
 import math
-import os
 from bisect import bisect_left
 from dataclasses import dataclass
 from operator import itemgetter
 
 import numpy as np
 
-from mathpost.errors import InputError, as_array
-from mathpost.post import apt
+from mathpost.errors import InputError, as_array, read_bytes
+from mathpost.post.cl_words import Statements
 from mathpost.rotation import unit
-
-PIECE = 16_384  # records that are worked on at once
-BLOCK = 2**19  # bytes that are read at once
 
 
 @dataclass(frozen=True)
@@ -66,10 +59,6 @@ class CLData:
     def where(self, record):
         """The place of a record (counted from 0) in the file, for error messages."""
         return f"{self.name}, line {self.lines[record]}, record {self.first + record + 1}"
-
-    def __getstate__(self):
-        """For a pickle, which would turn the components of a part back into rows."""
-        return vars(self) | {name: np.array(getattr(self, name), order="K") for name in ("points", "axes")}
 
     def part(self, start, stop):
         """Return records `start` to `stop` (exclusive) as `CLData`, without a copy.
@@ -131,7 +120,7 @@ def read(path):
     ------
     InputError
         With file and line: if the file cannot be read, holds no GOTO, or has a statement that is wrong, that
-        moves the tool in a way not supported here, or that is not known. The first such place is named.
+        moves the tool in a way not supported here, or that is not known.
 
     Examples
     --------
@@ -139,106 +128,26 @@ def read(path):
     >>> len(cl), cl.points[0], cl.axes[0].round(6)
     (5, array([50.31991, 58.40925, 52.13969]), array([0.145196, 0.      , 0.989403]))
     """
-    return join(pieces(path))
+    return _parsed(read_bytes(path).removeprefix(codecs.BOM_UTF8), str(path))
 
 
 def parse(text, name="CL data"):
-    """Read `CLData` from the text of an APT CL file; `name` begins every error message."""
-    content = text.encode("utf-8", "surrogatepass")
-    return join(_pieces(_blocks(io.BytesIO(content), len(content)), name, PIECE))
+    """Read the text of an APT CL file; see `read`. `name` begins every error message."""
+    return _parsed(text.encode("utf-8", "surrogatepass"), name)
 
 
-def pieces(path, records=PIECE, *, progress=None):
-    """Read an APT CL file in pieces, in memory that does not grow with the file.
-
-    Parameters
-    ----------
-    path : str or path-like
-        As for `read`.
-    records : int
-        Length of every piece but the last, which may be shorter.
-    progress : callable, optional
-        Is called with the bytes read so far and the bytes of the file.
-
-    Yields
-    ------
-    CLData
-        Consecutive parts of the file; see `CLData.part`.
-
-    Raises
-    ------
-    InputError
-        As `read`, when the place in the file is reached.
-
-    Examples
-    --------
-    >>> [(piece.first, len(piece)) for piece in pieces("data/cl/blade.cl", 2)]
-    [(0, 2), (2, 2), (4, 1)]
-    """
-    if records < 1:
-        raise InputError("records", "at least 1", f"{records}")
-    return _pieces(_file(path), str(path), records, progress)
+def _parsed(content, name):
+    statements = Statements(name)
+    statements.take_file(content)
+    return _made(*statements.records(), tuple(statements.remarks), name)
 
 
-def join(parts):
-    """Return consecutive parts as one `CLData`."""
-    parts = list(parts)
-    if not parts:
-        raise InputError("parts", "at least one", "none")
-    if len(parts) == 1:
-        return parts[0]
-    points, axes = (
-        np.concatenate([getattr(part, name).T for part in parts], axis=1) for name in ("points", "axes")
-    )
-    rows = (np.concatenate([getattr(part, name) for part in parts]) for name in ("feeds", "rapid", "lines"))
-    remarks = tuple((part.first - parts[0].first + record, text) for part in parts for record, text in part.remarks)
-    return _made(points, axes, *rows, remarks, parts[0].name, parts[0].first)
-
-
-def _file(path):
-    """Yield what `_blocks` does of a file, without a byte order mark."""
-    try:
-        with open(path, "rb") as file:
-            if file.peek(len(codecs.BOM_UTF8)).startswith(codecs.BOM_UTF8):
-                file.read(len(codecs.BOM_UTF8))
-            yield from _blocks(file, os.fstat(file.fileno()).st_size)
-    except OSError as error:
-        raise InputError(str(path), "a readable file", error.strerror or str(error)) from None
-
-
-def _blocks(file, total):
-    """Yield blocks of whole lines, each with the bytes up to its end and the bytes of the file."""
-    done = 0
-    while block := file.read(BLOCK) + file.readline():
-        done += len(block)
-        yield block, done, total
-
-
-def _pieces(blocks, name, records, progress=None):
-    """Yield `CLData` of so many records each, and the rest, of the blocks of a file."""
-    reader, waiting = apt.Reader(name), []
-    for block, done, total in blocks:
-        first = reader.count
-        *arrays, remarks = reader.read(block)
-        waiting.append(_made(*arrays, tuple(remarks), name, first))
-        # The last piece takes the remarks behind it: none goes out before a record of the next is there.
-        if reader.count - waiting[0].first > records:
-            read = join(waiting)
-            ends = range(records, len(read), records)
-            yield from (read.part(end - records, end) for end in ends)
-            waiting = [read.part(ends[-1], len(read))]
-        if progress:
-            progress(done, total)
-    reader.finish()
-    yield join(waiting)
-
-
-def _made(points, axes, feeds, rapid, lines, remarks, name, first=0):
+def _made(points, axes, feeds, rapid, lines, remarks, name):
     """Make `CLData` of points and axes, shape (3, n), whose arrays nobody may change."""
     arrays = points.T, axes.T, feeds, rapid, lines
     for array in arrays:
         array.setflags(write=False)
-    return CLData(*arrays, remarks, name, first)
+    return CLData(*arrays, remarks, name)
 
 
 def to_text(cl, *, title=None, decimals=6):

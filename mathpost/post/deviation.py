@@ -237,7 +237,8 @@ def _from_great_circle(axes, start, end):
     (a, b, c), (d, e, f) = start, along
     normal = np.stack([b * f - c * e, c * d - a * f, a * e - b * d])
     squared = (normal * normal).sum(axis=0)
-    arc = squared > 1e-24 * whole  # none between equal or opposite axes
+    # No arc between opposite axes, nor between axes that differ by rounding, be it only in their own length.
+    arc = squared > 1e-30 + 1e-24 * whole
     normal /= np.sqrt(np.where(arc, squared, 1))
     off_plane = np.abs((from_start * normal[:, None]).sum(axis=0))
     done = (from_start * along[:, None]).sum(axis=0)

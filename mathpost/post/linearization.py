@@ -62,7 +62,7 @@ def subdivide(kin, start, end, pieces):
     return joints, move + t
 
 
-def linearize(kin, joints, tolerance, *, max_pieces=4096, name="block", before=0):
+def linearize(kin, joints, tolerance, *, max_pieces=4096, name="block"):
     """Divide every move until the tip stays within `tolerance` of the straight segment between its ends.
 
     Parameters
@@ -76,8 +76,6 @@ def linearize(kin, joints, tolerance, *, max_pieces=4096, name="block", before=0
         The most pieces that one move may be divided into.
     name : str
         What a row is called in an error message.
-    before : int
-        How many rows come before these, for an error message.
 
     Returns
     -------
@@ -103,7 +101,7 @@ def linearize(kin, joints, tolerance, *, max_pieces=4096, name="block", before=0
         if pieces.max(initial=0) > max_pieces:
             move = int(pieces.argmax())
             raise ReachError(
-                f"from {name} {before + move + 1} to {before + move + 2}: the tip strays {error[move]:.6f} mm, "
+                f"from {name} {move + 1} to {move + 2}: the tip strays {error[move]:.6f} mm, "
                 f"more than {tolerance[move]:g} mm, and {max_pieces} pieces are not enough"
             )
         ends, place = subdivide(kin, start[open_moves], end[open_moves], pieces[open_moves])

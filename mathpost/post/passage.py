@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from mathpost.errors import InputError, MathpostError
+from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post import cl as cldata
-from mathpost.post import selection
+from mathpost.post import selection, travel
 from mathpost.post.deviation import deviation
 from mathpost.post.linearization import linearize
 from mathpost.post.singularity import distance
@@ -93,6 +93,14 @@ class Crossing:
         """Return all ways as a list of `Passage`; one that is not possible says why."""
         return [self.way(name, **options) for name in self.WAYS]
 
+    def safe(self, name, **options):
+        """Return one of the ways that cut no part, or raise `ReachError` if it is not possible."""
+        way = self.way(name, **options)
+        if way.reason:
+            first, last = self.first + 1, self.last + 1
+            raise ReachError(f"{self.cl.name}: no way {name!r} from record {first} to {last}: {way.reason}")
+        return way
+
     def way(self, name, *, lean=LEAN, clearance=CLEARANCE, points=5):
         """Return one way through as a `Passage`.
 
@@ -144,11 +152,9 @@ class Crossing:
         for record in range(swing + 1, self.last + 1):
             before = chosen[-1][-1]
             now = self.joints[record] - found.joints[record]
-            is_chosen = (
-                np.abs(now[:, 3:] / selection.TURN - np.round(now[:, 3:] / selection.TURN)).max(axis=1) < 1e-6
-            )
-            steps = selection.short_way(self.kin.machine, found.joints[record] - before)
-            costs = np.where(is_chosen, np.inf, selection.move_costs(self.kin.machine, steps))
+            is_chosen = np.abs(travel.nearest(now[:, 3:])).max(axis=1) < 1e-5
+            steps = travel.short_way(self.kin.machine, found.joints[record] - before)
+            costs = np.where(is_chosen, np.inf, travel.move_costs(self.kin.machine, steps))
             pick = np.where(found.inside[record], costs, np.inf).argmin()
             if not found.inside[record, pick] or is_chosen[pick]:
                 out = int(np.where(is_chosen, np.inf, costs).argmin())

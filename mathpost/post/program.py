@@ -1,32 +1,37 @@
 """NC programs (加工程序) out and back in: Heidenhain, Fanuc and Siemens.
 
 A program is a list of blocks that name all five axes. Writing and reading are inverse to each other to the
-printed digits, so that a program can be verified from its own text. The readers know the words that the writers
-use and a few that do not move an axis; any other word is an error with its line.
+printed digits, so that a program can be verified from its own text. Reading knows the words that writing uses and
+a few that do not move an axis; any other word is an error with its line.
 """
+
+import re
+from functools import cache
+from operator import itemgetter
 
 import numpy as np
 
 from mathpost.errors import InputError
-from mathpost.post import program_reader
-from mathpost.post.dialect import DECIMALS, DIALECTS, SHORTEST_TIME, Blocks, dialect_named, printed
-from mathpost.post.program_reader import Reader
-from mathpost.post.program_writer import Writer, printed_feed
+from mathpost.post import text as bulk
+from mathpost.post.controls import (
+    DECIMALS,
+    DIALECTS,
+    FANUC,
+    HEIDENHAIN,
+    LAST_BLOCK_NUMBER,
+    SHORTEST_TIME,
+    Blocks,
+    axis_word,
+    control_for,
+    printed,
+)
+from mathpost.post.text import Column, Item, Pattern
 
-__all__ = [
-    "DECIMALS",
-    "DIALECTS",
-    "SHORTEST_TIME",
-    "Blocks",
-    "Reader",
-    "Writer",
-    "dialect_named",
-    "joined",
-    "read",
-    "reader_at",
-    "rounded",
-    "write",
-]
+__all__ = ["DECIMALS", "DIALECTS", "SHORTEST_TIME", "Blocks", "read", "rounded", "write"]
+
+RAPID, TIME, FEED = " FMAX", " FT", " F"
+FEED_WORD = re.compile(rf"(FMAX|FT|F)({bulk.NUMBER})?")
+BLOCK = 2**19  # bytes that are read at once: what is made of them fits the processor's cache
 
 
 def rounded(joints):
@@ -60,8 +65,97 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     2 L Z+3.5000 F500
     3 END PGM DEMO MM
     """
-    writer = Writer(machine, dialect, name=name, tcp=blocks.tcp)
-    return writer.head() + writer.write(blocks) + writer.foot()
+    control, name = control_for(machine, dialect), re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
+    head = [line.format(name=name) for line in control.head] + [control.tcp_on] * blocks.tcp
+    foot = [control.tcp_off] * blocks.tcp + [line.format(name=name) for line in control.foot]
+    texts, count = _numbered(control, head, 0)
+
+    rows = len(blocks.words)
+    remarks = sorted(((min(row, rows), remark) for row, remark in blocks.remarks), key=itemgetter(0))
+    before = [row for row, _ in remarks] if control is HEIDENHAIN else []  # those that take a block number
+    numbers = count + np.arange(rows) + np.searchsorted(before, np.arange(rows), side="right")
+    columns, at = _columns(control, machine.joint_names, blocks, numbers), 0
+    for nth, (row, remark) in enumerate(remarks):
+        number = f"{count + row + nth} " if control is HEIDENHAIN else ""
+        texts += [_moves(columns, at, row), number, _comment(control, remark), "\n"]
+        at = row
+    texts.append(_moves(columns, at, rows))
+    return "".join(texts + _numbered(control, foot, count + rows + len(before))[0])
+
+
+def _numbered(control, lines, count):
+    """Lines of words that do not move, numbered where they take a number; and how many are numbered then."""
+    texts = []
+    for line in lines:
+        takes_one = control is HEIDENHAIN or not line.startswith(("%", "O", ";"))
+        letter = "" if control is HEIDENHAIN else "N"
+        texts.append(f"{letter}{_number(control, count)} {line}\n" if takes_one else f"{line}\n")
+        count += takes_one
+    return texts, count
+
+
+def _number(control, count):
+    """The block number after `count` others."""
+    if control is HEIDENHAIN:
+        return count
+    return control.number_step * (count % (LAST_BLOCK_NUMBER // control.number_step) + 1)
+
+
+def _columns(control, axes, blocks, numbers):
+    """The moves as `Column`s."""
+    words, timed = printed(blocks.words), ~(blocks.rapid | np.isnan(blocks.seconds))
+    seconds = np.where(timed, np.maximum(blocks.seconds, SHORTEST_TIME), 1.0)
+    if control is HEIDENHAIN:
+        start, rapid = [Column("", numbers), Column(" L")], [Column(RAPID, shown=blocks.rapid)]
+        times = Column(TIME, seconds, 3, shown=timed)
+    else:
+        start, rapid = [Column("N", _number(control, numbers)), *_codes(blocks.rapid, timed)], []
+        times = Column(FEED, 60 / seconds, 4, shown=timed)
+    positions = [
+        Column(axis_word(axis), values, DECIMALS, control.sign, _changes(values))
+        for axis, values in zip(axes, words.T, strict=True)
+    ]
+    # An ISO control that has been told times has forgotten the feed.
+    times_before = np.cumsum(timed) * (control is not HEIDENHAIN)
+    fed = np.flatnonzero(~(blocks.rapid | timed | np.isnan(blocks.feeds)))
+    stated = np.zeros(len(words), bool)
+    stated[fed] = _changes(blocks.feeds[fed]) | _changes(times_before[fed])
+    whole = blocks.feeds == np.round(blocks.feeds)
+    feeds = [Column(FEED, blocks.feeds, n, shown=shown) for n, shown in ((0, stated & whole), (3, stated & ~whole))]
+    return [*start, *positions, *rapid, times, *feeds, Column("\n")]
+
+
+def _codes(rapid, timed):
+    """The G codes as `Column`s, each where it begins to hold; G94 holds from the head on."""
+    cutting = np.flatnonzero(~rapid)
+    inverse = timed[cutting]
+    begins = _changes(np.concatenate([[False], inverse]))[1:]
+    for word, rows in (
+        ("G1", np.flatnonzero(_changes(rapid) & ~rapid)),
+        ("G0", np.flatnonzero(_changes(rapid) & rapid)),
+        ("G94", cutting[begins & ~inverse]),
+        ("G93", cutting[begins & inverse]),
+    ):
+        shown = np.zeros(len(rapid), bool)
+        shown[rows] = True
+        yield Column(f" {word}", shown=shown)
+
+
+def _changes(values):
+    """Where a value is not the one before; the first always is not."""
+    return np.concatenate([[True], values[1:] != values[:-1]]) if len(values) else np.empty(0, bool)
+
+
+def _moves(columns, start, stop):
+    """The lines of some moves."""
+    return bulk.lines([column[start:stop] for column in columns], stop - start)
+
+
+def _comment(control, remark):
+    comment = " ".join(remark.split())
+    if control is FANUC:
+        comment = comment.replace("(", "[").replace(")", "]")
+    return control.comment[0] + comment + control.comment[1]
 
 
 def read(text, machine, dialect="heidenhain", *, name="program"):
@@ -82,30 +176,160 @@ def read(text, machine, dialect="heidenhain", *, name="program"):
         With the line: for a word that is not known or stands twice, a block before which an axis was never set,
         or a program without a move.
     """
-    blocks = Reader(machine, dialect, name=name).read(text)
-    if not len(blocks.words):
+    lines = _Lines(machine, dialect, name)
+    content, start = text.encode("utf-8", "surrogatepass"), 0
+    while start < len(content):
+        stop = content.find(b"\n", start + BLOCK) + 1 or len(content)
+        lines.take_block(content[start:stop])
+        start = stop
+    if not lines.runs:
         raise InputError(name, "at least one move", "none")
-    return blocks
+    words, *rows = (np.concatenate(columns, axis=-1) for columns in zip(*lines.runs, strict=True))
+    return Blocks(words.T, *rows, tcp=bool(lines.moves_tcp))
 
 
-def reader_at(writer, *, name="program"):
-    """Return a `Reader` for what a `Writer` writes next, as if it had read all that was written before."""
-    state = writer.state
-    reader = Reader(writer.machine, writer.style.name, name=name)
-    reader.state = program_reader.State(
-        line=state.lines + 1,
-        position=state.words or (None,) * 5,
-        feed=None if state.feed is None else float(printed_feed(state.feed)),
-        rapid=state.move == "G0",
-        inverse=state.mode == "G93",
-        tcp=writer.tcp,
-        moves_tcp=None if state.words is None else writer.tcp,
-    )
-    return reader
+class _Lines:
+    """Takes the lines of a program one after the other, and keeps what holds from one to the next."""
+
+    def __init__(self, machine, dialect, name):
+        self.control, self.names, self.name = control_for(machine, dialect), machine.joint_names, name
+        letters = "|".join(re.escape(axis) for axis in sorted(self.names, key=len, reverse=True))
+        self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({bulk.NUMBER})")
+        self.codes = re.compile(self.control.codes + r"(?![\d.])")
+        self.plain = _plain(self.control, self.names)
+        self.line, self.position, self.feed = 1, [None] * 5, None
+        self.rapid, self.inverse, self.tcp = False, False, False
+        self.moves_tcp = None  # whether the moves so far were with TCP
+        self.runs = []  # of moves: words, shape (5, n), feeds, seconds and rapid
+
+    def take_block(self, block):
+        """Take whole lines: runs of plain moves together, the others one by one."""
+        values, plain = self.plain.match(block if block.endswith(b"\n") else block + b"\n")
+        first = self.plain.literals.index(axis_word(self.names[0]))
+        words, missing = values[first : first + 5], np.full(len(plain), np.nan)
+        numbers = dict(zip(self.plain.literals, values, strict=True))
+        seconds = numbers.get(TIME, missing)
+        rapid, timed, fed = ~np.isnan([numbers.get(RAPID, missing), seconds, numbers[FEED]])
+        plain &= ~np.isnan(words).all(axis=0) & (rapid.astype(int) + timed + fed < 2)
+        value = np.where(timed, seconds, numbers[FEED])
+        lines = None
+        for start, stop in bulk.runs(plain):
+            while start < stop:
+                if plain[start]:
+                    rows = slice(start, stop)
+                    start += self.take_plain(words[:, rows], value[rows], rapid[rows], timed[rows])
+                if start < stop:
+                    lines = lines or block.split(b"\n")
+                    self.take(lines[start].decode("utf-8", "surrogatepass"))
+                    start += 1
+
+    def take_plain(self, words, value, rapid, timed):
+        """Take plain moves, and return how many of them could be taken.
+
+        What `take` refuses is left to it: it says what is wrong.
+        """
+        if None in self.position or self.moves_tcp not in (None, self.tcp):
+            return 0
+        rapid = rapid | self.rapid
+        wrong = value <= 0
+        if self.inverse:
+            wrong |= np.isnan(value) & ~rapid
+        if wrong.any():
+            count = int(np.argmax(wrong))
+            return self.take_plain(words[:, :count], value[:count], rapid[:count], timed[:count]) if count else 0
+        seconds = 60 / value if self.inverse else np.where(timed, value, np.nan)
+        feeds = bulk.held(np.where(np.isnan(seconds), value, np.nan), np.nan if self.feed is None else self.feed)
+        for row, before in zip(words, self.position, strict=True):
+            row[:] = bulk.held(row, before)
+        self.add(words, np.where(rapid | ~np.isnan(seconds), np.nan, feeds), seconds, rapid)
+        self.position, self.feed = words[:, -1].tolist(), None if np.isnan(feeds[-1]) else float(feeds[-1])
+        self.line += len(value)
+        return len(value)
+
+    def add(self, *run):
+        self.runs.append(run)
+        self.moves_tcp = self.tcp
+
+    def take(self, line):
+        """Take one line, word by word."""
+        body = self.without_comment(line).strip()
+        if self.control is HEIDENHAIN:
+            body = re.sub(r"^\d+\s*", "", body)
+            body = "" if re.fullmatch(r"(BEGIN|END) PGM \w+ MM", body) else re.sub(r"^L(\s+|$)", "", body)
+        else:
+            body = "" if body == "%" else re.sub(r"^N\d+\s*", "", body)
+        feed, seconds, position, rapid = None, np.nan, [None] * 5, False
+        while body:
+            if match := self.axis.match(body):
+                axis = self.names.index(match[1])
+                if position[axis] is not None:
+                    raise self.error(f"one {match[1]} word", "two")
+                position[axis] = float(match[2])
+            elif match := FEED_WORD.match(body):
+                rapid, feed, seconds = self.take_feed(match)
+            elif self.control is not HEIDENHAIN and (match := re.match(r"G0?([01]|9[34])(?![\d.])", body)):
+                self.take_mode(match[1])
+            elif match := self.codes.match(body):
+                self.take_code(match[0])
+            else:
+                raise self.error(f"a word of a {self.control.name} program", repr(body.split()[0]))
+            body = body[match.end() :].lstrip()
+        if feed is not None:
+            self.feed = feed
+        if position != [None] * 5:
+            self.move(position, rapid, seconds)
+        self.line += 1
+
+    def without_comment(self, line):
+        if self.control is FANUC:
+            return re.sub(r"\([^()]*\)", " ", line)
+        return line.partition(";")[0]
+
+    def take_feed(self, match):
+        """Return whether a feed word says rapid, the feed, and the time of the block."""
+        kind, value = match[1], match[2]
+        if kind == "FMAX" and value is None and self.control is HEIDENHAIN:
+            return True, None, np.nan
+        if value is None or float(value) <= 0 or (kind == "FT") > (self.control is HEIDENHAIN) or kind == "FMAX":
+            raise self.error("a feed above 0", repr(match[0]))
+        if kind == "FT":
+            return False, None, float(value)
+        if self.inverse:
+            return False, None, 60 / float(value)
+        return False, float(value), np.nan
+
+    def take_mode(self, mode):
+        if mode in "01":
+            self.rapid = mode == "0"
+        else:
+            self.inverse, self.feed = mode == "93", None
+
+    def take_code(self, code):
+        if code in (self.control.tcp_on.split()[0], self.control.tcp_off):
+            self.tcp = code != self.control.tcp_off
+
+    def move(self, position, rapid, seconds):
+        rapid = rapid or self.rapid
+        self.position = [old if new is None else new for new, old in zip(position, self.position, strict=True)]
+        if None in self.position:
+            missing = self.names[self.position.index(None)]
+            raise self.error(f"a {missing} word before or in the first move", "none")
+        if self.inverse and not rapid and np.isnan(seconds):
+            raise self.error("an F word, inverse time being active", "none")
+        if self.moves_tcp not in (None, self.tcp):
+            raise self.error("moves all with or all without TCP", "both")
+        feed = np.nan if rapid or not np.isnan(seconds) or self.feed is None else self.feed
+        self.add(np.array(self.position)[:, None], [feed], [seconds], [rapid])
+
+    def error(self, expected, found):
+        return InputError(f"{self.name}, line {self.line}", expected, found)
 
 
-def joined(parts):
-    """Return consecutive `Blocks` without remarks as one."""
-    columns = (np.concatenate([getattr(part, name) for part in parts]) for name in ("feeds", "seconds", "rapid"))
-    words = np.concatenate([part.words.T for part in parts], axis=1).T
-    return Blocks(words, *columns, tcp=parts[0].tcp)
+@cache
+def _plain(control, names):
+    """The pattern of a line that moves axes and changes no mode but its feed."""
+    start, ends = [Item("N", "count")], [Item(FEED, "number", optional=True)]
+    if control is HEIDENHAIN:
+        start = [Item("", "count"), Item(" L")]
+        ends = [Item(RAPID, optional=True), Item(TIME, "number", optional=True), *ends]
+    return Pattern([*start, *(Item(axis_word(name), "number", optional=True) for name in names), *ends])

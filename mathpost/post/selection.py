@@ -1,63 +1,56 @@
 """Solution selection (转角选解): which branch and which winding of the rotary axes each record takes.
 
-Every record has two branches, and inside travel every rotary angle may stand ±360° away. Three strategies choose:
-the shortest next move, the rules of source 002 word for word, and the best choice over the whole path.
+Each record has several *candidates*: two branches, each in every winding (±360°) inside travel, and at the pole
+also the outer angles of the neighbours. Three strategies choose one candidate for each record: the best way over
+the whole path by dynamic programming (动态规划, R. Bellman 1957), the shortest next move, and the rules of source
+002.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cache, cached_property
 
 import numpy as np
 
-from mathpost.errors import InputError, ReachError
-from mathpost.post import min_plus, yu_dan
-from mathpost.post.candidates import Candidates, Inside, along, candidates
-from mathpost.post.strategies import Optimal, Shortest, first_moves, moves
+from mathpost.errors import InputError, ReachError, as_array
+from mathpost.post import yu_dan
 from mathpost.post.travel import (
-    HALF_TURN,
-    SWAY,
-    TRAVEL_TOLERANCE,
-    TURN,
-    breaks_off,
-    count_windings,
+    UNITS,
+    all_within,
+    cost,
+    count_turns,
+    endless,
     move_costs,
+    nearest,
     out_of_travel,
     path_cost,
+    rates_or_weights,
     short_way,
+    windings,
+    within_travel,
 )
 
-__all__ = [
-    "HALF_TURN",
-    "STRATEGIES",
-    "SWAY",
-    "TRAVEL_TOLERANCE",
-    "TURN",
-    "Candidates",
-    "Selection",
-    "candidates",
-    "choose",
-    "choose_pieces",
-    "move_costs",
-    "out_of_travel",
-    "path_cost",
-    "short_way",
-]
-
 STRATEGIES = ("optimal", "shortest", "paper")
-MOVES = 65536  # whose costs are held at once: as many as the processor's cache takes
-LEAST_RECORDS = 16  # taken at once, however many moves that makes
+SWAY = np.radians(5.0)  # how far the tool axis may stray between two records in cut, besides half of its own turn
+HALF_TURN = np.pi + 1e-9  # a rotary step beyond this means that travel has cut off the short way round
+POLE = 1e-10  # radians from the pole, within which every outer angle is right
+TIE = 1e-9  # weight of travel (mm and degrees) among moves that cost the same
+PREFERENCE = 1e-6  # cost of beginning on the other branch than the preferred one
+QUANTA = 2.0**40  # costs are rounded to multiples of 1/QUANTA: their sums are exact, and equal ways stay equal
+LONG = 100_000  # moves to compare; with more of them it pays to load Numba
 
 
 @dataclass(frozen=True)
 class Selection:
-    """A choice of joints for a whole path, or for a piece of one.
+    """A choice of joints for a path.
 
     Attributes
     ----------
     joints : ndarray, shape (n, 5)
         mm and radians; windings of endless axes counted.
     branch : ndarray of int, shape (n,)
+        0 or 1, as `Kinematics.inverse` orders them.
     cost : float
-        Seconds if the machine states rates, otherwise weighted travel; of the moves to these records.
+        Seconds if the machine states rates, otherwise weighted travel; from `start` if that is given.
     breaks : tuple of int
         Records (from 0) that cannot be reached from the one before without retracting and unwinding.
     strategy : str
@@ -68,6 +61,73 @@ class Selection:
     cost: float
     breaks: tuple
     strategy: str
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """All candidates of each record, to look at.
+
+    Attributes
+    ----------
+    kin : Kinematics
+    joints : ndarray, shape (n, m, 5)
+        mm and radians. NaN where the tool axis is out of reach, and where a candidate stands for the pole only.
+    branch : ndarray of int, shape (m,)
+        0 or 1, as `Kinematics.inverse` orders them.
+    """
+
+    kin: object
+    joints: np.ndarray
+    branch: np.ndarray
+
+    @cached_property
+    def inside(self):
+        """Whether all five joints are inside travel, shape (n, m)."""
+        return all_within(self.kin.machine, self.joints)
+
+    def reason(self, record, candidate):
+        """Say why a candidate is out, or return "" if it is not."""
+        if np.isnan(self.joints[record, candidate]).any():
+            return "tool axis out of reach"
+        return "; ".join(out_of_travel(self.kin.machine, self.joints[record, candidate]))
+
+    def reasons(self, record):
+        """Say why all candidates of a record are out."""
+        return " / ".join(dict.fromkeys(self.reason(record, candidate) for candidate in self._listed(record)))
+
+    def table(self, record, previous=None, weights=None):
+        """Return rows to show: branch, joints in mm and degrees, cost of the move from `previous`, why if out."""
+        listed, machine = self._listed(record), self.kin.machine
+        joints = self.joints[record, listed]
+        steps = joints if previous is None else short_way(machine, joints - np.asarray(previous, dtype=float))
+        costs = move_costs(machine, steps, weights)
+        reasons = [self.reason(record, candidate) for candidate in listed]
+        return list(zip(self.branch[listed].tolist(), joints * UNITS, costs, reasons, strict=True))
+
+    def _listed(self, record):
+        """The candidates to show: those for the pole only at the pole."""
+        known = ~np.isnan(self.joints[record]).any(axis=1)
+        return np.flatnonzero(known) if known.any() else np.arange(len(known))
+
+
+def candidates(kin, tip, axis):
+    """Return all candidates for a path of tips and tool axes, shape (n, 3) each, as `Candidates`.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> from mathpost.kinematics import Kinematics
+    >>> found = candidates(Kinematics(machine.load("data/machines/ac_head.toml")), [[0, 0, 0]], [[0.6, 0, 0.8]])
+    >>> for branch, joints, _, reason in found.table(0):
+    ...     print(branch, joints[3:].round(2), reason or "inside travel")
+    0 [90.   36.87] inside travel
+    0 [-270.     36.87] inside travel
+    0 [450.     36.87] C 450.000° is outside -360 … 360
+    1 [-90.   -36.87] inside travel
+    1 [-450.    -36.87] C -450.000° is outside -360 … 360
+    1 [270.   -36.87] inside travel
+    """
+    return _explained(kin, _solutions(kin, tip, axis))
 
 
 def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False, prefer=None, sway=SWAY):
@@ -81,7 +141,7 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         ``"optimal"``: least cost over the whole path, by dynamic programming over the candidates.
         ``"shortest"``: least cost of each next move. ``"paper"``: the cases and the C ± 2π rule of source 002.
     weights : array_like, shape (5,), optional
-        See `move_costs`.
+        See `mathpost.post.travel.move_costs`.
     start : array_like, shape (5,), optional
         Present joints (mm, radians). Without it the first record prefers the branch `prefer`, near rotary zero.
     split : bool
@@ -103,6 +163,8 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     ReachError
         If a record has no candidate inside travel, or if the path breaks and `split` is not given; names the
         record and the reason.
+    InputError
+        If an argument is none of those above, or the rules of source 002 do not fit the machine.
 
     Examples
     --------
@@ -118,193 +180,243 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
            [  9.284,  -3.286],
            [ 22.691,  -8.075]])
     """
-    (chosen,) = choose_pieces(
-        kin, [cl], strategy, weights=weights, start=start, split=split, prefer=prefer, sway=sway
+    if strategy not in STRATEGIES:
+        raise InputError("strategy", " or ".join(STRATEGIES), repr(strategy))
+    if prefer not in (None, 1, -1):
+        raise InputError("prefer", "1 or -1", repr(prefer))
+    weights, start = (
+        None if values is None else as_array(values, 5, name)
+        for values, name in ((weights, "weights"), (start, "start"))
     )
-    return chosen
+    machine, prefer = kin.machine, prefer or _longer_side(kin)
+    if strategy == "paper":
+        joints, branch = yu_dan.choose(kin, cl, prefer)
+        return Selection(joints, branch, path_cost(machine, joints, weights, start), (), strategy)
+
+    solved, turns = _solutions(kin, cl.points, cl.axes), _turns(machine)
+    first = _explained(kin, solved[..., :1])
+    price, slowest = rates_or_weights(machine, weights)
+    if start is None:
+        beginning = TIE * np.abs((first.joints[0] * UNITS)[:, 3:]).sum(axis=1)
+        beginning += PREFERENCE * (first.branch != (0 if prefer > 0 else 1))
+    else:
+        beginning = move_costs(machine, short_way(machine, first.joints[0] - start), weights)
+    picks, broken, unreachable, stuck = _loop(len(cl) * len(first.branch) ** 2)(
+        solved, turns, machine.limits, endless(machine), beginning, price, slowest,
+        _tool_axis(kin), np.array(cl.axes.T, order="C"), np.array(cl.rapid), float(sway), strategy == "shortest",
+    )  # fmt: skip
+    if unreachable >= 0:
+        reasons = _explained(kin, solved[..., unreachable, None]).reasons(0)
+        raise ReachError(f"{cl.where(unreachable)}: no solution inside travel: {reasons}")
+    if stuck >= 0 and not split:
+        options = {"weights": weights, "start": start, "split": True, "prefer": prefer, "sway": sway}
+        so_far = choose(kin, cl.part(0, stuck), strategy, **options).joints[-1, 3:]
+        pairs = zip(machine.joint_names[3:], np.rad2deg(so_far), strict=True)
+        raise ReachError(
+            f"{cl.where(stuck)}: the path breaks here, no choice of branch and winding goes on in cut (so far "
+            f"{' '.join(f'{name} {angle:.3f}°' for name, angle in pairs)}); split it, with a retract and an unwind"
+        )
+    solution, winding = np.divmod(picks, turns.shape[1])
+    joints = (solved[:, solution, np.arange(len(cl))] + turns[:, winding]).T
+    joints = count_turns(machine, joints, np.zeros(5) if start is None else start)
+    breaks = tuple(np.flatnonzero(broken).tolist())
+    return Selection(joints, solution % 2, path_cost(machine, joints, weights, start), breaks, strategy)
 
 
-def choose_pieces(
-    kin,
-    pieces,
-    strategy="optimal",
-    *,
-    weights=None,
-    start=None,
-    split=False,
-    prefer=None,
-    sway=SWAY,
-    store=None,
-    progress=None,
-):
-    """Choose branch and winding for a path that comes in pieces, as `choose` does for the whole of it.
+def best_way(solved, turns, limits, endless, beginning, price, slowest, tool_axis, axes, rapid, sway, greedy):
+    """Find the candidate of each record: with the fewest breaks on the way, and then of the least cost.
 
-    However the path is cut, the choice is the same. It needs a pass over all pieces before the first one is
-    decided, and a second one to tell; between the pieces, and from pass to pass, little is kept.
+    Bellman's recursion: the best way to a candidate goes by the best way to one of the record before it.
+
+        best(r, j) = min over i of [best(r − 1, i) + move(i, j)],    best = (breaks, cost), compared in this order
+
+    This loop runs as it stands, and as machine code if Numba compiles it.
 
     Parameters
     ----------
-    kin, strategy, weights, start, split, prefer, sway
-        As in `choose`.
-    pieces : sequence of CLData
-        The parts of the path, of one record at least, one after the other; anything with ``len()`` and ``[k]``.
-    store : optional
-        Keeps one array of small integers for each piece, a byte for each candidate inside travel: anything with
-        ``append``, ``len()`` and ``[k]``, empty; by default a list.
-    progress : callable, optional
-        Called in the first pass, after each piece, with the number of records done.
+    solved : ndarray, shape (5, k, n)
+        Joints of `_solutions`.
+    turns : ndarray, shape (5, w)
+        What each winding adds; candidate number ``s·w + t`` is solution ``s`` in winding ``t``.
+    limits, endless : ndarrays, shape (5, 2) and (5,)
+        Travel, and which joints have no end.
+    beginning : ndarray, shape (k·w,)
+        What it costs to begin with each candidate.
+    price, slowest
+        What a move costs, see `travel.cost`.
+    tool_axis : ndarray, shape (3, 3, 3)
+        See `_tool_axis`.
+    axes, rapid : ndarrays, shape (3, n) and (n,)
+        Tool axes of the CL data; a move in rapid traverse never breaks the path.
+    sway : float
+        See `choose`.
+    greedy : bool
+        Whether of each record only the best candidate is kept: the shortest next move.
 
     Returns
     -------
-    iterator of Selection
-        One for each piece; breaks count from its first record. The first one takes the pass over all pieces.
-
-    Raises
-    ------
-    ReachError
-        As `choose` does, by the iterator, before it gives anything.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> from mathpost.post import cl as cldata
-    >>> from mathpost.kinematics import Kinematics
-    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
-    >>> blade = cldata.read("data/cl/blade.cl")
-    >>> for chosen in choose_pieces(kin, [blade.part(0, 2), blade.part(2, 5)]):
-    ...     print(np.rad2deg(chosen.joints[:, 4]).round(3))
-    [175.815 178.332]
-    [-0.825 -3.286 -8.075]
+    picks : ndarray of int, shape (n,)
+        Number of the candidate of each record.
+    broken : ndarray of bool, shape (n,)
+        Whether the move to the record breaks the path.
+    unreachable, stuck : int
+        First record without a candidate inside travel, and first that every way reaches with a break; or −1.
     """
-    if strategy not in STRATEGIES:
-        raise InputError("strategy", " or ".join(STRATEGIES), repr(strategy))
-    prefer, progress = prefer or _longer_side(kin), progress or (lambda done: None)
-    if strategy == "paper":
-        chosen = yu_dan.apply(kin, pieces, prefer, progress)
-    else:
-        rule = (Optimal if strategy == "optimal" else Shortest)()
-        task = _Task(kin, pieces, weights, start, prefer, sway, [] if store is None else store)
-        chosen = task.chosen(rule, split, progress)
-    return _told(kin, chosen, strategy, weights, start, sway)
+    records, windings = solved.shape[2], turns.shape[1]
+    count = solved.shape[1] * windings
+    came_from = np.zeros((records, count), np.int32)  # the candidate of the record before on the best way
+    came_by_break = np.zeros((records, count), np.bool_)
+    # The candidates inside travel of two records, this one and the one before, take rows 0 and 1 in turn.
+    numbers, breaks = np.zeros((2, count), np.int64), np.zeros((2, count), np.int64)
+    joints, costs = np.zeros((2, count, 5)), np.zeros((2, count))
+    picks, broken, step = np.zeros(records, np.int64), np.zeros(records, np.bool_), np.zeros(5)
+    known, stuck = 0, -1
+    for record in range(records):
+        now, before, cut = record % 2, (record + 1) % 2, not rapid[record]
+
+        found = 0
+        for number in range(count):
+            inside = True
+            for joint in range(5):
+                value = solved[joint, number // windings, record] + turns[joint, number % windings]
+                inside = inside and within_travel(value, limits[joint, 0], limits[joint, 1])
+                joints[now, found, joint] = value
+            if inside:
+                numbers[now, found] = number
+                found += 1
+        if found == 0:
+            return picks, broken, record, stuck
+
+        best = 0
+        for j in range(found):
+            breaks[now, j], costs[now, j] = records, np.inf  # worse than any way
+            if record == 0:
+                breaks[now, j], costs[now, j] = 0, np.rint(beginning[numbers[now, j]] * QUANTA)
+            for i in range(known):
+                for joint in range(5):
+                    step[joint] = joints[now, j, joint] - joints[before, i, joint]
+                    if endless[joint]:
+                        step[joint] = nearest(step[joint])
+                breaking = cut and max(abs(step[3]), abs(step[4])) > HALF_TURN
+                if breaks[before, i] + breaking > breaks[now, j]:
+                    continue
+                move = cost(step, price, slowest) + TIE * cost(step, UNITS, False)
+                way = costs[before, i] + np.rint(move * QUANTA)
+                would_win = (breaks[before, i] + breaking, way) < (breaks[now, j], costs[now, j])
+                if would_win and cut and not breaking:  # only then look at the tool axis, which takes longest
+                    breaking = sways_off(joints[before, i], step, tool_axis, axes, record, sway)
+                if (breaks[before, i] + breaking, way) < (breaks[now, j], costs[now, j]):
+                    breaks[now, j], costs[now, j] = breaks[before, i] + breaking, way
+                    came_from[record, numbers[now, j]] = numbers[before, i]
+                    came_by_break[record, numbers[now, j]] = breaking
+            if (breaks[now, j], costs[now, j]) < (breaks[now, best], costs[now, best]):
+                best = j
+
+        if stuck < 0 and breaks[now, best] > 0:
+            stuck = record
+        if greedy:
+            numbers[now, 0], breaks[now, 0] = numbers[now, best], breaks[now, best]
+            joints[now, 0], costs[now, 0] = joints[now, best], costs[now, best]
+            found, best = 1, 0
+        costs[now, :found] -= costs[now, :found].min()  # what all ways have in common would only make numbers long
+        pick, known = numbers[now, best], found
+
+    for record in range(records - 1, -1, -1):
+        picks[record], broken[record] = pick, came_by_break[record, pick]
+        pick = came_from[record, pick]
+    return picks, broken, -1, stuck
 
 
-def _told(kin, chosen, strategy, weights, start, sway):
-    """Yield the `Selection` of each piece, given it with its joints and branches."""
-    last = None
-    for piece, joints, branch in chosen:
-        path, axes, first = joints, piece.axes, 1
-        if last is not None:
-            path, axes, first = np.concatenate([last[0], joints]), np.concatenate([last[1], axes]), 0
-        steps = np.diff(path, axis=0)
-        over = np.zeros(0)
-        if strategy != "paper":
-            over = breaks_off(kin, path[:-1], steps, axes, piece.rapid[first:], sway)
-        breaks = tuple((np.flatnonzero(over) + first).tolist())
-        cost = path_cost(kin.machine, path, weights, start if first else None)
-        yield Selection(joints, branch, cost, breaks, strategy)
-        last = joints[-1:], piece.axes[-1:]
+def sways_off(joints, step, tool_axis, axes, record, sway):
+    """Return whether the tool axis strays off its great circle on the way to a record; half way it strays furthest.
+
+    Half way the great circle runs by the middle of its chord, at less than half of the turn.
+    """
+    if abs(step[3]) + abs(step[4]) <= sway:
+        return False
+    first, second = joints[3] + step[3] / 2, joints[4] + step[4] / 2
+    waves, other_waves = (1.0, np.cos(first), np.sin(first)), (1.0, np.cos(second), np.sin(second))
+    off = chord = 0.0
+    for k in range(3):
+        half_way = 0.0
+        for a in range(3):
+            for b in range(3):
+                half_way += tool_axis[a, b, k] * waves[a] * other_waves[b]
+        off += (half_way - (axes[k, record - 1] + axes[k, record]) / 2) ** 2
+        chord += (axes[k, record] - axes[k, record - 1]) ** 2
+    return np.sqrt(off) > sway + np.sqrt(chord) / 2
 
 
-@dataclass(frozen=True)
-class _Task:
-    """A path in pieces, and what to choose by."""
-
-    kin: object
-    pieces: object
-    weights: object
-    start: object
-    prefer: int
-    sway: float
-    store: object
-
-    def chosen(self, rule, split, progress):
-        """Yield each piece with its joints and branches, chosen by `rule`."""
-        broken = self._forward(rule, progress)
-        if broken is not None and not split:
-            self._refuse_break(type(rule)(), *broken)
-        yield from self._backward(rule.last())
-
-    def _forward(self, rule, progress):
-        """Take `rule` over the path and store the way back. Return piece and record of the first break, or None."""
-        broken, done = None, 0
-        for number, (_, blocks) in enumerate(self._all_moves()):
-            pointers, record = [], 0
-            for block in blocks:
-                came_from, breaks = rule.take(block)
-                if broken is None and breaks.any():
-                    broken = number, record + int(breaks.argmax())
-                pointers.append(came_from)
-                record += len(breaks)
-            self.store.append(min_plus.joined(pointers))
-            done += record
-            progress(done)
-        return broken
-
-    def _backward(self, last):
-        """Follow what is stored from the last candidate of all; yield each piece with its joints and branches."""
-        ends = [last]
-        for number in range(len(self.store) - 1, 0, -1):
-            ends.append(int(min_plus.walk(self.store[number], ends[-1])[0]))
-        before, turns = np.zeros(5) if self.start is None else np.asarray(self.start, dtype=float), np.zeros(5)
-        for number, (piece, slices) in enumerate(along(self.kin, self.pieces)):
-            picks = min_plus.walk(self.store[number], ends.pop())[1:]
-            picked = [Inside.of(found).picked(picks[rows]) for rows, found in slices]
-            joints, branch = (np.concatenate(parts) for parts in zip(*picked, strict=True))
-            after = joints[-1].copy()
-            turns = count_windings(self.kin.machine, joints, before, turns)
-            before = after
-            yield piece, joints, branch
-
-    def _refuse_break(self, rule, number, record):
-        """Raise for the first break; say where the machine has come to before it."""
-        before = replace(self, pieces=_Before(self.pieces, number, record), store=[])
-        for _, joints, _ in before.chosen(rule, True, lambda done: None):
-            so_far = joints[-1]
-        raise ReachError(
-            f"{self.pieces[number].where(record)}: the path breaks here, no choice of branch and winding goes on "
-            f"in cut (so far {_angles(self.kin.machine, so_far)}); split it, with a retract and an unwind"
-        )
-
-    def _all_moves(self):
-        """Yield each piece, and an iterator over the `Moves` to its records, in blocks."""
-        last, axes = None, None
-
-        def blocks(piece, slices):
-            nonlocal last, axes
-            for rows, found in slices:
-                _refuse_unreachable(found, piece, rows.start)
-                here, there, rapid = Inside.of(found), piece.axes[rows], piece.rapid[rows]
-                if last is None:
-                    first = here.part(0, 1)
-                    yield first_moves(self.kin.machine, first, self.weights, self.start, self.prefer)
-                    rapid = rapid[1:]
-                else:
-                    here, there = last.followed_by(here), np.concatenate([axes, there])
-                count = max(LEAST_RECORDS, MOVES // len(here.known) ** 2)
-                for start in range(0, len(rapid), count):
-                    stop = start + count
-                    part = here.part(start, stop + 1), there[start : stop + 1], rapid[start:stop]
-                    yield moves(self.kin, *part, self.weights, self.sway)
-                last, axes = here.last(), there[-1:]
-
-        for piece, slices in along(self.kin, self.pieces):
-            yield piece, blocks(piece, slices)
+@cache
+def _compiled():
+    """`best_way` as machine code, made once for all sessions if there is a folder to keep it in."""
+    try:
+        from numba import njit
+        from numba.extending import register_jitable
+    except ImportError:
+        return best_way
+    for function in (within_travel, nearest, cost, sways_off):
+        register_jitable(function)
+    try:
+        return njit(cache=True)(best_way)
+    except RuntimeError:  # neither here nor in the home folder
+        return njit()(best_way)
 
 
-@dataclass(frozen=True)
-class _Before:
-    """The pieces of a path up to a record, exclusive, of one of them."""
+def _loop(moves):
+    """`best_way` as it suits so many moves."""
+    return _compiled() if moves > LONG else best_way
 
-    pieces: object
-    number: int
-    record: int
 
-    def __len__(self):
-        return self.number + (self.record > 0)
+def _solutions(kin, tip, axis):
+    """Both branches of each record, shape (5, k, n), k = 2; k = 6 if some are at the pole, NaN for all others.
 
-    def __getitem__(self, number):
-        piece = self.pieces[number]
-        return piece if number < self.number else piece.part(0, self.record)
+    There the outer axis may also take the angles of the nearest records before and after that are not at the pole:
+    two of each, one for each branch. It can then be turned where that costs nothing of the tool axis.
+    """
+    joints, tip = kin.inverse(tip, axis), np.asarray(tip, dtype=float)
+    derived = kin.inverse_symbolic
+    inner, outer = kin.symbols.index(derived.inner), kin.symbols.index(derived.outer)
+    at_pole = np.zeros(len(joints), dtype=bool)
+    if kin.reach[0] == 0:  # there the two solutions meet at the pole
+        at_pole = np.abs(joints[:, 0, inner] - joints[:, 1, inner]) < 2 * POLE
+    elsewhere = np.flatnonzero(~at_pole)
+    if not at_pole.any() or not elsewhere.size:
+        return np.ascontiguousarray(joints.T)
+    solved = np.full((5, 6, len(joints)), np.nan)
+    solved[:, :2] = joints.T
+    after = np.searchsorted(elsewhere, np.flatnonzero(at_pole))
+    for first, neighbour in ((2, after - 1), (4, after)):
+        rotary = joints[at_pole, :, 3:]
+        rotary[..., outer - 3] = joints[elsewhere[np.clip(neighbour, 0, len(elsewhere) - 1)], :, outer]
+        solved[:, first : first + 2, at_pole] = kin.close(tip[at_pole, None], rotary).T
+    return solved
+
+
+def _turns(machine):
+    """What each winding of the two rotary axes adds to the joints, shape (5, w), radians."""
+    pairs = np.meshgrid(*(windings(*machine.limits[joint]) for joint in (3, 4)), indexing="ij")
+    return np.concatenate([np.zeros((3, pairs[0].size)), np.reshape(pairs, (2, -1))])
+
+
+def _explained(kin, solved):
+    """`Candidates` of `_solutions`."""
+    turns = _turns(kin.machine)
+    joints = (solved[:, :, None] + turns[:, None, :, None]).reshape(5, -1, solved.shape[2])
+    return Candidates(kin, joints.T, np.repeat(np.arange(solved.shape[1]) % 2, turns.shape[1]))
+
+
+def _tool_axis(kin):
+    """The tool axis as Σ t[a, b]·f_a(first angle)·f_b(second angle) with f = 1, cos, sin: t, shape (3, 3, 3).
+
+    Every turn is linear in the cosine and the sine of its angle, so that the forward kinematics at 0°, 90° and 180°
+    of both axes say it all.
+    """
+    angles = np.array([0, np.pi / 2, np.pi])
+    joints = np.zeros((3, 3, 5))
+    joints[..., 3], joints[..., 4] = angles[:, None], angles
+    waves = np.linalg.inv(np.stack([np.ones(3), np.cos(angles), np.sin(angles)], axis=1))
+    return np.einsum("ai,bj,ijk->abk", waves, waves, kin.forward(joints)[1])
 
 
 def _longer_side(kin):
@@ -313,17 +425,3 @@ def _longer_side(kin):
     low, high = kin.machine.limits[kin.symbols.index(derived.inner)]
     middle = float(sum(derived.solutions) / 2)
     return 1 if np.isinf(high) or high - middle >= middle - low else -1
-
-
-def _refuse_unreachable(found, piece, first):
-    """Raise for the first record without a candidate inside travel; `first` is the number of the first one."""
-    out = np.flatnonzero(~found.inside.any(axis=1))
-    if out.size:
-        record = int(out[0])
-        reasons = dict.fromkeys(found.reason(record, candidate) for candidate in found.listed(record))
-        raise ReachError(f"{piece.where(first + record)}: no solution inside travel: {' / '.join(reasons)}")
-
-
-def _angles(machine, joints):
-    pairs = zip(machine.joint_names[3:], np.rad2deg(joints[3:]), strict=True)
-    return " ".join(f"{name} {angle:.3f}°" for name, angle in pairs)

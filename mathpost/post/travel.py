@@ -1,149 +1,152 @@
-"""What a move costs, which moves can be made in cut, and what is within travel."""
+"""Travel and moves: what is inside travel, the short way round, and what a move costs.
+
+`within_travel`, `nearest` and `cost` take numbers as well as arrays, so that the loop of `selection` and everything
+that works on whole paths share them.
+"""
 
 import numpy as np
 
 TURN = 2 * np.pi
-HALF_TURN = np.pi + 1e-9  # a rotary step beyond this means that travel has cut off the short way round
-SWAY = np.radians(5.0)  # how far the tool axis may stray between two records in cut, besides half of its own turn
 TRAVEL_TOLERANCE = 1e-9  # mm and radians
-PER_RADIAN = np.degrees(1.0)  # in weighted travel a degree counts as much as a millimetre
-TIE = 1e-9  # weight of travel (mm and degrees) among choices that take the same time
+UNITS = np.array([1, 1, 1, np.degrees(1), np.degrees(1)])  # mm and degrees of one mm or radian of each joint
 
 
-def move_costs(machine, steps, weights=None, *, tie=0.0):
-    """Return what moves by the joint steps `steps`, shape (..., 5) in mm and radians, cost.
+def within_travel(value, low, high):
+    """Return whether joint values are inside their travel, ends included; NaN is not.
 
-    The time that the slowest axis needs, in seconds, over the axes whose rate the machine states; where it states
-    none, or where `weights` (5 numbers, per mm and per degree) are given, the weighted sum of travel. `tie` times
-    the travel in mm and degrees is added, to tell equal costs apart.
+    Examples
+    --------
+    >>> within_travel(np.array([-1.0, 0.0, np.nan]), 0.0, np.inf)
+    array([False,  True, False])
     """
-    rates, costs, travel = machine.max_rates, 0.0, 0.0
-    if weights is None and np.isnan(rates).all():
-        weights = np.ones(5)
-    for joint in range(5):  # one by one, which is fast in whatever order they lie in memory
-        way = np.abs(steps[..., joint])
-        if weights is None and not np.isnan(rates[joint]):
-            costs = np.maximum(costs, way * (1 / rates[joint]))
-        if joint > 2 and (tie or weights is not None):
-            way = way * PER_RADIAN
-        if weights is not None:
-            costs = costs + weights[joint] * way
-        if tie:
-            travel = travel + way
-    return costs + tie * travel if tie else costs
+    return (low - TRAVEL_TOLERANCE <= value) & (value <= high + TRAVEL_TOLERANCE)
+
+
+def all_within(machine, joints):
+    """Return whether all five of the joints, shape (..., 5) in mm and radians, are inside travel."""
+    return within_travel(joints, *machine.limits.T).all(axis=-1)
+
+
+def out_of_travel(machine, joints):
+    """Return a sentence for each of the joints, shape (5,) in mm and radians, that is outside travel.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> out_of_travel(machine.load("data/machines/dmu50v.toml"), np.array([0, 0, 900, 0, 7]))
+    ['Z 900.000mm is outside -200 … 200']
+    """
+    return [
+        f"{name} {value * unit:.3f}{letter} is outside {low * unit:g} … {high * unit:g}"
+        for name, value, (low, high), unit, letter in zip(
+            machine.joint_names, joints, machine.limits, UNITS, ("mm", "mm", "mm", "°", "°"), strict=True
+        )
+        if not within_travel(value, low, high)
+    ]
+
+
+def endless(machine):
+    """Return which of the five joints are rotary axes without an end of travel, shape (5,)."""
+    return ~np.isfinite(machine.limits).all(axis=1) & (np.arange(5) > 2)
+
+
+def windings(low, high):
+    """Return the whole turns that may bring an angle in [−180°, 180°] into travel, radians, least turns first.
+
+    An endless axis has one winding here: its turns are counted when the path is known, by `count_turns`.
+
+    Examples
+    --------
+    >>> np.degrees(windings(np.radians(-200), np.radians(360)))
+    array([   0., -360.,  360.])
+    """
+    if not (np.isfinite(low) and np.isfinite(high)):
+        return np.zeros(1)
+    turns = np.arange(np.floor((low - np.pi) / TURN), np.ceil((high + np.pi) / TURN) + 1)
+    turns = turns[(turns * TURN - np.pi <= high) & (turns * TURN + np.pi >= low)]
+    return TURN * turns[np.argsort(np.abs(turns), kind="stable")]
+
+
+def nearest(step):
+    """Return a rotary step (radians) less whole turns, in [−180°, 180°].
+
+    Half a turn keeps its direction, so that there and back again does not wind an axis up; this is where it differs
+    from `rotation.wrap`.
+
+    Examples
+    --------
+    >>> np.degrees(nearest(np.radians([190, 180, -180, 720])))
+    array([-170.,  180., -180.,    0.])
+    """
+    return step - TURN * np.rint(step / TURN)
 
 
 def short_way(machine, steps):
     """Return joint steps, shape (..., 5), with those of endless axes brought into [−180°, 180°]."""
-    return shortened(machine, np.array(steps, dtype=float))
-
-
-def shortened(machine, steps):
-    """Do what `short_way` does to the array `steps` itself, and return it."""
-    for joint in endless(machine):
-        steps[..., joint] -= TURN * np.rint(steps[..., joint] / TURN)
+    steps = np.array(steps, dtype=float)
+    around = endless(machine)
+    steps[..., around] = nearest(steps[..., around])
     return steps
 
 
-def endless(machine):
-    """Return the numbers of the rotary joints that have no end of travel."""
-    return [joint for joint in (3, 4) if not np.isfinite(machine.limits[joint]).all()]
+def count_turns(machine, joints, start):
+    """Return the path of joints (n, 5) with endless axes that go on from `start` (5,) and turn the short way."""
+    counted, around = joints.copy(), endless(machine)
+    steps = np.diff(joints[:, around], axis=0, prepend=start[None, around])
+    counted[:, around] -= TURN * np.cumsum(np.rint(steps / TURN), axis=0)
+    return counted
 
 
-def count_windings(machine, joints, before, turns):
-    """Unwrap the endless axes of `joints` (n, 5) itself, after joints `before` that stand `turns` turns further.
+def rates_or_weights(machine, weights=None):
+    """Return what a mm or radian of each joint costs, shape (5,), and whether only the dearest joint counts.
 
-    Returns the turns, shape (5,), at the last record. They are counted as whole numbers, which do not drift.
+    Seconds of the slowest axis, over the axes whose rate the machine states; where it states none, or where
+    `weights` (5 numbers, per mm and per degree) are given, the weighted sum of travel.
     """
-    turns = turns.copy()
-    for joint in endless(machine):
-        counted = turns[joint] - np.cumsum(np.rint(np.diff(joints[:, joint], prepend=before[joint]) / TURN))
-        joints[:, joint] += TURN * counted
-        turns[joint] = counted[-1]
-    return turns
+    rates = machine.max_rates
+    if weights is None and not np.isnan(rates).all():
+        return np.nan_to_num(1 / rates), True
+    return UNITS * (1.0 if weights is None else np.asarray(weights, dtype=float)), False
+
+
+def cost(steps, price, slowest):
+    """Return what moves cost whose joint steps are `steps[0]` … `steps[4]`, by `rates_or_weights`."""
+    total = 0.0
+    for joint in range(5):
+        part = np.abs(steps[joint]) * price[joint]
+        total = np.maximum(total, part) if slowest else total + part
+    return total
+
+
+def move_costs(machine, steps, weights=None):
+    """Return what moves by the joint steps `steps`, shape (..., 5) in mm and radians, cost.
+
+    Parameters
+    ----------
+    machine : Machine
+    steps : array_like, shape (..., 5)
+    weights : array_like, shape (5,), optional
+        Cost of travel per mm and per degree, to add up. Without it the cost is the time in seconds that the slowest
+        axis needs, over the axes whose rate the machine states, or if it states none the sum of mm and degrees.
+
+    Returns
+    -------
+    ndarray, shape (...)
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> dmu50v = machine.load("data/machines/dmu50v.toml")
+    >>> steps = [[0, 0, 100, 0, np.pi]]
+    >>> move_costs(dmu50v, steps), move_costs(dmu50v, steps, weights=[1, 1, 1, 1, 1])
+    (array([5.]), array([280.]))
+    """
+    return cost(np.moveaxis(np.asarray(steps, dtype=float), -1, 0), *rates_or_weights(machine, weights))
 
 
 def path_cost(machine, joints, weights=None, start=None):
     """Return what a sequence of joints, shape (n, 5), costs, the way from `start` to its first row included."""
-    cost = float(np.sum(move_costs(machine, np.diff(joints, axis=0), weights)))
+    total = float(np.sum(move_costs(machine, np.diff(joints, axis=0), weights)))
     if start is not None and len(joints):
-        cost += float(move_costs(machine, short_way(machine, joints[0] - np.asarray(start, dtype=float)), weights))
-    return cost
-
-
-def breaks_off(kin, joints, steps, axes, rapid, sway):
-    """Return which moves along a path cannot be made in cut, shape (n,).
-
-    That is so if a rotary axis turns by more than half a turn, which no path asks for, or if the tool axis sways
-    off its great circle, as it does where the branch changes away from the pole.
-
-    Parameters
-    ----------
-    kin : Kinematics
-    joints, steps : ndarrays, shape (n, 5)
-        Where the moves start and what they move by.
-    axes : ndarray, shape (n + 1, 3)
-        Unit tool axes there, and where the last move goes.
-    rapid : ndarray of bool, shape (n,)
-        A move in rapid traverse can always be made.
-    sway : float
-        See `sways_off`.
-    """
-    over, doubtful = turns_over(steps, sway)
-    over[doubtful] = sways_off(kin, joints, steps, axes, sway, doubtful)
-    return over & ~rapid
-
-
-def turns_over(steps, sway):
-    """Return which joint steps (..., 5) turn an axis by more than half a turn, and which others may sway off."""
-    first, second = np.abs(steps[..., 3]), np.abs(steps[..., 4])
-    over = np.maximum(first, second) > HALF_TURN
-    return over, (first + second > sway) & ~over
-
-
-def sways_off(kin, start, steps, axes, sway, which):
-    """Return whether the tool axis sways off its great circle on some moves. What it does half way tells.
-
-    Parameters
-    ----------
-    kin : Kinematics
-    start, steps : ndarrays, broadcasting to shape (..., n, 5)
-        Joints at the n records that the moves start from, and what they move by.
-    axes : ndarray, shape (n + 1, 3)
-        Unit tool axes of these records and of the last one that a move goes to.
-    sway : float
-        Radians allowed besides half of the turn of the tool axis.
-    which : ndarray of bool, shape (..., n)
-        The moves that are asked for, k of them.
-
-    Returns
-    -------
-    ndarray of bool, shape (k,)
-    """
-    record = np.nonzero(which)[-1]
-    half_way = np.zeros((5, len(record)))  # X Y Z do not matter to the tool axis
-    for joint in (3, 4):
-        half_way[joint] = np.broadcast_to(start[..., joint], which.shape)[which] + steps[..., joint][which] / 2
-    before, after = axes[record], axes[record + 1]
-    sway_off = np.linalg.norm(kin.forward(half_way.T)[1] - (before + after) / 2, axis=1)
-    return sway_off > sway + np.linalg.norm(after - before, axis=1) / 2
-
-
-def within_travel(machine, joint, values):
-    """Return whether values of one joint, numbered from 0, are inside its travel; NaN is not in any that ends."""
-    low, high = machine.limits[joint]
-    inside = values >= low - TRAVEL_TOLERANCE if np.isfinite(low) else np.ones(values.shape, dtype=bool)
-    return inside & (values <= high + TRAVEL_TOLERANCE) if np.isfinite(high) else inside
-
-
-def out_of_travel(machine, joints):
-    """Sentences on the joints, shape (5,), that are outside travel."""
-    units = ("mm", "mm", "mm", "°", "°")
-    scale = np.array([1, 1, 1, PER_RADIAN, PER_RADIAN])
-    sentences = []
-    for name, value, (low, high), letter in zip(
-        machine.joint_names, joints * scale, machine.limits * scale[:, None], units, strict=True
-    ):
-        if not low - TRAVEL_TOLERANCE <= value <= high + TRAVEL_TOLERANCE:
-            sentences.append(f"{name} {value:.3f}{letter} is outside {low:g} … {high:g}")
-    return sentences
+        total += float(move_costs(machine, short_way(machine, joints[0] - start), weights))
+    return total

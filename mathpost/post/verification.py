@@ -35,17 +35,6 @@ class Verification:
     path_axis_error: float
     worst_record: int
 
-    def worse(self, other):
-        """Return what is worst in the two."""
-        worst = max(self, other, key=lambda proof: proof.path_tip_error)
-        return Verification(
-            tip_error=max(self.tip_error, other.tip_error),
-            axis_error=max(self.axis_error, other.axis_error),
-            path_tip_error=worst.path_tip_error,
-            path_axis_error=max(self.path_axis_error, other.path_axis_error),
-            worst_record=worst.worst_record,
-        )
-
 
 def verify(kin, cl, blocks, motion, *, real=None):
     """Compare a program's blocks with the CL data, at the records and along the path between the blocks.
@@ -100,7 +89,7 @@ def verify(kin, cl, blocks, motion, *, real=None):
         axis_error=float(np.degrees(2 * np.arcsin(min(_distance(axis[at], cl.axes).max() / 2, 1)))),
         path_tip_error=path_tip,
         path_axis_error=float(np.degrees(path_axis)),
-        worst_record=cl.first + int(np.ceil(motion.place[worst + 1])) + 1,
+        worst_record=int(np.ceil(motion.place[worst + 1])) + 1,
     )
 
 

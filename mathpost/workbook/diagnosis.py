@@ -6,8 +6,7 @@ hold is computed from the cells before it and compared. If no slip gives the ran
 
 import numpy as np
 
-from mathpost.detective.explanation import written_decimals
-from mathpost.detective.misreadings import PI_WRITTEN, UNITS, elementary
+from mathpost.detective.misreadings import PI_WRITTEN, UNITS, elementary, written_decimals
 from mathpost.workbook.label import Role
 from mathpost.workbook.products import of_outcome, of_product, terms_of
 from mathpost.workbook.slips import CLOSE, UNIT_PHRASES, first_match, holds, name_of, roundings, turns

@@ -16,8 +16,7 @@ import openpyxl
 from openpyxl.comments import Comment
 from openpyxl.styles import PatternFill
 
-from mathpost.errors import InputError, OutputError
-from mathpost.files import write_bytes
+from mathpost.errors import InputError, OutputError, write_bytes
 from mathpost.workbook.check import check
 from mathpost.workbook.nc_table import check_table
 from mathpost.workbook.report import RIGHT, STATUS_COLOUR, WRONG, Judgement, Report

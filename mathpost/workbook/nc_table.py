@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 
 from mathpost import machine as machines
-from mathpost.detective.explanation import written_decimals
+from mathpost.detective.misreadings import written_decimals
 from mathpost.detective.rotary_axes import JointCase, explain_joints
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
@@ -251,7 +251,7 @@ def _explain(kinematics, table, status):
             )
             if explanation.explained:
                 many = f" in all {len(rows)} such rows" if len(rows) > 1 and chosen is rows else ""
-                return explanation.readings[0].kinds, f"{explanation.readings[0]}{many}"
+                return explanation.misreadings[0].kinds, f"{explanation.misreadings[0]}{many}"
         return ("unexplained",), f"row {table.places[row][0][0]}: {explanation.note}"
     return _explain_linear(kinematics, numbers[:3], numbers[6:], table.half_linear, names)
 

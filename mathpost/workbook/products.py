@@ -5,7 +5,7 @@ from itertools import permutations, product
 import numpy as np
 
 from mathpost.detective.euler_angles import explain
-from mathpost.detective.explanation import UNROUNDED
+from mathpost.detective.misreadings import UNROUNDED
 from mathpost.workbook.label import Role
 from mathpost.workbook.slips import CLOSE, first_match, name_of, roundings
 
@@ -104,9 +104,9 @@ def of_outcome(task, role, status):
     only_one_is_off = (np.abs(values - sound) <= CLOSE * np.maximum(1, np.abs(sound))).sum() == 2
     if known or only_one_is_off or not np.isfinite(values).all() or not task.point.any():
         return known
-    readings = explain(task.angles.tolist(), task.point.tolist(), values.tolist()).readings
-    readings = [reading for reading in readings if set(reading.kinds) - {UNROUNDED}]
-    return (readings[0].kinds, readings[0].sentence) if readings else None
+    found = explain(task.angles.tolist(), task.point.tolist(), values.tolist()).misreadings
+    found = [each for each in found if set(each.kinds) - {UNROUNDED}]
+    return (found[0].kinds, found[0].sentence) if found else None
 
 
 def _of_result(task, sound):

@@ -114,7 +114,7 @@ class Report:
         if self.first:
             lines += [f"first wrong: {self.first}", f"why: {self.why}"]
             if self.detective and self.detective.explained:
-                lines.append(f"the result is what this gives: {self.detective.readings[0]}")
+                lines.append(f"the result is what this gives: {self.detective.misreadings[0]}")
             lines += [
                 f"{cell.status}: {cell}" for cell in self.cells if cell.status != RIGHT and cell is not self.first
             ]

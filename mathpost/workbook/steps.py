@@ -11,8 +11,7 @@ from functools import reduce
 
 import numpy as np
 
-from mathpost.detective.explanation import written_decimals
-from mathpost.detective.misreadings import elementary
+from mathpost.detective.misreadings import elementary, written_decimals
 from mathpost.workbook.label import Role
 
 AXES = "ZXZ"

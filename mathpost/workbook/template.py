@@ -14,8 +14,7 @@ from openpyxl.workbook.defined_name import DefinedName
 from openpyxl.worksheet.formula import ArrayFormula
 from openpyxl.worksheet.properties import PageSetupProperties
 
-from mathpost.errors import InputError, as_array
-from mathpost.files import write_bytes
+from mathpost.errors import InputError, as_array, write_bytes
 from mathpost.rotation import PASSIVE
 from mathpost.workbook.file import local_address
 

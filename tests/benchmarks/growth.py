@@ -8,8 +8,10 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
+from mathpost.errors import write_text
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl, postprocess
+from mathpost.post import cl
+from mathpost.post import run as post
 from tests.benchmarks.pipeline import trunnion, write_cl
 from tests.benchmarks.timing import row
 
@@ -19,28 +21,22 @@ PICTURE = Path(__file__).with_name("growth.png")
 
 
 def stages(path, output):
-    """Seconds of each stage of one file, told from the calls of the progress bar."""
-    last, begun = {}, time.perf_counter()
-
-    def note(doing, *_):
-        last[doing] = time.perf_counter()
-
-    postprocess.run_file(path, output, trunnion(), compare=False, progress=note)
-    ends = np.array([begun, *last.values()])
-    return dict(zip([doing.partition(",")[0] for doing in last], np.diff(ends), strict=True)) | {
-        "whole": ends[-1] - begun
-    }
+    """Seconds of each stage of one file."""
+    begun = {"reading": time.perf_counter()}
+    result = post(cl.read(path), trunnion(), progress=lambda stage: begun.setdefault(stage, time.perf_counter()))
+    begun["into a file"] = time.perf_counter()
+    write_text(output, result.program)
+    times = np.array([*begun.values(), time.perf_counter()])
+    return dict(zip(begun, np.diff(times), strict=True)) | {"whole": times[-1] - times[0]}
 
 
 def inverse(path):
     """Seconds of the inverse alone."""
-    kin, seconds = Kinematics(trunnion()), 0.0
+    kin, path = Kinematics(trunnion()), cl.read(path)
     kin.inverse([0, 0, 0], [0, 0, 1])
-    for piece in cl.pieces(path):
-        begun = time.perf_counter()
-        kin.inverse(piece.points, piece.axes)
-        seconds += time.perf_counter() - begun
-    return {"inverse": seconds}
+    begun = time.perf_counter()
+    kin.inverse(path.points, path.axes)
+    return {"inverse": time.perf_counter() - begun}
 
 
 def run():

@@ -4,15 +4,16 @@ import re
 import subprocess
 import sys
 import tempfile
-import time
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from mathpost import machine
+from mathpost.errors import write_text
 from mathpost.machine import ENDLESS
-from mathpost.post import postprocess
+from mathpost.post import cl
+from mathpost.post import run as post
 from tests.benchmarks import plain_loop
 from tests.benchmarks.timing import interleaved, row
 
@@ -37,9 +38,9 @@ def trunnion():
     return replace(data, linear=tuple(replace(axis, limits=ENDLESS) for axis in data.linear))
 
 
-def whole(path, output, workers=1):
-    """What ``python -m mathpost post`` does, without the comparison."""
-    return postprocess.run_file(path, output, trunnion(), workers=workers, compare=False)
+def whole(path, output):
+    """What ``python -m mathpost post`` does."""
+    write_text(output, post(cl.read(path), trunnion()).program)
 
 
 def numpy_only(path, output):
@@ -98,13 +99,9 @@ def against_text_alone(path, output, count):
     except ImportError:
         print("  pyarrow is not installed, skipped: pip install pyarrow")
     calls = [lambda floor=floor: floor(path, output) for _, floor in floors]
-    one, two, *alone = interleaved(
-        lambda: whole(path, output), lambda: whole(path, output, 2), *calls, repeats=3, clock=time.perf_counter
-    )
+    mine, *alone = interleaved(lambda: whole(path, output), *calls, repeats=3)
     for (name, _), floor in zip(floors, alone, strict=True):
-        row(f"{count} records, one core", one / floor, 3, f"text to arrays and numbers to text, {name}")
-        row(f"{count} records, two cores", two / floor, 3, f"the same, {name}")
-    row("two cores", two / one, None, "one core")
+        row(f"{count} records", mine / floor, 3, f"text to arrays and numbers to text, {name}")
 
 
 def run():

@@ -9,7 +9,7 @@ import pytest
 
 from mathpost.course import exercise
 from mathpost.course.verdict import OPEN, RIGHT, TASKS, WRONG, Task
-from mathpost.detective.explanation import Explanation, Reading
+from mathpost.detective.misreadings import Explanation, Misreading
 from mathpost.errors import InputError
 from tests.conftest import ROOT
 
@@ -141,7 +141,7 @@ def test_a_zero_solution_names_no_factor():
 
 
 def test_the_detective_is_asked_before_general_slips_and_after_named_mistakes():
-    found = Explanation((Reading("the sign of α is reversed", "M", ("sign",), np.array(0), (), 1.0),), 0.1, 1)
+    found = Explanation((Misreading("the sign of α is reversed", "M", ("sign",), np.array(0), (), 1.0),), 0.1, 1)
     task = of(5.0, wrong={"Named.": lambda: 7.0}, detective=lambda answer: found)
     assert task.verdict(7).why == "Named."
     assert task.verdict(-5).why == "The sign of α is reversed: M."

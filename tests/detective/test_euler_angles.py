@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from mathpost.detective.euler_angles import explain, explain_joints, written_decimals
-from mathpost.detective.misreadings import Factors, matrices, wordings
+from mathpost.detective.euler_angles import explain
+from mathpost.detective.misreadings import Factors, matrices, wordings, written_decimals
+from mathpost.detective.rotary_axes import explain_joints
 from mathpost.errors import InputError
 
 ANGLES, POINT = (135, 54.7356, -90), (3, 4, 5)
@@ -40,13 +41,13 @@ WRONG = {
 
 def test_numbers_of_the_source():
     assert explain(ANGLES, POINT, (-1.224744, 0.707107, 6.928203)).right
-    assert explain(ANGLES, POINT, (-4.490731, 4.949747, 2.309402)).readings[0].kinds == ("active",)
-    assert explain(ANGLES, POINT, (1.283069, 6.939923, 0.437263)).readings[0].kinds == ("transpose",)
-    assert explain(ANGLES, POINT, (6.939923, -1.283069, 0.437263)).readings[0].kinds == ("order",)
+    assert explain(ANGLES, POINT, (-4.490731, 4.949747, 2.309402)).misreadings[0].kinds == ("active",)
+    assert explain(ANGLES, POINT, (1.283069, 6.939923, 0.437263)).misreadings[0].kinds == ("transpose",)
+    assert explain(ANGLES, POINT, (6.939923, -1.283069, 0.437263)).misreadings[0].kinds == ("order",)
     # With the exact β = arccos(1/√3) of which 54.7356 is the rounding.
     exact = (-1.224744871, 0.707106781, 6.928203230)
     found = explain(ANGLES, POINT, exact)
-    assert found.right and found.readings[0].kinds == ("unrounded",)
+    assert found.right and found.misreadings[0].kinds == ("unrounded",)
 
 
 @pytest.mark.parametrize("kind", WRONG)
@@ -54,16 +55,16 @@ def test_numbers_of_the_source():
 def test_single_slips_are_named_first(kind, decimals):
     answer = (WRONG[kind](SOMEWHERE) @ POINT).round(decimals)
     found = explain(SOMEWHERE, POINT, answer, decimals=decimals)
-    assert kind in found.readings[0].kinds and len(found.readings[0].kinds) == 1, str(found)
-    np.testing.assert_allclose(found.readings[0].value, answer, atol=10.0**-decimals)
+    assert kind in found.misreadings[0].kinds and len(found.misreadings[0].kinds) == 1, str(found)
+    np.testing.assert_allclose(found.misreadings[0].value, answer, atol=10.0**-decimals)
 
 
 @pytest.mark.parametrize("kind", WRONG)
 def test_single_slips_in_a_matrix(kind):
     answer = WRONG[kind](SOMEWHERE).round(4)
     found = explain(SOMEWHERE, None, answer)
-    assert found.readings[0].kinds == (kind,)
-    np.testing.assert_allclose(found.readings[0].value, answer, atol=1e-4)
+    assert found.misreadings[0].kinds == (kind,)
+    np.testing.assert_allclose(found.misreadings[0].value, answer, atol=1e-4)
 
 
 @pytest.mark.parametrize("sequence", ["ZXZ", "ZYZ", "XYZ", "ZYX", "XYX"])
@@ -71,7 +72,7 @@ def test_other_sequences(sequence):
     right = turned_frame(SOMEWHERE, sequence).T @ POINT
     assert explain(SOMEWHERE, POINT, right, sequence=sequence).right
     missing = turned_frame(SOMEWHERE, sequence) @ POINT
-    assert "transpose" in explain(SOMEWHERE, POINT, missing, sequence=sequence).readings[0].kinds
+    assert "transpose" in explain(SOMEWHERE, POINT, missing, sequence=sequence).misreadings[0].kinds
 
 
 @settings(max_examples=40, deadline=None)
@@ -95,12 +96,12 @@ def test_every_combination_of_the_common_slips_is_found(key, axes, source, kept,
     answer = matrix @ POINT
     found = explain(angles, POINT, answer.round(9), decimals=9)
     assert found.explained
-    np.testing.assert_allclose(found.readings[0].value, answer, atol=1e-8)
+    np.testing.assert_allclose(found.misreadings[0].value, answer, atol=1e-8)
 
 
 def test_an_answer_in_the_wrong_order():
     right = turned_frame(SOMEWHERE).T @ POINT
-    assert explain(SOMEWHERE, POINT, right[[1, 0, 2]].round(5)).readings[0].kinds == ("copied",)
+    assert explain(SOMEWHERE, POINT, right[[1, 0, 2]].round(5)).misreadings[0].kinds == ("copied",)
 
 
 def test_nothing_is_made_up():
@@ -118,8 +119,8 @@ def test_nothing_is_made_up():
 
 def test_several_readings_are_told_apart():
     found = explain((90, 0, 0), (1, 0, 0), (0, 1, 0))
-    assert len(found.readings) > 1 and "tell them apart" in found.note
-    assert len({reading.sentence for reading in found.readings}) == len(found.readings)
+    assert len(found.misreadings) > 1 and "tell them apart" in found.note
+    assert len({reading.sentence for reading in found.misreadings}) == len(found.misreadings)
 
 
 def test_several_points_must_fit_together():
@@ -195,7 +196,7 @@ def test_a_reversed_sign_is_named(kin, joint):
     wrong[:, joint] *= -1
     found = explain_joints(kin, axes, wrong, decimals=3)
     name = kin.machine.rotary[joint].name
-    sentences = [reading.sentence for reading in found.readings] + [s for r in found.readings for s in r.same]
+    sentences = [reading.sentence for reading in found.misreadings] + [s for r in found.misreadings for s in r.same]
     if not found.right:
         assert any(f"the sign of {name} is reversed" in sentence for sentence in sentences), str(found)
 
@@ -204,10 +205,10 @@ def test_mixed_branches_exchange_and_radians_are_named(kin):
     axes = _reachable_axes(kin)
     first, second = _angles(kin, axes, 0), _angles(kin, axes, 1)
     mixed = explain_joints(kin, axes, np.stack([first[:, 0], second[:, 1]], axis=1).round(3), decimals=3)
-    said = " ".join([r.sentence for r in mixed.readings] + [s for r in mixed.readings for s in r.same])
+    said = " ".join([r.sentence for r in mixed.misreadings] + [s for r in mixed.misreadings for s in r.same])
     assert mixed.right or "branches" in said
-    assert "exchange" in explain_joints(kin, axes, first[:, ::-1].round(3), decimals=3).readings[0].kinds
-    assert set(explain_joints(kin, axes, np.deg2rad(first).round(5), decimals=5).readings[0].kinds) == {"unit"}
+    assert "exchange" in explain_joints(kin, axes, first[:, ::-1].round(3), decimals=3).misreadings[0].kinds
+    assert set(explain_joints(kin, axes, np.deg2rad(first).round(5), decimals=5).misreadings[0].kinds) == {"unit"}
 
 
 def test_table_2_of_source_002_has_no_reading(dmu50v):
@@ -216,7 +217,7 @@ def test_table_2_of_source_002_has_no_reading(dmu50v):
     table = [(11.817, 166.559), (4.716, 178.52), (2.335, 1.144), (9.284, 3.251), (22.691, 8.078)]
     found = explain_joints(dmu50v, axis, table)
     assert not found.explained
-    assert found.note == "B alone: right. C: no reading gives it."
+    assert found.note == "B alone: right. C: no misreading gives it."
     for row, angles in zip(axis, table, strict=True):
         assert not explain_joints(dmu50v, row, angles).explained
 

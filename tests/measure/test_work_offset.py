@@ -73,7 +73,7 @@ def test_any_two_axes_against_scipy(axes, centres, point, angles):
 def test_the_tip_follows_the_moved_point(kin):
     """On a table-table machine X Y Z of the inverse are the moved point, seen from the work offset."""
     if kin.machine.arrangement != "table-table":
-        pytest.skip("the workpiece does not carry both axes")
+        pytest.skip("does not apply: the workpiece does not carry both axes")
     rng = np.random.default_rng(5)
     tip, axis = rng.uniform(-50, 50, (20, 3)), rng.normal(size=(20, 3)) * 0.2 + [0, 0, 1]
     joints = kin.inverse(tip, axis)[:, 0]

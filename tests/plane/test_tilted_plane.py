@@ -8,7 +8,7 @@ from mathpost import angles
 from mathpost.errors import InputError
 from mathpost.frame import Frame
 from mathpost.plane import blocks
-from mathpost.plane.tilted_plane import DIALECTS, Plane
+from mathpost.plane.tilted_plane import NOTATIONS, Plane
 
 BETA = np.degrees(np.arccos(1 / np.sqrt(3)))
 SOURCE = Plane("G68.2", [135, BETA, -90], [10, -20, 30])
@@ -16,7 +16,7 @@ SOURCE = Plane("G68.2", [135, BETA, -90], [10, -20, 30])
 
 @pytest.fixture(scope="module")
 def frames():
-    """Random planes, then every combination of quarter turns: all that can lock in any dialect."""
+    """Random planes, then every combination of quarter turns: all that can lock in any notation."""
     rng = np.random.default_rng(6)
     quarters = np.stack(np.meshgrid(*3 * [np.arange(-180, 181, 45)]), axis=-1).reshape(-1, 3)
     locked = [angles.matrix(s, quarters, degrees=True) for s in ("ZXZ", "xyz", "ZYZ")]
@@ -24,23 +24,23 @@ def frames():
     return Frame(rotation, rng.uniform(-500, 500, (len(rotation), 3)))
 
 
-@pytest.mark.parametrize("dialect", DIALECTS)
-def test_to_any_dialect_and_back(dialect, frames):
-    back = Plane.from_frame(frames, dialect).frame
+@pytest.mark.parametrize("notation", NOTATIONS)
+def test_to_any_notation_and_back(notation, frames):
+    back = Plane.from_frame(frames, notation).frame
     np.testing.assert_allclose(back.rotation, frames.rotation, atol=1e-12)
     np.testing.assert_array_equal(back.origin, frames.origin)
 
 
-@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize("notation", NOTATIONS)
 @pytest.mark.parametrize("other", ["G68.2", "PLANE VECTOR", "AROT RPY"])
-def test_from_any_dialect_to_another(dialect, other, frames):
+def test_from_any_notation_to_another(notation, other, frames):
     some = Frame(frames.rotation[::50], frames.origin[::50])
-    plane = Plane.from_frame(some, dialect).to(other)
+    plane = Plane.from_frame(some, notation).to(other)
     np.testing.assert_allclose(plane.frame.rotation, some.rotation, atol=1e-12)
 
 
 @pytest.mark.parametrize(
-    ("dialect", "values"),
+    ("notation", "values"),
     [
         ("PLANE SPATIAL", (0, BETA, 45)),
         ("PLANE EULER", (135, BETA, 270)),
@@ -50,8 +50,8 @@ def test_from_any_dialect_to_another(dialect, other, frames):
         ("CYCLE800 solid", (45, BETA, 0)),
     ],
 )
-def test_source_plane_in_every_notation(dialect, values):
-    np.testing.assert_allclose(SOURCE.to(dialect).values, values, atol=6e-7)
+def test_source_plane_in_every_notation(notation, values):
+    np.testing.assert_allclose(SOURCE.to(notation).values, values, atol=6e-7)
 
 
 def test_source_frame():
@@ -77,7 +77,7 @@ def test_solid_angle():
 
 
 @pytest.mark.parametrize(
-    ("dialect", "given", "expected", "word"),
+    ("notation", "given", "expected", "word"),
     [
         ("G68.2", (20, 0, 35), (55, 0, 0), "K 0"),
         ("G68.2", (20, 180, 35), (-15, 180, 0), "K 0"),
@@ -89,8 +89,8 @@ def test_solid_angle():
         ("G68.2", (20, 10, 35), (20, 10, 35), ""),
     ],
 )
-def test_lock_is_flagged_and_resolved_by_the_stated_rule(dialect, given, expected, word):
-    plane = Plane.from_frame(Plane(dialect, given).frame, dialect)
+def test_lock_is_flagged_and_resolved_by_the_stated_rule(notation, given, expected, word):
+    plane = Plane.from_frame(Plane(notation, given).frame, notation)
     np.testing.assert_allclose(plane.values, expected, atol=1e-12)
     assert bool(plane.locked) == bool(word)
     assert word in plane.note if word else plane.note == ""
@@ -111,8 +111,8 @@ def test_manual_vectors_are_not_perpendicular():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: Plane("G68.3", [1, 2, 3]), "dialect: expected one of G68.2"),
-        (lambda: Plane.from_frame(SOURCE.frame, "CYCLE800 XYX"), "dialect: expected one of"),
+        (lambda: Plane("G68.3", [1, 2, 3]), "notation: expected one of G68.2"),
+        (lambda: Plane.from_frame(SOURCE.frame, "CYCLE800 XYX"), "notation: expected one of"),
         (lambda: Plane("G68.2", [1, 2]), r"G68.2: expected shape \(..., 3\)"),
         (lambda: Plane("G68.2", [1, 2, np.inf]), "expected finite"),
         (lambda: Plane("PLANE VECTOR", [1, 0, 0, 0, 0, 0]), "PLANE VECTOR, N: expected a vector with a direction"),
@@ -128,20 +128,20 @@ def test_bad_planes(call, message):
 # Blocks
 
 
-@pytest.mark.parametrize("dialect", DIALECTS)
-def test_written_blocks_read_back(dialect, frames):
+@pytest.mark.parametrize("notation", NOTATIONS)
+def test_written_blocks_read_back(notation, frames):
     for index in range(0, len(frames.rotation), 97):
         frame = Frame(frames.rotation[index], frames.origin[index])
-        plane = Plane.from_frame(frame, dialect)
-        read = blocks.read(blocks.write(plane, decimals=9))
-        assert read.dialect == dialect
-        tolerance = 2e-7 if dialect == "PLANE VECTOR" else 1e-9
+        plane = Plane.from_frame(frame, notation)
+        read = blocks.from_text(blocks.to_text(plane, decimals=9))
+        assert read.notation == notation
+        tolerance = 2e-7 if notation == "PLANE VECTOR" else 1e-9
         np.testing.assert_allclose(read.frame.rotation, frame.rotation, atol=tolerance)
         np.testing.assert_allclose(read.origin, frame.origin, atol=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("dialect", "block"),
+    ("notation", "block"),
     [
         ("G68.2", "G68.2 X10. Y-20. Z30. I135. J54.7356 K-90."),
         ("PLANE SPATIAL", "TRANS DATUM AXIS X+10 Y-20 Z+30\nPLANE SPATIAL SPA+0 SPB+54.7356 SPC+45 STAY"),
@@ -156,25 +156,25 @@ def test_written_blocks_read_back(dialect, frames):
         ("CYCLE800 solid", 'CYCLE800(0,"TC1",0,64,10,-20,30,45,54.7356,0,0,0,0,-1,0,1)'),
     ],
 )
-def test_blocks(dialect, block):
-    assert blocks.write(SOURCE.to(dialect)) == block
+def test_blocks(notation, block):
+    assert blocks.to_text(SOURCE.to(notation)) == block
 
 
 @pytest.mark.parametrize(
     ("order", "mode"), [("XYZ", 57), ("ZYX", 27), ("ZXY", 39), ("XZY", 45), ("YXZ", 54), ("YZX", 30)]
 )
 def test_mode_byte(order, mode):
-    assert blocks.write(Plane(f"CYCLE800 {order}", [1, 2, 3])).split(",")[3] == str(mode)
+    assert blocks.to_text(Plane(f"CYCLE800 {order}", [1, 2, 3])).split(",")[3] == str(mode)
 
 
 def test_rest_of_a_solid_angle_is_a_turn_of_its_own():
-    text = blocks.write(Plane("CYCLE800 solid", [45, 30, -15]))
+    text = blocks.to_text(Plane("CYCLE800 solid", [45, 30, -15]))
     assert text.splitlines()[1] == "AROT Z-15"
-    np.testing.assert_allclose(blocks.read(text).values, [45, 30, -15])
+    np.testing.assert_allclose(blocks.from_text(text).values, [45, 30, -15])
 
 
 def test_swivel_cycle_moves_its_origin_along_the_turned_axes():
-    plane = blocks.read('N10 CYCLE800(1,"",100000,57,10,0,0,0,0,90,5,0,0,-1,100,1)')
+    plane = blocks.from_text('N10 CYCLE800(1,"",100000,57,10,0,0,0,0,90,5,0,0,-1,100,1)')
     np.testing.assert_allclose(plane.origin, [10, 5, 0], atol=1e-15)
 
 
@@ -198,4 +198,4 @@ def test_swivel_cycle_moves_its_origin_along_the_turned_axes():
 )
 def test_bad_blocks(text, message):
     with pytest.raises(InputError, match=message):
-        blocks.read(text)
+        blocks.from_text(text)

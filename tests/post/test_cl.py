@@ -1,15 +1,13 @@
 """CL files: every statement that is taken, every one that is refused with its line, and mutated files."""
 
-import tracemalloc
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mathpost.errors import InputError
-from mathpost.post import apt
 from mathpost.post import cl as cldata
+from mathpost.post import cl_words
 from tests.conftest import DATA, machine_code
 
 
@@ -191,7 +189,7 @@ def test_records_read_together_are_read_as_one_by_one(text):
     outcomes = set()
     for used, block in ((True, 2**17), (False, 2**17), (True, 300), (True, 1500), (False, 1)):
         with machine_code(used) as patch:
-            patch.setattr(cldata, "BLOCK", block)
+            patch.setattr(cl_words, "BLOCK", block)
             outcomes.add(outcome(lambda: fields(cldata.parse(text))))
     assert len(outcomes) == 1
 
@@ -199,10 +197,10 @@ def test_records_read_together_are_read_as_one_by_one(text):
 def test_ordinary_records_are_read_together(monkeypatch):
     """No line of a run is left to the way line by line, unless it must be."""
     taken = []
-    monkeypatch.setattr(apt.Reader, "take_line", lambda self, text: taken.append(text))
+    monkeypatch.setattr(cl_words.Statements, "take_raw", lambda self, raw: taken.append(raw))
     runs = "goto/1.5,-2,+3.,.5,0,0.8660254\nGOTO/1,2,3\n" * 30 + "GOTO / -10.123456789 , 2, 3,0,0,1 \r\n" * 30
     with machine_code(True):
-        assert len(cldata.parse("FEDRAT/1\n".join([runs] * 3))) == 270 and taken == ["FEDRAT/1"] * 2
+        assert len(cldata.parse("FEDRAT/1\n".join([runs] * 3))) == 270 and taken == [b"FEDRAT/1"] * 2
 
 
 def test_records_without_an_axis_keep_the_last_one():
@@ -214,64 +212,23 @@ def test_records_without_an_axis_keep_the_last_one():
         assert axes == [z, x, x, x, y, z] * 2
 
 
-@pytest.mark.parametrize("records", [1, 2, 3, 7, 16, 33, 34, 1000])
-def test_pieces_are_the_file(records, tmp_path, monkeypatch):
-    path = tmp_path / "part.cl"
-    path.write_bytes(b"\xef\xbb\xbf" + MANY.encode())
-    whole = cldata.read(path)
-    for block in (1, 700, 2**17):
-        monkeypatch.setattr(cldata, "BLOCK", block)
-        pieces = list(cldata.pieces(path, records))
-        assert {len(piece) for piece in pieces[:-1]} <= {records} and 0 < len(pieces[-1]) <= records
-        assert repr(fields(cldata.join(pieces))) == repr(fields(whole))
-        parts = [whole.part(at, at + records) for at in range(0, len(whole), records)]
-        assert repr([*map(fields, pieces)]) == repr([*map(fields, parts)])
-        assert [whole.where(piece.first) for piece in pieces] == [piece.where(0) for piece in pieces]
-    assert pieces[-1].remarks[-1] == (len(pieces[-1]), "FINI")
-
-
 def test_of_two_wrong_lines_the_first_is_named(tmp_path):
-    """Whatever is wrong with them, and however the file is read; what comes before is handed out."""
+    """Whatever is wrong with them."""
     good, path = "GOTO/1,2,3,0,0,1\n" * 50, tmp_path / "part.cl"
-    wrong = [b"GOTO/1,2,3,0,0,2\n", b"GOTO/1,2\n", b"PPRINT \xff\n", b"CIRCLE/1\n"]
+    wrong = [b"GOTO/1,2\n", b"PPRINT \xff\n", b"CIRCLE/1\n"]
     for first in wrong:
         for second in wrong:
-            path.write_bytes(good.encode() + first + good.encode() + second)
-            for records in (1, 10, 1000):
-                pieces = cldata.pieces(path, records)
-                with pytest.raises(InputError, match="part.cl, line 51"):
-                    cldata.read(path)
-                with pytest.raises(InputError, match="part.cl, line 51"):
-                    list(pieces)
-    with pytest.raises(InputError, match="records"):
-        cldata.pieces(path, 0)
-    with pytest.raises(InputError, match="parts"):
-        cldata.join([])
+            path.write_bytes(b"\xef\xbb\xbf" + good.encode() + first + good.encode() + second)
+            with pytest.raises(InputError, match="part.cl, line 51"):
+                cldata.read(path)
 
 
-def test_progress(tmp_path, monkeypatch):
-    path, calls = tmp_path / "part.cl", []
-    path.write_text(MANY, newline="")
-    monkeypatch.setattr(cldata, "BLOCK", 256)
-    list(cldata.pieces(path, progress=lambda *call: calls.append(call)))
-    done, total = zip(*calls, strict=True)
-    assert done[-1] == path.stat().st_size and set(total) == {done[-1]} and list(done) == sorted(set(done))
-
-
-def test_memory_does_not_grow_with_the_file(tmp_path, monkeypatch):
-    monkeypatch.setattr(cldata, "BLOCK", 2**16)
-
-    def peak(count):
-        path = tmp_path / f"{count}.cl"
-        path.write_text("GOTO/1.500,-2.250,3.125,0.500000,0.000000,0.866025\nFEDRAT/100\n" * count)
-        tracemalloc.start()
-        for piece in cldata.pieces(path, 1000):
-            assert len(piece) <= 1000
-        largest = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        return largest
-
-    assert peak(32_000) < 1.2 * peak(8_000)
+def test_a_part_holds_the_remarks_before_its_records():
+    whole = cldata.parse(MANY)
+    part = whole.part(7, 20)
+    assert len(part) == 13 and part.where(0) == whole.where(7)
+    assert part.remarks == tuple((at - 7, text) for at, text in whole.remarks if 7 <= at < 20)
+    assert whole.part(30, len(whole)).remarks[-1] == (len(whole) - 30, "FINI")
 
 
 def test_components_lie_one_after_the_other():

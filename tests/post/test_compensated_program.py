@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mathpost import machine
+from mathpost import machine, post
 from mathpost.__main__ import main
 from mathpost.compensate import machine_errors
 from mathpost.compensate.error_model import ErrorModel, Structure
@@ -11,7 +11,7 @@ from mathpost.compensate.machine_errors import MachineErrors
 from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
-from mathpost.post import postprocess, program
+from mathpost.post import program
 from tests.conftest import DATA
 
 BLADE, TRUNNION, ERRORS = (
@@ -37,8 +37,8 @@ def missed(result, cl, errors, dialect, tcp):
 @pytest.mark.parametrize("tcp", [False, True])
 @pytest.mark.parametrize("dialect", list(program.DIALECTS))
 def test_the_blade_on_a_calibrated_trunnion(blade, calibrated, dialect, tcp):
-    plain = postprocess.run(blade, calibrated.machine, dialect=dialect, tcp=tcp, compare=False)
-    result = postprocess.run(blade, calibrated.machine, dialect=dialect, tcp=tcp, compare=False, errors=calibrated)
+    plain = post.run(blade, calibrated.machine, dialect=dialect, tcp=tcp)
+    result = post.run(blade, calibrated.machine, dialect=dialect, tcp=tcp, errors=calibrated)
     before, before_axis = missed(plain, blade, calibrated, dialect, tcp)
     after, after_axis = missed(result, blade, calibrated, dialect, tcp)
     assert before > 0.03 and after < 3e-4 and after_axis < 3e-6
@@ -59,7 +59,7 @@ def test_any_machine(name):
     along = np.linspace(0, 1, 6)[:, None]
     joints = along * [30, 20, -15, 0.3, 0.25] + [10, -20, 5, 0.4, 0.45]
     cl = cldata.from_arrays(*kin.forward(joints))
-    result = postprocess.run(cl, kin.machine, errors=errors, compare=False, tolerance=0.05)
+    result = post.run(cl, kin.machine, errors=errors, tolerance=0.05)
     assert (
         missed(result, cl, errors, "heidenhain", tcp=False)[0] < 1e-3 < 0.01 < result.report.uncompensated.tip_error
     )
@@ -69,16 +69,16 @@ def test_a_limited_turn_is_said(calibrated):
     tilt = np.deg2rad(np.linspace(-1, 1, 21))
     joints = np.column_stack([20 + 0 * tilt, 30 * tilt, 0 * tilt, tilt, 0.3 + 0 * tilt])
     cl = cldata.from_arrays(*Kinematics(calibrated.machine).forward(joints))
-    report = postprocess.run(cl, calibrated.machine, errors=calibrated, compare=False).report
+    report = post.run(cl, calibrated.machine, errors=calibrated).report
     assert any("too near the singular position for the whole turn" in warning for warning in report.warnings)
     assert report.tip_error < 1e-3 < report.uncompensated.tip_error
 
 
 def test_errors_of_another_machine_or_set_up(blade, calibrated, dmu50v):
     with pytest.raises(InputError, match="those of 'DMU"):
-        postprocess.run(blade, dmu50v.machine, errors=calibrated)
+        post.run(blade, dmu50v.machine, errors=calibrated)
     with pytest.raises(InputError, match="set up alike"):
-        postprocess.run(blade, calibrated.machine.with_setup(tool_length=80), errors=calibrated)
+        post.run(blade, calibrated.machine.with_setup(tool_length=80), errors=calibrated)
 
 
 def test_a_path_beyond_the_measured_travel(blade, calibrated, tmp_path):
@@ -87,12 +87,12 @@ def test_a_path_beyond_the_measured_travel(blade, calibrated, tmp_path):
     (tmp_path / "errors.toml").write_text(toml, encoding="utf-8")
     errors = machine_errors.load(tmp_path / "errors.toml", calibrated.machine)
     with pytest.raises(ReachError, match="X: .* was not measured: 0 to 55 was"):
-        postprocess.run(blade, calibrated.machine, errors=errors)
+        post.run(blade, calibrated.machine, errors=errors)
 
 
 def test_the_shell(tmp_path, capsys):
     output = tmp_path / "blade.h"
-    command = ["post", BLADE, "--machine", TRUNNION, "--no-compare", "-o", str(output), "--errors"]
+    command = ["post", BLADE, "--machine", TRUNNION, "-o", str(output), "--errors"]
     assert main([*command, ERRORS]) == 0
     said = capsys.readouterr().err
     assert "volumetric   at the records " in said and " before compensation, 0.1 µm" in said

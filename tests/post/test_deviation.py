@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from mathpost.post import deviation as module
@@ -112,7 +112,12 @@ def test_no_moves_counted(kin):
 unit_vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.linalg.norm(v) > 0.1)
 
 
+# Normalised twice, the start comes out one unit in the last place longer: no arc, though the two are not equal.
+ALONG_ITSELF = np.array([0.5, -2.966841083808683e-11, 0.5])
+
+
 @settings(max_examples=500, deadline=None)
+@example(np.array([0.0, -1, 0]), ALONG_ITSELF, ALONG_ITSELF, 1e-8)
 @given(unit_vectors, unit_vectors, unit_vectors, st.sampled_from([1.0, 1e-3, 1e-6, 1e-8, 1e-11]))
 def test_angle_from_a_great_circle_is_the_least_to_any_axis_on_it(axis, start, other, size):
     axis, start, other = (vector / np.linalg.norm(vector) for vector in (axis, start, other))
@@ -123,4 +128,5 @@ def test_angle_from_a_great_circle_is_the_least_to_any_axis_on_it(axis, start, o
     length = np.linalg.norm(along, axis=1, keepdims=True)
     if length.min() > 1e-3:
         dense = 2 * np.arcsin(np.linalg.norm(axis - along / length, axis=1) / 2).min()
-        assert found == pytest.approx(dense, rel=1e-3, abs=1e-4 * size + 1e-15)
+        step = np.linalg.norm(end - start) / 20000 / length.min()  # where the chord passes near the centre
+        assert found == pytest.approx(dense, rel=1e-3, abs=step + 2e-15)

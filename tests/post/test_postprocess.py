@@ -8,12 +8,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mathpost import machine
+from mathpost import machine, post
 from mathpost.__main__ import main
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
-from mathpost.post import postprocess, program
+from mathpost.post import program
 from mathpost.post.deviation import deviation
 from mathpost.post.motion import Motion
 from mathpost.post.verification import verify
@@ -39,7 +39,7 @@ def proof(result, kin, cl, samples=None):
 @pytest.mark.parametrize("dialect", list(program.DIALECTS))
 @pytest.mark.parametrize("tcp", [False, True])
 def test_the_blade(dmu50v, blade, dialect, tcp):
-    result = postprocess.run(blade, dmu50v.machine, dialect=dialect, tcp=tcp)
+    result = post.run(blade, dmu50v.machine, dialect=dialect, tcp=tcp)
     assert result.joints.shape == (5, 5)
     np.testing.assert_array_equal(
         np.degrees(result.joints[:, 3:]).round(3)[[0, 4]], [[11.817, 175.815], [22.691, -8.075]]
@@ -54,7 +54,7 @@ def test_the_blade(dmu50v, blade, dialect, tcp):
 def test_a_whole_blade(twisted, name, strategy):
     data = machine.load(DATA / f"machines/{name}.toml")
     assert len(twisted) >= 5000
-    result = postprocess.run(twisted, data, strategy=strategy, compare=False)
+    result = post.run(twisted, data, strategy=strategy)
     assert result.report.path_tip_error <= 0.01
     kin = Kinematics(data)
     cut = slice(0, 2000)
@@ -66,7 +66,7 @@ def test_a_whole_blade(twisted, name, strategy):
 @pytest.mark.parametrize("singular", ["linear", "cubic", "aside", "retract"])
 def test_ways_through_the_whole_blade(dmu50v, twisted, singular):
     part = twisted.part(700, 2000)
-    result = postprocess.run(part, dmu50v.machine, singular=singular, compare=False)
+    result = post.run(part, dmu50v.machine, singular=singular)
     assert result.report.path_tip_error <= 0.01
     assert result.report.path_axis_error < 1.5
     assert (result.report.axis_error < 2e-4) == (singular == "retract")
@@ -75,8 +75,8 @@ def test_ways_through_the_whole_blade(dmu50v, twisted, singular):
 def test_splitting_lifts_unwinds_and_returns(twisted):
     data = machine.load(DATA / "machines/nutating_head.toml")
     with pytest.raises(ReachError, match="breaks"):
-        postprocess.run(twisted, data)
-    result = postprocess.run(twisted, data, split=True, clearance=30, compare=False)
+        post.run(twisted, data)
+    result = post.run(twisted, data, split=True, clearance=30)
     assert "before record" in result.report.settings["splits"]
     assert result.report.path_tip_error <= 0.01 and result.report.tip_error < 1e-3
     assert result.report.path_axis_error < 5
@@ -86,27 +86,27 @@ def test_splitting_lifts_unwinds_and_returns(twisted):
 
 def test_inverse_time_without_tcp_only(dmu50v, twisted):
     part = twisted.part(0, 50)
-    without = postprocess.run(part, dmu50v.machine, dialect="fanuc", compare=False)
+    without = post.run(part, dmu50v.machine, dialect="fanuc")
     assert "G93" in without.program and (~np.isnan(without.blocks.seconds)).sum() > 40
     # No axis is asked to go faster than it can, and no move faster than the feed.
     rates = np.abs(np.diff(without.blocks.joints, axis=0)) / without.blocks.seconds[1:, None]
     assert (rates <= dmu50v.machine.max_rates * 1.02).all()
-    with_tcp = postprocess.run(part, dmu50v.machine, dialect="fanuc", tcp=True, compare=False)
+    with_tcp = post.run(part, dmu50v.machine, dialect="fanuc", tcp=True)
     assert "G43.4" in with_tcp.program and "G93" not in with_tcp.program and "F1500" in with_tcp.program
 
 
 def test_remarks_become_comments(dmu50v):
     cl = cldata.parse("SPINDL/3000,RPM,CLW\nGOTO/1,2,3,0,0,1\nCOOLNT/ON\nGOTO/2,2,3,0.1,0,0.994987\nFINI\n")
-    lines = postprocess.run(cl, dmu50v.machine).program.splitlines()
+    lines = post.run(cl, dmu50v.machine).program.splitlines()
     kinds = [re.sub(r"^\d+ ", "", line).split()[0] for line in lines]
     assert kinds[:4] == ["BEGIN", ";", "L", ";"] and kinds[-2:] == [";", "END"]
 
 
 def test_tool_length_and_origin_matter(blade):
     data = machine.load(DATA / "machines/nutating_head.toml")
-    base = postprocess.run(blade, data, compare=False).blocks.words
+    base = post.run(blade, data).blocks.words
     for change in ({"tool_length": 131.0}, {"origin": (0, 0, 1)}):
-        other = postprocess.run(blade, data.with_setup(**change), compare=False).blocks.words
+        other = post.run(blade, data.with_setup(**change)).blocks.words
         moved = np.abs(other[0] - base[0])
         assert moved[3:].max() == 0
         assert (moved[:3].max() > 0.01) == ("tool_length" in change)
@@ -124,7 +124,7 @@ def test_any_machine_any_path(any_machine, seed, step, tcp):
     cl = cldata.from_arrays(*kin.forward(joints), feed=1000)
     dialect = list(program.DIALECTS)[seed % 3]
     try:
-        result = postprocess.run(cl, any_machine, dialect=dialect, tcp=tcp, tolerance=0.02, compare=False)
+        result = post.run(cl, any_machine, dialect=dialect, tcp=tcp, tolerance=0.02)
     except MathpostError as error:
         assert len(str(error)) > 20
         return
@@ -143,7 +143,7 @@ def test_any_machine_any_path(any_machine, seed, step, tcp):
 
 
 def test_verification_notices_a_changed_digit(dmu50v, blade):
-    result = postprocess.run(blade, dmu50v.machine, compare=False)
+    result = post.run(blade, dmu50v.machine)
     motion = Motion(result.blocks.joints, result.place, np.zeros(len(result.place), bool))
     words = result.blocks.words.copy()
     words[40, 4] += 0.01
@@ -158,7 +158,7 @@ def test_verification_notices_a_changed_digit(dmu50v, blade):
 )
 def test_wrong_options(dmu50v, blade, change):
     with pytest.raises(InputError, match=next(iter(change))):
-        postprocess.run(blade, dmu50v.machine, **change)
+        post.run(blade, dmu50v.machine, **change)
 
 
 class TestShell:
@@ -166,7 +166,7 @@ class TestShell:
 
     def test_program_and_report(self, tmp_path, capsys):
         path = tmp_path / "blade.h"
-        assert main(["post", BLADE, "--machine", DMU, "-o", str(path)]) == 0
+        assert main(["post", BLADE, "--machine", DMU, "--compare", "-o", str(path)]) == 0
         assert path.read_text().startswith("0 BEGIN PGM BLADE MM\n1 L X-36.7809")
         report = capsys.readouterr()
         assert report.out == "" and "tip error" in report.err and "paper cubic" in report.err
@@ -174,7 +174,7 @@ class TestShell:
 
     def test_all_options(self, capsys):
         options = "--dialect siemens --tcp --tolerance 0.02 --selection shortest --singular cubic --tool-length 50"
-        status = main(["post", BLADE, "--machine", DMU, *options.split(), "--origin", "-10,0,5", "--no-compare"])
+        status = main(["post", BLADE, "--machine", DMU, *options.split(), "--origin", "-10,0,5"])
         assert status == 0 and "TRAORI" in capsys.readouterr().out
 
     @pytest.mark.parametrize(

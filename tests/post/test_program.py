@@ -1,8 +1,6 @@
 """Programs written and read back, in every dialect; wrong words and mutated programs."""
 
-import pickle
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,7 +9,8 @@ from hypothesis import strategies as st
 
 from mathpost import machine
 from mathpost.errors import InputError
-from mathpost.post import program, program_reader, program_writer
+from mathpost.post import program
+from mathpost.post import text as bulk
 from tests.conftest import DATA, machine_code
 from tests.post.test_cl import mutations
 
@@ -186,7 +185,7 @@ def test_moves_read_together_are_read_as_one_by_one(dialect, data):
     outcomes = set()
     for used, block in ((True, 2**17), (False, 2**17), (True, 400)):
         with machine_code(used) as patch:
-            patch.setattr(program_reader, "BLOCK", block)
+            patch.setattr(program, "BLOCK", block)
             try:
                 outcomes.add(said(program.read(text, DMU, dialect)))
             except InputError as error:
@@ -197,8 +196,8 @@ def test_moves_read_together_are_read_as_one_by_one(dialect, data):
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_ordinary_moves_are_read_together(dialect, monkeypatch):
     """None of them is left to the way line by line, once all axes are known."""
-    taken, take = [], program_reader.Reader.take
-    monkeypatch.setattr(program_reader.Reader, "take", lambda self, line: taken.append(line) or take(self, line))
+    taken, take = [], program._Lines.take
+    monkeypatch.setattr(program._Lines, "take", lambda self, line: taken.append(line) or take(self, line))
     count = 200
     words = np.arange(5 * count).reshape(count, 5) / 8 - [[12.5, -200, 0, 3600, 0]]
     seconds = np.where(np.arange(count) < count // 2, 0.123, np.nan)
@@ -277,60 +276,24 @@ def varied(count, seed, tcp):
     return program.Blocks(words, feeds, seconds, kind == "rapid", tcp, tuple(remarks))
 
 
-PARTS = st.tuples(st.integers(1, 60), st.lists(st.integers(0, 60), max_size=4), st.integers(0, 10**6))
-
-
-def cut(written, cuts):
-    """Blocks in parts; a remark goes with the move behind it."""
-    edges = [0, *sorted(min(at, len(written.words)) for at in cuts), len(written.words)]
-    for start, stop in pairwise(edges):
-        rows = (getattr(written, name)[start:stop] for name in FIELDS)
-        last = np.inf if stop == len(written.words) else stop
-        remarks = [(row - start, text) for row, text in written.remarks if start <= row < last]
-        yield program.Blocks(*rows, written.tcp, tuple(remarks))
-        if stop == len(written.words):
-            return
-
-
 @pytest.mark.parametrize("dialect", DIALECTS)
 @settings(max_examples=100, deadline=None)
-@given(PARTS, st.booleans())
-def test_parts_of_a_program_are_the_whole(dialect, parts, tcp):
-    """Written, skipped and read in parts, each by a writer or reader of its own that is told where to go on."""
-    count, cuts, seed = parts
+@given(st.integers(1, 60), st.integers(0, 10**6), st.booleans())
+def test_moves_of_all_kinds_are_written_and_read(dialect, count, seed, tcp):
+    """Whatever is left out because it holds already, reading finds it; in whatever portions the text is made."""
     written = varied(count, seed, tcp)
     whole = program.write(written, DMU, dialect)
-    for rows, used in ((4096, True), (7, True), (4096, False), (1, False)):
+    for rows, used in ((4096, True), (7, True), (1, False)):
         with machine_code(used) as patch:
-            patch.setattr(program_writer, "ROWS", rows)
-            writer = program.Writer(DMU, dialect, tcp=tcp)
-            texts = [writer.head()]
-            for part in cut(written, cuts):
-                other = program.Writer(DMU, dialect, tcp=tcp)
-                other.state = pickle.loads(pickle.dumps(writer.state))
-                writer.skip(part)
-                texts.append(other.write(part))
-                assert other.state == writer.state
-            assert "".join([*texts, writer.foot()]) == whole
-
-    lines = whole.splitlines(keepends=True)
-    reader, found = program.Reader(DMU, dialect), []
-    for start, stop in pairwise([0, *sorted(min(at, len(lines)) for at in cuts), len(lines)]):
-        other = program.Reader(DMU, dialect)
-        other.state = pickle.loads(pickle.dumps(reader.state))
-        found.append(reader.read("".join(lines[start:stop])))
-        with machine_code(True):
-            assert said(other.read("".join(lines[start:stop]))) == said(found[-1])
-        assert other.state == reader.state
-    joined = program.Blocks(*(np.concatenate([getattr(b, n) for b in found]) for n in FIELDS), tcp=found[-1].tcp)
-    assert said(joined) == said(program.read(whole, DMU, dialect))
-
-
-def test_lines_are_counted_over_parts():
-    reader = program.Reader(DMU, name="part.h")
-    reader.read("0 BEGIN PGM A MM\n1 L X+1 Y+2 Z+3 B+4 C+5 FMAX\n")
-    with pytest.raises(InputError, match="part.h, line 4: .*'Q1'"):
-        reader.read("2 L X+2\n3 L Q1\n")
+            patch.setattr(bulk, "ROWS", rows)
+            assert program.write(written, DMU, dialect) == whole
+    back, timed = program.read(whole, DMU, dialect), ~(written.rapid | np.isnan(written.seconds))
+    np.testing.assert_array_equal(back.words, written.words)
+    np.testing.assert_array_equal(back.rapid, written.rapid)
+    np.testing.assert_allclose(back.seconds[timed], np.maximum(written.seconds[timed], 1e-3), atol=6e-4, rtol=1e-3)
+    stated = ~(timed | np.isnan(written.feeds))
+    np.testing.assert_allclose(back.feeds[stated], written.feeds[stated], atol=5e-4)
+    assert all(f"{remark}" in whole for _, remark in written.remarks)
 
 
 @pytest.mark.parametrize("dialect", ["fanuc", "siemens"])

@@ -1,6 +1,8 @@
-"""Selection: against brute force, the paper's rules by hand, limits, and paths that break."""
+"""Selection: against brute force and a plain recursion, the paper's rules by hand, limits, and paths that break."""
 
 import itertools
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +12,7 @@ from mathpost import machine
 from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
-from mathpost.post import selection
+from mathpost.post import selection, travel
 from tests.conftest import DATA
 
 RATED = ["dmu50v", "ac_table", "nutating_head", "nutating_head_table"]
@@ -18,8 +20,12 @@ RATED = ["dmu50v", "ac_table", "nutating_head", "nutating_head_table"]
 
 def limited(name, *, outer=None, inner=None, rates=True):
     """A machine file with other travel (degrees), or without rates."""
-    data = machine.load(DATA / f"machines/{name}.toml")
-    kin = Kinematics(data)
+    return restricted(Kinematics(machine.load(DATA / f"machines/{name}.toml")), outer, inner, rates)
+
+
+def restricted(kin, outer=None, inner=None, rates=True):
+    """A machine with other travel (degrees), or without rates; its slides do not end."""
+    data = kin.machine
     at_outer = kin.symbols.index(kin.inverse_symbolic.outer) - 3
     rotary = list(data.rotary)
     for index, limits in ((at_outer, outer), (1 - at_outer, inner)):
@@ -51,7 +57,7 @@ def test_optimal_equals_brute_force(name, rates):
         for picks in itertools.product(*choices):
             joints = found.joints[range(4), picks]
             if (np.abs(np.diff(joints[:, 3:], axis=0)) <= selection.HALF_TURN).all():
-                best = min(best, selection.move_costs(kin.machine, np.diff(joints, axis=0)).sum())
+                best = min(best, travel.move_costs(kin.machine, np.diff(joints, axis=0)).sum())
         if np.isfinite(best):
             costs = {
                 name: selection.choose(kin, cl, name, sway=np.inf, split=True) for name in ("optimal", "shortest")
@@ -92,20 +98,39 @@ def test_an_endless_axis_winds_up():
     assert np.degrees(np.abs(np.diff(chosen.joints[:, 4])).max()) < 30
 
 
+def test_there_and_back_does_not_wind_up():
+    """Half a turn keeps its direction: a tool that goes over the pole and back comes out where it began."""
+    kin = limited("ac_table", inner=(0, 90))
+    lean = np.radians([30, 10, -10, -30, -10, 10, 30, 10, -10])
+    axes = np.stack([np.zeros(9), np.sin(lean), np.cos(lean)], axis=1)
+    chosen = selection.choose(kin, replace(cldata.from_arrays(np.zeros((9, 3)), axes), rapid=np.ones(9, bool)))
+    assert np.degrees(np.ptp(chosen.joints[:, 4])) == pytest.approx(180)
+
+
 def test_a_limited_axis_breaks_with_the_record_and_is_split():
     kin = limited("ac_table", outer=(-360, 360))
     assert np.degrees(np.ptp(selection.choose(kin, turning(1.7)).joints[:, 4])) == pytest.approx(612)
     cl = turning(3, count=61)
     # It says how far the machine comes without a break: as on the path that ends there.
     so_far = np.degrees(selection.choose(kin, cl.part(0, 36)).joints[-1, 3:])
-    for size in (10, 36, 61):
-        pieces = [cl.part(first, min(first + size, 61)) for first in range(0, 61, size)]
-        with pytest.raises(ReachError, match="record 37: the path breaks here") as refused:
-            list(selection.choose_pieces(kin, pieces))
-        assert f"(so far A {so_far[0]:.3f}° C {so_far[1]:.3f}°)" in str(refused.value)
+    with pytest.raises(ReachError, match="line 37, record 37: the path breaks here") as refused:
+        selection.choose(kin, cl)
+    assert f"(so far A {so_far[0]:.3f}° C {so_far[1]:.3f}°)" in str(refused.value)
     split = selection.choose(kin, cl, split=True)
     assert len(split.breaks) == 1 and split.breaks[0] <= 36
     assert np.degrees(np.abs(split.joints[:, 4]).max()) <= 360 + 1e-9
+    # The break is the one move in cut by more than half a turn.
+    over = np.degrees(np.abs(np.diff(split.joints[:, 4]))) > 180
+    assert np.flatnonzero(over).tolist() == [split.breaks[0] - 1]
+
+
+def test_an_unreachable_record_counts_before_a_break():
+    kin = limited("ac_table", outer=(-360, 360), inner=(-50, 50))
+    cl = turning(3, count=61)
+    axes = cl.axes.copy()
+    axes[60] = [1, 0, 0]
+    with pytest.raises(ReachError, match="line 61, record 61: no solution inside travel"):
+        selection.choose(kin, replace(cl, axes=axes))
 
 
 def test_rapid_moves_may_swing():
@@ -135,7 +160,7 @@ def test_out_of_travel_names_record_and_axis(dmu50v):
 def test_the_outer_axis_turns_while_the_tool_is_at_the_pole(kin):
     """Vertical records, then leaning ones: C is turned before the lean, not during it."""
     if kin.reach[0] > 0:
-        pytest.skip("the pole is out of reach")
+        pytest.skip("does not apply: the pole is out of reach")
     pole = np.array(kin.inverse_symbolic.pole, float)
     side = np.cross(pole, [0.6, 0.8, 0])
     lean = np.array([0, 0, 0, 0.1, 0.2, 0.3, 0.1, 0, 0])[:, None]
@@ -149,6 +174,144 @@ def test_the_outer_axis_turns_while_the_tool_is_at_the_pole(kin):
     tip, axis = kin.forward(chosen.joints)
     np.testing.assert_allclose(tip, cl.points, atol=1e-9)
     np.testing.assert_allclose(axis, cl.axes, atol=1e-12)
+
+
+def test_at_the_pole_the_outer_axis_may_take_the_angles_of_both_neighbours():
+    """Those of the branches before and those of the branches after, besides 0; at the ends of a path of the one."""
+    kin = limited("ac_table")
+    lean, round_z = np.radians([0, 20, 0, 0, 30, 0]), np.radians([0, 40, 0, 0, -70, 0])
+    axes = np.stack([np.sin(lean) * np.sin(round_z), np.sin(lean) * np.cos(round_z), np.cos(lean)], axis=1)
+    found = selection.candidates(kin, np.arange(18.0).reshape(6, 3), axes)
+    outer = np.degrees(found.joints[:, :, 4]).round(6)
+    before, after = sorted(outer[1, :2]), sorted(outer[4, :2])
+    assert abs(np.subtract(before, after)).min() > 1
+    for record, neighbours in (
+        (0, (before, before)),
+        (2, (before, after)),
+        (3, (before, after)),
+        (5, (after, after)),
+    ):
+        assert outer[record, :2].tolist() == [0, 0]
+        assert [sorted(outer[record, first : first + 2]) for first in (2, 4)] == list(neighbours)
+        np.testing.assert_allclose(
+            kin.forward(found.joints[record])[0], [np.arange(18.0).reshape(6, 3)[record]] * 6
+        )
+        np.testing.assert_allclose(kin.forward(found.joints[record])[1], [[0, 0, 1]] * 6, atol=1e-12)
+    assert np.isnan(outer[[1, 4], 2:]).all()
+    assert len(found.table(1)) == 2 and len(found.table(2)) == 6
+
+
+def test_near_the_pole_is_not_at_it():
+    kin, axes = limited("ac_table"), np.array([[0.1, 0, 1], [1e-9, 0, 1], [5e-11, 0, 1]])
+    found = selection.candidates(kin, np.zeros((3, 3)), axes)
+    assert (~np.isnan(found.joints[..., 4])).sum(axis=1).tolist() == [2, 2, 6]
+
+
+def test_a_tool_that_never_leaves_the_pole():
+    kin = limited("ac_table", outer=(-360, 360))
+    points = np.random.default_rng(5).normal(size=(30, 3)) * 40
+    chosen = selection.choose(kin, cldata.from_arrays(points, np.tile([0.0, 0, 1], (30, 1))))
+    np.testing.assert_array_equal(chosen.joints[:, 3:], 0)
+
+
+@pytest.mark.parametrize(("prefer", "branch"), [(1, 0), (-1, 1)])
+@pytest.mark.parametrize("strategy", ["optimal", "shortest"])
+@pytest.mark.parametrize("azimuth", [40, 140, -40, -140])
+def test_the_first_record_begins_on_the_preferred_branch(strategy, prefer, branch, azimuth):
+    """Wherever the outer axis stands: the preference counts more than the travel from zero."""
+    kin = limited("ac_table", inner=(-90, 90))
+    cl = cldata.from_arrays(*kin.forward(np.radians([[0, 0, 0, 30, azimuth], [0, 0, 0, 30.1, azimuth]])))
+    chosen = selection.choose(kin, cl, strategy, prefer=prefer)
+    assert chosen.branch.tolist() == [branch, branch]
+    assert (np.sign(chosen.joints[:, 3]) == prefer).all()
+
+
+@pytest.mark.parametrize(("travel_of_a", "sign"), [((-30, 90), 1), ((-90, 30), -1), ((-90, 90), 1)])
+def test_by_default_the_longer_side_of_the_tilting_axis_is_preferred(travel_of_a, sign):
+    kin = limited("ac_table", inner=travel_of_a)
+    (tilt,) = selection.choose(kin, cldata.from_arrays([[0, 0, 0]], [[0.1, 0.2, 1]])).joints[:, 3]
+    assert np.sign(tilt) == sign
+
+
+def test_without_a_start_the_first_record_is_near_rotary_zero():
+    """Of the windings of the preferred branch the one that turns least."""
+    kin = limited("dmu50v", outer=(-700, 700), inner=(0, 100))
+    cl = cldata.from_arrays(*kin.forward(np.radians([[0, 0, 0, 30, 100], [0, 0, 0, 30, 101]])))
+    np.testing.assert_allclose(np.degrees(selection.choose(kin, cl).joints[:, 4]), [100, 101])
+
+
+@pytest.mark.parametrize(("start", "expected"), [(430, 460), (-250, -260), (90, 100)])
+def test_a_start_leads_to_the_nearest_winding(start, expected):
+    kin = limited("dmu50v", outer=(-700, 700), inner=(0, 100))
+    cl = cldata.from_arrays(*kin.forward(np.radians([[0, 0, 0, 30, 100]])))
+    chosen = selection.choose(kin, cl, start=np.radians([0, 0, 0, 30, start]))
+    assert np.degrees(chosen.joints[0, 4]) == pytest.approx(expected)
+    slides = np.abs(chosen.joints[0, :3]) / kin.machine.max_rates[:3]
+    turn = np.radians(abs(expected - start)) / kin.machine.max_rates[4]
+    assert chosen.cost == pytest.approx(max(*slides, turn))
+
+
+def test_of_moves_that_take_the_same_time_the_shorter_one_is_taken():
+    """In rapid traverse X takes 10 s; a whole turn of C beside it would cost no time."""
+    kin = limited("ac_table", outer=(-180, 540), inner=(-90, 90))
+    joints = np.radians([[0, 0, 0, 30, 10], [0, 0, 0, 30, 20]])
+    joints[1, 0] = 10 * kin.machine.max_rates[0]
+    cl = replace(cldata.from_arrays(*kin.forward(joints)), rapid=np.ones(2, bool))
+    for turns in (0, 1):
+        joints[:, 4] += turns * travel.TURN
+        for strategy in ("optimal", "shortest"):
+            chosen = selection.choose(kin, cl, strategy, start=joints[0])
+            np.testing.assert_allclose(chosen.joints, joints, atol=1e-9)
+
+
+@pytest.mark.parametrize(("turn", "breaks"), [(180, ()), (-180, ()), (180.001, (1,)), (-180.001, (1,))])
+def test_half_a_turn_is_the_longest_move_in_cut(turn, breaks):
+    kin = limited("ac_table", outer=(-181, 181), inner=(0, 90))
+    joints = np.radians([[0, 0, 0, 30, -turn / 2], [0, 0, 0, 30, turn / 2]])
+    cl = cldata.from_arrays(*kin.forward(joints))
+    for strategy in ("optimal", "shortest"):
+        chosen = selection.choose(kin, cl, strategy, sway=np.inf, split=True, start=joints[0])
+        assert chosen.breaks == breaks
+        assert selection.choose(kin, replace(cl, rapid=np.ones(2, bool)), strategy).breaks == ()
+
+
+@pytest.mark.parametrize("beyond", [-0.9, 0.9, 1.1])
+@pytest.mark.parametrize("end", [0, 1])
+@pytest.mark.parametrize("joint", range(5))
+def test_travel_has_a_tolerance(joint, end, beyond):
+    """A joint beyond an end of its travel by less than the tolerance is inside, by more is not."""
+    kin = limited("ac_table", outer=(-300, 300), inner=(-100, 100))
+    data, joints = kin.machine, np.array([10.0, 20, 30, 0.4, 0.5])
+    limits = [(-1000.0, 1000.0)] * 3 + [(-3.0, 3.0)] * 2
+    limits[joint] = (joints[joint], 1000.0) if end == 0 else (-1000.0, joints[joint])
+    axes = [replace(axis, limits=pair) for axis, pair in zip((*data.linear, *data.rotary), limits, strict=True)]
+    joints[joint] += (1 if end else -1) * beyond * 1e-9
+    small = replace(data, linear=tuple(axes[:3]), rotary=tuple(axes[3:]))
+    assert travel.all_within(small, joints) == (beyond < 1)
+    assert travel.within_travel(joints, *small.limits.T).tolist() == [beyond < 1 or at != joint for at in range(5)]
+    assert len(travel.out_of_travel(small, joints)) == (beyond > 1)
+
+
+def test_sway_is_how_far_the_tool_axis_strays_half_way_besides_half_of_its_turn(kin):
+    """A change of branch, where travel leaves one candidate for each record: it is a break if the sway is less."""
+    derived, rng, compared = kin.inverse_symbolic, np.random.default_rng(4), 0
+    inner, outer = kin.symbols.index(derived.inner), kin.symbols.index(derived.outer)
+    kin = restricted(kin, outer=np.degrees([-1.5, 1.5]), inner=(-180, 180))
+    for _ in range(30):
+        ends = np.zeros((2, 5))
+        ends[:, inner] = float(sum(derived.solutions) / 2) + np.array([1, -1]) * rng.uniform(0.1, 1.2, 2)
+        ends[:, outer] = np.array([-1, 1]) * rng.uniform(0.2, 1.4, 2)
+        cl = cldata.from_arrays(*kin.forward(ends))
+        (before, after), half_way = cl.axes, kin.forward(ends.mean(axis=0))[1]
+        strays = np.linalg.norm(half_way - (before + after) / 2) - np.sin(np.arccos(before @ after) / 2)
+        if strays < 0.01:
+            continue
+        for sway, breaks in ((strays + 1e-6, ()), (strays - 1e-6, (1,))):
+            chosen = selection.choose(kin, cl, sway=sway, split=True)
+            np.testing.assert_allclose(chosen.joints, ends, atol=1e-9)
+            assert chosen.breaks == breaks
+        compared += 1
+    assert compared > 3
 
 
 def test_candidates_say_why_they_are_out(dmu50v_both_ways, blade):
@@ -212,6 +375,248 @@ class TestPaper:
         )
 
 
-def test_wrong_strategy(dmu50v, blade):
-    with pytest.raises(InputError, match="'best'"):
-        selection.choose(dmu50v, blade, "best")
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"strategy": "best"}, "'best'"),
+        ({"prefer": 0}, "prefer: expected 1 or -1, found 0"),
+        ({"weights": [1, 2]}, "weights: expected shape"),
+        ({"start": [0, 0, 0, 0, np.nan]}, "start: expected finite numbers"),
+    ],
+)
+def test_wrong_arguments(dmu50v, blade, wrong, message):
+    with pytest.raises(InputError, match=message):
+        selection.choose(dmu50v, blade, **wrong)
+
+
+# Random paths on machines of every kind: against a recursion of pairs, and the compiled loop against the plain one.
+
+KINDS = {
+    "endless table": lambda: limited("ac_table"),
+    "table that ends": lambda: limited("ac_table", outer=(-200, 200)),
+    "table with windings": lambda: limited("dmu50v", outer=(-400, 380), inner=(-170, 190)),
+    "head with windings": lambda: limited("ac_head", outer=(-360, 360)),
+    "head without rates": lambda: limited("nutating_head", rates=False),
+    "narrow head and table": lambda: limited("nutating_head_table", outer=(-100, 190), inner=(-120, 181)),
+}
+MACHINES = {name: make() for name, make in KINDS.items()}
+
+
+def random_path(kin, rng):
+    """A path with steps of any size, often close to the pole, with rapid moves, and runs of records at the pole."""
+    count, derived = int(rng.integers(1, 13)), kin.inverse_symbolic
+    joints = np.cumsum(rng.normal(size=(count, 5)) * [5, 5, 5, *[rng.choice([0.02, 0.1, 0.5, 1.5])] * 2], axis=0)
+    if rng.random() < 0.3:
+        inner = float(sum(derived.solutions) / 2) + rng.normal(size=count) * 0.05
+        joints[:, kin.symbols.index(derived.inner)] = inner
+    cl = cldata.from_arrays(*kin.forward(joints))
+    axes, rapid = cl.axes.copy(), rng.random(count) < rng.choice([0, 0.3])
+    if kin.reach[0] == 0 and rng.random() < 0.6:
+        for first, last in np.sort(rng.integers(0, count + 1, (2, 2))):
+            axes[first:last] = np.array(derived.pole, float)
+    return replace(cl, axes=axes, rapid=rapid)
+
+
+def options(rng):
+    return {
+        "weights": rng.choice([None, "some"]) and rng.integers(0, 5, 5),
+        "start": rng.choice([None, "some"]) and rng.uniform(-1, 1, 5),
+        "prefer": rng.choice([None, 1, -1]),
+        "sway": rng.choice([0.01, selection.SWAY, np.inf]),
+    }
+
+
+def matrices(kin, cl, found, weights, sway):
+    """Breaks and costs of all moves of a path, shape (n − 1, m, m), by the forward kinematics of three places."""
+    joints = np.nan_to_num(found.joints)
+    start = joints[:-1, :, None]
+    steps = joints[1:, None] - start
+    endless = ~np.isfinite(kin.machine.limits).all(axis=1) & (np.arange(5) > 2)
+    steps[..., endless] = np.remainder(steps[..., endless] + np.pi, 2 * np.pi) - np.pi
+    before, middle, after = (kin.forward(start + part * steps)[1] for part in (0, 0.5, 1))
+    swing = np.linalg.norm(middle - (before + after) / 2, axis=-1)
+    turned = np.abs(steps[..., 3:])
+    over = swing > sway + np.linalg.norm(after - before, axis=-1) / 2
+    over = (over & (turned.sum(axis=-1) > sway)) | (turned > np.pi + 1e-9).any(axis=-1)
+    way = np.abs(steps) @ np.diag([1, 1, 1, np.degrees(1), np.degrees(1)])
+    rates = np.where(np.isnan(kin.machine.max_rates), np.inf, kin.machine.max_rates)
+    if weights is None and np.isfinite(rates).any():
+        costs = (np.abs(steps) / rates).max(axis=-1)
+    else:
+        costs = way @ (np.ones(5) if weights is None else weights)
+    return over & ~cl.rapid[1:, None, None], costs + 1e-9 * way.sum(axis=-1)
+
+
+def plain(over, costs, first, inside):
+    """Least (breaks, cost) from the first record to each candidate, one by one, and from each to the last."""
+    far = (np.inf, np.inf)
+    to = [[(0, cost) if here else far for cost, here in zip(first, inside[0], strict=True)]]
+    for record in range(1, len(inside)):
+        ways = [
+            [
+                (to[-1][i][0] + over[record - 1, i, j], to[-1][i][1] + costs[record - 1, i, j])
+                for i in range(len(first))
+            ]
+            for j in range(len(first))
+        ]
+        to.append([min(way) if inside[record, j] else far for j, way in enumerate(ways)])
+    rest = [[(0, 0.0) if here else far for here in inside[-1]]]
+    for record in range(len(inside) - 1, 0, -1):
+        ways = [
+            [
+                (rest[0][j][0] + over[record - 1, i, j], rest[0][j][1] + costs[record - 1, i, j])
+                for j in range(len(first))
+            ]
+            for i in range(len(first))
+        ]
+        rest.insert(0, [min(way) if inside[record - 1, i] else far for i, way in enumerate(ways)])
+    return np.array(to), np.array(rest)
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_optimal_is_what_a_plain_recursion_finds(name):
+    """The fewest breaks, then the least cost; and the very candidates, where no others are as good."""
+    kin, rng, compared = MACHINES[name], np.random.default_rng(3), 0
+    for _ in range(100):
+        cl, chosen_by = random_path(kin, rng), options(rng)
+        chosen_by["start"] = rng.uniform(-1, 1, 5)
+        found = selection.candidates(kin, cl.points, cl.axes)
+        if not found.inside.any(axis=1).all():
+            continue
+        over, costs = matrices(kin, cl, found, chosen_by["weights"], chosen_by["sway"])
+        steps = travel.short_way(kin.machine, found.joints[0] - chosen_by["start"])
+        to, rest = plain(over, costs, travel.move_costs(kin.machine, steps, chosen_by["weights"]), found.inside)
+        through = to + rest
+        breaks, cost = min(map(tuple, through[-1]))
+        chosen = selection.choose(kin, cl, **chosen_by, split=True)
+        assert len(chosen.breaks) == breaks
+        assert chosen.cost == pytest.approx(cost, rel=1e-6, abs=1e-5)
+        best = (through[..., 0] == breaks) & (through[..., 1] < cost + 1e-8)
+        for record in np.flatnonzero(best.sum(axis=1) == 1):
+            turns = (chosen.joints[record] - found.joints[record, best[record].argmax()]) / travel.TURN
+            endless = ~np.isfinite(kin.machine.limits).all(axis=1) & (np.arange(5) > 2)
+            np.testing.assert_allclose(np.where(endless, turns - np.round(turns), turns), 0, atol=1e-9)
+            compared += 1
+    assert compared > 100
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_shortest_takes_the_cheapest_of_the_moves_that_break_least(name):
+    kin, rng, compared = MACHINES[name], np.random.default_rng(5), 0
+    for _ in range(40):
+        cl, chosen_by = random_path(kin, rng), options(rng)
+        found = selection.candidates(kin, cl.points, cl.axes)
+        if not found.inside.any(axis=1).all():
+            continue
+        over, costs = matrices(kin, cl, found, chosen_by["weights"], chosen_by["sway"])
+        chosen = selection.choose(kin, cl, "shortest", **chosen_by, split=True)
+        off = found.joints - chosen.joints[:, None]
+        endless = ~np.isfinite(kin.machine.limits).all(axis=1) & (np.arange(5) > 2)
+        off[..., endless] = np.remainder(off[..., endless] + np.pi, 2 * np.pi) - np.pi
+        picks = np.nanargmin(np.where(found.inside, np.abs(off).max(axis=2), np.nan), axis=1)
+        for record in range(1, len(cl)):
+            moves = list(
+                zip(over[record - 1, picks[record - 1]], costs[record - 1, picks[record - 1]], strict=True)
+            )
+            least = min(move for move, inside in zip(moves, found.inside[record], strict=True) if inside)
+            assert moves[picks[record]] == pytest.approx(least, abs=1e-8)
+            assert (record in chosen.breaks) == least[0]
+            compared += 1
+    assert compared > 100
+
+
+def test_costs_are_not_lost_beside_breaks():
+    """After many breaks a tiny difference of cost still decides."""
+    kin = limited("ac_table", outer=(-100, 260), inner=(-50, 50))
+    cl = turning(40, count=600)
+    chosen = selection.choose(kin, cl, split=True)
+    found = selection.candidates(kin, cl.points, cl.axes)
+    over, costs = matrices(kin, cl, found, None, selection.SWAY)
+
+    def beginning(branch, joints):
+        return 1e-6 * (branch != 0) + 1e-9 * np.degrees(np.abs(joints[..., 3:])).sum(axis=-1)
+
+    to, _ = plain(over, costs, beginning(found.branch, found.joints[0]), found.inside)
+    breaks, cost = min(map(tuple, to[-1]))
+    assert len(chosen.breaks) == breaks > 20
+    way = np.abs(np.diff(chosen.joints, axis=0)).sum(axis=0) @ [1, 1, 1, np.degrees(1), np.degrees(1)]
+    first = beginning(chosen.branch[0], chosen.joints[0])
+    assert first + chosen.cost + 1e-9 * way == pytest.approx(cost, abs=1e-8)
+
+
+def outcome(choose):
+    """What a choice gives, or what its error says."""
+    try:
+        return choose()
+    except (ReachError, InputError) as error:
+        return str(error)
+
+
+def assert_same(found, expected):
+    if isinstance(expected, str):
+        assert found == expected
+    else:
+        np.testing.assert_allclose(found.joints, expected.joints, atol=1e-12)
+        np.testing.assert_array_equal(found.branch, expected.branch)
+        assert found.breaks == expected.breaks
+        assert found.cost == pytest.approx(expected.cost, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("strategy", ["optimal", "shortest"])
+@pytest.mark.parametrize("name", MACHINES)
+def test_the_compiled_loop_chooses_as_the_loop_as_it_stands(name, strategy, monkeypatch):
+    numba = pytest.importorskip("numba")
+    assert isinstance(selection._compiled(), numba.core.dispatcher.Dispatcher)
+    kin, rng = MACHINES[name], np.random.default_rng(11)
+    for _ in range(40):
+        cl, chosen_by = random_path(kin, rng), options(rng) | {"split": bool(rng.random() < 0.8)}
+        monkeypatch.setattr(selection, "LONG", np.inf)
+        expected = outcome(lambda: selection.choose(kin, cl, strategy, **chosen_by))  # noqa: B023
+        monkeypatch.setattr(selection, "LONG", 0)
+        assert_same(outcome(lambda: selection.choose(kin, cl, strategy, **chosen_by)), expected)  # noqa: B023
+
+
+def test_many_windings():
+    """A limit of a hundred turns is as good as none."""
+    cl = turning(3, count=100)
+    limits, endless = (selection.choose(limited("ac_table", outer=outer), cl) for outer in ((-36000, 36000), None))
+    np.testing.assert_allclose(limits.joints, endless.joints, atol=1e-9)
+    assert limits.breaks == ()
+
+
+SHORT_PATH = """
+import numpy as np
+from mathpost import machine
+from mathpost.kinematics import Kinematics
+from mathpost.post import cl, selection
+kin, blade = Kinematics(machine.load("data/machines/ac_head.toml")), cl.read("data/cl/twisted_blade.cl")
+print(selection.choose(kin, blade.part(0, 40)).joints.sum().round(6), selection.choose(kin, blade.part(0, 40)).cost)
+"""
+
+
+def run_python(code):
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+
+
+def test_without_numba_a_long_path_takes_the_loop_as_it_stands():
+    blocked = "import sys; sys.modules['numba'] = None\n" + SHORT_PATH
+    long = "selection.LONG = 0; assert selection._loop(1) is selection.best_way\n"
+    without = run_python(blocked + long + SHORT_PATH)
+    assert without[:2] == without[2:] == run_python(SHORT_PATH)
+
+
+def test_only_a_long_path_loads_numba():
+    assert run_python("import sys" + SHORT_PATH + "print('numba' in sys.modules)")[2] == "False"
+
+
+def test_a_loop_is_compiled_even_if_there_is_no_folder_to_keep_it_in(monkeypatch):
+    numba = pytest.importorskip("numba")
+    made = []
+
+    def njit(*, cache=False):
+        if cache:
+            raise RuntimeError("cannot cache function: no locator available")
+        return lambda function: made.append(function) or function
+
+    monkeypatch.setattr(numba, "njit", njit)
+    assert selection._compiled.__wrapped__() is selection.best_way and made == [selection.best_way]

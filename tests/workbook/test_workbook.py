@@ -176,7 +176,7 @@ def test_cells_that_the_caller_names(tmp_path):
     cells = {"angles": "A1:A3", "point": "C1:E1", "gamma beta alpha": "C3:E5", "result": "Sheet!H1:H3"}
     report = workbook.check(tmp_path / "bare.xlsx", cells=cells)
     assert report.first.cell == "Sheet!H1" and {"row", "transpose"} & set(report.kinds)
-    assert report.detective.readings[0].kinds == ("transpose",)
+    assert report.detective.misreadings[0].kinds == ("transpose",)
     with pytest.raises(InputError, match="none"):
         workbook.check(tmp_path / "bare.xlsx")
     for bad in ({"angles": "A1:A4"}, {"nonsense": "A1"}, {"angles": "there"}, {"angles": "No!A1:A3"}):
@@ -291,7 +291,7 @@ def test_table_2_of_source_002(dmu50v):
     status = {letter: {c.status for c in report.cells if c.role.endswith(letter)} for letter in "XYZBC"}
     # X Y Z reproduce with the table's own C, which is wrong in every row.
     assert status == {letter: {"consequence"} for letter in "XYZ"} | {"B": {"right"}, "C": {"wrong"}}
-    assert report.kind == "unexplained" and "C: no reading" in report.why
+    assert report.kind == "unexplained" and "C: no misreading" in report.why
 
 
 def _table(path, kin, spoil=lambda rows: rows, headings=None):

@@ -1,4 +1,4 @@
-"""What an NC program is made of: its moves, and how Heidenhain, Fanuc and Siemens write them."""
+"""What an NC program is made of: its moves, and the words of three controls for them."""
 
 from dataclasses import dataclass
 
@@ -44,11 +44,26 @@ class Blocks:
 
 
 @dataclass(frozen=True)
-class Dialect:
-    """How a control writes a program; ``{name}`` is the program's name, ``{n}`` the block number.
+class Control:
+    """The words of a control.
 
-    `comment` is a pair of what stands before and after. `codes` are the words without an axis that the reader
-    passes over, as a regular expression.
+    Attributes
+    ----------
+    name : str
+    head, foot : tuple of str
+        The lines before and after the moves; ``{name}`` in them is the name of the program.
+    tcp_on, tcp_off : str
+        What makes the control keep the tip.
+    comment : tuple of 2 str
+        What stands before and after a comment.
+    number_step : int
+        From one block number to the next.
+    sign : str
+        What stands before a number that is not negative.
+    codes : str
+        The words without an axis that reading passes over, as a regular expression.
+    suffix : str
+        Of a program's file name.
     """
 
     name: str
@@ -63,7 +78,7 @@ class Dialect:
     suffix: str
 
 
-HEIDENHAIN = Dialect(
+HEIDENHAIN = Control(
     name="heidenhain",
     head=("BEGIN PGM {name} MM",),
     foot=("END PGM {name} MM",),
@@ -75,7 +90,7 @@ HEIDENHAIN = Dialect(
     codes=r"(?:M(?:0|00|1|01|3|03|4|04|5|05|8|08|9|09|128|129|30)|R0|S\d+|TOOL CALL \d+)",
     suffix=".h",
 )
-FANUC = Dialect(
+FANUC = Control(
     name="fanuc",
     head=("%", "O0001 ({name})", "G21 G17 G40 G90 G94"),
     foot=("M30", "%"),
@@ -87,7 +102,7 @@ FANUC = Dialect(
     codes=r"(?:G(?:21|17|40|49|90|43\.4)|M0?(?:0|1|3|4|5|6|8|9)|M30|H\d+|S\d+|T\d+|O\d+)",
     suffix=".nc",
 )
-SIEMENS = Dialect(
+SIEMENS = Control(
     name="siemens",
     head=("; {name}", "G710 G17 G40 G90 G94"),
     foot=("M30",),
@@ -99,14 +114,17 @@ SIEMENS = Dialect(
     codes=r"(?:G(?:710|71|17|40|90)|M0?(?:0|1|3|4|5|6|8|9)|M30|TRAORI|TRAFOOF|S\d+|T\d+|D\d+)",
     suffix=".mpf",
 )
-DIALECTS = {dialect.name: dialect for dialect in (HEIDENHAIN, FANUC, SIEMENS)}
+DIALECTS = {control.name: control for control in (HEIDENHAIN, FANUC, SIEMENS)}
 
 
-def dialect_named(name):
-    """Return the `Dialect` called `name`, or raise `InputError`."""
-    if name not in DIALECTS:
-        raise InputError("dialect", " or ".join(DIALECTS), repr(name))
-    return DIALECTS[name]
+def control_for(machine, dialect):
+    """Return the `Control` called `dialect`; refuse an unknown one, or one that cannot name the machine's axes."""
+    if dialect not in DIALECTS:
+        raise InputError("dialect", " or ".join(DIALECTS), repr(dialect))
+    for axis in machine.joint_names[3:]:
+        if dialect == "heidenhain" and len(axis) > 1:
+            raise InputError("rotary axis name", "one letter for a Heidenhain program", repr(axis))
+    return DIALECTS[dialect]
 
 
 def axis_word(name):

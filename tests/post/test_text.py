@@ -1,6 +1,5 @@
 """Numbers in and out of text in bulk: the same as `float` and ``%`` one by one, to the last bit and character."""
 
-import importlib.util
 import re
 import sys
 
@@ -10,8 +9,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from mathpost.post import digits, text_loops
-from mathpost.post.digits import Column, Item, Pattern
+from mathpost.post import text
+from mathpost.post.text import Column, Item, Pattern
 from tests.conftest import machine_code
 from tests.test_startup import loaded_after
 
@@ -24,10 +23,14 @@ def bits(values):
 
 
 def match(pattern, lines):
-    """For each line, the numbers that are read, or None if it is left to others."""
-    with machine_code(True):
-        values, plain = pattern.match("".join(f"{line}\n" for line in lines).encode())
-    return [row if good else None for row, good in zip(values.T.tolist(), plain.tolist(), strict=True)]
+    """For each line, the numbers that are read, or None if it is left to others: by machine code as by Python."""
+    found = []
+    for used in (True, False):
+        with machine_code(used):
+            values, plain = pattern.match("".join(f"{line}\n" for line in lines).encode())
+        found.append([row if good else None for row, good in zip(values.T.tolist(), plain.tolist(), strict=True)])
+    assert repr(found[0]) == repr(found[1])
+    return found[0]
 
 
 numbers = st.one_of(
@@ -47,10 +50,10 @@ tokens = st.one_of(
 @given(st.lists(tokens, min_size=1, max_size=40))
 @example(["-", ".", "-.", "+.", "1.-", "1-.5", "--1", "1..5", ".5", "5.", "-5", "+.5", "", "9" * 18, "9" * 400])
 def test_what_is_read_is_what_float_reads(texts):
-    found = match(Pattern([Item("X", "number"), Item(";")]), [f"X{text};" for text in texts])
-    for text, row in zip(texts, found, strict=True):
+    found = match(Pattern([Item("X", "number"), Item(";")]), [f"X{shown};" for shown in texts])
+    for shown, row in zip(texts, found, strict=True):
         if row is not None:
-            assert NUMBER.fullmatch(text) and bits(row) == bits([float(text), 0])
+            assert NUMBER.fullmatch(shown) and bits(row) == bits([float(shown), 0])
 
 
 @settings(max_examples=200, deadline=None)
@@ -131,8 +134,8 @@ def test_what_is_written_is_what_formatting_writes(rows, decimals, plus, literal
     expected = [f"N{count}{form % value if there else ''};\n" for value, there, count in rows]
     for used in (True, False):
         with machine_code(used):
-            assert digits.text(columns, len(rows)) == "".join(expected)
-            assert digits.text([column[1:3] for column in columns], len(rows[1:3])) == "".join(expected[1:3])
+            assert text.lines(columns, len(rows)) == "".join(expected)
+            assert text.lines([column[1:3] for column in columns], len(rows[1:3])) == "".join(expected[1:3])
 
 
 def test_machine_code_is_made_even_if_there_is_no_folder_to_keep_it_in(monkeypatch):
@@ -144,19 +147,16 @@ def test_machine_code_is_made_even_if_there_is_no_folder_to_keep_it_in(monkeypat
         return lambda function: made.append(function.__name__) or function
 
     monkeypatch.setattr(numba, "njit", njit)
-    specification = importlib.util.spec_from_file_location("fresh", text_loops.__file__)
-    specification.loader.exec_module(importlib.util.module_from_spec(specification))
-    assert {"match", "write"} <= set(made)
+    text._compiled.__wrapped__()
+    assert made == ["_match", "_write"]
+
+
+def test_without_numba_the_loops_are_plain_python(monkeypatch):
+    monkeypatch.setitem(sys.modules, "numba", None)
+    assert text._compiled.__wrapped__() == (text._match, text._write)
 
 
 def test_only_large_texts_load_the_compiler():
-    small = "from mathpost.post import cl, digits; cl.read('data/cl/blade.cl')"
-    large = f"{small}; digits.Pattern([digits.Item('X')]).match(b'X\\n' * digits.WORTH)"
+    small = "from mathpost.post import cl, text; cl.read('data/cl/blade.cl')"
+    large = f"{small}; text.Pattern([text.Item('X')]).match(b'X\\n' * text.WORTH)"
     assert not loaded_after(small) & {"numba"} and loaded_after(large) >= {"numba"}
-
-
-def test_a_small_text_goes_without_machine_code_until_it_is_loaded(monkeypatch):
-    monkeypatch.delitem(sys.modules, digits.LOOPS)
-    pattern = Pattern([Item("X", "number")])
-    assert not pattern.match(b"X1\n")[1].any()
-    assert pattern.match(b"X1\n" * digits.WORTH)[1].all() and pattern.match(b"X1\n")[1].all()

@@ -1,4 +1,4 @@
-"""The language of APT CL files: statements in, records as arrays out.
+"""The words of APT CL files: statements in, records as arrays out.
 
 Only statements that are understood are taken. One that moves the tool in a way not supported here (circles,
 cycles, incremental moves) is refused by name, and so is a word that nobody knows, because skipping it could leave
@@ -11,18 +11,19 @@ import re
 import numpy as np
 
 from mathpost.errors import InputError
-from mathpost.post import digits
+from mathpost.post import text
 
 UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
 MM_PER_INCH = 25.4
-NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+BLOCK = 2**19  # bytes that are taken at once: what is made of them fits the processor's cache
+NUMBER = re.compile(rf"{text.NUMBER}(?:[eE][-+]?\d+)?")
 # One record of three or six numbers, and nothing else: most lines of most files.
-PLAIN = digits.Pattern(
+PLAIN = text.Pattern(
     [
-        digits.Item("GOTO"),
-        digits.Item("/", "number"),
-        *[digits.Item(",", "number")] * 2,
-        *[digits.Item(",", "number", optional=True)] * 3,
+        text.Item("GOTO"),
+        text.Item("/", "number"),
+        *[text.Item(",", "number")] * 2,
+        *[text.Item(",", "number", optional=True)] * 3,
     ],
     relaxed=True,
 )
@@ -41,42 +42,24 @@ MOVES_REFUSED = frozenset(
 )
 
 
-class Reader:
-    """Reads a file in blocks of whole lines, and keeps what holds from one to the next."""
+class Statements:
+    """Takes the statements of a file one after the other, and keeps what holds from one to the next."""
 
     def __init__(self, name):
-        self.name, self.line, self.count = name, 1, 0
-        self.axis, self.feed, self.rapid_next, self.scale = [0.0, 0.0, 1.0], math.nan, False, 1.0
-        self.pending, self.start = "", 0
-        self.remarks, self.runs = [], []
+        self.name, self.line = name, 1
+        self.axis, self.feed, self.rapid, self.scale = [0.0, 0.0, 1.0], math.nan, False, 1.0
+        self.statement, self.start = "", 0  # what is continued, and the line that it begins on
+        self.runs, self.count, self.remarks = [], 0, []
 
-    def read(self, block):
-        """Read a block of bytes.
-
-        Parameters
-        ----------
-        block : bytes
-            Whole lines.
-
-        Returns
-        -------
-        points, axes : ndarray, shape (3, n)
-        feeds, rapid, lines : ndarray, shape (n,)
-            As in `mathpost.post.cl.CLData`.
-        remarks : list of (int, str)
-            Numbered within the block.
-        """
-        before, self.remarks, self.runs = self.count, [], []
-        try:
+    def take_file(self, content):
+        """Take all lines."""
+        start = 0
+        while start < len(content):
+            stop = content.find(b"\n", start + BLOCK) + 1 or len(content)
+            block = content[start:stop]
             self.take_block(block if block.endswith(b"\n") else block + b"\n")
-        except InputError:
-            self.records()  # an axis that is wrong further up is told first
-            raise
-        return *self.records(), [(record - before, remark) for record, remark in self.remarks]
-
-    def finish(self):
-        """Refuse a file that ends too early."""
-        if self.pending:
+            start = stop
+        if self.statement:
             raise self.error(self.start, "the continuation of this statement", "the end of the file")
         if not self.count:
             raise InputError(self.name, "at least one GOTO", "none")
@@ -86,11 +69,12 @@ class Reader:
         values, plain = PLAIN.match(block)
         numbers, stated = values[1:], ~np.isnan(values[4:])
         plain &= stated.all(axis=0) | ~stated.any(axis=0)
-        lines = None
-        for start, stop in digits.runs(plain):
-            while start < stop and (self.pending or not plain[start]):
-                lines = lines or block.split(b"\n")
-                self.take_raw(lines[start] + b"\n")
+        ends = None
+        for start, stop in text.runs(plain):
+            while start < stop and (self.statement or not plain[start]):
+                if ends is None:
+                    ends = np.flatnonzero(np.frombuffer(block, np.uint8) == ord("\n")).tolist()
+                self.take_raw(block[ends[start - 1] + 1 if start else 0 : ends[start]])
                 start += 1
             self.take_plain(numbers[:, start:stop])
 
@@ -98,8 +82,8 @@ class Reader:
         """Take plain records, shape (6, n), on as many lines; NaN stands for the tool axis that holds."""
         numbers[:3] *= self.scale
         for row, before in zip(numbers[3:], self.axis, strict=True):
-            row[:] = digits.held(row, before)
-        if self.rapid_next and numbers.size:
+            row[:] = text.held(row, before)
+        if self.rapid and numbers.size:
             self.add(self.line, numbers[:, :1])
             self.line, numbers = self.line + 1, numbers[:, 1:]
         if numbers.size:
@@ -108,14 +92,14 @@ class Reader:
 
     def add(self, line, numbers):
         """Add records, shape (6, n), the first of which begins on `line`: all at one feed, or one in rapid."""
-        self.runs.append((line, numbers, math.nan if self.rapid_next else self.feed, self.rapid_next))
+        self.runs.append((line, numbers, math.nan if self.rapid else self.feed, self.rapid))
         self.axis = numbers[3:, -1].tolist()
         self.count += numbers.shape[1]
-        self.rapid_next = False
+        self.rapid = False
 
     def records(self):
-        """Return the records of the block as arrays, their axes normalised; refuse one that is not unit."""
-        starts, numbers, feeds, rapid = zip(*self.runs or [(1, np.empty((6, 0)), 0.0, False)], strict=True)
+        """Return points and axes, shape (3, n), feeds, rapid and lines; refuse an axis that is not unit."""
+        starts, numbers, feeds, rapid = zip(*self.runs, strict=True)
         counts = np.array([run.shape[1] for run in numbers])
         numbers = np.concatenate(numbers, axis=1)
         lines = np.arange(numbers.shape[1]) + np.repeat(starts - np.cumsum(counts) + counts, counts)
@@ -130,23 +114,19 @@ class Reader:
         return points, axes / length, np.repeat(feeds, counts), np.repeat(rapid, counts), lines
 
     def take_raw(self, raw):
-        """Take what stands up to one line feed; some characters other than that end a line, too."""
+        """Take one line: leave out its comment, and take the statement if it is complete."""
         try:
-            text = raw.decode("utf-8")
+            line = raw.decode("utf-8")
         except UnicodeDecodeError as error:
             raise self.error(self.line, "UTF-8 text", f"byte 0x{raw[error.start]:02x}") from None
-        for line in text.splitlines():
-            self.take_line(line)
-            self.line += 1
-
-    def take_line(self, text):
-        """Take one line: leave out its comment, and take the statement if it is complete."""
-        part = text.partition("$$")[0].rstrip()
-        self.start = self.start if self.pending else self.line
+        part = line.partition("$$")[0].rstrip()
+        if not self.statement:
+            self.start = self.line
+        self.line += 1
         if part.endswith("$"):
-            self.pending += part[:-1]
+            self.statement += part[:-1] or " "
             return
-        statement, self.pending = (self.pending + part).strip(), ""
+        statement, self.statement = (self.statement + part).strip(), ""
         if statement:
             self.take(self.start, statement)
 
@@ -159,7 +139,7 @@ class Reader:
             self.axis = self.pose(line, minor)[3:]
             self.remarks.append((self.count, statement))
         elif words == ["RAPID"] and not slash:
-            self.rapid_next = True
+            self.rapid = True
         elif words == ["FEDRAT"]:
             self.fedrat(line, minor)
         elif words == ["UNITS"]:
@@ -192,11 +172,11 @@ class Reader:
         self.scale = scales[unit]
 
     def remark(self, line, statement, word):
-        text = statement.upper()
-        moves = "CIRCLE" if "CIRCLE" in text and word not in FREE_TEXT else word
-        if moves in MOVES_REFUSED and text.replace(" ", "") != "CYCLE/OFF":
+        upper = statement.upper()
+        moves = "CIRCLE" if "CIRCLE" in upper and word not in FREE_TEXT else word
+        if moves in MOVES_REFUSED and upper.replace(" ", "") != "CYCLE/OFF":
             raise self.error(line, "GOTO moves only", f"{moves}, which moves the tool in a way not supported")
-        if word not in REMARKS and not text.startswith(("TOOL PATH", "CYCLE")):
+        if word not in REMARKS and not upper.startswith(("TOOL PATH", "CYCLE")):
             raise self.error(line, "a CL statement", repr(statement[:40]))
         self.remarks.append((self.count, statement))
 

@@ -1,0 +1,129 @@
+"""Run lessons anew, and say which of their numbers and pictures changed before anything is written.
+
+The texts of two runs are the same if their words are the same and their numbers agree to 1e-9; a picture is
+compared by what it says in numbers (`mathpost.draw.described`).
+"""
+
+import math
+import re
+from dataclasses import dataclass
+from difflib import SequenceMatcher
+from pathlib import Path
+
+import nbformat
+from nbclient import NotebookClient
+from nbclient.exceptions import CellExecutionError
+
+from mathpost.errors import InputError, MathpostError, write_text
+
+NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.\d*|\.\d+|\d+)(?:[eE][-+]?\d+)?")
+TIMEOUT = 120  # s for a cell
+LIVE = "application/vnd.jupyter.widget-view+json"  # numbers of this run; the picture beside it stays
+
+
+@dataclass(frozen=True)
+class Change:
+    """What another run prints differently, and in which code cell, counted from 1."""
+
+    cell: int
+    old: str
+    new: str
+
+    def __str__(self):
+        return f"  cell {self.cell}: {self.old or 'nothing'} → {self.new or 'nothing'}"
+
+
+def same(text, other):
+    """Whether two texts have the same words, and numbers that agree to 1e-9.
+
+    Examples
+    --------
+    >>> same("tip 1.000000000001 mm", "tip 1 mm"), same("tip 1.001 mm", "tip 1 mm")
+    (True, False)
+    """
+    if NUMBER.split(text) != NUMBER.split(other):
+        return False
+    pairs = zip(NUMBER.findall(text), NUMBER.findall(other), strict=True)
+    return all(math.isclose(float(a), float(b), rel_tol=1e-9, abs_tol=1e-12) for a, b in pairs)
+
+
+def rerun(path, *, accept=False):
+    """Run a notebook anew and return what changed, a list of `Change`.
+
+    Parameters
+    ----------
+    path : str or path-like
+    accept : bool
+        Whether the new outputs are written to the file, without numbers of this run and without times.
+
+    Raises
+    ------
+    InputError
+        If the file is not a notebook.
+    MathpostError
+        If a cell raises; nothing is written.
+    """
+    path = Path(path)
+    try:
+        before, after = (nbformat.read(path, as_version=4) for _ in range(2))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}", "a notebook", f"{error}".splitlines()[0]) from None
+    client = NotebookClient(
+        after,
+        timeout=TIMEOUT,
+        kernel_name="python3",
+        resources={"metadata": {"path": str(path.parent)}},
+        record_timing=False,
+        store_widget_state=False,
+        extra_arguments=["--log-level=ERROR"],
+    )
+    try:
+        client.execute()
+    except CellExecutionError as error:
+        raise MathpostError(f"{path}: {error.ename}: {error.evalue}") from None
+    changes = [
+        Change(number, *pair)
+        for number, (old, new) in enumerate(zip(_code(before), _code(after), strict=True), start=1)
+        for pair in _differences(_text(old), _text(new))
+    ]
+    if accept:
+        for cell in _code(after):
+            for output in cell.outputs:
+                output.get("data", {}).pop(LIVE, None)
+        write_text(path, nbformat.writes(after))
+    return changes
+
+
+def _code(notebook):
+    return [cell for cell in notebook.cells if cell.cell_type == "code"]
+
+
+def _text(cell):
+    """All that a cell prints and shows, as text."""
+    texts = []
+    for output in cell.outputs:
+        data = output.get("data", {})
+        texts += [output.get("text", "")] + [data[kind] for kind in sorted(data) if kind.startswith("text/")]
+    return "\n".join(texts)
+
+
+def _differences(old, new):
+    """Pairs of what stands in the one text and in the other: numbers where only these differ, lines otherwise."""
+    if same(old, new):
+        return []
+    old_lines, new_lines = old.splitlines(), new.splitlines()
+    pairs = []
+    for kind, a, b, c, d in SequenceMatcher(None, old_lines, new_lines, autojunk=False).get_opcodes():
+        if kind == "equal":
+            continue
+        gone, come = old_lines[a:b], new_lines[c:d]
+        if len(gone) != len(come):
+            pairs.append((" / ".join(gone), " / ".join(come)))
+            continue
+        for line, other in zip(gone, come, strict=True):
+            if NUMBER.split(line) != NUMBER.split(other):
+                pairs.append((line.strip(), other.strip()))
+                continue
+            numbers = zip(NUMBER.findall(line), NUMBER.findall(other), strict=True)
+            pairs += [(x, y) for x, y in numbers if not same(x, y)]
+    return pairs

@@ -1,0 +1,333 @@
+r"""Many decimal numbers at once, between text and arrays: what reading and writing large files rests on.
+
+Reading: a `Pattern` says what the plain lines of a language look like, and takes the numbers of all of them as
+columns. A line that is not plain beyond doubt is left to the caller, who reads it with care.
+
+Writing: `lines` puts lines together from `Column`s.
+
+Both are exact: what is read is what `float` reads, what is written is what formatting writes. The loops over the
+characters are plain Python; for a large text they are compiled, where Numba is installed.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+
+WORTH = 2**19  # bytes; a smaller text takes less time without machine code than loading that does
+ROWS = 4096  # lines that are written at once: what is made of them fits the processor's cache
+WIDEST = 24  # characters of a number that the loop writes, at most
+NEWLINE, RETURN, BLANK, POINT, MINUS, PLUS, ZERO, NINE = b"\n\r .-+09"
+MOST_DIGITS = 18  # of a number that is read: its digits without the point are below 2**63
+POWERS = np.array([10.0**power for power in range(MOST_DIGITS + 1)])  # exact, as all up to 10**22 are
+EXACT = 2**53  # integers below are exact as floats, and so is one division of theirs by an exact power
+LARGEST = 1e15  # last digits in a number that is written
+TEN, NAUGHT = np.uint64(10), np.uint64(ZERO)  # without a sign: half of the time of a division with one
+
+UNSIGNED = r"(?:\d+\.?\d*|\.\d+)"  # a decimal number as controls and CL files print it, as a regular expression
+NUMBER = rf"[-+]?{UNSIGNED}"
+KINDS = ("", "number", "count")  # what an item of a line holds behind its literal
+
+
+@dataclass(frozen=True)
+class Item:
+    """A part of a plain line.
+
+    Attributes
+    ----------
+    literal : str
+        ASCII.
+    holds : str
+        What stands behind it: ``""`` nothing, ``"number"`` a decimal number with or without a sign and a point,
+        ``"count"`` digits.
+    optional : bool
+    """
+
+    literal: str
+    holds: str = ""
+    optional: bool = False
+
+
+class Pattern:
+    r"""What a plain line looks like: items in their order, and the end of the line, LF or CRLF.
+
+    Parameters
+    ----------
+    items : sequence of Item
+    relaxed : bool
+        Whether letters may be of either case, and blanks stand before and behind numbers and behind literals.
+
+    Examples
+    --------
+    >>> pattern = Pattern([Item("X", "number"), Item(" Y", "number", optional=True)])
+    >>> values, plain = pattern.match(b"X+1.5 Y2\nX-20.25\nZ30\n")
+    >>> values[:, :2], plain
+    (array([[  1.5 , -20.25],
+           [  2.  ,    nan]]), array([ True,  True, False]))
+    """
+
+    def __init__(self, items, *, relaxed=False):
+        self.items, self.relaxed = tuple(items), relaxed
+        self.literals = [item.literal for item in self.items]
+        cases = (str.upper, str.lower) if relaxed else (str, str)
+        (self.upper, self.sizes), (self.lower, _) = (_characters(map(case, self.literals)) for case in cases)
+        self.kinds = np.array([KINDS.index(item.holds) for item in self.items])
+        self.optional = np.array([item.optional for item in self.items])
+
+    def match(self, block):
+        """Read the numbers of the plain lines among whole lines of bytes, of which the last must end, too.
+
+        Returns
+        -------
+        values : ndarray, shape (items, lines)
+            What `float` makes of each number, 0 for an item without one, NaN where an optional item is missing; of
+            lines that are not plain, anything.
+        plain : ndarray of bool, shape (lines,)
+            Whether the line is read. One with a number of more than 18 digits, or of more than about 15 that count,
+            is not.
+        """
+        lines = np.count_nonzero(np.frombuffer(block, np.uint8) == NEWLINE)
+        values, plain = np.empty((len(self.items), lines)), np.zeros(lines, bool)
+        pattern = self.upper, self.lower, self.sizes, self.kinds, self.optional, self.relaxed
+        _loops(len(block))[0](block, *pattern, values, plain)
+        return values, plain
+
+
+@dataclass(frozen=True)
+class Column:
+    """What lines hold: a literal, and a number behind it.
+
+    Attributes
+    ----------
+    literal : str
+        ASCII.
+    values : ndarray, shape (n,), optional
+    decimals : int
+    plus : str
+        What stands for the sign of a number that is not negative.
+    shown : ndarray of bool, shape (n,), optional
+        Which lines hold it; by default all of them.
+    """
+
+    literal: str
+    values: np.ndarray | None = None
+    decimals: int = 0
+    plus: str = ""
+    shown: np.ndarray | None = None
+
+    def __getitem__(self, rows):
+        """The same of some lines."""
+        values, shown = (array if array is None else array[rows] for array in (self.values, self.shown))
+        return Column(self.literal, values, self.decimals, self.plus, shown)
+
+    def text(self, row):
+        """What stands in one line."""
+        if self.shown is not None and not self.shown[row]:
+            return ""
+        if self.values is None:
+            return self.literal
+        return f"{self.literal}{self.values[row]:{'+' if self.plus else ''}.{self.decimals}f}"
+
+
+def lines(columns, count):
+    r"""Return the text of `count` lines; where a line ends, a `Column` says.
+
+    Examples
+    --------
+    >>> x = np.array([1.25, -1234.56789, -0.0])
+    >>> lines([Column("X", x, 4, "+"), Column(" L", shown=x > 0), Column("\n")], 3)
+    'X+1.2500 L\nX-1234.5679\nX-0.0000\n'
+    """
+    widest = sum(len(column.literal) + WIDEST * (column.values is not None) for column in columns)
+    write = _loops(count * widest)[1]
+    decimals = np.array([-1 if column.values is None else column.decimals for column in columns])
+    plus = np.array([ord(column.plus or "\0") for column in columns])
+    literals = _characters(column.literal for column in columns)
+    out, parts = np.empty(min(count, ROWS) * widest, np.uint8), []
+    for start in range(0, count, ROWS):
+        rows = slice(start, min(start + ROWS, count))
+        shown, values = np.ones((2, len(columns), rows.stop - start))
+        for n, column in enumerate(columns):
+            if column.shown is not None:
+                shown[n] = column.shown[rows]
+            if column.values is not None:
+                values[n] = column.values[rows]
+        line = 0
+        while start + line < rows.stop:
+            with np.errstate(over="ignore"):  # of a number too large for the loop
+                line, end = write(out, *literals, shown, values, decimals, plus, line)
+            parts.append(out[:end].tobytes().decode("ascii"))
+            if start + line < rows.stop:  # one that is better written with care
+                parts += [column.text(start + line) for column in columns]
+                line += 1
+    return "".join(parts)
+
+
+def runs(values):
+    """Yield where equal neighbours begin and end.
+
+    Examples
+    --------
+    >>> list(runs(np.array([True, True, False])))
+    [(0, 2), (2, 3)]
+    """
+    edges = [0, *(np.flatnonzero(values[1:] != values[:-1]) + 1).tolist(), len(values)]
+    return pairwise(edges)
+
+
+def held(values, before):
+    """Replace NaN by the last number before it, or by `before`.
+
+    Examples
+    --------
+    >>> held(np.array([np.nan, 2.0, np.nan]), 1.0)
+    array([1., 2., 2.])
+    """
+    missing = np.isnan(values)
+    if not missing.any():
+        return values
+    last = np.maximum.accumulate(np.where(missing, 0, np.arange(1, len(values) + 1)))
+    return np.concatenate([[before], values])[last]
+
+
+def _characters(texts):
+    """ASCII texts as rows of bytes, and their sizes."""
+    texts = list(texts)
+    width = max(1, *map(len, texts))
+    rows = np.frombuffer("".join(text.ljust(width) for text in texts).encode("ascii"), np.uint8)
+    return rows.reshape(len(texts), width), np.array([len(text) for text in texts])
+
+
+def _loops(size):
+    """The loops `_match` and `_write`: machine code if a text of that many bytes is worth it, or it is there."""
+    return _compiled() if size >= WORTH or _compiled.cache_info().currsize else (_match, _write)
+
+
+@cache
+def _compiled():
+    """The loops as machine code, or as they are if Numba is not installed."""
+    try:
+        from numba import njit
+        from numba.extending import register_jitable
+    except ImportError:
+        return _match, _write
+    for helper in (_skipped, _number, _written):
+        register_jitable(helper)
+    try:
+        return tuple(njit(cache=True, error_model="numpy")(loop) for loop in (_match, _write))
+    except RuntimeError:  # there is no folder to keep the code in, neither here nor at home
+        return tuple(njit(error_model="numpy")(loop) for loop in (_match, _write))
+
+
+def _match(text, upper, lower, sizes, kinds, optional, blanks, values, plain):
+    """Put the numbers of the lines of `text` that fit a pattern into `values`, and which lines fit into `plain`.
+
+    Literals are given in `upper` and, for either case, in `lower`. The text ends with the end of a line, which is
+    in no literal and no number: nothing looks behind it.
+    """
+    at = 0
+    for line in range(len(plain)):
+        fits = True
+        for item in range(len(sizes)):
+            here, size, value = _skipped(text, at, blanks and item > 0), 0, 0.0
+            while size < sizes[item] and (text[here] == upper[item, size] or text[here] == lower[item, size]):
+                here, size = here + 1, size + 1
+            found = size == sizes[item]
+            if found and kinds[item] > 0:
+                here, value = _number(text, _skipped(text, here, blanks), kinds[item] == 1)
+                found = here > 0
+            values[item, line] = value if found else math.nan
+            if found:
+                at = here
+            elif not optional[item]:
+                fits = False
+                break
+        at = _skipped(text, at, blanks)
+        if text[at] == RETURN:
+            at += 1
+        plain[line] = fits and text[at] == NEWLINE
+        while text[at] != NEWLINE:
+            at += 1
+        at += 1
+
+
+def _skipped(text, at, blanks):
+    while blanks and text[at] == BLANK:
+        at += 1
+    return at
+
+
+def _number(text, at, with_sign_and_point):
+    """Return where the number at this place ends, and what `float` makes of it; 0 and 0 if it is not plain."""
+    negative = text[at] == MINUS
+    if with_sign_and_point and (negative or text[at] == PLUS):
+        at += 1
+    first, value = at, 0
+    while ZERO <= text[at] <= NINE:
+        value = 10 * value + (text[at] - ZERO)
+        at += 1
+    digits, places = at - first, 0
+    if with_sign_and_point and text[at] == POINT:
+        at += 1
+        first = at
+        while ZERO <= text[at] <= NINE:
+            value = 10 * value + (text[at] - ZERO)
+            at += 1
+        places = at - first
+    if not 0 < digits + places <= MOST_DIGITS or value >= EXACT:
+        return 0, 0.0
+    size = value / POWERS[places]
+    return at, -size if negative else size
+
+
+def _write(out, literals, sizes, shown, values, decimals, plus, first):
+    """Write lines into `out`, from number `first` on; return the number of the next line, and where `out` ends.
+
+    A number has so many decimals, and none stands where they are negative; `plus` is the sign of one that is not
+    negative, or 0. Stops before a line with a number that is not finite, too large, or in doubt as to its rounding.
+    """
+    at = 0
+    for line in range(first, shown.shape[1]):
+        start = at
+        for item in range(len(sizes)):
+            if not shown[item, line]:
+                continue
+            for character in literals[item, : sizes[item]]:
+                out[at] = character
+                at += 1
+            if decimals[item] < 0:
+                continue
+            value = values[item, line]
+            last = abs(value) * POWERS[decimals[item]]  # in units of the last digit
+            if not last < LARGEST:
+                return line, start
+            whole = round(last)
+            if abs(last - whole) == 0.5:  # the product is rounded, but never past a tie: only onto one
+                return line, start
+            sign = MINUS if math.copysign(1.0, value) < 0 else plus[item]
+            if sign:
+                out[at] = sign
+                at += 1
+            at = _written(out, at, np.uint64(whole), decimals[item])
+    return shown.shape[1], at
+
+
+def _written(out, at, whole, decimals):
+    """Write `whole`, a point before its last `decimals` digits if there are any, and return where that ends."""
+    count, rest = 1, whole // TEN
+    while rest:
+        count, rest = count + 1, rest // TEN
+    count = max(count, decimals + 1)
+    end = at + count + (decimals > 0)
+    at = end
+    for behind in range(count):
+        if 0 < behind == decimals:
+            at -= 1
+            out[at] = POINT
+        at -= 1
+        rest = whole // TEN
+        out[at] = NAUGHT + (whole - TEN * rest)
+        whole = rest
+    return end
