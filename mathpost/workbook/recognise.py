@@ -197,7 +197,7 @@ class Recognised:
                 if part[0] == "call" and part[1] in ("MMULT", "TRANSPOSE", "MDETERM", "MINVERSE"):
                     for area in areas(part):
                         if area.shape in ((3, 3), (4, 4)):
-                            places = tuple((graph.sheets[p[0].lower()], *p[1:]) for p in area.places)
+                            places = tuple(area.places)
                             found[places] = found.get(places, 0) + 1
         for component in self.components:
             rows = sorted({p[1] for p in component})
