@@ -329,7 +329,7 @@ class Judge:
         if place in targets:
             others = [p for p in bad if p != place]
             return targets[place] if not others else None
-        if not np.isfinite(now).all():
+        if not np.isfinite(now[1:]).all():
             now = np.zeros(SAMPLES)
         affected = self.graph.downstream([place])
         if not affected.issuperset(bad):
@@ -344,7 +344,7 @@ class Judge:
         for target, value in targets.items():
             f0, f1, f2 = (np.broadcast_to(run.get(target, self.constant(target)), (SAMPLES,)) for run in runs)
             slope = f1 - f0
-            if not np.isfinite(slope).all() or not same(f2 - f1, slope, 1e-7):
+            if not np.isfinite(slope[1:]).all() or not same(f2 - f1, slope, 1e-7):
                 self.linear = False
                 return None
             steeper = np.abs(slope) > steepest
@@ -353,6 +353,7 @@ class Judge:
             if target in bad:
                 wanted = np.where(steeper, now + (value - f0) / np.where(steeper, slope, 1), wanted)
                 steepest = np.maximum(steepest, np.abs(slope))
+        wanted[0] = np.nan if steepest[0] < 1e-8 else wanted[0]
         return wanted if self._try({place: wanted}, targets) else None
 
     def _plausible(self, calculation, place):
@@ -368,7 +369,7 @@ class Judge:
         for _, _, other in edits(self.graph, place, tree):
             value = at(self.graph.calculate(other, self.values), self.graph.part.get(place, (0, 0)))
             value = np.broadcast_to(value, (SAMPLES,))
-            if np.isfinite(value).all() and not any(same(value, s) for s in seen):
+            if np.isfinite(value[1:]).all() and not any(same(value, s) for s in seen):
                 seen.append(value)
                 yield value
             if len(seen) > 60:
@@ -473,10 +474,10 @@ class Judge:
         if place not in graph.trees:
             if cell.number is None:
                 return "wrong value", f"{short} holds {cell.value!r} where a number belongs", 0.0
-            if np.ptp(value) < 1e-9:
-                cost = 0.0 if abs(value[0]) < 1e-9 or abs(value[0] - 1) < 1e-9 else UNLIKELY
-                return "wrong value", f"{short} is {cell.number:g}, should be {value[0]:g}", cost
-            known = abs(value[0] - cell.number) < 5e-3 or place in self.targets or self._is_known(calculation, value)
+            if np.ptp(value[1:]) < 1e-9:
+                cost = 0.0 if abs(value[1]) < 1e-9 or abs(value[1] - 1) < 1e-9 else UNLIKELY
+                return "wrong value", f"{short} is {cell.number:g}, should be {value[1]:g}", cost
+            known = not abs(value[0] - cell.number) > 5e-3 or place in self.targets or self._is_known(calculation, value)
             cost = UNLIKELY if not known else UNLIKELY / 2 if cell.number in (0, 1, -1) else 0.0
             text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
             return "typed over formula", text, cost
@@ -489,9 +490,18 @@ class Judge:
         if cause == "missing term":
             return cause, f"{short}: {sentence}", 0.2
         odd = "a minus is lost" in sentence and self._canonical(place)
-        odd = odd or cause == "sign" and self._like_its_peers(place)
+        odd = (odd or cause == "sign" and self._like_its_peers(place)) and not self._as_above(place, value)
         cost = UNLIKELY if odd else 0.0
         return cause, f"{short}: {sentence}", cost
+
+    def _as_above(self, place, value):
+        """Whether the formula of the row above or below, copied here, gives `value`."""
+        for step in (-1, 1):
+            tree = self.graph.trees.get((place[0], place[1] + step, place[2]))
+            if tree and len(self.found.component[place]) > 9 and (moved := copied(tree, -step)):
+                if same(np.broadcast_to(self.graph.calculate(moved, self.values)[:, 0, 0], (SAMPLES,)), value, 1e-7):
+                    return True
+        return False
 
     def _array(self, place):
         """The cells of an array formula."""
@@ -525,7 +535,7 @@ class Judge:
         """A term that is missing from a sum: what is lacking is one like those of the cells around, or a product."""
         graph = self.graph
         lacking = value - np.broadcast_to(self.values[place], (SAMPLES,))
-        if not np.isfinite(lacking).all():
+        if not np.isfinite(lacking[1:]).all():
             return None
         around = self.found.component.get(place, [place])
         if len(around) > 16:
@@ -562,7 +572,7 @@ class Judge:
             if old == new:
                 continue
             above = (place[0], place[1] - 1, place[2])
-            if old.top > new.top and above in graph.trees and shape_of(graph.trees[above]) == shape_of(tree):
+            if old.top > new.top and above in graph.trees and len(self.found.component[place]) > 9 and shape_of(graph.trees[above]) == shape_of(tree):
                 refs = areas(graph.trees[above])
                 moved = [a.moved(1, 0) for a in refs]
                 if str(old) in map(str, moved) and not old.fixed[0] and len(refs) == len(areas(tree)):
@@ -621,6 +631,17 @@ class Judge:
         size = now.shape[1]
         others = [self._block(w, size) for w in self.found.windows if w != unit and len(w) == len(unit)]
         return any(same(a @ b, now, 1e-8) for a in others for b in others)
+
+
+def copied(tree, rows):
+    """A formula copied `rows` down: references without $ move along; None if one leaves the sheet."""
+    for path, part in list(walk(tree)):
+        if part[0] == "area" and not part[1].fixed[0]:
+            area = part[1].moved(rows, 0)
+            if area is None:
+                return None
+            tree = put(tree, path, ("area", area))
+    return tree
 
 
 def shape_of(tree):

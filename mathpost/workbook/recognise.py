@@ -257,7 +257,7 @@ class Recognised:
     def _in_typed_line(self, place, component):
         inside = set(component)
         sheet, row, column = place
-        for dr, dc in ((0, 1), (1, 0)):
+        for dr, dc in ((1, 0), (0, 1)):
             line, step = [place], 1
             while (near := (sheet, row + dr * step, column + dc * step)) in inside:
                 line.append(near)
@@ -266,11 +266,20 @@ class Recognised:
             while (near := (sheet, row - dr * step, column - dc * step)) in inside:
                 line.append(near)
                 step += 1
+            line = self._sorted(line)
+            others = [p for p in line if p != place]
+            if dr and others and not any(p in self.typed for p in others) and self._in_table(place, inside):
+                return False
             if len([p for p in line if p in self.typed]) >= 3:
                 return True
             if len(line) in (3, 4) and sum(p in self.tainted and p not in self.typed for p in line) >= 2:
                 return False
         return place in self.tainted
+
+    def _in_table(self, place, inside):
+        """Whether numbers and formulas stand side by side in the row of a place."""
+        row = [p for p in inside if p[1] == place[1] and p != place]
+        return any(p in self.typed for p in row) and any(p not in self.typed for p in row)
 
     # Roles.
 
@@ -351,7 +360,7 @@ class Recognised:
         return depends
 
     def _vector_triples(self, depends, lengths):
-        found, left = [], set(self.vector_cells)
+        found, left = [], self.vector_cells - {p for window in self.windows for p in window}
         for component in self.components:
             cells = [p for p in component if p in left]
             if not cells:
@@ -411,6 +420,9 @@ class Recognised:
         graph = self.graph
         reached = frozenset().union(*(depends.get(p, frozenset()) for p in triple))
         own_angles = self._sorted(reached & angles)
+        in_row = [p for p in own_angles if p[:2] == triple[0][:2]]
+        if triple[0][1] == triple[1][1] and len(in_row) >= 2 and len(own_angles) > 3:
+            own_angles = in_row
         text = self._text()
         about_axis = len(own_angles) == 1 and re.search(r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角", text, re.I)
         vectors = self._vectors(reached & lengths, triple)
