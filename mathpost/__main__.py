@@ -9,9 +9,9 @@ from mathpost import machine
 from mathpost.compensate import machine_errors
 from mathpost.errors import MathpostError, write_bytes
 from mathpost.post import CONE, TOLERANCE, cl, run
-from mathpost.post.passage import Crossing
 from mathpost.post.program import DIALECTS
 from mathpost.post.selection import STRATEGIES
+from mathpost.post.ways import Crossing
 from mathpost.workbook import folder as workbook
 
 
