@@ -348,9 +348,10 @@ class Judge:
                 self.linear = False
                 return None
             steeper = np.abs(slope) > steepest
-            if target in bad and not steeper.any() and not (np.abs(slope) > 1e-9).any():
-                return None
-            if target in bad:
+            if target in bad and not (np.abs(slope) > 1e-9).any():
+                if not same(f0, value, 1e-8):
+                    return None
+            elif target in bad:
                 wanted = np.where(steeper, now + (value - f0) / np.where(steeper, slope, 1), wanted)
                 steepest = np.maximum(steepest, np.abs(slope))
         wanted[0] = np.nan if steepest[0] < 1e-8 else wanted[0]

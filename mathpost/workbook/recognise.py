@@ -93,6 +93,7 @@ class Calculation:
                 product = reduce(np.matmul, chain[first : last + 1])
                 self._add("".join(names[first : last + 1]), product)
                 if self.origin and last == len(chain) - 1:
+                    self.words["shift"] = shift
                     self._add("".join(names[first:]) + "·shift", product @ shift)
         self.full = "".join(names)
         self.matrix = self.words[self.full]
