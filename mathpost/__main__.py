@@ -13,9 +13,9 @@ from mathpost.detective.rotary_axes import explain_joints
 from mathpost.errors import InputError, MathpostError, write_bytes
 from mathpost.kinematics import Kinematics
 from mathpost.post import CONE, TOLERANCE, cl, run
-from mathpost.post.passage import Crossing
 from mathpost.post.program import DIALECTS
 from mathpost.post.selection import STRATEGIES
+from mathpost.post.ways import Crossing
 from mathpost.workbook import folder as workbook
 
 

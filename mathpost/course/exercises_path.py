@@ -10,8 +10,8 @@ from mathpost.course.verdict import data, exercise
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
-from mathpost.post import program, run, selection, singularity
-from mathpost.post.linearization import equation_8, linearize
+from mathpost.post import program, run, selection, singular
+from mathpost.post.motion import equation_8, linearize
 from mathpost.rotation import wrap
 
 ROWS = (40, 50, 60, 70, 80)
@@ -158,7 +158,7 @@ def trap():
             lambda: 1 / np.sin(np.radians(2.335))
         ),
         "That is 1/|n·(a₁×a₂)|. A turn about an axis at 45° moves the tool by less: see `amplification`.": (
-            lambda: 1 / singularity.closeness(load("dmu50v"), tool_at(2.335))
+            lambda: 1 / singular.closeness(load("dmu50v"), tool_at(2.335))
         ),
     },
 )
@@ -166,7 +166,7 @@ def price():
     """Near the pole the price is one over the angle of the *tool* from it, in radians, on every machine."""
     kin = load("dmu50v")
     tool = kin.forward([0, 0, 0, 2.335, 0], degrees=True)[1]
-    return singularity.amplification(kin, tool)
+    return singular.amplification(kin, tool)
 
 
 def tool_at(b):

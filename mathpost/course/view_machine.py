@@ -8,7 +8,7 @@ from mathpost.draw.scene import Scene
 from mathpost.draw.traces import CONE, ROLES, Curves, Sphere, nearest_to_singular, small_circle
 from mathpost.draw.widget import View
 from mathpost.post import selection, travel
-from mathpost.post.singularity import distance
+from mathpost.post.singular import distance
 
 TRACED = 200  # rows of a program up to which the true way of the tip is drawn
 

@@ -10,7 +10,7 @@ import numpy as np
 from mathpost.draw import plot
 from mathpost.draw.arrangement import arrange, placing
 from mathpost.draw.solid import Camera, Solids
-from mathpost.post.deviation import true_tip
+from mathpost.post.between_blocks import true_tip
 
 ON_ANYTHING = [effects.withStroke(linewidth=3, foreground="white")]
 

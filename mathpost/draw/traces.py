@@ -6,7 +6,7 @@ from matplotlib.patches import Patch
 
 from mathpost.draw import plot
 from mathpost.draw.solid import Camera
-from mathpost.post.singularity import distance, regions
+from mathpost.post.singular import distance, regions
 from mathpost.rotation import unit
 
 CONE = np.radians(1.0)

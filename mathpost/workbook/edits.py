@@ -1,6 +1,6 @@
 """Single repairs of a formula: what somebody may have meant, as (cause, sentence, tree), the likeliest first."""
 
-from mathpost.workbook.formula import POWER, areas, put, text_of, walk
+from mathpost.workbook.formula import POWER, Area, areas, put, text_of, walk
 from mathpost.workbook.graph import at, same
 
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
@@ -49,6 +49,7 @@ def _gives(graph, tree, wanted, values):
 def edits(graph, place, tree):
     """Yield (cause, sentence, tree) for every single repair."""
     parts = list(walk(tree))
+    yield from _all_units(tree)
     for path, part in parts:
         yield from _units(tree, path, part)
         yield from _functions(tree, path, part)
@@ -66,6 +67,20 @@ def edits(graph, place, tree):
         if part[0] in "*/":
             other = {"*": "/", "/": "*"}[part[0]]
             yield "wrong value", f"{part[0]} should be {other}", put(tree, path, (other, *part[1:]))
+
+
+def _all_units(tree):
+    """Every sine and cosine of the formula at once."""
+    calls = [(path, part) for path, part in walk(tree) if part[0] == "call" and part[1] in TRIGONOMETRY]
+    if len(calls) > 1:
+        for cause, function, text in (
+            ("degrees for radians", "RADIANS", "the angles are in degrees, not in radians"),
+            ("radians for degrees", "DEGREES", "the angles are in radians already, and converted once more"),
+        ):
+            other = tree
+            for path, part in calls:
+                other = put(other, path, ("call", part[1], (("call", function, part[2]),)))
+            yield cause, text, other
 
 
 def _units(tree, path, part):
@@ -112,6 +127,8 @@ def _functions(tree, path, part):
         text = f"the order is {text_of(b)} times {text_of(a)}"
         yield "order of product", text, put(tree, path, ("call", name, (b, a)))
         for n, argument in enumerate(arguments):
+            if argument[:2] == ("call", "TRANSPOSE"):
+                continue
             turned = list(arguments)
             turned[n] = ("call", "TRANSPOSE", (argument,))
             text = f"{text_of(argument)} must be transposed"
@@ -144,7 +161,7 @@ def _references(graph, place, tree, parts):
                 for columns in range(-reach, reach + 1):
                     if max(abs(rows), abs(columns)) == reach:
                         area = part[1].moved(rows, columns)
-                        if area and place not in [(graph.sheets[p[0].lower()], *p[1:]) for p in area.places]:
+                        if area and place not in area.places:
                             text = f"{part[1]} should be {area}"
                             yield "wrong reference", text, put(tree, path, ("area", area))
     for path, part in parts:
@@ -160,7 +177,7 @@ def _references(graph, place, tree, parts):
 
 def _terms(tree):
     """A term more: those that continue the pattern of the terms that are there."""
-    terms = list(_flat(tree))
+    terms = list(flat(tree))
     for n, first in enumerate(terms):
         for second in terms[n + 1 :]:
             a, b = areas(first[1]), areas(second[1])
@@ -189,12 +206,20 @@ def _with_areas(tree, new):
     return tree
 
 
-def _flat(tree, sign=1):
+def replaced(tree, old, new):
+    """Return the tree with a cell, given as area, replaced everywhere by the one at the place `new`."""
+    for path, part in list(walk(tree)):
+        if part == ("area", old):
+            tree = put(tree, path, ("area", Area(new[0], new[1], new[2], new[1], new[2])))
+    return tree
+
+
+def flat(tree, sign=1):
     """The terms of a sum as (sign, tree)."""
     if tree[0] in ("+", "-") and tree[0] in POWER:
-        yield from _flat(tree[1], sign)
-        yield from _flat(tree[2], sign if tree[0] == "+" else -sign)
+        yield from flat(tree[1], sign)
+        yield from flat(tree[2], sign if tree[0] == "+" else -sign)
     elif tree[0] == "minus":
-        yield from _flat(tree[1], -sign)
+        yield from flat(tree[1], -sign)
     else:
         yield sign, tree

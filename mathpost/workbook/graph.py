@@ -1,11 +1,12 @@
 """A workbook as one graph of cells: which cell uses which, and what all of them are at many inputs at once."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from mathpost.workbook.file import local_address
-from mathpost.workbook.formula import Area, NotUnderstood, areas, evaluate, parse
+from mathpost.workbook.formula import Area, NotUnderstood, areas, evaluate, parse, put, walk
 
 SAMPLES = 8
 CLOSE = 1e-9  # relative: what the arithmetic of a spreadsheet loses
@@ -51,9 +52,15 @@ class Graph:
                 self.part[place] = (place[1] - row, place[2] - column)
 
     def _known_sheets(self, tree):
-        for area in areas(tree):
+        """Return the tree with the names of sheets as they are written in the workbook."""
+        for path, part in list(walk(tree)):
+            if part[0] != "area":
+                continue
+            area = part[1]
             if area.sheet.lower() not in self.sheets:
                 raise NotUnderstood(f"the sheet {area.sheet}, which is not there")
+            if area.sheet != self.sheets[area.sheet.lower()]:
+                tree = put(tree, path, ("area", replace(area, sheet=self.sheets[area.sheet.lower()])))
             if (area.bottom - area.top + 1) * (area.right - area.left + 1) > 20_000:
                 raise NotUnderstood(f"the large range {area}")
         return tree
@@ -83,10 +90,7 @@ class Graph:
 
     def used_by(self, tree):
         """The places that a tree refers to."""
-        names = self.sheets
-        return list(
-            dict.fromkeys((names[p[0].lower()], *p[1:]) for area in areas(tree) for p in area.places)
-        )
+        return list(dict.fromkeys(place for area in areas(tree) for place in area.places))
 
     @cached_property
     def used(self):
@@ -203,6 +207,8 @@ class Graph:
 
     def look(self, area, values):
         """The values of an area, shape (samples, rows, columns)."""
+        if area.top == area.bottom and area.left == area.right:
+            return self.number((area.sheet, area.top, area.left), values)[:, None, None]
         numbers = [self.number(place, values) for place in area.places]
         samples = max(map(len, numbers))
         stacked = np.stack([np.broadcast_to(n, (samples,)) for n in numbers], axis=-1)
@@ -210,7 +216,6 @@ class Graph:
 
     def number(self, place, values):
         """The value of one cell, shape (samples,) or (1,): 0 for an empty one, NaN for text and for an unread one."""
-        place = (self.sheets.get(place[0].lower(), place[0]), *place[1:])
         if place in values:
             return values[place]
         cell = self.cells.get(place)
@@ -231,12 +236,15 @@ def at(array, index):
 
 
 def same(a, b, tolerance=CLOSE):
-    """Whether two values agree at every sample.
+    """Whether two values agree at every sample; at the first, the sheet's own numbers, either may be unknown, NaN.
 
     Examples
     --------
     >>> same(np.array([1.0, 2.0]), np.array([1.0, 2.0 + 1e-12]))
     True
     """
-    difference = np.abs(a - b)
-    return bool((difference <= tolerance * (1 + np.abs(b))).all())
+    fine = np.abs(a - b) <= tolerance * (1 + np.abs(b))
+    if len(fine) > 1 and not fine[0].all():
+        unknown = ~np.isfinite(a + b)[0]
+        return bool((fine[0] | unknown).all() and fine[1:].all())
+    return bool(fine.all())

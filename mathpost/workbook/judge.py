@@ -1,10 +1,10 @@
 """Right or wrong, and where: the earliest place where putting in the right thing makes all that follows right."""
 
-from itertools import combinations, combinations_with_replacement
+from itertools import combinations
 
 import numpy as np
 
-from mathpost.workbook.edits import edits, repaired
+from mathpost.workbook.edits import edits, flat, repaired, replaced
 from mathpost.workbook.formula import areas, put, text_of, walk
 from mathpost.workbook.graph import SAMPLES, at, same
 from mathpost.workbook.recognise import CONVERSIONS, TRIGONOMETRY, elementary
@@ -78,7 +78,7 @@ class Judge:
                     converts = any(
                         part[0] == "call" and part[1] in ("RADIANS", "PI")
                         or part[0] == "number" and any(abs(part[1] - c) < 0.01 * c for c in CONVERSIONS)
-                        or part[0] == "area" and any((graph.sheets[p[0].lower()], *p[1:]) in self.found.constants for p in part[1].places)
+                        or part[0] == "area" and any(p in self.found.constants for p in part[1].places)
                         for _, part in walk(tree)
                     )
                     trigonometric = any(part[0] == "call" and part[1] in TRIGONOMETRY for _, part in walk(tree))
@@ -139,18 +139,36 @@ class Judge:
         return np.full(SAMPLES, np.nan if value is None else value)
 
     def _repair(self, calculation):
-        targets = {p: self.targets[p] for p in calculation.results}
+        own = {p: self.targets[p] for p in calculation.results}
         for _ in range(4):
-            bad = self.bad(targets)
+            bad = self.bad(own)
             if not bad:
                 return
+            missed = set(self.bad(self.targets)) - set(own)
+            targets = {p: t for p, t in self.targets.items() if p not in missed}
             found = self._earliest(calculation, targets, bad)
             if found is None:
+                place = self._typed_over(calculation, bad)
+                if place is not None:
+                    text = f"{self.graph.short(place)} is a number, {self.own(place):g}, typed where a formula belongs"
+                    self._fault(place, "typed over formula", text)
+                    self.fixed.update({p: targets[p] for p in bad})
+                    self.values = self.graph.run(self.inputs, {**self.inputs, **self.fixed})
+                    return
                 place = min(bad, key=self._order)
                 self._fault(place, "wrong value", "the result is not what the task asks for, and no single change makes it so")
                 found = {p: targets[p] for p in bad}
             self.fixed.update(found)
             self.values = self.graph.run(self.inputs, {**self.inputs, **self.fixed})
+
+    def _typed_over(self, calculation, bad):
+        """The first number on the way to a wrong result that is no input of it, nor a constant such as 0, 1 or π."""
+        given = {*calculation.angles, *calculation.point, *calculation.origin, *calculation.axis}
+        scope = (self.graph.upstream(bad) & self.found.typed) - given
+        odd = [p for p in scope if p not in self.graph.trees and self.own(p) not in (0, 1, -1)]
+        odd = [p for p in odd if not any(abs(self.own(p) - c) < 1e-3 * c for c in CONVERSIONS)]
+        others = {p for c in self.found.calculations for p in (*c.angles, *c.point, *c.origin, *c.axis)}
+        return min((p for p in odd if p not in others), key=self._order, default=None)
 
     def _order(self, place):
         return self.levels.get(place, 0), self.graph.reading_order(place)
@@ -254,6 +272,8 @@ class Judge:
         if not changed:
             return None
         affected = self.graph.downstream(changed)
+        if not affected.issuperset(self.bad(targets)):
+            return None
         values = self.graph.run(self.inputs, {**self.inputs, **self.fixed, **changed}, self.values, affected)
         return None if self.bad(targets, values) else changed
 
@@ -303,34 +323,38 @@ class Judge:
 
     def _solve(self, place, targets, bad):
         """The value of one cell that makes all targets right, if they are linear in it; None if there is none."""
-        now = np.broadcast_to(self.values.get(place, self.constant(place)), (SAMPLES,))
+        now = self.values.get(place, self.constant(place))
+        now = now if now.shape == (SAMPLES,) else np.broadcast_to(now, (SAMPLES,))
         self.linear = True
         if place in targets:
             others = [p for p in bad if p != place]
             return targets[place] if not others else None
-        if not np.isfinite(now).all():
+        if not np.isfinite(now[1:]).all():
             now = np.zeros(SAMPLES)
         affected = self.graph.downstream([place])
+        if not affected.issuperset(bad):
+            return None
+        shifts = (1.0, 2.0) if self.values.get(place) is now else (0.0, 1.0, 2.0)
         runs = [
             self.graph.run(self.inputs, {**self.inputs, **self.fixed, place: now + step}, self.values, affected)
-            for step in (0.0, 1.0, 2.0)
+            for step in shifts
         ]
-        wanted = None
+        runs = runs if len(runs) == 3 else [self.values, *runs]
+        wanted, steepest = np.array(now), np.full(SAMPLES, 1e-9)
         for target, value in targets.items():
             f0, f1, f2 = (np.broadcast_to(run.get(target, self.constant(target)), (SAMPLES,)) for run in runs)
             slope = f1 - f0
-            if not np.isfinite(slope).all() or not same(f2 - f1, slope, 1e-7):
+            if not np.isfinite(slope[1:]).all() or not same(f2 - f1, slope, 1e-7):
                 self.linear = False
                 return None
-            if (np.abs(slope) > 1e-9).all() and target in bad:
-                solved = now + (value - f0) / slope
-                if wanted is not None and not same(solved, wanted, 1e-6):
+            steeper = np.abs(slope) > steepest
+            if target in bad and not (np.abs(slope) > 1e-9).any():
+                if not same(f0, value, 1e-8):
                     return None
-                wanted = solved if wanted is None else wanted
             elif target in bad:
-                return None
-        if wanted is None:
-            return None
+                wanted = np.where(steeper, now + (value - f0) / np.where(steeper, slope, 1), wanted)
+                steepest = np.maximum(steepest, np.abs(slope))
+        wanted[0] = np.nan if steepest[0] < 1e-8 else wanted[0]
         return wanted if self._try({place: wanted}, targets) else None
 
     def _plausible(self, calculation, place):
@@ -346,7 +370,7 @@ class Judge:
         for _, _, other in edits(self.graph, place, tree):
             value = at(self.graph.calculate(other, self.values), self.graph.part.get(place, (0, 0)))
             value = np.broadcast_to(value, (SAMPLES,))
-            if np.isfinite(value).all() and not any(same(value, s) for s in seen):
+            if np.isfinite(value[1:]).all() and not any(same(value, s) for s in seen):
                 seen.append(value)
                 yield value
             if len(seen) > 60:
@@ -378,7 +402,8 @@ class Judge:
                 for a in elements.values():
                     for b in elements.values():
                         option = {**self._as_window(first, a[:, :3, :3]), **self._as_window(second, b[:, :3, :3])}
-                        if changed := self._try(option, targets):
+                        changed = self._try(option, targets)
+                        if changed and not changed.keys().isdisjoint(first) and not changed.keys().isdisjoint(second):
                             yield changed
                             return
 
@@ -388,7 +413,10 @@ class Judge:
         """The windows that are elementary matrices now → their sense of rotation, and what the other would be."""
         found = {}
         for window in self.found.windows:
-            now = self._block(window, 3 if len(window) == 9 else 4)[:, :3, :3]
+            now = self._block(window, 3 if len(window) == 9 else 4)
+            if now.shape[1] == 4 and not same(now[:, :, 3], np.array([0, 0, 0, 1.0])):
+                continue
+            now = now[:, :3, :3]
             for letter in "XYZ":
                 for angle in calculation.radians.T:
                     for sense in (1, -1):
@@ -412,7 +440,7 @@ class Judge:
             if place in graph.part:
                 arrays.setdefault((id(graph.trees[place]), graph.cells[place].anchor), []).append(place)
         done = set()
-        block = self._block_cause(unit, changed) if len(places) > 2 else None
+        block = self._block_cause(calculation, unit, changed) if len(places) > 2 else None
         for place in places:
             if place in done:
                 continue
@@ -433,7 +461,7 @@ class Judge:
         elif unit is self.whole:
             cost = 0.0
         elif not block:
-            cost += 0.25 * (len(places) - 1)
+            cost += 0.25 * (len(faults) - 1)
         if unit is self.whole and {cause for _, cause, _ in faults} == {"sign"}:
             faults = [(p, "other convention", "the elementary matrices are those of the other convention") for p, *_ in faults]
         return cost, faults
@@ -447,24 +475,34 @@ class Judge:
         if place not in graph.trees:
             if cell.number is None:
                 return "wrong value", f"{short} holds {cell.value!r} where a number belongs", 0.0
-            if np.ptp(value) < 1e-9:
-                cost = 0.0 if abs(value[0]) < 1e-9 or abs(value[0] - 1) < 1e-9 else UNLIKELY
-                return "wrong value", f"{short} is {cell.number:g}, should be {value[0]:g}", cost
-            known = abs(value[0] - cell.number) < 5e-3 or place in self.targets or self._is_known(calculation, value)
+            if np.ptp(value[1:]) < 1e-9:
+                cost = 0.0 if abs(value[1]) < 1e-9 or abs(value[1] - 1) < 1e-9 else UNLIKELY
+                return "wrong value", f"{short} is {cell.number:g}, should be {value[1]:g}", cost
+            known = not abs(value[0] - cell.number) > 5e-3 or place in self.targets or self._is_known(calculation, value)
             cost = UNLIKELY if not known else UNLIKELY / 2 if cell.number in (0, 1, -1) else 0.0
             text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
             return "typed over formula", text, cost
         found = repaired(graph, place, wanted, self.values, self._reference_kind)
-        if found is None:
-            found = self._missing(calculation, place, value)
+        found = found or self._missing(calculation, place, value)
         if found is None:
             known = self._is_known(calculation, value) or place in self.targets
             return "wrong value", f"{short}: ={text_of(graph.trees[place])} is not what belongs there", UNEXPLAINED + (not known) * 9
         cause, sentence = found
+        if cause == "missing term":
+            return cause, f"{short}: {sentence}", 0.2
         odd = "a minus is lost" in sentence and self._canonical(place)
-        odd = odd or cause == "sign" and self._like_its_peers(place)
+        odd = (odd or cause == "sign" and self._like_its_peers(place)) and not self._as_above(place, value)
         cost = UNLIKELY if odd else 0.0
         return cause, f"{short}: {sentence}", cost
+
+    def _as_above(self, place, value):
+        """Whether the formula of the row above or below, copied here, gives `value`."""
+        for step in (-1, 1):
+            tree = self.graph.trees.get((place[0], place[1] + step, place[2]))
+            if tree and len(self.found.component[place]) > 9 and (moved := copied(tree, -step)):
+                if same(np.broadcast_to(self.graph.calculate(moved, self.values)[:, 0, 0], (SAMPLES,)), value, 1e-7):
+                    return True
+        return False
 
     def _array(self, place):
         """The cells of an array formula."""
@@ -482,10 +520,9 @@ class Judge:
     def _canonical(self, place):
         """Whether a formula is the sine, the cosine or the radians of a cell, without a sign of its own."""
         tree = self.graph.trees[place]
-        return not any(part[0] in ("minus", "-") for _, part in walk(tree)) and (
-            any(part[0] == "call" and part[1] in ("SIN", "COS", "RADIANS") for _, part in walk(tree))
-            or len(areas(tree)) > 1
-        )
+        if tree[0] in ("+", "-"):
+            return True
+        return not any(part[0] == "minus" for _, part in walk(tree)) and (tree[0] == "call" or len(areas(tree)) > 1)
 
     def _is_known(self, calculation, value):
         """Whether a value is an entry of one of the matrices or vectors that may stand in the sheet."""
@@ -496,32 +533,37 @@ class Judge:
         return any(same(value, entry, 1e-7) for group in entries for entry in group)
 
     def _missing(self, calculation, place, value):
-        """A term that is missing from a sum: what is lacking is a product of cells that the neighbours use."""
+        """A term that is missing from a sum: what is lacking is one like those of the cells around, or a product."""
         graph = self.graph
         lacking = value - np.broadcast_to(self.values[place], (SAMPLES,))
-        component = self.found.component.get(place, [place])
-        pool = list(dict.fromkeys(s for p in component for s in graph.uses.get(p, ())))[:40]
-        around = [(s[0], s[1] + r, s[2] + c) for s in graph.uses[place] for r, c in ((0, 1), (1, 0), (0, -1), (-1, 0))]
+        if not np.isfinite(lacking[1:]).all():
+            return None
+        around = self.found.component.get(place, [place])
+        if len(around) > 16:
+            around = [p for p in around if p[1] == place[1]]
+        trees = [graph.trees[p] for p in around if p in graph.trees]
         given = [*calculation.point, *calculation.origin] if place in self.found.vector_cells else []
-        pool = [p for p in dict.fromkeys([*pool, *around, *given]) if p in graph.cells]
-        numbers = {p: np.broadcast_to(graph.number(p, self.values), (SAMPLES,)) for p in pool}
-        trig = {}
-        for p in component:
-            for _, part in walk(graph.trees.get(p, ("number", 0))):
+        pool = [p for p in dict.fromkeys([*(s for p in around for s in graph.uses.get(p, ())), *given]) if p in graph.cells]
+        terms = [term for tree in trees for _, term in flat(tree)]
+        for term in terms:
+            for old in dict.fromkeys(areas(term)):
+                for new in pool:
+                    other = replaced(term, old, new) if old.shape == (1, 1) else term
+                    number = np.broadcast_to(graph.calculate(other, self.values)[:, 0, 0], (SAMPLES,))
+                    if same(lacking, number, 1e-7) or same(lacking, -number, 1e-7):
+                        return "missing term", f"the term {text_of(other)} is missing"
+        named = {graph.short(p): np.broadcast_to(graph.number(p, self.values), (SAMPLES,)) for p in pool}
+        for tree in trees:
+            for _, part in walk(tree):
                 if part[0] == "call" and part[1] in TRIGONOMETRY:
-                    trig[text_of(part)] = np.broadcast_to(graph.calculate(part, self.values)[:, 0, 0], (SAMPLES,))
-        named = {graph.short(p): v for p, v in numbers.items()} | trig | {"1": np.ones(SAMPLES)}
-        names = list(named)
-        two = any(part == ("number", 2.0) for p in component for _, part in walk(graph.trees.get(p, ("number", 0))))
-        for depth in (1, 2, 3):
-            if depth == 3 and len(names) > 14:
+                    named[text_of(part)] = np.broadcast_to(graph.calculate(part, self.values)[:, 0, 0], (SAMPLES,))
+        for depth in (1, 2, 3, 4):
+            if len(named) ** depth > 20_000:
                 break
-            for factors in combinations_with_replacement(names, depth):
+            for factors in combinations(named, depth):
                 product = np.prod([named[n] for n in factors], axis=0)
-                twice = (("2*", 2 * product), ("-2*", -2 * product)) if two and depth > 1 else ()
-                for sign, number in (("", product), ("-", -product), *twice):
-                    if same(lacking, number, 1e-7):
-                        return "missing term", f"the term {sign}{'*'.join(factors)} is missing"
+                if same(lacking, product, 1e-7) or same(lacking, -product, 1e-7):
+                    return "missing term", f"the term {'*'.join(factors)} is missing"
         return None
 
     def _reference_kind(self, place, tree, other):
@@ -531,21 +573,21 @@ class Judge:
             if old == new:
                 continue
             above = (place[0], place[1] - 1, place[2])
-            if old.top > new.top and above in graph.trees and shape_of(graph.trees[above]) == shape_of(tree):
+            if old.top > new.top and above in graph.trees and len(self.found.component[place]) > 9 and shape_of(graph.trees[above]) == shape_of(tree):
                 refs = areas(graph.trees[above])
                 moved = [a.moved(1, 0) for a in refs]
                 if str(old) in map(str, moved) and not old.fixed[0] and len(refs) == len(areas(tree)):
                     first = (place[0], place[1] - (old.top - new.top), place[2])
                     if first in graph.trees and str(new) in map(str, areas(graph.trees[first])):
                         return "missing $"
-            a, b = ((graph.sheets[p.sheet.lower()], p.top, p.left) for p in (old, new))
+            a, b = ((p.sheet, p.top, p.left) for p in (old, new))
             if b in self.found.angle_cells:
                 return "wrong angle"
             if b in self.found.length_cells and a in self.found.length_cells:
                 return "wrong point"
         return None
 
-    def _block_cause(self, unit, changed):
+    def _block_cause(self, calculation, unit, changed):
         """Why a whole matrix or vector is wrong: the order of the product, a transposed factor, another factor."""
         if len(unit) not in (3, 4, 9, 16):
             return None
@@ -555,7 +597,7 @@ class Judge:
         now = self._block(unit, size)
         expected = np.stack([np.broadcast_to(wanted[p], (SAMPLES,)) for p in unit], -1).reshape(shape)
         if now.shape[2] == size and same(now, np.swapaxes(expected, 1, 2), 1e-8):
-            turned = any(same(self._block(w, size), expected, 1e-8) for w in self.found.windows if len(w) == len(unit))
+            turned = any(same(now, word[:, :size, :size], 1e-8) for word in calculation.words.values()) or any(same(self._block(w, size), expected, 1e-8) for w in self.found.windows if len(w) == len(unit))
             regular = turned or self._is_product(unit, now)
             return "transposed", "the matrix is transposed", UNLIKELY if regular else 0.0
         blocks = {}
@@ -590,6 +632,17 @@ class Judge:
         size = now.shape[1]
         others = [self._block(w, size) for w in self.found.windows if w != unit and len(w) == len(unit)]
         return any(same(a @ b, now, 1e-8) for a in others for b in others)
+
+
+def copied(tree, rows):
+    """A formula copied `rows` down: references without $ move along; None if one leaves the sheet."""
+    for path, part in list(walk(tree)):
+        if part[0] == "area" and not part[1].fixed[0]:
+            area = part[1].moved(rows, 0)
+            if area is None:
+                return None
+            tree = put(tree, path, ("area", area))
+    return tree
 
 
 def shape_of(tree):

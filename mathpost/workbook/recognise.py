@@ -93,6 +93,7 @@ class Calculation:
                 product = reduce(np.matmul, chain[first : last + 1])
                 self._add("".join(names[first : last + 1]), product)
                 if self.origin and last == len(chain) - 1:
+                    self.words["shift"] = shift
                     self._add("".join(names[first:]) + "·shift", product @ shift)
         self.full = "".join(names)
         self.matrix = self.words[self.full]
@@ -197,7 +198,7 @@ class Recognised:
                 if part[0] == "call" and part[1] in ("MMULT", "TRANSPOSE", "MDETERM", "MINVERSE"):
                     for area in areas(part):
                         if area.shape in ((3, 3), (4, 4)):
-                            places = tuple((graph.sheets[p[0].lower()], *p[1:]) for p in area.places)
+                            places = tuple(area.places)
                             found[places] = found.get(places, 0) + 1
         for component in self.components:
             rows = sorted({p[1] for p in component})
@@ -257,7 +258,7 @@ class Recognised:
     def _in_typed_line(self, place, component):
         inside = set(component)
         sheet, row, column = place
-        for dr, dc in ((0, 1), (1, 0)):
+        for dr, dc in ((1, 0), (0, 1)):
             line, step = [place], 1
             while (near := (sheet, row + dr * step, column + dc * step)) in inside:
                 line.append(near)
@@ -266,11 +267,20 @@ class Recognised:
             while (near := (sheet, row - dr * step, column - dc * step)) in inside:
                 line.append(near)
                 step += 1
+            line = self._sorted(line)
+            others = [p for p in line if p != place]
+            if dr and others and not any(p in self.typed for p in others) and self._in_table(place, inside):
+                return False
             if len([p for p in line if p in self.typed]) >= 3:
                 return True
             if len(line) in (3, 4) and sum(p in self.tainted and p not in self.typed for p in line) >= 2:
                 return False
         return place in self.tainted
+
+    def _in_table(self, place, inside):
+        """Whether numbers and formulas stand side by side in the row of a place."""
+        row = [p for p in inside if p[1] == place[1] and p != place]
+        return any(p in self.typed for p in row) and any(p not in self.typed for p in row)
 
     # Roles.
 
@@ -351,7 +361,7 @@ class Recognised:
         return depends
 
     def _vector_triples(self, depends, lengths):
-        found, left = [], set(self.vector_cells)
+        found, left = [], self.vector_cells - {p for window in self.windows for p in window}
         for component in self.components:
             cells = [p for p in component if p in left]
             if not cells:
@@ -411,6 +421,9 @@ class Recognised:
         graph = self.graph
         reached = frozenset().union(*(depends.get(p, frozenset()) for p in triple))
         own_angles = self._sorted(reached & angles)
+        in_row = [p for p in own_angles if p[:2] == triple[0][:2]]
+        if triple[0][1] == triple[1][1] and len(in_row) >= 2 and len(own_angles) > 3:
+            own_angles = in_row
         text = self._text()
         about_axis = len(own_angles) == 1 and re.search(r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角", text, re.I)
         vectors = self._vectors(reached & lengths, triple)

@@ -18,8 +18,8 @@ from mathpost.draw.traces import Curves, Sphere, small_circle
 from mathpost.draw.widget import View
 from mathpost.errors import InputError, OutputError
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl, selection, singularity
-from mathpost.post.deviation import deviation, true_tip
+from mathpost.post import cl, selection, singular
+from mathpost.post.between_blocks import deviation, true_tip
 from mathpost.rotation import unit
 from tests.conftest import DATA
 from tests.machines import machines, random_joints
@@ -132,7 +132,7 @@ def test_curves_show_both_branches_limits_and_regions(dmu50v, blade):
     panels = Figure().subplots(2, 1)
     chosen = selection.choose(dmu50v, blade).joints
     curves = Curves(panels, dmu50v, blade, chosen)
-    assert curves.singular == singularity.regions(dmu50v, blade, chosen, cone=np.radians(1.0))
+    assert curves.singular == singular.regions(dmu50v, blade, chosen, cone=np.radians(1.0))
     shown = np.array([[line.get_ydata() for line in panel.lines[1:3]] for panel in panels])  # axis, branch, record
     for branch in range(2):
         axes = dmu50v.forward(np.column_stack([np.zeros((5, 3)), *np.radians(shown[:, branch])]))[1]
@@ -251,7 +251,7 @@ def test_buttons_of_the_machine_keep_the_tip(kin):
     assert np.abs(others[3:] - joints[3:]).max() > 1
     view.buttons["pole"].click()
     assert pose()[1] == pytest.approx(tip, abs=1e-9)
-    assert singularity.closeness(kin, pose()[2]) == pytest.approx(0, abs=1e-7)
+    assert singular.closeness(kin, pose()[2]) == pytest.approx(0, abs=1e-7)
     limits = [label for label in view.buttons if "limit" in label]
     for label in limits:
         view.buttons[label].click()
