@@ -1,6 +1,14 @@
-"""A spreadsheet as functions: what it is, whether it is right, which cell is not and why."""
+"""A spreadsheet as functions: what it is, whether it is right, which cell is not and why.
 
-from mathpost.workbook.checking import FileReport, check_file
-from mathpost.workbook.recognise import Task
+Read `check`, which calls the others in turn: `file` (with `safety`) reads cells, `graph` (with `formula`) evaluates
+them at many inputs at once, `recognise` tells what is what, `judge` (with `edits`) finds the first wrong cell.
+`nc_table` is for tables of NC words, `folder` for a class, `template` writes the sheet of the lesson.
+"""
 
-__all__ = ["FileReport", "Task", "check_file"]
+from mathpost.workbook.check import check_file
+from mathpost.workbook.folder import check_folder, mark
+from mathpost.workbook.recognise import Task, task_file
+from mathpost.workbook.report import FileReport
+from mathpost.workbook.template import template
+
+__all__ = ["FileReport", "Task", "check_file", "check_folder", "mark", "task_file", "template"]

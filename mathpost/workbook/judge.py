@@ -8,29 +8,10 @@ from mathpost.workbook.edits import edits, flat, repaired, replaced
 from mathpost.workbook.formula import areas, put, text_of, walk
 from mathpost.workbook.graph import SAMPLES, at, same
 from mathpost.workbook.recognise import CONVERSIONS, TRIGONOMETRY, elementary
+from mathpost.workbook.report import Fault
 
 SEED = 20
 UNEXPLAINED, UNLIKELY = 3.0, 2.0  # what a repair costs that no single change of the formula, or an odd one, explains
-
-
-class Fault:
-    """A wrong cell.
-
-    Attributes
-    ----------
-    cell : str
-        Its address.
-    cause : str
-        One of the kinds.
-    message : str
-        A sentence.
-    """
-
-    def __init__(self, place, cell, cause, message):
-        self.place, self.cell, self.cause, self.message = place, cell, cause, message
-
-    def __repr__(self):
-        return f"{self.cell}: {self.cause}: {self.message}"
 
 
 class Judge:
@@ -174,7 +155,7 @@ class Judge:
         return self.levels.get(place, 0), self.graph.reading_order(place)
 
     def _fault(self, place, cause, message):
-        self.faults.append(Fault(place, self.graph.address(place), cause, message))
+        self.faults.append(Fault(self.graph.address(place), cause, message))
 
     def _earliest(self, calculation, targets, bad):
         """The earliest repair, recorded; returns what it puts where."""
@@ -598,7 +579,8 @@ class Judge:
         expected = np.stack([np.broadcast_to(wanted[p], (SAMPLES,)) for p in unit], -1).reshape(shape)
         if now.shape[2] == size and same(now, np.swapaxes(expected, 1, 2), 1e-8):
             turned = any(same(now, word[:, :size, :size], 1e-8) for word in calculation.words.values()) or any(same(self._block(w, size), expected, 1e-8) for w in self.found.windows if len(w) == len(unit))
-            regular = turned or self._is_product(unit, now)
+            copy = all(self.graph.trees.get(p, ("",))[0] == "area" for p in unit)
+            regular = not copy and (turned or self._is_product(unit, now))
             return "transposed", "the matrix is transposed", UNLIKELY if regular else 0.0
         blocks = {}
         for window in [w for w in self.found.windows if w != unit and len(w) == size * size]:

@@ -18,7 +18,7 @@ from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.workbook.file import read
 from mathpost.workbook.layout import read_area
-from mathpost.workbook.report import CONSEQUENCE, RIGHT, WRONG, Judgement, Report
+from mathpost.workbook.old_report import CONSEQUENCE, RIGHT, WRONG, Judgement, Report
 
 ROWS = 50_000
 NUMBER = r"[-+−–]?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"

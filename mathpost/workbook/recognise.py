@@ -4,15 +4,17 @@ Labels only break ties: which triple is an angle, a point or an origin follows f
 """
 
 import re
+import tomllib
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import reduce
+from pathlib import Path
 
 import numpy as np
 import sympy as sp
 
 from mathpost import angles as euler
-from mathpost.errors import InputError
+from mathpost.errors import InputError, read_text
 from mathpost.rotation import ACTIVE, about, numeric
 from mathpost.workbook.formula import areas, walk
 from mathpost.workbook.graph import SAMPLES
@@ -61,6 +63,27 @@ class Task:
                 raise InputError(name, " or ".join(known), repr(getattr(self, name)))
         if self.sequence is not None:
             euler.matrix(self.sequence, (0, 0, 0))
+
+
+def task_file(path):
+    """Return the fields of a `Task` from a TOML file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or holds another key.
+    """
+    try:
+        given = tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(str(path), "TOML", str(error)) from None
+    known = [each.name for each in fields(Task)]
+    for key in given:
+        if key not in known:
+            raise InputError(f"{path}, {key}", f"one of {', '.join(known)}", key)
+    if isinstance(given.get("machine"), str):
+        given["machine"] = str(Path(path).parent / given["machine"])
+    return given
 
 
 @dataclass
