@@ -169,6 +169,8 @@ def judge(case, path):
     counts = set()
     if slip.verdict == "right":
         counts |= {"false alarms"} if report.verdict == "wrong" else set()
+    elif slip.verdict == "either":
+        return set(), said
     elif report.verdict == "right" and not (slip.verdict == "not silent" and report.warnings):
         counts.add("silent passes")
     if report.verdict == "right" and report.checked < max(report.total, downstream(case.book)):
@@ -246,7 +248,7 @@ def disagreements(cases, sample=1):
         source, target = Path(folder, "in"), Path(folder, "out")
         source.mkdir()
         # What goes round in a circle has no value.
-        cases = {case.name: case for case in cases if case.slip.first or case.slip.verdict == "right"}
+        cases = {case.name: case for case in cases if case.slip.first or case.slip.verdict in ("right", "either")}
         for case in cases.values():
             inputs = {key: float(case.values[key][sample]) for key in case.book.input_cells()}
             save(
