@@ -2,11 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 from openpyxl.utils import get_column_letter
 
 from mathpost.workbook.file import read_plain
 from mathpost.workbook.graph import Graph
 from mathpost.workbook.judge import Judge
+from mathpost.workbook.nc_table import looked_at
 from mathpost.workbook.recognise import Recognised, Task
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, FileReport, Judgement
 
@@ -47,6 +49,10 @@ def check_file(path, task=None):
     wrong = {fault.cell for fault in judge.faults}
     follows = graph.downstream(judge.fixed)
     report = FileReport(Path(path), faults=judge.faults, warnings=judge.warnings)
+    if task.machine is not None:
+        own = graph.run({})
+        words = [[own.get(p, judge.constant(p))[0] for p in row.results] for row in found.calculations]
+        report.warnings = [*report.warnings, *looked_at(found.calculations, np.array(words, dtype=float))]
     report.seen = [f"{found.place_text(c.results)}: {c.said}" for c in found.calculations] + found.problems
     for place in judge.all_places:
         address = graph.address(place)

@@ -62,6 +62,8 @@ def edits(graph, place, tree):
             for near in (3.141592653589793, 57.29577951308232, 0.017453292519943295):
                 if part[1] != near and abs(part[1] - near) < 0.01 * near:
                     yield "rounded early", f"{part[1]:g} is rounded too early", put(tree, path, ("number", near))
+    if tree[0] in ("+", "-") and tree[2][0] == "number":
+        yield "offset", f"{tree[0]}{text_of(tree[2])} is added to it", tree[1]
     yield from _terms(tree)
     for path, part in parts:
         if part[0] in "*/":

@@ -7,6 +7,7 @@ import numpy as np
 from mathpost.workbook.edits import edits, flat, repaired, replaced
 from mathpost.workbook.formula import areas, put, text_of, walk
 from mathpost.workbook.graph import SAMPLES, at, same
+from mathpost.workbook.nc_table import Words
 from mathpost.workbook.recognise import CONVERSIONS, TRIGONOMETRY, elementary
 from mathpost.workbook.report import Fault
 
@@ -36,6 +37,10 @@ class Judge:
             self.inputs[place] = self._sampled(place, rng.uniform(-limit, limit, SAMPLES))
         for place in dict.fromkeys(lengths):
             self.inputs[place] = self._sampled(place, rng.uniform(-60, 60, SAMPLES))
+        for calculation in recognised.calculations:
+            if isinstance(calculation, Words):
+                for place, numbers in zip(calculation.axis, calculation.directions(rng).T, strict=True):
+                    self.inputs[place] = self._sampled(place, numbers.copy())
         self.values = graph.run(self.inputs, self.inputs)
 
     def _sampled(self, place, numbers):
@@ -67,6 +72,8 @@ class Judge:
                         votes.setdefault(calculation.angles, []).append(converts)
         units = {}
         for calculation in self.found.calculations:
+            if not calculation.angles:
+                continue
             own = [self.own(p) for p in calculation.angles]
             cast = votes.get(calculation.angles, [])
             degrees = sum(cast) * 2 > len(cast) or max(map(abs, own)) > 6.3
@@ -90,25 +97,19 @@ class Judge:
     def run(self):
         """Judge every calculation; one that is wrong is repaired, so that the next ones are seen without it."""
         self.targets = {}
+        given = {p: self.values.get(p, self.constant(p)) for p in self.graph.cells}
         for calculation in self.found.calculations:
-            values = {p: self.inputs[p] if p in self.inputs else np.full(SAMPLES, self.own(p)) for p in
-                      (*calculation.angles, *calculation.point, *calculation.origin, *calculation.axis)}
-            calculation.prepare(values, {p: self.units.get(p, 1.0) for p in calculation.angles})
-            self.targets.update(self._target(calculation))
+            calculation.prepare(given, self.units)
+        rows = [c for c in self.found.calculations if isinstance(c, Words)]
+        for row in rows:  # once more, on the branch that the table is on
+            row.preferred = int(np.argmax(sum(r.votes for r in rows)))
+            row.prepare(given, self.units)
+        for calculation in self.found.calculations:
+            self.targets.update(calculation.targets())
         self.raw = dict(self.values)
         for calculation in self.found.calculations:
             self._repair(calculation)
         return self
-
-    def _target(self, calculation):
-        places = calculation.results
-        if len(places) in (9, 16):
-            size = 3 if len(places) == 9 else 4
-            expected = calculation.words[calculation.full][:, :size, :size].reshape(SAMPLES, -1)
-            if size == 4 and calculation.origin:
-                expected = calculation.words[calculation.full + "·shift"].reshape(SAMPLES, -1)
-            return dict(zip(places, expected.T, strict=True))
-        return dict(zip(places, calculation.target.T[: len(places)], strict=True))
 
     def bad(self, targets, values=None):
         """The targets that are missed."""
@@ -127,7 +128,7 @@ class Judge:
                 return
             missed = set(self.bad(self.targets)) - set(own)
             targets = {p: t for p, t in self.targets.items() if p not in missed}
-            found = self._earliest(calculation, targets, bad)
+            found = self._as_in_the_row_above(own, bad) or self._earliest(calculation, targets, bad)
             if found is None:
                 place = self._typed_over(calculation, bad)
                 if place is not None:
@@ -142,6 +143,17 @@ class Judge:
             self.fixed.update(found)
             self.values = self.graph.run(self.inputs, {**self.inputs, **self.fixed})
 
+    def _as_in_the_row_above(self, own, bad):
+        """The same slip once more, one row further down: what was said there holds here."""
+        above = {fault.place: fault for fault in self.faults if fault.place in self.graph.trees}
+        for place in sorted(bad, key=self._order):
+            fault = above.get((place[0], place[1] - 1, place[2]))
+            if fault and shape_of(self.graph.trees[fault.place]) == shape_of(self.graph.trees.get(place, ("number", 0))):
+                if len(self.found.component.get(place, ())) > 9:
+                    self._fault(place, fault.cause, f"{self.graph.short(place)}: as in the row above")
+                    return {place: own[place]}
+        return None
+
     def _typed_over(self, calculation, bad):
         """The first number on the way to a wrong result that is no input of it, nor a constant such as 0, 1 or π."""
         given = {*calculation.angles, *calculation.point, *calculation.origin, *calculation.axis}
@@ -149,13 +161,14 @@ class Judge:
         odd = [p for p in scope if p not in self.graph.trees and self.own(p) not in (0, 1, -1)]
         odd = [p for p in odd if not any(abs(self.own(p) - c) < 1e-3 * c for c in CONVERSIONS)]
         others = {p for c in self.found.calculations for p in (*c.angles, *c.point, *c.origin, *c.axis)}
+        others |= self.graph.upstream(p for p in self.targets if p not in set(self.bad(self.targets)))
         return min((p for p in odd if p not in others), key=self._order, default=None)
 
     def _order(self, place):
         return self.levels.get(place, 0), self.graph.reading_order(place)
 
     def _fault(self, place, cause, message):
-        self.faults.append(Fault(self.graph.address(place), cause, message))
+        self.faults.append(Fault(self.graph.address(place), cause, message, place))
 
     def _earliest(self, calculation, targets, bad):
         """The earliest repair, recorded; returns what it puts where."""
@@ -308,8 +321,7 @@ class Judge:
         now = now if now.shape == (SAMPLES,) else np.broadcast_to(now, (SAMPLES,))
         self.linear = True
         if place in targets:
-            others = [p for p in bad if p != place]
-            return targets[place] if not others else None
+            return targets[place] if self._try({place: targets[place]}, targets) else None
         if not np.isfinite(now[1:]).all():
             now = np.zeros(SAMPLES)
         affected = self.graph.downstream([place])
@@ -523,7 +535,7 @@ class Judge:
         if len(around) > 16:
             around = [p for p in around if p[1] == place[1]]
         trees = [graph.trees[p] for p in around if p in graph.trees]
-        given = [*calculation.point, *calculation.origin] if place in self.found.vector_cells else []
+        given = [*calculation.point, *calculation.origin, *calculation.axis]
         pool = [p for p in dict.fromkeys([*(s for p in around for s in graph.uses.get(p, ())), *given]) if p in graph.cells]
         terms = [term for tree in trees for _, term in flat(tree)]
         for term in terms:

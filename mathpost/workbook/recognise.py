@@ -18,6 +18,7 @@ from mathpost.errors import InputError, read_text
 from mathpost.rotation import ACTIVE, about, numeric
 from mathpost.workbook.formula import areas, walk
 from mathpost.workbook.graph import SAMPLES
+from mathpost.workbook.nc_table import rows_of
 
 TRIGONOMETRY = {"SIN", "COS", "TAN"}
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
@@ -132,6 +133,15 @@ class Calculation:
         else:
             self.target = None
 
+    def targets(self):
+        """Place of a result → what must stand there."""
+        places = self.results
+        if len(places) < 9:
+            return dict(zip(places, self.target.T, strict=False))
+        size = 3 if len(places) == 9 else 4
+        word = self.full + "·shift" if size == 4 and self.origin else self.full
+        return dict(zip(places, self.words[word][:, :size, :size].reshape(SAMPLES, -1).T, strict=True))
+
     def _add(self, name, product):
         self.words[name] = product
         self.words[name + "ᵀ"] = np.linalg.inv(product)
@@ -191,8 +201,12 @@ class Recognised:
         self.angle_cells = [p for p in self._sorted(feeding & self.tainted) if p not in self.constants]
         others = feeding - self.tainted - self.constants
         self.length_cells = self._sorted(others)
-        self.calculations = []
-        self._calculations()
+        self.calculations, self.vector_cells = [], set()
+        if task.machine is not None:
+            self.calculations = rows_of(graph, task.machine, task.cells)
+            self.angle_cells, self.length_cells = [], []
+        else:
+            self._calculations()
 
     def _sorted(self, places):
         return sorted(places, key=self.graph.reading_order)

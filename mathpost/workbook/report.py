@@ -41,6 +41,7 @@ class Fault:
     cell: str
     cause: str
     message: str
+    place: tuple = ()
 
     def __str__(self):
         return f"{self.cell}: {self.cause}: {self.message}"
