@@ -332,14 +332,15 @@ def judge(book, values, cause, changes):
 
 
 def blanks(book, changes):
-    """The number of references to cells without a number: one too many may be called wrong where it does no harm."""
+    """The number of references to cells without a number; one too many may be called wrong."""
     count = 0
     for key, content in changes.items():
         for match in REFERENCE.finditer(formula_of(content or book.cells[key]) or ""):
             cells = reference_area(match, key[0]).each()
             contents = [book.cells.get(cell) for cell in cells if cell not in Values(book).spilled]
             count += sum(
-                content is None or formula_of(content) is None and isinstance(content, str) for content in contents
+                content is None or (formula_of(content) is None and isinstance(content, str))
+                for content in contents
             )
     return count
 
