@@ -1,7 +1,5 @@
 """The check of one file: its formulas as functions, or, where there are none, its values."""
 
-from pathlib import Path
-
 import numpy as np
 from openpyxl.utils import get_column_letter
 
@@ -11,6 +9,7 @@ from mathpost.workbook.judge import Judge
 from mathpost.workbook.nc_table import looked_at
 from mathpost.workbook.recognise import Recognised, Task
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, FileReport, Judgement
+from mathpost.workbook.values import check_values
 
 
 def check_file(path, task=None):
@@ -43,32 +42,42 @@ def check_file(path, task=None):
     """
     task = task or Task()
     graph = Graph(read_plain(path))
+    if task.machine is None and not any(graph.uses.values()):
+        return _by_values(graph, task)
     found = Recognised(graph, task)
     judge = Judge(graph, found).run()
+    if not found.calculations and (report := _by_values(graph, task)).cells:
+        return report
     unjudged = judge.judge_the_rest()
-    wrong = {fault.cell for fault in judge.faults}
-    follows = graph.downstream(judge.fixed)
-    report = FileReport(Path(path), faults=judge.faults, warnings=judge.warnings)
+    statuses = dict.fromkeys(judge.all_places, RIGHT)
+    statuses |= dict.fromkeys((p for p in graph.downstream(judge.fixed) if p in statuses), CONSEQUENCE)
+    statuses |= dict.fromkeys(unjudged, UNCLEAR) | {fault.place: WRONG for fault in judge.faults}
+    seen = [f"{found.place_text(c.results)}: {c.said}" for c in found.calculations]
+    report = _report(graph, statuses, judge.faults, [*seen, *found.problems], judge.warnings)
     if task.machine is not None:
         own = graph.run({})
         words = [[own.get(p, judge.constant(p))[0] for p in row.results] for row in found.calculations]
-        report.warnings = [*report.warnings, *looked_at(found.calculations, np.array(words, dtype=float))]
-    report.seen = [f"{found.place_text(c.results)}: {c.said}" for c in found.calculations] + found.problems
-    for place in judge.all_places:
-        address = graph.address(place)
-        status = RIGHT
-        if address in wrong:
-            status = WRONG
-        elif place in unjudged:
-            status = UNCLEAR
-        elif place in follows:
-            status = CONSEQUENCE
-        cell = graph.cells[place]
-        written = cell.number if cell.number is not None else cell.value
-        report.cells.append(Judgement(address, place, status, written, cell.formula))
+        report.warnings += looked_at(found.calculations, np.array(words, dtype=float))
+    if not report.faults and (not found.calculations or found.problems):
+        report.verdict = UNCLEAR
+    return report
+
+
+def _by_values(graph, task):
+    statuses, faults, seen = check_values(graph, task.cells)
+    lucky = "numbers without formulas: that they are right by luck cannot be excluded"
+    return _report(graph, statuses, faults, seen or ["no angles, point or matrices by their labels"], [lucky])
+
+
+def _report(graph, statuses, faults, seen, warnings):
+    report = FileReport(graph.book.path, faults=faults, seen=seen, warnings=[*warnings, *graph.book.notes])
+    for place, status in statuses.items():
+        cell = graph.cells.get(place)
+        written = None if cell is None else cell.number if cell.number is not None else cell.value
+        report.cells.append(Judgement(graph.address(place), place, status, written, cell.formula if cell else ""))
+    unjudged = [place for place, status in statuses.items() if status == UNCLEAR]
     report.not_checked = list(ranges(graph, unjudged))
-    judged = bool(report.cells) and not unjudged and found.calculations and not found.problems
-    report.verdict = WRONG if report.faults else RIGHT if judged else UNCLEAR
+    report.verdict = WRONG if faults else UNCLEAR if unjudged or not statuses else RIGHT
     return report
 
 

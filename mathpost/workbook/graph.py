@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from mathpost.errors import InputError
 from mathpost.workbook.file import local_address
 from mathpost.workbook.formula import Area, NotUnderstood, areas, evaluate, parse, put, walk
 
@@ -224,6 +225,21 @@ class Graph:
         if place in self.trees or cell.number is None:
             return np.full(1, np.nan)
         return np.array([cell.number])
+
+
+def area_named(graph, name, text):
+    """Return the `Area` that a caller means by an address such as ``Sheet1!B2:B4``; of the first sheet without one.
+
+    Raises
+    ------
+    InputError
+        If it is no address, or of a sheet that is not there.
+    """
+    try:
+        (area,) = areas(parse(f"={text}", graph.book.sheets[0].name, {}))
+    except (NotUnderstood, ValueError):
+        raise InputError(f"cells, {name!r}", "an address such as B2:B4 or Sheet1!B2", repr(text)) from None
+    return replace(area, sheet=graph.book.sheet(area.sheet).name)
 
 
 def at(array, index):

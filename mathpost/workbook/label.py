@@ -22,6 +22,7 @@ VECTORS = {
     "transposed": "rt mt r^t m^t",
 }
 VECTORS = {name: kind for kind, names in VECTORS.items() for name in names.split()}
+UNIT_WORDS = {"=", ":", "°", "deg", "degree", "degrees", "度", "mm", "rad", "弧度", "->", "→", "："}
 NOISE = re.compile(
     r"坐标变换矩阵|变换矩阵|旋转矩阵|转置矩阵|矩阵|乘积|最终|elementary|passive|active|rotation|matrix|product|final|"
     r"transposed?|转置|method\d?|recipe\d?|方法[一二12]?|step\d*|步骤\d*|mat(?=[αβγ])"

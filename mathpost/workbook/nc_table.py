@@ -13,7 +13,7 @@ import numpy as np
 from mathpost import machine as machines
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
-from mathpost.workbook.graph import SAMPLES
+from mathpost.workbook.graph import SAMPLES, area_named
 
 NUMBER = r"[-+−–]?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 UNIT = r"[\s_]*[\[(（]?\s*(?:mm|deg|degrees|°|度)?\s*[\])）]?$"
@@ -105,14 +105,9 @@ def rows_of(graph, machine, cells=None):
 
 
 def _column_block(graph, name, cells):
-    from mathpost.workbook.formula import NotUnderstood, areas, parse
-
     if name not in cells:
         raise InputError("cells", "tip, axis and joints", ", ".join(cells))
-    try:
-        (area,) = areas(parse(f"={cells[name]}", graph.book.sheets[0].name, {}))
-    except (NotUnderstood, ValueError):
-        raise InputError(f"cells, {name!r}", "an address such as A2:C6", repr(cells[name])) from None
+    area = area_named(graph, name, cells[name])
     columns = {"tip": 3, "axis": 3, "joints": 5}[name]
     if area.shape[1] != columns:
         raise InputError(f"cells, {name!r}", f"{columns} columns", repr(cells[name]))

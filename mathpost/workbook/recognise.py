@@ -17,7 +17,7 @@ from mathpost import angles as euler
 from mathpost.errors import InputError, read_text
 from mathpost.rotation import ACTIVE, about, numeric
 from mathpost.workbook.formula import areas, walk
-from mathpost.workbook.graph import SAMPLES
+from mathpost.workbook.graph import SAMPLES, area_named
 from mathpost.workbook.nc_table import rows_of
 
 TRIGONOMETRY = {"SIN", "COS", "TAN"}
@@ -202,7 +202,9 @@ class Recognised:
         others = feeding - self.tainted - self.constants
         self.length_cells = self._sorted(others)
         self.calculations, self.vector_cells = [], set()
-        if task.machine is not None:
+        if task.cells and task.machine is None and "result" in task.cells:
+            self._as_the_caller_says(task.cells)
+        elif task.machine is not None:
             self.calculations = rows_of(graph, task.machine, task.cells)
             self.angle_cells, self.length_cells = [], []
         else:
@@ -387,6 +389,17 @@ class Recognised:
                 chosen = self._triple(self._sorted({a for p in window for a in depends.get(p, ()) if a in angles}))
                 if chosen:
                     self.calculations.append(self._told(Calculation(results=window, angles=self._ordered(chosen))))
+
+    def _as_the_caller_says(self, cells):
+        """Take angles, point, origin and result from where the caller says that they stand."""
+        given = {name: tuple(area_named(self.graph, name, text).places) for name, text in cells.items()}
+        for name in ("angles", "result"):
+            if name not in given or len(given[name]) not in (3, 4, 9, 16):
+                raise InputError("cells", "angles, point and result of three cells each", f"no {name} of that size")
+        self.vector_cells = set(given["result"])
+        self.calculations.append(
+            self._told(Calculation(given["result"], given["angles"], given.get("point", ()), given.get("origin", ())))
+        )
 
     def _dependence(self, leaves):
         depends = {}
