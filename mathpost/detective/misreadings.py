@@ -33,20 +33,20 @@ MEANINGS = {
     "as given": (lambda degrees: degrees, "{}"),
     "half": (lambda degrees: degrees / 2, "{}/2"),
     "double": (lambda degrees: 2 * degrees, "2{}"),
-    "complement": (lambda degrees: 90 - degrees, "(90° − {})"),
-    "quarter more": (lambda degrees: degrees + 90, "({} + 90°)"),
-    "quarter less": (lambda degrees: degrees - 90, "({} − 90°)"),
-    "half turn more": (lambda degrees: degrees + 180, "({} + 180°)"),
-    "minutes": (lambda degrees: _whole(degrees) + (degrees - _whole(degrees)) * 100 / 60, "{} (° ′)"),
+    "complement": (lambda degrees: 90 - degrees, "90° − {}"),
+    "quarter more": (lambda degrees: degrees + 90, "{} + 90°"),
+    "quarter less": (lambda degrees: degrees - 90, "{} − 90°"),
+    "half turn more": (lambda degrees: degrees + 180, "{} + 180°"),
+    "minutes": (lambda degrees: _whole(degrees) + (degrees - _whole(degrees)) * 100 / 60, "{} in ° ′"),
     "no minutes": (
         lambda degrees: _whole(degrees) + (degrees - _whole(degrees)) * 60 / 100,
-        "{} (° ′ as decimals)",
+        "{} from ° ′",
     ),
 }
 # Axes of the first, second and third angle of which a trade has a name, and the order of the frame's factors.
 TRADE = {
     "ZYX": ("KUKA A B C", (0, 1, 2)),
-    "XYZ": ("Fanuc W P R, Heidenhain SPA SPB SPC", (2, 1, 0)),
+    "XYZ": ("Fanuc W P R or Heidenhain SPA SPB SPC", (2, 1, 0)),
 }
 
 
@@ -464,4 +464,5 @@ def _angle(factors, n, sign):
         factors.unit[n]
     ]
     angle = MEANINGS[factors.meaning[factors.source[n]]][1].format(ANGLES[factors.source[n]])
+    angle = f"({angle})" if "°" in angle and (sign < 0 or unit) else angle
     return f"{'−' if sign < 0 else ''}{angle}{unit}"

@@ -209,3 +209,15 @@ def test_several_points_in_the_shell(capsys):
         arguments += ["--point", *map(str, point), "--result", *map(str, result)]
     assert main(arguments) == 1
     assert "(1.00000, 2.00000, 3.00000) is added" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("matrix", "written"),
+    [
+        (passive([ANGLES[0], 90 - ANGLES[1], ANGLES[2]]), "E_z(γ)·E_x(90° − β)·E_z(α)·p"),
+        (passive([ANGLES[0] + 90, *ANGLES[1:]]).T, "E_z(−(α + 90°))·E_x(−β)·E_z(−γ)·p"),
+        (passive(ANGLES / 2), "E_z(γ/2)·E_x(β/2)·E_z(α/2)·p"),
+    ],
+)
+def test_the_product_is_written_out(matrix, written):
+    assert explain(ANGLES, POINT, (matrix @ POINT).round(7)).misreadings[0].product == written
