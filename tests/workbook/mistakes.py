@@ -152,7 +152,7 @@ def functions(formula):
     for match in re.finditer(r"\b(SIN|COS)\(", formula):
         text = exchange[match[1]] + "("
         yield "sin and cos exchanged", formula[: match.start()] + text + formula[match.end() :]
-    for match in re.finditer(r"TRANSPOSE\(([^()]*)\)", formula):
+    for match in re.finditer(r"(?:TRANSPOSE|MINVERSE)\(([^()]*)\)", formula):
         yield "transposed", formula[: match.start()] + match[1] + formula[match.end() :]
     if match := re.fullmatch(r"=MMULT\(([^,()]*|TRANSPOSE\([^()]*\)),(.*)\)", formula):
         yield "order of product", f"=MMULT({match[2]},{match[1]})"
