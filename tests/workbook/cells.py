@@ -281,7 +281,8 @@ def _mmult(a, b):
     a, b = _strict(a), _strict(b)
     if a.shape[1] != b.shape[0]:
         return FAULT
-    return np.einsum("ijs,jks->iks", a, b)
+    # One cell without a number spoils the whole product.
+    return np.einsum("ijs,jks->iks", a, b) + 0 * (a.sum(axis=(0, 1)) + b.sum(axis=(0, 1)))
 
 
 def _transpose(value):
