@@ -1,14 +1,18 @@
-"""The shell: ``python -m mathpost post …`` and ``python -m mathpost check …``."""
+"""The shell: ``python -m mathpost post …``, ``check …``, ``explain …`` and ``lessons …``."""
 
 import argparse
 import math
 import os
+import re
 import sys
 from pathlib import Path
 
 from mathpost import machine, workbook
 from mathpost.compensate import machine_errors
-from mathpost.errors import MathpostError, write_bytes
+from mathpost.detective.euler_angles import explain
+from mathpost.detective.rotary_axes import explain_joints
+from mathpost.errors import InputError, MathpostError, write_bytes
+from mathpost.kinematics import Kinematics
 from mathpost.post import CONE, TOLERANCE, cl, run
 from mathpost.post.program import DIALECTS
 from mathpost.post.selection import STRATEGIES
@@ -26,6 +30,7 @@ def main(arguments=None):
     commands = parser.add_subparsers(dest="command", required=True)
     _add_post(commands)
     _add_check(commands)
+    _add_explain(commands)
     _add_lessons(commands)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     try:
@@ -41,7 +46,9 @@ def main(arguments=None):
 
 
 def _joined(arguments):
-    """Join options with a vector, which argparse would take for an option if it begins with a minus sign."""
+    """Keep argparse from taking values for options: vectors such as -1,0,2, numbers such as -1e-16 or -54,7356."""
+    if arguments[:1] == ["explain"]:
+        return [re.sub(r"^-(?=[\d.,]+(e[+-]?\d+)?°?$)", "−", word) for word in arguments]
     words, vectors = iter(arguments), ("--origin", "--angles", "--point")
     return [f"{word}={next(words, '')}" if word in vectors else word for word in words]
 
@@ -164,6 +171,77 @@ def _check(options):
 
 def _progress(done, total, path):
     print(f"{done}/{total} {path.name}", file=sys.stderr)
+
+
+def _add_explain(commands):
+    search = commands.add_parser("explain", help="which misreading of the convention gives this number?")
+    search.set_defaults(run=_explain)
+    three = {"nargs": 3, "type": _number}
+    search.add_argument("--angles", **three, metavar=("α", "β", "γ"), help="three Euler angles, degrees")
+    search.add_argument("--sequence", default="ZXZ", metavar="AXES", help="their axes (default %(default)s)")
+    search.add_argument("--point", **three, action="append", metavar=("X", "Y", "Z"), help="may be given again")
+    search.add_argument("--origin", **three, metavar=("X", "Y", "Z"), help="of the turned frame")
+    search.add_argument(
+        "--matrix", nargs=9, type=_number, metavar="M", help="the answer, row by row, instead of points"
+    )
+    search.add_argument("--machine", type=Path, metavar="FILE", help="machine file: explain its rotary words")
+    search.add_argument(
+        "--axis", **three, action="append", metavar=("I", "J", "K"), help="tool axis of the CL data"
+    )
+    search.add_argument(
+        "--result",
+        nargs="+",
+        type=_number,
+        action="append",
+        metavar="N",
+        help="what someone got: a point, or with --machine two rotary words; once for each --point or --axis",
+    )
+
+
+def _number(text):
+    """The number as it was written, whose digits tell how precise it is; a comma is a decimal point."""
+    number = text.replace(",", ".").replace("−", "-").removesuffix("°")
+    try:
+        float(number)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a number, found {text!r}") from None
+    return number
+
+
+def _explain(options):
+    """Print what gives the answer; 0 if it is right, 1 if not."""
+    results = options.result or []
+    if options.machine is not None:
+        _need(options, axis="--axis", result="--result")
+        kinematics = Kinematics(machine.load(options.machine))
+        found = explain_joints(kinematics, *_alone(options.axis, results))
+    elif options.matrix is not None:
+        _need(options, angles="--angles")
+        rows = [options.matrix[n : n + 3] for n in (0, 3, 6)]
+        found = explain(options.angles, None, rows, sequence=options.sequence.upper())
+    else:
+        _need(options, angles="--angles", point="--point", result="--result")
+        found = explain(
+            options.angles,
+            *_alone(options.point, results),
+            sequence=options.sequence.upper(),
+            origin=options.origin,
+        )
+    print(found)
+    return int(not found.right)
+
+
+def _need(options, **flags):
+    for name, flag in flags.items():
+        if not getattr(options, name):
+            raise InputError("explain", flag, "nothing")
+
+
+def _alone(given, results):
+    """A single row by itself, or all rows."""
+    if len({len(row) for row in results}) > 1 or len(given) != len(results):
+        raise InputError("--result", f"{len(given)} of one length", f"{[len(row) for row in results]}")
+    return (given[0], results[0]) if len(given) == 1 else (given, results)
 
 
 def _add_lessons(commands):

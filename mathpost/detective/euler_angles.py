@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from mathpost.detective.misreadings import (
     CHANCE,
@@ -22,15 +23,21 @@ from mathpost.detective.misreadings import (
     Wording,
     all_factors,
     matrices,
+    trade_name,
     wordings,
     written,
     written_decimals,
 )
+from mathpost.detective.placing import PLAIN, Placing, about, translated
 from mathpost.errors import InputError, as_array
 
 ROUNDING = 1e-9  # relative: what a spreadsheet's own arithmetic may lose
 MOST, SHOWN = 100, 6  # right angles and points on an axis have many readings: how many are looked at and shown
 MORE_DIGITS = Slip(UNROUNDED, 0.5, "the angles were used with more digits than are given")
+QUATERNION = {
+    "xyzw": Slip("quaternion", 1.25, "the quaternion is stored as x y z w and read as w x y z"),
+    "wxyz": Slip("quaternion", 1.25, "the quaternion is stored as w x y z and read as x y z w"),
+}
 PROBE_ANGLES = np.array([(20, 35, 50), (-15, 70, 25), (110, 40, -65)], dtype=float)
 PROBE_POINTS = np.array([(1, 2, 3), (2, -1, 5), (7, 3, -2)], dtype=float)
 GENERIC_ANGLES = np.array([(21.1234567, 47.7654321, 74.4567891), (-36.2468135, 12.1357924, 113.9753186)])
@@ -53,7 +60,7 @@ COPIED = (
 )
 
 
-def explain(angles, point, answer, *, decimals=None, sequence="ZXZ"):
+def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None):
     """Return the readings of three Euler angles that give `answer`, the simplest first.
 
     The right reading is that of source 000: the coordinates of a fixed point in a frame turned by the first angle
@@ -71,6 +78,8 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ"):
         Digits after the point to which the answer was written; by default as many as its numbers show.
     sequence : str, keyword only
         The axes, such as ``"ZXZ"``.
+    origin : array_like, shape (3,), optional, keyword only
+        The origin of the turned frame; the right answer then belongs to the point minus the origin.
 
     Returns
     -------
@@ -111,6 +120,7 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ"):
         decimals=decimals,
         sequence=sequence,
         is_matrix=point is None,
+        placings=(PLAIN,) if origin is None or point is None else about(as_array(origin, 3, "origin")),
     )
     if decimals == 0:
         # Whole numbers are meant exactly if some reading gives them exactly, as right angles do.
@@ -141,11 +151,15 @@ class _Match:
     others: tuple
     copied: tuple = COPIED[0]
     unrounded: bool = False
+    quaternion: str | None = None
+    placing: Placing = PLAIN
 
     @property
     def slips(self):
         extra = (self.copied[2],) if self.copied[2] else ()
-        return (*self.wording.slips, *self.factors.slips, *extra, *((MORE_DIGITS,) if self.unrounded else ()))
+        extra += (QUATERNION[self.quaternion],) if self.quaternion else ()
+        extra += (MORE_DIGITS,) if self.unrounded else ()
+        return (*self.wording.slips, *self.factors.slips, *self.placing.slips, *extra)
 
     @property
     def cost(self):
@@ -154,7 +168,10 @@ class _Match:
     def value(self, angles, points):
         """What the reading gives, shape (n, 3)."""
         order, signs, _ = self.copied
-        return (points @ matrices([self.factors], [self.wording.key], angles)[0, 0].T)[:, order] * signs
+        matrix = matrices([self.factors], [self.wording.key], angles)[0, 0]
+        if self.quaternion:
+            matrix = misread_quaternion(matrix, self.quaternion)
+        return ((points + self.placing.before) @ matrix.T)[:, order] * signs + self.placing.after
 
     def refines(self, other):
         """Whether this has all the slips of `other` and more, which then explain nothing."""
@@ -172,6 +189,8 @@ class _Case:
     decimals: int
     sequence: str
     is_matrix: bool
+    placings: tuple
+    slack: float = 1.0
 
     @property
     def size(self):
@@ -179,22 +198,57 @@ class _Case:
 
     @property
     def tolerance(self):
-        return 0.5 * 10.0**-self.decimals * (1 + 1e-6) + ROUNDING * max(self.size, 1e-300)
+        return 0.5 * 10.0**-self.decimals * (1 + 1e-6) * self.slack + ROUNDING * max(self.size, 1e-300)
+
+    @property
+    def reach(self):
+        """How far more digits of the angles may move the point."""
+        return self.tolerance + self.size * np.deg2rad(self.half_digits.sum()) * 1.5
 
     def explain(self, shape):
         tried, matches = 0, []
         for depth in (2, 3):
-            found, count, costs = self.search(all_factors(self.sequence, depth))
-            tried += count
-            matches += [match for match in found if self.chance(costs, match.cost) < CHANCE]
+            for placing in self.placings if depth == 2 else self.placings[:1]:
+                found, count = self.placed(placing).likely(depth, placing)
+                tried, matches = tried + count, matches + found
             if matches:
                 break
+        else:
+            found, count = self.moved()
+            tried, matches = tried + count, found
         matches = sorted(matches, key=lambda match: match.cost)[:MOST]
         matches = [match for match in matches if match.cost <= matches[0].cost + FAR_FETCHED]
         groups = self.groups([match for match in matches if not any(match.refines(other) for other in matches)])
         readings = tuple(self.reading(group, shape) for group in groups)
         note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known()
         return Explanation(readings, self.tolerance, tried, note)
+
+    def placed(self, placing):
+        """The same question about points that only turn."""
+        return replace(self, points=self.points + placing.before, target=self.target - placing.after)
+
+    def likely(self, depth, placing=PLAIN):
+        """The matches that are no accident, as far as the search goes at `depth`, and how many were tried."""
+        found, count, costs = self.search(all_factors(self.sequence, depth))
+        found = [replace(match, placing=placing) for match in found]
+        return [match for match in found if self.chance(costs, match) < CHANCE], count
+
+    def moved(self):
+        """Matches of several points that were moved as well as turned: the differences between them only turn."""
+        if self.is_matrix or len(self.points) < 2:
+            return [], 0
+        start, end = self.points.mean(axis=0), self.target.mean(axis=0)
+        differences = replace(self, points=self.points - start, target=self.target - end, slack=2.0)
+        if differences.size < 1e-9:
+            return [], 0
+        found, count = differences.likely(2)
+        placed = []
+        for match in found:
+            if match.copied[2] is None:
+                shift = end - match.value(self.angles, start[None])[0]
+                matrix = match.value(self.angles, np.eye(3)).T
+                placed.append(replace(match, placing=translated(matrix, shift, self.tolerance)))
+        return placed, count
 
     def search(self, factors):
         """Compare the readings with `factors` in all products, answers copied wrongly and angles less rounded."""
@@ -213,18 +267,28 @@ class _Case:
             for f, k in np.argwhere(misfit <= self.tolerance):
                 found.append(_Match(factors[f], best[k][0], tuple(best[k][1:]), copied))
             if slip is None and self.half_digits.any():
-                reach = self.tolerance + self.size * np.deg2rad(self.half_digits.sum()) * 1.5
-                for f, k in np.argwhere((misfit > self.tolerance) & (misfit <= reach)):
+                for f, k in np.argwhere((misfit > self.tolerance) & (misfit <= self.reach)):
                     match = _Match(factors[f], best[k][0], tuple(best[k][1:]), unrounded=True)
                     if self.fits_unrounded(match):
                         found.append(match)
+        if not factors[0].slips:
+            found += self.quaternions(factors[0], keys, best)
         return found, len(COPIED) * costs.size, np.sort(costs, axis=None)
 
+    def quaternions(self, factors, keys, best):
+        """The products of the angles as they are, turned into a quaternion that is read in the wrong order."""
+        products, found = matrices([factors], keys, self.angles)[0], []
+        for kind in QUATERNION:
+            values = self.points @ np.swapaxes(misread_quaternion(products, kind), -1, -2)
+            for k in np.flatnonzero(np.abs(values - self.target).max(axis=(1, 2)) <= self.tolerance):
+                found.append(_Match(factors, best[k][0], tuple(best[k][1:]), quaternion=kind))
+        return found
+
     def matters(self, factors):
-        """Whether the roundings change anything: to round 135 to two decimals is no slip."""
-        if factors.angle_decimals is None:
+        """Whether roundings and meanings change anything: to round 135 to two decimals is no slip."""
+        if factors.angle_decimals is None and set(factors.meaning) == {"as given"}:
             return True
-        return not np.array_equal(np.round(self.angles, factors.angle_decimals), self.angles)
+        return not np.array_equal(factors.degrees(self.angles), self.angles)
 
     def fits_unrounded(self, match):
         """Whether angles that round to the given ones give the answer, judged by the differential."""
@@ -239,11 +303,13 @@ class _Case:
         left = missing - jacobian @ np.clip(steps, -1, 1)
         return np.abs(left).max() <= self.tolerance
 
-    def chance(self, costs, cost):
+    def chance(self, costs, match):
         """The expected number of accidental matches among the readings that are no more far-fetched."""
-        tries = np.searchsorted(costs, cost + 1e-9, side="right")
+        beside = [sum(slip.cost for slip in placing.slips) for placing in self.placings]
+        beside = np.add.outer(beside, [slip.cost if slip else 0.0 for *_, slip in COPIED])
+        tries = np.searchsorted(costs, match.cost - beside + 1e-9, side="right").sum()
         # A point moves on a sphere, a second one on a circle around the first.
-        ratio = self.tolerance / self.size
+        ratio = (self.reach if match.unrounded else self.tolerance) / self.size
         # The cube of the tolerance covers about six of its squares there.
         share = min(1.0, 1.5 * ratio**2 / np.pi)
         if np.linalg.matrix_rank(self.points) > 1:
@@ -318,16 +384,26 @@ class _Case:
         return "It is written too coarsely: some reading would fit by accident. Give more digits or more points."
 
     def written(self, match):
-        return written(match.wording, match.factors, point=not self.is_matrix)
+        if self.is_matrix:
+            return written(match.wording, match.factors, point="")
+        return written(match.wording, match.factors, match.placing.point) + match.placing.added
 
     def name(self, row, column):
         return f"row {column + 1}, column {row + 1}" if self.is_matrix else "xyz"[column]
 
 
+def misread_quaternion(matrix, stored):
+    """Return the rotation of a quaternion that is `stored` as ``"wxyz"`` or ``"xyzw"`` and read as the other."""
+    first = stored == "wxyz"
+    quaternion = Rotation.from_matrix(matrix).as_quat(scalar_first=first)
+    return Rotation.from_quat(quaternion, scalar_first=not first).as_matrix()
+
+
 def _sentence(match):
     if not match.slips:
         return "right"
-    return " and ".join(slip.phrase for slip in match.slips)
+    known_as = trade_name(match.wording, match.factors)
+    return " and ".join(slip.phrase for slip in match.slips) + (f" (as {known_as})" if known_as else "")
 
 
 def _numbers(values, decimals=None):

@@ -284,6 +284,12 @@ def _mmult(a, b):
     return np.einsum("ijs,jks->iks", a, b)
 
 
+def _transpose(value):
+    if isinstance(value, _Grid):  # what is empty stays so: a product of matrices refuses it, a sum passes over it
+        return _Grid([list(column) for column in zip(*value.cells, strict=True)])
+    return np.swapaxes(_strict(value), 0, 1)
+
+
 def _sumproduct(*arguments):
     parts = [value.loose() if isinstance(value, _Grid) else np.asarray(value) for value in arguments]
     if len({part.shape for part in parts}) > 1:
@@ -297,6 +303,7 @@ def _square(value, function):
 
 
 def _round(value, digits):
+    value = value.plain() if isinstance(value, _Grid) else value
     scale = 10.0 ** np.asarray(digits)
     return np.sign(value) * np.floor(np.abs(value) * scale + 0.5) / scale
 
@@ -327,8 +334,7 @@ FUNCTIONS = {
     "MIN": lambda *arguments: _numbers(arguments).min(axis=0),
     "SUMPRODUCT": _sumproduct,
     "MMULT": _mmult,
-    # A spreadsheet is asked about numbers only: an empty cell in a matrix is an error here, as in LibreOffice.
-    "TRANSPOSE": lambda value: np.swapaxes(_strict(value), 0, 1),
+    "TRANSPOSE": _transpose,
     "MDETERM": lambda value: _square(value, np.linalg.det),
     "MINVERSE": lambda value: _square(value, np.linalg.inv),
 }

@@ -106,7 +106,7 @@ class Style:
     language: str | None
     beside: bool  # labels before the cells, not above them
     stacked: bool
-    product: str  # array, dynamic, sums, sumproduct
+    product: str  # array, dynamic, sums, sumproduct, sum of an array
     unit: str  # RADIANS, PI, factor, helper, radians, alpha
     inline: bool  # COS(…) in the elements, not in cells of its own
     fixed: bool  # $ in references within the sheet
@@ -120,7 +120,7 @@ def draw_style(rng, **given):
         language=rng.choice(["en", "de", "zh", None]),
         beside=bool(rng.integers(2)),
         stacked=bool(rng.integers(2)),
-        product=str(rng.choice(["array", "dynamic", "sums", "sums", "sumproduct"])),
+        product=str(rng.choice(["array", "dynamic", "sums", "sums", "sumproduct", "sum"])),
         unit=str(rng.choice(["RADIANS", "RADIANS", "PI", "factor", "helper", "radians", "alpha"])),
         inline=bool(rng.integers(2)),
         fixed=bool(rng.integers(2)),
@@ -300,10 +300,11 @@ class Pen:
             for c in range(area.columns):
                 row = left.part(r, 0, 1, left.columns) if turned != 0 else left.part(0, r, left.rows, 1)
                 column = right.part(0, c, right.rows, 1) if turned != 1 else right.part(c, 0, 1, right.columns)
-                if form == "sumproduct":
+                if form in ("sumproduct", "sum"):
                     x = self.ref(row) if turned != 0 else f"TRANSPOSE({self.ref(row)})"
                     y = f"TRANSPOSE({self.ref(column)})" if turned != 1 else self.ref(column)
-                    contents[r, c] = Array(1, 1, f"=SUMPRODUCT({x},{y})")
+                    formula = f"=SUMPRODUCT({x},{y})" if form == "sumproduct" else f"=SUM({x}*{y})"
+                    contents[r, c] = Array(1, 1, formula)
                 else:
                     terms = zip(range(left.columns), range(left.columns), strict=True)
                     contents[r, c] = "=" + "+".join(
@@ -314,7 +315,7 @@ class Pen:
     def transpose(self, area):
         label = self.word("transposed")
         result = self.block(area.columns, area.rows, label)
-        if self.style.product in ("array", "dynamic", "sumproduct"):
+        if self.style.product != "sums":
             contents = np.full((area.columns, area.rows), None, dtype=object)
             contents[0, 0] = Array(
                 area.columns, area.rows, f"=TRANSPOSE({self.ref(area)})", self.style.product == "dynamic"
@@ -542,7 +543,8 @@ def one_calculation(pen, sequence, passive, recipe, angles, point, origin=False,
         pen.turn_page()
         if transposed and rng.integers(3) == 0 and style.product in ("array", "dynamic"):
             result = pen.block(3, 1, (pen.word("result") or [None])[0])
-            formula = f"=MMULT(TRANSPOSE({pen.ref(total)}),{pen.ref(relative)})"
+            inverse = ("TRANSPOSE", "MINVERSE")[rng.integers(2)]
+            formula = f"=MMULT({inverse}({pen.ref(total)}),{pen.ref(relative)})"
             book.cells[result.key()] = Array(3, 1, formula, style.product == "dynamic")
         else:
             total = pen.transpose(total) if transposed else total

@@ -34,7 +34,9 @@ class Slip:
     changes: dict
     causes: set = field(default_factory=set)
     first: set = field(default_factory=set)
-    verdict: str = ""  # right, wrong, "not right" (wrong or unclear), "not silent" (or right with a warning)
+    verdict: str = (
+        ""  # right, wrong, "not right" (wrong or unclear), "not silent" (or right with a warning), either
+    )
 
     def applied(self, book):
         cells = {**book.cells, **self.changes}
@@ -150,7 +152,7 @@ def functions(formula):
     for match in re.finditer(r"\b(SIN|COS)\(", formula):
         text = exchange[match[1]] + "("
         yield "sin and cos exchanged", formula[: match.start()] + text + formula[match.end() :]
-    for match in re.finditer(r"TRANSPOSE\(([^()]*)\)", formula):
+    for match in re.finditer(r"(?:TRANSPOSE|MINVERSE)\(([^()]*)\)", formula):
         yield "transposed", formula[: match.start()] + match[1] + formula[match.end() :]
     if match := re.fullmatch(r"=MMULT\(([^,()]*|TRANSPOSE\([^()]*\)),(.*)\)", formula):
         yield "order of product", f"=MMULT({match[2]},{match[1]})"
@@ -301,7 +303,7 @@ def judge(book, values, cause, changes):
     before = {key: values[key] for key in after}
     different = {key for key in after if not same(before[key], after[key])}
     if not different:
-        slip.verdict = "right"
+        slip.verdict = "either" if blanks(book, changes) > blanks(book, dict.fromkeys(changes)) else "right"
         return None if cause == "typed over formula" else slip
     reached = {cell for key in changes for cell in spilled(book, key)}
     # First are the changed cells that are wrong even where all that they use is right.
@@ -327,6 +329,20 @@ def judge(book, values, cause, changes):
             if all(same(value, after[cell]) for value, cell in pairs):
                 slip.causes |= {other} | ALIKE.get(other, set())
     return slip
+
+
+def blanks(book, changes):
+    """The number of references to cells without a number; one too many may be called wrong."""
+    count = 0
+    for key, content in changes.items():
+        for match in REFERENCE.finditer(formula_of(content or book.cells[key]) or ""):
+            cells = reference_area(match, key[0]).each()
+            contents = [book.cells.get(cell) for cell in cells if cell not in Values(book).spilled]
+            count += sum(
+                content is None or (formula_of(content) is None and isinstance(content, str))
+                for content in contents
+            )
+    return count
 
 
 def at_place(values, key, content):
