@@ -10,6 +10,7 @@ from mathpost.workbook.graph import SAMPLES, at, same
 from mathpost.workbook.nc_table import Words
 from mathpost.workbook.recognise import CONVERSIONS, TRIGONOMETRY, elementary
 from mathpost.workbook.report import Fault
+from mathpost.workbook.values import read_labels, with_formulas
 
 SEED = 20
 UNEXPLAINED, UNLIKELY = 3.0, 2.0  # what a repair costs that no single change of the formula, or an odd one, explains
@@ -23,7 +24,7 @@ class Judge:
 
     def __init__(self, graph, recognised):
         self.graph, self.found = graph, recognised
-        self.faults, self.fixed, self.warnings = [], {}, []
+        self.faults, self.fixed, self.warnings, self.whole = [], {}, [], None
         self.levels = {}
         for place in graph.order:
             self.levels[place] = 1 + max((self.levels.get(s, 0) for s in graph.uses[place]), default=0)
@@ -107,6 +108,7 @@ class Judge:
         for calculation in self.found.calculations:
             self.targets.update(calculation.targets())
         self.raw = dict(self.values)
+        self.said = self._as_the_labels_say() if self.bad(self.targets) else {}
         for calculation in self.found.calculations:
             self._repair(calculation)
         return self
@@ -122,13 +124,14 @@ class Judge:
 
     def _repair(self, calculation):
         own = {p: self.targets[p] for p in calculation.results}
-        for _ in range(4):
+        for _ in range(12):
             bad = self.bad(own)
             if not bad:
                 return
             missed = set(self.bad(self.targets)) - set(own)
             targets = {p: t for p, t in self.targets.items() if p not in missed}
-            found = self._as_in_the_row_above(own, bad) or self._earliest(calculation, targets, bad)
+            found = self._as_in_the_row_above(own, bad) or self._against_the_labels(calculation, bad)
+            found = found or self._earliest(calculation, targets, bad)
             if found is None:
                 place = self._typed_over(calculation, bad)
                 if place is not None:
@@ -142,6 +145,38 @@ class Judge:
                 found = {p: targets[p] for p in bad}
             self.fixed.update(found)
             self.values = self.graph.run(self.inputs, {**self.inputs, **self.fixed})
+
+    def _as_the_labels_say(self):
+        """Place → its values, of the labelled cells, if the labels say a calculation that meets the targets."""
+        _, implied = read_labels(self.graph)
+        if not implied or not self.targets.keys() & implied.keys():
+            return {}
+        whole = with_formulas(self.graph, implied)
+        values = whole.run({p: v for p, v in self.inputs.items() if p not in implied})
+        met = [p for p in self.targets if p in implied and not self.bad({p: self.targets[p]}, values)]
+        reached = whole.upstream(met) & implied.keys()
+        return {p: np.broadcast_to(values[p], (SAMPLES,)) for p in whole.order if p in reached}
+
+    def _against_the_labels(self, calculation, bad):
+        """Put in what the labels say, step by step, until the results are right; None if they do not become so."""
+        before, faults, put_in = self.values, [], {}
+        for _ in range(30):
+            scope = (self.graph.upstream(bad) | set(bad)) & self.said.keys()
+            wrong = {p for p in scope if self.bad({p: self.said[p]})}
+            first = min((p for p in wrong if len(self.graph.upstream([p]) & wrong) == 1), key=self._order, default=None)
+            if first is None:
+                break
+            unit = next((w for w in self.found.windows if first in w), (first,))
+            option = {p: self.said[p] for p in unit if p in wrong}
+            faults += self._explain(calculation, unit, option)[1]
+            put_in |= option
+            self.values = self.graph.run(self.inputs, {**self.inputs, **self.fixed, **put_in})
+            if not self.bad({p: self.targets[p] for p in bad}):
+                for fault in faults:
+                    self._fault(*fault)
+                return put_in
+        self.values = before
+        return None
 
     def _as_in_the_row_above(self, own, bad):
         """The same slip once more, one row further down: what was said there holds here."""
@@ -427,7 +462,10 @@ class Judge:
     def _explain(self, calculation, unit, changed):
         """The cost of a repair, and its faults as (place, cause, sentence), the first one first."""
         graph, faults, cost = self.graph, [], 0.0
-        places = sorted(changed, key=self._order)
+        in_window = unit in self.found.windows
+        places = sorted(changed, key=graph.reading_order if in_window else self._order)
+        if in_window and all(p in self.found.typed for p in places):  # a typed matrix: what is wrong by its number first
+            places.sort(key=lambda p: abs(changed[p][0] - self.own(p)) < 1e-9)
         arrays = {}
         for place in places:
             if place in graph.part:

@@ -255,7 +255,13 @@ class Recognised:
             clash = [o for o in found if o != places and set(o) & set(places) and found[o] >= votes and found[o] > 1]
             if clash or not all(p in self.numeric for p in places):
                 found.pop(places)
-        return [w for w in sorted(found, key=lambda w: graph.reading_order(w[0])) if any(p in graph.trees for p in w)]
+        return [w for w in sorted(found, key=lambda w: graph.reading_order(w[0])) if self._is_matrix(w)]
+
+    def _is_matrix(self, window):
+        """Whether a window has formulas, or else numbers such as cosines and sines make: no table of points."""
+        if any(p in self.graph.trees for p in window):
+            return True
+        return all(abs(self.graph.value(p)) <= 1 for p in window) and any(self.graph.value(p) % 1 for p in window)
 
     def _one_matrix(self, tile):
         """Whether a tile holds constants such as 0 and 1 or formulas that do not form three rows of results."""
@@ -381,7 +387,7 @@ class Recognised:
         for t in finals:
             reached |= graph.upstream(t) - set(t)
         finals = [t for t in finals if not all(p in reached for p in t) or self._only_checked(t, finals)]
-        finals = [t for t in finals if any(depends.get(p, frozenset()) & angles for p in t)]
+        finals = [t for t in finals if self._turned(t, depends, angles)]
         for triple in finals:
             self._calculation(triple, depends, lengths, angles)
         if not finals:
@@ -389,6 +395,13 @@ class Recognised:
                 chosen = self._triple(self._sorted({a for p in window for a in depends.get(p, ()) if a in angles}))
                 if chosen:
                     self.calculations.append(self._told(Calculation(results=window, angles=self._ordered(chosen))))
+
+    def _turned(self, triple, depends, angles):
+        """Whether a vector depends on angles, or on a matrix that somebody typed."""
+        if any(depends.get(p, frozenset()) & angles for p in triple):
+            return True
+        up = self.graph.upstream(triple)
+        return any(up.issuperset(w) for w in self.windows)
 
     def _as_the_caller_says(self, cells):
         """Take angles, point, origin and result from where the caller says that they stand."""
@@ -484,7 +497,7 @@ class Recognised:
                 self._told(Calculation(triple, tuple(own_angles), point, (), axis))
             )
             return
-        chosen = self._triple(own_angles)
+        chosen = self._triple(own_angles) or self._triple(self.angle_cells)
         if chosen is None or not vectors:
             what = "three angles" if chosen is None else "a point"
             self.problems.append(f"{self.place_text(triple)}: {what} not found among its inputs")

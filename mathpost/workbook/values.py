@@ -47,20 +47,26 @@ def check_values(graph, cells=None):
     faults : list of `Fault`
     seen : list of str
     """
+    blocks, implied = read_labels(graph, cells)
+    if not implied:
+        return {}, [], []
+    whole = with_formulas(graph, implied)
+    seen = [f"{whole.address(b.places[0])}: {b.role}" for b in blocks]
+    return *_judged(whole, blocks, implied), seen
+
+
+def read_labels(graph, cells=None):
+    """Return the blocks that have a role, and for their places the (formula, first cell of its array) that they should hold."""
     blocks = list(_named(graph, cells)) + [b for sheet in graph.book.sheets for b in _labelled(graph, sheet)]
     blocks = _read_once(graph, blocks)
     implied = {}
     for n, block in enumerate(blocks):
         later = [b for b in blocks[n + 1 :] if b.role.kind != "negated"]
         implied.update(_formulas(block, blocks[:n][::-1] + later))
-    if not implied:
-        return {}, [], []
-    whole = _with_formulas(graph, implied)
-    seen = [f"{whole.address(b.places[0])}: {b.role}" for b in blocks]
-    return *_judged(whole, blocks, implied), seen
+    return blocks, implied
 
 
-def _with_formulas(graph, implied):
+def with_formulas(graph, implied):
     """The graph of the same workbook with the formulas that should stand there."""
     sheets = []
     for sheet in graph.book.sheets:
