@@ -20,7 +20,6 @@ from mathpost.workbook.safety import MEGABYTE, PART_LIMIT, inspect
 
 LONG_SHEET = 4 * MEGABYTE  # a sheet beyond this is cut after the rows that are read
 COLUMN_LIMIT = 200
-OUTSIDE = re.compile(r"WEBSERVICE\s*\(|\bDDE\s*\(|\[[^\]]*\.(?:xls|ods|csv)|\[\d+\]", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -215,10 +214,6 @@ def _read_sheet(path, value_sheet, formula_sheet, rows):
                 more = True
                 continue
             text, array = _formula(formula.value)
-            if OUTSIDE.search(text):
-                raise InputError(
-                    f"{path}, {formula_sheet.title}!{local_address(place)}", "no links to outside", text
-                )
             if array:
                 arrays.append((array, text))
             cells[place] = Cell(value.value, text, array, value.data_type == "e", place if array else ())

@@ -1,7 +1,9 @@
 """Is it safe to open this workbook? What could harm or mislead is refused by name, before anything is unpacked."""
 
+import html
 import re
 import zipfile
+import zlib
 
 from mathpost.errors import InputError
 
@@ -15,6 +17,11 @@ FORBIDDEN = (
     (re.compile(r"externalLinks/", re.IGNORECASE), "no links to other files"),
     (re.compile(r"xl/(connections|queryTables)", re.IGNORECASE), "no data connections"),
     (re.compile(r"xl/(embeddings|activeX|ctrlProps)/", re.IGNORECASE), "no embedded objects"),
+)
+FORMULA = re.compile(rb"<(?:\w+:)?(?:f|definedName)\b[^>]*>([^<]+)")
+PLACE = re.compile(rb'\sr="([A-Z]+\d+)"')
+OUTSIDE = re.compile(  # a formula that fetches something: from the net, from a program (DDE), from a file
+    r"WEBSERVICE\s*\(|\bDDE\s*\(|\w\|\s*('[^']*'|\w+)\s*!|\[[^\]]*\.(?:xls|ods|csv)|\[\d+\]", re.IGNORECASE
 )
 
 
@@ -32,8 +39,9 @@ def inspect(path):
     try:
         with zipfile.ZipFile(path) as archive:
             _inspect_members(path, archive)
-    except zipfile.BadZipFile:
-        raise InputError(str(path), "an .xlsx workbook", "another kind of file") from None
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
+        found = "a damaged file" if zipfile.is_zipfile(path) else "another kind of file"
+        raise InputError(str(path), "an .xlsx workbook", f"{found} ({error})") from None
 
 
 def _inspect_members(path, archive):
@@ -65,9 +73,26 @@ def _inspect_members(path, archive):
             with archive.open(member) as part:
                 if b"<!DOCTYPE" in part.read(4096):
                     raise InputError(f"{path}, {member.filename}", "no document type", "<!DOCTYPE")
+        if member.filename == "xl/workbook.xml" or member.filename.startswith("xl/worksheets/"):
+            _inspect_formulas(path, archive, member)
     types = archive.read("[Content_Types].xml") if "[Content_Types].xml" in names else b""
     if b"macroEnabled" in types:
         raise InputError(str(path), "no macros", "a macro-enabled workbook")
+
+
+def _inspect_formulas(path, archive, member):
+    """Raise `InputError` if a formula or a name anywhere in the part reaches out of the workbook."""
+    rest = b""
+    with archive.open(member) as part:
+        while chunk := part.read(MEGABYTE):
+            content = rest + chunk
+            for found in FORMULA.finditer(content):
+                formula = html.unescape(found[1].decode("utf-8", "replace"))
+                if OUTSIDE.search(re.sub(r'"[^"]*"', "", formula)):
+                    places = PLACE.findall(content[max(0, found.start() - 500) : found.start()])
+                    place = places[-1].decode() if places else "a defined name"
+                    raise InputError(f"{path}, {member.filename}, {place}", "no links to outside", formula)
+            rest = content[-10_000:]  # a formula may lie across two chunks
 
 
 def _describe(archive, member):
