@@ -3,7 +3,7 @@
 import numpy as np
 from openpyxl.utils import get_column_letter
 
-from mathpost.workbook.file import read_plain
+from mathpost.workbook.file import read
 from mathpost.workbook.graph import Graph
 from mathpost.workbook.judge import Judge
 from mathpost.workbook.nc_table import looked_at
@@ -41,7 +41,7 @@ def check_file(path, task=None):
     ('wrong', 'ZXZ!I38', 'transposed')
     """
     task = task or Task()
-    graph = Graph(read_plain(path))
+    graph = Graph(read(path))
     if task.machine is None and not any(graph.uses.values()):
         return _by_values(graph, task)
     found = Recognised(graph, task)

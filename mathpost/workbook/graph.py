@@ -75,9 +75,9 @@ class Graph:
         return local_address(place[1:])
 
     def value(self, place):
-        """The number in a cell as the file holds it, or None."""
+        """The number in a cell as the file holds it, texts such as 54,7356 included, or None."""
         cell = self.cells.get(place)
-        return None if cell is None else cell.number
+        return None if cell is None else cell.meant
 
     @cached_property
     def uses(self):
@@ -222,9 +222,9 @@ class Graph:
         cell = self.cells.get(place)
         if cell is None or (cell.value is None and not cell.formula):
             return np.zeros(1)
-        if place in self.trees or cell.number is None:
+        if place in self.trees or cell.meant is None:
             return np.full(1, np.nan)
-        return np.array([cell.number])
+        return np.array([cell.meant])
 
 
 def area_named(graph, name, text):

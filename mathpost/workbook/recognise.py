@@ -188,9 +188,9 @@ class Recognised:
         self.graph, self.task = graph, task
         self.seen, self.problems = [], []
         self.typed = {
-            p for p, cell in graph.cells.items() if cell.number is not None and not cell.formula
+            p for p, cell in graph.cells.items() if cell.meant is not None and not cell.formula
         } | {p for p in graph.trees if not graph.uses[p] and p not in graph.part}
-        self.numeric = {p for p, cell in graph.cells.items() if cell.formula or cell.number is not None}
+        self.numeric = {p for p, cell in graph.cells.items() if cell.formula or cell.meant is not None}
         self.components = list(self._components())
         self.component = {p: c for c in self.components for p in c}
         self.windows = self._windows()

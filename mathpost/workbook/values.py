@@ -80,10 +80,12 @@ def with_formulas(graph, implied):
 
 
 def _judged(graph, blocks, implied):
-    own = {p: np.array([graph.value(p)]) for p in graph.cells if graph.value(p) is not None}
+    # A text counts as the number that it means where something is given, not where something was to be calculated.
+    numbers = {p: c.number if p in implied else c.meant for p, c in graph.cells.items()}
+    own = {p: np.array([number]) for p, number in numbers.items() if number is not None}
     ideal = graph.run({p: v for p, v in own.items() if p not in implied})
     half = _half_digits(graph, blocks)
-    statuses, faults, slack = {}, [], {p: 0.0 if graph.value(p) is not None else np.inf for p in own}
+    statuses, faults, slack = {}, [], dict.fromkeys(own, 0.0)
     order = sorted(implied, key=lambda p: (graph.order.index(p), graph.reading_order(p)))
     levels = {}
     for place in order:
@@ -92,7 +94,7 @@ def _judged(graph, blocks, implied):
         moved = sum(abs(_calculated(graph, place, {**own, s: own[s] + slack[s]}) - local) for s in graph.uses[place] if slack.get(s) and s in own)
         allowed = EXACT * max(1, abs(local)) + half.get(place, 0) + (moved if np.isfinite(moved) else 0)
         slack[place] = half.get(place, 0) + (moved if np.isfinite(moved) else 0)
-        written = graph.value(place)
+        written = numbers[place] if place in numbers else None
         spoilt = any(statuses.get(s) not in (None, RIGHT) for s in graph.uses[place])
         if written is None:
             lost = not np.isfinite(local) and graph.cells[place].error
@@ -133,7 +135,7 @@ def _half_digits(graph, blocks):
 
 def _why(graph, place, mates, own, slack):
     """Cause and sentence: the slip in the formula that gives what stands in all wrong cells of the block."""
-    short, written = graph.short(place), graph.value(place)
+    short, written = graph.short(place), graph.cells[place].number
     if written is None:
         return "wrong value", f"{short} holds {graph.cells[place].value!r} where a number belongs"
     expected = _calculated(graph, place, own)

@@ -13,7 +13,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-SAMPLES = 6
+SAMPLES = 24
 REFERENCE = re.compile(
     r"(?<![\w.'!$])((?:'[^']+'|[^\W\d]\w*)!)?(\$?)([A-Z]{1,2})(\$?)(\d+)(?::(\$?)([A-Z]{1,2})(\$?)(\d+))?(?![\w(!'])"
 )
