@@ -6,10 +6,11 @@ is told from what follows from it; but a slip that is lucky at these numbers can
 
 import re
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 
-from mathpost.detective.misreadings import written_decimals
+from mathpost.detective.misreadings import elementary, written_decimals
 from mathpost.workbook.edits import edits
 from mathpost.workbook.file import Cell
 from mathpost.workbook.formula import area_of, areas
@@ -58,12 +59,32 @@ def check_values(graph, cells=None):
 def read_labels(graph, cells=None):
     """Return the blocks that have a role, and for their places the (formula, first cell of its array) that they should hold."""
     blocks = list(_named(graph, cells)) + [b for sheet in graph.book.sheets for b in _labelled(graph, sheet)]
-    blocks = _read_once(graph, blocks)
+    blocks = _by_their_numbers(graph, _read_once(graph, blocks))
     implied = {}
     for n, block in enumerate(blocks):
         later = [b for b in blocks[n + 1 :] if b.role.kind != "negated"]
         implied.update(_formulas(block, blocks[:n][::-1] + later))
     return blocks, implied
+
+
+def _by_their_numbers(graph, blocks):
+    """Name the matrices whose labels say no product, such as "matrix 2", by the product that their numbers are."""
+    given = {b.role.word[0]: graph.value(b.places[0]) for b in blocks if b.role.kind == "angle"}
+    if sorted(given) != [0, 1, 2] or None in given.values():
+        return blocks
+    single = [elementary("ZXZ"[n], np.deg2rad(given[n])) for n in range(3)]
+    words = [(0,), (1,), (2,), (2, 1), (1, 0), (2, 1, 0)]
+    known = {word: reduce(np.matmul, [single[n] for n in word]) for word in words}
+    found = []
+    for block in blocks:
+        numbers = [graph.cells[p].number for p in block.places if p in graph.cells]
+        if len(block.places) == 9 and not block.role.word and len(numbers) == 9:
+            entries = np.array([np.nan if n is None else n for n in numbers]).reshape(3, 3)
+            fit = {word: (np.abs(entries - matrix) < 1e-3).sum() for word, matrix in known.items()}
+            best = max(fit, key=fit.get)
+            block = Block(Role("matrix", best), block.places) if fit[best] >= 7 else block
+        found.append(block)
+    return found
 
 
 def with_formulas(graph, implied):
