@@ -51,6 +51,7 @@ def check_file(path, task=None):
     unjudged = judge.judge_the_rest()
     statuses = dict.fromkeys(judge.all_places, RIGHT)
     statuses |= dict.fromkeys((p for p in graph.downstream(judge.fixed) if p in statuses), CONSEQUENCE)
+    # An input that is not the task's is wrong, though it is none of the cells that follow from the inputs.
     statuses |= dict.fromkeys(unjudged, UNCLEAR) | {fault.place: WRONG for fault in judge.faults}
     seen = [f"{found.place_text(c.results)}: {c.said}" for c in found.calculations]
     report = _report(graph, statuses, judge.faults, [*seen, *found.problems], judge.warnings)

@@ -7,7 +7,7 @@ TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
 
 
-def repaired(graph, place, wanted, values, kinds=None):
+def repaired(graph, place, wanted, values, kinds=None, inputs=()):
     """Find the single repair of the formula in `place` that gives the value `wanted` at every sample.
 
     Parameters
@@ -19,6 +19,8 @@ def repaired(graph, place, wanted, values, kinds=None):
         The latter for several cells of one array formula.
     values : dict
         Place → value, of what the formula uses.
+    inputs : sequence of places, optional
+        Inputs that the formula may have meant, wherever they stand.
     kinds : callable, optional
         ``kinds(place)`` is ``"angle"``, ``"point"`` or None, to name a wrong reference.
 
@@ -31,7 +33,7 @@ def repaired(graph, place, wanted, values, kinds=None):
         return None
     wanted = wanted if isinstance(wanted, dict) else {place: wanted}
     after = graph.downstream(wanted)
-    for cause, sentence, other in edits(graph, place, tree):
+    for cause, sentence, other in edits(graph, place, tree, inputs):
         if cause == "wrong reference" and not after.isdisjoint(graph.used_by(other)):
             continue
         if _gives(graph, other, wanted, values):
@@ -46,7 +48,7 @@ def _gives(graph, tree, wanted, values):
     return all(same(at(result, graph.part.get(place, (0, 0))), value, 1e-8) for place, value in wanted.items())
 
 
-def edits(graph, place, tree):
+def edits(graph, place, tree, inputs=()):
     """Yield (cause, sentence, tree) for every single repair."""
     parts = list(walk(tree))
     yield from _all_units(tree)
@@ -55,6 +57,10 @@ def edits(graph, place, tree):
         yield from _functions(tree, path, part)
     yield from _signs(tree, parts)
     yield from _references(graph, place, tree, parts)
+    for path, part in parts:
+        for sheet, row, column in inputs if part[0] == "area" and part[1].shape == (1, 1) else ():
+            area = Area(sheet, row, column, row, column)
+            yield "wrong reference", f"{part[1]} should be {area}", put(tree, path, ("area", area))
     for path, part in parts:
         if part[0] == "call" and part[1] in ("ROUND", "ROUNDDOWN", "ROUNDUP", "TRUNC", "INT"):
             yield "rounded early", f"{text_of(part)} is rounded too early", put(tree, path, part[2][0])

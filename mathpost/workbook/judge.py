@@ -4,11 +4,12 @@ from itertools import combinations
 
 import numpy as np
 
+from mathpost.detective.misreadings import written_decimals
 from mathpost.workbook.edits import edits, flat, repaired, replaced
 from mathpost.workbook.formula import areas, put, text_of, walk
 from mathpost.workbook.graph import SAMPLES, at, same
 from mathpost.workbook.nc_table import Words
-from mathpost.workbook.recognise import CONVERSIONS, TRIGONOMETRY, elementary
+from mathpost.workbook.recognise import CONVERSIONS, TRIGONOMETRY, Calculation, elementary
 from mathpost.workbook.report import Fault
 from mathpost.workbook.values import read_labels, with_formulas
 
@@ -39,8 +40,8 @@ class Judge:
         for place in dict.fromkeys(lengths):
             self.inputs[place] = self._sampled(place, rng.uniform(-60, 60, SAMPLES))
         for calculation in recognised.calculations:
-            if isinstance(calculation, Words):
-                for place, numbers in zip(calculation.axis, calculation.directions(rng).T, strict=True):
+            if not isinstance(calculation, Calculation):
+                for place, numbers in calculation.draw(rng).items():
                     self.inputs[place] = self._sampled(place, numbers.copy())
         self.values = graph.run(self.inputs, self.inputs)
 
@@ -107,11 +108,29 @@ class Judge:
             row.prepare(given, self.units)
         for calculation in self.found.calculations:
             self.targets.update(calculation.targets())
-        self.raw = dict(self.values)
+        self._compare_the_inputs()
         self.said = self._as_the_labels_say() if self.bad(self.targets) else {}
         for calculation in self.found.calculations:
             self._repair(calculation)
         return self
+
+    def _compare_the_inputs(self):
+        """The numbers that the task gives, looked for in the input cells of the first calculation."""
+        task = self.found.task
+        for calculation in self.found.calculations[:1]:
+            for name in ("angles", "point", "origin"):
+                places, asked = getattr(calculation, name), getattr(task, name)
+                for n, place in enumerate(places if asked is not None else ()):
+                    own = self.own(place) * (np.rad2deg(self.units[place]) if name == "angles" else 1)
+                    half = 0.6 * 10.0 ** -min(written_decimals(self.own(place)), 6) * abs(own / (self.own(place) or 1))
+                    if abs(own - asked[n]) > half + 1e-9:
+                        cause = "wrong value"
+                        if abs(own + asked[n]) <= half:
+                            cause = "sign"
+                        elif any(abs(own - other) <= half for other in asked):
+                            cause = "wrong angle" if name == "angles" else "wrong point"
+                        text = f"{self.graph.short(place)} is {own:.6g}, the task says {asked[n]:.6g}"
+                        self._fault(place, cause, text)
 
     def bad(self, targets, values=None):
         """The targets that are missed."""
@@ -513,7 +532,7 @@ class Judge:
             cost = UNLIKELY if not known else UNLIKELY / 2 if cell.number in (0, 1, -1) else 0.0
             text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
             return "typed over formula", text, cost
-        found = repaired(graph, place, wanted, self.values, self._reference_kind)
+        found = repaired(graph, place, wanted, self.values, self._reference_kind, self._given(calculation))
         found = found or self._missing(calculation, place, value)
         if found is None:
             known = self._is_known(calculation, value) or place in self.targets
@@ -555,6 +574,9 @@ class Judge:
             return True
         return not any(part[0] == "minus" for _, part in walk(tree)) and (tree[0] == "call" or len(areas(tree)) > 1)
 
+    def _given(self, calculation):
+        return [*calculation.angles, *calculation.point, *calculation.origin, *calculation.axis]
+
     def _is_known(self, calculation, value):
         """Whether a value is an entry of one of the matrices or vectors that may stand in the sheet."""
         entries = [w.reshape(SAMPLES, -1).T for w in calculation.words.values()]
@@ -573,7 +595,7 @@ class Judge:
         if len(around) > 16:
             around = [p for p in around if p[1] == place[1]]
         trees = [graph.trees[p] for p in around if p in graph.trees]
-        given = [*calculation.point, *calculation.origin, *calculation.axis]
+        given = self._given(calculation)
         pool = [p for p in dict.fromkeys([*(s for p in around for s in graph.uses.get(p, ())), *given]) if p in graph.cells]
         terms = [term for tree in trees for _, term in flat(tree)]
         for term in terms:

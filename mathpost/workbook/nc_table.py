@@ -60,13 +60,16 @@ class Words:
         linear = self.kinematics.close(tip, self.radians)[:, :3]
         self.expected = np.concatenate([linear, rotary], axis=-1)
 
-    def directions(self, rng):
-        """Tool axes at random that the machine reaches, away from the pole, shape (`SAMPLES`, 3)."""
+    def draw(self, rng):
+        """Place → samples, of tool axes at random that the machine reaches within its travel, away from the pole."""
         vectors = rng.normal(size=(40 * SAMPLES, 3))
-        vectors[:, 2] = np.abs(vectors[:, 2])
         vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
-        reached = np.isfinite(self.kinematics.inverse(np.zeros(3), vectors)).all(axis=(1, 2))
-        return vectors[reached & (vectors[:, 2] > 0.05) & (vectors[:, 2] < 0.98)][:SAMPLES]
+        tilt = tilting(self)
+        low, high = self.kinematics.machine.limits[3 + tilt]
+        angle = self.kinematics.inverse(np.zeros(3), vectors)[:, :, 3 + tilt]
+        good = ((angle >= low) & (angle <= high)).any(axis=1) & np.isfinite(angle).all(axis=1)
+        good &= (np.abs(vectors[:, 2]) > 0.05) & (np.abs(vectors[:, 2]) < 0.98)
+        return dict(zip(self.axis, vectors[good][:SAMPLES].T, strict=True))
 
     def targets(self):
         """Place → what must stand there."""
@@ -187,12 +190,12 @@ def looked_at(rows, own):
             f"{name} by {step:.4g}" for name, step in zip(machine.joint_names[3:], steps[n], strict=True) if step > 60
         )
         yield f"between rows {rows[n].results[0][1]} and {rows[n + 1].results[0][1]} jumps {jump} degrees: another branch?"
-    negative = Counter(np.sign(own[:, 3:][:, [self_tilt(rows[0])]].ravel()))
+    negative = Counter(np.sign(own[:, 3:][:, [tilting(rows[0])]].ravel()))
     if len([sign for sign in negative if sign]) > 1:
         yield "the tilting axis changes its sign between rows: another branch?"
 
 
-def self_tilt(row):
+def tilting(row):
     """The rotary word whose sign tells the branch: the joint nearer to the tool."""
     inner = row.kinematics.inverse_symbolic.inner
     return [str(s) for s in row.kinematics.symbols[3:]].index(str(inner))

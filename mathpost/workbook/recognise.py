@@ -19,6 +19,7 @@ from mathpost.rotation import ACTIVE, about, numeric
 from mathpost.workbook.formula import areas, walk
 from mathpost.workbook.graph import SAMPLES, area_named
 from mathpost.workbook.nc_table import rows_of
+from mathpost.workbook.tilted_plane import planes_of
 
 TRIGONOMETRY = {"SIN", "COS", "TAN"}
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
@@ -371,9 +372,12 @@ class Recognised:
         graph = self.graph
         lengths, angles = set(self.length_cells), set(self.angle_cells)
         if not angles:
+            self.calculations = planes_of(graph, self)
+            self.length_cells = []
+        if not angles and not self.calculations:
             self.problems.append("no cell goes into a sine or cosine as an angle")
+        if not angles:
             return
-        self.up = {}
         depends = self._dependence(lengths | angles)
         self.vector_cells = {
             p for p in graph.trees if p not in self.typed and depends.get(p, frozenset()) & lengths
