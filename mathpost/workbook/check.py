@@ -12,6 +12,9 @@ from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, FileRep
 from mathpost.workbook.values import check_values
 
 
+LUCKY = "numbers without formulas: that they are right by luck cannot be excluded"
+
+
 def check_file(path, task=None):
     """Check a spreadsheet by its formulas.
 
@@ -54,6 +57,12 @@ def check_file(path, task=None):
     # An input that is not the task's is wrong, though it is none of the cells that follow from the inputs.
     statuses |= dict.fromkeys(unjudged, UNCLEAR) | {fault.place: WRONG for fault in judge.faults}
     seen = [f"{found.place_text(c.results)}: {c.said}" for c in found.calculations]
+    typed = [c for c in found.calculations if getattr(c, "typed", False)]
+    places = {p: RIGHT for c in typed for p in c.results}
+    statuses = places | {p: s for p, s in statuses.items() if p not in places}
+    statuses |= {fault.place: WRONG for fault in judge.faults}
+    if typed:
+        judge.warnings.append(LUCKY)
     report = _report(graph, statuses, judge.faults, [*seen, *found.problems], judge.warnings)
     if task.machine is not None:
         own = graph.run({})
@@ -66,8 +75,7 @@ def check_file(path, task=None):
 
 def _by_values(graph, task):
     statuses, faults, seen = check_values(graph, task.cells)
-    lucky = "numbers without formulas: that they are right by luck cannot be excluded"
-    return _report(graph, statuses, faults, seen or ["no angles, point or matrices by their labels"], [lucky])
+    return _report(graph, statuses, faults, seen or ["no angles, point or matrices by their labels"], [LUCKY])
 
 
 def _report(graph, statuses, faults, seen, warnings):

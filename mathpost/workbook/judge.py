@@ -8,7 +8,7 @@ from mathpost.detective.misreadings import written_decimals
 from mathpost.workbook.edits import edits, flat, repaired, replaced
 from mathpost.workbook.formula import areas, put, text_of, walk
 from mathpost.workbook.graph import SAMPLES, at, same
-from mathpost.workbook.nc_table import Words
+from mathpost.workbook.nc_table import Words, judge_numbers
 from mathpost.workbook.recognise import CONVERSIONS, TRIGONOMETRY, Calculation, elementary
 from mathpost.workbook.report import Fault
 from mathpost.workbook.values import read_labels, with_formulas
@@ -40,7 +40,7 @@ class Judge:
         for place in dict.fromkeys(lengths):
             self.inputs[place] = self._sampled(place, rng.uniform(-60, 60, SAMPLES))
         for calculation in recognised.calculations:
-            if not isinstance(calculation, Calculation):
+            if not isinstance(calculation, Calculation) and not getattr(calculation, "typed", False):
                 for place, numbers in calculation.draw(rng).items():
                     self.inputs[place] = self._sampled(place, numbers.copy())
         self.values = graph.run(self.inputs, self.inputs)
@@ -107,11 +107,16 @@ class Judge:
             row.preferred = int(np.argmax(sum(r.votes for r in rows)))
             row.prepare(given, self.units)
         for calculation in self.found.calculations:
-            self.targets.update(calculation.targets())
+            if not getattr(calculation, "typed", False):
+                self.targets.update(calculation.targets())
         self._compare_the_inputs()
         self.said = self._as_the_labels_say() if self.bad(self.targets) else {}
         for calculation in self.found.calculations:
-            self._repair(calculation)
+            if not getattr(calculation, "typed", False):
+                self._repair(calculation)
+        typed = [c for c in rows if c.typed]
+        for place, cause, message in judge_numbers(typed, self.graph, self.own) if typed else ():
+            self._fault(place, cause, f"{self.graph.short(place)}: {message}")
         return self
 
     def _compare_the_inputs(self):
@@ -167,7 +172,7 @@ class Judge:
 
     def _as_the_labels_say(self):
         """Place → its values, of the labelled cells, if the labels say a calculation that meets the targets."""
-        _, implied = read_labels(self.graph)
+        _, implied = read_labels(self.graph, by_numbers=False)
         if not implied or not self.targets.keys() & implied.keys():
             return {}
         whole = with_formulas(self.graph, implied)
@@ -235,7 +240,7 @@ class Judge:
                 cost, faults = self._explain(calculation, unit, option)
                 if best is None or (cost, order) < best[:2]:
                     best = (cost, order, option, faults)
-        if best is None:
+        if best is None or best[0] >= UNEXPLAINED and self._typed_over(calculation, bad):
             return None
         for place, cause, message in best[3]:
             self._fault(place, cause, message)
@@ -253,7 +258,9 @@ class Judge:
     def _is_check(self, place):
         """Judge a cell beside the calculation: a determinant, a length, a difference, a largest one of them."""
         value = np.broadcast_to(self.values.get(place, np.full(1, np.nan)), (SAMPLES,))
-        known = [np.ones(SAMPLES), np.zeros(SAMPLES)]
+        known = [np.ones(SAMPLES)]
+        if not any(part[:2] == ("call", "MDETERM") for _, part in walk(self.graph.trees[place])):
+            known.append(np.zeros(SAMPLES))
         for calculation in self.found.calculations:
             if self._is_known(calculation, value):
                 return True
@@ -510,6 +517,8 @@ class Judge:
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0  # do the others turn the same way?
         elif unit is self.whole:
             cost = 0.0
+        elif len(unit) == 1 and any(unit[0] in w for w in self._elements(calculation)):
+            cost += UNLIKELY  # an elementary matrix as it stands
         elif not block:
             cost += 0.25 * (len(faults) - 1)
         if unit is self.whole and {cause for _, cause, _ in faults} == {"sign"}:
@@ -651,7 +660,9 @@ class Judge:
         expected = np.stack([np.broadcast_to(wanted[p], (SAMPLES,)) for p in unit], -1).reshape(shape)
         if now.shape[2] == size and same(now, np.swapaxes(expected, 1, 2), 1e-8):
             turned = any(same(now, word[:, :size, :size], 1e-8) for word in calculation.words.values()) or any(same(self._block(w, size), expected, 1e-8) for w in self.found.windows if len(w) == len(unit))
+            others = [w for w in self.found.windows if len(w) == len(unit) and w != unit]
             copy = all(self.graph.trees.get(p, ("",))[0] == "area" for p in unit)
+            copy &= any(same(self._block(w, size), now, 1e-8) for w in others)
             regular = not copy and (turned or self._is_product(unit, now))
             return "transposed", "the matrix is transposed", UNLIKELY if regular else 0.0
         blocks = {}

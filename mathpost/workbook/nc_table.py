@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mathpost import machine as machines
+from mathpost.detective.misreadings import written_decimals
+from mathpost.detective.rotary_axes import JointCase
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.workbook.graph import SAMPLES, area_named
@@ -37,6 +39,7 @@ class Words:
     vectors: dict = field(default_factory=dict)
     target = None
     preferred = None
+    typed: bool = False  # whether a word is a number, so that only the sheet's own numbers can be judged
 
     def prepare(self, values, units):
         """Compute both branches at the samples in `values`, which hold what the words are now as well."""
@@ -104,7 +107,66 @@ def rows_of(graph, machine, cells=None):
         expected = f"headings x y z i j k {' '.join(machine.joint_names)}"
         raise InputError(str(graph.book.path), expected, "none")
     name = "NC words, each against tool tip and tool axis"
-    return [Words(joints, tip, axis, kinematics, name) for tip, axis, joints in found]
+    rows = [Words(joints, tip, axis, kinematics, name) for tip, axis, joints in found]
+    most = sum(p in graph.trees for row in rows for p in row.results)
+    for row in rows:
+        row.typed = 2 * most < 5 * len(rows)
+    return rows
+
+
+def judge_numbers(rows, graph, number):
+    """Yield (place, cause, sentence) of the words that are wrong as numbers.
+
+    Parameters
+    ----------
+    rows : list of `Words`
+    graph : mathpost.workbook.graph.Graph
+    number : callable
+        ``number(place)``, of an input cell.
+    """
+    own = graph.run({})
+    value = lambda p: float(own[p][0]) if p in own else number(p)  # noqa: E731
+    kinematics = rows[0].kinematics
+    names = kinematics.machine.joint_names
+    words, tip, axis = (
+        np.array([[value(p) for p in getattr(row, part)] for row in rows]) for part in ("results", "point", "axis")
+    )
+    half = {part: _half_digit(numbers) for part, numbers in (("linear", words[:, :3]), ("angle", words[:, 3:]))}
+    half["tip"], half["axis"] = _half_digit(tip), _half_digit(axis) * (not (axis % 1 == 0).all())
+    case = JointCase(kinematics, axis, words[:, 3:], half["angle"] + 1e-9, half["axis"])
+    both, slack = case.both_branches(axis)
+    off = (words[:, None, 3:] - both + 180) % 360 - 180
+    fits = np.abs(off) <= slack
+    branch = (fits.sum(axis=2) - np.nan_to_num(np.abs(off).max(axis=2), nan=999) / 1e4).argmax(axis=1)
+    n = np.arange(len(rows))
+    off, right, slack = off[n, branch], fits[n, branch], slack[n, branch]
+    right |= case.makes_the_axis()[:, None]
+    demanded = np.where(right, words[:, 3:], words[:, 3:] - off)
+    linear = kinematics.close(tip, np.deg2rad(demanded))[:, :3]
+    from_words = kinematics.close(tip, np.deg2rad(words[:, 3:]))[:, :3]
+    reach = np.linalg.norm(from_words, axis=1, keepdims=True) + np.linalg.norm(tip, axis=1, keepdims=True)
+    allowed = half["linear"] + 2 * half["tip"] + 2 * np.deg2rad(half["angle"]) * reach + 1e-6
+    difference = words[:, :3] - np.where(np.abs(words[:, :3] - linear) <= allowed, linear, from_words)
+    wrong = np.abs(difference) > allowed
+    constant = wrong.all(axis=0) & (np.ptp(difference, axis=0) <= 4 * allowed.max()) & (len(rows) > 2)
+    for r, row in enumerate(rows):
+        for k in np.flatnonzero(~right[r]):
+            cause = "wrong value"
+            if abs(abs(off[r, k]) - 180) <= slack[r, k]:
+                cause = "atan for atan2"
+            elif abs(words[r, 3 + k] + demanded[r, k]) <= 2 * slack[r, k]:
+                cause = "sign"
+            yield row.results[3 + k], cause, f"{names[3 + k]} is {words[r, 3 + k]:.6g}, the tool axis demands {demanded[r, k]:.6g}"
+        for k in np.flatnonzero(wrong[r]):
+            cause = "offset" if constant[k] else "wrong value"
+            if abs(words[r, k] + linear[r, k]) <= allowed[r, 0]:
+                cause = "sign"
+            yield row.results[k], cause, f"{names[k]} is {words[r, k]:.6g}, {difference[r, k]:.6g} off"
+
+
+def _half_digit(numbers):
+    digits = written_decimals(numbers)
+    return 0.5 * 10.0**-digits if digits < 9 else 1e-9
 
 
 def _column_block(graph, name, cells):

@@ -56,10 +56,12 @@ def check_values(graph, cells=None):
     return *_judged(whole, blocks, implied), seen
 
 
-def read_labels(graph, cells=None):
+def read_labels(graph, cells=None, *, by_numbers=True):
     """Return the blocks that have a role, and for their places the (formula, first cell of its array) that they should hold."""
     blocks = list(_named(graph, cells)) + [b for sheet in graph.book.sheets for b in _labelled(graph, sheet)]
-    blocks = _by_their_numbers(graph, _read_once(graph, blocks))
+    blocks = _read_once(graph, blocks)
+    if by_numbers:
+        blocks = _by_their_numbers(graph, blocks)
     implied = {}
     for n, block in enumerate(blocks):
         later = [b for b in blocks[n + 1 :] if b.role.kind != "negated"]
