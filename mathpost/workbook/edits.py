@@ -151,8 +151,10 @@ def _signs(tree, parts):
             yield "sign", f"the minus of {text_of(part)} is one too many", put(tree, path, part[1])
         if part[0] in "+-" and len(part) == 3:
             other = {"+": "-", "-": "+"}[part[0]]
-            yield "sign", f"{part[0]}{text_of(part[2])} should be {other}{text_of(part[2])}", put(
-                tree, path, (other, *part[1:])
+            yield (
+                "sign",
+                f"{part[0]}{text_of(part[2])} should be {other}{text_of(part[2])}",
+                put(tree, path, (other, *part[1:])),
             )
     for path, part in parts:
         if part[0] in ("area", "call") or not path:

@@ -139,7 +139,9 @@ def _read_text(path, rows):
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = content.decode("gb18030", "replace")
-    divider = max(";\t,", key=lambda sign: sum(sign in line for line in text.splitlines()[:50]) - 0.5 * (sign == ","))
+    divider = max(
+        ";\t,", key=lambda sign: sum(sign in line for line in text.splitlines()[:50]) - 0.5 * (sign == ",")
+    )
     cells = {}
     for row, line in enumerate(csv.reader(io.StringIO(text), delimiter=divider), 1):
         for column, field_text in enumerate(line if row <= rows else (), 1):

@@ -339,7 +339,9 @@ def _finite_inverse(matrix):
 PLAIN = {
     **{name: getattr(np, name.lower()) for name in ("SIN", "COS", "TAN", "SQRT", "EXP", "SIGN")},
     **{f"A{name}": getattr(np, f"arc{name.lower()}") for name in ("SIN", "COS", "TAN")},
-    "ATAN2": lambda x, y: np.where((x == 0) & (y == 0), np.nan, np.arctan2(y, x)),  # the spreadsheet's order is x, y
+    "ATAN2": lambda x, y: np.where(
+        (x == 0) & (y == 0), np.nan, np.arctan2(y, x)
+    ),  # the spreadsheet's order is x, y
     "RADIANS": np.deg2rad,
     "DEGREES": np.rad2deg,
     "PI": lambda: np.full((1, 1, 1), np.pi),

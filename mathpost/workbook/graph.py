@@ -135,7 +135,11 @@ class Graph:
     @cached_property
     def leaves(self):
         """The typed numbers that some formula uses."""
-        return [p for p in sorted(self.used, key=self.reading_order) if p not in self.trees and self.value(p) is not None]
+        return [
+            p
+            for p in sorted(self.used, key=self.reading_order)
+            if p not in self.trees and self.value(p) is not None
+        ]
 
     def upstream(self, places):
         """Everything that `places` depend on, themselves included."""

@@ -14,7 +14,10 @@ from mathpost.workbook.report import Fault
 from mathpost.workbook.values import read_labels, with_formulas
 
 SEED = 20
-UNEXPLAINED, UNLIKELY = 3.0, 2.0  # what a repair costs that no single change of the formula, or an odd one, explains
+UNEXPLAINED, UNLIKELY = (
+    3.0,
+    2.0,
+)  # what a repair costs that no single change of the formula, or an odd one, explains
 
 
 class Judge:
@@ -33,7 +36,10 @@ class Judge:
         rng = np.random.default_rng(SEED)
         self.inputs = {}
         angles = [*recognised.angle_cells, *(p for c in recognised.calculations for p in c.angles)]
-        lengths = [*recognised.length_cells, *(p for c in recognised.calculations for p in (*c.point, *c.origin, *c.axis))]
+        lengths = [
+            *recognised.length_cells,
+            *(p for c in recognised.calculations for p in (*c.point, *c.origin, *c.axis)),
+        ]
         for place in dict.fromkeys(angles):
             limit = 170 if self.units.get(place, 1) != 1 else 3.0
             self.inputs[place] = self._sampled(place, rng.uniform(-limit, limit, SAMPLES))
@@ -64,9 +70,12 @@ class Judge:
                 for user in self._on_the_way(place):
                     tree = graph.trees[user]
                     converts = any(
-                        part[0] == "call" and part[1] in ("RADIANS", "PI")
-                        or part[0] == "number" and any(abs(part[1] - c) < 0.01 * c for c in CONVERSIONS)
-                        or part[0] == "area" and any(p in self.found.constants for p in part[1].places)
+                        part[0] == "call"
+                        and part[1] in ("RADIANS", "PI")
+                        or part[0] == "number"
+                        and any(abs(part[1] - c) < 0.01 * c for c in CONVERSIONS)
+                        or part[0] == "area"
+                        and any(p in self.found.constants for p in part[1].places)
                         for _, part in walk(tree)
                     )
                     trigonometric = any(part[0] == "call" and part[1] in TRIGONOMETRY for _, part in walk(tree))
@@ -127,7 +136,9 @@ class Judge:
                 places, asked = getattr(calculation, name), getattr(task, name)
                 for n, place in enumerate(places if asked is not None else ()):
                     own = self.own(place) * (np.rad2deg(self.units[place]) if name == "angles" else 1)
-                    half = 0.6 * 10.0 ** -min(written_decimals(self.own(place)), 6) * abs(own / (self.own(place) or 1))
+                    half = (
+                        0.6 * 10.0 ** -min(written_decimals(self.own(place)), 6) * abs(own / (self.own(place) or 1))
+                    )
                     if abs(own - asked[n]) > half + 1e-9:
                         cause = "wrong value"
                         if abs(own + asked[n]) <= half:
@@ -140,7 +151,11 @@ class Judge:
     def bad(self, targets, values=None):
         """The targets that are missed."""
         values = self.values if values is None else values
-        return [p for p, t in targets.items() if not same(np.broadcast_to(values.get(p, self.constant(p)), t.shape), t, 1e-8)]
+        return [
+            p
+            for p, t in targets.items()
+            if not same(np.broadcast_to(values.get(p, self.constant(p)), t.shape), t, 1e-8)
+        ]
 
     def constant(self, place):
         value = self.graph.value(place)
@@ -159,13 +174,19 @@ class Judge:
             if found is None:
                 place = self._typed_over(calculation, bad)
                 if place is not None:
-                    text = f"{self.graph.short(place)} is a number, {self.own(place):g}, typed where a formula belongs"
+                    text = (
+                        f"{self.graph.short(place)} is a number, {self.own(place):g}, typed where a formula belongs"
+                    )
                     self._fault(place, "typed over formula", text)
                     self.fixed.update({p: targets[p] for p in bad})
                     self.values = self.graph.run(self.inputs, {**self.inputs, **self.fixed})
                     return
                 place = min(bad, key=self._order)
-                self._fault(place, "wrong value", "the result is not what the task asks for, and no single change makes it so")
+                self._fault(
+                    place,
+                    "wrong value",
+                    "the result is not what the task asks for, and no single change makes it so",
+                )
                 found = {p: targets[p] for p in bad}
             self.fixed.update(found)
             self.values = self.graph.run(self.inputs, {**self.inputs, **self.fixed})
@@ -187,7 +208,9 @@ class Judge:
         for _ in range(30):
             scope = (self.graph.upstream(bad) | set(bad)) & self.said.keys()
             wrong = {p for p in scope if self.bad({p: self.said[p]})}
-            first = min((p for p in wrong if len(self.graph.upstream([p]) & wrong) == 1), key=self._order, default=None)
+            first = min(
+                (p for p in wrong if len(self.graph.upstream([p]) & wrong) == 1), key=self._order, default=None
+            )
             if first is None:
                 break
             unit = next((w for w in self.found.windows if first in w), (first,))
@@ -207,7 +230,9 @@ class Judge:
         above = {fault.place: fault for fault in self.faults if fault.place in self.graph.trees}
         for place in sorted(bad, key=self._order):
             fault = above.get((place[0], place[1] - 1, place[2]))
-            if fault and shape_of(self.graph.trees[fault.place]) == shape_of(self.graph.trees.get(place, ("number", 0))):
+            if fault and shape_of(self.graph.trees[fault.place]) == shape_of(
+                self.graph.trees.get(place, ("number", 0))
+            ):
                 if len(self.found.component.get(place, ())) > 9:
                     self._fault(place, fault.cause, f"{self.graph.short(place)}: as in the row above")
                     return {place: own[place]}
@@ -249,8 +274,12 @@ class Judge:
     def judge_the_rest(self):
         """Return the places that could not be judged: what feeds no result, and is none of the known quantities."""
         graph, found = self.graph, self.found
-        self.all_places = [p for p in graph.trees if p not in found.typed] + sorted(graph.unread, key=graph.reading_order)
-        self.all_places = [p for p in self.all_places if not isinstance(graph.cells[p].value, str) or graph.cells[p].error]
+        self.all_places = [p for p in graph.trees if p not in found.typed] + sorted(
+            graph.unread, key=graph.reading_order
+        )
+        self.all_places = [
+            p for p in self.all_places if not isinstance(graph.cells[p].value, str) or graph.cells[p].error
+        ]
         judged = graph.upstream(p for c in found.calculations for p in c.results)
         rest = [p for p in self.all_places if p not in judged]
         return [p for p in sorted(rest, key=self._order) if p in graph.unread or not self._is_check(p)]
@@ -298,7 +327,10 @@ class Judge:
             if place in self.inputs:
                 continue
             tree = graph.trees[place]
-            if any(part[0] == "call" and part[1] in TRIGONOMETRY for _, part in walk(tree)) and place not in in_units:
+            if (
+                any(part[0] == "call" and part[1] in TRIGONOMETRY for _, part in walk(tree))
+                and place not in in_units
+            ):
                 pairs.setdefault(tuple(graph.uses[place]), []).append(place)
             yield (*self._order(place), 0), (place,), self._cell_options(calculation)
         for place in scope & found.constants:
@@ -323,7 +355,11 @@ class Judge:
 
     def _try(self, option, targets):
         """Whether the targets are met when `option` (place → value) is put in."""
-        changed = {p: v for p, v in option.items() if not same(np.broadcast_to(self.values.get(p, self.constant(p)), v.shape), v, 1e-8)}
+        changed = {
+            p: v
+            for p, v in option.items()
+            if not same(np.broadcast_to(self.values.get(p, self.constant(p)), v.shape), v, 1e-8)
+        }
         if not changed:
             return None
         affected = self.graph.downstream(changed)
@@ -442,7 +478,12 @@ class Judge:
                         tree = put(tree, path, ("call", part[1], (("call", "RADIANS", (part[2][0],)),)))
                 if tree is not self.graph.trees[place]:
                     trees[place] = tree
-            option = {p: np.broadcast_to(at(self.graph.calculate(t, self.values), self.graph.part.get(p, (0, 0))), (SAMPLES,)) for p, t in trees.items()}
+            option = {
+                p: np.broadcast_to(
+                    at(self.graph.calculate(t, self.values), self.graph.part.get(p, (0, 0))), (SAMPLES,)
+                )
+                for p, t in trees.items()
+            }
             if changed := self._try(option, targets):
                 yield changed
             singles = {window: matrix for window, (_, matrix) in self._elements(calculation).items()}
@@ -457,7 +498,11 @@ class Judge:
                     for b in elements.values():
                         option = {**self._as_window(first, a[:, :3, :3]), **self._as_window(second, b[:, :3, :3])}
                         changed = self._try(option, targets)
-                        if changed and not changed.keys().isdisjoint(first) and not changed.keys().isdisjoint(second):
+                        if (
+                            changed
+                            and not changed.keys().isdisjoint(first)
+                            and not changed.keys().isdisjoint(second)
+                        ):
                             yield changed
                             return
 
@@ -490,7 +535,9 @@ class Judge:
         graph, faults, cost = self.graph, [], 0.0
         in_window = unit in self.found.windows
         places = sorted(changed, key=graph.reading_order if in_window else self._order)
-        if in_window and all(p in self.found.typed for p in places):  # a typed matrix: what is wrong by its number first
+        if in_window and all(
+            p in self.found.typed for p in places
+        ):  # a typed matrix: what is wrong by its number first
             places.sort(key=lambda p: abs(changed[p][0] - self.own(p)) < 1e-9)
         arrays = {}
         for place in places:
@@ -501,7 +548,9 @@ class Judge:
         for place in places:
             if place in done:
                 continue
-            group = arrays.get((id(graph.trees.get(place)), graph.cells[place].anchor if place in graph.cells else None), [place])
+            group = arrays.get(
+                (id(graph.trees.get(place)), graph.cells[place].anchor if place in graph.cells else None), [place]
+            )
             done.update(group)
             if block:
                 found = block
@@ -522,7 +571,10 @@ class Judge:
         elif not block:
             cost += 0.25 * (len(faults) - 1)
         if unit is self.whole and {cause for _, cause, _ in faults} == {"sign"}:
-            faults = [(p, "other convention", "the elementary matrices are those of the other convention") for p, *_ in faults]
+            faults = [
+                (p, "other convention", "the elementary matrices are those of the other convention")
+                for p, *_ in faults
+            ]
         return cost, faults
 
     def _cause(self, calculation, place, wanted):
@@ -537,7 +589,11 @@ class Judge:
             if np.ptp(value[1:]) < 1e-9:
                 cost = 0.0 if abs(value[1]) < 1e-9 or abs(value[1] - 1) < 1e-9 else UNLIKELY
                 return "wrong value", f"{short} is {cell.number:g}, should be {value[1]:g}", cost
-            known = not abs(value[0] - cell.number) > 5e-3 or place in self.targets or self._is_known(calculation, value)
+            known = (
+                not abs(value[0] - cell.number) > 5e-3
+                or place in self.targets
+                or self._is_known(calculation, value)
+            )
             cost = UNLIKELY if not known else UNLIKELY / 2 if cell.number in (0, 1, -1) else 0.0
             text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
             return "typed over formula", text, cost
@@ -545,7 +601,11 @@ class Judge:
         found = found or self._missing(calculation, place, value)
         if found is None:
             known = self._is_known(calculation, value) or place in self.targets
-            return "wrong value", f"{short}: ={text_of(graph.trees[place])} is not what belongs there", UNEXPLAINED + (not known) * 9
+            return (
+                "wrong value",
+                f"{short}: ={text_of(graph.trees[place])} is not what belongs there",
+                UNEXPLAINED + (not known) * 9,
+            )
         cause, sentence = found
         if cause == "missing term":
             return cause, f"{short}: {sentence}", 0.2
@@ -559,7 +619,9 @@ class Judge:
         for step in (-1, 1):
             tree = self.graph.trees.get((place[0], place[1] + step, place[2]))
             if tree and len(self.found.component[place]) > 9 and (moved := copied(tree, -step)):
-                if same(np.broadcast_to(self.graph.calculate(moved, self.values)[:, 0, 0], (SAMPLES,)), value, 1e-7):
+                if same(
+                    np.broadcast_to(self.graph.calculate(moved, self.values)[:, 0, 0], (SAMPLES,)), value, 1e-7
+                ):
                     return True
         return False
 
@@ -605,7 +667,11 @@ class Judge:
             around = [p for p in around if p[1] == place[1]]
         trees = [graph.trees[p] for p in around if p in graph.trees]
         given = self._given(calculation)
-        pool = [p for p in dict.fromkeys([*(s for p in around for s in graph.uses.get(p, ())), *given]) if p in graph.cells]
+        pool = [
+            p
+            for p in dict.fromkeys([*(s for p in around for s in graph.uses.get(p, ())), *given])
+            if p in graph.cells
+        ]
         terms = [term for tree in trees for _, term in flat(tree)]
         for term in terms:
             for old in dict.fromkeys(areas(term)):
@@ -635,7 +701,12 @@ class Judge:
             if old == new:
                 continue
             above = (place[0], place[1] - 1, place[2])
-            if old.top > new.top and above in graph.trees and len(self.found.component[place]) > 9 and shape_of(graph.trees[above]) == shape_of(tree):
+            if (
+                old.top > new.top
+                and above in graph.trees
+                and len(self.found.component[place]) > 9
+                and shape_of(graph.trees[above]) == shape_of(tree)
+            ):
                 refs = areas(graph.trees[above])
                 moved = [a.moved(1, 0) for a in refs]
                 if str(old) in map(str, moved) and not old.fixed[0] and len(refs) == len(areas(tree)):
@@ -659,7 +730,9 @@ class Judge:
         now = self._block(unit, size)
         expected = np.stack([np.broadcast_to(wanted[p], (SAMPLES,)) for p in unit], -1).reshape(shape)
         if now.shape[2] == size and same(now, np.swapaxes(expected, 1, 2), 1e-8):
-            turned = any(same(now, word[:, :size, :size], 1e-8) for word in calculation.words.values()) or any(same(self._block(w, size), expected, 1e-8) for w in self.found.windows if len(w) == len(unit))
+            turned = any(same(now, word[:, :size, :size], 1e-8) for word in calculation.words.values()) or any(
+                same(self._block(w, size), expected, 1e-8) for w in self.found.windows if len(w) == len(unit)
+            )
             others = [w for w in self.found.windows if len(w) == len(unit) and w != unit]
             copy = all(self.graph.trees.get(p, ("",))[0] == "area" for p in unit)
             copy &= any(same(self._block(w, size), now, 1e-8) for w in others)
@@ -679,10 +752,16 @@ class Judge:
                 for b, other in right.items():
                     if not same(left @ other, expected, 1e-8):
                         continue
-                    if same(turn(left) @ other, now, 1e-8) or (other.shape[2] == size and same(left @ turn(other), now, 1e-8)):
+                    if same(turn(left) @ other, now, 1e-8) or (
+                        other.shape[2] == size and same(left @ turn(other), now, 1e-8)
+                    ):
                         return "transposed", "a factor of the product is transposed", 0.0
                     if other.shape[2] == size and same(other @ left, now, 1e-8):
-                        return "order of product", f"the order is {self.found.place_text(a)} times {self.found.place_text(b)}", 0.0
+                        return (
+                            "order of product",
+                            f"the order is {self.found.place_text(a)} times {self.found.place_text(b)}",
+                            0.0,
+                        )
                     if other.shape[2] == size and same(turn(other) @ turn(left), now, 1e-8):
                         return "transposed", "the product is transposed", 0.0
         return None

@@ -156,7 +156,11 @@ def judge_numbers(rows, graph, number):
                 cause = "atan for atan2"
             elif abs(words[r, 3 + k] + demanded[r, k]) <= 2 * slack[r, k]:
                 cause = "sign"
-            yield row.results[3 + k], cause, f"{names[3 + k]} is {words[r, 3 + k]:.6g}, the tool axis demands {demanded[r, k]:.6g}"
+            yield (
+                row.results[3 + k],
+                cause,
+                f"{names[3 + k]} is {words[r, 3 + k]:.6g}, the tool axis demands {demanded[r, k]:.6g}",
+            )
         for k in np.flatnonzero(wrong[r]):
             cause = "offset" if constant[k] else "wrong value"
             if abs(words[r, k] + linear[r, k]) <= allowed[r, 0]:
@@ -210,7 +214,9 @@ def _columns(texts, names):
     for column, text in sorted(texts.items()):
         if match := AXIS.match(text):
             letter = next(g for g in match.groups() if g).lower()
-            axis.setdefault({"u": "i", "v": "j", "w": "k", "x": "i", "y": "j", "z": "k"}.get(letter, letter), column)
+            axis.setdefault(
+                {"u": "i", "v": "j", "w": "k", "x": "i", "y": "j", "z": "k"}.get(letter, letter), column
+            )
         if match := TIP.match(text):
             tips.setdefault(match[1].lower(), []).append(column)
         if match := WORD.match(text):
@@ -242,14 +248,20 @@ def looked_at(rows, own):
     machine = rows[0].kinematics.machine
     low, high = np.where(np.arange(5) > 2, np.rad2deg(machine.limits.T), machine.limits.T)
     for name, column, least, most in zip(machine.joint_names, own.T, low, high, strict=True):
-        beyond = [r.results[0][1] for r, value in zip(rows, column, strict=True) if value < least - 1e-6 or value > most + 1e-6]
+        beyond = [
+            r.results[0][1]
+            for r, value in zip(rows, column, strict=True)
+            if value < least - 1e-6 or value > most + 1e-6
+        ]
         if beyond:
             text = f"rows {', '.join(map(str, beyond[:6]))}" if len(beyond) > 1 else f"row {beyond[0]}"
             yield f"{name} beyond its travel {least:g} … {most:g} in {text}"
     steps = np.abs(np.diff(own[:, 3:], axis=0))
     for n in np.flatnonzero((steps > 60).any(axis=1)):
         jump = " and ".join(
-            f"{name} by {step:.4g}" for name, step in zip(machine.joint_names[3:], steps[n], strict=True) if step > 60
+            f"{name} by {step:.4g}"
+            for name, step in zip(machine.joint_names[3:], steps[n], strict=True)
+            if step > 60
         )
         yield f"between rows {rows[n].results[0][1]} and {rows[n + 1].results[0][1]} jumps {jump} degrees: another branch?"
     negative = Counter(np.sign(own[:, 3:][:, [tilting(rows[0])]].ravel()))

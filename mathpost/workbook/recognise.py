@@ -25,7 +25,9 @@ TRIGONOMETRY = {"SIN", "COS", "TAN"}
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
 CONVERSIONS = (np.pi, np.pi / 180, 180 / np.pi, 180.0, 2 * np.pi, 200 / np.pi)
 SEQUENCE = re.compile(r"(?<![A-Za-z])([XYZ])['’′]*[-–→·, ]*([XYZ])['’′]*[-–→·, ]*([XYZ])['’′]*(?![A-Za-z])", re.I)
-ABOUT_TURNS = re.compile(r"euler|欧拉|rotat|dreh|旋转|sequence|reihenfolge|顺序|axes|achsen|轴|intrins|extrins|rpy", re.I)
+ABOUT_TURNS = re.compile(
+    r"euler|欧拉|rotat|dreh|旋转|sequence|reihenfolge|顺序|axes|achsen|轴|intrins|extrins|rpy", re.I
+)
 FIXED = re.compile(r"fixed axes|extrins|feste[nr]? achsen|固定(坐标)?轴|外旋|static axes", re.I)
 SAID_ACTIVE = re.compile(r"\bactive|aktiv|主动", re.I)
 SAID_PASSIVE = re.compile(r"passiv|被动", re.I)
@@ -188,9 +190,9 @@ class Recognised:
     def __init__(self, graph, task):
         self.graph, self.task = graph, task
         self.seen, self.problems = [], []
-        self.typed = {
-            p for p, cell in graph.cells.items() if cell.meant is not None and not cell.formula
-        } | {p for p in graph.trees if not graph.uses[p] and p not in graph.part}
+        self.typed = {p for p, cell in graph.cells.items() if cell.meant is not None and not cell.formula} | {
+            p for p in graph.trees if not graph.uses[p] and p not in graph.part
+        }
         self.numeric = {p for p, cell in graph.cells.items() if cell.formula or cell.meant is not None}
         self.components = list(self._components())
         self.component = {p: c for c in self.components for p in c}
@@ -224,7 +226,12 @@ class Recognised:
                 place = stack.pop()
                 found.append(place)
                 sheet, row, column = place
-                for near in ((sheet, row + 1, column), (sheet, row - 1, column), (sheet, row, column + 1), (sheet, row, column - 1)):
+                for near in (
+                    (sheet, row + 1, column),
+                    (sheet, row - 1, column),
+                    (sheet, row, column + 1),
+                    (sheet, row, column - 1),
+                ):
                     if near in left:
                         left.remove(near)
                         stack.append(near)
@@ -249,11 +256,17 @@ class Recognised:
                     found[tuple(component)] = 99
                 elif full and size == 3 and {len(rows), len(columns)} in ({3, 6}, {3, 9}):
                     for k in range(0, max(len(rows), len(columns)), 3):
-                        tile = [p for p in component if 0 <= (p[1] - rows[0] if len(rows) > 3 else p[2] - columns[0]) - k < 3]
+                        tile = [
+                            p
+                            for p in component
+                            if 0 <= (p[1] - rows[0] if len(rows) > 3 else p[2] - columns[0]) - k < 3
+                        ]
                         if sum(p in graph.trees for p in tile) >= 2 and self._one_matrix(tile):
                             found[tuple(tile)] = 50
         for places, votes in list(found.items()):
-            clash = [o for o in found if o != places and set(o) & set(places) and found[o] >= votes and found[o] > 1]
+            clash = [
+                o for o in found if o != places and set(o) & set(places) and found[o] >= votes and found[o] > 1
+            ]
             if clash or not all(p in self.numeric for p in places):
                 found.pop(places)
         return [w for w in sorted(found, key=lambda w: graph.reading_order(w[0])) if self._is_matrix(w)]
@@ -281,7 +294,11 @@ class Recognised:
         for place in self.typed - in_window:
             value = self.graph.value(place)
             if value is None:
-                value = float(self.graph.calculate(self.graph.trees[place], {})[0, 0, 0]) if place in self.graph.trees else 0
+                value = (
+                    float(self.graph.calculate(self.graph.trees[place], {})[0, 0, 0])
+                    if place in self.graph.trees
+                    else 0
+                )
             whole = self.component[place]
             if value == 1 and len(whole) == 4 and whole[-1] == place and self.typed.issuperset(whole):
                 found.add(place)  # the fourth coordinate
@@ -351,7 +368,11 @@ class Recognised:
     def lines(self, cells, least=2):
         """Triples of evenly spaced typed cells of which at least `least` are in `cells`, the fullest first."""
         cells, found = set(cells), []
-        for place in {(p[0], p[1] + dr, p[2] + dc) for p in cells for dr, dc in [(0, 0)] + [(-k, 0) for k in range(1, 9)] + [(0, -k) for k in range(1, 9)]}:
+        for place in {
+            (p[0], p[1] + dr, p[2] + dc)
+            for p in cells
+            for dr, dc in [(0, 0)] + [(-k, 0) for k in range(1, 9)] + [(0, -k) for k in range(1, 9)]
+        }:
             for step in range(1, 5):
                 for dr, dc in ((step, 0), (0, step)):
                     triple = tuple((place[0], place[1] + k * dr, place[2] + k * dc) for k in range(3))
@@ -415,16 +436,18 @@ class Recognised:
                 raise InputError("cells", "angles, point and result of three cells each", f"no {name} of that size")
         self.vector_cells = set(given["result"])
         self.calculations.append(
-            self._told(Calculation(given["result"], given["angles"], given.get("point", ()), given.get("origin", ())))
+            self._told(
+                Calculation(given["result"], given["angles"], given.get("point", ()), given.get("origin", ()))
+            )
         )
 
     def _dependence(self, leaves):
         depends = {}
         for place in self.graph.order:
             sources = self.graph.uses[place]
-            depends[place] = frozenset(
-                s for s in sources if s in leaves
-            ).union(*(depends.get(s, frozenset()) for s in sources if s in self.graph.trees))
+            depends[place] = frozenset(s for s in sources if s in leaves).union(
+                *(depends.get(s, frozenset()) for s in sources if s in self.graph.trees)
+            )
         return depends
 
     def _vector_triples(self, depends, lengths):
@@ -433,7 +456,11 @@ class Recognised:
             cells = [p for p in component if p in left]
             if not cells:
                 continue
-            if len(component) == 4 and len(cells) >= 2 and (len({p[1] for p in component}) == 1 or len({p[2] for p in component}) == 1):
+            if (
+                len(component) == 4
+                and len(cells) >= 2
+                and (len({p[1] for p in component}) == 1 or len({p[2] for p in component}) == 1)
+            ):
                 found.append(tuple(component))
                 continue
             found += self._split(cells, set(component), depends, lengths)
@@ -445,17 +472,31 @@ class Recognised:
         sheet = cells[0][0]
 
         def fits(lines):
-            return [line for line in lines if sum(p in inside for p in line) >= 2 and all(p in component for p in line)]
+            return [
+                line for line in lines if sum(p in inside for p in line) >= 2 and all(p in component for p in line)
+            ]
 
-        wide = fits([tuple((sheet, r, columns[0] + k) for k in range(3)) for r in rows]) if columns[-1] - columns[0] in (1, 2, 3) else []
-        tall = fits([tuple((sheet, rows[0] + k, c) for k in range(3)) for c in columns]) if rows[-1] - rows[0] in (1, 2, 3) else []
+        wide = (
+            fits([tuple((sheet, r, columns[0] + k) for k in range(3)) for r in rows])
+            if columns[-1] - columns[0] in (1, 2, 3)
+            else []
+        )
+        tall = (
+            fits([tuple((sheet, rows[0] + k, c) for k in range(3)) for c in columns])
+            if rows[-1] - rows[0] in (1, 2, 3)
+            else []
+        )
         if columns[-1] - columns[0] == 1:
             wide = fits([tuple((sheet, r, columns[0] + d + k) for k in range(3)) for r in rows for d in (-1, 0)])
         if rows[-1] - rows[0] == 1:
             tall = fits([tuple((sheet, rows[0] + d + k, c) for k in range(3)) for c in columns for d in (-1, 0)])
         if wide and tall:
-            alike = sum(len({depends.get(p, frozenset()) & lengths for p in line}) == 1 for line in wide) / len(wide)
-            other = sum(len({depends.get(p, frozenset()) & lengths for p in line}) == 1 for line in tall) / len(tall)
+            alike = sum(len({depends.get(p, frozenset()) & lengths for p in line}) == 1 for line in wide) / len(
+                wide
+            )
+            other = sum(len({depends.get(p, frozenset()) & lengths for p in line}) == 1 for line in tall) / len(
+                tall
+            )
             if len(wide) != len(tall):
                 return wide if len(wide) > len(tall) else tall
             return wide if alike > other else tall
@@ -464,9 +505,9 @@ class Recognised:
     def _is_difference(self, triple):
         """Whether a triple is a result less what was expected, or than another result: a check, not a step."""
         trees = [self.graph.trees.get(p) for p in triple]
-        return all(
-            tree and tree[0] == "-" and tree[1][0] == tree[2][0] == "area" for tree in trees
-        ) and any(s in self.vector_cells for p in triple for s in self.graph.uses[p])
+        return all(tree and tree[0] == "-" and tree[1][0] == tree[2][0] == "area" for tree in trees) and any(
+            s in self.vector_cells for p in triple for s in self.graph.uses[p]
+        )
 
     def _only_checked(self, triple, finals):
         """Whether no later final uses the triple."""
@@ -475,7 +516,9 @@ class Recognised:
 
     def _final_windows(self, depends, angles):
         graph = self.graph
-        most = max((len({a for p in w for a in depends.get(p, ()) if a in angles}) for w in self.windows), default=0)
+        most = max(
+            (len({a for p in w for a in depends.get(p, ()) if a in angles}) for w in self.windows), default=0
+        )
         for window in self.windows:
             reached = {q for p in window for q in graph.downstream([p])} - set(window)
             if {a for p in window for a in depends.get(p, ()) if a in angles} and not any(
@@ -492,14 +535,14 @@ class Recognised:
         if triple[0][1] == triple[1][1] and len(in_row) >= 2 and len(own_angles) > 3:
             own_angles = in_row
         text = self._text()
-        about_axis = len(own_angles) == 1 and re.search(r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角", text, re.I)
+        about_axis = len(own_angles) == 1 and re.search(
+            r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角", text, re.I
+        )
         vectors = self._vectors(reached & lengths, triple)
         if about_axis and len(vectors) == 2:
             axis = self._axis_of(vectors, triple)
             point = next(v for v in vectors if v != axis)
-            self.calculations.append(
-                self._told(Calculation(triple, tuple(own_angles), point, (), axis))
-            )
+            self.calculations.append(self._told(Calculation(triple, tuple(own_angles), point, (), axis)))
             return
         chosen = self._triple(own_angles) or self._triple(self.angle_cells)
         if chosen is None or not vectors:

@@ -12,7 +12,9 @@ PART_LIMIT = 32 * MEGABYTE  # of a part that is read whole, such as the shared s
 WHOLE_LIMIT = 512 * MEGABYTE  # unpacked
 RATIO_LIMIT = 100  # a sheet of a million rows packs about 1:20; a bomb 1:1000
 MEMBER_LIMIT = 2000
-FORMULA = re.compile(r"(?:<(?:\w+:)?(?:f|definedName)\b[^>]*>|table:formula=\"|table:expression=\")([^<\"]*(?:\"[^<]*)?)")
+FORMULA = re.compile(
+    r"(?:<(?:\w+:)?(?:f|definedName)\b[^>]*>|table:formula=\"|table:expression=\")([^<\"]*(?:\"[^<]*)?)"
+)
 OUTSIDE = re.compile(
     r"WEBSERVICE|\bDDE\s*\(|\w\|\s*'|\[[^\]]*\.(?:xls|ods|csv)|\[\d+\]|'(?:file|https?):", re.IGNORECASE
 )

@@ -51,7 +51,9 @@ class Plane:
         both = np.stack([first, euler.twin(sequence, first)], axis=1)
         both = both[..., ::-1] if self.spatial else both
         scale = 180 / np.pi if self.degrees else 1.0
-        off = np.abs((now[:, None] - both * scale + 180) % 360 - 180) if self.degrees else np.abs(now[:, None] - both)
+        off = (
+            np.abs((now[:, None] - both * scale + 180) % 360 - 180) if self.degrees else np.abs(now[:, None] - both)
+        )
         fits = (off < 1e-6).sum(axis=-1)
         branch = np.where(fits[:, 1] > fits[:, 0], 1, 0)
         n = np.arange(SAMPLES)
@@ -73,7 +75,9 @@ def planes_of(graph, found):
         Of which the components, the lines of typed cells and the labels are used.
     """
     planes = []
-    inverse = {p for p in graph.trees if any(part[0] == "call" and part[1] in INVERSE for _, part in walk(graph.trees[p]))}
+    inverse = {
+        p for p in graph.trees if any(part[0] == "call" and part[1] in INVERSE for _, part in walk(graph.trees[p]))
+    }
     text = "\n".join(str(cell.value) for cell in graph.cells.values() if isinstance(cell.value, str))
     for component in found.components:
         own = [p for p in component if p in inverse]
@@ -89,7 +93,10 @@ def planes_of(graph, found):
         vectors.sort(key=lambda v: graph.reading_order(v[0]))
         if str(found.label(vectors[0][0])).lower().startswith("z"):
             vectors.reverse()
-        in_degrees = [any(p[:2] == ("call", "DEGREES") or p == ("number", 180.0) for _, p in walk(graph.trees[q])) for q in own]
+        in_degrees = [
+            any(p[:2] == ("call", "DEGREES") or p == ("number", 180.0) for _, p in walk(graph.trees[q]))
+            for q in own
+        ]
         spatial = bool(re.search(r"SPATIAL|\bSPA\b|空间角", text, re.I))
         said = "PLANE SPATIAL: angles about X, Y, Z" if spatial else "ZXZ angles of a tilted plane"
         planes.append(Plane(tuple(component), *vectors, spatial, sum(in_degrees) * 2 >= len(own), said))

@@ -35,7 +35,13 @@ class Block:
     def level(self):
         """Numbers that are rounded alike."""
         one = self.role.kind == "matrix" and len(self.role.word) == 1
-        return "elements" if one else "products" if self.role.kind == "matrix" else LEVEL.get(self.role.kind, self.role.kind)
+        return (
+            "elements"
+            if one
+            else "products"
+            if self.role.kind == "matrix"
+            else LEVEL.get(self.role.kind, self.role.kind)
+        )
 
 
 def check_values(graph, cells=None):
@@ -114,7 +120,11 @@ def _judged(graph, blocks, implied):
     for place in order:
         levels[place] = 1 + max((levels.get(s, 0) for s in graph.uses[place]), default=0)
         local = _calculated(graph, place, own)
-        moved = sum(abs(_calculated(graph, place, {**own, s: own[s] + slack[s]}) - local) for s in graph.uses[place] if slack.get(s) and s in own)
+        moved = sum(
+            abs(_calculated(graph, place, {**own, s: own[s] + slack[s]}) - local)
+            for s in graph.uses[place]
+            if slack.get(s) and s in own
+        )
         allowed = EXACT * max(1, abs(local)) + half.get(place, 0) + (moved if np.isfinite(moved) else 0)
         slack[place] = half.get(place, 0) + (moved if np.isfinite(moved) else 0)
         written = numbers[place] if place in numbers else None
@@ -184,9 +194,17 @@ def _whole(graph, mates, own, slack):
     trees = {id(graph.trees[p]): graph.trees[p] for p in mates}
     if len(trees) == 1:
         for cause, _, tree in edits(graph, mates[0], next(iter(trees.values()))):
-            if all(abs(_calculated(graph, p, own, tree) - graph.value(p)) <= 2e-7 + 2 * slack.get(p, 0) for p in mates if graph.value(p) is not None):
+            if all(
+                abs(_calculated(graph, p, own, tree) - graph.value(p)) <= 2e-7 + 2 * slack.get(p, 0)
+                for p in mates
+                if graph.value(p) is not None
+            ):
                 return OPPOSITE.get(cause, cause)
-    if len(mates) == 2 and all(abs(_calculated(graph, p, own) + graph.value(p)) <= 2e-7 + 2 * slack.get(p, 0) for p in mates if graph.value(p) is not None):
+    if len(mates) == 2 and all(
+        abs(_calculated(graph, p, own) + graph.value(p)) <= 2e-7 + 2 * slack.get(p, 0)
+        for p in mates
+        if graph.value(p) is not None
+    ):
         return "other convention"
     return None
 
@@ -251,7 +269,11 @@ def _labelled(graph, sheet):
 def _next(sheet, place, step, labels):
     """The first cell beside a label that is neither empty nor a unit; None if that is the next label."""
     for _ in range(3):
-        place = (sheet.spans.get(place, place)[0] + step[0], place[1] + step[1]) if step[0] else (place[0], sheet.spans.get(place, place)[1] + 1)
+        place = (
+            (sheet.spans.get(place, place)[0] + step[0], place[1] + step[1])
+            if step[0]
+            else (place[0], sheet.spans.get(place, place)[1] + 1)
+        )
         cell = sheet.cells.get(place)
         if cell is not None and str(cell.value).strip().lower() not in UNIT_WORDS:
             return None if place in labels else place
@@ -262,11 +284,26 @@ def _nine(graph, sheet, label, labels, taken):
     """The nine cells of the matrix that a label names: below it or to its right."""
     row, column = label
     right = sheet.spans.get(label, label)[1] + 1
-    for top, left in ((row + 1, column), (row, right), (row + 1, column - 1), (row - 1, right), (row + 1, column - 2)):
+    for top, left in (
+        (row + 1, column),
+        (row, right),
+        (row + 1, column - 1),
+        (row - 1, right),
+        (row + 1, column - 2),
+    ):
         places = tuple((sheet.name, top + r, left + c) for r in range(3) for c in range(3))
         cells = [sheet.cells.get(p[1:]) for p in places]
-        good = sum(c is not None and (c.number is not None or c.error or bool(re.search(r"\d", str(c.value)))) for c in cells)
-        if top > 0 and left > 0 and good >= 7 and taken.isdisjoint(places) and not any(p[1:] in labels for p in places):
+        good = sum(
+            c is not None and (c.number is not None or c.error or bool(re.search(r"\d", str(c.value))))
+            for c in cells
+        )
+        if (
+            top > 0
+            and left > 0
+            and good >= 7
+            and taken.isdisjoint(places)
+            and not any(p[1:] in labels for p in places)
+        ):
             return places
     return None
 
@@ -296,16 +333,28 @@ def _formulas(block, others):
     if kind == "matrix":
         formula = _product(nearest, word or (2, 1, 0), block.role)
     if kind == "transposed":
-        source = next((o for o in others if o.role.kind == "matrix" and len(o.role.word) == 3 and word in ((), o.role.word)), None)
+        source = next(
+            (o for o in others if o.role.kind == "matrix" and len(o.role.word) == 3 and word in ((), o.role.word)),
+            None,
+        )
         formula = source and f"TRANSPOSE({_ref(source.places)})"
     if formula:
         return {p: (f"={formula}", block.places[0][1:]) for p in block.places}
     if kind == "outcome":
-        final = next((o for o in others if o.role.kind == "transposed" or (o.role.kind == "matrix" and len(o.role.word) in (0, 3))), None)
+        final = next(
+            (
+                o
+                for o in others
+                if o.role.kind == "transposed" or (o.role.kind == "matrix" and len(o.role.word) in (0, 3))
+            ),
+            None,
+        )
         point = [text(Role("coordinate", (n,))) for n in range(3)]
         if final and all(point):
             row = final.places[3 * word[0] : 3 * word[0] + 3]
-            return {block.places[0]: ("=" + "+".join(f"{_ref((a,))}*{x}" for a, x in zip(row, point, strict=True)), ())}
+            return {
+                block.places[0]: ("=" + "+".join(f"{_ref((a,))}*{x}" for a, x in zip(row, point, strict=True)), ())
+            }
     return {}
 
 
