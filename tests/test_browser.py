@@ -394,6 +394,9 @@ def test_views_of_paths_move_too(offline, dmu50v, blade, tmp_path):
         assert float(view.said().split("tip ")[1].split()[0]) > 70  # source 002: C swings by 180° about 77 mm
         view.press("+ step")
         assert float(offline.locator("input[type=number]").input_value()) == pytest.approx(2.55)
+        view.set("record", -7)
+        assert float(offline.locator("input[type=number]").input_value()) == 1, "a walk stays on its path"
+        view.press("largest swing")
         view.press("play")
         offline.wait_for_function("document.querySelector('input[type=number]').value > 2.7")
         view.press("pause")
