@@ -194,7 +194,7 @@ class Recognised:
             p for p in graph.trees if not graph.uses[p] and p not in graph.part
         }
         self.numeric = {p for p, cell in graph.cells.items() if cell.formula or cell.meant is not None}
-        self.components = list(self._components())
+        self.components = sorted(self._components(), key=lambda c: graph.reading_order(c[0]))
         self.component = {p: c for c in self.components for p in c}
         self.windows = self._windows()
         in_window = {p for window in self.windows for p in window}
