@@ -8,6 +8,9 @@ import shutil
 import numpy as np
 import pytest
 
+from mathpost.workbook import Task, check_file
+from mathpost.workbook.file import read
+from mathpost.workbook.graph import Graph
 from tests.workbook import layouts, machining_sheets, mistakes, score
 from tests.workbook.cells import SAMPLES, Array, Book, Values, formula_of, save
 
@@ -49,6 +52,44 @@ def test_the_sheet_of_the_source_has_lucky_references():
             right = Values(case.original).all()
             lucky += all(abs(case.values[key][0] - right[key][0]) < 1e-9 for key in case.book.truths[-1][0])
     assert lucky > 100
+
+
+def test_the_graph_has_the_values_that_the_generator_has(tmp_path):
+    """Every formula of right and spoiled sheets at random inputs; LibreOffice, below, agrees."""
+    compared = 0
+    for case in score.draw_cases(6, 60):
+        path = tmp_path / "sheet.xlsx"
+        save(path, case.book, case.values)
+        inputs = {key: case.values[key] for key in case.book.input_cells()}
+        found = Graph(read(path)).run(inputs, fixed=inputs)
+        for key in case.book.formulas():
+            for cell in mistakes.spilled(case.book, key):
+                value = case.values[cell]
+                if not isinstance(value, str) and np.isfinite(value).all() and case.slip.verdict != "not right":
+                    np.testing.assert_allclose(
+                        np.broadcast_to(found[cell], value.shape),
+                        value,
+                        rtol=1e-9,
+                        atol=1e-9,
+                        err_msg=case.planted(),
+                    )
+                    compared += 1
+    assert compared > 2000
+
+
+def test_zeros_left_blank_in_a_product_of_matrices_do_not_pass(tmp_path):
+    """MMULT refuses an empty cell: the spreadsheet shows #VALUE!, whatever the product would be."""
+    for seed in range(40):
+        book = layouts.matrix_sheet(np.random.default_rng(seed))
+        blank = [key for matrix in book.turned for key in matrix if book.cells.get(key) == 0]
+        if any("MMULT" in (formula_of(content) or "") for content in book.cells.values()):
+            break
+    for key in blank:
+        del book.cells[key]
+    values = Values(book).all()
+    assert not all(np.isfinite(values[key]).all() for key in book.truths[0][0])
+    save(tmp_path / "blank.xlsx", book, values)
+    assert check_file(tmp_path / "blank.xlsx", Task(**book.task)).verdict != "right"
 
 
 # The generator itself.
