@@ -264,10 +264,10 @@ def worksheet(axes, report, sheet=None):
     `sheet` names one of several sheets, by default the first.
     """
     sheet = sheet or report.cells[0].place[0]
-    judged = [(cell, *cell.place[1]) for cell in report.cells if cell.place[0] == sheet]
+    judged = [(cell, *cell.place[1:]) for cell in report.cells if cell.place[0] == sheet]
     rows, columns = (sorted({place[n] for place in judged}) for n in (1, 2))
     for cell, row, column in judged:
-        is_first = cell is report.first
+        is_first = cell == report.first
         box = plt.Rectangle(
             (column - 0.5, row - 0.5), 1, 1, facecolor=STATUS_COLOUR[cell.status], edgecolor="#bfbfbf"
         )

@@ -9,6 +9,7 @@ from mathpost.workbook.check import check_file
 from mathpost.workbook.folder import check_folder, mark
 from mathpost.workbook.recognise import Task, task_file
 from mathpost.workbook.report import FileReport
+from mathpost.workbook.symbolic import symbolic
 from mathpost.workbook.template import template
 
-__all__ = ["FileReport", "Task", "check_file", "check_folder", "mark", "task_file", "template"]
+__all__ = ["FileReport", "Task", "check_file", "check_folder", "mark", "symbolic", "task_file", "template"]

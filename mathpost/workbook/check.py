@@ -41,7 +41,7 @@ def check_file(path, task=None):
     --------
     >>> report = check_file("data/workbooks/missing_transpose.xlsx")
     >>> report.verdict, report.faults[0].cell, report.faults[0].cause
-    ('wrong', 'ZXZ!I38', 'transposed')
+    ('wrong', 'ZXZ!J38', 'transposed')
     """
     task = task or Task()
     graph = Graph(read(path))

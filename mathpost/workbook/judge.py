@@ -14,6 +14,7 @@ from mathpost.workbook.report import Fault
 from mathpost.workbook.values import read_labels, with_formulas
 
 SEED = 20
+OTHER_CONVENTION = "the elementary matrices are those of the other convention, active or passive"
 UNEXPLAINED, UNLIKELY = (
     3.0,
     2.0,
@@ -219,6 +220,8 @@ class Judge:
             put_in |= option
             self.values = self.graph.run(self.inputs, {**self.inputs, **self.fixed, **put_in})
             if not self.bad({p: self.targets[p] for p in bad}):
+                if len(faults) >= 6 and {cause for _, cause, _ in faults} == {"sign"}:
+                    faults = [(p, "other convention", OTHER_CONVENTION) for p, *_ in faults]
                 for fault in faults:
                     self._fault(*fault)
                 return put_in
@@ -572,7 +575,7 @@ class Judge:
             cost += 0.25 * (len(faults) - 1)
         if unit is self.whole and {cause for _, cause, _ in faults} == {"sign"}:
             faults = [
-                (p, "other convention", "the elementary matrices are those of the other convention")
+                (p, "other convention", OTHER_CONVENTION)
                 for p, *_ in faults
             ]
         return cost, faults
@@ -737,7 +740,7 @@ class Judge:
             copy = all(self.graph.trees.get(p, ("",))[0] == "area" for p in unit)
             copy &= any(same(self._block(w, size), now, 1e-8) for w in others)
             regular = not copy and (turned or self._is_product(unit, now))
-            return "transposed", "the matrix is transposed", UNLIKELY if regular else 0.0
+            return "transposed", "the matrix should be transposed", UNLIKELY if regular else 0.0
         blocks = {}
         for window in [w for w in self.found.windows if w != unit and len(w) == size * size]:
             blocks[window] = self._block(window, size)
