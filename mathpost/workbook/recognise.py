@@ -432,8 +432,12 @@ class Recognised:
         """Take angles, point, origin and result from where the caller says that they stand."""
         given = {name: tuple(area_named(self.graph, name, text).places) for name, text in cells.items()}
         for name in ("angles", "result"):
-            if name not in given or len(given[name]) not in (3, 4, 9, 16):
+            if len(given.get(name, ())) not in (3, *(4, 9, 16) * (name == "result")):
                 raise InputError("cells", "angles, point and result of three cells each", f"no {name} of that size")
+        for name, places in given.items():
+            for place in places:
+                if place not in self.numeric:
+                    raise InputError(f"cells, {name!r}", "numbers or formulas", f"none in {self.graph.address(place)}")
         self.vector_cells = set(given["result"])
         self.calculations.append(
             self._told(
