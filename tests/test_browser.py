@@ -15,6 +15,7 @@ from mathpost import machine
 from mathpost.course import machine_page, view_machine
 from mathpost.errors import write_text
 from mathpost.kinematics import Kinematics
+from mathpost.post import cl
 from tests.conftest import DATA, ROOT
 
 CHROMIUM = Path("/usr/bin/chromium")
@@ -219,6 +220,19 @@ def views(page, panel):
     return page.locator(f"{panel} .widget-vbox:has(.noUi-handle):has(img.widget-image)")
 
 
+def test_a_lesson_that_is_not_trusted_shows_the_still_picture(page):
+    """Opened for the first time, before it is run: JupyterLab takes the scripts away, and the picture stands there."""
+    panel = page.evaluate(REOPEN, f"notebooks/{LIVE[0]}.ipynb")
+    picture = page.locator(f"#{panel} .mathpost-live img")
+    picture.scroll_into_view_if_needed()
+    assert page.locator(f"#{panel} .mathpost-live iframe[srcdoc]").count() == 0
+    box = picture.bounding_box()
+    assert box["width"] > 400 and box["height"] > 300
+    assert "tip 0.000 0.000 24.000, tool axis" in picture.get_attribute("alt")
+    page.screenshot(path=PICTURES / "not_trusted.png")
+    page.evaluate(CLOSE_ONLY, panel)
+
+
 def test_every_cell_runs_and_the_console_is_silent(lesson, page):
     path, panel, cells = lesson
     assert all(cell["execution_count"] for cell in cells)
@@ -384,6 +398,17 @@ def test_views_of_paths_move_too(offline, dmu50v, blade, tmp_path):
         offline.wait_for_function("document.querySelector('input[type=number]').value > 2.7")
         view.press("pause")
     assert not offline.asked and not offline.errors
+
+
+def test_a_long_walk_stops_at_the_blocks_that_it_knows(offline, dmu50v, tmp_path):
+    walk = view_machine.walk(dmu50v, cl.read(DATA / "cl/twisted_blade.cl"))
+    walk.save(tmp_path / "walk.html")
+    offline.goto((tmp_path / "walk.html").as_uri())
+    view, every = Live(offline), walk.state["every"]
+    view.set("record", 1 + 20.3 * every)
+    assert float(offline.locator("input[type=number]").input_value()) == 1 + 20 * every
+    assert f"every {every}th record is shown" in view.said() and "tip 0.0000 mm and axis 0.000° off" in view.said()
+    assert not offline.errors
 
 
 def test_a_small_screen_shows_picture_and_sliders_together(offline, dmu50v, tmp_path):

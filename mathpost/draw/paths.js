@@ -34,7 +34,7 @@ class Curves {
         stroke("#999", 1, [], [[left, top], [left, h - foot], [w - 8, h - foot]]);
         stroke("#d55e00", 2, [], [[px(this.at), top], [px(this.at), h - foot]]);
         Object.assign(ink, { fillStyle: "#444", font: "11px system-ui, sans-serif", textBaseline: "middle", textAlign: "right" });
-        const step = [1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360].find((s) => (high - low) / s < 6) || 720;
+        const step = [1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1800, 3600].find((s) => (high - low) / s < 6) || 36000;
         for (let v = ceil(low / step) * step; v <= high; v += step) ink.fillText(fixed(v, 0), left - 4, py(v));
         Object.assign(ink, { textAlign: "center" });
         const every = ceil((last - first) / 8) || 1;
@@ -102,11 +102,13 @@ Object.assign(KINDS, {
         button(buttons, "reset view", () => runs.forEach(({ scene }) => { scene.reset(); scene.draw(); }));
         ui.player(controls, 0);
         function update() {
+            // Between the blocks that are left out, nothing is known of the true way.
+            if (state.every > 1) controls.values[0] = 1 + state.every * round((controls.values[0] - 1) / state.every);
             const record = controls.values[0], at = (record - 1) / state.every, k = min(cl.length - 1, floor(at)), next = cl[min(cl.length - 1, k + 1)], t = at - k;
             const wanted = cl[k].map((x, i) => x + t * (next[i] - x)), turned = angle(cl[k].slice(3), next.slice(3));
             const axis = turned < 1e-9 ? cl[k].slice(3) : [3, 4, 5].map((i) => (sin((1 - t) * turned) * cl[k][i] + sin(t * turned) * next[i]) / sin(turned));
             controls.show();
-            const said = [], out = [];
+            const said = state.every > 1 ? [`every ${state.every}th record is shown`] : [], out = [];
             for (const { m, about, joints, place, scene } of runs) {
                 const q = interpolate(joints, place, at), [tip, tool] = pose(m, q);
                 scene.show(m.places(q));
