@@ -1,9 +1,11 @@
 """From CL data to a verified NC program; `run` calls the modules in turn.
 
-Read them in this order: `cl`, `selection` (with `travel` and `yu_dan`), `singularity` and `passage`, `deviation`
-and `linearization`, `motion`, `program`, `verification` and `report`.
+Read them in this order: `cl` (with `cl_words` and `arcs`), `plan`, `selection` (with `travel` and `yu_dan`),
+`singularity` and `passage`, `deviation` and `linearization`, `motion`, `program` (with `controls` and `text`),
+`verification` and `report`.
 """
 
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,16 +13,11 @@ import numpy as np
 
 from mathpost.compensate.compensation import Compensator
 from mathpost.errors import InputError, MathpostError
-from mathpost.kinematics import Kinematics
 from mathpost.post import controls, program, selection
-from mathpost.post.motion import along_the_records, compensated
 from mathpost.post.passage import CLEARANCE, LEAN, Crossing
+from mathpost.post.plan import CONE, TOLERANCE, plan
 from mathpost.post.report import Report
-from mathpost.post.singularity import regions
-from mathpost.post.verification import verify
-
-TOLERANCE = 0.01  # mm
-CONE = np.radians(1.0)  # about the singular tool axes
+from mathpost.post.verification import verify, worst_of
 
 
 @dataclass(frozen=True)
@@ -136,87 +133,133 @@ def run(
     progress = progress or (lambda stage: None)
     name = name or Path(cl.name).stem
     controls.control_for(machine, dialect)  # refuses what cannot be written before the work
-    kin, real = Kinematics(machine), None if errors is None else Compensator(errors)
-
-    progress("choosing")
-    chosen = selection.choose(kin, cl, strategy, start=start, prefer=prefer, split=split)
-    found = regions(kin, cl, chosen.joints, cone=cone)
+    tools = cl.by_tool()
+    if errors is not None and any(length not in (None, machine.tool_length) for _, length in tools):
+        raise InputError("errors", f"one tool, {machine.tool_length:g} mm long", "CL data with other lengths")
+    real = None if errors is None else Compensator(errors)
 
     progress("planning")
-    crossings = {region: Crossing(kin, cl, chosen.joints, region, tolerance=tolerance / 2) for region in found}
-    ways = [crossing.safe(singular, lean=lean) for crossing in crossings.values()] if singular != "direct" else []
-    for record in chosen.breaks:
-        over = Crossing(kin, cl, chosen.joints, (record - 1, record), tolerance=tolerance / 2)
-        ways.append(over.safe("retract", clearance=clearance))
-    on_path = along_the_records(chosen.joints, ways)
-    divided = on_path.linearized(kin, tolerance, cl)
-    divided.refuse_out_of_travel(machine, cl)
-    ideal = on_path if tcp else divided
-    motion, cautions = (ideal, ()) if real is None else compensated(real, ideal)
-    motion.refuse_out_of_travel(machine, cl)
-    motion, words = motion.thinned(kin, tcp)
-    planned, seconds = motion.blocks(machine, cl, words, tcp)
+    plans = []
+    for part, length in tools:
+        plans.append(
+            plan(
+                part,
+                machine if length is None else machine.with_setup(tool_length=length),
+                real=real,
+                tcp=tcp,
+                tolerance=tolerance,
+                strategy=strategy,
+                start=plans[-1].chosen.joints[-1] if plans else start,
+                prefer=prefer,
+                split=split,
+                singular=singular,
+                cone=cone,
+                lean=lean,
+                clearance=clearance,
+            )
+        )
 
     progress("writing")
-    text = program.write(planned, machine, dialect, name=name)
+    text = program.write(program.joined([each.blocks for each in plans]), machine, dialect, name=name)
 
     progress("reading back")
     blocks = program.read(text, machine, dialect, name=name)
 
     progress("proving")
-    proof = verify(kin, cl, blocks, motion, real=real)
+    ends = np.cumsum([len(each.blocks.words) for each in plans])
+    if ends[-1] != len(blocks.words):
+        raise MathpostError(f"{ends[-1]} blocks were written and {len(blocks.words)} read back")
+    parts = [blocks[end - len(each.blocks.words) : end] for each, end in zip(plans, ends, strict=True)]
+    proof = worst_of([each.prove(part, real) for each, part in zip(plans, parts, strict=True)])
     worst = max(proof.tip_error, proof.path_tip_error)
     if not worst <= tolerance:
         raise MathpostError(f"{cl.name}: the program is {worst:.6f} mm off the CL path, more than {tolerance} mm")
     uncompensated = None
     if real is not None:
-        ideal, words = ideal.thinned(kin, tcp)
-        uncompensated = verify(kin, cl, ideal.blocks(machine, cl, words, tcp)[0], ideal, real=real)
+        uncompensated = worst_of([verify(each.kin, each.cl, *each.uncompensated, real=real) for each in plans])
 
     passages = {}
     if compare:
         progress("comparing")
-        passages = {region: over.compare(lean=lean, clearance=clearance) for region, over in crossings.items()}
-    unit = "s" if not np.isnan(machine.max_rates).all() else "mm and degrees of travel"
-    first_branch = int((chosen.branch == 0).sum())
-    ranges = ", ".join(f"{first + 1}–{last + 1}" for first, last in found[:8]) + ", …" * (len(found) > 8)
+        for each in plans:
+            for (first, last), over in each.crossings.items():
+                region = each.cl.first + first, each.cl.first + last
+                passages[region] = over.compare(lean=lean, clearance=clearance)
     report = Report(
         verification=proof,
-        settings={
-            "CL data": f"{cl.name}, {len(cl)} records",
-            "machine": f"{machine.name} ({machine.arrangement})",
-            "selection": f"{strategy}, cost {chosen.cost:.3f} {unit}",
-            "branches": f"first {first_branch}, second {len(cl) - first_branch}",
-            "splits": ", ".join(f"before record {record + 1}" for record in chosen.breaks) or "none",
-            "singular": f"records {ranges}: {singular}" if found else "no region",
-            "tolerance": f"{tolerance:g} mm",
-            "program": f"{len(blocks.words)} moves, TCP {'on' if tcp else 'off'}",
-        },
-        time=seconds,
+        settings=dict(_settings(cl, machine, plans, strategy, singular, tolerance, len(blocks.words), tcp)),
+        time=sum(each.seconds for each in plans),
         uncompensated=uncompensated,
-        warnings=(*_warnings(cl, chosen.joints), *cautions),
-        strategies=tuple(_strategies(kin, cl, start, prefer)) if compare else (),
+        warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
+        strategies=tuple(_strategies(plans, start, prefer)) if compare else (),
         passages=passages,
     )
-    return Result(chosen.joints, blocks, motion.place, text, report)
+    return Result(
+        np.concatenate([each.chosen.joints for each in plans]),
+        blocks,
+        np.concatenate([each.cl.first + each.motion.place for each in plans]),
+        text,
+        report,
+    )
 
 
-def _warnings(cl, joints):
+def _settings(cl, machine, plans, strategy, singular, tolerance, moves, tcp):
+    """The lines of the report that say how the program was made."""
+    unit = "s" if not np.isnan(machine.max_rates).all() else "mm and degrees of travel"
+    first_branch = sum(int((each.chosen.branch == 0).sum()) for each in plans)
+    breaks = [each.cl.first + record for each in plans for record in each.chosen.breaks]
+    found = [(each.cl.first + first, each.cl.first + last) for each in plans for first, last in each.crossings]
+    ranges = ", ".join(f"{first + 1}–{last + 1}" for first, last in found[:8]) + ", …" * (len(found) > 8)
+    yield "CL data", f"{cl.name}, {len(cl)} records"
+    yield "machine", f"{machine.name} ({machine.arrangement})"
+    yield "selection", f"{strategy}, cost {sum(each.chosen.cost for each in plans):.3f} {unit}"
+    yield "branches", f"first {first_branch}, second {len(cl) - first_branch}"
+    yield "splits", ", ".join(f"before record {record + 1}" for record in breaks) or "none"
+    yield "singular", f"records {ranges}: {singular}" if found else "no region"
+    yield "tolerance", f"{tolerance:g} mm"
+    yield "program", f"{moves} moves, TCP {'on' if tcp else 'off'}"
+    comments = Counter(
+        remark.upper().replace("/", " ").split()[0] for _, remark in cl.remarks if isinstance(remark, str)
+    )
+    commands = Counter(remark.kind for _, remark in cl.remarks if not isinstance(remark, str))
+    said = [remark for _, remark in cl.remarks]
+    comments = Counter(remark.upper().replace("/", " ").split()[0] for remark in said if isinstance(remark, str))
+    commands = Counter(remark.kind for remark in said if not isinstance(remark, str))
+    if comments:
+        yield "comments", ", ".join(f"{word} {count}" for word, count in comments.most_common())
+    if commands:
+        yield "commands", ", ".join(f"{kind} {count}" for kind, count in commands.most_common())
+    for note in cl.notes:
+        yield "note", note
+
+
+def _warnings(each):
+    cl, joints = each.cl, each.chosen.joints
+    yield from each.cautions
+    kinds = {getattr(remark, "kind", "") for _, remark in cl.remarks}
+    if "compensation" in kinds:
+        yield "cutter compensation: proved for a radius of 0 in the control's tool table"
+    if "tool" in kinds and each.machine.programmed_point != "tip":
+        yield "X Y Z do not name the tip: the length of the tools has to be 0 in the control's tool table"
     if (np.isnan(cl.feeds) & ~cl.rapid).any():
         yield "the CL data state no feed for some moves; they carry no F word"
     swings = np.degrees(np.abs(np.diff(joints[:, 3:], axis=0))).max(axis=1)
     if swings.max(initial=0) > 90:
         record = int(swings.argmax())
-        yield f"a rotary axis swings {swings[record]:.1f}° from record {record + 1} to the next"
+        record += cl.first + 1
+        yield f"a rotary axis swings {swings.max():.1f}° from record {record} to the next"
 
 
-def _strategies(kin, cl, start, prefer):
+def _strategies(plans, start, prefer):
     """The rows of `Report.strategies`."""
     for name in selection.STRATEGIES:
+        cost, swings, before = 0.0, np.zeros(2), start
         try:
-            chosen = selection.choose(kin, cl, name, start=start, prefer=prefer)
+            for each in plans:
+                chosen = selection.choose(each.kin, each.cl, name, start=before, prefer=prefer)
+                steps = np.degrees(np.abs(np.diff(chosen.joints[:, 3:], axis=0)).max(axis=0, initial=0))
+                cost, swings, before = cost + chosen.cost, np.maximum(swings, steps), chosen.joints[-1]
         except MathpostError as error:
             yield name, np.nan, (), str(error)
             continue
-        swings = np.degrees(np.abs(np.diff(chosen.joints[:, 3:], axis=0)).max(axis=0, initial=0))
-        yield name, chosen.cost, tuple(swings), ""
+        yield name, cost, tuple(swings), ""

@@ -8,6 +8,7 @@ import codecs
 import math
 from bisect import bisect_left
 from dataclasses import dataclass
+from itertools import pairwise
 from operator import itemgetter
 
 import numpy as np
@@ -79,6 +80,17 @@ class CLData:
             self.first + start,
             self.notes,
         )
+
+    def by_tool(self):
+        """Return the parts of the path between changes of the tool, each with the tool's length or None."""
+        tools = [
+            (record, remark.values[1]) for record, remark in self.remarks if getattr(remark, "kind", "") == "tool"
+        ]
+        lengths = dict([(0, None), *((record, length) for record, length in tools if record < len(self))])
+        edges = [*lengths, len(self)]
+        if len(lengths) == 1:
+            return [(self, lengths[0])]
+        return [(self.part(*edge), length) for edge, length in zip(pairwise(edges), lengths.values(), strict=True)]
 
     def at(self, place):
         """Return tip and axis, each (..., 3), between the records: 2.25 is a quarter of the way from 2 to 3.

@@ -43,8 +43,8 @@ PLAIN = text.Pattern(
 FREE_TEXT = "PARTNO PPRINT REMARK INSERT TPRINT CATPROCESS CATPRODUCT OP_NAME PROGRAM"
 NAMES = "TOOL PATH/END-OF-PATH/SETUP/BOX/OPFEATSTART/OPFEATEND/MACHIN/MACHINE/SEQNO/FINI/END".split("/")
 SETTINGS = (
-    "TLDATA CUTTER TOOLNO SELECT SELCTL SELECTL MULTAX INTOL OUTTOL TOLER LINTOL CLEARP CLRSRF OPSKIP LEADER REWIND "
-    "CHECK SAFETY TMARK PLABEL AUTOPS PSIS SWITCH ARCSLP DISPLY PAINT"
+    "TLDATA CUTTER TOOLNO SELECT SELCTL SELECTL MULTAX INTOL OUTTOL TOLER LINTOL CLEARP CLRSRF OPSKIP LEADER "
+    "REWIND CHECK SAFETY TMARK PLABEL AUTOPS PSIS SWITCH ARCSLP DISPLY PAINT"
 )
 INERT = frozenset([*FREE_TEXT.split(), *NAMES, *SETTINGS.split()])
 INERT_FAMILIES = ("CSI_",)  # beginnings of words
@@ -148,7 +148,7 @@ class Statements:
     # Lines
 
     def take_file(self, content):
-        """Take all lines; refuse the file if anything in it is wrong, and say all that is."""
+        """Take all lines."""
         if not content.isascii():
             self.encoding = next(each for each in ENCODINGS if _decodes(content, each))
         start = 0
@@ -159,9 +159,6 @@ class Statements:
             start = stop
         if self.statement:
             self.problem(self.start, "", "the continuation of this statement", "the end of the file")
-        self.refuse_problems()
-        if not self.count:
-            raise InputError(self.name, "at least one GOTO", "none")
 
     def take_block(self, block):
         """Take whole lines: runs of plain records together, the others one by one."""
@@ -276,7 +273,13 @@ class Statements:
         self.rapid = False
 
     def records(self):
-        """Return points and axes, shape (3, n), feeds, rapid and lines; refuse an axis that is not unit."""
+        """Return points and axes, shape (3, n), feeds, rapid and lines.
+
+        Refuses the file if anything in it is wrong, and says all that is.
+        """
+        if not self.runs:
+            self.refuse_problems()
+            raise InputError(self.name, "at least one GOTO", "none")
         lines, numbers, feeds, rapid = (
             np.concatenate(columns, axis=-1) for columns in zip(*self.runs, strict=True)
         )
@@ -532,7 +535,10 @@ class Statements:
         same = all(np.allclose(one, other, atol=1e-9) for one, other in zip(system, self.first_system, strict=True))
         if not same:
             self.counts["changes of the coordinate system, brought into the first", ""] += 1
-        self.system, self.point = (None if same else system), None
+        here = self.system or self.first_system
+        if not all(np.allclose(one, other, atol=1e-9) for one, other in zip(system, here, strict=True)):
+            self.point = None  # nobody has said it in these coordinates
+        self.system = None if same else system
 
     def trntyp(self, line, words, statement):
         if words[:1] != ["WORLD"] or any(self.numbers(words[1:])):
@@ -573,6 +579,8 @@ class Statements:
         self.loadtl(line, words[1:], statement)
 
     def loadtl(self, line, words, statement):
+        if self.cycle is not None:
+            raise _Wrong("CYCLE/OFF before the tool is changed", "a cycle that holds")
         number = self.number(words[0] if words else "")
         if number != int(number) or not 0 <= number <= 99_999_999:
             raise _Wrong("the number of a tool", words[0])

@@ -48,6 +48,11 @@ class Blocks:
     tcp: bool = False
     remarks: tuple = ()
 
+    def __getitem__(self, rows):
+        """The moves of a slice, without remarks."""
+        columns = (column[rows] for column in (self.words, self.feeds, self.seconds, self.rapid))
+        return Blocks(*columns, self.tcp)
+
     @property
     def joints(self):
         """`words` with the rotary angles in radians, shape (n, 5)."""

@@ -27,7 +27,7 @@ from mathpost.post.controls import (
 )
 from mathpost.post.text import Column, Item, Pattern
 
-__all__ = ["DECIMALS", "DIALECTS", "SHORTEST_TIME", "Blocks", "read", "rounded", "write"]
+__all__ = ["DECIMALS", "DIALECTS", "SHORTEST_TIME", "Blocks", "joined", "read", "rounded", "write"]
 
 RAPID, TIME, FEED = " FMAX", " FT", " F"
 FEED_WORD = re.compile(rf"(FMAX|FT|F)({bulk.NUMBER})?")
@@ -37,6 +37,19 @@ BLOCK = 2**19  # bytes that are read at once: what is made of them fits the proc
 def rounded(joints):
     """Return joints (n, 5) in mm and radians as words in mm and degrees, rounded as they will be printed."""
     return printed(np.concatenate([joints[:, :3], np.rad2deg(joints[:, 3:])], axis=1))
+
+
+def joined(parts):
+    """Return `Blocks` one after the other as one."""
+    if len(parts) == 1:
+        return parts[0]
+    firsts = np.cumsum([0, *(len(part.words) for part in parts[:-1])])
+    columns = (np.concatenate([getattr(part, name) for part in parts]) for name in ("feeds", "seconds", "rapid"))
+    words = np.concatenate([part.words.T for part in parts], axis=1).T
+    remarks = (
+        (first + row, remark) for first, part in zip(firsts, parts, strict=True) for row, remark in part.remarks
+    )
+    return Blocks(words, *columns, parts[0].tcp, tuple(remarks))
 
 
 def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):

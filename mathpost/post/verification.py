@@ -89,8 +89,15 @@ def verify(kin, cl, blocks, motion, *, real=None):
         axis_error=float(np.degrees(2 * np.arcsin(min(_distance(axis[at], cl.axes).max() / 2, 1)))),
         path_tip_error=path_tip,
         path_axis_error=float(np.degrees(path_axis)),
-        worst_record=int(np.ceil(motion.place[worst + 1])) + 1,
+        worst_record=cl.first + int(np.ceil(motion.place[worst + 1])) + 1,
     )
+
+
+def worst_of(proofs):
+    """Return the `Verification` that says of several the worst."""
+    farthest = max(proofs, key=lambda proof: proof.path_tip_error)
+    names = ("tip_error", "axis_error", "path_tip_error", "path_axis_error")
+    return Verification(*(max(getattr(proof, name) for proof in proofs) for name in names), farthest.worst_record)
 
 
 def _distance(first, second):

@@ -93,7 +93,7 @@ def test_text_reads_back():
         ("FEDRAT/1,2\n", 1, "MMPM, IPM"),
         ("UNITS/FEET\n", 1, "FEET"),
         ("GOTO/1,2,3\nCIRCLE/0,0,0,0,0,1,5\n", 2, "CIRCLE"),
-        ("TLON,GOFWD/(CIRCLE/0,0,0,5),ON,(LINE/0,0,0,1,1,1)\n", 1, "CIRCLE"),
+        ("TLON,GOFWD/(CIRCLE/0,0,0,5),ON,(LINE/0,0,0,1,1,1)\n", 1, "INDIRV"),
         ("GODLTA/1,2,3\n", 1, "GODLTA"),
         ("CYCLE/DRILL,10\n", 1, "CYCLE"),
     ],
