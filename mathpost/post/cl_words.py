@@ -376,6 +376,8 @@ class Statements:
         NX writes the radius and tolerances and turns clockwise about the axis; Creo writes the radius, SolidWorks
         none, and both turn right-handed.
         """
+        if "TIMES" in words:
+            raise _Wrong("an arc of less than a turn (let NX write a helix as lines)", "TIMES: a helix")
         turned = {"COUNTERCLOCKWISE": 1, "CCLW": 1, "CLOCKWISE": -1, "CLW": -1}.get(words[-1] if words else "")
         values = self.numbers(words[:-1] if turned else words)
         if len(values) not in (6, 7, 11):
@@ -444,6 +446,8 @@ class Statements:
                 raise _Wrong("a cycle before CYCLE/ON", "none")
             self.cycle = None if kind != "ON" else self.cycle
             return
+        if kind == "DRILL" and words[:1] in (["DEEP"], ["BRKCHP"]):  # NX
+            kind, words = words[0], words[1:]
         kinds = "DRILL SPOT FACE CSINK CBORE DEEP DEEP2 BRKCHP BORE REAM TAP".split()
         if kind not in kinds:
             raise _Wrong(f"CYCLE/{', '.join(kinds)} or OFF", repr(statement[:40]))

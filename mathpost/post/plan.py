@@ -82,6 +82,11 @@ def plan(
     clearance=CLEARANCE,
 ):
     """Return the `Plan` of CL data with one tool; see `mathpost.post.run` for the options."""
+    turned = np.flatnonzero(np.linalg.norm(cl.axes[1:] + cl.axes[:-1], axis=1) < 1e-6)
+    if turned.size:
+        raise InputError(
+            cl.where(turned[0] + 1), "a tool axis not opposite to the one before", "one turned by 180°"
+        )
     kin = Kinematics(machine)
     chosen = selection.choose(kin, cl, strategy, start=start, prefer=prefer, split=split)
     found = regions(kin, cl, chosen.joints, cone=cone)
