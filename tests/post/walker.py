@@ -84,7 +84,7 @@ def walk(text, where=table_tip, origin=(0, 0, 0), lengths=None):
         assert len(words) == 5, f"{line}: an axis was never set"
         tip, axis = where(words, np.array(origin, dtype=float), (lengths or {}).get(tool, 0.0))
         seconds = np.nan
-        if time or inverse:
+        if time or (inverse and number):
             seconds = float(time[1]) if time else 60 / number
         elif feed and len(before) == 5 and all(before[name] == words[name] for name in "AC"):
             seconds = 60 * np.linalg.norm([before[name] - words[name] for name in "XYZ"]) / feed
