@@ -5,13 +5,14 @@ import math
 import sys
 from pathlib import Path
 
-from mathpost import machine
-from mathpost.compensate import machine_errors
-from mathpost.errors import MathpostError, write_bytes
+from mathpost import codegen, machine
+from mathpost.compensate.model import read_errors
+from mathpost.errors import MathpostError, write_bytes, write_text
+from mathpost.kinematics import Kinematics
 from mathpost.post import CONE, TOLERANCE, cl, run
-from mathpost.post.passage import Crossing
 from mathpost.post.program import DIALECTS
 from mathpost.post.selection import STRATEGIES
+from mathpost.post.ways import Crossing
 from mathpost.workbook import folder as workbook
 
 
@@ -26,6 +27,8 @@ def main(arguments=None):
     commands = parser.add_subparsers(dest="command", required=True)
     _add_post(commands)
     _add_check(commands)
+    _add_print(commands)
+    _add_show(commands)
     _add_lessons(commands)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     try:
@@ -63,7 +66,14 @@ def _add_post(commands):
     post.add_argument(
         "--compare", action="store_true", help="report the other strategies and ways through singular regions, too"
     )
+    post.add_argument(
+        "--ignore", type=_words, default=(), metavar="WORD,…", help="take these words of the CL file for comments"
+    )
     post.add_argument("-o", "--output", type=Path, metavar="FILE", help="program; by default standard output")
+
+
+def _words(text):
+    return tuple(word.strip() for word in text.split(",") if word.strip())
 
 
 def _vector(text):
@@ -77,7 +87,7 @@ def _post(options):
     """Write the program, and the report to standard error."""
     setup = machine.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
     result = run(
-        cl.read(options.cl),
+        cl.read(options.cl, tolerance=min(cl.ARC_TOLERANCE, options.tolerance / 5), ignored=options.ignore),
         setup,
         dialect=options.dialect,
         strategy=options.selection,
@@ -87,7 +97,7 @@ def _post(options):
         cone=CONE if options.cone is None else math.radians(options.cone),
         split=options.split,
         compare=options.compare,
-        errors=machine_errors.load(options.errors, setup) if options.errors else None,
+        errors=read_errors(options.errors, setup) if options.errors else None,
     )
     if options.output:
         write_bytes(options.output, result.program.encode())
@@ -138,6 +148,41 @@ def _check(options):
 
 def _progress(done, total, path):
     print(f"{done}/{total} {path.name}", file=sys.stderr)
+
+
+def _add_print(commands):
+    printed = commands.add_parser(
+        "print", help="forward, inverse and Jacobian of a machine as JavaScript, C or LaTeX"
+    )
+    printed.set_defaults(run=_print)
+    printed.add_argument("machine", type=Path, metavar="MACHINE", help="machine file, TOML")
+    printed.add_argument("--to", choices=codegen.LANGUAGES, required=True)
+    printed.add_argument("-o", "--output", type=Path, metavar="FILE", help="by default standard output")
+
+
+def _print(options):
+    """Print the functions of a machine."""
+    text = codegen.machine(Kinematics(machine.load(options.machine)), options.to)
+    if options.output:
+        write_text(options.output, text)
+    else:
+        print(text, end="")
+    return 0
+
+
+def _add_show(commands):
+    show = commands.add_parser("show", help="a machine as a page that moves, with the signs of its axes in words")
+    show.set_defaults(run=_show)
+    show.add_argument("machine", type=Path, metavar="MACHINE", help="machine file, TOML")
+    show.add_argument("-o", "--output", type=Path, metavar="PAGE", required=True, help="HTML")
+
+
+def _show(options):
+    """Write the page."""
+    from mathpost.course import machine_page
+
+    write_text(options.output, machine_page.page(Kinematics(machine.load(options.machine))))
+    return 0
 
 
 def _add_lessons(commands):

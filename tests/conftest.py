@@ -8,15 +8,30 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from mathpost import machine
-from mathpost.compensate.error_model import ErrorModel
+from mathpost.compensate.model import ErrorModel
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl, text
 
 ROOT = Path(__file__).parent.parent
 DATA = ROOT / "data"
 MACHINE_FILES = sorted((DATA / "machines").glob("*.toml"))
+
+# Everybody's tests draw the same examples each time. By hand, and as often as one likes: --hypothesis-profile=many
+MANY = 50
+settings.register_profile("same", derandomize=True, deadline=None)
+settings.register_profile("many", derandomize=False, deadline=None, print_blob=True)
+settings.load_profile("same")
+
+
+def pytest_collection_modifyitems(items):
+    """With the profile "many" each test of random examples draws `MANY` times as many as it says."""
+    if settings.get_current_profile_name() == "many":
+        for test in {item.obj for item in items if hasattr(getattr(item, "obj", None), "hypothesis")}:
+            said = test._hypothesis_internal_use_settings
+            test._hypothesis_internal_use_settings = settings(said, max_examples=MANY * said.max_examples)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -169,7 +169,11 @@ def test_an_exercise_tells_wrong_from_right(page):
     panel = page.evaluate(RUN, "notebooks/01_rotating_a_point.ipynb")["id"]
     stub = page.locator(f"#{panel} .jp-Notebook-cell:has(.jp-InputArea)", has_text="coordinates_after_alpha = None")
     number = stub.evaluate("cell => [...cell.parentElement.children].indexOf(cell)")
-    answer, check = (page.locator(f"#{panel} .jp-Notebook-cell").nth(number + step) for step in (0, 1))
+    answer, check, solved = (page.locator(f"#{panel} .jp-Notebook-cell").nth(number + step) for step in (0, 1, 2))
+    solutions = page.locator(f"#{panel} details pre")
+    solved.get_by_text("Solution of 01-sign: you have not tried yet", exact=True).wait_for()
+    assert solutions.count() >= 3
+    assert not any(solution.is_visible() for solution in solutions.all())
     for typed, said in (
         ("[-4, 3, 5]", "01-sign · not yet. This turns the point"),
         ("[4, -3, 5]", "01-sign · right."),
@@ -181,6 +185,9 @@ def test_an_exercise_tells_wrong_from_right(page):
         page.keyboard.press("Shift+Enter")
         check.locator(".jp-OutputArea-output", has_text=said).wait_for()
         check.screenshot(path=PICTURES / f"exercise_{said.split()[2].strip('.')}.png")
+    solved.get_by_text("Solution of 01-sign", exact=True).click()  # what it says of an attempt has changed
+    assert solved.locator("pre").is_visible()
+    solved.screenshot(path=PICTURES / "exercise_solution.png")
     assert not page.errors
     page.evaluate(CLOSE, panel)
 

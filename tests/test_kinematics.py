@@ -129,13 +129,13 @@ def test_out_of_reach_is_nan(dmu50v):
     assert dmu50v.reach == pytest.approx((0, np.pi / 2))
 
 
-def test_work_in_blocks_changes_nothing(kin, monkeypatch):
+def test_work_in_slices_changes_nothing(kin, monkeypatch):
     """Any shape, cut anywhere, with poles and unreachable axes among the rest."""
     joints = random_joints(kin, 60, seed=7).reshape(3, 20, 5)
     tip, axis = kin.forward(joints)
     axis[1, 3] = -np.array(kin.inverse_symbolic.pole, float)
     whole = kin.inverse(tip, axis)
-    monkeypatch.setattr(rotation, "BLOCK", 7)
+    monkeypatch.setattr(rotation, "SLICE", 7)
     for cut, uncut in ((kin.inverse(tip, axis), whole), (kin.forward(joints)[0], tip)):
         np.testing.assert_allclose(cut, uncut, rtol=1e-14, atol=1e-12)
     with pytest.raises(InputError, match=r"length zero at index \(2, 5\)"):

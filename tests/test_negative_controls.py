@@ -15,7 +15,7 @@ from mathpost.frame import CsyTransform, Frame
 from mathpost.kinematics import Kinematics
 from mathpost.plane.alignment import align
 from mathpost.plane.tilted_plane import Plane
-from mathpost.rotation import ACTIVE, PASSIVE
+from mathpost.rotation import ACTIVE, PASSIVE, zxz_left_transposed, zxz_right
 
 POINT = np.array([3.0, 4.0, 5.0])
 PRINTED = np.deg2rad([135, 54.7356, -90])
@@ -68,8 +68,18 @@ ZXZ_MISTAKES = {
 }
 
 
-def test_the_right_matrix_passes():
-    check_zxz(passive(*PRINTED), PRINTED)
+@pytest.mark.parametrize("right", [zxz_right, zxz_left_transposed, passive])
+def test_the_right_matrix_passes(right):
+    check_zxz(right(*PRINTED), PRINTED)
+
+
+@pytest.mark.parametrize("function", [zxz_right, zxz_left_transposed])
+@pytest.mark.parametrize("signs", [(-1, 1, 1), (1, -1, 1), (1, 1, -1), (-1, -1, -1)])
+def test_dot_products_catch_the_functions_called_with_a_wrong_sign_or_transposed(function, signs):
+    with pytest.raises(AssertionError):
+        check_zxz(function(*(PRINTED * signs)), PRINTED)
+    with pytest.raises(AssertionError):
+        check_zxz(function(*PRINTED).T, PRINTED)
 
 
 @pytest.mark.parametrize("name", ZXZ_MISTAKES)

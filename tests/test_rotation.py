@@ -38,9 +38,9 @@ def test_printed_example_by_both_recipes():
 
 
 def test_applied_without_matrices():
-    """More angles than one block holds, against SciPy; and every way to broadcast."""
+    """More angles than one slice holds, against SciPy; and every way to broadcast."""
     rng = np.random.default_rng(1)
-    angles, points = rng.uniform(-7, 7, (rotation.BLOCK + 5, 3)), rng.uniform(-9, 9, (rotation.BLOCK + 5, 3))
+    angles, points = rng.uniform(-7, 7, (rotation.SLICE + 5, 3)), rng.uniform(-9, 9, (rotation.SLICE + 5, 3))
     turned = Rotation.from_euler("ZXZ", angles).apply(points, inverse=True)
     np.testing.assert_allclose(zxz_apply(*angles.T, points), turned, atol=1e-13)
     np.testing.assert_allclose(zxz_apply(*angles[:3].T[..., None], points[:2]).shape, (3, 2, 3))

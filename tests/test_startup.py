@@ -1,23 +1,56 @@
-"""What starting costs: no module is loaded before it is needed."""
+"""What starting costs, and what the package offers under its own name: nothing is loaded before it is used."""
 
+import pkgutil
 import subprocess
 import sys
+import tomllib
+from pathlib import Path
 
 import pytest
+
+import mathpost
+
+ROOT = Path(__file__).parent.parent
 
 
 def loaded_after(statement):
     """Names of the modules that a fresh interpreter has loaded after a statement."""
     code = f"import sys; {statement}; print(*sys.modules)"
-    return set(
-        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stdout.split())
 
 
-def test_import_loads_neither_sympy_nor_matplotlib():
-    assert not loaded_after("import mathpost") & {"sympy", "matplotlib", "scipy", "numpy"}
+def test_import_loads_nothing_else():
+    loaded = loaded_after("import mathpost; dir(mathpost)")
+    assert {name for name in loaded if name.startswith("mathpost")} == {"mathpost"}
+    assert not loaded & {"sympy", "matplotlib", "scipy", "numpy"}
 
 
 @pytest.mark.parametrize("module", ["post", "__main__", "post.cl", "kinematics"])
 def test_post_processing_loads_no_pictures(module):
     assert not loaded_after(f"import mathpost.{module}") & {"matplotlib", "ipywidgets"}
+
+
+def test_what_is_offered_is_there_and_shadows_no_module():
+    modules = {name.split(".")[-1] for _, name, _ in pkgutil.walk_packages(mathpost.__path__, "mathpost.")}
+    assert 8 <= len(mathpost.__all__) <= 12 and set(mathpost.__all__) <= set(dir(mathpost))
+    for name in mathpost.__all__:
+        assert callable(getattr(mathpost, name)) and name not in modules
+    assert mathpost.load_machine("data/machines/dmu50v.toml").arrangement == "table-table"
+
+
+def test_an_unknown_name_is_an_error_and_a_module_stays_one():
+    with pytest.raises(AttributeError, match="module 'mathpost' has no attribute 'dough'"):
+        mathpost.dough  # noqa: B018
+    assert "load" in vars(sys.modules["mathpost.machine"])
+    loaded_after("from mathpost import machine, load_machine; assert machine.load is load_machine")
+
+
+def test_everything_in_the_rooms_is_shipped():
+    """Each folder of the package is a package, and each file that is not Python is named by the package data."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    files = [path for path in (ROOT / "mathpost").rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+    assert project["packages"]["find"]["include"] == ["mathpost*"]
+    for path in files:
+        assert (path.parent / "__init__.py").exists(), path
+        assert path.suffix == ".py" or any(path.match(pattern) for pattern in project["package-data"]["*"]), path

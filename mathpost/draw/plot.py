@@ -10,7 +10,7 @@ from IPython.display import Math, display
 from openpyxl.utils import get_column_letter
 
 from mathpost.draw.described import describe
-from mathpost.post.deviation import true_tip
+from mathpost.post.between_blocks import true_tip
 from mathpost.workbook.report import STATUS_COLOUR
 
 # Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.

@@ -1,12 +1,12 @@
-"""From CL data to a verified NC program; `run` calls the modules in turn.
+"""From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
-Read them in this order: `cl` (with `cl_words` and `arcs`), `plan`, `selection` (with `travel` and `yu_dan`),
-`singularity` and `passage`, `deviation` and `linearization`, `motion`, `program` (with `controls` and `text`),
-`verification` and `report`.
+Read `run` first, then `cl` (with `cl_words` and `arcs`), `plan`, `selection` (beside it `travel` and `yu_dan`),
+`singular` (and `ways` through it), `between_blocks`, `program` (with `controls` and `text`), `proof`.
 """
 
 from collections import Counter
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +14,12 @@ import numpy as np
 from mathpost.compensate.compensation import Compensator
 from mathpost.errors import InputError, MathpostError
 from mathpost.post import controls, program, selection
-from mathpost.post.passage import CLEARANCE, LEAN, Crossing
-from mathpost.post.plan import CONE, TOLERANCE, plan
-from mathpost.post.report import Report
-from mathpost.post.verification import verify, worst_of
+from mathpost.post.plan import plan
+from mathpost.post.proof import Report, prove, worst_of
+from mathpost.post.ways import CLEARANCE, LEAN, Crossing, refuse_nonsense
+
+TOLERANCE = 0.01  # mm
+CONE = np.radians(1.0)  # about the singular tool axes
 
 
 @dataclass(frozen=True)
@@ -85,12 +87,12 @@ def run(
     strategy, start, prefer, split
         As in `mathpost.post.selection.choose`; at a split the tool is retracted, unwound and returned.
     singular : str
-        The way through singular regions, one of `Crossing.SAFE`.
+        The way through singular regions, one of `mathpost.post.ways.Crossing.SAFE`.
     cone : float or None
-        Radians about the singular tool axes; None lets feed and rates decide. See `singularity.regions`.
+        Radians about the singular tool axes; None lets feed and rates decide. See `mathpost.post.singular.regions`.
     lean, clearance : float
-        Radians and mm; see `Crossing.way`.
-    errors : mathpost.compensate.machine_errors.MachineErrors, optional
+        Radians and mm, above 0; see `mathpost.post.ways.Crossing.way`.
+    errors : mathpost.compensate.model.MachineErrors, optional
         What was measured on the machine: the program is compensated for it, and verified on the machine as it is.
     compare : bool
         Whether the report compares all strategies, and all ways through each region.
@@ -109,7 +111,7 @@ def run(
     ReachError
         If the tool axis, a joint, or a way through a singular region is out of reach, with the record.
     MathpostError
-        If the program is off the CL path by more than the tolerance.
+        If the program does not pass its proof; see `mathpost.post.proof.prove`.
 
     Examples
     --------
@@ -126,38 +128,26 @@ def run(
     """
     if singular not in Crossing.SAFE:
         raise InputError("singular", " or ".join(Crossing.SAFE), repr(singular))
-    if not tolerance > 0:
+    if not 0 < tolerance < np.inf:
         raise InputError("tolerance", "mm above 0", repr(tolerance))
+    if cone is not None and not 0 < cone < np.pi:
+        raise InputError("cone", "radians above 0 and below π, or none", repr(cone))
     if errors is not None and errors.machine != machine:
         raise InputError("errors", f"those of {machine.name!r}, set up alike", repr(errors.machine.name))
-    progress = progress or (lambda stage: None)
-    name = name or Path(cl.name).stem
+    refuse_nonsense(lean, clearance)
     controls.control_for(machine, dialect)  # refuses what cannot be written before the work
-    tools = cl.by_tool()
-    if errors is not None and any(length not in (None, machine.tool_length) for _, length in tools):
+    progress, name = progress or (lambda stage: None), name or Path(cl.name).stem
+    tools, real = cl.by_tool(), None if errors is None else Compensator(errors)
+    if real is not None and any(length not in (None, machine.tool_length) for _, length in tools):
         raise InputError("errors", f"one tool, {machine.tool_length:g} mm long", "CL data with other lengths")
-    real = None if errors is None else Compensator(errors)
 
     progress("planning")
     plans = []
     for part, length in tools:
-        plans.append(
-            plan(
-                part,
-                machine if length is None else machine.with_setup(tool_length=length),
-                real=real,
-                tcp=tcp,
-                tolerance=tolerance,
-                strategy=strategy,
-                start=plans[-1].chosen.joints[-1] if plans else start,
-                prefer=prefer,
-                split=split,
-                singular=singular,
-                cone=cone,
-                lean=lean,
-                clearance=clearance,
-            )
-        )
+        setup = machine if length is None else machine.with_setup(tool_length=length)
+        begin = plans[-1].chosen.joints[-1] if plans else start
+        chosen = partial(selection.choose, strategy=strategy, start=begin, prefer=prefer, split=split)
+        plans.append(plan(part, setup, chosen, real, tcp, tolerance, singular, cone, lean, clearance))
 
     progress("writing")
     text = program.write(program.joined([each.blocks for each in plans]), machine, dialect, name=name)
@@ -169,96 +159,98 @@ def run(
     ends = np.cumsum([len(each.blocks.words) for each in plans])
     if ends[-1] != len(blocks.words):
         raise MathpostError(f"{ends[-1]} blocks were written and {len(blocks.words)} read back")
-    parts = [blocks[end - len(each.blocks.words) : end] for each, end in zip(plans, ends, strict=True)]
-    proof = worst_of([each.prove(part, real) for each, part in zip(plans, parts, strict=True)])
-    worst = max(proof.tip_error, proof.path_tip_error)
-    if not worst <= tolerance:
-        raise MathpostError(f"{cl.name}: the program is {worst:.6f} mm off the CL path, more than {tolerance} mm")
-    uncompensated = None
-    if real is not None:
-        uncompensated = worst_of([verify(each.kin, each.cl, *each.uncompensated, real=real) for each in plans])
+    read = [blocks[end - len(each.blocks.words) : end] for each, end in zip(plans, ends, strict=True)]
+    proofs = [
+        prove(each.kin, each.cl, part, each.motion, tolerance, real=real)
+        for each, part in zip(plans, read, strict=True)
+    ]
+    before = None if real is None else worst_of([each.uncompensated(real) for each in plans])
 
-    passages = {}
+    strategies, through = (), {}
     if compare:
         progress("comparing")
-        for each in plans:
-            for (first, last), over in each.crossings.items():
-                region = each.cl.first + first, each.cl.first + last
-                passages[region] = over.compare(lean=lean, clearance=clearance)
+        strategies = tuple(_strategies(plans, start, prefer))
+        through = {region: ways for each in plans for region, ways in each.compared(lean, clearance)}
     report = Report(
-        verification=proof,
-        settings=dict(_settings(cl, machine, plans, strategy, singular, tolerance, len(blocks.words), tcp)),
+        **vars(worst_of(proofs)),
+        settings=dict(_settings(cl, machine, plans))
+        | {"tolerance": f"{tolerance:g} mm", "program": f"{len(blocks.words)} moves, TCP {'on' if tcp else 'off'}"}
+        | dict(_said(cl)),
         time=sum(each.seconds for each in plans),
-        uncompensated=uncompensated,
         warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
-        strategies=tuple(_strategies(plans, start, prefer)) if compare else (),
-        passages=passages,
+        uncompensated=before,
+        strategies=strategies,
+        ways=through,
     )
-    return Result(
-        np.concatenate([each.chosen.joints for each in plans]),
-        blocks,
-        np.concatenate([each.cl.first + each.motion.place for each in plans]),
-        text,
-        report,
-    )
+    joints = np.concatenate([each.chosen.joints for each in plans])
+    place = np.concatenate([each.cl.first + each.motion.place for each in plans])
+    return Result(joints, blocks, place, text, report)
 
 
-def _settings(cl, machine, plans, strategy, singular, tolerance, moves, tcp):
-    """The lines of the report that say how the program was made."""
-    unit = "s" if not np.isnan(machine.max_rates).all() else "mm and degrees of travel"
+def _settings(cl, machine, plans):
+    """Lines of the report: how the program was made."""
     first_branch = sum(int((each.chosen.branch == 0).sum()) for each in plans)
     breaks = [each.cl.first + record for each in plans for record in each.chosen.breaks]
-    found = [(each.cl.first + first, each.cl.first + last) for each in plans for first, last in each.crossings]
-    ranges = ", ".join(f"{first + 1}–{last + 1}" for first, last in found[:8]) + ", …" * (len(found) > 8)
+    found = [(each.cl.first + first, each.cl.first + last) for each in plans for first, last in each.regions]
     yield "CL data", f"{cl.name}, {len(cl)} records"
     yield "machine", f"{machine.name} ({machine.arrangement})"
-    yield "selection", f"{strategy}, cost {sum(each.chosen.cost for each in plans):.3f} {unit}"
+    yield (
+        "selection",
+        f"{plans[0].chosen.strategy}, cost {sum(each.chosen.cost for each in plans):.3f} {_unit(machine)}",
+    )
     yield "branches", f"first {first_branch}, second {len(cl) - first_branch}"
     yield "splits", ", ".join(f"before record {record + 1}" for record in breaks) or "none"
-    yield "singular", f"records {ranges}: {singular}" if found else "no region"
-    yield "tolerance", f"{tolerance:g} mm"
-    yield "program", f"{moves} moves, TCP {'on' if tcp else 'off'}"
-    comments = Counter(
-        remark.upper().replace("/", " ").split()[0] for _, remark in cl.remarks if isinstance(remark, str)
-    )
-    commands = Counter(remark.kind for _, remark in cl.remarks if not isinstance(remark, str))
-    said = [remark for _, remark in cl.remarks]
-    comments = Counter(remark.upper().replace("/", " ").split()[0] for remark in said if isinstance(remark, str))
-    commands = Counter(remark.kind for remark in said if not isinstance(remark, str))
-    if comments:
-        yield "comments", ", ".join(f"{word} {count}" for word, count in comments.most_common())
-    if commands:
-        yield "commands", ", ".join(f"{kind} {count}" for kind, count in commands.most_common())
-    for note in cl.notes:
-        yield "note", note
+    yield "singular", f"records {_ranges(found)}: {plans[0].singular}" if found else "no region"
+
+
+def _said(cl):
+    """Lines of the report: what else the CL data say, and what was made of it."""
+    remarks = [remark for _, remark in cl.remarks]
+    comments = Counter(remark.upper().replace("/", " ").split()[0] for remark in remarks if isinstance(remark, str))
+    commands = Counter(remark.kind for remark in remarks if not isinstance(remark, str))
+    for name, counts in (("comments", comments), ("commands", commands)):
+        if counts:
+            yield name, ", ".join(f"{word} {count}" for word, count in counts.most_common())
+    if cl.notes:
+        yield "made of it", "; ".join(cl.notes)
+
+
+def _unit(machine):
+    """What the selection counts."""
+    return "mm and degrees of travel" if np.isnan(machine.max_rates).all() else "s"
+
+
+def _ranges(found):
+    """The first eight regions, in records counted from 1."""
+    return ", ".join([f"{first + 1}–{last + 1}" for first, last in found[:8]] + ["…"] * (len(found) > 8))
 
 
 def _warnings(each):
+    """Sentences on what a person should look at in one of the plans."""
     cl, joints = each.cl, each.chosen.joints
-    yield from each.cautions
     kinds = {getattr(remark, "kind", "") for _, remark in cl.remarks}
     if "compensation" in kinds:
         yield "cutter compensation: proved for a radius of 0 in the control's tool table"
-    if "tool" in kinds and each.machine.programmed_point != "tip":
+    if "tool" in kinds and each.kin.machine.programmed_point != "tip":
         yield "X Y Z do not name the tip: the length of the tools has to be 0 in the control's tool table"
     if (np.isnan(cl.feeds) & ~cl.rapid).any():
         yield "the CL data state no feed for some moves; they carry no F word"
     swings = np.degrees(np.abs(np.diff(joints[:, 3:], axis=0))).max(axis=1)
     if swings.max(initial=0) > 90:
-        record = int(swings.argmax())
-        record += cl.first + 1
-        yield f"a rotary axis swings {swings.max():.1f}° from record {record} to the next"
+        record = cl.first + int(swings.argmax())
+        yield f"a rotary axis swings {swings.max():.1f}° from record {record + 1} to the next"
+    yield from each.cautions
 
 
 def _strategies(plans, start, prefer):
     """The rows of `Report.strategies`."""
     for name in selection.STRATEGIES:
-        cost, swings, before = 0.0, np.zeros(2), start
+        cost, swings, begin = 0.0, np.zeros(2), start
         try:
             for each in plans:
-                chosen = selection.choose(each.kin, each.cl, name, start=before, prefer=prefer)
+                chosen = selection.choose(each.kin, each.cl, name, start=begin, prefer=prefer)
                 steps = np.degrees(np.abs(np.diff(chosen.joints[:, 3:], axis=0)).max(axis=0, initial=0))
-                cost, swings, before = cost + chosen.cost, np.maximum(swings, steps), chosen.joints[-1]
+                cost, swings, begin = cost + chosen.cost, np.maximum(swings, steps), chosen.joints[-1]
         except MathpostError as error:
             yield name, np.nan, (), str(error)
             continue

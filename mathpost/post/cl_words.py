@@ -26,6 +26,7 @@ UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
 MM_PER_INCH = 25.4
 BLOCK = 2**19  # bytes that are taken at once: what is made of them fits the processor's cache
 ENCODINGS = "utf-8", "gb18030", "cp1252", "latin-1"  # tried in turn; the last takes any byte
+LEAST_FEED = 0.001  # mm/min, which programs print
 SHOWN = 20  # causes that are listed when a file is refused
 NUMBER = re.compile(rf"{text.NUMBER}(?:[eE][-+]?\d+)?")
 LITERAL = re.compile(r"\(?\s*(CIRCLE|CYLNDR|LINE|POINT)\s*/([-+\d.eE,\s]*)")  # geometry within a statement
@@ -469,7 +470,7 @@ class Statements:
             else:
                 given[keys[word]] = value * (1.0 if word == "DWELL" else self.scale)
         feed = given.pop("feed")
-        if feed is None and not self.feed > 0:
+        if not (self.feed if feed is None else feed) >= LEAST_FEED:
             raise _Wrong("a feed in the cycle or before it", "none")
         if "depth" not in given or not given.get("clearance", 0) > 0:
             raise _Wrong("a depth (FEDTO or DEPTH) and a clearance (RAPTO or CLEAR)", repr(statement[:60]))
@@ -560,9 +561,10 @@ class Statements:
         if len(values) != 1 or len(units) > 1:
             raise _Wrong("FEDRAT/ a number and MMPM, IPM, MMPR or IPR", ",".join(words) or "nothing")
         value = self.number(values[0])
-        if value <= 0:
-            raise _Wrong("a feed above 0", f"{value:g}")
-        self.feed = self.per_minute(value, units[0] if units else "PERMIN")
+        feed = self.per_minute(value, units[0] if units else "PERMIN")
+        if feed < LEAST_FEED:
+            raise _Wrong(f"a feed above 0, at least {LEAST_FEED:g} mm/min", f"{value:g}")
+        self.feed = feed
 
     def per_minute(self, value, unit):
         """Return a feed in mm/min."""

@@ -1,129 +1,182 @@
-"""The motion of a machine along a CL path: poses, where on the path they stand, and what a program says of them."""
+"""The motion of a machine along a CL path: its poses, the time they take, and enough of them to keep a tolerance.
 
-from dataclasses import dataclass, replace
+Linearization (线性化) divides a move in the *workpiece*: tip on the CL segment, rotary angles in equal steps, X Y Z
+recomputed. Equation (8) of source 002 divides it in the joints, which puts the new points on the very line that the
+control follows anyway.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.compensate.compensation import Compensated, PoseError
-from mathpost.errors import InputError, ReachError
-from mathpost.post import program, travel
-from mathpost.post.deviation import levers
-from mathpost.post.linearization import linearize
-from mathpost.post.passage import block_times, in_cut
-from mathpost.rotation import blocks
+from mathpost.errors import ReachError
+from mathpost.post.between_blocks import derivative, deviation, from_segment, tip_deviation
 
 
 @dataclass(frozen=True)
 class Motion:
-    """The poses that the machine runs through.
+    """The poses that the machine runs through, all joints linearly from each to the next.
 
     Attributes
     ----------
     joints : ndarray, shape (m, 5)
         mm and radians.
     place : ndarray, shape (m,)
-        Where each stands on the CL path: 2.25 is a quarter of the way from record 2 to record 3.
+        Where each pose stands on the CL path: 2.25 is a quarter of the way from record 2 to record 3.
     lifted : ndarray of bool, shape (m,)
-        Whether the pose is off the part.
+        Whether the pose is off the part, retracted along the tool axis.
     """
 
     joints: np.ndarray
     place: np.ndarray
     lifted: np.ndarray
 
+    @classmethod
+    def on_part(cls, joints, place):
+        """Poses none of which is lifted."""
+        return cls(joints, np.asarray(place, dtype=float), np.zeros(len(joints), bool))
+
+    @classmethod
+    def joined(cls, parts):
+        """One motion after the other."""
+        return Motion(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__annotations__))
+
     def __getitem__(self, rows):
         """The same of some poses: a slice or an index array."""
         return Motion(self.joints[rows], self.place[rows], self.lifted[rows])
 
-    def linearized(self, kin, tolerance, cl):
-        """Divide the moves until the tip keeps `tolerance`, the printed digits included."""
-        tip, _ = cl.at(self.place)  # on the path, or lifted by so little that it does not count here
-        left = tolerance - _rounding(kin.machine, tip, tolerance)
-        divided = linearize(kin, self.joints, left, name=f"{cl.name}, block")
-        if len(divided.place) == len(self.place):
-            return self
-        place = np.interp(divided.place, np.arange(len(self.place)), self.place)
-        before, after = np.floor(divided.place).astype(int), np.ceil(divided.place).astype(int)
-        return Motion(divided.joints, place, self.lifted[before] | self.lifted[after])
-
-    def thinned(self, kin, tcp):
-        """Leave out the poses that repeat all words of the one before.
-
-        Returns
-        -------
-        Motion
-        ndarray, shape (m, 5)
-            The words of the poses as they will be printed.
-        """
-        joints = self.joints
-        if tcp:
-            joints = np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1)
-        words = program.rounded(joints)
-        keep = np.r_[True, (words[1:] != words[:-1]).any(axis=1)]
-        return (self, words) if keep.all() else (self[keep], words[keep])
-
-    def blocks(self, machine, cl, words, tcp):
-        """Return the `program.Blocks` of these words, and the time that the moves take in s."""
-        record = np.ceil(self.place).astype(int)
-        feeds, rapid, cut = cl.feeds[record], cl.rapid[record], in_cut(self.lifted)
-        turning = np.r_[False, (words[1:, 3:] != words[:-1, 3:]).any(axis=1)]
-        tip, _ = cl.at(self.place)  # in cut the tip is on the path
-        seconds = np.r_[np.nan, block_times(machine, self.joints, tip, feeds[1:], cut)]
-        inverse = turning & ~np.isnan(feeds) & ~rapid & (not tcp)
-        # A remark stands before the first block of the move to its record.
-        before = np.searchsorted(self.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
-        remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
-        timed = np.where(inverse, seconds, np.nan)
-        return program.Blocks(words, feeds, timed, rapid, tcp, remarks), float(seconds[1:].sum())
-
-    def refuse_out_of_travel(self, machine, cl):
-        """Check every pose, those between the records included; raise `ReachError` for the first that is out."""
-        out = np.flatnonzero(~travel.all_within(machine, self.joints))
-        if out.size:
-            sentences = travel.out_of_travel(machine, self.joints[out[0]])
-            raise ReachError(f"{cl.where(int(self.place[out[0]]))} and on: {'; '.join(sentences)}")
+    @property
+    def in_cut(self):
+        """Whether each move is in cut, both ends on the part, shape (m - 1,)."""
+        return ~(self.lifted[:-1] | self.lifted[1:])
 
 
-def along_the_records(joints, ways):
-    """Return the `Motion` through the joints (n, 5) chosen for the records, with each of `ways` in its place.
+def feed_times(tip, feeds):
+    """Times (s) that the feed gives the moves between tips (m, 3), shape (m - 1,); NaN where none is stated."""
+    return 60 * np.linalg.norm(np.diff(tip, axis=0), axis=1) / feeds
 
-    The ways follow each other; where one begins at the record at which another ends, both have its pose.
+
+def block_times(machine, joints, tip, feeds, in_cut):
+    """Times (s) that the moves between joints (m, 5) take: what the feed asks in cut, or the slowest axis needs.
+
+    `tip`, shape (m, 3), is where the joints put the tool; `feeds` and `in_cut`, shape (m - 1,), are those of the
+    moves. On a machine that states no rates, no axis goes faster than the feed, in mm and degrees per minute; zero
+    where there is no feed either.
     """
-    parts, record = [], 0
-    for way in sorted(ways, key=lambda way: way.place[0]):
-        first, last = int(way.place[0]), int(way.place[-1])
-        parts.append(_of_records(joints, record, first))
-        parts.append(Motion(way.joints, way.place, way.lifted)[max(record - first, 0) :])
-        record = last + 1
-    parts.append(_of_records(joints, record, len(joints)))
-    columns = ([getattr(part, name) for part in parts] for name in ("joints", "place", "lifted"))
-    return Motion(*map(np.concatenate, columns))
+    rates, steps = machine.max_rates, np.abs(np.diff(joints, axis=0))
+    if np.isnan(rates).all():
+        degrees = np.array([1, 1, 1, *np.degrees([1, 1])])
+        by_axis = np.nan_to_num(60 * (steps * degrees).max(axis=1) / feeds)
+    else:
+        by_axis = (steps / np.where(np.isnan(rates), np.inf, rates)).max(axis=1)
+    return np.fmax(by_axis, np.where(in_cut, feed_times(tip, feeds), 0))
 
 
-def _of_records(joints, first, stop):
-    rows = np.arange(first, max(first, stop))
-    return Motion(joints[rows], rows.astype(float), np.zeros(len(rows), bool))
+def subdivide(kin, start, end, pieces):
+    """Divide moves evenly: tip on the segment, rotary angles in equal steps, X Y Z recomputed.
 
+    Parameters
+    ----------
+    kin : Kinematics
+    start, end : array_like, shape (m, 5)
+        Joints at both ends of each move, mm and radians.
+    pieces : int or array_like, shape (m,)
+        How many pieces each move is divided into.
 
-def compensated(compensator, motion):
-    """Return the `Motion` compensated for the errors of the machine, and sentences on what could not be."""
-    parts = [compensator.compensate(motion.joints[rows]) for rows in blocks(motion.joints.shape[:1])]
-    after = PoseError(*(np.concatenate([getattr(part.after, name) for part in parts]) for name in ("tip", "axis")))
-    joints, limited, refused = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("joints", "limited", "refused")
-    )
-    whole = Compensated(joints, parts[0].before, after, limited, refused)
-    return replace(motion, joints=joints), whole.cautions
-
-
-def _rounding(machine, tip, tolerance):
-    """Return how far the printed digits alone may move the tip, for the moves between tips (m, 3).
-
-    Refuses a tolerance that leaves no room for it.
+    Returns
+    -------
+    joints : ndarray, shape (sum of pieces, 5)
+        The end of every piece, one move after the other.
+    place : ndarray, shape (sum of pieces,)
+        Number of the move plus the part of it that is done: 2.25 is a quarter of the third move.
     """
-    lever = levers(machine) + np.sqrt((tip * tip).sum(axis=1))
-    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever)
-    if (worst := moved.max()) > tolerance / 2:
-        expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
-        raise InputError("tolerance", expected, f"{tolerance}")
-    return np.maximum(moved[:-1], moved[1:])
+    start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    pieces = np.broadcast_to(pieces, len(start))
+    move = np.repeat(np.arange(len(start)), pieces)
+    piece = np.arange(1, len(move) + 1) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    t, joints = piece / pieces[move], end[move]
+    inner = np.flatnonzero(t < 1)
+    of, part = move[inner], t[inner, None]
+    first, last = kin.forward(start[of])[0], kin.forward(end[of])[0]
+    joints[inner] = kin.close(first + part * (last - first), start[of, 3:] + part * (end - start)[of, 3:])
+    return joints, move + t
+
+
+def linearize(kin, joints, tolerance, *, place=None, lifted=None, max_pieces=4096, name="block"):
+    """Divide every move until the tip stays within `tolerance` of the straight segment between its ends.
+
+    Parameters
+    ----------
+    kin : Kinematics
+    joints : array_like, shape (n, 5)
+        mm and radians.
+    tolerance : float or array_like, shape (n - 1,)
+        mm; for all moves, or for each.
+    place, lifted : array_like, shape (n,), optional
+        See `Motion`; by default 0, 1, 2 … and nowhere.
+    max_pieces : int
+        The most pieces that one move may be divided into.
+    name : str
+        What a row is called in an error message.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    ReachError
+        If a move does not meet the tolerance with `max_pieces`; names it.
+    """
+    joints, rows = np.asarray(joints, dtype=float), np.arange(len(joints))
+    place = rows.astype(float) if place is None else np.asarray(place, dtype=float)
+    lifted = np.zeros(len(joints), bool) if lifted is None else np.asarray(lifted)
+    start, end = joints[:-1], joints[1:]
+    tolerance, pieces = np.broadcast_to(tolerance, len(start)), np.ones(len(start), dtype=int)
+    # A curve leaves its chord by at most an eighth of its second derivative: most moves need no closer look.
+    rest = np.flatnonzero(derivative(kin.machine, start, end, 2) / 8 > tolerance)
+    while rest.size:
+        ends, _ = subdivide(kin, start[rest], end[rest], pieces[rest])
+        firsts = np.cumsum(pieces[rest]) - pieces[rest]
+        starts = np.roll(ends, 1, axis=0)
+        starts[firsts] = start[rest]
+        error = np.maximum.reduceat(tip_deviation(kin, starts, ends), firsts)
+        over = error > tolerance[rest]
+        rest, error = rest[over], error[over]
+        # The error falls with the square of the number of pieces.
+        wanted = np.ceil(pieces[rest] * np.sqrt(error / tolerance[rest])).astype(int)
+        pieces[rest] = np.maximum(pieces[rest] + 1, wanted)
+        if pieces.max() > max_pieces:
+            move = int(pieces.argmax())
+            raise ReachError(
+                f"from {name} {move + 1} to {move + 2}: the tip strays {error[rest == move][0]:.6f} mm, more than "
+                f"{tolerance[move]:g} mm, and {max_pieces} pieces are not enough"
+            )
+    if (pieces == 1).all():
+        return Motion(joints, place, lifted)
+    divided, at = subdivide(kin, start, end, pieces)
+    divided, at = np.concatenate([joints[:1], divided]), np.r_[0.0, at]
+    before, after = np.floor(at).astype(int), np.ceil(at).astype(int)
+    return Motion(divided, np.interp(at, rows, place), lifted[before] | lifted[after])
+
+
+def equation_8(kin, start, end, tolerance, *, max_depth=12):
+    """Divide a move by equation (8) of source 002 taken literally, for the audit only.
+
+    The new points lie on the line in joint space, and each half is measured at its middle against its own chord.
+
+    Returns
+    -------
+    joints : ndarray, shape (pieces + 1, 5)
+        "Converged" by its own measure.
+    claimed, true : float
+        The largest error by that measure, and that against the segment of the whole move, mm.
+    """
+    for depth in range(max_depth):
+        joints = np.linspace(start, end, 2**depth + 1)
+        tip, middle = kin.forward(joints)[0], kin.forward((joints[:-1] + joints[1:]) / 2)[0]
+        claimed = from_segment(middle, tip[:-1], tip[1:]).max()
+        if claimed <= tolerance:
+            break
+    whole = np.broadcast_to(tip[[0, -1], None], (2, len(joints) - 1, 3))
+    return joints, float(claimed), float(deviation(kin, joints[:-1], joints[1:], tips=whole)[0].max())

@@ -1,24 +1,23 @@
 """What the machine does with one tool: joints chosen, ways through the singular regions, moves divided, blocks."""
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from mathpost.errors import InputError
+from mathpost.compensate.compensation import Compensated, PoseError
+from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
-from mathpost.machine import Machine
-from mathpost.post import selection
+from mathpost.post import program, travel
+from mathpost.post.between_blocks import levers
 from mathpost.post.cl import CLData
 from mathpost.post.controls import Blocks
-from mathpost.post.motion import Motion, along_the_records, compensated
-from mathpost.post.passage import CLEARANCE, LEAN, Crossing
+from mathpost.post.motion import Motion, block_times, linearize
+from mathpost.post.proof import measured
 from mathpost.post.selection import Selection
-from mathpost.post.singularity import regions
-from mathpost.post.verification import verify
-
-TOLERANCE = 0.01  # mm
-CONE = np.radians(1.0)  # about the singular tool axes
+from mathpost.post.singular import regions
+from mathpost.post.ways import Crossing
+from mathpost.rotation import slices
 
 
 @dataclass(frozen=True)
@@ -27,13 +26,16 @@ class Plan:
 
     Attributes
     ----------
-    machine : Machine
-        With the length of this tool.
     kin : Kinematics
+        Of the machine with this tool.
     cl : CLData
     chosen : mathpost.post.selection.Selection
-    crossings : dict
-        The singular regions (first and last record), each with its `Crossing`.
+    regions : list of (int, int)
+        The singular regions, first and last record.
+    singular : str
+        The way through them.
+    crossing : callable
+        Makes the `Crossing` of a region.
     motion, ideal : Motion
         Where the machine goes, and where it would go if nothing had been measured on it.
     blocks : Blocks
@@ -43,71 +45,145 @@ class Plan:
     cautions : tuple of str
     """
 
-    machine: Machine
     kin: Kinematics
     cl: CLData
     chosen: Selection
-    crossings: dict
+    regions: list
+    singular: str
+    crossing: object
     motion: Motion
     ideal: Motion
     blocks: Blocks
     seconds: float
     cautions: tuple
 
-    @cached_property
-    def uncompensated(self):
-        """The blocks and the motion if nothing had been measured."""
-        ideal, words = self.ideal.thinned(self.kin, self.blocks.tcp)
-        return ideal.blocks(self.machine, self.cl, words, self.blocks.tcp)[0], ideal
+    def uncompensated(self, real):
+        """Return as `Proof` what the real machine would do if nothing had been measured."""
+        motion, blocks, _ = _blocks(self.kin, self.cl, self.ideal, self.blocks.tcp)
+        return measured(self.kin, self.cl, blocks, motion, real=real)
 
-    def prove(self, blocks, real):
-        """Return the `Verification` of blocks that were read back."""
-        return verify(self.kin, self.cl, blocks, self.motion, real=real)
+    def compared(self, lean, clearance):
+        """Yield for each singular region, in records of the whole path, all ways through it."""
+        for first, last in self.regions:
+            through = self.crossing((first, last)).compare(lean=lean, clearance=clearance)
+            yield (self.cl.first + first, self.cl.first + last), through
 
 
-def plan(
-    cl,
-    machine,
-    *,
-    real=None,
-    tcp=False,
-    tolerance=TOLERANCE,
-    strategy="optimal",
-    start=None,
-    prefer=None,
-    split=False,
-    singular="direct",
-    cone=CONE,
-    lean=LEAN,
-    clearance=CLEARANCE,
-):
-    """Return the `Plan` of CL data with one tool; see `mathpost.post.run` for the options."""
+def plan(cl, machine, choose, real, tcp, tolerance, singular, cone, lean, clearance):
+    """Return the `Plan` of CL data with one tool.
+
+    Parameters
+    ----------
+    cl : CLData
+    machine : Machine
+        With this tool.
+    choose : callable
+        `mathpost.post.selection.choose` with its options.
+    real : Compensator or None
+    tcp, tolerance, singular, cone, lean, clearance
+        As in `mathpost.post.run`.
+    """
     turned = np.flatnonzero(np.linalg.norm(cl.axes[1:] + cl.axes[:-1], axis=1) < 1e-6)
     if turned.size:
-        raise InputError(
-            cl.where(turned[0] + 1), "a tool axis not opposite to the one before", "one turned by 180°"
-        )
+        raise InputError(cl.where(turned[0] + 1), "a tool axis not opposite to the one before", "a turn by 180°")
     kin = Kinematics(machine)
-    chosen = selection.choose(kin, cl, strategy, start=start, prefer=prefer, split=split)
+    chosen = choose(kin, cl)
     found = regions(kin, cl, chosen.joints, cone=cone)
-    crossings = {region: Crossing(kin, cl, chosen.joints, region, tolerance=tolerance / 2) for region in found}
-    ways = [crossing.safe(singular, lean=lean) for crossing in crossings.values()] if singular != "direct" else []
-    for record in chosen.breaks:
-        over = Crossing(kin, cl, chosen.joints, (record - 1, record), tolerance=tolerance / 2)
-        ways.append(over.safe("retract", clearance=clearance))
-    on_path = along_the_records(chosen.joints, ways)
-    divided = on_path.linearized(kin, tolerance, cl)
-    divided.refuse_out_of_travel(machine, cl)
-    ideal = on_path if tcp else divided
-    motion, cautions = (ideal, ()) if real is None else compensated(real, ideal)
-    motion.refuse_out_of_travel(machine, cl)
-    motion, words = motion.thinned(kin, tcp)
-    blocks, seconds = motion.blocks(machine, cl, words, tcp)
-    refuse_turning_compensation(cl, machine, blocks)
-    return Plan(machine, kin, cl, chosen, crossings, motion, ideal, blocks, seconds, cautions)
+    crossing = partial(Crossing, kin, cl, chosen.joints, tolerance=tolerance / 2)
+    options = {"lean": lean, "clearance": clearance}
+    passed = _unbroken(found, chosen.breaks) if singular != "direct" else ()
+    ways = [crossing(region).possible(singular, **options) for region in passed]
+    ways += [crossing((record - 1, record)).possible("retract", **options) for record in chosen.breaks]
+    motion = _through_the_records(chosen.joints, ways)
+    divided = _divided(kin, cl, motion, tolerance)
+    _refuse_out_of_travel(machine, cl, divided)
+    ideal, cautions = motion if tcp else divided, ()
+    motion = ideal
+    if real is not None:
+        motion, cautions = _compensated(real, motion)
+        _refuse_out_of_travel(machine, cl, motion)
+    motion, blocks, seconds = _blocks(kin, cl, motion, tcp)
+    _refuse_turning_compensation(cl, machine, blocks)
+    return Plan(kin, cl, chosen, found, singular, crossing, motion, ideal, blocks, seconds, cautions)
 
 
-def refuse_turning_compensation(cl, machine, blocks):
+def _unbroken(regions, breaks):
+    """The parts of regions between the records at which the path breaks."""
+    for first, last in regions:
+        inside = [record for record in breaks if first < record <= last]
+        for start, end in zip([first, *inside], [*(record - 1 for record in inside), last], strict=True):
+            if start < end:
+                yield start, end
+
+
+def _through_the_records(joints, ways):
+    """The `Motion` through the joints (n, 5) chosen for the records, with each of `ways` in its place."""
+    joints, place = np.asfortranarray(joints), np.arange(len(joints))  # joint by joint is read fastest
+    parts, record = [], 0  # the next record to be reached
+    for way in sorted(ways, key=lambda way: way.place[0]):
+        first, last = int(way.place[0]), int(way.place[-1])
+        parts.append(Motion.on_part(joints[record:first], place[record:first]))
+        # Where a way begins at the record at which another has ended, that pose is there already.
+        parts.append(way[1:] if record > first else way)
+        record = last + 1
+    return Motion.joined([*parts, Motion.on_part(joints[record:], place[record:])])
+
+
+def _divided(kin, cl, motion, tolerance):
+    """The motion with its moves divided until the tip keeps the tolerance, the printed digits included."""
+    tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
+    lever = levers(kin.machine) + np.linalg.norm(tip, axis=1)
+    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever)  # by the digits alone
+    if (worst := moved.max()) > tolerance / 2:
+        expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
+        raise InputError("tolerance", expected, f"{tolerance}")
+    left = tolerance - np.maximum(moved[:-1], moved[1:])
+    return linearize(kin, motion.joints, left, place=motion.place, lifted=motion.lifted, name=f"{cl.name}, block")
+
+
+def _refuse_out_of_travel(machine, cl, motion):
+    """Raise `ReachError` for the first pose, those between the records included, that is out of travel."""
+    out = np.flatnonzero(~travel.all_within(machine, motion.joints))
+    if out.size:
+        sentences = travel.out_of_travel(machine, motion.joints[out[0]])
+        raise ReachError(f"{cl.where(int(motion.place[out[0]]))} and on: {'; '.join(sentences)}")
+
+
+def _compensated(real, motion):
+    """The `Motion` compensated for the errors of the machine, and sentences on what could not be."""
+    parts = [real.compensate(motion.joints[rows]) for rows in slices(motion.joints.shape[:1])]
+    after = PoseError(*(np.concatenate([getattr(part.after, name) for part in parts]) for name in ("tip", "axis")))
+    joints, limited, refused = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("joints", "limited", "refused")
+    )
+    whole = Compensated(joints, parts[0].before, after, limited, refused)
+    return replace(motion, joints=joints), whole.cautions
+
+
+def _blocks(kin, cl, motion, tcp):
+    """What a program says of a motion: `program.Blocks`, the poses they end at, and the time they take in s.
+
+    A pose that repeats all words of the one before is left out.
+    """
+    joints = motion.joints
+    words = np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1) if tcp else joints
+    words = program.rounded(words)
+    kept = np.r_[True, (words[1:] != words[:-1]).any(axis=1)]
+    if not kept.all():
+        motion, words = motion[kept], words[kept]
+    record = np.ceil(motion.place).astype(int)
+    feeds, rapid, (tip, _) = cl.feeds[record], cl.rapid[record], cl.at(motion.place)  # in cut it is on the path
+    seconds = np.r_[np.nan, block_times(kin.machine, motion.joints, tip, feeds[1:], motion.in_cut)]
+    turning = np.r_[False, (words[1:, 3:] != words[:-1, 3:]).any(axis=1)]
+    by_time = turning & ~np.isnan(feeds) & ~rapid & (not tcp)
+    # A remark stands before the first block of the move to its record.
+    before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
+    remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
+    planned = program.Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)
+    return motion, planned, float(seconds[1:].sum())
+
+
+def _refuse_turning_compensation(cl, machine, blocks):
     """Raise `InputError` if a rotary axis moves while the control compensates the radius of the cutter.
 
     The control does so in its X-Y plane: the tool has to stand across it, and the rotary axes still.

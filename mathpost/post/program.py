@@ -158,13 +158,15 @@ def _number(control, count):
 def _columns(control, axes, blocks, numbers, changes, switches):
     """The moves as `Column`s; `changes` and `switches` as in `_between`."""
     words, timed = printed(blocks.words), ~(blocks.rapid | np.isnan(blocks.seconds))
-    seconds = np.where(timed, np.maximum(blocks.seconds, SHORTEST_TIME), 1.0)
+    # A time is rounded up and a feed down: no block is faster than it may be.
+    seconds = np.where(timed, np.maximum(_up(blocks.seconds, 3), SHORTEST_TIME), 1.0)
+    per_minute = np.where(timed, np.maximum(_down(60 / np.maximum(blocks.seconds, SHORTEST_TIME), 4), 1e-4), 1.0)
     if control is HEIDENHAIN:
         start, rapid = [Column("", numbers), Column(" L")], [Column(RAPID, shown=blocks.rapid)]
         times = Column(TIME, seconds, 3, shown=timed)
     else:
         start, rapid = [Column("N", _number(control, numbers)), *_codes(blocks.rapid, timed)], []
-        times = Column(FEED, 60 / seconds, 4, shown=timed)
+        times = Column(FEED, per_minute, 4, shown=timed)
     changed = np.concatenate([np.ones((1, 5), bool), words[1:] != words[:-1]])
     changed[changes] = True  # nobody knows where the machine went for its tool
     positions = [
@@ -181,8 +183,20 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     stated = np.zeros(len(words), bool)
     stated[fed] = _changes(blocks.feeds[fed]) | _changes(times_before[fed]) | _changes(tools_before[fed])
     whole = blocks.feeds == np.round(blocks.feeds)
-    feeds = [Column(FEED, blocks.feeds, n, shown=shown) for n, shown in ((0, stated & whole), (3, stated & ~whole))]
+    feeds = [
+        Column(FEED, np.where(whole, blocks.feeds, _down(blocks.feeds, 3)), decimals, shown=shown)
+        for decimals, shown in ((0, stated & whole), (3, stated & ~whole))
+    ]
     return [*start, *positions, *switched, *rapid, times, *feeds, Column("\n")]
+
+
+def _down(values, decimals):
+    """Round down to so many decimals; what is a multiple but for the last bits stays."""
+    return np.floor(values * 10.0**decimals * (1 + 1e-15) + 1e-9) / 10.0**decimals
+
+
+def _up(values, decimals):
+    return -_down(-values, decimals)
 
 
 def _codes(rapid, timed):

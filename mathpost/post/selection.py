@@ -2,8 +2,8 @@
 
 Each record has several *candidates*: two branches, each in every winding (±360°) inside travel, and at the pole
 also the outer angles of the neighbours. Three strategies choose one candidate for each record: the best way over
-the whole path by dynamic programming (动态规划, R. Bellman 1957), the shortest next move, and the rules of source
-002.
+the whole path by dynamic programming (动态规划, R. Bellman 1957), the shortest next move, or by the rules of
+source 002.
 """
 
 from dataclasses import dataclass
@@ -12,22 +12,8 @@ from functools import cache, cached_property
 import numpy as np
 
 from mathpost.errors import InputError, ReachError, as_array
-from mathpost.post import yu_dan
-from mathpost.post.travel import (
-    UNITS,
-    all_within,
-    cost,
-    count_turns,
-    endless,
-    move_costs,
-    nearest,
-    out_of_travel,
-    path_cost,
-    rates_or_weights,
-    short_way,
-    windings,
-    within_travel,
-)
+from mathpost.post import travel, yu_dan
+from mathpost.post.travel import UNITS, cost, nearest, within_travel
 
 STRATEGIES = ("optimal", "shortest", "paper")
 SWAY = np.radians(5.0)  # how far the tool axis may stray between two records in cut, besides half of its own turn
@@ -83,31 +69,23 @@ class Candidates:
     @cached_property
     def inside(self):
         """Whether all five joints are inside travel, shape (n, m)."""
-        return all_within(self.kin.machine, self.joints)
+        return travel.all_within(self.kin.machine, self.joints)
 
     def reason(self, record, candidate):
         """Say why a candidate is out, or return "" if it is not."""
         if np.isnan(self.joints[record, candidate]).any():
             return "tool axis out of reach"
-        return "; ".join(out_of_travel(self.kin.machine, self.joints[record, candidate]))
-
-    def reasons(self, record):
-        """Say why all candidates of a record are out."""
-        return " / ".join(dict.fromkeys(self.reason(record, candidate) for candidate in self._listed(record)))
+        return "; ".join(travel.out_of_travel(self.kin.machine, self.joints[record, candidate]))
 
     def table(self, record, previous=None, weights=None):
         """Return rows to show: branch, joints in mm and degrees, cost of the move from `previous`, why if out."""
-        listed, machine = self._listed(record), self.kin.machine
+        machine, known = self.kin.machine, ~np.isnan(self.joints[record]).any(axis=1)
+        listed = np.flatnonzero(known | ~known.any())  # those for the pole only at the pole
         joints = self.joints[record, listed]
-        steps = joints if previous is None else short_way(machine, joints - np.asarray(previous, dtype=float))
-        costs = move_costs(machine, steps, weights)
+        steps = joints if previous is None else travel.short_way(machine, joints - previous)
+        costs = travel.move_costs(machine, steps, weights)
         reasons = [self.reason(record, candidate) for candidate in listed]
         return list(zip(self.branch[listed].tolist(), joints * UNITS, costs, reasons, strict=True))
-
-    def _listed(self, record):
-        """The candidates to show: those for the pole only at the pole."""
-        known = ~np.isnan(self.joints[record]).any(axis=1)
-        return np.flatnonzero(known) if known.any() else np.arange(len(known))
 
 
 def candidates(kin, tip, axis):
@@ -191,22 +169,23 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     machine, prefer = kin.machine, prefer or _longer_side(kin)
     if strategy == "paper":
         joints, branch = yu_dan.choose(kin, cl, prefer)
-        return Selection(joints, branch, path_cost(machine, joints, weights, start), (), strategy)
+        return Selection(joints, branch, travel.path_cost(machine, joints, weights, start), (), strategy)
 
     solved, turns = _solutions(kin, cl.points, cl.axes), _turns(machine)
     first = _explained(kin, solved[..., :1])
-    price, slowest = rates_or_weights(machine, weights)
+    price, slowest = travel.rates_or_weights(machine, weights)
     if start is None:
         beginning = TIE * np.abs((first.joints[0] * UNITS)[:, 3:]).sum(axis=1)
         beginning += PREFERENCE * (first.branch != (0 if prefer > 0 else 1))
     else:
-        beginning = move_costs(machine, short_way(machine, first.joints[0] - start), weights)
+        beginning = travel.move_costs(machine, travel.short_way(machine, first.joints[0] - start), weights)
     picks, broken, unreachable, stuck = _loop(len(cl) * len(first.branch) ** 2)(
-        solved, turns, machine.limits, endless(machine), beginning, price, slowest,
+        solved, turns, machine.limits, travel.endless(machine), beginning, price, slowest,
         _tool_axis(kin), np.array(cl.axes.T, order="C"), np.array(cl.rapid), float(sway), strategy == "shortest",
     )  # fmt: skip
     if unreachable >= 0:
-        reasons = _explained(kin, solved[..., unreachable, None]).reasons(0)
+        rows = _explained(kin, solved[..., unreachable, None]).table(0)
+        reasons = " / ".join(dict.fromkeys(why for *_, why in rows))
         raise ReachError(f"{cl.where(unreachable)}: no solution inside travel: {reasons}")
     if stuck >= 0 and not split:
         options = {"weights": weights, "start": start, "split": True, "prefer": prefer, "sway": sway}
@@ -218,13 +197,13 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         )
     solution, winding = np.divmod(picks, turns.shape[1])
     joints = (solved[:, solution, np.arange(len(cl))] + turns[:, winding]).T
-    joints = count_turns(machine, joints, np.zeros(5) if start is None else start)
+    joints = travel.count_turns(machine, joints, np.zeros(5) if start is None else start)
     breaks = tuple(np.flatnonzero(broken).tolist())
-    return Selection(joints, solution % 2, path_cost(machine, joints, weights, start), breaks, strategy)
+    return Selection(joints, solution % 2, travel.path_cost(machine, joints, weights, start), breaks, strategy)
 
 
 def best_way(solved, turns, limits, endless, beginning, price, slowest, tool_axis, axes, rapid, sway, greedy):
-    """Find the candidate of each record: with the fewest breaks on the way, and then of the least cost.
+    """Find the candidate of each record: with the fewest breaks on the way, and among those of the least cost.
 
     Bellman's recursion: the best way to a candidate goes by the best way to one of the record before it.
 
@@ -234,31 +213,27 @@ def best_way(solved, turns, limits, endless, beginning, price, slowest, tool_axi
 
     Parameters
     ----------
-    solved : ndarray, shape (5, k, n)
-        Joints of `_solutions`.
-    turns : ndarray, shape (5, w)
-        What each winding adds; candidate number ``s·w + t`` is solution ``s`` in winding ``t``.
+    solved, turns : ndarrays, shape (5, s, n) and (5, w)
+        `_solutions` and `_turns`; candidate ``k·w + t`` is solution ``k`` in winding ``t``.
     limits, endless : ndarrays, shape (5, 2) and (5,)
         Travel, and which joints have no end.
-    beginning : ndarray, shape (k·w,)
+    beginning : ndarray, shape (s·w,)
         What it costs to begin with each candidate.
     price, slowest
         What a move costs, see `travel.cost`.
-    tool_axis : ndarray, shape (3, 3, 3)
-        See `_tool_axis`.
-    axes, rapid : ndarrays, shape (3, n) and (n,)
-        Tool axes of the CL data; a move in rapid traverse never breaks the path.
+    tool_axis, axes : ndarrays, shape (3, 3, 3) and (3, n)
+        `_tool_axis` of the machine, and the tool axes of the CL data.
+    rapid : ndarray of bool, shape (n,)
+        Moves in rapid traverse; they never break the path.
     sway : float
         See `choose`.
     greedy : bool
-        Whether of each record only the best candidate is kept: the shortest next move.
+        Whether only the best candidate of each record is kept: the shortest next move.
 
     Returns
     -------
-    picks : ndarray of int, shape (n,)
-        Number of the candidate of each record.
-    broken : ndarray of bool, shape (n,)
-        Whether the move to the record breaks the path.
+    picks, broken : ndarrays, shape (n,)
+        Number of the candidate of each record, and whether the move to it breaks the path.
     unreachable, stuck : int
         First record without a candidate inside travel, and first that every way reaches with a break; or −1.
     """
@@ -328,9 +303,9 @@ def best_way(solved, turns, limits, endless, beginning, price, slowest, tool_axi
 
 
 def sways_off(joints, step, tool_axis, axes, record, sway):
-    """Return whether the tool axis strays off its great circle on the way to a record; half way it strays furthest.
+    """Return whether the tool axis strays off its great circle on the way to a record. What it does half way tells.
 
-    Half way the great circle runs by the middle of its chord, at less than half of the turn.
+    There it may be away from the middle of the chord between the two axes by `sway` and half of that chord.
     """
     if abs(step[3]) + abs(step[4]) <= sway:
         return False
@@ -349,7 +324,7 @@ def sways_off(joints, step, tool_axis, axes, record, sway):
 
 @cache
 def _compiled():
-    """`best_way` as machine code, made once for all sessions if there is a folder to keep it in."""
+    """`best_way` as machine code, kept for all sessions if there is a folder for it; as it stands without Numba."""
     try:
         from numba import njit
         from numba.extending import register_jitable
@@ -395,7 +370,7 @@ def _solutions(kin, tip, axis):
 
 def _turns(machine):
     """What each winding of the two rotary axes adds to the joints, shape (5, w), radians."""
-    pairs = np.meshgrid(*(windings(*machine.limits[joint]) for joint in (3, 4)), indexing="ij")
+    pairs = np.meshgrid(*(travel.windings(*machine.limits[joint]) for joint in (3, 4)), indexing="ij")
     return np.concatenate([np.zeros((3, pairs[0].size)), np.reshape(pairs, (2, -1))])
 
 

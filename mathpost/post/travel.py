@@ -98,10 +98,9 @@ def count_turns(machine, joints, start):
 
 
 def rates_or_weights(machine, weights=None):
-    """Return what a mm or radian of each joint costs, shape (5,), and whether only the dearest joint counts.
+    """Return what a mm or radian of each joint costs, shape (5,), and whether only the slowest joint counts.
 
-    Seconds of the slowest axis, over the axes whose rate the machine states; where it states none, or where
-    `weights` (5 numbers, per mm and per degree) are given, the weighted sum of travel.
+    It is what `move_costs` counts by.
     """
     rates = machine.max_rates
     if weights is None and not np.isnan(rates).all():

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from mathpost.detective.euler_angles import explain
-from mathpost.detective.misreadings import Factors, matrices, wordings, written_decimals
+from mathpost.detective.misreadings import Factors, all_factors, matrices, wordings, written_decimals
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.errors import InputError
 
@@ -117,7 +117,20 @@ def test_nothing_is_made_up():
     assert "Only z is off" in explain(SOMEWHERE, POINT, off.round(4)).note
 
 
-def test_several_readings_are_told_apart():
+@pytest.mark.parametrize(("chance", "believed"), [(0.0045, True), (0.0055, False)])
+def test_a_match_is_believed_if_an_accident_is_less_probable_than_one_in_two_hundred(chance, believed):
+    """A point on a sphere of radius R, within ±t of given coordinates: 6t² of 4πR², for each misreading tried."""
+    costs = np.add.outer([f.cost for f in all_factors("ZXZ", 2)], [same[0].cost for same in wordings().values()])
+    tries = (costs <= 1 + 1e-9).sum()  # no more far-fetched than active elements
+    radius = np.sqrt(tries * 6 * 0.05**2 / (4 * np.pi * chance))
+    point = radius * np.array([3, 4, 5]) / np.sqrt(50)
+    angles = np.array([21.3123456, -47.9654321, 74.6135246])  # that every rounding changes
+    found = explain(angles, point, (WRONG["active"](angles) @ point).round(1), decimals=1)
+    assert found.explained == believed
+    assert not believed or found.misreadings[0].kinds == ("active",)
+
+
+def test_several_misreadings_are_told_apart():
     found = explain((90, 0, 0), (1, 0, 0), (0, 1, 0))
     assert len(found.misreadings) > 1 and "tell them apart" in found.note
     assert len({reading.sentence for reading in found.misreadings}) == len(found.misreadings)

@@ -96,6 +96,22 @@ def test_lock_is_flagged_and_resolved_by_the_stated_rule(notation, given, expect
     assert word in plane.note if word else plane.note == ""
 
 
+@pytest.mark.parametrize(("k", "rotation"), [(0, 0), (-1e-9, 360 - 1e-9), (-90, 270), (90, 90), (180, 180)])
+def test_eulrot_counts_from_0_up_to_360(k, rotation):
+    assert Plane("G68.2", [20, 30, k]).to("PLANE EULER")["EULROT"] == pytest.approx(rotation, abs=1e-11)
+
+
+@pytest.mark.parametrize("off", [1e-3, 0.1, -0.5])
+def test_vectors_less_perpendicular_than_seven_decimals_are_refused(off):
+    """Beside a right angle by so many degrees, either way; what the seventh decimal rounds is accepted."""
+    normal = [np.sin(np.radians(off)), 0, np.cos(np.radians(off))]
+    with pytest.raises(InputError, match=rf"perpendicular to N, found {90 - off:.4f} degrees"):
+        Plane("PLANE VECTOR", [1, 0, 0, *normal])
+    rng = np.random.default_rng(6)
+    for frame in Rotation.random(50, rng=rng).as_matrix():
+        Plane("PLANE VECTOR", np.round([*frame[:, 0], *frame[:, 2]], 7))
+
+
 def test_manual_vectors_are_not_perpendicular():
     values = (0.8, -0.4, -0.4472, 0.2, 0.2, 0.9592)
     with pytest.raises(InputError, match=r"B perpendicular to N, found 110\.42\d+ degrees"):

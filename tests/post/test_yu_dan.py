@@ -5,9 +5,9 @@ import pytest
 import sympy as sp
 
 from mathpost.post import selection
-from mathpost.post.deviation import deviation
-from mathpost.post.linearization import equation_8, linearize, subdivide
-from mathpost.post.passage import paper_clamped, paper_cubic
+from mathpost.post.between_blocks import deviation
+from mathpost.post.motion import equation_8, linearize, subdivide
+from mathpost.post.ways import paper_clamped, paper_cubic
 from mathpost.rotation import numeric
 from tests.conftest import DATA
 

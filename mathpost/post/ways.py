@@ -4,7 +4,7 @@ Among them are the two cubics that source 002 means (the one its table 3 was mad
 describes); they interpolate X Y Z together with the angles, so the tip leaves the part, and are here for the audit.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -12,9 +12,9 @@ from scipy.interpolate import CubicSpline
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post import cl as cldata
 from mathpost.post import selection, travel
-from mathpost.post.deviation import deviation
-from mathpost.post.linearization import linearize
-from mathpost.post.singularity import distance
+from mathpost.post.between_blocks import deviation
+from mathpost.post.motion import Motion, block_times, feed_times, linearize
+from mathpost.post.singular import distance
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline
 ASIDE_NODES = 181  # nodes of a path moved aside
@@ -23,18 +23,14 @@ CLEARANCE = 20.0  # mm
 
 
 @dataclass(frozen=True)
-class Passage:
-    """One way through a region.
+class Way(Motion):
+    """One way through a region, from its first record to its last; without poses if it is not possible.
 
     Attributes
     ----------
+    joints, place, lifted
+        As in `Motion`.
     name : str
-    joints : ndarray, shape (m, 5)
-        From the first record of the region to the last, mm and radians; empty if the way is not possible.
-    place : ndarray, shape (m,)
-        Where each stands on the CL path: 2.25 is a quarter of the way from record 2 to record 3.
-    lifted : ndarray of bool, shape (m,)
-        Whether the pose is off the part, retracted along the tool axis.
     peak_rate : float
         Largest rate that the outer rotary axis needs in cut to keep the stated feed, rad/s.
     per_record : bool
@@ -48,9 +44,6 @@ class Passage:
     """
 
     name: str
-    joints: np.ndarray
-    place: np.ndarray
-    lifted: np.ndarray
     peak_rate: float = np.nan
     tip_error: float = np.nan
     axis_error: float = np.nan
@@ -74,27 +67,28 @@ class Crossing:
     joints : array_like, shape (n, 5)
         The chosen joints of the whole path, mm and radians, windings counted.
     region : (int, int)
-        First and last record (from 0), as `mathpost.post.singularity.regions` gives them.
+        First and last record (from 0), as `mathpost.post.singular.regions` gives them.
     tolerance : float
         mm; how near the tip must stay to the CL data in the ways that recompute X Y Z.
     """
 
-    WAYS = ("direct", "other branch", "linear", "cubic", "aside", "retract", "paper cubic", "paper clamped")
     SAFE = ("direct", "other branch", "linear", "cubic", "aside", "retract")
+    WAYS = (*SAFE, "paper cubic", "paper clamped")
 
     def __init__(self, kin, cl, joints, region, *, tolerance=0.01):
         self.kin, self.cl, self.joints, self.tolerance = kin, cl, np.asarray(joints, dtype=float), tolerance
         self.first, self.last = region
         if not 0 <= self.first < self.last < len(self.joints):
             raise InputError("region", f"two records from 0 to {len(self.joints) - 1}", repr(tuple(region)))
+        self.records = np.arange(self.first, self.last + 1)
         self.outer = kin.symbols.index(kin.inverse_symbolic.outer)
 
     def compare(self, **options):
-        """Return all ways as a list of `Passage`; one that is not possible says why."""
+        """Return all ways as a list of `Way`; one that is not possible says why."""
         return [self.way(name, **options) for name in self.WAYS]
 
-    def safe(self, name, **options):
-        """Return one of the ways that cut no part, or raise `ReachError` if it is not possible."""
+    def possible(self, name, **options):
+        """Return one way, or raise `ReachError` if it is not possible."""
         way = self.way(name, **options)
         if way.reason:
             first, last = self.first + 1, self.last + 1
@@ -102,7 +96,7 @@ class Crossing:
         return way
 
     def way(self, name, *, lean=LEAN, clearance=CLEARANCE, points=5):
-        """Return one way through as a `Passage`.
+        """Return one way through as a `Way`.
 
         Parameters
         ----------
@@ -120,6 +114,7 @@ class Crossing:
         points : int
             Points that the paper's cubics put in.
         """
+        refuse_nonsense(lean, clearance)
         ways = {
             "direct": self._direct,
             "other branch": self._other_branch,
@@ -133,40 +128,34 @@ class Crossing:
         if name not in ways:
             raise InputError("way", " or ".join(ways), repr(name))
         try:
-            joints, place, lifted = ways[name]()
+            motion = ways[name]()
         except MathpostError as error:
-            return Passage(name, np.empty((0, 5)), np.empty(0), np.empty(0, bool), reason=str(error))
-        return self._measured(Passage(name, joints, place, lifted))
+            none = Motion.on_part(np.empty((0, 5)), [])
+            return Way(**vars(none), name=name, reason=str(error))
+        return Way(**vars(motion), name=name, **self._figures(motion))
 
     def _direct(self):
-        return (
-            self.joints[self.first : self.last + 1],
-            self._records(),
-            self._on_the_part(self.last - self.first + 1),
-        )
+        return Motion.on_part(self.joints[self.records], self.records)
 
     def _other_branch(self):
-        swing = self._largest_swing()
-        chosen = [self.joints[self.first : swing + 1]]
-        found = selection.candidates(self.kin, self.cl.points, self.cl.axes)
-        for record in range(swing + 1, self.last + 1):
-            before = chosen[-1][-1]
-            now = self.joints[record] - found.joints[record]
-            is_chosen = np.abs(travel.nearest(now[:, 3:])).max(axis=1) < 1e-5
-            steps = travel.short_way(self.kin.machine, found.joints[record] - before)
-            costs = np.where(is_chosen, np.inf, travel.move_costs(self.kin.machine, steps))
-            pick = np.where(found.inside[record], costs, np.inf).argmin()
-            if not found.inside[record, pick] or is_chosen[pick]:
-                out = int(np.where(is_chosen, np.inf, costs).argmin())
-                raise MathpostError(f"{self.cl.where(record)}: {found.reason(record, out)}")
-            chosen.append((before + steps[pick])[None])
-        return np.concatenate(chosen), self._records(), self._on_the_part(self.last - self.first + 1)
+        """From the largest swing on, the cheapest candidate of each record that is not the chosen one."""
+        machine, swing = self.kin.machine, self._largest_swing()
+        found = selection.candidates(self.kin, self.cl.points[self.records], self.cl.axes[self.records])
+        joints = self.joints[self.records]
+        for row in range(swing + 1 - self.first, len(joints)):
+            chosen = np.abs(travel.nearest((joints[row] - found.joints[row])[:, 3:])).max(axis=1) < 1e-5
+            steps = travel.short_way(machine, found.joints[row] - joints[row - 1])
+            costs = np.where(chosen, np.inf, travel.move_costs(machine, steps))
+            pick = np.where(found.inside[row], costs, np.inf).argmin()
+            if chosen[pick] or not found.inside[row, pick]:
+                raise MathpostError(f"{self.cl.where(self.first + row)}: {found.reason(row, int(costs.argmin()))}")
+            joints[row] = joints[row - 1] + steps[pick]
+        return Motion.on_part(joints, self.records)
 
     def _linear(self):
         start, end = self.joints[[self.first, self.last], 3:]
-        place = self._records()
-        t = (place - self.first)[:, None] / (self.last - self.first)
-        return self._with_tip_kept(place, start + t * (end - start))
+        t = (self.records - self.first)[:, None] / (self.last - self.first)
+        return self._with_tip_kept(self.records, start + t * (end - start))
 
     def _cubic(self):
         start, end = self._end_slopes()
@@ -177,8 +166,7 @@ class Crossing:
         return self._with_tip_kept(place, spline(place))
 
     def _aside(self, lean):
-        place = np.linspace(self.first, self.last, ASIDE_NODES)
-        place = np.unique(np.r_[place, self._records()])
+        place = np.unique(np.r_[np.linspace(self.first, self.last, ASIDE_NODES), self.records])
         tip, axis = self.cl.at(place)
         t = (place - self.first) / (self.last - self.first)
         normal = np.cross(self.cl.axes[self.first], self.cl.axes[self.last])
@@ -192,12 +180,10 @@ class Crossing:
         tilt = lean * np.sin(np.pi / 2 * rise)[:, None] ** 2
         reasons = []
         for side in (1, -1):
-            moved = cldata.from_arrays(
-                tip, np.cos(tilt) * axis + side * np.sin(tilt) * across, name="path moved aside"
-            )
+            axes = np.cos(tilt) * axis + side * np.sin(tilt) * across
+            moved = cldata.from_arrays(tip, axes, name="path moved aside")
             try:
-                start = self.joints[self.first]
-                joints = selection.choose(self.kin, moved, "shortest", start=start).joints
+                joints = selection.choose(self.kin, moved, "shortest", start=self.joints[self.first]).joints
             except MathpostError as error:
                 reasons.append(str(error))
                 continue
@@ -207,31 +193,23 @@ class Crossing:
         raise MathpostError("; ".join(dict.fromkeys(reasons)))
 
     def _retract(self, clearance):
-        swing = self._largest_swing()
-        before, after = self.joints[: swing + 1][self.first :], self.joints[swing + 1 : self.last + 1]
-        lifted = self.cl.points + clearance * self.cl.axes
-        over = self.kin.close(lifted[[swing, swing + 1]], self.joints[[swing, swing + 1], 3:])
-        swung = linearize(self.kin, over, self.tolerance)
-        joints = np.concatenate([before, swung.joints, after])
-        place = np.r_[np.arange(self.first, swing + 1), swing + swung.place, np.arange(swing + 1, self.last + 1)]
-        lifted = np.r_[np.zeros(len(before), bool), np.ones(len(swung.place), bool), np.zeros(len(after), bool)]
-        return joints, place.astype(float), lifted
+        swing, on_part = self._largest_swing(), self._direct()
+        ends = slice(swing, swing + 2)
+        lifted = self.cl.points[ends] + clearance * self.cl.axes[ends]
+        over = self.kin.close(lifted, self.joints[ends, 3:])
+        swung = linearize(self.kin, over, self.tolerance, place=[swing, swing + 1], lifted=[True, True])
+        before = swing + 1 - self.first
+        return Motion.joined([on_part[:before], swung, on_part[before:]])
 
     def _paper(self, cubic, points):
         self._end_slopes()
         rows = self.joints[[self.first - 1, self.first, self.last, self.last + 1]]
         t = np.linspace(0, 1, points + 2)
-        joints = cubic(rows, t)
-        return joints, self.first + t * (self.last - self.first), self._on_the_part(len(t))
+        return Motion.on_part(cubic(rows, t), self.first + t * (self.last - self.first))
 
     def _with_tip_kept(self, place, rotary):
         """Close the loop at each node and divide the moves until the tip keeps the tolerance."""
-        divided = linearize(self.kin, self.kin.close(self.cl.at(place)[0], rotary), self.tolerance)
-        return (
-            divided.joints,
-            np.interp(divided.place, np.arange(len(place)), place),
-            self._on_the_part(len(divided.place)),
-        )
+        return linearize(self.kin, self.kin.close(self.cl.at(place)[0], rotary), self.tolerance, place=place)
 
     def _end_slopes(self):
         """Change of the joints per record before and after the region, equation (7) with Δt = 1."""
@@ -241,17 +219,12 @@ class Crossing:
         return before, self.joints[self.last + 1] - self.joints[self.last]
 
     def _largest_swing(self):
-        swings = np.abs(np.diff(self.joints[self.first : self.last + 1, self.outer]))
-        return self.first + int(swings.argmax())
+        """The record that the outer axis swings from."""
+        return self.first + int(np.abs(np.diff(self.joints[self.records, self.outer])).argmax())
 
-    def _records(self):
-        return np.arange(self.first, self.last + 1, dtype=float)
-
-    def _on_the_part(self, count):
-        return np.zeros(count, dtype=bool)
-
-    def _measured(self, passage):
-        joints, place, cutting = passage.joints, passage.place, in_cut(passage.lifted)
+    def _figures(self, motion):
+        """What `Way` says of a motion."""
+        joints, place, in_cut = motion.joints, motion.place, motion.in_cut
         tips, axes = self.cl.at(place)
         tip_error, axis_error = deviation(
             self.kin, joints[:-1], joints[1:], tips=(tips[:-1], tips[1:]), axes=(axes[:-1], axes[1:])
@@ -262,14 +235,31 @@ class Crossing:
         swing = np.abs(np.diff(joints[:, self.outer]))
         rate = np.divide(swing, interval, out=np.full(len(swing), np.inf), where=interval > 1e-9)
         rate[swing < 1e-12] = 0
-        return replace(
-            passage,
-            peak_rate=rate[cutting].max(initial=0),
-            tip_error=tip_error[cutting].max(initial=0),
-            axis_error=axis_error[cutting].max(initial=0),
-            time=block_times(self.kin.machine, joints, reached, feeds, cutting).sum(),
-            per_record=bool(np.isnan(seconds).any()),
-        )
+        return {
+            "peak_rate": rate[in_cut].max(initial=0),
+            "tip_error": tip_error[in_cut].max(initial=0),
+            "axis_error": axis_error[in_cut].max(initial=0),
+            "time": block_times(self.kin.machine, joints, reached, feeds, in_cut).sum(),
+            "per_record": bool(np.isnan(seconds).any()),
+        }
+
+
+def refuse_nonsense(lean, clearance):
+    """Raise `InputError` for a lean or a clearance that leads nowhere."""
+    if not 0 < lean < np.pi / 2:
+        raise InputError("lean", "radians above 0 and below π/2", repr(lean))
+    if not 0 < clearance < np.inf:
+        raise InputError("clearance", "mm above 0", repr(clearance))
+
+
+def comparison(region, ways):
+    """Yield the lines of a table that compares the ways through a singular region."""
+    yield f"singular region, records {region[0] + 1} to {region[1] + 1}"
+    per = "rec" if any(way.per_record for way in ways) else "s"
+    yield f"{'way':<14}{'peak °/' + per:>12}{'tip mm':>10}{'axis °':>9}{'blocks':>8}{'time s':>8}"
+    for way in ways:
+        figures = f"{np.degrees(way.peak_rate):12.1f}{way.tip_error:10.4f}{np.degrees(way.axis_error):9.4f}"
+        yield f"{way.name:<14}" + (way.reason or f"{figures}{way.blocks:8d}{way.time:8.2f}")
 
 
 def paper_cubic(rows, t):
@@ -283,30 +273,3 @@ def paper_cubic(rows, t):
 def paper_clamped(rows, t):
     """The cubic of the text of source 002: between the middle two of four records, end slopes by equation (7)."""
     return CubicSpline([0, 1], rows[1:3], bc_type=((1, rows[1] - rows[0]), (1, rows[3] - rows[2])))(t)
-
-
-def in_cut(lifted):
-    """Whether the moves between poses are in cut: both ends on the part. Shape (m - 1,) from (m,)."""
-    return ~(lifted[:-1] | lifted[1:])
-
-
-def feed_times(tip, feeds):
-    """Times (s) that the feed gives the moves between tips (m, 3), shape (m - 1,); NaN where none is stated."""
-    step = np.diff(tip, axis=0)
-    return 60 * np.sqrt((step * step).sum(axis=1)) / feeds
-
-
-def block_times(machine, joints, tip, feeds, cutting):
-    """Times (s) that the moves between joints (m, 5) take: what the feed asks in cut, or the slowest axis needs.
-
-    `tip`, shape (m, 3), is where the joints put the tool; `feeds` and `cutting`, shape (m - 1,), are those of the
-    moves. On a machine that states no rates, no axis goes faster than the feed, in mm and degrees per minute; zero
-    where there is no feed either.
-    """
-    rates, steps = machine.max_rates, np.abs(np.diff(joints, axis=0))
-    if np.isnan(rates).all():
-        degrees = np.array([1, 1, 1, *np.degrees([1, 1])])
-        by_axis = np.nan_to_num(60 * (steps * degrees).max(axis=1) / feeds)
-    else:
-        by_axis = (steps / np.where(np.isnan(rates), np.inf, rates)).max(axis=1)
-    return np.fmax(by_axis, np.where(cutting, feed_times(tip, feeds), 0))

@@ -5,8 +5,19 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from mathpost.post import deviation as module
-from mathpost.post.deviation import CREST, RESOLUTION, _bounds, _intervals, derivative, deviation, largest, levers
+from mathpost.post import between_blocks as module
+from mathpost.post.between_blocks import (
+    CREST,
+    RESOLUTION,
+    _intervals,
+    bounds,
+    derivative,
+    deviation,
+    from_arc,
+    largest,
+    levers,
+    sampled,
+)
 
 
 def moves(kin, count, seed):
@@ -53,12 +64,9 @@ def paths(kin, seed, turn, off):
     return joints, tips, axes / np.linalg.norm(axes, axis=1, keepdims=True), reached
 
 
-def of_all(kin, joints, tips, axes, reached):
+def of_all(kin, joints, tips, axes):
     """The deviation of every move."""
-    ends = slice(None, -1), slice(1, None)
-    tips, axes = ([way[end] for end in ends] for way in (tips, axes))
-    reached = [[at[end] for at in reached] for end in ends]
-    return deviation(kin, *(joints[end] for end in ends), tips=tips, axes=axes, reached=reached)
+    return deviation(kin, joints[:-1], joints[1:], tips=(tips[:-1], tips[1:]), axes=(axes[:-1], axes[1:]))
 
 
 SIZES = [(1e-4, 1e-4), (0.01, 0), (0.01, 1e-3), (0.3, 1e-6), (2, 1)]
@@ -67,33 +75,37 @@ SIZES = [(1e-4, 1e-4), (0.01, 0), (0.01, 1e-3), (0.3, 1e-6), (2, 1)]
 @pytest.mark.parametrize(("turn", "off"), SIZES)
 def test_no_move_strays_beyond_its_bound(kin, turn, off):
     joints, tips, axes, reached = paths(kin, 5, turn, off)
-    found, bounds = of_all(kin, joints, tips, axes, reached), _bounds(kin.machine, joints, tips, axes, reached)
-    assert (found <= bounds * (1 + 1e-9) + 1e-12).all()
+    found, most = np.array(of_all(kin, joints, tips, axes)), bounds(kin.machine, joints, tips, axes, reached)
+    assert (found <= most * (1 + 1e-9) + 1e-12).all()
     # Without the second derivative, or without what the ends are off, some would.
     assert off == 0 or (found[0] > derivative(kin.machine, joints[:-1], joints[1:], 2) / 8).any() or turn > 0.1
     assert turn < 0.01 or (found[0] > 3 * off).any()
 
 
 @pytest.mark.parametrize(("turn", "off"), SIZES)
-def test_the_largest_is_that_of_all_moves(kin, turn, off, monkeypatch):
-    looked = []
-    monkeypatch.setattr(
-        module, "deviation", lambda kin, *ends, **more: looked.append(len(ends[0])) or deviation(kin, *ends, **more)
-    )
+def test_the_largest_is_that_of_all_moves(kin, turn, off):
     for seed in range(5):
         joints, tips, axes, reached = paths(kin, seed, turn, off)
-        counted = np.random.default_rng(seed).random(len(joints) - 1) < 0.9
-        tip, axis = np.where(counted, of_all(kin, joints, tips, axes, reached), -1)
-        found = largest(kin, joints, tips, axes, reached=reached, counted=counted)
-        assert found == pytest.approx((tip.max(), tip.argmax(), axis.max()), rel=1e-12)
-        assert largest(kin, joints, False, axes, reached=reached, counted=counted)[::2] == pytest.approx(
-            (0, axis.max())
-        )
-        every = np.ones(len(counted), bool)
-        unbounded = largest(kin, joints, tips, axes, reached=reached, counted=every, bounded=False)
-        tip, axis = of_all(kin, joints, tips, axes, reached)
-        assert unbounded == pytest.approx((tip.max(), tip.argmax(), axis.max()), rel=1e-12)
-    assert looked[0] < 30 and sum(looked[:2]) < 300  # the first path of 399 moves
+        expected = of_all(kin, joints, tips, axes)
+        most = bounds(kin.machine, joints, tips, axes, reached)
+        most[np.random.default_rng(seed).random(most.shape) < 0.1] = -1
+        for kind, path in enumerate((tips, axes)):
+            wanted = np.where(most[kind] < 0, 0, expected[kind])
+            for known in (most[kind], np.where(most[kind] < 0, -1, np.inf)):
+                error, move = largest(kind, kin, joints, path, known.copy())
+                assert (error, move) == (pytest.approx(wanted.max(), rel=1e-12), wanted.argmax())
+
+
+def test_few_moves_are_looked_at(dmu50v, monkeypatch):
+    joints, tips, axes, reached = paths(dmu50v, 1, 0.01, 1e-3)
+    most, looked = bounds(dmu50v.machine, joints, tips, axes, reached), []
+    monkeypatch.setattr(
+        module,
+        "sampled",
+        lambda kin, start, *rest, **more: looked.append(len(start)) or sampled(kin, start, *rest, **more),
+    )
+    largest(0, dmu50v, joints, tips, most[0])
+    assert len(joints) == 400 and len(looked) == 2 and sum(looked) < 100
 
 
 def test_how_high_a_parabola_rises_above_its_samples():
@@ -103,10 +115,10 @@ def test_how_high_a_parabola_rises_above_its_samples():
     assert (peak <= CREST * values.max(axis=0) * (1 + 1e-12)).all() and peak[0] == pytest.approx(CREST)
 
 
-def test_no_moves_counted(kin):
-    joints, tips, axes, reached = paths(kin, 1, 0.01, 1e-3)
-    counted = np.zeros(len(joints) - 1, bool)
-    assert largest(kin, joints, tips, axes, reached=reached, counted=counted) == (0, 0, 0)
+def test_no_moves_counted(dmu50v):
+    joints, tips, *_ = paths(dmu50v, 1, 0.01, 1e-3)
+    assert largest(0, dmu50v, joints, tips, np.full(len(joints) - 1, -1.0)) == (0, 0)
+    assert largest(0, dmu50v, joints[:1], tips[:1], np.empty(0)) == (0, -1)
 
 
 unit_vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.linalg.norm(v) > 0.1)
@@ -123,7 +135,7 @@ def test_angle_from_a_great_circle_is_the_least_to_any_axis_on_it(axis, start, o
     axis, start, other = (vector / np.linalg.norm(vector) for vector in (axis, start, other))
     end, axis = start + size * (other - start), start + size * (axis - start)
     end, axis = end / np.linalg.norm(end), axis / np.linalg.norm(axis)
-    found = module._from_great_circle(axis[:, None, None], start[:, None], end[:, None])[0, 0]
+    found = from_arc(axis, start, end)
     along = start + np.linspace(0, 1, 20001)[:, None] * (end - start)
     length = np.linalg.norm(along, axis=1, keepdims=True)
     if length.min() > 1e-3:

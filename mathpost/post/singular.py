@@ -1,7 +1,7 @@
 """The singular region (奇异区域): how near the tool is to it, and where a path meets it.
 
 The tool and both rotary axes in one plane: there the rotary joints lose one direction of turning, and close to it
-the outer axis must swing far for a small turn of the tool.
+the outer axis must swing far for a small turn of the tool. `mathpost.post.ways` has the ways through.
 """
 
 import numpy as np
@@ -9,7 +9,7 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.errors import InputError
-from mathpost.rotation import about, unit
+from mathpost.rotation import about, slices, unit
 
 ARC_SAMPLES = 33
 
@@ -81,26 +81,31 @@ def regions(kin, cl, joints, *, cone=None):
     InputError
         If `cone` is not given and the CL data state no feed or the machine no rate.
     """
-    if cone is not None:
-        # On its way the tool axis comes nearer than at the ends by no more than half of its turn.
-        ends, turn = distance(kin, cl.axes), np.linalg.norm(np.diff(cl.axes, axis=0), axis=1)
-        singular = np.minimum(ends[:-1], ends[1:]) - np.pi / 4 * turn < cone
-        close = np.flatnonzero(singular)
-        place = close + np.linspace(0, 1, ARC_SAMPLES)[:, None]
-        singular[close] = distance(kin, cl.at(place)[1]).min(axis=0) < cone
-    else:
-        rates = kin.machine.max_rates[3:]
-        if np.isnan(rates).all() or not states_feed(cl):
-            raise InputError("cone", "an angle, or a feed in the CL data and the rates of the machine", "neither")
-        length = np.linalg.norm(np.diff(cl.points, axis=0), axis=1)
-        seconds = 60 * length / np.where(np.isnan(cl.feeds[1:]), np.inf, cl.feeds[1:])
-        needed = np.abs(np.diff(np.asarray(joints)[:, 3:], axis=0))
-        singular = (needed > np.where(np.isnan(rates), np.inf, rates) * seconds[:, None] + 1e-12).any(axis=1)
-        singular &= ~cl.rapid[1:]
+    singular = _too_fast(kin.machine, cl, np.asarray(joints)) if cone is None else _inside_cone(kin, cl, cone)
     edges = np.flatnonzero(np.diff(np.r_[False, singular, False]))
     return [(int(first), int(last)) for first, last in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def states_feed(cl):
-    """Whether the CL data state the feed of any move in cut."""
-    return not np.isnan(cl.feeds[~cl.rapid]).all()
+def _inside_cone(kin, cl, cone):
+    """Whether the tool axis comes nearer than `cone` to a singular one, for each move."""
+    # On its way it comes nearer than at the ends by no more than half of its turn: most moves need no closer look.
+    ends, turn = distance(kin, cl.axes), np.linalg.norm(np.diff(cl.axes, axis=0), axis=1)
+    inside = np.minimum(ends[:-1], ends[1:]) - np.pi / 4 * turn < cone
+    near = np.flatnonzero(inside)
+    for rows in slices((len(near), ARC_SAMPLES)):
+        moves = near[rows]
+        place = moves + np.linspace(0, 1, ARC_SAMPLES)[:, None]
+        inside[moves] = distance(kin, cl.at(place)[1]).min(axis=0) < cone
+    return inside
+
+
+def _too_fast(machine, cl, joints):
+    """Whether a rotary axis would have to turn faster than it can at the stated feed, for each move."""
+    rates = machine.max_rates[3:]
+    if np.isnan(rates).all() or np.isnan(cl.feeds[~cl.rapid]).all():
+        raise InputError("cone", "an angle, or a feed in the CL data and the rates of the machine", "neither")
+    length = np.linalg.norm(np.diff(cl.points, axis=0), axis=1)
+    seconds = 60 * length / np.where(np.isnan(cl.feeds[1:]), np.inf, cl.feeds[1:])
+    needed = np.abs(np.diff(joints[:, 3:], axis=0))
+    over = (needed > np.where(np.isnan(rates), np.inf, rates) * seconds[:, None] + 1e-12).any(axis=1)
+    return over & ~cl.rapid[1:]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from mathpost.errors import ReachError
-from mathpost.post.deviation import deviation
-from mathpost.post.linearization import linearize, subdivide
-from tests.post.test_deviation import moves
+from mathpost.post.between_blocks import deviation
+from mathpost.post.motion import linearize, subdivide
+from tests.post.test_between_blocks import moves
 
 
 def test_linearized_path_keeps_the_tolerance_in_dense_sampling(kin):

@@ -8,8 +8,8 @@ from mathpost import machine
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
-from mathpost.post import passage, selection, singularity
-from mathpost.post.passage import Crossing
+from mathpost.post import selection, singular, ways
+from mathpost.post.ways import Crossing
 from tests.conftest import DATA
 from tests.machines import content, random_joints
 
@@ -25,23 +25,23 @@ def test_measure_is_the_area_that_the_tool_axis_sweeps(kin):
         columns.append((kin.forward(joints + move)[1] - kin.forward(joints - move)[1]) / (2 * step))
     jacobian = np.stack(columns, axis=-1)
     area = np.sqrt(np.linalg.det(np.swapaxes(jacobian, -1, -2) @ jacobian))
-    np.testing.assert_allclose(singularity.closeness(kin, kin.forward(joints)[1]), area, atol=1e-8)
+    np.testing.assert_allclose(singular.closeness(kin, kin.forward(joints)[1]), area, atol=1e-8)
     inner = kin.inverse_symbolic.inner
-    measure = sp.lambdify(inner, singularity.measure(kin))(joints[:, kin.symbols.index(inner)])
+    measure = sp.lambdify(inner, singular.measure(kin))(joints[:, kin.symbols.index(inner)])
     np.testing.assert_allclose(np.abs(measure), area, atol=1e-8)
 
 
 def test_closed_forms():
     tilted = Kinematics(machine.load(DATA / "machines/dmu50v.toml"))
     trunnion = Kinematics(machine.load(DATA / "machines/ac_table.toml"))
-    assert sp.simplify(singularity.measure(tilted) ** 2 - sp.sin(tilted.inverse_symbolic.inner) ** 2 / 4) == 0
-    assert sp.simplify(singularity.measure(trunnion) ** 2 - sp.sin(trunnion.inverse_symbolic.inner) ** 2) == 0
+    assert sp.simplify(singular.measure(tilted) ** 2 - sp.sin(tilted.inverse_symbolic.inner) ** 2 / 4) == 0
+    assert sp.simplify(singular.measure(trunnion) ** 2 - sp.sin(trunnion.inverse_symbolic.inner) ** 2) == 0
     axis = tilted.forward([0, 0, 0, 2.335, 0], degrees=True)[1]
-    assert np.degrees(singularity.distance(tilted, axis)) == pytest.approx(1.651, abs=0.0005)
-    assert singularity.amplification(tilted, axis) == pytest.approx(34.711, abs=0.001)
-    assert singularity.amplification(trunnion, axis) == pytest.approx(34.708, abs=0.001)
+    assert np.degrees(singular.distance(tilted, axis)) == pytest.approx(1.651, abs=0.0005)
+    assert singular.amplification(tilted, axis) == pytest.approx(34.711, abs=0.001)
+    assert singular.amplification(trunnion, axis) == pytest.approx(34.708, abs=0.001)
     axis = trunnion.forward([0, 0, 0, 2.335, 0], degrees=True)[1]
-    assert singularity.amplification(trunnion, axis) == pytest.approx(24.5, abs=0.05)
+    assert singular.amplification(trunnion, axis) == pytest.approx(24.5, abs=0.05)
 
 
 def test_amplification_is_what_the_outer_axis_does(kin):
@@ -55,7 +55,7 @@ def test_amplification_is_what_the_outer_axis_does(kin):
         turn = np.cos(direction) * side + np.sin(direction) * np.cross(axis, side)
         before, after = (kin.inverse([0, 0, 0], axis + sign * step * turn)[:, 0, outer] for sign in (-1, 1))
         largest = np.maximum(largest, np.abs((after - before + np.pi) % (2 * np.pi) - np.pi) / (2 * step))
-    np.testing.assert_allclose(singularity.amplification(kin, axis), largest, rtol=2e-3)
+    np.testing.assert_allclose(singular.amplification(kin, axis), largest, rtol=2e-3)
 
 
 def test_machine_whose_pole_is_out_of_reach():
@@ -63,7 +63,7 @@ def test_machine_whose_pole_is_out_of_reach():
     kin = Kinematics(machine.from_dict(content((1, 0, 0), (0, 0, 1), tool=(1, 0, 3))))
     assert kin.reach[0] == pytest.approx(np.arctan2(1, 3))
     edge = np.array([np.sin(kin.reach[0]), 0, np.cos(kin.reach[0])])
-    assert singularity.distance(kin, edge) == pytest.approx(0, abs=1e-15)
+    assert singular.distance(kin, edge) == pytest.approx(0, abs=1e-15)
 
 
 def pass_by(kin, offset, *, count=21, feed=np.nan):
@@ -80,20 +80,20 @@ def pass_by(kin, offset, *, count=21, feed=np.nan):
 def test_regions_by_cone_and_by_rate(dmu50v):
     cl = pass_by(dmu50v, 0.01, feed=600)
     joints = selection.choose(dmu50v, cl).joints
-    by_cone = singularity.regions(dmu50v, cl, joints, cone=0.03)
+    by_cone = singular.regions(dmu50v, cl, joints, cone=0.03)
     assert by_cone == [(8, 12)]
-    (first, last), *more = singularity.regions(dmu50v, cl, joints)
+    (first, last), *more = singular.regions(dmu50v, cl, joints)
     assert not more and first <= 9 and last >= 11
     slow = pass_by(dmu50v, 0.01, feed=1)
-    assert singularity.regions(dmu50v, slow, joints) == []
-    assert singularity.regions(dmu50v, cl, joints, cone=0.001) == []
+    assert singular.regions(dmu50v, slow, joints) == []
+    assert singular.regions(dmu50v, cl, joints, cone=0.001) == []
     with pytest.raises(InputError, match="cone"):
-        singularity.regions(dmu50v, pass_by(dmu50v, 0.01), joints)
+        singular.regions(dmu50v, pass_by(dmu50v, 0.01), joints)
 
 
 def test_pole_between_two_records_is_found(dmu50v, blade):
     joints = selection.choose(dmu50v, blade).joints
-    assert singularity.regions(dmu50v, blade, joints, cone=np.radians(0.1)) == [(1, 2)]
+    assert singular.regions(dmu50v, blade, joints, cone=np.radians(0.1)) == [(1, 2)]
 
 
 @pytest.fixture(params=["dmu50v", "ac_table", "head_b_table_c", "nutating_head"])
@@ -102,7 +102,7 @@ def crossing(request):
     kin = Kinematics(machine.load(DATA / f"machines/{request.param}.toml"))
     cl = pass_by(kin, 0.004)
     joints = selection.choose(kin, cl, "shortest").joints
-    (region,) = singularity.regions(kin, cl, joints, cone=0.05)
+    (region,) = singular.regions(kin, cl, joints, cone=0.05)
     return Crossing(kin, cl, joints, region, tolerance=0.01)
 
 
@@ -140,22 +140,22 @@ def test_moving_aside_slows_the_outer_axis():
     kin = Kinematics(machine.load(DATA / "machines/ac_table.toml"))
     cl = pass_by(kin, 0.002, count=41)
     joints = selection.choose(kin, cl, prefer=1).joints
-    crossing = Crossing(kin, cl, joints, singularity.regions(kin, cl, joints, cone=0.15)[0])
+    crossing = Crossing(kin, cl, joints, singular.regions(kin, cl, joints, cone=0.15)[0])
     direct, aside = crossing.way("direct"), crossing.way("aside", lean=0.06)
     assert aside.reason == "" and aside.peak_rate < 0.5 * direct.peak_rate
 
 
 def test_paper_ways_leave_the_part(dmu50v, blade):
     joints = selection.choose(dmu50v, blade).joints
-    ways = {way.name: way for way in Crossing(dmu50v, blade, joints, (1, 2)).compare()}
+    through = {way.name: way for way in Crossing(dmu50v, blade, joints, (1, 2)).compare()}
     assert (
-        ways["direct"].tip_error > 77
-        and ways["paper cubic"].tip_error > 77
-        and ways["paper clamped"].tip_error > 77
+        through["direct"].tip_error > 77
+        and through["paper cubic"].tip_error > 77
+        and through["paper clamped"].tip_error > 77
     )
-    assert "B -2.334° is outside 0 … 180" in ways["other branch"].reason
-    assert max(ways[name].tip_error for name in ("linear", "cubic", "aside", "retract")) <= 0.01
-    assert ways["retract"].axis_error < 1e-6 < ways["aside"].axis_error
+    assert "B -2.334° is outside 0 … 180" in through["other branch"].reason
+    assert max(through[name].tip_error for name in ("linear", "cubic", "aside", "retract")) <= 0.01
+    assert through["retract"].axis_error < 1e-6 < through["aside"].axis_error
 
 
 def test_a_region_at_the_end_has_no_slope(dmu50v, blade):
@@ -173,7 +173,7 @@ def test_wrong_names_are_refused(dmu50v, blade):
 
 def test_cubics_pass_through_their_records():
     rows = np.random.default_rng(3).normal(size=(4, 5))
-    np.testing.assert_allclose(passage.paper_cubic(rows, [0, 1]), rows[1:3], atol=1e-12)
-    np.testing.assert_allclose(passage.paper_clamped(rows, [0, 1]), rows[1:3], atol=1e-12)
-    slope = (passage.paper_clamped(rows, [1e-6]) - rows[1]) / 1e-6
+    np.testing.assert_allclose(ways.paper_cubic(rows, [0, 1]), rows[1:3], atol=1e-12)
+    np.testing.assert_allclose(ways.paper_clamped(rows, [0, 1]), rows[1:3], atol=1e-12)
+    slope = (ways.paper_clamped(rows, [1e-6]) - rows[1]) / 1e-6
     np.testing.assert_allclose(slope[0], rows[1] - rows[0], atol=1e-4)

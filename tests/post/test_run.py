@@ -14,9 +14,9 @@ from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
 from mathpost.post import program
-from mathpost.post.deviation import deviation
+from mathpost.post.between_blocks import deviation
 from mathpost.post.motion import Motion
-from mathpost.post.verification import verify
+from mathpost.post.proof import measured
 from tests.conftest import DATA, ROOT
 from tests.machines import machines
 
@@ -147,8 +147,8 @@ def test_verification_notices_a_changed_digit(dmu50v, blade):
     motion = Motion(result.blocks.joints, result.place, np.zeros(len(result.place), bool))
     words = result.blocks.words.copy()
     words[40, 4] += 0.01
-    wrong = verify(dmu50v, blade, replace(result.blocks, words=words), motion)
-    right = verify(dmu50v, blade, result.blocks, motion)
+    wrong = measured(dmu50v, blade, replace(result.blocks, words=words), motion)
+    right = measured(dmu50v, blade, result.blocks, motion)
     assert right.path_tip_error <= 0.01 < wrong.path_tip_error
 
 

@@ -1,0 +1,233 @@
+"""The proof of a program: its own text, read back and sent through the forward kinematics, against the CL data.
+
+It covers the records, the path that the joints really run between the blocks, lifted moves, feeds and times.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mathpost.errors import MathpostError
+from mathpost.post import ways
+from mathpost.post.between_blocks import bounds, largest, sampled
+from mathpost.rotation import slices
+
+LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no third derivative bounds
+FEED_DIGITS = 0.0006  # mm/min; what three printed decimals may change
+
+
+@dataclass(frozen=True)
+class Proof:
+    """How far a program, read back from its own text, is from the CL data.
+
+    Attributes
+    ----------
+    tip_error, axis_error : float
+        Largest distance of the tip (mm) and angle of the tool axis (degrees) at the records.
+    path_tip_error, path_axis_error : float
+        The same along the path that the joints run between the blocks, for the moves in cut: distance from the CL
+        segment, angle from the great circle.
+    worst_record : int
+        The record (from 1) that the largest tip error of the path comes before or at.
+    """
+
+    tip_error: float
+    axis_error: float
+    path_tip_error: float
+    path_axis_error: float
+    worst_record: int
+
+
+def prove(kin, cl, blocks, motion, tolerance, *, real=None):
+    """Return the `Proof` of a program, or refuse the program.
+
+    Parameters
+    ----------
+    kin, cl, blocks, motion, real
+        As in `measured`.
+    tolerance : float
+        mm.
+
+    Raises
+    ------
+    MathpostError
+        If the tip is off the CL path by more than the tolerance, or below the part on a lifted move, or if a block
+        has another feed than the CL data, or less time than its feed and the rates of the machine allow.
+    """
+    proof = measured(kin, cl, blocks, motion, real=real)
+    worst = max(proof.tip_error, proof.path_tip_error)
+    if not worst <= tolerance:
+        raise MathpostError(f"{cl.name}: the program is {worst:.6f} mm off the CL path, more than {tolerance} mm")
+    _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real)
+    _refuse_other_feeds(cl, blocks, motion)
+    _refuse_too_fast(kin.machine, cl, blocks, motion)
+    return proof
+
+
+def measured(kin, cl, blocks, motion, *, real=None):
+    """Return as `Proof` how far a program's blocks are from the CL data, at the records and between the blocks.
+
+    Parameters
+    ----------
+    kin : Kinematics
+    cl : CLData
+    blocks : mathpost.post.program.Blocks
+        As read back from the text.
+    motion : Motion
+        Where on the CL path each block ends, and which are lifted off the part.
+    real : Compensator, optional
+        The machine that runs the program, if it is not the one that its control knows.
+    """
+    if len(blocks.words) != len(motion.place):
+        raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
+    machine, joints = real or kin, _joints(kin, blocks)
+    # Some thousand at a time: to a machine with errors each pose is 33 numbers.
+    parts = [machine.forward(joints[rows]) for rows in slices(joints.shape[:1])]
+    tip, axis = map(np.concatenate, zip(*parts, strict=True))
+    tips, axes = cl.at(motion.place)
+
+    least, most = 2, bounds(kin.machine, joints, tips, axes, (tip, axis))
+    if real:
+        least, most = LEAST_INTERVALS, np.full(most.shape, np.inf)
+    most[:, ~motion.in_cut] = -1
+    path_axis, _ = largest(1, machine, joints, axes, most[1], least=least)
+    if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
+        off = np.where(motion.in_cut, np.linalg.norm(tip - tips, axis=1)[1:], 0)
+        path_tip, worst = off.max(initial=0), int(off.argmax()) if off.size else -1
+    else:
+        path_tip, worst = largest(0, machine, joints, tips, most[0], least=least)
+
+    # A record whose block was left out as a repetition has the pose of the block before.
+    on_part = np.flatnonzero(~motion.lifted)
+    at = on_part[np.searchsorted(motion.place[on_part], np.arange(len(cl)), side="right") - 1]
+    half_chord = np.linalg.norm(axis[at] - cl.axes, axis=1).max() / 2
+    return Proof(
+        tip_error=float(np.linalg.norm(tip[at] - cl.points, axis=1).max()),
+        axis_error=float(np.degrees(2 * np.arcsin(min(half_chord, 1)))),
+        path_tip_error=float(path_tip),
+        path_axis_error=float(np.degrees(path_axis)),
+        worst_record=cl.first + int(np.ceil(motion.place[worst + 1])) + 1,
+    )
+
+
+def worst_of(proofs):
+    """Return the `Proof` that says the worst of several."""
+    farthest = max(proofs, key=lambda proof: proof.path_tip_error)
+    names = ("tip_error", "axis_error", "path_tip_error", "path_axis_error")
+    return Proof(*(max(getattr(proof, name) for proof in proofs) for name in names), farthest.worst_record)
+
+
+def _joints(kin, blocks):
+    """What the axes do: with TCP the control finds X Y Z itself."""
+    return kin.close(blocks.joints[:, :3], blocks.joints[:, 3:]) if blocks.tcp else blocks.joints
+
+
+def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
+    """Along lifted moves the tip must stay on the side of the part that the tool axis points to."""
+    lifted = np.flatnonzero(~motion.in_cut)
+    if not lifted.size:
+        return
+    joints = _joints(kin, blocks)
+    for some, t, tip, _ in sampled(real or kin, joints[lifted], joints[lifted + 1], least=LEAST_INTERVALS):
+        moves = lifted[some]
+        if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
+            tip = tip[0] + t[..., None] * (tip[-1] - tip[0])
+        tips, axes = cl.at(motion.place[moves] + t * (motion.place[moves + 1] - motion.place[moves]))
+        height = np.vecdot(tip - tips, axes).min(axis=0)
+        if not height.min() >= -tolerance:
+            record = int(np.ceil(motion.place[moves + 1][height.argmin()]))
+            raise MathpostError(
+                f"{cl.where(record)}: on its way there the lifted tool goes {-height.min():.3f} mm into the part"
+            )
+
+
+def _refuse_other_feeds(cl, blocks, motion):
+    """Rapid where the CL data are, and at their feed elsewhere, if no time is stated instead."""
+    record = np.ceil(motion.place).astype(int)
+    feeds, rapid = cl.feeds[record], cl.rapid[record]
+    by_feed = ~rapid & np.isnan(blocks.seconds) & ~np.isnan(feeds)
+    wrong = (blocks.rapid != rapid) | (by_feed & ~(np.abs(blocks.feeds - feeds) <= FEED_DIGITS))
+    if wrong.any():
+        block = int(wrong.argmax())
+        found = "rapid" if blocks.rapid[block] else f"feed {blocks.feeds[block]:g}"
+        expected = "rapid" if rapid[block] else f"feed {feeds[block]:g}"
+        raise MathpostError(f"{cl.where(record[block])}: the CL data have {expected} and the program {found}")
+
+
+def _refuse_too_fast(machine, cl, blocks, motion):
+    """A block with a time takes as long as its way on the CL path at its feed, and as its slowest axis.
+
+    An axis goes at its rate; where the machine states none, at the feed, in mm and degrees a minute.
+    """
+    timed = 1 + np.flatnonzero(~np.isnan(blocks.seconds[1:]))
+    seconds, feeds = blocks.seconds[timed], cl.feeds[np.ceil(motion.place[timed]).astype(int)]
+    start, end = (cl.at(motion.place[rows])[0] for rows in (timed - 1, timed))
+    by_feed = np.where(motion.in_cut[timed - 1], np.linalg.norm(end - start, axis=1) * 60 / feeds, 0)
+    rates = np.where(np.isnan(machine.max_rates), np.inf, machine.max_rates) * [1, 1, 1, *np.degrees([1, 1])]
+    if np.isinf(rates).all():
+        rates = feeds[:, None] / 60
+    by_axis = (np.abs(blocks.words[timed] - blocks.words[timed - 1]) / rates).max(axis=1, initial=0)
+    least = np.maximum(by_feed, by_axis)
+    # A hundredth, a millisecond of FT, the fourth decimal of F in blocks a minute and of the axes are left open.
+    fast = seconds < 0.99 * least - 0.001 - 1e-6 * seconds**2 - 0.012 / feeds
+    if fast.any():
+        block = int(fast.argmax())
+        where = cl.where(int(np.ceil(motion.place[timed[block]])))
+        raise MathpostError(
+            f"{where}: a block takes {seconds[block]:.3f} s, feed and axes need {least[block]:.3f} s at least"
+        )
+
+
+@dataclass(frozen=True)
+class Report(Proof):
+    """All that a person wants to know of a program before running it; ``print(report)`` shows it.
+
+    Attributes
+    ----------
+    tip_error, axis_error, path_tip_error, path_axis_error, worst_record
+        As in `Proof`.
+    settings : dict
+        What the program was made with, as text.
+    time : float
+        Seconds; 0 if neither feed nor rates are known.
+    warnings : tuple of str
+    uncompensated : Proof or None
+        What the calibrated machine would do with the program, had it not been compensated for.
+    strategies : tuple of tuples
+        Selection strategy; cost; largest step of each rotary axis, degrees; why it is not possible.
+    ways : dict
+        For each singular region (first and last record, from 0) the ways through, as a list of `Way`.
+    """
+
+    settings: dict
+    time: float
+    warnings: tuple
+    uncompensated: Proof | None
+    strategies: tuple
+    ways: dict
+
+    def __str__(self):
+        lines = [f"{key:<12} {value}" for key, value in self.settings.items()]
+        if self.time > 0:
+            lines.append(f"{'time':<12} {self.time:.2f} s")
+        lines += [
+            f"{'tip error':<12} {self.tip_error:.4f} mm at the records, "
+            f"{self.path_tip_error:.4f} mm along the path (most before record {self.worst_record})",
+            f"{'axis error':<12} {self.axis_error:.4f}° at the records, {self.path_axis_error:.4f}° along the path",
+        ]
+        if self.uncompensated:
+            before = self.uncompensated
+            lines.append(
+                f"{'volumetric':<12} at the records {1e3 * before.tip_error:.1f} µm and "
+                f"{3600 * before.axis_error:.1f} arcsec before compensation, {1e3 * self.tip_error:.1f} µm and "
+                f"{3600 * self.axis_error:.1f} arcsec after it"
+            )
+        lines += [f"{'warning':<12} {warning}" for warning in self.warnings]
+        if self.strategies:
+            lines += ["", f"{'selection':<14}{'cost':>10}  largest rotary steps"]
+        for name, cost, steps, reason in self.strategies:
+            figures = f"{cost:10.3f}  " + " ".join(f"{step:8.3f}°" for step in steps)
+            lines.append(f"{name:<14}{reason or figures}")
+        for region, through in self.ways.items():
+            lines += ["", *ways.comparison(region, through)]
+        return "\n".join(lines)
