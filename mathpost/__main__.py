@@ -2,12 +2,14 @@
 
 import argparse
 import math
+import os
+import signal
 import sys
 from pathlib import Path
 
 from mathpost import codegen, machine
 from mathpost.compensate.model import read_errors
-from mathpost.errors import MathpostError, write_bytes, write_text
+from mathpost.errors import MathpostError, write_text
 from mathpost.kinematics import Kinematics
 from mathpost.post import CONE, TOLERANCE, cl, run
 from mathpost.post.program import DIALECTS
@@ -31,11 +33,26 @@ def main(arguments=None):
     _add_show(commands)
     _add_lessons(commands)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
+    if arguments is None:
+        signal.signal(signal.SIGTERM, _stopped)
     try:
-        return options.run(options)
+        status = options.run(options)
+        sys.stdout.flush()
+        return status
     except MathpostError as error:
         print(f"mathpost: {error}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print("mathpost: stopped, nothing was written", file=sys.stderr)
+        return 130
+    except OSError as error:  # standard output is closed, or its disk is full
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, what is left to be written goes nowhere
+        print(f"mathpost: standard output: {error.strerror or error}", file=sys.stderr)
+        return 2
+
+
+def _stopped(*_):
+    raise KeyboardInterrupt
 
 
 def _joined(arguments):
@@ -100,7 +117,8 @@ def _post(options):
         errors=read_errors(options.errors, setup) if options.errors else None,
     )
     if options.output:
-        write_bytes(options.output, result.program.encode())
+        inputs = [each for each in (options.cl, options.machine, options.errors) if each]
+        write_text(options.output, result.program, inputs=inputs)
     else:
         print(result.program, end="")
     print(result.report, file=sys.stderr)

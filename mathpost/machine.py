@@ -13,6 +13,7 @@ import numpy as np
 
 from mathpost.errors import InputError, as_array, read_text
 
+LARGEST = 1e9  # of any number
 ENDLESS = (-math.inf, math.inf)
 
 
@@ -148,7 +149,7 @@ def read_toml(path):
     text = read_text(path)
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits, tables thousands deep
         raise InputError(str(path), "a TOML file", str(error)) from None
 
 
@@ -167,8 +168,10 @@ def from_dict(content, where="machine"):
         linear=tuple(_linear(linear, name) for name in "XYZ"),
         origin=workpiece.take("origin", _vector, "[x, y, z] in mm"),
         tool_axis=tool.take("axis", _direction, "[x, y, z], not all zero"),
-        tool_length=tool.take("length", _length, "a length in mm, not negative"),
-        programmed_point=tool.take("programmed_point", _programmed_point, '"tip", "nose" or [x, y, z] in mm'),
+        tool_length=tool.take("length", _length, "a length in mm, not negative", 0.0),
+        programmed_point=tool.take(
+            "programmed_point", _programmed_point, '"tip", "nose" or [x, y, z] in mm', "tip"
+        ),
     )
     for table in (file, workpiece, tool, linear):
         table.done()
@@ -239,7 +242,7 @@ class TomlTable:
         value = self.content.pop(key)
         try:
             return read(value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise InputError(f"{self.where}, key {key!r}", expected, repr(value)) from None
 
     def table(self, key, optional=False):
@@ -265,7 +268,7 @@ def _require(condition, value):
 
 def _number(value):
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return float(_require(is_number and math.isfinite(value), value))
+    return float(_require(is_number and abs(value) < LARGEST, value))
 
 
 def _vector(value):

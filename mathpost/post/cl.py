@@ -14,7 +14,7 @@ from operator import itemgetter
 import numpy as np
 
 from mathpost.errors import InputError, as_array, read_bytes
-from mathpost.post.cl_words import Statements
+from mathpost.post.cl_words import LARGEST, Statements
 from mathpost.rotation import unit
 
 ARC_TOLERANCE = 0.001  # mm
@@ -116,7 +116,12 @@ def from_arrays(points, axes, *, feed=math.nan, name="CL data"):
     points, axes = as_array(points, 3, "points"), as_array(axes, 3, "axes")
     if points.ndim != 2 or points.shape != axes.shape:
         raise InputError("points and axes", "the same shape (n, 3)", f"{points.shape} and {axes.shape}")
-    count = len(points)
+    count, largest = len(points), np.abs(points).max(initial=0)
+    if not count:
+        raise InputError("points and axes", "at least one record", "none")
+    if largest >= LARGEST:
+        raise InputError("points", f"mm below {LARGEST:g}", f"{largest:g}")
+    axes = axes / np.maximum(np.abs(axes).max(axis=1, keepdims=True), 1e-300)  # whatever their size
     columns = np.array(points.T, order="C"), np.ascontiguousarray(unit(axes).T)
     return _made(*columns, np.full(count, float(feed)), np.zeros(count, bool), np.arange(1, count + 1), (), name)
 

@@ -26,6 +26,7 @@ UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
 MM_PER_INCH = 25.4
 BLOCK = 2**19  # bytes that are taken at once: what is made of them fits the processor's cache
 ENCODINGS = "utf-8", "gb18030", "cp1252", "latin-1"  # tried in turn; the last takes any byte
+LARGEST = 1e9  # of any number
 LEAST_FEED = 0.001  # mm/min, which programs print
 SHOWN = 20  # causes that are listed when a file is refused
 NUMBER = re.compile(rf"{text.NUMBER}(?:[eE][-+]?\d+)?")
@@ -653,8 +654,8 @@ class Statements:
         if not NUMBER.fullmatch(word.strip()):
             raise _Wrong("a number", repr(word.strip()))
         value = float(word)
-        if not abs(value) < 1e9:
-            raise _Wrong("a finite number below 1e9", word.strip())
+        if not abs(value) < LARGEST:
+            raise _Wrong(f"a finite number below {LARGEST:g}", word.strip())
         return value
 
 
