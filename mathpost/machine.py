@@ -73,6 +73,9 @@ class Machine:
         Spindle nose to tip, mm.
     programmed_point : str or tuple of 3 floats
         The point of the head, at rotary zero, that X Y Z name: ``"tip"``, ``"nose"`` or mm from the nose.
+    limits_of : str
+        What the limits of X Y Z count: ``"slides"``, in machine coordinates (a slide stands at its word, plus the
+        origin, plus the tool where the word names the tip), or ``"words"``.
     """
 
     name: str
@@ -83,6 +86,7 @@ class Machine:
     tool_axis: tuple
     tool_length: float
     programmed_point: str | tuple
+    limits_of: str = "slides"
 
     @property
     def joint_names(self):
@@ -90,9 +94,19 @@ class Machine:
         return tuple(joint.name for joint in (*self.linear, *self.rotary))
 
     @property
+    def slides(self):
+        """What the slides X Y Z stand at when their words are 0, mm, shape (3,); see `limits_of`."""
+        if self.limits_of == "words":
+            return np.zeros(3)
+        axis = np.array(self.tool_axis) / np.linalg.norm(self.tool_axis)
+        return np.array(self.origin) + (self.programmed_point == "tip") * self.tool_length * axis
+
+    @property
     def limits(self):
-        """Travel of the five joints, shape (5, 2): mm and radians."""
-        return np.array([joint.limits for joint in (*self.linear, *self.rotary)])
+        """Travel of the five joints as words, shape (5, 2): mm and radians."""
+        limits = np.array([joint.limits for joint in (*self.linear, *self.rotary)])
+        limits[:3] -= self.slides[:, None]
+        return limits
 
     @property
     def max_rates(self):
@@ -173,6 +187,7 @@ def from_dict(content, where="machine"):
             "programmed_point", _programmed_point, '"tip", "nose" or [x, y, z] in mm', "tip"
         ),
     )
+    machine = replace(machine, limits_of=linear.take("limits_of", _limits_of, '"slides" or "words"', "slides"))
     for table in (file, workpiece, tool, linear):
         table.done()
     _check_arrangement(machine, where)
@@ -302,6 +317,10 @@ def _side(value):
 
 def _address(value):
     return _require(re.fullmatch("[ABCUVW][0-9]?", value), value)
+
+
+def _limits_of(value):
+    return _require(value in ("slides", "words"), value)
 
 
 def _programmed_point(value):

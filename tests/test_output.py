@@ -1,4 +1,4 @@
-"""What a command writes destroys nothing; stopped or refused, it leaves nothing behind. Strange input is refused."""
+"""What a command writes destroys nothing; stopped, it leaves nothing behind; strange input is refused."""
 
 import os
 import signal

@@ -19,6 +19,8 @@ from mathpost.post.singular import regions
 from mathpost.post.ways import Crossing
 from mathpost.rotation import slices
 
+TRAVEL_TOLERANCE = 0.01  # mm; between the blocks travel is looked at to this, whatever the tolerance of the tip
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -95,8 +97,9 @@ def plan(cl, machine, choose, real, tcp, tolerance, singular, cone, lean, cleara
     ways = [crossing(region).possible(singular, **options) for region in passed]
     ways += [crossing((record - 1, record)).possible("retract", **options) for record in chosen.breaks]
     motion = _through_the_records(chosen.joints, ways)
-    divided = _divided(kin, cl, motion, tolerance)
-    _refuse_out_of_travel(machine, cl, divided)
+    divided = _divided(kin, cl, motion, tolerance, tcp)
+    between = divided if tolerance <= TRAVEL_TOLERANCE else _linearized(kin, cl, motion, TRAVEL_TOLERANCE)
+    _refuse_out_of_travel(machine, cl, between)
     ideal, cautions = motion if tcp else divided, ()
     motion = ideal
     if real is not None:
@@ -129,16 +132,25 @@ def _through_the_records(joints, ways):
     return Motion.joined([*parts, Motion.on_part(joints[record:], place[record:])])
 
 
-def _divided(kin, cl, motion, tolerance):
-    """The motion with its moves divided until the tip keeps the tolerance, the printed digits included."""
+def _divided(kin, cl, motion, tolerance, tcp):
+    """The motion with its moves divided until the tip keeps the tolerance, the printed digits included.
+
+    With TCP the digits of the angles do not move the tip.
+    """
     tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
-    lever = levers(kin.machine) + np.linalg.norm(tip, axis=1)
+    lever = (levers(kin.machine) + np.linalg.norm(tip, axis=1)) * (not tcp)
     moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever)  # by the digits alone
     if (worst := moved.max()) > tolerance / 2:
         expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
         raise InputError("tolerance", expected, f"{tolerance}")
-    left = tolerance - np.maximum(moved[:-1], moved[1:])
-    return linearize(kin, motion.joints, left, place=motion.place, lifted=motion.lifted, name=f"{cl.name}, block")
+    return _linearized(kin, cl, motion, tolerance - np.maximum(moved[:-1], moved[1:]))
+
+
+def _linearized(kin, cl, motion, tolerance):
+    """The motion with its moves divided until the tip keeps the tolerance."""
+    return linearize(
+        kin, motion.joints, tolerance, place=motion.place, lifted=motion.lifted, name=f"{cl.name}, block"
+    )
 
 
 def _refuse_out_of_travel(machine, cl, motion):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mathpost import machine
-from mathpost.errors import InputError
+from mathpost.errors import InputError, ReachError
 from mathpost.post import cl as cldata
 from mathpost.post import run
 from mathpost.post.arcs import arc
@@ -488,3 +488,42 @@ def test_random_files(seed):
     fed = ~np.array(walked.rapid[1:]) & ~np.isnan(walked.seconds[1:]) & same
     speeds = 60 * np.linalg.norm(np.diff(tips, axis=0), axis=1)[fed] / np.array(walked.seconds[1:])[fed]
     assert speeds.max(initial=0) <= np.nanmax(cl.feeds) * (1 + 1e-3)
+
+
+@pytest.mark.parametrize("dialect", ["heidenhain", "fanuc", "siemens"])
+@pytest.mark.parametrize("tcp", [False, True])
+def test_travel_is_that_of_the_slides(dialect, tcp):
+    """A slide stands at its word, plus the origin, plus the tool where the word names the tip."""
+    cl = read("GOTO/0,0,0\nGOTO/50,0,0\nGOTO/50,0,10,0,0.6,0.8")
+    run(cl, TABLE.with_setup(origin=(350, 0, 0)), dialect=dialect, tcp=tcp)
+    for origin in ((360, 0, 0), (600, 0, 0), (0, 0, 300)):  # the tool is 120 mm long
+        with pytest.raises(ReachError, match="slide [XZ] .* is outside -400 … 400"):
+            run(cl, TABLE.with_setup(origin=origin), dialect=dialect, tcp=tcp)
+    run(cl, replace(TABLE, limits_of="words").with_setup(origin=(600, 0, 0)), dialect=dialect, tcp=tcp)
+
+
+@pytest.mark.parametrize("tcp", [False, True])
+def test_travel_is_looked_at_between_the_blocks_whatever_the_tolerance(tcp):
+    cl = read("GOTO/0,0,100,0,0.8,0.6\nGOTO/0,0,100,0,-0.3,0.953939")
+    free = run(cl, TABLE, tolerance=0.01).blocks.words
+    top = free[:, 2].max()
+    assert top > free[[0, -1], 2].max() + 5  # reached between the records
+    limits = (-1000, TABLE.slides[2] + top - 0.1)
+    low = replace(TABLE, linear=(*TABLE.linear[:2], replace(TABLE.linear[2], limits=limits)))
+    with pytest.raises(ReachError, match="slide Z"):
+        run(cl, low, tolerance=20.0, tcp=tcp)
+
+
+def test_no_word_commands_more_than_the_feed():
+    rng = np.random.default_rng(7)
+    axes = np.cumsum(rng.normal(size=(200, 3)) * 0.01, axis=0) + UP
+    points = np.cumsum(rng.normal(size=(200, 3)) * 0.05, axis=0)
+    rates = {
+        name: tuple(replace(joint, max_rate=1e6) for joint in getattr(TABLE, name)) for name in ("linear", "rotary")
+    }
+    quick = replace(TABLE, **rates)
+    for dialect in ("heidenhain", "fanuc"):
+        cl = cldata.from_arrays(points, axes, feed=10_000 / 3)
+        walked = walk(run(cl, quick, dialect=dialect).program)
+        seconds, lengths = np.array(walked.seconds[1:]), np.linalg.norm(np.diff(walked.tips, axis=0), axis=1)
+        assert (60 * lengths[1:] / seconds[1:]).max() <= 10_000 / 3 * (1 + 1e-3) + 60 * 2e-4 / seconds[1:].min()
