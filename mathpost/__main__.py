@@ -5,6 +5,7 @@ import math
 import os
 import signal
 import sys
+from importlib import metadata
 from pathlib import Path
 
 from mathpost import codegen, machine
@@ -26,6 +27,7 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(
         prog="python -m mathpost", description="Five-axis post-processing and spreadsheets, verified."
     )
+    parser.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
     commands = parser.add_subparsers(dest="command", required=True)
     _add_post(commands)
     _add_check(commands)
@@ -115,6 +117,7 @@ def _post(options):
         split=options.split,
         compare=options.compare,
         errors=read_errors(options.errors, setup) if options.errors else None,
+        progress=_stage if sys.stderr.isatty() else None,
     )
     if options.output:
         inputs = [each for each in (options.cl, options.machine, options.errors) if each]
@@ -123,6 +126,10 @@ def _post(options):
         print(result.program, end="")
     print(result.report, file=sys.stderr)
     return 0
+
+
+def _stage(name):
+    print(f"{name} …", file=sys.stderr)
 
 
 def _add_check(commands):

@@ -72,6 +72,17 @@ def read_bytes(path):
         raise InputError(str(path), "a readable file", error.strerror or str(error)) from None
 
 
+def data_file(path):
+    """Return the path of a file that comes with the package, such as ``"cl/blade.cl"``; `InputError` if none does.
+
+    In a checkout the folder `data` stands beside the package, in an installed package inside it.
+    """
+    for folder in (Path(__file__).parents[1] / "data", Path(__file__).parent / "data"):
+        if (folder / path).exists():
+            return folder / path
+    raise InputError("data", "a file that comes with the package", f"no data/{path}")
+
+
 def read_text(path):
     """Return the text of the UTF-8 file `path`; raise `InputError` if it cannot be read."""
     try:

@@ -8,10 +8,11 @@ import math
 import re
 import tomllib
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
-from mathpost.errors import InputError, as_array, read_text
+from mathpost.errors import InputError, as_array, data_file, read_text
 
 LARGEST = 1e9  # of any number
 ENDLESS = (-math.inf, math.inf)
@@ -138,6 +139,7 @@ def load(path):
     Parameters
     ----------
     path : str or path-like
+        A file, or the name of a machine that comes with the package, such as ``"dmu50v"``.
 
     Returns
     -------
@@ -146,8 +148,9 @@ def load(path):
     Raises
     ------
     InputError
-        If the file cannot be read, is not TOML, lacks a key, has one too many, or holds a value that no
-        five-axis machine can have: not exactly two rotary axes, parallel axes, an inner axis along the tool.
+        If there is no such machine, or the file cannot be read, is not TOML, lacks a key, has one too many, or
+        holds a value that no five-axis machine can have: not exactly two rotary axes, parallel axes, an inner axis
+        along the tool.
 
     Examples
     --------
@@ -155,6 +158,10 @@ def load(path):
     >>> machine.joint_names, machine.arrangement
     (('X', 'Y', 'Z', 'B', 'C'), 'table-table')
     """
+    shipped = {file.stem: file for file in sorted(data_file("machines").glob("*.toml"))}
+    if not Path(path).suffix and not Path(path).exists() and str(path) not in shipped:
+        raise InputError(str(path), f"a TOML file, or one of {', '.join(shipped)}", "neither")
+    path = path if Path(path).exists() else shipped.get(str(path), path)
     return from_dict(read_toml(path), str(path))
 
 

@@ -131,7 +131,7 @@ def zxz_right(alpha, beta, gamma, *, degrees=False):
     >>> (zxz_right(135, 54.7356, -90, degrees=True) @ [3, 4, 5]).round(6)
     array([-1.224744,  0.707107,  6.928203])
     """
-    return from_angles(lambda *angles: _right(*angles)["γβα"], (alpha, beta, gamma), degrees)
+    return from_angles(_right_matrix, (alpha, beta, gamma), degrees)
 
 
 def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
@@ -146,7 +146,7 @@ def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
     >>> zxz_left_transposed(a, b, c) == zxz_right(a, b, c)
     True
     """
-    return from_angles(lambda *angles: _left(*angles)["(αβγ)ᵀ"], (alpha, beta, gamma), degrees)
+    return from_angles(_left_matrix, (alpha, beta, gamma), degrees)
 
 
 def zxz_apply(alpha, beta, gamma, points, *, degrees=False):
@@ -208,7 +208,7 @@ def zxz_steps(recipe, angles, point, *, elementary=PASSIVE, degrees=False):
     build = recipes[recipe]
     values = {"−α, −β, −γ": [-angle for angle in angles]} if recipe == "left" else {}
     for name in build(0, 0, 0):
-        values[name] = from_angles(lambda *each, name=name: build(*each, elementary)[name], angles, degrees)
+        values[name] = from_angles(lambda a, b, c, name=name: build(a, b, c, elementary)[name], angles, degrees)
     matrix = values[name]
     if isinstance(matrix, sp.MatrixBase):
         values["x', y', z'"] = matrix * sp.Matrix(point)
@@ -229,12 +229,25 @@ def _left(alpha, beta, gamma, elementary=PASSIVE):
     return {"α": a, "β": b, "γ": c, "αβ": a * b, "αβγ": a * b * c, "(αβγ)ᵀ": (a * b * c).T}
 
 
-def from_angles(build, angles, degrees=False):
-    """Apply the symbolic `build` to angles that are numbers, arrays or sympy expressions."""
+def _right_matrix(*angles):
+    return _right(*angles)["γβα"]
+
+
+def _left_matrix(*angles):
+    return _left(*angles)["(αβγ)ᵀ"]
+
+
+def from_angles(build, angles, degrees):
+    """Apply the symbolic `build`, a function of so many angles, to numbers, arrays or sympy expressions."""
     if any(isinstance(angle, sp.Basic) for angle in angles):
         return build(*(sp.sympify(angle) * (sp.pi / 180 if degrees else 1) for angle in angles))
-    symbols = sp.symbols(f"angle:{len(angles)}", real=True)
-    return numeric(sp.ImmutableMatrix(build(*symbols)), symbols)(*_as_angles(angles, degrees))
+    return _built(build, len(angles))(*_as_angles(angles, degrees))
+
+
+@lru_cache(maxsize=256)
+def _built(build, count):
+    symbols = sp.symbols(f"angle:{count}", real=True)
+    return numeric(sp.ImmutableMatrix(build(*symbols)), symbols)
 
 
 def _as_angles(angles, degrees):

@@ -17,7 +17,7 @@ import sympy as sp
 from mathpost.compensate.model import COMPONENTS, SQUARENESS, ErrorModel, error_frame
 from mathpost.errors import as_array
 from mathpost.kinematics import Kinematics
-from mathpost.rotation import numeric
+from mathpost.rotation import numeric, wrap
 
 MAX_TURN = np.deg2rad(0.1)  # its second-order remainder is 0.15 µm for every 100 mm between tool and rotary axis
 MAX_GAIN = 10  # turn for tilt that is never limited: that of a tool axis some 6 degrees from the singular one
@@ -271,7 +271,7 @@ class Compensator:
     def _first_group(self, joints, wanted, most):
         """The exact inverse nearest to `joints` where it turns by no more than `most`, else `joints` themselves."""
         change = self.calibrated.inverse(*wanted) - joints[..., None, :]
-        change[..., 3:] = (change[..., 3:] + np.pi) % (2 * np.pi) - np.pi
+        change[..., 3:] = wrap(change[..., 3:], 2 * np.pi)
         turn = np.abs(change[..., 3:] - _own_turns(self.model, self.errors.constant)).max(axis=-1)
         nearest = np.argmin(np.where(np.isnan(turn), np.inf, turn), axis=-1)[..., None]
         exact = np.take_along_axis(turn, nearest, axis=-1)[..., 0] <= most

@@ -23,7 +23,7 @@ SPOILT = 135  # the target of 12-table whose command is wrong
 @cache
 def table_error():
     """The spline of lesson 12: C's error in seconds of arc."""
-    measured = angular_error.load(data("measurements/angular_error.csv")).points(endless=True)
+    measured = angular_error.read_runs(data("measurements/angular_error.csv")).points(endless=True)
     return spline.adaptive(measured, 0.5)
 
 

@@ -5,17 +5,17 @@ from functools import cache
 from pathlib import Path
 
 from mathpost import machine
-from mathpost.errors import InputError
+from mathpost.errors import data_file
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl
 
 
 def data(path):
-    """Return the path of a file in the course's data folder, sought from the working folder upwards."""
-    for folder in (Path.cwd(), *Path.cwd().parents, Path(__file__).parents[2]):
+    """Return the path of a file of the course's data: above the working folder, or what came with the package."""
+    for folder in (Path.cwd(), *Path.cwd().parents):
         if (found := folder / "data" / path).exists():
             return Path(os.path.relpath(found))
-    raise InputError("data", "the folder `data` of the course above the working folder", f"no data/{path}")
+    return data_file(path)
 
 
 @cache

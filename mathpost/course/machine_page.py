@@ -88,7 +88,7 @@ def page(kin):
         travel = f"{low * scale:g} to {high * scale:g} {unit_of}" if np.isfinite([low, high]).all() else "endless"
         rows.append(f"<tr><th>{name}<td>{html.escape(said[name])}<td>{travel}")
     name, source = html.escape(machine.name), html.escape(machine.source)
-    before = f"{FRAME}<h1>{name}</h1><p>{ARRANGEMENTS[machine.arrangement]} {source}.</p>"
+    before = f"{FRAME}<h1>{name}</h1><p>{ARRANGEMENTS[machine.arrangement]} Source: {source}.</p>"
     after = (
         "<h2>What each axis does</h2><p>Seen from the front, at rotary zero. Compare it with the machine, axis by "
         f"axis.</p><table><tr><th>axis<th>positive direction<th>travel{''.join(rows)}</table>"

@@ -6,11 +6,12 @@ them through `mathpost.course.exercise`, and so does a teacher who writes one.
 
 import ast
 import inspect
+import json
 import re
 import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 
 from mathpost.course.answers import brief
 from mathpost.errors import InputError, MathpostError
@@ -154,6 +155,11 @@ class Exercise:
         except MathpostError as error:
             why = f"The answer cannot be used: {error}."
         return Verdict(self.name, WRONG if why else RIGHT, why or inspect.getdoc(self.solve) or "", value)
+
+    @cached_property
+    def anew(self):
+        """The verdict on an answer as JSON text, remembered: a class gives few different answers."""
+        return cache(lambda text: self.verdict(json.loads(text)))
 
     def _unreadable(self, found):
         why = f"Expected {self.kind.asked}; found {found}."

@@ -214,7 +214,7 @@ class Scene {
             shown[i] = plus(shown[i], 1, push); shown[j] = minus(shown[j], push);
         }
         Object.assign(ink, { font: `600 ${14 * dpr}px system-ui, sans-serif`, textAlign: "center", textBaseline: "middle", lineWidth: 4 * dpr });
-        this.written = shown;
+        this.canvas.written = shown;
         this.spec.labels.forEach((label, i) => {
             ink.strokeStyle = "#ffffffdd"; ink.strokeText(label.text, ...shown[i]);
             ink.fillStyle = label.colour; ink.fillText(label.text, ...shown[i]);

@@ -15,7 +15,7 @@ from mathpost.errors import InputError, as_array
 from mathpost.frame import Frame
 from mathpost.measure import csv_table
 from mathpost.measure.fit import Estimate, Measurement
-from mathpost.rotation import ACTIVE, numeric
+from mathpost.rotation import ACTIVE, numeric, wrap
 
 VERTICAL = -1  # the source's mark for "measured with the vertical head"
 TOLERANCE = 0.01  # degrees by which the read-back angle of an indexed head may miss its position
@@ -58,7 +58,7 @@ class Head:
         """
         if not isinstance(angle, Real):
             raise InputError("angle", "a number of degrees", repr(angle))
-        away = np.abs((np.array(self.angles) - angle + 180) % 360 - 180)
+        away = np.abs(wrap(np.array(self.angles) - angle))
         if not away.min() <= TOLERANCE:
             measured = ", ".join(f"{listed:g}" for listed in self.angles)
             raise InputError("angle", f"one of the measured {measured}", f"{angle:g}")
@@ -67,7 +67,7 @@ class Head:
     def rotation_z(self, angle):
         """The source's UZZ, degrees: by how much AROT turns about Z."""
         turned = 90 + self.zero + self.sense * angle
-        return turned if -180 <= turned <= 180 else (turned + 180) % 360 - 180
+        return turned if -180 <= turned <= 180 else float(wrap(turned))  # the source keeps −180
 
     def frame(self, angle):
         """Return the directions X′ Y′ Z′ of the frame as columns, shape (3, 3); Z′ points into the spindle."""

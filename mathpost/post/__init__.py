@@ -1,6 +1,6 @@
 """From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
-Read `run` first, then `cl` (with `cl_words` and `arcs`), `plan`, `selection` (beside it `travel` and `yu_dan`),
+Read `run` first, then `cl` (with `cl_words` and `arcs`), `planning`, `selection` (beside it `travel` and `yu_dan`),
 `singular` (and `ways` through it), `between_blocks`, `program` (with `controls` and `text`), `proof`.
 """
 
@@ -14,8 +14,8 @@ import numpy as np
 from mathpost.compensate.compensation import Compensator
 from mathpost.errors import InputError, MathpostError
 from mathpost.post import controls, program, selection
-from mathpost.post.plan import plan
-from mathpost.post.proof import Report, prove, worst_of
+from mathpost.post.planning import plan
+from mathpost.post.proof import Report, worst_of
 from mathpost.post.ways import CLEARANCE, LEAN, Crossing, refuse_nonsense
 
 TOLERANCE = 0.01  # mm
@@ -141,13 +141,14 @@ def run(
     if real is not None and any(length not in (None, machine.tool_length) for _, length in tools):
         raise InputError("errors", f"one tool, {machine.tool_length:g} mm long", "CL data with other lengths")
 
-    progress("planning")
     plans = []
     for part, length in tools:
         setup = machine if length is None else machine.with_setup(tool_length=length)
         begin = plans[-1].chosen.joints[-1] if plans else start
         chosen = partial(selection.choose, strategy=strategy, start=begin, prefer=prefer, split=split)
-        plans.append(plan(part, setup, chosen, real, tcp, tolerance, singular, cone, lean, clearance))
+        first = part.first - cl.first
+        made = plan(part, first, setup, chosen, real, tcp, tolerance, singular, cone, lean, clearance, progress)
+        plans.append(made)
 
     progress("writing")
     text = program.write(program.joined([each.blocks for each in plans]), machine, dialect, name=name)
@@ -160,10 +161,7 @@ def run(
     if ends[-1] != len(blocks.words):
         raise MathpostError(f"{ends[-1]} blocks were written and {len(blocks.words)} read back")
     read = [blocks[end - len(each.blocks.words) : end] for each, end in zip(plans, ends, strict=True)]
-    proofs = [
-        prove(each.kin, each.cl, part, each.motion, tolerance, real=real)
-        for each, part in zip(plans, read, strict=True)
-    ]
+    proofs = [each.proved(part, tolerance, real) for each, part in zip(plans, read, strict=True)]
     before = None if real is None else worst_of([each.uncompensated(real) for each in plans])
 
     strategies, through = (), {}
@@ -183,15 +181,15 @@ def run(
         ways=through,
     )
     joints = np.concatenate([each.chosen.joints for each in plans])
-    place = np.concatenate([each.cl.first + each.motion.place for each in plans])
+    place = np.concatenate([each.first + each.motion.place for each in plans])
     return Result(joints, blocks, place, text, report)
 
 
 def _settings(cl, machine, plans):
     """Lines of the report: how the program was made."""
     first_branch = sum(int((each.chosen.branch == 0).sum()) for each in plans)
-    breaks = [each.cl.first + record for each in plans for record in each.chosen.breaks]
-    found = [(each.cl.first + first, each.cl.first + last) for each in plans for first, last in each.regions]
+    breaks = [each.first + record for each in plans for record in each.chosen.breaks]
+    found = [(each.first + first, each.first + last) for each in plans for first, last in each.regions]
     yield "CL data", f"{cl.name}, {len(cl)} records"
     yield "machine", f"{machine.name} ({machine.arrangement})"
     yield (
@@ -237,7 +235,7 @@ def _warnings(each):
         yield "the CL data state no feed for some moves; they carry no F word"
     swings = np.degrees(np.abs(np.diff(joints[:, 3:], axis=0))).max(axis=1)
     if swings.max(initial=0) > 90:
-        record = cl.first + int(swings.argmax())
+        record = each.first + int(swings.argmax())
         yield f"a rotary axis swings {swings.max():.1f}° from record {record + 1} to the next"
     yield from each.cautions
 

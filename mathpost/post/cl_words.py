@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.errors import InputError
+from mathpost.errors import NUMBER, InputError
 from mathpost.post import text
 from mathpost.post.arcs import Cycle, arc
 
@@ -29,7 +29,7 @@ ENCODINGS = "utf-8", "gb18030", "cp1252", "latin-1"  # tried in turn; the last t
 LARGEST = 1e9  # of any number
 LEAST_FEED = 0.001  # mm/min, which programs print
 SHOWN = 20  # causes that are listed when a file is refused
-NUMBER = re.compile(rf"{text.NUMBER}(?:[eE][-+]?\d+)?")
+REAL = re.compile(rf"{NUMBER}(?:[eE][-+]?\d+)?")
 LITERAL = re.compile(r"\(?\s*(CIRCLE|CYLNDR|LINE|POINT)\s*/([-+\d.eE,\s]*)")  # geometry within a statement
 # One record of three or six numbers, and nothing else: most lines of most files.
 PLAIN = text.Pattern(
@@ -598,14 +598,14 @@ class Statements:
                 length, words = self.number(words[0] if words else "") * self.scale, words[1:]
                 if length < 0:
                     raise _Wrong("a tool length, not negative", f"{length:g}")
-            elif NUMBER.fullmatch(word) and (not word.isdigit() or int(word) > 99):
+            elif REAL.fullmatch(word) and (not word.isdigit() or int(word) > 99):
                 raise _Wrong("the word LENGTH before a length; registers are whole numbers up to 99", word)
         if length is not None:  # in mm, whatever the file is in
             statement = f"LOADTL/{int(number)},LENGTH,{length:g}"
         self.command("tool", int(number), length, statement=statement)
 
     def spindl(self, line, words, statement):
-        numbers = [word for word in words if NUMBER.fullmatch(word)]
+        numbers = [word for word in words if REAL.fullmatch(word)]
         known = {"RPM", "CLW", "CCLW", "CCW", "ON", "OFF", "STOP"}
         if strange := [word for word in words if word not in numbers and word not in known]:
             raise _Wrong("SPINDL/ a number, RPM, CLW or CCLW, ON or OFF", repr(strange[0]))
@@ -651,7 +651,7 @@ class Statements:
         return [self.number(word) for word in words]
 
     def number(self, word):
-        if not NUMBER.fullmatch(word.strip()):
+        if not REAL.fullmatch(word.strip()):
             raise _Wrong("a number", repr(word.strip()))
         value = float(word)
         if not abs(value) < LARGEST:

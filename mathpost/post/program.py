@@ -11,7 +11,7 @@ from operator import itemgetter
 
 import numpy as np
 
-from mathpost.errors import InputError
+from mathpost.errors import NUMBER, InputError
 from mathpost.post import text as bulk
 from mathpost.post.controls import (
     DECIMALS,
@@ -30,7 +30,7 @@ from mathpost.post.text import Column, Item, Pattern
 __all__ = ["DECIMALS", "DIALECTS", "SHORTEST_TIME", "Blocks", "joined", "read", "rounded", "write"]
 
 RAPID, TIME, FEED = " FMAX", " FT", " F"
-FEED_WORD = re.compile(rf"(FMAX|FT|F)({bulk.NUMBER})?")
+FEED_WORD = re.compile(rf"(FMAX|FT|F)({NUMBER})?")
 BLOCK = 2**19  # bytes that are read at once: what is made of them fits the processor's cache
 
 
@@ -268,7 +268,7 @@ class _Lines:
     def __init__(self, machine, dialect, name):
         self.control, self.names, self.name = control_for(machine, dialect), machine.joint_names, name
         letters = "|".join(re.escape(axis) for axis in sorted(self.names, key=len, reverse=True))
-        self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({bulk.NUMBER})")
+        self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})")
         self.codes = re.compile(self.control.codes + r"(?![\d.])")
         self.plain = _plain(self.control, self.names)
         self.line, self.position, self.feed = 1, [None] * 5, None

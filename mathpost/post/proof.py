@@ -81,32 +81,36 @@ def measured(kin, cl, blocks, motion, *, real=None):
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
     machine, joints = real or kin, _joints(kin, blocks)
-    # Some thousand at a time: to a machine with errors each pose is 33 numbers.
-    parts = [machine.forward(joints[rows]) for rows in slices(joints.shape[:1])]
-    tip, axis = map(np.concatenate, zip(*parts, strict=True))
     tips, axes = cl.at(motion.place)
-
-    least, most = 2, bounds(kin.machine, joints, tips, axes, (tip, axis))
-    if real:
-        least, most = LEAST_INTERVALS, np.full(most.shape, np.inf)
-    most[:, ~motion.in_cut] = -1
+    moves = len(joints) - 1
+    least, most, off = LEAST_INTERVALS if real else 2, np.full((2, moves), np.inf), np.zeros(moves)
+    for rows in slices((moves,)):
+        poses = slice(rows.start, rows.stop + 1)
+        reached = machine.forward(joints[poses])
+        off[rows] = np.linalg.norm(reached[0] - tips[poses], axis=1)[1:]
+        if not real:
+            most[:, rows] = bounds(kin.machine, joints[poses], tips[poses], axes[poses], reached)
+    off[~motion.in_cut], most[:, ~motion.in_cut] = 0, -1
     path_axis, _ = largest(1, machine, joints, axes, most[1], least=least)
     if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
-        off = np.where(motion.in_cut, np.linalg.norm(tip - tips, axis=1)[1:], 0)
-        path_tip, worst = off.max(initial=0), int(off.argmax()) if off.size else -1
+        path_tip, worst = off.max(initial=0), int(off.argmax()) if moves else -1
     else:
         path_tip, worst = largest(0, machine, joints, tips, most[0], least=least)
 
     # A record whose block was left out as a repetition has the pose of the block before.
     on_part = np.flatnonzero(~motion.lifted)
     at = on_part[np.searchsorted(motion.place[on_part], np.arange(len(cl)), side="right") - 1]
-    half_chord = np.linalg.norm(axis[at] - cl.axes, axis=1).max() / 2
+    tip_error = chord = 0.0
+    for records in slices(at.shape):
+        tip, axis = machine.forward(joints[at[records]])
+        tip_error = max(tip_error, np.linalg.norm(tip - cl.points[records], axis=1).max())
+        chord = max(chord, np.linalg.norm(axis - cl.axes[records], axis=1).max())
     return Proof(
-        tip_error=float(np.linalg.norm(tip[at] - cl.points, axis=1).max()),
-        axis_error=float(np.degrees(2 * np.arcsin(min(half_chord, 1)))),
+        tip_error=float(tip_error),
+        axis_error=float(np.degrees(2 * np.arcsin(min(chord / 2, 1)))),
         path_tip_error=float(path_tip),
         path_axis_error=float(np.degrees(path_axis)),
-        worst_record=cl.first + int(np.ceil(motion.place[worst + 1])) + 1,
+        worst_record=int(np.ceil(motion.place[worst + 1])) + 1,
     )
 
 

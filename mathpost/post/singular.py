@@ -105,7 +105,7 @@ def _too_fast(machine, cl, joints):
     if np.isnan(rates).all() or np.isnan(cl.feeds[~cl.rapid]).all():
         raise InputError("cone", "an angle, or a feed in the CL data and the rates of the machine", "neither")
     length = np.linalg.norm(np.diff(cl.points, axis=0), axis=1)
-    seconds = 60 * length / np.where(np.isnan(cl.feeds[1:]), np.inf, cl.feeds[1:])
+    seconds = np.where(np.isnan(cl.feeds[1:]), np.inf, 60 * length / cl.feeds[1:])
     needed = np.abs(np.diff(joints[:, 3:], axis=0))
     over = (needed > np.where(np.isnan(rates), np.inf, rates) * seconds[:, None] + 1e-12).any(axis=1)
     return over & ~cl.rapid[1:]

@@ -338,6 +338,7 @@ def test_the_detective_names_a_mix_up_that_no_list_foresees():
     b, c = EXERCISES["05-angles"].solution
     assert "sign of C" in exercise.judge("05-angles", [b, -c]).why
     assert "off by +90" in exercise.judge("05-angles", [b, c + 90]).why
+    assert "as far as its digits go" in exercise.judge("05-angles", [round(b, 2), round(c, 2)]).why
 
 
 # --- by name, in files, in notebooks ----------------------------------------------------------------------------
@@ -409,6 +410,7 @@ def run(path, *sources):
     notebook = nbformat.v4.new_notebook(cells=cells)
     NotebookClient(notebook, resources={"metadata": {"path": str(path.parent)}}).execute()
     nbformat.write(notebook, path)
+    assert all(len(cell.outputs) <= 1 for cell in notebook.cells[1:])
     return [cell.outputs[0].data if cell.outputs else None for cell in notebook.cells[1:]]
 
 

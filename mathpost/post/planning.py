@@ -13,7 +13,7 @@ from mathpost.post.between_blocks import levers
 from mathpost.post.cl import CLData
 from mathpost.post.controls import Blocks
 from mathpost.post.motion import Motion, block_times, linearize
-from mathpost.post.proof import measured
+from mathpost.post.proof import measured, prove
 from mathpost.post.selection import Selection
 from mathpost.post.singular import regions
 from mathpost.post.ways import Crossing
@@ -31,6 +31,8 @@ class Plan:
     kin : Kinematics
         Of the machine with this tool.
     cl : CLData
+    first : int
+        How many records of the path come before.
     chosen : mathpost.post.selection.Selection
     regions : list of (int, int)
         The singular regions, first and last record.
@@ -49,6 +51,7 @@ class Plan:
 
     kin: Kinematics
     cl: CLData
+    first: int
     chosen: Selection
     regions: list
     singular: str
@@ -62,35 +65,46 @@ class Plan:
     def uncompensated(self, real):
         """Return as `Proof` what the real machine would do if nothing had been measured."""
         motion, blocks, _ = _blocks(self.kin, self.cl, self.ideal, self.blocks.tcp)
-        return measured(self.kin, self.cl, blocks, motion, real=real)
+        return self._counted(measured(self.kin, self.cl, blocks, motion, real=real))
+
+    def proved(self, blocks, tolerance, real):
+        """Return the `Proof` of the blocks that were read back, or refuse them."""
+        return self._counted(prove(self.kin, self.cl, blocks, self.motion, tolerance, real=real))
+
+    def _counted(self, proof):
+        return replace(proof, worst_record=self.first + proof.worst_record)
 
     def compared(self, lean, clearance):
         """Yield for each singular region, in records of the whole path, all ways through it."""
         for first, last in self.regions:
             through = self.crossing((first, last)).compare(lean=lean, clearance=clearance)
-            yield (self.cl.first + first, self.cl.first + last), through
+            yield (self.first + first, self.first + last), through
 
 
-def plan(cl, machine, choose, real, tcp, tolerance, singular, cone, lean, clearance):
+def plan(cl, first, machine, choose, real, tcp, tolerance, singular, cone, lean, clearance, progress):
     """Return the `Plan` of CL data with one tool.
 
     Parameters
     ----------
     cl : CLData
+    first : int
+        How many records of the path come before.
     machine : Machine
         With this tool.
     choose : callable
         `mathpost.post.selection.choose` with its options.
     real : Compensator or None
-    tcp, tolerance, singular, cone, lean, clearance
+    tcp, tolerance, singular, cone, lean, clearance, progress
         As in `mathpost.post.run`.
     """
     turned = np.flatnonzero(np.linalg.norm(cl.axes[1:] + cl.axes[:-1], axis=1) < 1e-6)
     if turned.size:
         raise InputError(cl.where(turned[0] + 1), "a tool axis not opposite to the one before", "a turn by 180°")
     kin = Kinematics(machine)
+    progress("choosing")
     chosen = choose(kin, cl)
     found = regions(kin, cl, chosen.joints, cone=cone)
+    progress("planning")
     crossing = partial(Crossing, kin, cl, chosen.joints, tolerance=tolerance / 2)
     options = {"lean": lean, "clearance": clearance}
     passed = _unbroken(found, chosen.breaks) if singular != "direct" else ()
@@ -107,7 +121,7 @@ def plan(cl, machine, choose, real, tcp, tolerance, singular, cone, lean, cleara
         _refuse_out_of_travel(machine, cl, motion)
     motion, blocks, seconds = _blocks(kin, cl, motion, tcp)
     _refuse_turning_compensation(cl, machine, blocks)
-    return Plan(kin, cl, chosen, found, singular, crossing, motion, ideal, blocks, seconds, cautions)
+    return Plan(kin, cl, first, chosen, found, singular, crossing, motion, ideal, blocks, seconds, cautions)
 
 
 def _unbroken(regions, breaks):
