@@ -131,7 +131,7 @@ def test_a_retract_into_the_part_is_refused(by_the_pole, monkeypatch, name, tcp)
     options = {"singular": "retract", "cone": np.radians(1), "tcp": tcp}
     result = post.run(by_the_pole, data, **options, clearance=5.0)
     assert result.report.settings["singular"].endswith(": retract")
-    for module in (planning, ways):
+    for module in (post, ways):
         monkeypatch.setattr(module, "refuse_nonsense", lambda *_: None)
     with pytest.raises(MathpostError, match=r"record \d+: on its way .* 5.00\d mm into the part"):
         post.run(by_the_pole, data, **options, clearance=-5.0)
