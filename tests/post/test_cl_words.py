@@ -527,3 +527,10 @@ def test_no_word_commands_more_than_the_feed():
         walked = walk(run(cl, quick, dialect=dialect).program)
         seconds, lengths = np.array(walked.seconds[1:]), np.linalg.norm(np.diff(walked.tips, axis=0), axis=1)
         assert (60 * lengths[1:] / seconds[1:]).max() <= 10_000 / 3 * (1 + 1e-3) + 60 * 2e-4 / seconds[1:].min()
+
+
+@pytest.mark.parametrize("feed", [444.49999, 158.8196, 1 / 3, 0.001])
+def test_a_broken_feed_is_rounded_down(feed):
+    cl = read(f"FEDRAT/{feed:.6f},MMPM\nGOTO/0,0,0\nGOTO/10,0,0")
+    printed = run(cl, TABLE).blocks.feeds[1]
+    assert feed - 0.001 <= printed <= feed
