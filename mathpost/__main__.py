@@ -13,7 +13,7 @@ from mathpost import codegen, machine, workbook
 from mathpost.compensate.model import read_errors
 from mathpost.detective.euler_angles import explain
 from mathpost.detective.rotary_axes import explain_joints
-from mathpost.errors import InputError, MathpostError, write_text
+from mathpost.errors import InputError, MathpostError, write_bytes, write_text
 from mathpost.kinematics import Kinematics
 from mathpost.post import CONE, TOLERANCE, cl, run
 from mathpost.post.program import DIALECTS
