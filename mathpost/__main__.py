@@ -4,6 +4,7 @@ import argparse
 import math
 import os
 import re
+import signal
 import sys
 from importlib import metadata
 from pathlib import Path
@@ -37,19 +38,32 @@ def main(arguments=None):
     _add_explain(commands)
     _add_lessons(commands)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
+    if arguments is None:
+        signal.signal(signal.SIGTERM, _stopped)
     try:
         status = options.run(options)
         sys.stdout.flush()
         return status
-    except BrokenPipeError:  # somebody reads the first lines only
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
     except MathpostError as error:
         print(f"mathpost: {error}", file=sys.stderr)
         return 2
     except ModuleNotFoundError as error:  # of the extras that a headless post does without
         print(f"mathpost: this command needs {error.name}, which comes with mathpost[course]", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print("mathpost: stopped, nothing was written", file=sys.stderr)
+        return 130
+    except BrokenPipeError:  # somebody reads the first lines only
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:  # standard output is closed, or its disk is full
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, what is left to be written goes nowhere
+        print(f"mathpost: standard output: {error.strerror or error}", file=sys.stderr)
+        return 2
+
+
+def _stopped(*_):
+    raise KeyboardInterrupt
 
 
 def _joined(arguments):
@@ -82,7 +96,14 @@ def _add_post(commands):
     post.add_argument(
         "--compare", action="store_true", help="report the other strategies and ways through singular regions, too"
     )
+    post.add_argument(
+        "--ignore", type=_words, default=(), metavar="WORD,…", help="take these words of the CL file for comments"
+    )
     post.add_argument("-o", "--output", type=Path, metavar="FILE", help="program; by default standard output")
+
+
+def _words(text):
+    return tuple(word.strip() for word in text.split(",") if word.strip())
 
 
 def _vector(text):
@@ -96,7 +117,7 @@ def _post(options):
     """Write the program, and the report to standard error."""
     setup = machine.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
     result = run(
-        cl.read(options.cl),
+        cl.read(options.cl, tolerance=min(cl.ARC_TOLERANCE, options.tolerance / 5), ignored=options.ignore),
         setup,
         dialect=options.dialect,
         strategy=options.selection,
@@ -110,7 +131,8 @@ def _post(options):
         progress=_stage if sys.stderr.isatty() else None,
     )
     if options.output:
-        write_bytes(options.output, result.program.encode())
+        inputs = [each for each in (options.cl, options.machine, options.errors) if each]
+        write_text(options.output, result.program, inputs=inputs)
     else:
         print(result.program, end="")
     print(result.report, file=sys.stderr)

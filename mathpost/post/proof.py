@@ -13,7 +13,7 @@ from mathpost.post.between_blocks import bounds, largest, sampled
 from mathpost.rotation import slices
 
 LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no third derivative bounds
-FEED_DIGITS = 0.0006  # mm/min; what three printed decimals may change
+FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to three decimals
 
 
 @dataclass(frozen=True)
@@ -114,6 +114,13 @@ def measured(kin, cl, blocks, motion, *, real=None):
     )
 
 
+def worst_of(proofs):
+    """Return the `Proof` that says the worst of several."""
+    farthest = max(proofs, key=lambda proof: proof.path_tip_error)
+    names = ("tip_error", "axis_error", "path_tip_error", "path_axis_error")
+    return Proof(*(max(getattr(proof, name) for proof in proofs) for name in names), farthest.worst_record)
+
+
 def _joints(kin, blocks):
     """What the axes do: with TCP the control finds X Y Z itself."""
     return kin.close(blocks.joints[:, :3], blocks.joints[:, 3:]) if blocks.tcp else blocks.joints
@@ -143,7 +150,8 @@ def _refuse_other_feeds(cl, blocks, motion):
     record = np.ceil(motion.place).astype(int)
     feeds, rapid = cl.feeds[record], cl.rapid[record]
     by_feed = ~rapid & np.isnan(blocks.seconds) & ~np.isnan(feeds)
-    wrong = (blocks.rapid != rapid) | (by_feed & ~(np.abs(blocks.feeds - feeds) <= FEED_DIGITS))
+    as_it_is = (blocks.feeds <= feeds + 1e-9) & (blocks.feeds >= feeds - FEED_DIGITS)
+    wrong = (blocks.rapid != rapid) | (by_feed & ~as_it_is)
     if wrong.any():
         block = int(wrong.argmax())
         found = "rapid" if blocks.rapid[block] else f"feed {blocks.feeds[block]:g}"

@@ -22,10 +22,12 @@ def out_of_travel(machine, joints):
     >>> out_of_travel(machine.load("data/machines/dmu50v.toml"), np.array([0, 0, 900, 0, 7]))
     ['Z 900.000mm is outside -200 … 200']
     """
+    moved = np.r_[machine.slides, 0, 0]  # where the slides are
     return [
-        f"{name} {value * unit:.3f}{letter} is outside {low * unit:g} … {high * unit:g}"
-        for name, value, (low, high), unit, letter in zip(
-            machine.joint_names, joints, machine.limits, UNITS, ("mm", "mm", "mm", "°", "°"), strict=True
+        f"{'slide ' * bool(by)}{name} {(value + by) * unit:.3f}{letter} is outside "
+        f"{(low + by) * unit:g} … {(high + by) * unit:g}"
+        for name, value, (low, high), by, unit, letter in zip(
+            machine.joint_names, joints, machine.limits, moved, UNITS, ("mm", "mm", "mm", "°", "°"), strict=True
         )
         if not within_travel(value, low, high)
     ]

@@ -211,7 +211,8 @@ class Judge:
             )
             if first is None:
                 break
-            unit = next((w for w in self.found.windows if first in w), (first,))
+            units = [*self.found.windows, *self._lines(calculation, scope)]
+            unit = next((w for w in units if first in w), (first,))
             option = {p: self.said[p] for p in unit if p in wrong}
             faults += self._explain(calculation, unit, option)[1]
             put_in |= option

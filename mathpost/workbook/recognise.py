@@ -194,7 +194,7 @@ class Recognised:
             p for p in graph.trees if not graph.uses[p] and p not in graph.part
         }
         self.numeric = {p for p, cell in graph.cells.items() if cell.formula or cell.meant is not None}
-        self.components = list(self._components())
+        self.components = sorted(self._components(), key=lambda c: graph.reading_order(c[0]))
         self.component = {p: c for c in self.components for p in c}
         self.windows = self._windows()
         in_window = {p for window in self.windows for p in window}
@@ -432,8 +432,12 @@ class Recognised:
         """Take angles, point, origin and result from where the caller says that they stand."""
         given = {name: tuple(area_named(self.graph, name, text).places) for name, text in cells.items()}
         for name in ("angles", "result"):
-            if name not in given or len(given[name]) not in (3, 4, 9, 16):
+            if len(given.get(name, ())) not in (3, *(4, 9, 16) * (name == "result")):
                 raise InputError("cells", "angles, point and result of three cells each", f"no {name} of that size")
+        for name, places in given.items():
+            for place in places:
+                if place not in self.numeric:
+                    raise InputError(f"cells, {name!r}", "numbers or formulas", f"none in {self.graph.address(place)}")
         self.vector_cells = set(given["result"])
         self.calculations.append(
             self._told(

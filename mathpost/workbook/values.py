@@ -86,7 +86,7 @@ def _by_their_numbers(graph, blocks):
     found = []
     for block in blocks:
         numbers = [graph.cells[p].number for p in block.places if p in graph.cells]
-        if len(block.places) == 9 and not block.role.word and len(numbers) == 9:
+        if block.role == Role("matrix") and len(numbers) == 9:
             entries = np.array([np.nan if n is None else n for n in numbers]).reshape(3, 3)
             fit = {word: (np.abs(entries - matrix) < 1e-3).sum() for word, matrix in known.items()}
             best = max(fit, key=fit.get)

@@ -292,7 +292,7 @@ def test_travel_has_a_tolerance(joint, end, beyond):
     limits[joint] = (joints[joint], 1000.0) if end == 0 else (-1000.0, joints[joint])
     axes = [replace(axis, limits=pair) for axis, pair in zip((*data.linear, *data.rotary), limits, strict=True)]
     joints[joint] += (1 if end else -1) * beyond * 1e-9
-    small = replace(data, linear=tuple(axes[:3]), rotary=tuple(axes[3:]))
+    small = replace(data, linear=tuple(axes[:3]), rotary=tuple(axes[3:]), limits_of="words")
     assert travel.all_within(small, joints) == (beyond < 1)
     assert travel.within_travel(joints, *small.limits.T).tolist() == [beyond < 1 or at != joint for at in range(5)]
     assert len(travel.out_of_travel(small, joints)) == (beyond > 1)
