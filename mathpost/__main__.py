@@ -220,14 +220,20 @@ def _add_grade(commands):
     grade.add_argument("--rules", type=Path, metavar="FILE", help="points, weights and who should hand in, TOML")
     grade.add_argument("--lessons", type=Path, metavar="FOLDER", help="what was handed out (default: the course)")
     grade.add_argument("--language", choices=("en", "zh"), default="en")
+    grade.add_argument("--rerun", action="store_true", help="run the notebooks, too, in a bounded place")
 
 
 def _grade(options):
     """Write the report; 1 if something was not read or a verdict does not fit its answer."""
     from mathpost.course import grade, grade_page
+    from mathpost.course.rerun import Place
 
     rules = grade.read_rules(options.rules) if options.rules else None
-    graded = grade.grade(options.folder, rules, lessons=options.lessons, progress=_step)
+    place = Place() if options.rerun else None
+    graded = grade.grade(options.folder, rules, lessons=options.lessons, rerun=place, progress=_step)
+    graded.notes += place.open if place else ["No notebook was run."]
+    for note in graded.notes:
+        print(note, file=sys.stderr)
     report = options.output
     report = report.with_suffix("") if report.suffix in (".html", ".csv") else report
     page, table = report.with_name(f"{report.name}.html"), report.with_name(f"{report.name}.csv")

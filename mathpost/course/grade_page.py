@@ -53,7 +53,7 @@ ENGLISH = {
     "name": "file",
     "none": "None.",
     "kind": "what",
-    "notes": "What was not looked at",
+    "notes": "What was not done, or not bounded",
     "class": "class",
     "right workbooks": "workbooks right",
 }
@@ -97,7 +97,7 @@ CHINESE = {
     "name": "文件",
     "none": "无。",
     "kind": "内容",
-    "notes": "未查看的内容",
+    "notes": "未做或未限制的事项",
     "class": "全班",
     "right workbooks": "正确工作簿",
 }
@@ -260,6 +260,12 @@ def _attention(graded, language):
                 yield result.name, book.file, say(language, "unclear"), f"{book.checked}/{book.total}"
 
 
+def _mark(mark, result):
+    """Per cent; with a question mark where a file was not read or judged, which may have held more."""
+    doubt = result.trouble or any(book.verdict == "unclear" for book in result.workbooks)
+    return "" if mark is None else f"{mark:.0f}{' ?' * bool(doubt)}"
+
+
 def _key(word):
     marks = ", ".join(f'<span class="{CLASSES[s]}">{MARKS[s]}</span> {word(s)}' for s in (RIGHT, WRONG, OPEN))
     return f"<p class='key'>{marks}, <span class='edited'>&nbsp;●&nbsp;</span> {word('edited')}</p>"
@@ -275,7 +281,7 @@ def _table(graded, word):
     for result in graded.results:
         statuses = [result.status(name) for name in graded.exercises]
         mark = graded.mark(result)
-        row = [f"<td class=s>{html.escape(result.name)}", f"<td class=n>{'' if mark is None else f'{mark:.0f}'}"]
+        row = [f"<td class=s>{html.escape(result.name)}", f"<td class=n>{_mark(mark, result)}"]
         row.append(f"<td class=n>{statuses.count(RIGHT)}")
         row += [f"<td class=n>{graded.points(result)[2]}"] * books
         for name, status in zip(graded.exercises, statuses, strict=True):

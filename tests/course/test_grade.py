@@ -1,6 +1,5 @@
 """A class that was made up: right, wrong by every mix-up that has a name, forged, empty, broken, copied."""
 
-import copy
 import csv
 import io
 import json
@@ -12,7 +11,7 @@ import pytest
 
 from mathpost.__main__ import main
 from mathpost.course import grade_page
-from mathpost.course.grade import Rules, grade, read_rules
+from mathpost.course.grade import grade, read_rules
 from mathpost.course.handed_in import collect, unzip
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
 from mathpost.errors import InputError
