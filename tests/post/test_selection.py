@@ -171,6 +171,7 @@ def test_the_outer_axis_turns_while_the_tool_is_at_the_pole(kin):
     outer = kin.symbols.index(kin.inverse_symbolic.outer)
     leaning = chosen.joints[2:8, outer]
     assert np.degrees(np.ptp(leaning)) < 10
+    assert set(chosen.branch.tolist()) <= {0, 1}
     tip, axis = kin.forward(chosen.joints)
     np.testing.assert_allclose(tip, cl.points, atol=1e-9)
     np.testing.assert_allclose(axis, cl.axes, atol=1e-12)
@@ -199,6 +200,11 @@ def test_at_the_pole_the_outer_axis_may_take_the_angles_of_both_neighbours():
         np.testing.assert_allclose(kin.forward(found.joints[record])[1], [[0, 0, 1]] * 6, atol=1e-12)
     assert np.isnan(outer[[1, 4], 2:]).all()
     assert len(found.table(1)) == 2 and len(found.table(2)) == 6
+
+
+@pytest.mark.parametrize("limits", [(-np.inf, 1.0), (-1.0, np.inf), (-np.inf, np.inf)])
+def test_an_axis_without_one_of_its_ends_has_one_winding(limits):
+    assert travel.windings(*limits).tolist() == [0]
 
 
 def test_near_the_pole_is_not_at_it():
@@ -360,6 +366,7 @@ class TestPaper:
             ([150, 170, -170, -150], [150, 170, -170, -150]),  # equal steps: nothing happens
             ([150, 170, -175, -155], [150, -190, -175, -155]),  # the jump moves by one row
             ([150, 165, -175, -155], [150, 165, -175, -155]),
+            ([-170, -170, 170, -175], [-170, -170, -190, -175]),  # the last row but one is corrected, too
         ],
     )
     def test_c_rule_taken_literally(self, angles, expected):
