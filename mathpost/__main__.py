@@ -37,6 +37,7 @@ def main(arguments=None):
     _add_explain(commands)
     _add_lessons(commands)
     _add_grade(commands)
+    _add_assign(commands)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     try:
         status = options.run(options)
@@ -348,6 +349,24 @@ def _grade(options):
     for name, what, why in found:
         print(f"{name}: {what}{': ' * bool(what)}{why}", file=sys.stderr)
     return int(bool(found))
+
+
+def _add_assign(commands):
+    assign = commands.add_parser("assign", help="lessons for students, without solutions")
+    assign.set_defaults(run=_assign)
+    assign.add_argument("lessons", type=Path, metavar="LESSONS", help="a notebook, or a folder of notebooks")
+    assign.add_argument("-o", "--output", type=Path, metavar="FOLDER", required=True)
+
+
+def _assign(options):
+    """Write the copies, and say what they do not hide."""
+    from mathpost.course import assign
+
+    for path, names in assign.assign(options.lessons, options.output).items():
+        print(f"{path}: {', '.join(names) or 'no exercises'}")
+    print("The numbers of these exercises are the same for all.", file=sys.stderr)
+    print("The package holds the solutions of its own exercises: who has it can read them.", file=sys.stderr)
+    return 0
 
 
 def _step(done, total, name):

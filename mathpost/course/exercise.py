@@ -252,12 +252,25 @@ def _lessons(folder):
     return found
 
 
-def cells(path):
-    """Return the cells of a saved notebook as JSON holds them, or raise `InputError`."""
+def notebook(path):
+    """Return a saved notebook as JSON holds it; raise `InputError` if it is none."""
     try:
-        return json.loads(read_text(path))["cells"]
-    except (ValueError, KeyError, TypeError, RecursionError):
+        found = json.loads(read_text(path))
+        for cell in found["cells"]:
+            _ = "".join(cell["source"]), cell["cell_type"]
+        return found
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise InputError(str(path), "a notebook", "something else") from None
+
+
+def cells(path):
+    """Return the cells of a saved notebook as JSON holds them; raise `InputError` if it is none."""
+    return notebook(path)["cells"]
+
+
+def asked(source):
+    """Return the names of the exercises that the source of a cell checks."""
+    return re.findall(r"exercise\.check\(\s*[\"']([\w-]+)[\"']", source)
 
 
 def _title(path):

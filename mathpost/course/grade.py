@@ -326,9 +326,10 @@ def _notebook(result, path, same):
     cells = exercise.cells(path)
     verdicts = exercise.judged(cells, path)
     result.notebooks += 1
-    if not any(_text(cell).strip() for cell in cells):
+    if not any("".join(cell["source"]).strip() for cell in cells):
         result.trouble.append((path.name, "no cell has anything in it"))
-    for name in {*_asks(cells), *(each.name for each in verdicts)} & EXERCISES.keys():
+    names = {name for source in _sources(cells) for name in exercise.asked(source)}
+    for name in (names | {each.name for each in verdicts}) & EXERCISES.keys():
         result.lessons.add(name.split("-")[0])
     for each in verdicts:
         if each.edited and each.name not in result.edited:
@@ -344,12 +345,6 @@ def _notebook(result, path, same):
 
 def _better(one, other):
     return ORDER.index(one.status) > ORDER.index(other.status)
-
-
-def _asks(cells):
-    """Names of the exercises that the cells check."""
-    for source in _sources(cells):
-        yield from re.findall(r"exercise\.check\(\s*[\"']([\w-]+)[\"']", source)
 
 
 def _rerun(result, path, rerun):
@@ -378,14 +373,9 @@ def _workbook(result, path, same):
     same.workbook(result.name, path)
 
 
-def _text(cell):
-    source = cell.get("source", "") if isinstance(cell, dict) else ""
-    return source if isinstance(source, str) else "".join(map(str, source))
-
-
 def _sources(cells):
     """What stands in the cells, without spaces at the ends of lines."""
-    return [re.sub(r"[ \t]+$", "", _text(cell), flags=re.MULTILINE).strip() for cell in cells]
+    return [re.sub(r"[ \t]+$", "", "".join(cell["source"]), flags=re.MULTILINE).strip() for cell in cells]
 
 
 class _Same:

@@ -124,9 +124,9 @@ CLASSES = {RIGHT: "right", WRONG: "wrong", OPEN: "open", "": ""}
 def say(language, text):
     """A word of the report; causes are the workbook check's."""
     if language == "zh" and text not in CHINESE:
-        from mathpost.workbook import folder  # its list of causes
+        from mathpost.workbook.folder import CHINESE as CAUSES  # slow to import, and needed for workbooks only
 
-        return getattr(folder, "CHINESE", {}).get(text, text)
+        return CAUSES.get(text, text)
     return LANGUAGES[language].get(text, text)
 
 
@@ -219,7 +219,7 @@ def to_html(graded, language="en"):
 
 def _first(book, language):
     """The first wrong cell, its cause, and why."""
-    return book.cell, say(language, book.cause), book.message
+    return book.cell, say(language, book.cause) if book.cause else "", book.message
 
 
 class _Safe(str):

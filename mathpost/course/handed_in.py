@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath
 from mathpost.errors import InputError
 
 NOTEBOOKS = {".ipynb"}
-WORKBOOKS = {".xlsx", ".xlsm", ".xls", ".ods", ".et"}
+WORKBOOKS = {".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ".et"}
 FILE_LIMIT, ZIP_LIMIT, COUNT_LIMIT = 64 * 2**20, 256 * 2**20, 2000  # bytes of a file and a zip unpacked, members
 MOODLE = re.compile(r"_\d+_assignsubmission_file_?.*$")
 SEPARATORS = " _-–—.()（）[]【】+"

@@ -7,11 +7,12 @@ import shutil
 import zipfile
 from html.parser import HTMLParser
 
+import openpyxl
 import pytest
 
 from mathpost.__main__ import main
 from mathpost.course import grade_page
-from mathpost.course.grade import grade, read_rules
+from mathpost.course.grade import Rules, grade, read_rules
 from mathpost.course.handed_in import collect, unzip
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
 from mathpost.errors import InputError
@@ -245,6 +246,32 @@ def test_a_zip_that_lies_about_its_size(tmp_path):
     with pytest.raises(InputError):
         unzip(path, tmp_path / "out")
     assert not any(each.stat().st_size > 100 for each in (tmp_path / "out").rglob("*.ipynb"))
+
+
+# --- workbooks ----------------------------------------------------------------------------------------------------
+
+
+def test_workbooks_beside_notebooks(tmp_path):
+    folder, said = tmp_path / "in", []
+    for student, name in (("李雷", "missing_transpose"), ("韩梅梅", "missing_transpose"), ("ada", "right")):
+        (folder / student).mkdir(parents=True)
+        book = openpyxl.load_workbook(ROOT / f"data/workbooks/{name}.xlsx")
+        book.properties.creator = student
+        book.save(folder / student / "作业.xlsx")
+    (folder / "course").mkdir()
+    shutil.copy(ROOT / "data/workbooks/right.xlsx", folder / "course")
+    write(folder / "坏" / "a.xlsx", "rubbish")
+    write(folder / "ada" / "a.ipynb", notebook(solved(["01-sign"])))
+    graded = grade(folder, Rules(exercises=("01-sign",), workbooks=3.0), progress=lambda *step: said.append(step))
+    found = by_name(graded)
+    (wrong,) = found["李雷"].workbooks
+    assert (wrong.verdict, wrong.cause) == ("wrong", "transposed") and "!" in wrong.cell
+    assert graded.same == [("cells", "作业.xlsx", ["李雷", "韩梅梅"])]
+    assert not found["course"].workbooks, "the course's own workbook is nobody's work"
+    assert found["坏"].workbooks[0].verdict == "not read" and found["坏"].trouble
+    assert [graded.mark(found[name]) for name in ("ada", "李雷")] == [100, 0]
+    assert len(said) == 5 and said[-1][:2] == (5, 5)
+    assert "转置" in grade_page.to_html(graded, "zh") and "转置" in grade_page.to_csv(graded, "zh")
 
 
 # --- marks and the report -----------------------------------------------------------------------------------------
