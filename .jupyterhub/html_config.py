@@ -16,7 +16,7 @@ WIDGET = "application/vnd.jupyter.widget-view+json"  # dead without a kernel; th
 
 
 class Offline(Preprocessor):
-    """Turn links to neighbouring notebooks into links to neighbouring pages, and formulas in outputs into MathML."""
+    """Turn links to neighbouring notebooks into links to pages, and formulas of outputs into MathML."""
 
     def preprocess_cell(self, cell, resources, _index):
         if cell.cell_type == "markdown":

@@ -1,8 +1,8 @@
 """Five-axis kinematics and post-processing, derived in sympy and taught in Jupyter.
 
-Read the files beside this one first: rotation, angles, frame, machine, chain, kinematics, errors; codegen prints what
-they derive for other programs. The rest is in rooms, each with its own reading order: plane, measure, detective,
-compensate, workbook, post, draw, course.
+Read the files beside this one first: rotation, angles, frame, machine, chain, kinematics, errors; codegen prints
+what they derive for other programs. The rest is in rooms, each with its own reading order: plane, measure,
+detective, compensate, workbook, post, draw, course.
 """
 
 from importlib import import_module
@@ -15,7 +15,7 @@ _OFFERED = {
     "read_cl": "mathpost.post.cl.read",
     "postprocess": "mathpost.post.run",
     "explain": "mathpost.detective.euler_angles.explain",
-    "check_workbook": "mathpost.workbook.check.check",
+    "check_workbook": "mathpost.workbook.check.check_file",
     "check_answer": "mathpost.course.exercise.check",
     "MathpostError": "mathpost.errors.MathpostError",
 }

@@ -1,22 +1,24 @@
-"""The shell: ``python -m mathpost post …`` and ``python -m mathpost check …``."""
+"""The shell: ``python -m mathpost post …``, ``check …``, ``explain …`` and ``lessons …``."""
 
 import argparse
 import math
 import os
+import re
 import signal
 import sys
 from importlib import metadata
 from pathlib import Path
 
-from mathpost import codegen, machine
+from mathpost import codegen, machine, workbook
 from mathpost.compensate.model import read_errors
-from mathpost.errors import MathpostError, write_text
+from mathpost.detective.euler_angles import explain
+from mathpost.detective.rotary_axes import explain_joints
+from mathpost.errors import InputError, MathpostError, write_bytes, write_text
 from mathpost.kinematics import Kinematics
 from mathpost.post import CONE, TOLERANCE, cl, run
 from mathpost.post.program import DIALECTS
 from mathpost.post.selection import STRATEGIES
 from mathpost.post.ways import Crossing
-from mathpost.workbook import folder as workbook
 
 
 def main(arguments=None):
@@ -33,6 +35,7 @@ def main(arguments=None):
     _add_check(commands)
     _add_print(commands)
     _add_show(commands)
+    _add_explain(commands)
     _add_lessons(commands)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     if arguments is None:
@@ -44,9 +47,15 @@ def main(arguments=None):
     except MathpostError as error:
         print(f"mathpost: {error}", file=sys.stderr)
         return 2
+    except ModuleNotFoundError as error:  # of the extras that a headless post does without
+        print(f"mathpost: this command needs {error.name}, which comes with mathpost[course]", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print("mathpost: stopped, nothing was written", file=sys.stderr)
         return 130
+    except BrokenPipeError:  # somebody reads the first lines only
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except OSError as error:  # standard output is closed, or its disk is full
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115, what is left to be written goes nowhere
         print(f"mathpost: standard output: {error.strerror or error}", file=sys.stderr)
@@ -58,9 +67,11 @@ def _stopped(*_):
 
 
 def _joined(arguments):
-    """Join --origin with its value, which argparse would take for an option if it begins with a minus sign."""
-    words = iter(arguments)
-    return [f"{word}={next(words, '')}" if word == "--origin" else word for word in words]
+    """Keep argparse from taking values for options: vectors such as -1,0,2, numbers such as -1e-16 or -54,7356."""
+    if arguments[:1] == ["explain"]:
+        return [re.sub(r"^-(?=[\d.,]+(e[+-]?\d+)?°?$)", "−", word) for word in arguments]
+    words, vectors = iter(arguments), ("--origin", "--angles", "--point")
+    return [f"{word}={next(words, '')}" if word in vectors else word for word in words]
 
 
 def _add_post(commands):
@@ -133,42 +144,63 @@ def _stage(name):
 
 
 def _add_check(commands):
-    check = commands.add_parser("check", help="check the spreadsheets of ZXZ rotations or NC words")
+    check = commands.add_parser("check", help="check spreadsheets of rotations or NC words by their formulas")
     check.set_defaults(run=_check)
-    check.add_argument("path", type=Path, metavar="FILE_OR_FOLDER", help="an .xlsx workbook, or a folder of them")
-    check.add_argument(
-        "--cells", type=_cells, metavar="NAME=RANGE,…", help="as in angles=B2:B4,point=C2:C4,result=D2:D4"
-    )
-    check.add_argument(
-        "--machine", type=Path, metavar="FILE", help="machine file: check a table of CL data and NC words"
-    )
+    check.add_argument("path", type=Path, metavar="FILE_OR_FOLDER", help="a spreadsheet, or a folder of them")
+    check.add_argument("--task", metavar="TASK", help="zxz, sequence, nc, or a TOML file with the options below")
+    check.add_argument("--sequence", help="ZXZ, ZYX, … about turned axes, zyx about fixed ones")
+    check.add_argument("--convention", choices=("active", "passive"))
+    for name, help_text in (
+        ("angles", "degrees, to be found in the input cells"),
+        ("point", "to be found in the input cells"),
+        ("origin", "to be found in the input cells"),
+    ):
+        check.add_argument(f"--{name}", type=_vector, metavar="A,B,C", help=help_text)
+    check.add_argument("--cells", type=_cells, metavar="NAME=RANGE,…", help="angles=B2:B4,point=C2:C4,result=D2:D4")
+    check.add_argument("--machine", type=Path, metavar="FILE", help="machine file: a table of CL data and NC words")
     check.add_argument("--marked", type=Path, metavar="OUT", help="copy with coloured cells; of a folder, a folder")
+    check.add_argument("--csv", type=Path, metavar="OUT", help="the table of a folder")
+    check.add_argument("--html", type=Path, metavar="OUT", help="the table of a folder")
+    check.add_argument("--language", choices=("en", "zh"), default="en", help="of the table")
 
 
 def _cells(text):
+    """NAME=RANGE,NAME=RANGE; a range may itself hold commas if quoted by the sheet's name."""
     pairs = [part.partition("=") for part in text.split(",")]
     if not all(name.strip() and address.strip() for name, _, address in pairs):
         raise argparse.ArgumentTypeError(f"expected NAME=RANGE,NAME=RANGE…, found {text!r}")
     return {name.strip(): address.strip() for name, _, address in pairs}
 
 
+def _task(options):
+    """The task from the options, those in a TOML file first."""
+    given = {}
+    if options.task and options.task.lower().endswith(".toml"):
+        given = workbook.task_file(options.task)
+    elif options.task:
+        given["kind"] = options.task
+    names = ("sequence", "convention", "angles", "point", "origin", "cells", "machine")
+    given |= {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    return workbook.Task(**given)
+
+
 def _check(options):
     """Print what is wrong; of a folder a table, with the progress on standard error."""
-    if options.path.is_dir():
-        summary = workbook.check_folder(
-            options.path, machine=options.machine, cells=options.cells, marked=options.marked, progress=_progress
-        )
-        print(summary)
-        statuses, _ = summary.counts()
-        return 2 if statuses[workbook.UNREADABLE] else int(not summary.right)
-    if options.machine is not None:
-        report = workbook.check_table(options.path, options.machine, cells=options.cells)
-    else:
-        report = workbook.check(options.path, cells=options.cells)
-    print(report)
-    if options.marked is not None:
-        workbook.mark(report, options.marked)
-    return int(not report.right)
+    task = _task(options)
+    if not options.path.is_dir():
+        report = workbook.check_file(options.path, task)
+        print(report)
+        if options.marked is not None:
+            workbook.mark(report, options.marked)
+        return report.status
+    summary = workbook.check_folder(
+        options.path, task, marked=options.marked, language=options.language, progress=_progress
+    )
+    for path, text in ((options.csv, summary.to_csv), (options.html, summary.to_html)):
+        if path is not None:
+            write_bytes(path, text().encode())
+    print(summary)
+    return summary.status
 
 
 def _progress(done, total, path):
@@ -208,6 +240,77 @@ def _show(options):
 
     write_text(options.output, machine_page.page(Kinematics(machine.load(options.machine))))
     return 0
+
+
+def _add_explain(commands):
+    search = commands.add_parser("explain", help="which misreading of the convention gives this number?")
+    search.set_defaults(run=_explain)
+    three = {"nargs": 3, "type": _number}
+    search.add_argument("--angles", **three, metavar=("α", "β", "γ"), help="three Euler angles, degrees")
+    search.add_argument("--sequence", default="ZXZ", metavar="AXES", help="their axes (default %(default)s)")
+    search.add_argument("--point", **three, action="append", metavar=("X", "Y", "Z"), help="may be given again")
+    search.add_argument("--origin", **three, metavar=("X", "Y", "Z"), help="of the turned frame")
+    search.add_argument(
+        "--matrix", nargs=9, type=_number, metavar="M", help="the answer, row by row, instead of points"
+    )
+    search.add_argument("--machine", type=Path, metavar="FILE", help="machine file: explain its rotary words")
+    search.add_argument(
+        "--axis", **three, action="append", metavar=("I", "J", "K"), help="tool axis of the CL data"
+    )
+    search.add_argument(
+        "--result",
+        nargs="+",
+        type=_number,
+        action="append",
+        metavar="N",
+        help="what someone got: a point, or with --machine two rotary words; once for each --point or --axis",
+    )
+
+
+def _number(text):
+    """The number as it was written, whose digits tell how precise it is; a comma is a decimal point."""
+    number = text.replace(",", ".").replace("−", "-").removesuffix("°")
+    try:
+        float(number)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a number, found {text!r}") from None
+    return number
+
+
+def _explain(options):
+    """Print what gives the answer; 0 if it is right, 1 if not."""
+    results = options.result or []
+    if options.machine is not None:
+        _need(options, axis="--axis", result="--result")
+        kinematics = Kinematics(machine.load(options.machine))
+        found = explain_joints(kinematics, *_alone(options.axis, results))
+    elif options.matrix is not None:
+        _need(options, angles="--angles")
+        rows = [options.matrix[n : n + 3] for n in (0, 3, 6)]
+        found = explain(options.angles, None, rows, sequence=options.sequence.upper())
+    else:
+        _need(options, angles="--angles", point="--point", result="--result")
+        found = explain(
+            options.angles,
+            *_alone(options.point, results),
+            sequence=options.sequence.upper(),
+            origin=options.origin,
+        )
+    print(found)
+    return int(not found.right)
+
+
+def _need(options, **flags):
+    for name, flag in flags.items():
+        if not getattr(options, name):
+            raise InputError("explain", flag, "nothing")
+
+
+def _alone(given, results):
+    """A single row by itself, or all rows."""
+    if len({len(row) for row in results}) > 1 or len(given) != len(results):
+        raise InputError("--result", f"{len(given)} of one length", f"{[len(row) for row in results]}")
+    return (given[0], results[0]) if len(given) == 1 else (given, results)
 
 
 def _add_lessons(commands):

@@ -167,7 +167,7 @@ def _header(kin):
         " * jacobian  q -> 6 rows of 5 numbers: the derivatives of the pose with respect to the joints.",
         " * close     tip and the two rotary angles -> X, Y, Z that put the tip there (C: close_loop).",
         " * inverse   tip and tool axis (of any length) -> the joints of both branches, angles in (-pi, pi].",
-        f" *           Inner angle {derived.inner}, outer angle {derived.outer}: 0 at the pole, where any is right.",
+        f" *           Inner angle {derived.inner}, outer angle {derived.outer}: 0 at the pole, where any fits.",
         " *           null (C: the result 0 instead of 2) out of reach. Travel is not looked at.",
     )
 

@@ -20,7 +20,9 @@ def test_a_shipped_machine_is_found_by_its_name_from_anywhere(path, tmp_path, mo
 
 def test_a_name_that_no_machine_has_is_refused_with_those_that_there_are(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match="dmu50: expected a TOML file, or one of ac_head, .*dmu50v.*, found neither"):
+    with pytest.raises(
+        InputError, match="dmu50: expected a TOML file, or one of ac_head, .*dmu50v.*, found neither"
+    ):
         machine.load("dmu50")
     with pytest.raises(InputError, match="comes with the package"):
         data_file("cl/none.cl")
@@ -44,6 +46,8 @@ def test_the_wheel_holds_every_room_and_all_data(tmp_path):
     (wheel,) = tmp_path.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
         held = set(archive.namelist())
-    modules = {str(path.relative_to(ROOT)) for path in (ROOT / "mathpost").rglob("*") if path.suffix in (".py", ".js")}
+    modules = {
+        str(path.relative_to(ROOT)) for path in (ROOT / "mathpost").rglob("*") if path.suffix in (".py", ".js")
+    }
     shipped = {f"mathpost/data/{path.relative_to(ROOT / 'data')}" for path in (ROOT / "data").glob("*/*.*")}
     assert modules | shipped <= held

@@ -11,7 +11,7 @@ import openpyxl
 from openpyxl.worksheet.formula import ArrayFormula
 
 from mathpost.workbook.file import recalculate
-from mathpost.workbook.folder import template
+from mathpost.workbook.template import template
 
 HERE = Path(__file__).parent
 TABLES = HERE.parent / "tables"
@@ -61,9 +61,18 @@ def typed_sign(sheet):
     sheet["F21"] = -0.707106781186548
 
 
+def lucky(sheet):
+    """γβ as sums, with one reference a row too low: F16 for F15, beside cos γ, which is zero at the source's angles."""
+    for row in range(3):
+        for column, letter in enumerate("EFG"):
+            terms = [f"{left}{14 + row}*{letter}{14 + n}" for n, left in enumerate("IJK")]
+            sheet["A20"].offset(row, column).value = "=" + "+".join(terms)
+    sheet["B21"] = "=I15*F14+J15*F16+K15*F16"
+
+
 def main():
     """Write all workbooks."""
-    errors = (active_elements, wrong_order, radians_forgotten, missing_transpose, typed_sign)
+    errors = (active_elements, wrong_order, radians_forgotten, missing_transpose, typed_sign, lucky)
     _save("right", lambda sheet: None)
     for plant in errors:
         _save(plant.__name__, plant)

@@ -111,8 +111,8 @@ def walk(kin, cl, joints=None, *, place=None, cone=CONE, second=None):
     poses = np.concatenate([cl.points[records], cl.axes[records]], axis=1)
     scenes, state_runs = [], []
     for each, blocks, ends in runs:
-        drawn, made = scene.machine(each, cl, title=each.machine.name if second else "")
-        drawn = drawn.frame(*scene.CAMERAS[0], aspect=0.9)
+        drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "")
+        drawn, _ = scene.best_camera(each, drawn, blocks[0], aspect=0.9)
         drawn.lines.append(Line("workpiece", [], plot.COLOUR["tool"], 1.8, name="true tip"))
         scenes.append(drawn)
         at_records = _between(ends, blocks, np.arange(len(cl), dtype=float))

@@ -9,7 +9,7 @@ from mathpost.draw import plot
 from mathpost.draw.arrangement import tool_solids
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import Label, Line, Scene, clearest
-from mathpost.draw.solid import Hull, block
+from mathpost.draw.solid import Hull, block, ring
 from mathpost.draw.widget import View
 from mathpost.frame import Frame
 from mathpost.plane import positioning
@@ -151,7 +151,8 @@ def carried(machine):
     workpiece, tool = (bodies[name][:3, :3].subs(signed, simultaneous=True) for name in ("workpiece", "tool"))
     part = Hull("workpiece", _WORKPIECE, block([-50.0, -35, -40], [50, 35, 0]))
     shapes = [part, *tool_solids(np.zeros(3), np.array([0.0, 0, 1]), 100.0, 90.0)]
-    scene = Scene(["workpiece", "tool"], shapes, extent=85 * np.concatenate([np.eye(3), -np.eye(3)]) + [0, 0, 15])
+    around = np.concatenate([ring([0, 0, 10], normal, 85.0) for normal in np.eye(3)])
+    scene = Scene(["workpiece", "tool"], shapes, extent=around)
     scene.triad("bed", "XYZ", length=80, colour=_MACHINE)
     scene.triad("workpiece", "xyz", length=62, colour=_WORKPIECE, width=3)
     outer = names[1 if machine.arrangement == "table-table" else 0]

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from mathpost.detective.misreadings import (
     CHANCE,
@@ -23,15 +24,21 @@ from mathpost.detective.misreadings import (
     matrices,
     sentence,
     simplest,
+    trade_name,
     wordings,
     written,
     written_decimals,
 )
+from mathpost.detective.placing import PLAIN, Placing, about, translated
 from mathpost.errors import InputError, as_array
 
 ROUNDING = 1e-9  # relative: what a spreadsheet's own arithmetic may lose
 MOST, SHOWN = 100, 6  # right angles and points on an axis have many misreadings: how many are looked at and shown
 MORE_DIGITS = Slip(UNROUNDED, 0.5, "the angles were used with more digits than are given")
+QUATERNION = {
+    "xyzw": Slip("quaternion", 1.25, "the quaternion is stored as x y z w and read as w x y z"),
+    "wxyz": Slip("quaternion", 1.25, "the quaternion is stored as w x y z and read as x y z w"),
+}
 PROBE_ANGLES = np.array([(20, 35, 50), (-15, 70, 25), (110, 40, -65)], dtype=float)
 PROBE_POINTS = np.array([(1, 2, 3), (2, -1, 5), (7, 3, -2)], dtype=float)
 GENERIC_ANGLES = np.array([(21.1234567, 47.7654321, 74.4567891), (-36.2468135, 12.1357924, 113.9753186)])
@@ -63,7 +70,7 @@ COPIED = (
 )
 
 
-def explain(angles, point, answer, *, decimals=None, sequence="ZXZ"):
+def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None):
     """Return the misreadings of three Euler angles that give `answer`, the simplest first.
 
     Right is what source 000 does: the coordinates of a fixed point in a frame turned by the first angle about the
@@ -81,6 +88,8 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ"):
         Digits after the point to which the answer was written; by default as many as its numbers show.
     sequence : str, keyword only
         The axes, such as ``"ZXZ"``.
+    origin : array_like, shape (3,), optional, keyword only
+        The origin of the turned frame; the right answer then belongs to the point minus the origin.
 
     Returns
     -------
@@ -121,6 +130,7 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ"):
         decimals=written_decimals(answer) if decimals is None else decimals,
         sequence=sequence,
         is_matrix=point is None,
+        placings=(PLAIN,) if origin is None or point is None else about(as_array(origin, 3, "origin")),
     )
     # Whole numbers are meant exactly if some misreading gives them exactly, as right angles do.
     exact = replace(case, decimals=9).explain(target.shape) if case.decimals == 0 else None
@@ -141,6 +151,8 @@ class _Match:
     wordings: list
     copied: _Copied = RIGHTLY
     unrounded: bool = False
+    quaternion: str | None = None
+    placing: Placing = PLAIN
 
     @property
     def wording(self) -> Wording:
@@ -148,8 +160,9 @@ class _Match:
 
     @property
     def slips(self):
-        more = (MORE_DIGITS,) if self.unrounded else ()
-        return (*self.wording.slips, *self.factors.slips, *self.copied.slips, *more)
+        more = (QUATERNION[self.quaternion],) if self.quaternion else ()
+        more += (MORE_DIGITS,) if self.unrounded else ()
+        return (*self.wording.slips, *self.factors.slips, *self.placing.slips, *self.copied.slips, *more)
 
     @property
     def cost(self):
@@ -158,7 +171,16 @@ class _Match:
     def value(self, angles, points):
         """What it gives, shape (n, 3)."""
         matrix = matrices([self.factors], [self.wording.key], angles)[0, 0]
-        return (points @ matrix.T)[:, self.copied.order] * self.copied.signs
+        if self.quaternion:
+            matrix = misread_quaternion(matrix, self.quaternion)
+        turned = (points + self.placing.before) @ matrix.T
+        return turned[:, self.copied.order] * self.copied.signs + self.placing.after
+
+    @property
+    def sentence(self):
+        """What went wrong, in words, and whose convention that is."""
+        known_as = trade_name(self.wording, self.factors) if self.slips else ""
+        return sentence(self.slips) + (f" (as {known_as})" if known_as else "")
 
 
 @dataclass(frozen=True)
@@ -172,6 +194,8 @@ class _Case:
     decimals: int
     sequence: str
     is_matrix: bool
+    placings: tuple
+    slack: float = 1.0
 
     @property
     def size(self):
@@ -179,20 +203,55 @@ class _Case:
 
     @property
     def tolerance(self):
-        return 0.5 * 10.0**-self.decimals * (1 + 1e-6) + ROUNDING * max(self.size, 1e-300)
+        return 0.5 * 10.0**-self.decimals * (1 + 1e-6) * self.slack + ROUNDING * max(self.size, 1e-300)
+
+    @property
+    def reach(self):
+        """How far more digits of the angles may move the point."""
+        return self.tolerance + self.size * np.deg2rad(self.half_digits.sum()) * 1.5
 
     def explain(self, shape):
         tried, matches = 0, []
         for depth in (2, 3):
-            found, count, costs = self.search(all_factors(self.sequence, depth))
-            tried += count
-            matches = [match for match in found if self.chance(costs, match.cost) < CHANCE]
+            for placing in self.placings if depth == 2 else self.placings[:1]:
+                found, count = self.placed(placing).likely(depth, placing)
+                tried, matches = tried + count, matches + found
             if matches:
                 break
+        else:
+            found, count = self.moved()
+            tried, matches = tried + count, found
         groups = self.groups(simplest(matches, MOST))
         misreadings = tuple(self.misreading(group, shape) for group in groups)
         note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known()
         return Explanation(misreadings, self.tolerance, tried, note)
+
+    def placed(self, placing):
+        """The same question about points that only turn."""
+        return replace(self, points=self.points + placing.before, target=self.target - placing.after)
+
+    def likely(self, depth, placing=PLAIN):
+        """The matches that are no accident, as far as the search goes at `depth`, and how many were tried."""
+        found, count, costs = self.search(all_factors(self.sequence, depth))
+        found = [replace(match, placing=placing) for match in found]
+        return [match for match in found if self.chance(costs, match) < CHANCE], count
+
+    def moved(self):
+        """Matches of several points that were moved as well as turned: the differences between them only turn."""
+        if self.is_matrix or len(self.points) < 2:
+            return [], 0
+        start, end = self.points.mean(axis=0), self.target.mean(axis=0)
+        differences = replace(self, points=self.points - start, target=self.target - end, slack=2.0)
+        if differences.size < 1e-9:
+            return [], 0
+        found, count = differences.likely(2)
+        placed = []
+        for match in found:
+            if not match.copied.slips:
+                shift = end - match.value(self.angles, start[None])[0]
+                matrix = match.value(self.angles, np.eye(3)).T
+                placed.append(replace(match, placing=translated(matrix, shift, self.tolerance)))
+        return placed, count
 
     def search(self, factors):
         """Compare `factors` in all products, answers copied wrongly and angles less rounded with the answer."""
@@ -209,17 +268,27 @@ class _Case:
             misfit = np.abs(values[rows][..., copied.order] * copied.signs - self.target).max(axis=(2, 3))
             found += [_Match(factors[f], same[k], copied) for f, k in np.argwhere(misfit <= self.tolerance)]
             if not copied.slips and self.half_digits.any():
-                reach = self.tolerance + self.size * np.deg2rad(self.half_digits.sum()) * 1.5
-                near = np.argwhere((misfit > self.tolerance) & (misfit <= reach))
+                near = np.argwhere((misfit > self.tolerance) & (misfit <= self.reach))
                 matches = (_Match(factors[f], same[k], unrounded=True) for f, k in near)
                 found += [match for match in matches if self.fits_unrounded(match)]
+        if not factors[0].slips:
+            found += self.quaternions(factors[0], keys, same)
         return found, len(COPIED) * costs.size, np.sort(costs, axis=None)
 
+    def quaternions(self, factors, keys, same):
+        """The products of the angles as they are, turned into a quaternion that is read in the wrong order."""
+        products, found = matrices([factors], keys, self.angles)[0], []
+        for kind in QUATERNION:
+            values = self.points @ np.swapaxes(misread_quaternion(products, kind), -1, -2)
+            for k in np.flatnonzero(np.abs(values - self.target).max(axis=(1, 2)) <= self.tolerance):
+                found.append(_Match(factors, same[k], quaternion=kind))
+        return found
+
     def matters(self, factors):
-        """Whether the roundings change anything: to round 135 to two decimals is no slip."""
-        if factors.angle_decimals is None:
+        """Whether roundings and meanings change anything: to round 135 to two decimals is no slip."""
+        if factors.angle_decimals is None and set(factors.meaning) == {"as given"}:
             return True
-        return not np.array_equal(np.round(self.angles, factors.angle_decimals), self.angles)
+        return not np.array_equal(factors.degrees(self.angles), self.angles)
 
     def fits_unrounded(self, match):
         """Whether angles that round to the given ones give the answer, judged by the differential."""
@@ -234,12 +303,14 @@ class _Case:
         left = missing - jacobian @ np.clip(steps, -1, 1)
         return np.abs(left).max() <= self.tolerance
 
-    def chance(self, costs, cost):
+    def chance(self, costs, match):
         """The expected number of accidental matches among the misreadings that are no more far-fetched."""
-        tries = np.searchsorted(costs, cost + 1e-9, side="right")
+        beside = [sum(slip.cost for slip in placing.slips) for placing in self.placings]
+        beside = np.add.outer(beside, [sum(slip.cost for slip in copied.slips) for copied in COPIED])
+        tries = np.searchsorted(costs, match.cost - beside + 1e-9, side="right").sum()
         # A point moves on a sphere, a second one on a circle around the first. The cube of the tolerance covers
         # about six of its squares on the sphere.
-        ratio = self.tolerance / self.size
+        ratio = (self.reach if match.unrounded else self.tolerance) / self.size
         share = min(1.0, 1.5 * ratio**2 / np.pi)
         if np.linalg.matrix_rank(self.points) > 1:
             share *= min(1.0, ratio / np.pi)
@@ -259,13 +330,12 @@ class _Case:
         same = [match for match in others if match.cost <= first.cost + FAR_FETCHED]
         value = first.value(self.angles, self.points)
         return Misreading(
-            sentence=sentence(first.slips),
+            sentence=first.sentence,
             product=self.written(first),
             kinds=tuple(slip.kind for slip in first.slips),
             value=value.T if self.is_matrix else value.reshape(shape),
             same=tuple(
-                f"{sentence(match.slips)}: {self.written(match)}"
-                for match in sorted(same, key=lambda match: match.cost)
+                f"{match.sentence}: {self.written(match)}" for match in sorted(same, key=lambda match: match.cost)
             ),
             cost=first.cost,
         )
@@ -284,7 +354,7 @@ class _Case:
         if angles is not self.angles:
             asked += f" and the angles {_numbers(angles)}"
         pairs = zip(groups, values, strict=True)
-        results = "; ".join(f"{sentence(group[0].slips)}: ({_numbers(v, 3)})" for group, v in pairs)
+        results = "; ".join(f"{group[0].sentence}: ({_numbers(v, 3)})" for group, v in pairs)
         return f"{len(groups)} misreadings give the same number here. To tell them apart, try {asked}: {results}."
 
     def what_is_known(self):
@@ -298,7 +368,7 @@ class _Case:
                 if off.sum() == 1 and self.decimals > 1:
                     row, column = np.argwhere(off)[0]
                     name = f"row {column + 1}, column {row + 1}" if self.is_matrix else "xyz"[column]
-                    rest = f"fits this misreading: {sentence(match.slips)}" if match.slips else "is right"
+                    rest = f"fits this misreading: {match.sentence}" if match.slips else "is right"
                     return f"Only {name} is off, the rest {rest}."
         lengths, given = np.linalg.norm(self.target, axis=1), np.linalg.norm(self.points, axis=1)
         worst = np.abs(lengths - given).argmax()
@@ -312,7 +382,16 @@ class _Case:
         return "It is written too coarsely: some misreading would fit by accident. Give more digits or more points."
 
     def written(self, match):
-        return written(match.wording, match.factors, point=not self.is_matrix)
+        if self.is_matrix:
+            return written(match.wording, match.factors, point="")
+        return written(match.wording, match.factors, match.placing.point) + match.placing.added
+
+
+def misread_quaternion(matrix, stored):
+    """Return the rotation of a quaternion that is `stored` as ``"wxyz"`` or ``"xyzw"`` and read as the other."""
+    first = stored == "wxyz"
+    quaternion = Rotation.from_matrix(matrix).as_quat(scalar_first=first)
+    return Rotation.from_quat(quaternion, scalar_first=not first).as_matrix()
 
 
 def _numbers(values, decimals=None):

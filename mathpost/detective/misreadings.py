@@ -28,6 +28,33 @@ UNITS = {
 }
 
 
+# What else three angles may mean; in degrees, as a function of the written one, and how it is written.
+MEANINGS = {
+    "as given": (lambda degrees: degrees, "{}"),
+    "half": (lambda degrees: degrees / 2, "{}/2"),
+    "double": (lambda degrees: 2 * degrees, "2{}"),
+    "complement": (lambda degrees: 90 - degrees, "90° − {}"),
+    "quarter more": (lambda degrees: degrees + 90, "{} + 90°"),
+    "quarter less": (lambda degrees: degrees - 90, "{} − 90°"),
+    "half turn more": (lambda degrees: degrees + 180, "{} + 180°"),
+    "minutes": (lambda degrees: _whole(degrees) + (degrees - _whole(degrees)) * 100 / 60, "{} in ° ′"),
+    "no minutes": (
+        lambda degrees: _whole(degrees) + (degrees - _whole(degrees)) * 60 / 100,
+        "{} from ° ′",
+    ),
+}
+# Axes of the first, second and third angle of which a trade has a name, and the order of the frame's factors.
+TRADE = {
+    "ZYX": ("KUKA A B C", (0, 1, 2)),
+    "XYZ": ("Fanuc W P R or Heidenhain SPA SPB SPC", (2, 1, 0)),
+}
+
+
+def _whole(degrees):
+    """The degrees without their fraction; a float such as 35.29999… counts as 35.3."""
+    return np.trunc(np.round(degrees, 9))
+
+
 CHANCE = 0.005  # how probable an accidental match may be before it explains nothing
 FAR_FETCHED = 1.0  # misreadings so much more complicated than the simplest one are not shown
 UNROUNDED = "unrounded"  # the kind of slip that is none: more digits of the input were used than are given
@@ -190,6 +217,7 @@ class Factors:
     axes: str
     source: tuple = (0, 1, 2)
     kept: tuple = (True, True, True)
+    meaning: tuple = ("as given",) * 3
     unit: tuple = ("degrees",) * 3
     angle_decimals: int | None = None
     pi: float = np.pi
@@ -200,10 +228,15 @@ class Factors:
     def cost(self):
         return sum(slip.cost for slip in self.slips)
 
-    def radians(self, angles):
-        """The angle of each rotation, shape (3,), from the given degrees."""
+    def degrees(self, angles):
+        """The three angles as they are understood, from the given degrees."""
         if self.angle_decimals is not None:
             angles = np.round(angles, self.angle_decimals)
+        return np.array([MEANINGS[each][0](angle) for each, angle in zip(self.meaning, angles, strict=True)])
+
+    def radians(self, angles):
+        """The angle of each rotation, shape (3,), from the given degrees."""
+        angles = self.degrees(angles)
         rows = zip(self.source, self.unit, self.kept, strict=True)
         return np.array([UNITS[unit](angles[n], self.pi) * kept for n, unit, kept in rows])
 
@@ -255,12 +288,14 @@ def _dots(order):
 def all_factors(sequence, depth):
     """Return the `Factors` to try on the Euler angles `sequence`, the cheapest first.
 
-    At `depth` 2 that is every slip of the factors alone and every two together; at depth 3 the common slips (other
-    axes, angles exchanged or left out, degrees taken for radians, angles rounded) in all their combinations.
+    At `depth` 2 that is every slip of the factors alone and every two together, but another meaning of the angles
+    only alone; at depth 3 the common slips (other axes, angles exchanged or left out, degrees taken for radians,
+    angles rounded) in all their combinations.
     """
     groups = [list(group) for group in (_axes(sequence), _sources(), _left_out(), _units(), _roundings())]
     if depth == 2:
         chosen = [()] + [(slip,) for group in groups for slip in group]
+        chosen += [(slip,) for slip in _meanings()]
         chosen += [pair for a, b in combinations(groups, 2) for pair in product(a, b)]
     else:
         common = [[(slip, change) for slip, change in group if slip.cost <= 1] for group in groups]
@@ -305,6 +340,30 @@ def _left_out():
         if len(gone) in (1, 2):
             verb = "is" if len(gone) == 1 else "are"
             yield Slip("left out", len(gone), f"{' and '.join(gone)} {verb} left out"), {"kept": kept}
+
+
+def _meanings():
+    single = ((0,), (1,), (2,))
+    kinds = (
+        ("half", "half angle", "half of {} is used, as in a quaternion", (*single, (0, 1, 2))),
+        ("double", "double angle", "twice {} is used", (*single, (0, 1, 2))),
+        ("complement", "complement", "90° − {} is used, or sine and cosine are exchanged", (*single, (0, 1, 2))),
+        ("quarter more", "offset", "90° are added to {}", single),
+        ("quarter less", "offset", "90° are taken from {}", single),
+        ("half turn more", "offset", "180° are added to {}", single),
+        ("minutes", "minutes", "the decimals of {} are taken for minutes, 35.30 for 35°30′", (*single, (0, 1, 2))),
+        (
+            "no minutes",
+            "minutes",
+            "the minutes of {} are written as decimals, 35.30 for 35.5°",
+            (*single, (0, 1, 2)),
+        ),
+    )
+    for meaning, kind, phrase, places in kinds:
+        for affected in places:
+            name = ANGLES[affected[0]] if len(affected) == 1 else "all angles"
+            change = tuple(meaning if n in affected else "as given" for n in range(3))
+            yield Slip(kind, 1.25, phrase.format(name)), {"meaning": change}
 
 
 def _units():
@@ -379,8 +438,22 @@ def common_matrices(names, angles):
     return matrices([Factors("ZXZ")], keys, angles)[0]
 
 
-def written(wording, factors, point=True):
-    """Return the product of a misreading as text: E passive, R active elementary matrices, p the point."""
+def trade_name(wording, factors):
+    """Return whose angles these would be, as in "KUKA A B C", or an empty text.
+
+    Both trades mean the frame Rz·Ry·Rx: KUKA gives the angle about Z first, Fanuc the one about X. The frame, or
+    its inverse, turns the point. In a left-handed system all angles count the other way.
+    """
+    if wording.key == COMMON["active elements"] and not factors.slips:
+        return "in a left-handed system"
+    name, order = TRADE.get(factors.axes, ("", ()))
+    frame, inverse = (order, (-1, -1, -1)), (order[::-1], (1, 1, 1))
+    as_given = factors.source == (0, 1, 2) and all(factors.kept)
+    return name if as_given and wording.key in (frame, inverse) else ""
+
+
+def written(wording, factors, point="p"):
+    """Return the product of a misreading as text: E passive, R active elementary matrices, `point` beside it."""
     letter = "R" if wording.active else "E"
     parts = [
         f"{letter}_{factors.axes[n].lower()}({_angle(factors, n, wording.signs[n])})"
@@ -392,9 +465,12 @@ def written(wording, factors, point=True):
         text = f"({text})ᵀ"
     if not point:
         return text
-    return f"pᵀ·{text}" if wording.row else f"{text}·p"
+    return f"{point}ᵀ·{text}" if wording.row else f"{text}·{point}"
 
 
 def _angle(factors, n, sign):
     suffix = {"degrees": "", "radians": " rad", "twice": "·π/180", "reversed": "·180/π rad", "gon": " gon"}
-    return f"{'−' if sign < 0 else ''}{ANGLES[factors.source[n]]}{suffix[factors.unit[n]]}"
+    unit = suffix[factors.unit[n]]
+    angle = MEANINGS[factors.meaning[factors.source[n]]][1].format(ANGLES[factors.source[n]])
+    angle = f"({angle})" if "°" in angle and (sign < 0 or unit) else angle
+    return f"{'−' if sign < 0 else ''}{angle}{unit}"

@@ -13,28 +13,13 @@ from pathlib import Path
 from mathpost.draw.picture import png
 from mathpost.errors import write_text
 
-MODULE = Path(__file__).with_name("live.js")
-STYLE = """
-html, body { height: 100%; margin: 0 }
-.live { display: grid; box-sizing: border-box; height: 100%; gap: 6px; padding: 4px; color: #222; background: #fff;
-  font: 13px/1.35 system-ui, "Segoe UI", Roboto, sans-serif; grid: minmax(0, 1fr) auto / minmax(0, 1fr) 330px }
-.live.column { grid: minmax(0, 1fr) auto auto / minmax(0, 1fr) }
-.panes { display: flex; min-height: 0; gap: 6px } .live.row .said { grid-column: 1 / 3 }
-.live.column .side { display: flex; flex-wrap: wrap; gap: 0 14px; align-items: center }
-.live.column .side > :first-child { flex: 1 1 360px }
-figure { display: flex; flex-direction: column; flex: 1; min-width: 0; margin: 0 }
-figure > div { flex: 1; min-height: 0; position: relative }
-figcaption { text-align: center; font-weight: 600 } .plots { display: flex; flex-direction: column; flex: 1; min-width: 0 }
-canvas { position: absolute; width: 100%; height: 100%; touch-action: none; border-radius: 6px }
-canvas[tabindex] { cursor: grab; background: linear-gradient(#f8fafb, #e8edf1) } .slider[hidden] { display: none }
-.slider { display: grid; grid-template-columns: minmax(1.5em, auto) 1fr 7em 1.9em; gap: 8px; align-items: center; margin: 3px 0 }
-.slider span { font-weight: 600 } .slider input { min-width: 0; margin: 0; border-radius: 4px } .slider small { color: #666 }
-input[type=number] { font: inherit; text-align: right; padding: 1px 2px; border: 1px solid #bbb; border-radius: 3px }
-.tick { display: block; margin: 6px 0 } .buttons { display: flex; flex-wrap: wrap; gap: 5px; margin: 5px 0 }
-button { font: inherit; padding: 3px 9px; border: 1px solid #aab; border-radius: 4px; background: #f4f6f8 }
-.said { font-variant-numeric: tabular-nums } .wrong { color: #b00020; min-height: 1.35em }
-@media (max-width: 640px) { .live.row { grid: minmax(150px, 1fr) auto auto / minmax(0, 1fr) } .live.row .said { grid-column: auto } }
-"""
+HERE = Path(__file__).parent
+MODULES = {
+    "machine": ("live.js",),
+    "formula": ("live.js",),
+    "both": ("live.js", "paths.js"),
+    "walk": ("live.js", "paths.js"),
+}
 
 
 class Live:
@@ -66,14 +51,17 @@ class Live:
 
     def page(self, title="mathpost", *, before="", after=""):
         """Return a whole page, HTML; `before` and `after` are more of it, around the view."""
+        files = [HERE / name for name in MODULES[self.state["kind"]]]
+        modules = "\n".join(_dense(file.read_text(encoding="utf-8")) for file in files)
+        style = (HERE / "live.css").read_text(encoding="utf-8")
         code = [
             f"(() => {{\n{_dense(text)}\nreturn {{ {', '.join(self.exports)} }};\n}})()" for text in self.machines
         ]
         state = json.dumps(self.state, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
         return (
             f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(title)}</title>"
-            f"<style>{STYLE}</style>{before}<div id=live></div>{after}<script type=module>\n"
-            f"{_dense(MODULE.read_text(encoding='utf-8'))}\n"
+            f"<style>{style}</style>{before}<div id=live></div>{after}<script type=module>\n"
+            f"{modules}\n"
             f'start(document.getElementById("live"), {state}, [{",".join(code)}]);\n</script></html>\n'
         )
 
@@ -103,5 +91,5 @@ class Live:
 
 
 def _dense(code):
-    """Code without indentation and without lines that only comment."""
-    return re.sub(r"(?m)^\s*(?://[^\n]*)?\n?", "", code)
+    """Code without indentation, comments on lines of their own, and what joins modules."""
+    return re.sub(r"(?m)^\s*(?:(?://[^\n]*|(?:import|export) \{[^}]*\}[^\n]*))?\n?", "", code)

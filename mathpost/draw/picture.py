@@ -1,6 +1,7 @@
 """A still picture of a scene in space, for readers whose page runs no scripts: what `live.js` draws, in NumPy."""
 
 import io
+from itertools import pairwise
 
 import numpy as np
 from PIL import Image, ImageColor, ImageDraw, ImageFont
@@ -95,10 +96,10 @@ class View:
         colour = np.array(ImageColor.getrgb(line.colour))
         faint = tuple((255 - HIDDEN * (255 - colour)).astype(int).tolist())
         width = round(FINE * line.width)
-        for start, end in zip(points[:-1], points[1:], strict=True):
+        for start, end in pairwise(points):
             count = max(1, int(np.hypot(*(end - start)[:2]) / (8 * FINE)))
             pieces = start + np.linspace(0, 1, count + 1)[:, None] * (end - start)
-            for number, (a, b) in enumerate(zip(pieces[:-1], pieces[1:], strict=True)):
+            for number, (a, b) in enumerate(pairwise(pieces)):
                 x, y = ((a + b)[:2] / 2).astype(int)
                 inside = 0 <= x < self.size[0] and 0 <= y < self.size[1]
                 open_ = line.over or not (inside and depth[y, x] > (a + b)[2] / 2 + 0.012 * self.scene.radius)

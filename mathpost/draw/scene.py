@@ -163,14 +163,25 @@ def best_start(kin, scene, made, *, aspect=1.2):
     """
     tip, inner = kin.forward(made.home)[0], kin.symbols.index(kin.inverse_symbolic.inner) - 3
     found = []
-    for (tilt, turn), (azimuth, elevation) in product(STARTS, CAMERAS):
+    for tilt, turn in STARTS:
         rotary = np.radians((tilt, turn) if inner == 0 else (turn, tilt))
         joints = kin.close(tip, np.clip(rotary, *kin.machine.limits[3:].T))
-        framed = scene.frame(azimuth, elevation, aspect=aspect)
-        wrong = crossed(kin, framed, joints) or covered(kin, framed, joints)
+        framed, wrong = best_camera(kin, scene, joints, aspect=aspect)
         found.append((len(wrong), len(found), joints, framed))
         if not wrong:
             break
+    return min(found, key=lambda each: each[:2])[2:]
+
+
+def best_camera(kin, scene, joints, *, aspect=1.2):
+    """Return the scene from the first of `CAMERAS` that shows these joints best, and what is hidden from there."""
+    found = []
+    for number, camera in enumerate(CAMERAS):
+        framed = scene.frame(*camera, aspect=aspect)
+        wrong = crossed(kin, framed, joints) or covered(kin, framed, joints)
+        if not wrong:
+            return framed, []
+        found.append((len(wrong), number, framed, wrong))
     return min(found, key=lambda each: each[:2])[2:]
 
 
@@ -204,13 +215,14 @@ def covered(kin, scene, joints):
 
 
 def together(directions, camera):
-    """Return which of these directions, a dict of unit vectors by name, look like one or like a point from there."""
+    """Return which of these directions, unit vectors by name, look like one or like a point from there."""
     flat = {name: camera.project(direction) for name, direction in directions.items()}
     said = [f"{name} points at the viewer" for name, seen in flat.items() if np.hypot(*seen) < SHORT]
     for first, second in combinations(flat, 2):
         a, b = flat[first], flat[second]
-        crossed = abs(a[0] * b[1] - a[1] * b[0]) / max(np.hypot(*a) * np.hypot(*b), 1e-12)
-        if crossed < np.sin(APART):
+        seen = abs(a[0] * b[1] - a[1] * b[0]) / max(np.hypot(*a) * np.hypot(*b), 1e-12)
+        really = np.arcsin(min(1.0, np.linalg.norm(np.cross(directions[first], directions[second]))))
+        if seen < np.sin(min(APART, really / 2)):  # what is nearly parallel cannot look much apart
             said.append(f"{first} and {second} fall together")
     return said
 

@@ -1,7 +1,7 @@
 """From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
-Read `run` first, then `cl` (with `cl_words` and `arcs`), `planning`, `selection` (beside it `travel` and `yu_dan`),
-`singular` (and `ways` through it), `between_blocks`, `program` (with `controls` and `text`), `proof`.
+Read `run` first, then `cl` (with `cl_words` and `arcs`), `planning`, `selection` (beside it `bellman`, `travel` and
+`yu_dan`), `singular` (and `ways` through it), `between_blocks`, `program` (with `controls` and `text`), `proof`.
 """
 
 from collections import Counter

@@ -1,25 +1,11 @@
 """Travel and moves: what is inside travel, the short way round, and what a move costs.
 
-`within_travel`, `nearest` and `cost` take numbers as well as arrays, so that the loop of `selection` and everything
-that works on whole paths share them.
+The elementary functions stand in `bellman`; these take a machine and whole paths.
 """
 
 import numpy as np
 
-TURN = 2 * np.pi
-TRAVEL_TOLERANCE = 1e-9  # mm and radians
-UNITS = np.array([1, 1, 1, np.degrees(1), np.degrees(1)])  # mm and degrees of one mm or radian of each joint
-
-
-def within_travel(value, low, high):
-    """Return whether joint values are inside their travel, ends included; NaN is not.
-
-    Examples
-    --------
-    >>> within_travel(np.array([-1.0, 0.0, np.nan]), 0.0, np.inf)
-    array([False,  True, False])
-    """
-    return (low - TRAVEL_TOLERANCE <= value) & (value <= high + TRAVEL_TOLERANCE)
+from mathpost.post.bellman import TURN, UNITS, cost, nearest, within_travel
 
 
 def all_within(machine, joints):
@@ -69,20 +55,6 @@ def windings(low, high):
     return TURN * turns[np.argsort(np.abs(turns), kind="stable")]
 
 
-def nearest(step):
-    """Return a rotary step (radians) less whole turns, in [−180°, 180°].
-
-    Half a turn keeps its direction, so that there and back again does not wind an axis up; this is where it differs
-    from `rotation.wrap`.
-
-    Examples
-    --------
-    >>> np.degrees(nearest(np.radians([190, 180, -180, 720])))
-    array([-170.,  180., -180.,    0.])
-    """
-    return step - TURN * np.rint(step / TURN)
-
-
 def short_way(machine, steps):
     """Return joint steps, shape (..., 5), with those of endless axes brought into [−180°, 180°]."""
     steps = np.array(steps, dtype=float)
@@ -108,15 +80,6 @@ def rates_or_weights(machine, weights=None):
     if weights is None and not np.isnan(rates).all():
         return np.nan_to_num(1 / rates), True
     return UNITS * (1.0 if weights is None else np.asarray(weights, dtype=float)), False
-
-
-def cost(steps, price, slowest):
-    """Return what moves cost whose joint steps are `steps[0]` … `steps[4]`, by `rates_or_weights`."""
-    total = 0.0
-    for joint in range(5):
-        part = np.abs(steps[joint]) * price[joint]
-        total = np.maximum(total, part) if slowest else total + part
-    return total
 
 
 def move_costs(machine, steps, weights=None):

@@ -1,5 +1,15 @@
-"""A spreadsheet as a calculation: what it is, whether it is right, which cell is not and why.
+"""A spreadsheet as functions: what it is, whether it is right, which cell is not and why.
 
-Read `file` and `layout` first (what stands where), then `check` (every step judged) with `diagnosis` (why), and
-`folder` (a class's workbooks). `nc_table` checks tables of NC words against CL data.
+Read `check`, which calls the others in turn: `file` (with `safety`) reads cells, `graph` (with `formula`) evaluates
+them at many inputs at once, `recognise` tells what is what, `judge` (with `edits`) finds the first wrong cell.
+`nc_table` is for tables of NC words, `folder` for a class, `template` writes the sheet of the lesson.
 """
+
+from mathpost.workbook.check import check_file
+from mathpost.workbook.folder import check_folder, mark
+from mathpost.workbook.recognise import Task, task_file
+from mathpost.workbook.report import FileReport
+from mathpost.workbook.symbolic import symbolic
+from mathpost.workbook.template import template
+
+__all__ = ["FileReport", "Task", "check_file", "check_folder", "mark", "symbolic", "task_file", "template"]

@@ -1,5 +1,6 @@
 """Workbooks read as plain cells, safely: what could harm or mislead is refused by name before it is opened."""
 
+import csv
 import io
 import os
 import re
@@ -20,7 +21,7 @@ from mathpost.workbook.safety import MEGABYTE, PART_LIMIT, inspect
 
 LONG_SHEET = 4 * MEGABYTE  # a sheet beyond this is cut after the rows that are read
 COLUMN_LIMIT = 200
-OUTSIDE = re.compile(r"WEBSERVICE\s*\(|\bDDE\s*\(|\[[^\]]*\.(?:xls|ods|csv)|\[\d+\]", re.IGNORECASE)
+NUMBER_AS_TEXT = re.compile(r"\s*[-+−–]?\s*\d+(?:[.,]\d+)?\s*°?\s*")
 
 
 @dataclass(frozen=True)
@@ -37,18 +38,29 @@ class Cell:
         The range of the array formula that the cell belongs to, or empty.
     error : bool
         Whether the value is an error such as #VALUE!.
+    anchor : tuple
+        The first (row, column) of that range.
     """
 
     value: object
     formula: str = ""
     array: str = ""
     error: bool = False
+    anchor: tuple = ()
 
     @property
     def number(self):
         """The value as a float, or None if it is not a number."""
         is_number = isinstance(self.value, int | float) and not isinstance(self.value, bool)
         return float(self.value) if is_number else None
+
+    @property
+    def meant(self):
+        """The number that a text such as ``54,7356`` or ``54.7356°`` means; `number` where one stands."""
+        if not isinstance(self.value, str) or self.formula:
+            return self.number
+        found = NUMBER_AS_TEXT.fullmatch(self.value) and re.search(r"[.,°]", self.value)
+        return float(re.sub(r"[\s°]", "", self.value).translate(str.maketrans(",−–", ".--"))) if found else None
 
 
 @dataclass(frozen=True)
@@ -88,12 +100,13 @@ def local_address(place):
     return f"{get_column_letter(place[1])}{place[0]}"
 
 
-def read(path, *, rows=2000):
-    """Read a workbook.
+def read(path, *, rows=20_000):
+    """Read a spreadsheet; a formula that was never calculated has no value.
 
     Parameters
     ----------
     path : str or path-like
+        An .xlsx workbook, a .csv file, or, where LibreOffice is there to convert it, .ods, .xls or .et.
     rows : int, keyword only
         How many rows of each sheet to read; a note says so if there are more.
 
@@ -104,19 +117,44 @@ def read(path, *, rows=2000):
     Raises
     ------
     InputError
-        If the file is not an .xlsx workbook, is encrypted, holds macros, links or embedded objects, unpacks to more
-        than is safe, or holds formulas that were never calculated and LibreOffice is not there to do it.
+        If the file is none of these, is encrypted, holds macros, links or embedded objects, or unpacks to more than
+        is safe.
     """
     path = Path(path)
-    inspect(path)
-    book = _read(path, path, rows)
-    if _uncalculated(book):
-        if any("only the first" in note for note in book.notes):
-            found = "formulas never calculated in a long sheet: open and save it in a spreadsheet program"
-            raise InputError(str(path), "formulas that have values", found)
-        with tempfile.TemporaryDirectory() as folder:
-            book = _read(recalculate(path, folder), path, rows)
-    return book
+    kind = inspect(path)
+    if kind == "text":
+        return _read_text(path, rows)
+    if kind == "xlsx":
+        return _read(path, path, rows)
+    with tempfile.TemporaryDirectory() as folder:
+        converted = recalculate(path, folder, kind)
+        inspect(converted)
+        return _read(converted, path, rows)
+
+
+def _read_text(path, rows):
+    """Cells of a text file between commas, semicolons or tabs; a decimal comma where semicolons or tabs divide."""
+    content = path.read_bytes()
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("gb18030", "replace")
+    divider = max(
+        ";\t,", key=lambda sign: sum(sign in line for line in text.splitlines()[:50]) - 0.5 * (sign == ",")
+    )
+    cells = {}
+    for row, line in enumerate(csv.reader(io.StringIO(text), delimiter=divider), 1):
+        for column, field_text in enumerate(line if row <= rows else (), 1):
+            plain = field_text.strip()
+            if plain.startswith("="):
+                cells[row, column] = Cell(None, plain)
+            elif plain:
+                number = plain if divider == "," else plain.replace(",", ".")
+                is_number = re.fullmatch(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", number)
+                cells[row, column] = Cell(float(number) if is_number else plain)
+    if not cells:
+        raise InputError(str(path), "a sheet with cells", "an empty file")
+    return Book(path, (Sheet(path.stem, cells),), {})
 
 
 def _read(file, path, rows):
@@ -205,21 +243,17 @@ def _read_sheet(path, value_sheet, formula_sheet, rows):
                 more = True
                 continue
             text, array = _formula(formula.value)
-            if OUTSIDE.search(text):
-                raise InputError(
-                    f"{path}, {formula_sheet.title}!{local_address(place)}", "no links to outside", text
-                )
             if array:
                 arrays.append((array, text))
-            cells[place] = Cell(value.value, text, array, value.data_type == "e")
+            cells[place] = Cell(value.value, text, array, value.data_type == "e", place if array else ())
     for array, text in arrays:
         left, top, right, bottom = range_boundaries(array)
         for place in [
             (r, c) for r in range(top, min(bottom, rows) + 1) for c in range(left, min(right, COLUMN_LIMIT) + 1)
         ]:
-            inner = cells.get(place)
-            if inner and not inner.formula:
-                cells[place] = Cell(inner.value, text, array, inner.error)
+            inner = cells.get(place, Cell(None))
+            if not inner.formula:
+                cells[place] = Cell(inner.value, text, array, inner.error, (top, left))
     return Sheet(formula_sheet.title, cells), more
 
 
@@ -262,24 +296,19 @@ def _names(defined, own_sheet):
                 yield name, (sheet or own_sheet, (top, left), (bottom, right))
 
 
-def _uncalculated(book):
-    return any(cell.formula and cell.value is None for sheet in book.sheets for cell in sheet.cells.values())
-
-
-def recalculate(path, folder):
-    """Have LibreOffice calculate the formulas of the workbook `path`; return the copy, which it puts into `folder`.
+def recalculate(path, folder, kind="xlsx"):
+    """Have LibreOffice calculate the spreadsheet `path`; return a copy as .xlsx, which it puts into `folder`.
 
     Raises
     ------
     InputError
         If LibreOffice is not on the PATH or cannot do it.
     """
-    office, expected = shutil.which("soffice"), "formulas that have values"
+    office, expected = shutil.which("soffice"), "an .xlsx workbook or a .csv file"
     if office is None:
-        found = "formulas never calculated: open and save it in a spreadsheet program, or install LibreOffice"
-        raise InputError(str(path), expected, found)
+        raise InputError(str(path), expected, f"another format, .{kind}: save it as .xlsx, or install LibreOffice")
     folder = Path(folder)
-    source, result = folder / "source.xlsx", folder / "calculated" / "source.xlsx"
+    source, result = folder / f"source.{kind}", folder / "calculated" / "source.xlsx"
     try:
         shutil.copyfile(path, source)
     except OSError as error:
@@ -295,5 +324,5 @@ def recalculate(path, folder):
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL) if hasattr(os, "killpg") else process.kill()
     if not result.exists():
-        raise InputError(str(path), expected, "formulas that LibreOffice could not calculate")
+        raise InputError(str(path), expected, "what LibreOffice could not convert")
     return result

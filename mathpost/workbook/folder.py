@@ -1,10 +1,6 @@
-"""Workbooks: a template for the lesson, the check of one, of a table, of a whole class, and marked copies.
+"""A class of files: one line for each in a table, as text, CSV or HTML; and copies with coloured cells."""
 
->>> report = check("data/workbooks/missing_transpose.xlsx")
->>> print(report.why)
-the final transpose is missing
-"""
-
+import csv
 import html
 import io
 import os
@@ -17,90 +13,141 @@ from openpyxl.comments import Comment
 from openpyxl.styles import PatternFill
 
 from mathpost.errors import InputError, OutputError, write_bytes
-from mathpost.workbook.check import check
-from mathpost.workbook.nc_table import check_table
-from mathpost.workbook.report import RIGHT, STATUS_COLOUR, WRONG, Judgement, Report
+from mathpost.workbook.check import check_file
+from mathpost.workbook.report import RIGHT, STATUS_COLOUR, UNCLEAR, WRONG
 from mathpost.workbook.safety import PART_LIMIT, inspect
-from mathpost.workbook.template import template
 
-__all__ = [
-    "UNREADABLE",
-    "Judgement",
-    "Report",
-    "Summary",
-    "check",
-    "check_folder",
-    "check_table",
-    "mark",
-    "template",
-]
-
-UNREADABLE = "unreadable"
-SUFFIXES = {".xlsx", ".xlsm", ".xlsb", ".xls", ".ods"}
+DAMAGED = "not read"
+SUFFIXES = {".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ".et", ".csv", ".xlsx.part"}
 FILL = {status: PatternFill("solid", fgColor=colour[1:].upper()) for status, colour in STATUS_COLOUR.items()}
+HEADS = {
+    "en": ("file", "verdict", "checked", "first wrong cell", "cause", "why"),
+    "zh": ("文件", "结论", "已检查", "第一个错误单元格", "原因", "说明"),
+}
+CHINESE = {
+    "right": "正确",
+    "wrong": "错误",
+    "unclear": "未能判定",
+    DAMAGED: "无法读取",
+    "wrong reference": "引用错误",
+    "missing $": "缺少$",
+    "typed over formula": "公式被数字覆盖",
+    "degrees for radians": "角度未化为弧度",
+    "radians for degrees": "弧度误作角度",
+    "atan2 order": "ATAN2参数顺序",
+    "atan for atan2": "应为ATAN2",
+    "sign": "符号",
+    "transposed": "转置",
+    "order of product": "矩阵乘积顺序",
+    "sin and cos exchanged": "正弦余弦互换",
+    "rounded early": "过早取整",
+    "missing term": "缺少一项",
+    "wrong angle": "角度用错",
+    "wrong point": "坐标用错",
+    "other convention": "约定不同（主动/被动）",
+    "offset": "恒定偏移",
+    "branch": "另一分支",
+    "travel": "超出行程",
+    "wrong value": "数值错误",
+}
 
 
 @dataclass(frozen=True)
 class Summary:
-    """The result of `check_folder`: one row for each workbook.
+    """The result of `check_folder`.
 
     Attributes
     ----------
     rows : tuple of tuples
-        File, relative to the folder; ``"right"``, ``"wrong"`` or ``"unreadable"``; the first wrong cell; the kind
-        of error; and the sentence that says why.
+        File, relative to the folder; verdict, or ``"not read"``; how many cells were checked, as ``"45 of 63"``;
+        the first wrong cell; its cause; a sentence.
+    language : str
+        ``"en"`` or ``"zh"``.
     """
 
     rows: tuple
-
-    HEAD = ("file", "status", "first wrong cell", "kind", "why")
+    language: str = "en"
 
     @property
     def right(self):
-        """Whether every workbook is right."""
+        """Whether every file is right."""
         return all(row[1] == RIGHT for row in self.rows)
 
+    @property
+    def status(self):
+        """The exit status: 2 if a file was not read or not judged, 1 if one is wrong, else 0."""
+        verdicts = {row[1] for row in self.rows}
+        return 2 if verdicts & {DAMAGED, UNCLEAR} else int(WRONG in verdicts)
+
     def counts(self):
-        """Return how many workbooks have each status, and how many each kind of error."""
-        return Counter(row[1] for row in self.rows), Counter(row[3] for row in self.rows if row[3])
+        """Return how many files have each verdict, and how many each cause."""
+        return Counter(row[1] for row in self.rows), Counter(row[4] for row in self.rows if row[4])
+
+    @property
+    def table(self):
+        """Head and rows in the language asked for."""
+        say = CHINESE.get if self.language == "zh" else lambda text, _: text
+        rows = [tuple(say(text, text) for text in row) for row in self.rows]
+        return [HEADS[self.language], *rows]
 
     def __str__(self):
-        table = [self.HEAD, *self.rows]
-        widths = [max(len(row[n]) for row in table) for n in range(4)]
-        lines = ["  ".join([*(row[n].ljust(widths[n]) for n in range(4)), row[4]]).rstrip() for row in table]
-        statuses, _ = self.counts()
-        return "\n".join([*lines, ", ".join(f"{count} {status}" for status, count in sorted(statuses.items()))])
+        widths = [max(_width(row[n]) for row in self.table) for n in range(5)]
+        lines = [
+            "  ".join([*(row[n] + " " * (widths[n] - _width(row[n])) for n in range(5)), row[5]]).rstrip()
+            for row in self.table
+        ]
+        counts = Counter(row[1] for row in self.table[1:])
+        return "\n".join([*lines, ", ".join(f"{count} {verdict}" for verdict, count in sorted(counts.items()))])
+
+    def to_csv(self):
+        """Return the table as CSV, with a mark that tells spreadsheet programs the encoding."""
+        text = io.StringIO()
+        csv.writer(text).writerows(self.table)
+        return "\ufeff" + text.getvalue()
+
+    def to_html(self):
+        """Return the table as a page."""
+        return f"<!DOCTYPE html><meta charset='utf-8'><title>mathpost check</title>{self._repr_html_()}\n"
 
     def _repr_html_(self):
-        rows = ["".join(f"<td>{html.escape(text)}" for text in row) for row in self.rows]
-        head = "".join(f"<th>{text}" for text in self.HEAD)
-        return f"<table><tr>{head}<tr>{'<tr>'.join(rows)}</table>"
+        head, *rows = self.table
+        body = [
+            f"<tr style='background:{STATUS_COLOUR.get(plain[1], STATUS_COLOUR[UNCLEAR])};color:black'>"
+            + "".join(f"<td>{html.escape(text)}" for text in row)
+            for row, plain in zip(rows, self.rows, strict=True)
+        ]
+        return f"<table><tr>{''.join(f'<th>{text}' for text in head)}{''.join(body)}</table>"
 
 
-def check_folder(folder, *, machine=None, marked=None, progress=None, **options):
-    """Check all workbooks of a folder and the folders in it.
+def _width(text):
+    """How many columns a text takes where a Chinese character takes two."""
+    return sum(2 if ord(character) > 0x2E80 else 1 for character in text)
+
+
+def check_folder(folder, task=None, *, marked=None, language="en", progress=None):
+    """Check all spreadsheets of a folder and the folders in it.
 
     Parameters
     ----------
     folder : str or path-like
-    machine : Machine or path, optional, keyword only
-        If given, each workbook is a table for `check_table`.
+    task : Task, optional
+        The same for all.
     marked : str or path-like, optional, keyword only
         A folder for marked copies, made if it is not there.
+    language : str, keyword only
+        ``"en"`` or ``"zh"``, of the table.
     progress : callable, optional, keyword only
-        ``progress(done, total, path)`` is called after each workbook.
-    **options
-        Passed on to `check`.
+        ``progress(done, total, path)`` is called after each file.
 
     Returns
     -------
     Summary
-        A workbook that cannot be read has a row that says why.
+        A file that cannot be read has a row that says why.
 
     Raises
     ------
     InputError
-        If the folder is not there or holds no workbook.
+        If the folder is not there or holds no spreadsheet.
     OutputError
         If a marked copy cannot be written.
     """
@@ -112,30 +159,37 @@ def check_folder(folder, *, machine=None, marked=None, progress=None, **options)
     if marked is not None:
         paths = [path for path in paths if Path(marked).resolve() not in path.resolve().parents]
     if not paths:
-        raise InputError(str(folder), "workbooks", "none")
+        raise InputError(str(folder), "spreadsheets", "none")
     rows = []
     for done, path in enumerate(paths, 1):
         name = str(path.relative_to(folder))
         try:
-            report = check_table(path, machine, **options) if machine is not None else check(path, **options)
+            report = check_file(path, task)
         except InputError as error:
-            rows.append((name, UNREADABLE, "", "", str(error)))
+            rows.append((name, DAMAGED, "", "", "", str(error)))
         else:
-            cell = report.first.cell if report.first else ""
-            rows.append((name, RIGHT if report.right else WRONG, cell, report.kind, report.why))
-            if marked is not None:
+            first = report.faults[0] if report.faults else None
+            why = first.message if first else "; ".join(report.seen[:1] if report.verdict == UNCLEAR else [])
+            if report.not_checked:
+                why += f" (not checked: {', '.join(report.not_checked[:4])}{', …' * (len(report.not_checked) > 4)})"
+            counted = f"{report.checked} of {report.total}"
+            found = (first.cell, first.cause) if first else ("", "")
+            rows.append((name, report.verdict, counted, *found, why.strip()))
+            if marked is not None and path.suffix.lower() == ".xlsx":
                 mark(report, Path(marked) / name)
         if progress is not None:
             progress(done, len(paths), path)
-    return Summary(tuple(rows))
+    return Summary(tuple(rows), language)
 
 
 def mark(report, out):
-    """Write a copy of the checked workbook with its cells green, red or amber, and comments on what is not right.
+    """Write a copy of the checked workbook: its cells coloured, notes on what is wrong.
+
+    The values that were calculated are kept, and so are the comments that stand in the sheet.
 
     Parameters
     ----------
-    report : Report
+    report : FileReport
     out : str or path-like
         The copy, an .xlsx file; folders are made. The original is never written.
 
@@ -145,15 +199,6 @@ def mark(report, out):
         If the workbook has changed into something unsafe since, or is too large to copy.
     OutputError
         If `out` is the original or cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     mark(check("data/workbooks/missing_transpose.xlsx"), f"{folder}/marked.xlsx")
-    ...     book = openpyxl.load_workbook(f"{folder}/marked.xlsx")
-    >>> print(book["ZXZ"]["J38"].comment.text)
-    wrong: ... the final transpose is missing
     """
     out = Path(out)
     if out.exists() and os.path.samefile(out, report.path):
@@ -162,13 +207,14 @@ def mark(report, out):
     if report.path.stat().st_size > PART_LIMIT // 8:
         raise InputError(str(report.path), f"at most {PART_LIMIT // 8 // 2**20} MB to mark", "a larger workbook")
     book = openpyxl.load_workbook(report.path)
+    messages = {fault.cell: f"{fault.cause}: {fault.message}" for fault in report.faults}
     for judged in report.cells:
-        sheet, place = judged.place
-        cell = book[sheet].cell(*place)
+        sheet, row, column = judged.place
+        cell = book[sheet].cell(row, column)
         cell.fill = FILL[judged.status]
-        if judged.status != RIGHT:
-            text = f"{judged.status}: expected {judged.expected:z.9g}"
-            cell.comment = Comment(f"{text}\n{report.why}" if judged is report.first else text, "mathpost")
+        if judged.cell in messages:
+            before = f"{cell.comment.text}\n— mathpost: " if cell.comment else ""
+            cell.comment = Comment(before + messages[judged.cell], cell.comment.author if before else "mathpost")
     content = io.BytesIO()
     book.save(content)
     try:

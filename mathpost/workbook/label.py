@@ -22,12 +22,17 @@ VECTORS = {
     "transposed": "rt mt r^t m^t",
 }
 VECTORS = {name: kind for kind, names in VECTORS.items() for name in names.split()}
+UNIT_WORDS = {"=", ":", "°", "deg", "degree", "degrees", "度", "mm", "rad", "弧度", "->", "→", "："}
 NOISE = re.compile(
     r"坐标变换矩阵|变换矩阵|旋转矩阵|转置矩阵|矩阵|乘积|最终|elementary|passive|active|rotation|matrix|product|final|"
     r"transposed?|转置|method\d?|recipe\d?|方法[一二12]?|step\d*|步骤\d*|mat(?=[αβγ])"
 )
 WORD = re.compile(r"(?:[emr]?[xyz]?-?[αβγ])+[t']?")
-COORDINATE = re.compile(r"(?:新|new)?([xyz])(?:coordinate|坐标|轴)?('|1|_?new|_?p|_?rot|2)?(?:coordinate|坐标)?")
+COORDINATE = re.compile(
+    r"(新|new|result|ergebnis|结果|旋转后|最终点?)?(?:p|点|原|初始|原始)?([xyz])(?:coordinate|坐标|轴|0|1|alt|cl)?"
+    r"('+|new|neu|p|rot|rotated|2|nc|m)?(?:coordinate|坐标)?"
+)
+NUMBERED = re.compile(r"(?:旋转角|角|angle|winkel|drehwinkel)([123])|(φ|phi|θ|theta|ψ|psi)(?:rad)?")
 
 
 @dataclass(frozen=True, order=True)
@@ -85,9 +90,13 @@ def read_label(text):
         return Role("radians", ("αβγ".index(found[2] or found[4]),))
     if found := re.fullmatch(r"(?:角度?|angle|eulerangle|欧拉角)?(-?)([αβγ])(?:角度?|deg|degrees|度|angle)?", text):
         return Role("negated" if found[1] else "angle", ("αβγ".index(found[2]),))
+    if found := NUMBERED.fullmatch(text):
+        number = "123".find(found[1]) if found[1] else ("φ", "phi", "θ", "theta", "ψ", "psi").index(found[2]) // 2
+        return Role("angle", (number,))
     if found := COORDINATE.fullmatch(text):
-        is_new = found[2] or text.startswith(("新", "new"))
-        return Role("outcome" if is_new else "coordinate", ("xyz".index(found[1]),))
+        return Role("outcome" if found[1] or found[3] else "coordinate", ("xyz".index(found[2]),))
+    if text in ("u", "v", "w"):
+        return Role("outcome", ("uvw".index(text),))
     if found := re.fullmatch(r"\(([xyz])\)'", text):
         return Role("outcome", ("xyz".index(found[1]),))
     return _matrix_label(text)
@@ -119,6 +128,8 @@ def _plain(text):
     text = re.sub("[′’‘`´ʹ＇]", "'", text)
     text = re.sub("[−–—‐]|负|minus|negative|neg(?=_)", "-", text)
     text = re.sub(r"[_\s]*prime", "'", text)
+    if re.fullmatch(r"(矩阵|matrix|m|total|product|产品|乘积|中间矩阵|最终矩阵|produkt|zwischenergebnis)\d", text):
+        text = "r"  # a matrix of some name
     for name, letter in (("alpha", "α"), ("beta", "β"), ("gamma", "γ"), ("ɑ", "α"), ("а", "α"), ("ß", "β")):
         text = text.replace(name, letter)
     text = re.sub(

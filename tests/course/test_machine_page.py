@@ -16,8 +16,7 @@ def seen(kin, joint, offset):
     rotary = kin.machine.rotary[joint - 3]
     places = placing(kin.machine)
     before, after = (places(angle * np.eye(5)[joint]) for angle in (0.0, 0.02))
-    foot = before[rotary.name] @ [*rotary.point, 1.0]
-    point = foot + [*offset, 0.0]
+    point = before[rotary.name] @ [*rotary.point, 1.0] + np.append(offset, 0.0)
     return (after[rotary.name] @ np.linalg.inv(before[rotary.name]) @ point - point)[:3]
 
 

@@ -132,6 +132,12 @@ def test_at_the_start_everything_is_seen(kin):
     assert tilt > 8, "the tool is seen to lean"
 
 
+def test_a_walk_starts_where_everything_is_seen(kin, blade):
+    view = view_machine.walk(kin, blade)
+    start = np.array(view.state["runs"][0]["joints"][0])
+    assert scene.hidden(kin, view.scenes[0], start) == []
+
+
 def test_what_is_hidden_is_said(kin):
     """Seen along the tool, or from under the bed, something is wrong."""
     drawn, made = scene.machine(kin)

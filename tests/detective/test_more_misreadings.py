@@ -1,0 +1,223 @@
+"""Misreadings beside the order, the signs and the axes: other meanings of the angles, quaternions, other places.
+
+What someone gets is computed from SciPy's rotations and written-out formulas, never by the detective.
+"""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from mathpost.__main__ import main
+from mathpost.detective.euler_angles import explain
+
+ANGLES, POINT = np.array([21.3, -47.9, 74.6]), np.array([3, 4, 5])
+POINTS = np.array([(3, 4, 5), (-20, 7, 11), (6, -15, 2.5)])
+
+
+def passive(angles, sequence="ZXZ"):
+    return Rotation.from_euler(sequence, angles, degrees=True).as_matrix().T
+
+
+def exchanged(angles):
+    """The passive matrices with sine and cosine exchanged in the second one, multiplied by hand."""
+    c, s = np.sin(np.radians(angles[1])), np.cos(np.radians(angles[1]))
+    about_x = np.array([(1, 0, 0), (0, c, s), (0, -s, c)])
+    first, last = (passive([0, 0, angle]) for angle in (angles[0], angles[2]))
+    return last @ about_x @ first
+
+
+ANGLE_SLIPS = {
+    "half angle": [lambda a: passive(a / 2), lambda a: passive(a * [1, 0.5, 1])],
+    "double angle": [lambda a: passive(2 * a), lambda a: passive(a * [1, 1, 2])],
+    "complement": [lambda a: passive([a[0], 90 - a[1], a[2]]), exchanged, lambda a: passive(90 - a)],
+    "offset": [
+        lambda a: passive(a + np.array([90, 0, 0])),
+        lambda a: passive(a - np.array([0, 0, 90])),
+        lambda a: passive(a + np.array([180, 0, 0])),
+        lambda a: passive(a + np.array([0, 180, 0])),
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "number"), [(kind, n) for kind in ANGLE_SLIPS for n in range(len(ANGLE_SLIPS[kind]))]
+)
+@pytest.mark.parametrize("decimals", [4, 6])
+def test_other_meanings_of_the_angles(kind, number, decimals):
+    matrix = ANGLE_SLIPS[kind][number](ANGLES)
+    found = explain(ANGLES, POINT, (matrix @ POINT).round(decimals), decimals=decimals)
+    assert found.misreadings[0].kinds == (kind,), str(found)
+    np.testing.assert_allclose(found.misreadings[0].value, matrix @ POINT, atol=10.0**-decimals)
+    assert explain(ANGLES, None, matrix.round(decimals), decimals=decimals).misreadings[0].kinds == (kind,)
+
+
+def test_a_meaning_beside_another_convention():
+    """Half the angles in a matrix that was not transposed: two slips, and both are named."""
+    found = explain(ANGLES, POINTS, (POINTS @ passive(ANGLES / 2)).round(6))
+    assert set(found.misreadings[0].kinds) == {"transpose", "half angle"}
+
+
+def test_degrees_and_minutes():
+    written = ("35.30", "12.45", "-60.15")  # meant as 35°30′, 12°45′, −60°15′
+    answer = passive([35.5, 12.75, -60.25]) @ POINT
+    found = explain(written, POINT, answer.round(6))
+    assert found.misreadings[0].kinds == ("minutes",) and "35°30′" in found.misreadings[0].sentence
+    back = explain((35.5, 12.75, -60.25), POINT, (passive([35.3, 12.45, -60.15]) @ POINT).round(6))
+    assert back.misreadings[0].kinds == ("minutes",)
+    assert explain((35, 12, -60), POINT, (passive([35, 12, -60]) @ POINT).round(6)).right  # no minutes, no slip
+
+
+def from_quaternion(w, x, y, z):
+    return np.array(
+        [
+            (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+            (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+            (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+        ]
+    )
+
+
+@pytest.mark.parametrize("stored", ["x y z w", "w x y z"])
+@pytest.mark.parametrize("frame", [False, True])
+def test_a_quaternion_in_the_wrong_order(stored, frame):
+    matrix = passive(ANGLES).T if frame else passive(ANGLES)
+    x, y, z, w = Rotation.from_matrix(matrix).as_quat()
+    np.testing.assert_allclose(from_quaternion(w, x, y, z), matrix, atol=1e-12)
+    misread = from_quaternion(x, y, z, w) if stored == "x y z w" else from_quaternion(z, w, x, y)
+    found = explain(ANGLES, POINT, (misread @ POINT).round(6))
+    assert "quaternion" in found.misreadings[0].kinds and f"stored as {stored}" in found.misreadings[0].sentence
+    assert len(found.misreadings[0].kinds) == 1 + frame
+
+
+ORIGIN = np.array([12.5, -3, 40])
+PLACES = {
+    "right": ((), lambda m, p: (p - ORIGIN) @ m.T),
+    "not subtracted": (("origin",), lambda m, p: p @ m.T),
+    "added, not": (("origin",), lambda m, p: (p + ORIGIN) @ m.T),
+    "centre of rotation": (("centre",), lambda m, p: (p - ORIGIN) @ m.T + ORIGIN),
+    "after the rotation": (("origin",), lambda m, p: p @ m.T - ORIGIN),
+}
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_an_origin(place):
+    kinds, formula = PLACES[place]
+    for points in (POINTS, POINTS[0]):
+        answer = formula(passive(ANGLES), points).round(6)
+        found = explain(ANGLES, points, answer, origin=ORIGIN)
+        assert found.misreadings[0].kinds == kinds and place in found.misreadings[0].sentence
+        assert found.right == (place == "right")
+
+
+def test_another_centre_and_a_shift():
+    """Several points tell what was added to all of them."""
+    matrix, centre, shift = passive(ANGLES), np.array([7, -2, 3.5]), np.array([0.5, -12, 30])
+    found = explain(ANGLES, POINTS, ((POINTS - centre) @ matrix.T + centre).round(6))
+    assert found.misreadings[0].kinds == ("centre",)
+    shown = found.misreadings[0].sentence.split("(")[1].split(")")[0]
+    near = np.array([float(number) for number in shown.split(",")])
+    # Any centre on the axis through the true one does the same.
+    axis = Rotation.from_matrix(matrix).as_rotvec()
+    np.testing.assert_allclose(np.cross(near - centre, axis / np.linalg.norm(axis)), 0, atol=1e-3)
+    found = explain(ANGLES, POINTS, (POINTS @ matrix.T + shift).round(6))
+    assert found.misreadings[0].kinds == ("translation",) and "0.5" in found.misreadings[0].sentence
+    found = explain(ANGLES, POINTS, (POINTS @ matrix + shift).round(6))
+    assert set(found.misreadings[0].kinds) == {"transpose", "translation"}
+    np.testing.assert_allclose(found.misreadings[0].value, POINTS @ matrix + shift, atol=1e-5)
+
+
+def test_names_of_the_trade():
+    a, b, c = ANGLES
+    cases = {
+        "KUKA A B C": Rotation.from_euler("ZYX", [a, b, c], degrees=True),
+        "Fanuc W P R": Rotation.from_euler("xyz", [a, b, c], degrees=True),
+    }
+    for name, frame in cases.items():
+        for rotation in (frame, frame.inv()):
+            found = explain(ANGLES, POINT, rotation.apply(POINT).round(6))
+            assert name in found.misreadings[0].sentence, str(found)
+    assert "left-handed" in explain(ANGLES, POINT, (passive(-ANGLES) @ POINT).round(6)).misreadings[0].sentence
+    assert "gon" in explain(ANGLES, POINT, (passive(ANGLES * 0.9) @ POINT).round(6)).misreadings[0].sentence
+
+
+@pytest.mark.parametrize("decimals", [3, 5])
+def test_points_that_are_no_rotation_are_not_explained(decimals):
+    """Accidental matches stay out, with a known origin and with an unknown shift, too."""
+    rng = np.random.default_rng(8)
+    for _ in range(8):
+        other = Rotation.random(random_state=int(rng.integers(1 << 30)))
+        answer = other.apply(POINT - ORIGIN).round(decimals)
+        assert not explain(ANGLES, POINT, answer, decimals=decimals, origin=ORIGIN).explained
+        answer = (other.apply(POINTS) + rng.normal(size=3)).round(decimals)
+        assert not explain(ANGLES, POINTS, answer, decimals=decimals).explained
+
+
+def test_the_threshold_of_chance():
+    """So coarse an answer fits some half or double angle by accident: nothing is made of it."""
+    answer = passive(ANGLES / 2) @ POINT
+    assert explain(ANGLES, POINT, answer.round(5), decimals=5).explained
+    assert not explain(ANGLES, POINT, answer.round(0), decimals=0).explained
+
+
+SOURCE = ["--angles", "135", "54,7356", "-90", "--point", "3", "4", "5"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "text"),
+    [
+        ([*SOURCE, "--result", "-1.224744", "0.707107", "6.928203"], 0, "right"),
+        ([*SOURCE, "--result", "1.283069", "6.939923", "0.437263"], 1, "the final transpose is missing"),
+        ([*SOURCE, "--result", "1", "2", "3"], 1, "No misreading"),
+        (
+            "--angles 135 54.7356 -90 --matrix "
+            "0.408248 -0.707107 0.577350 0.408248 0.707107 0.577350 -0.816496 0 0.577350".split(),
+            1,
+            "transpose",
+        ),
+        (
+            "--machine data/machines/dmu50v.toml --axis 0.145196 0 0.989403 --result 11.817 -175.815".split(),
+            1,
+            "the sign of C is reversed",
+        ),
+        ([*SOURCE, "--origin", "-1", "0", "2", "--result", "-1e-16", "-2,5", "6"], 1, "No misreading"),
+    ],
+)
+def test_the_shell(arguments, status, text, capsys):
+    assert main(["explain", *arguments]) == status
+    assert text in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ([], "--angles"),
+        (SOURCE, "--result"),
+        ([*SOURCE, "--result", "1", "2"], "shape (2,)"),
+        ([*SOURCE, *SOURCE[4:], "--result", "1", "2", "3"], "--result"),
+        ([*SOURCE, "--result", "1", "2", "3", "--sequence", "ZZX"], "sequence"),
+        ("--machine data/machines/none.toml --axis 0 0 1 --result 1 2".split(), "none.toml"),
+    ],
+)
+def test_the_shell_refuses(arguments, text, capsys):
+    assert main(["explain", *arguments]) == 2
+    assert text in capsys.readouterr().err
+
+
+def test_several_points_in_the_shell(capsys):
+    arguments = ["explain", "--angles", *map(str, ANGLES)]
+    for point, result in zip(POINTS, (POINTS @ passive(ANGLES).T + [1, 2, 3]).round(6), strict=True):
+        arguments += ["--point", *map(str, point), "--result", *map(str, result)]
+    assert main(arguments) == 1
+    assert "(1.00000, 2.00000, 3.00000) is added" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("matrix", "written"),
+    [
+        (passive([ANGLES[0], 90 - ANGLES[1], ANGLES[2]]), "E_z(γ)·E_x(90° − β)·E_z(α)·p"),
+        (passive([ANGLES[0] + 90, *ANGLES[1:]]).T, "E_z(−(α + 90°))·E_x(−β)·E_z(−γ)·p"),
+        (passive(ANGLES / 2), "E_z(γ/2)·E_x(β/2)·E_z(α/2)·p"),
+    ],
+)
+def test_the_product_is_written_out(matrix, written):
+    assert explain(ANGLES, POINT, (matrix @ POINT).round(7)).misreadings[0].product == written

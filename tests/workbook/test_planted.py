@@ -1,0 +1,156 @@
+"""The check of spreadsheets against sheets that strangers make, and slips at places drawn at random.
+
+`python -m tests.workbook.score` runs as many as one likes and prints a table.
+"""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from mathpost.workbook import Task, check_file
+from mathpost.workbook.file import read
+from mathpost.workbook.graph import Graph
+from tests.workbook import layouts, machining_sheets, mistakes, score
+from tests.workbook.cells import SAMPLES, Array, Book, Values, formula_of, save
+
+COUNT = 80
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """(case, counts, what was said) of a sample."""
+    path, found = tmp_path_factory.mktemp("planted") / "sheet.xlsx", []
+    for case in score.draw_cases(2, COUNT):
+        save(path, case.book, case.values)
+        found.append((case, *score.judge(case, path)))
+    return found
+
+
+def told(results):
+    return "\n".join(f"{case.book.family}, {case.kind}: {case.planted()}: {said}" for case, _, said in results)
+
+
+def test_no_silent_pass_and_no_false_alarm(results):
+    wrong = [result for result in results if result[1] - {"first cell", "cause"}]
+    assert not wrong, told(wrong)
+
+
+def test_the_first_wrong_cell_and_the_cause_are_named(results):
+    located = [result for result in results if result[0].slip.verdict == "wrong"]
+    assert len(located) > COUNT / 2
+    for what, share in (("first cell", 0.98), ("cause", 0.95)):
+        missed = [result for result in located if what not in result[1]]
+        assert len(missed) <= (1 - share) * len(located), told(missed)
+
+
+@pytest.mark.parametrize("recipe", [1, 2])
+def test_moved_references_in_the_sheet_of_the_source_are_found(recipe, tmp_path):
+    """A sample; `python -m tests.workbook.score --source` moves every reference to every neighbouring cell."""
+    path, cases = tmp_path / "sheet.xlsx", list(score.source_cases(recipe))
+    for number in np.random.default_rng(3).choice(len(cases), 20, replace=False):
+        case = cases[number]
+        save(path, case.book, case.values)
+        counts, said = score.judge(case, path)
+        assert not counts & {"silent passes", "false alarms", "refused", "crashed"}, f"{case.planted()}: {said}"
+
+
+def test_the_sheet_of_the_source_has_lucky_references():
+    """At the source's own angles many wrong references leave every value as it is: numbers alone do not tell."""
+    lucky = 0
+    for case in score.source_cases(1):
+        if case.slip.verdict == "wrong":
+            right = Values(case.original).all()
+            lucky += all(abs(case.values[key][0] - right[key][0]) < 1e-9 for key in case.book.truths[-1][0])
+    assert lucky > 100
+
+
+def test_the_graph_has_the_values_that_the_generator_has(tmp_path):
+    """Every formula of right and spoiled sheets at random inputs; LibreOffice, below, agrees."""
+    compared = 0
+    for case in score.draw_cases(6, 60):
+        path = tmp_path / "sheet.xlsx"
+        save(path, case.book, case.values)
+        inputs = {key: case.values[key] for key in case.book.input_cells()}
+        found = Graph(read(path)).run(inputs, fixed=inputs)
+        for key in case.book.formulas():
+            for cell in mistakes.spilled(case.book, key):
+                value = case.values[cell]
+                if not isinstance(value, str) and np.isfinite(value).all() and case.slip.verdict != "not right":
+                    np.testing.assert_allclose(
+                        np.broadcast_to(found[cell], value.shape),
+                        value,
+                        rtol=1e-9,
+                        atol=1e-9,
+                        err_msg=case.planted(),
+                    )
+                    compared += 1
+    assert compared > 2000
+
+
+def test_zeros_left_blank_in_a_product_of_matrices_do_not_pass(tmp_path):
+    """MMULT refuses an empty cell: the spreadsheet shows #VALUE!, whatever the product would be."""
+    for seed in range(40):
+        book = layouts.matrix_sheet(np.random.default_rng(seed))
+        blank = [key for matrix in book.turned for key in matrix if book.cells.get(key) == 0]
+        if any("MMULT" in (formula_of(content) or "") for content in book.cells.values()):
+            break
+    for key in blank:
+        del book.cells[key]
+    values = Values(book).all()
+    assert not all(np.isfinite(values[key]).all() for key in book.truths[0][0])
+    save(tmp_path / "blank.xlsx", book, values)
+    assert check_file(tmp_path / "blank.xlsx", Task(**book.task)).verdict != "right"
+
+
+# The generator itself.
+
+
+@pytest.mark.parametrize("author", score.AUTHORS, ids=lambda author: author.__name__)
+def test_right_sheets_give_what_scipy_gives(author):
+    for seed in range(12):
+        layouts.verify(author(np.random.default_rng(seed)))
+
+
+@pytest.mark.parametrize("author", score.AUTHORS, ids=lambda author: author.__name__)
+def test_the_truth_of_a_sheet_can_fail(author):
+    """A minus in front of an input that matters is noticed by the comparison with SciPy."""
+    book = author(np.random.default_rng(5))
+    result = book.truths[-1][0][-1]
+    key = next(key for key in reversed(book.formulas()) if key not in book.extras)
+    if author not in (machining_sheets.nc_table, machining_sheets.nc_values):
+        key = result if result in book.cells else key
+    content = book.cells[key]
+    text = "=-(" + formula_of(content)[1:] + ")"
+    spoiled = Array(content.rows, content.columns, text) if isinstance(content, Array) else text
+    slip = mistakes.Slip("sign", {key: spoiled})
+    with pytest.raises(AssertionError):
+        layouts.verify(slip.applied(book))
+
+
+@pytest.mark.skipif(shutil.which("soffice") is None, reason="LibreOffice is not installed")
+def test_the_values_agree_with_those_of_libreoffice():
+    cases = [case for case in score.draw_cases(4, 150) if not case.slip.cause]
+    wrong, compared = score.disagreements(cases)
+    assert compared > 1000 and not wrong, wrong[:5]
+
+
+@pytest.mark.parametrize(
+    ("formula", "value"),
+    [
+        ("=ATAN2(0,1)*180/PI()", 90),  # Excel's order: x first
+        ("=MOD(-30,360)", 330),
+        ("=ROUND(-2.5,0)", -3),
+        ("=SUMPRODUCT(A1:C1,A2:C2)", 32),
+        ("=SUM(A1:C1)^2", 36),
+        ("=MAX(A1:C2)-A1", 5),
+        ("=IF(A1<B1,7,8)", 7),
+        ("=MDETERM(A1:B2)", -3),
+        ("=$A$1+'Sheet1'!C2", 7),
+        ("=A1+D9", 1),
+    ],
+)
+def test_the_evaluator(formula, value):
+    cells = {("Sheet1", r, c): r * 3 + c - 3 for r in (1, 2) for c in (1, 2, 3)}
+    book = Book({**cells, ("Sheet1", 5, 1): formula})
+    np.testing.assert_allclose(Values(book)["Sheet1", 5, 1], np.full(SAMPLES, value), atol=1e-12)

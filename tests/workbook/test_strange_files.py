@@ -1,0 +1,201 @@
+"""Files that the check of spreadsheets likes less: read, or refused by name; never passed, never a crash."""
+
+import shutil
+import subprocess
+import zipfile
+
+import numpy as np
+import pytest
+
+from mathpost.errors import InputError
+from mathpost.workbook import check_file
+from tests.workbook import layouts
+from tests.workbook.cells import Values, formula_of, save
+
+
+@pytest.fixture(scope="module")
+def books():
+    """The source's sheet, and the same with a sign lost in an element."""
+    book = layouts.source_sheet()
+    key = next(key for key in book.formulas() if book.cells[key].startswith("=-"))
+    spoiled = layouts.source_sheet()
+    spoiled.cells[key] = "=" + book.cells[key][2:]
+    return {"right": book, "wrong": spoiled}
+
+
+def verdict(path):
+    """The verdict; "refused" if the file is, and then its name must be said."""
+    try:
+        return check_file(path).verdict
+    except InputError as error:
+        assert path.name in str(error)
+        return "refused"
+
+
+def write_csv(path, book, separator, comma):
+    values = Values(book).all()
+    rows = max(key[1] for key in values)
+    lines = []
+    for row in range(1, rows + 1):
+        cells = [values.get((book.sheets()[0], row, column)) for column in range(1, 8)]
+        texts = ["" if v is None else v if isinstance(v, str) else f"{v[0]:.6f}" for v in cells]
+        lines.append(separator.join(text.replace(".", ",") if comma else text for text in texts))
+    path.write_text("\n".join(lines), encoding="utf-8")
+
+
+@pytest.mark.parametrize(("separator", "comma"), [(",", False), (";", True), ("\t", False)])
+def test_csv(books, tmp_path, separator, comma):
+    for name, allowed in (("right", {"right", "unclear", "refused"}), ("wrong", {"wrong", "unclear", "refused"})):
+        write_csv(tmp_path / f"{name}.csv", books[name], separator, comma)
+        assert verdict(tmp_path / f"{name}.csv") in allowed
+
+
+@pytest.mark.skipif(shutil.which("soffice") is None, reason="LibreOffice is not installed")
+@pytest.mark.parametrize("ending", ["ods", "xls"])
+def test_other_programs_files(books, tmp_path, ending):
+    profile = f"-env:UserInstallation=file://{tmp_path}/profile"
+    for name in books:
+        save(tmp_path / f"{name}.xlsx", books[name])
+    files = [str(tmp_path / f"{name}.xlsx") for name in books]
+    command = ["soffice", "--headless", "--norestore", profile, "--convert-to", ending, "--outdir", str(tmp_path)]
+    subprocess.run([*command, *files], check=True, capture_output=True)
+    for other in (ending, "et"):  # .et is the .xls of WPS
+        if other == "et":
+            for name in books:
+                shutil.copy(tmp_path / f"{name}.{ending}", tmp_path / f"{name}.et")
+        assert verdict(tmp_path / f"right.{other}") in {"right", "unclear", "refused"}
+        assert verdict(tmp_path / f"wrong.{other}") in {"wrong", "unclear", "refused"}
+
+
+def test_a_workbook_with_another_ending(books, tmp_path):
+    save(tmp_path / "wrong.et", books["wrong"])
+    assert verdict(tmp_path / "wrong.et") in {"wrong", "unclear", "refused"}
+    (tmp_path / "text.xlsx").write_text("x;y;z\n1;2;3\n")
+    (tmp_path / "empty.xlsx").write_bytes(b"")
+    (tmp_path / "picture.xlsx").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(200))
+    for name in ("text", "empty", "picture"):
+        assert verdict(tmp_path / f"{name}.xlsx") == "refused"
+    assert verdict(tmp_path / "missing.xlsx") == "refused"
+    (tmp_path / "folder.xlsx").mkdir()
+    assert verdict(tmp_path / "folder.xlsx") == "refused"
+
+
+def test_damaged_files(books, tmp_path):
+    """Cut off, or with bytes changed at random: refused, or judged as what can still be read."""
+    path = tmp_path / "wrong.xlsx"
+    save(path, books["wrong"])
+    content, rng = path.read_bytes(), np.random.default_rng(0)
+    for part in (0.2, 0.6, 0.95):
+        path.write_bytes(content[: int(len(content) * part)])
+        assert verdict(path) == "refused"
+    for _ in range(30):
+        spoiled = bytearray(content)
+        for place in rng.integers(0, len(content), 3):
+            spoiled[place] = rng.integers(256)
+        path.write_bytes(bytes(spoiled))
+        assert verdict(path) in {"wrong", "unclear", "refused"}
+
+
+def test_an_encrypted_file(tmp_path):
+    path = tmp_path / "secret.xlsx"
+    stream = "EncryptedPackage".encode("utf-16-le")
+    path.write_bytes(bytes.fromhex("d0cf11e0a1b11ae1") + bytes(504) + stream + bytes(2000))
+    with pytest.raises(InputError, match="encrypted"):
+        check_file(path)
+
+
+def parts_of(path, book):
+    save(path, book)
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name).decode() for name in archive.namelist()}
+
+
+def pack(path, parts):
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in parts.items():
+            archive.writestr(name, content)
+
+
+def test_bombs(books, tmp_path):
+    path = tmp_path / "bomb.xlsx"
+    parts = parts_of(path, books["right"])
+    pack(path, {**parts, "xl/sharedStrings.xml": "<sst>" + "<si><t>a</t></si>" * 4_000_000 + "</sst>"})
+    assert verdict(path) == "refused"
+    pack(path, {**parts, **{f"xl/media/{n}.xml": "" for n in range(5000)}})
+    assert verdict(path) == "refused"
+    sheet = "xl/worksheets/sheet1.xml"
+    entities = '<!DOCTYPE a [<!ENTITY b "bb"><!ENTITY c "&b;&b;&b;&b;">]>'
+    pack(path, {**parts, sheet: parts[sheet].replace("<worksheet", entities + "<worksheet", 1)})
+    assert verdict(path) == "refused"
+
+
+HOSTILE = {
+    "web service": 'WEBSERVICE("http://localhost/x")',
+    "in a function": 'IF(C2>0,_xlfn.WEBSERVICE("http://localhost/x"),1)',
+    "small letters": 'webservice("http://localhost/x")',
+    "dynamic data exchange": "cmd|'/c calc'!A1",
+    "dde function": 'DDE("soffice","file","A1")',
+    "external link": "'[other.xlsx]Sheet1'!A1",
+}
+
+
+@pytest.mark.parametrize("kind", HOSTILE)
+@pytest.mark.parametrize("place", ["cell", "far column", "name"])
+def test_formulas_that_reach_out_are_refused(books, tmp_path, kind, place):
+    path = tmp_path / "hostile.xlsx"
+    parts = parts_of(path, books["right"])
+    formula = HOSTILE[kind].replace("&", "&amp;").replace(">", "&gt;")
+    if place == "name":
+        name = f'<definedNames><definedName name="helper">{formula}</definedName></definedNames>'
+        parts["xl/workbook.xml"] = parts["xl/workbook.xml"].replace("</workbook>", name + "</workbook>")
+    else:
+        column = "XFA" if place == "far column" else "Q"
+        row = f'<row r="1000"><c r="{column}1000"><f>{formula}</f><v>1</v></c></row>'
+        sheet = "xl/worksheets/sheet1.xml"
+        parts[sheet] = parts[sheet].replace("</sheetData>", row + "</sheetData>")
+    pack(path, parts)
+    assert verdict(path) == "refused"
+
+
+def test_macros_links_and_queries_are_refused(books, tmp_path):
+    path = tmp_path / "hostile.xlsx"
+    parts = parts_of(path, books["right"])
+    for name in (
+        "vbaProject.bin",
+        "externalLinks/externalLink1.xml",
+        "connections.xml",
+        "embeddings/oleObject1.bin",
+    ):
+        pack(path, {**parts, f"xl/{name}": "x"})
+        assert verdict(path) == "refused"
+
+
+# Values without formulas.
+
+
+def without_formulas(book, spoil=None):
+    """The book as values; angles as texts such as "54,7356" and "54.7356°"."""
+    values = Values(book).all()
+    if spoil:
+        values[spoil] = values[spoil] + 0.01
+    cells = {key: value if isinstance(value, str) else round(float(value[0]), 6) for key, value in values.items()}
+    return layouts.Book(cells)
+
+
+@pytest.mark.parametrize("text", ["{}", "{}°", "comma"])
+def test_sheets_of_values(books, tmp_path, text):
+    """Lucky values cannot be excluded there: it is said."""
+    path = tmp_path / "values.xlsx"
+    for spoil in (None, *books["right"].truths[-1][0]):
+        book = without_formulas(books["right"], spoil)
+        for key in books["right"].inputs[0][0]:
+            number = str(book.cells[key])
+            if text != "{}":
+                book.cells[key] = number.replace(".", ",") if text == "comma" else text.format(number)
+        save(path, book)
+        assert not any(formula_of(content) for content in book.cells.values())
+        report = check_file(path)
+        if spoil is None:
+            assert report.verdict == "right" and report.warnings
+        else:
+            assert report.verdict == "wrong" and report.faults[0].cell.split("!")[1] == f"C{spoil[1]}"
