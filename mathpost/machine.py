@@ -14,6 +14,7 @@ import numpy as np
 
 from mathpost.errors import InputError, as_array, data_file, read_text
 
+PROGRAM = {"program_head": "head", "program_foot": "foot", "tool_change": "tool_change"}  # keys of [program]
 LARGEST = 1e9  # of any number
 ENDLESS = (-math.inf, math.inf)
 
@@ -77,6 +78,9 @@ class Machine:
     limits_of : str
         What the limits of X Y Z count: ``"slides"``, in machine coordinates (a slide stands at its word, plus the
         origin, plus the tool where the word names the tip), or ``"words"``.
+    program_head, program_foot, tool_change : tuple of str
+        Lines of a program, in the words of its control: before and after the moves, and instead of the control's
+        own tool call. ``{name}`` in them is the name of the program, ``{tool}`` the number of the tool.
     """
 
     name: str
@@ -88,6 +92,9 @@ class Machine:
     tool_length: float
     programmed_point: str | tuple
     limits_of: str = "slides"
+    program_head: tuple = ()
+    program_foot: tuple = ()
+    tool_change: tuple = ()
 
     @property
     def joint_names(self):
@@ -195,7 +202,10 @@ def from_dict(content, where="machine"):
         ),
     )
     machine = replace(machine, limits_of=linear.take("limits_of", _limits_of, '"slides" or "words"', "slides"))
-    for table in (file, workpiece, tool, linear):
+    program = file.table("program", optional=True)
+    lines = {name: program.take(key, _lines, "a list of lines", ()) for name, key in PROGRAM.items()}
+    machine = replace(machine, **lines)
+    for table in (file, workpiece, tool, linear, program):
         table.done()
     _check_arrangement(machine, where)
     return machine
@@ -324,6 +334,10 @@ def _side(value):
 
 def _address(value):
     return _require(re.fullmatch("[ABCUVW][0-9]?", value), value)
+
+
+def _lines(value):
+    return tuple(_require(isinstance(value, list) and all(isinstance(line, str) for line in value), value))
 
 
 def _limits_of(value):

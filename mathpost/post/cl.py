@@ -14,7 +14,8 @@ from operator import itemgetter
 import numpy as np
 
 from mathpost.errors import InputError, as_array, read_bytes
-from mathpost.post.cl_words import LARGEST, Statements
+from mathpost.post.cl_lines import LARGEST
+from mathpost.post.cl_words import Statements
 from mathpost.rotation import unit
 
 ARC_TOLERANCE = 0.001  # mm

@@ -18,30 +18,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.errors import NUMBER, InputError
-from mathpost.post import text
+from mathpost.errors import InputError
 from mathpost.post.arcs import Cycle, arc
+from mathpost.post.cl_lines import REAL, UNIT_TOLERANCE, Lines, Wrong
 
-UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
 MM_PER_INCH = 25.4
-BLOCK = 2**19  # bytes that are taken at once: what is made of them fits the processor's cache
-ENCODINGS = "utf-8", "gb18030", "cp1252", "latin-1"  # tried in turn; the last takes any byte
-LARGEST = 1e9  # of any number
 LEAST_FEED = 0.001  # mm/min, which programs print
-SHOWN = 20  # causes that are listed when a file is refused
-REAL = re.compile(rf"{NUMBER}(?:[eE][-+]?\d+)?")
 LITERAL = re.compile(r"\(?\s*(CIRCLE|CYLNDR|LINE|POINT)\s*/([-+\d.eE,\s]*)")  # geometry within a statement
-# One record of three or six numbers, and nothing else: most lines of most files.
-PLAIN = text.Pattern(
-    [
-        text.Item("GOTO"),
-        text.Item("/", "number"),
-        *[text.Item(",", "number")] * 2,
-        *[text.Item(",", "number", optional=True)] * 3,
-    ],
-    relaxed=True,
-)
-
 FREE_TEXT = "PARTNO PPRINT REMARK INSERT TPRINT CATPROCESS CATPRODUCT OP_NAME PROGRAM"
 NAMES = "TOOL PATH/END-OF-PATH/SETUP/BOX/OPFEATSTART/OPFEATEND/MACHIN/MACHINE/SEQNO/FINI/END".split("/")
 SETTINGS = (
@@ -121,8 +104,8 @@ class Command:
     statement: str
 
 
-class Statements:
-    """Takes the statements of a file one after the other, and keeps what holds from one to the next.
+class Statements(Lines):
+    """Takes statements, and keeps what holds from one to the next.
 
     Parameters
     ----------
@@ -135,77 +118,18 @@ class Statements:
     """
 
     def __init__(self, name, tolerance, ignored=()):
-        self.name, self.tolerance, self.ignored = name, tolerance, {word.upper() for word in ignored}
-        self.line, self.start, self.statement, self.in_comment = 1, 0, "", False
-        self.encoding = "utf-8"
-        self.point, self.axis = None, [0.0, 0.0, 1.0]  # in mm, and in the coordinate system that holds
-        self.feed, self.rapid, self.scale, self.incremental = math.nan, False, 1.0, False
-        self.units_stated, self.turns, self.turning = False, None, None
+        super().__init__(name)
+        self.tolerance, self.ignored = tolerance, {word.upper() for word in ignored}
+        self.incremental, self.units_stated = False, False
+        self.turns, self.turning = None, None  # of the spindle
         self.home, self.tangent, self.cycle = None, None, None
         self.circle_, self.arc_before = None, None  # centre and axis of the arc that comes, and of one that went
-        self.first_system, self.system = None, None  # each an origin and the rows of a rotation
-        self.runs, self.count, self.remarks = [], 0, []
-        self.problems, self.counts = [], Counter()
-
-    # Lines
-
-    def take_file(self, content):
-        """Take all lines."""
-        if not content.isascii():
-            self.encoding = next(each for each in ENCODINGS if _decodes(content, each))
-        start = 0
-        while start < len(content):
-            stop = content.find(b"\n", start + BLOCK) + 1 or len(content)
-            block = content[start:stop]
-            self.take_block(block if block.endswith(b"\n") else block + b"\n")
-            start = stop
-        if self.statement:
-            self.problem(self.start, "", "the continuation of this statement", "the end of the file")
-
-    def take_block(self, block):
-        """Take whole lines: runs of plain records together, the others one by one."""
-        values, plain = PLAIN.match(block)
-        numbers, stated = values[1:], ~np.isnan(values[4:])
-        plain &= stated.all(axis=0) | ~stated.any(axis=0)
-        ends = None
-        for start, stop in text.runs(plain):
-            while start < stop and not (plain[start] and self.takes_plain()):
-                if ends is None:
-                    ends = np.flatnonzero(np.frombuffer(block, np.uint8) == ord("\n")).tolist()
-                self.take_raw(block[ends[start - 1] + 1 if start else 0 : ends[start]])
-                start += 1
-            if start < stop:
-                self.take_plain(numbers[:, start:stop])
+        self.remarks, self.counts = [], Counter()
 
     def takes_plain(self):
         """Whether a GOTO is now nothing but a move to where it says."""
-        waiting = self.statement, self.in_comment, self.rapid, self.incremental
-        return not any(waiting) and self.circle_ is self.arc_before is self.cycle is None
-
-    def take_plain(self, numbers):
-        """Take plain records, shape (6, n), on as many lines; NaN stands for the tool axis that holds."""
-        numbers[:3] *= self.scale
-        for row, before in zip(numbers[3:], self.axis, strict=True):
-            row[:] = text.held(row, before)
-        self.add(self.line + np.arange(numbers.shape[1]), numbers)
-        self.line += numbers.shape[1]
-
-    def take_raw(self, raw):
-        """Take one line: leave out its comment, and take the statement if it is complete."""
-        line = raw.decode(self.encoding, "surrogatepass" if self.encoding == "utf-8" else "strict")
-        number, self.line = self.line, self.line + 1
-        if self.in_comment or line.startswith("$$->"):  # Creo goes on with a comment on the next line
-            self.in_comment = line.rstrip().endswith("$")
-            return
-        part = line.partition("$$")[0].rstrip()
-        if not self.statement:
-            self.start = number
-        if part.endswith("$"):
-            self.statement += part[:-1] or " "
-            return
-        statement, self.statement = (self.statement + part).strip(), ""
-        if statement:
-            self.take(self.start, statement)
+        special = self.circle_, self.arc_before, self.cycle
+        return super().takes_plain() and not self.incremental and all(each is None for each in special)
 
     def take(self, line, statement):
         """Take one statement."""
@@ -223,87 +147,24 @@ class Statements:
         elif word not in MODELLED:
             reason = HAZARDS.get(word)
             expected = f"other words: {reason}" if reason else "a CL statement that is known"
-            self.problem(line, word, expected, repr(statement[:40]))
+            self.problem(line, word if reason else "", expected, repr(statement[:40]))
         elif upper.strip().replace(" ", "") not in (word, "TLON,GOFWD"):
             self.problem(line, word, f"{word} and a slash", repr(statement[:40]))
         else:
             words = [each.strip().upper() for each in minor.split(",")] if minor.strip() else []
             try:
                 getattr(self, MODELLED[word])(line, words, statement)
-            except _Wrong as wrong:
+            except Wrong as wrong:
                 self.problem(line, word, *wrong.args)
             except InputError as error:
                 self.problem(line, word, error.expected, error.found)
-
-    def problem(self, line, word, expected, found):
-        self.problems.append((line, word, expected, found))
-
-    def refuse_problems(self):
-        """Raise the `InputError` that lists all problems, each cause once."""
-        if not self.problems:
-            return
-        causes = {}
-        for line, word, expected, found in sorted(self.problems, key=lambda problem: problem[0]):
-            causes.setdefault((word, expected), []).append((line, found))
-        (word, expected), places = next(iter(causes.items()))
-        more = [
-            f"line {there[0][0]}, {other}: expected {wanted}, found {there[0][1]}{_again(there)}"
-            for (other, wanted), there in list(causes.items())[1:SHOWN]
-        ]
-        if len(causes) > SHOWN:
-            more.append(f"and {len(causes) - SHOWN} more causes")
-        if more:
-            more.append(
-                f"{len(self.problems)} statements of {len(causes)} kinds; --ignore WORD takes a word on trust"
-            )
-        found = "\n  ".join([places[0][1] + _again(places), *more])
-        where = f"{self.name}, line {places[0][0]}" + (f", {word}" if word in KNOWN else "")
-        raise InputError(where, expected, found)
-
-    # Records
-
-    def add(self, lines, numbers, *, feed=None, rapid=None):
-        """Add records, shape (6, n), in mm; `rapid` and `feed` are those that hold unless given."""
-        count = numbers.shape[1]
-        feed, rapid = self.feed if feed is None else feed, self.rapid if rapid is None else rapid
-        self.point, self.axis = numbers[:3, -1].tolist(), numbers[3:, -1].tolist()
-        if self.system is not None:
-            numbers = _placed(self.system, self.first_system, numbers)
-        rapid = np.broadcast_to(rapid, count)
-        self.runs.append((lines, numbers, np.where(rapid, math.nan, feed), rapid))
-        self.count += count
-        self.rapid = False
-
-    def records(self):
-        """Return points and axes, shape (3, n), feeds, rapid and lines.
-
-        Refuses the file if anything in it is wrong, and says all that is.
-        """
-        if not self.runs:
-            self.refuse_problems()
-            raise InputError(self.name, "at least one GOTO", "none")
-        lines, numbers, feeds, rapid = (
-            np.concatenate(columns, axis=-1) for columns in zip(*self.runs, strict=True)
-        )
-        points, axes = numbers[:3], numbers[3:]
-        with np.errstate(over="ignore"):
-            length = np.linalg.norm(axes, axis=0)
-        for record in np.flatnonzero(~(np.abs(length - 1) <= UNIT_TOLERANCE)).tolist():
-            shown = ", ".join(f"{value:g}" for value in axes[:, record])
-            found = f"({shown}) of length {length[record]:.6g}"
-            self.problem(int(lines[record]), "GOTO", f"a unit tool axis (to {UNIT_TOLERANCE})", found)
-        self.refuse_problems()
-        return points, axes / length, feeds, rapid, lines
-
-    def go(self, line, point, axis, *, feed=None, rapid=None):
-        self.add([line], np.array([[*point, *axis]], dtype=float).T, feed=feed, rapid=rapid)
 
     # Moves
 
     def goto(self, line, words, statement):
         values = self.numbers(words)
         if len(values) not in (3, 6):
-            raise _Wrong("3 or 6 numbers", f"{len(values)}")
+            raise Wrong("3 or 6 numbers", f"{len(values)}")
         point, axis = [value * self.scale for value in values[:3]], values[3:] or self.axis
         if self.incremental:
             point = self.shifted(point)
@@ -316,7 +177,7 @@ class Statements:
             return
         if arc_before is not None and self.may_go_on(point, *arc_before):
             found = "a point on the circle before it, to which the arc may go on or a line lead"
-            raise _Wrong("an arc of one GOTO (let Creo write no points on arcs, or points only)", found)
+            raise Wrong("an arc of one GOTO (let Creo write no points on arcs, or points only)", found)
         if self.cycle is not None:
             self.drill(line, point, axis)
             return
@@ -327,18 +188,18 @@ class Statements:
         if len(values) == 1:  # along the tool axis
             values = [values[0] * component for component in self.axis]
         if len(values) != 3:
-            raise _Wrong("GODLTA/ 1 or 3 numbers", f"{len(values)}")
+            raise Wrong("GODLTA/ 1 or 3 numbers", f"{len(values)}")
         self.go(line, self.shifted(values), self.axis)
 
     def shifted(self, values):
         if self.point is None:
-            raise _Wrong("FROM or GOTO before an incremental move", "none")
+            raise Wrong("FROM or GOTO before an incremental move", "none")
         return [before + value for before, value in zip(self.point, values, strict=True)]
 
     def from_(self, line, words, statement):
         values = self.numbers(words)
         if len(values) not in (3, 6):
-            raise _Wrong("3 or 6 numbers", f"{len(values)}")
+            raise Wrong("3 or 6 numbers", f"{len(values)}")
         self.point, self.axis = [value * self.scale for value in values[:3]], values[3:] or self.axis
         self.home = self.point, self.axis
         self.remarks.append((self.count, statement))
@@ -346,30 +207,30 @@ class Statements:
     def gohome(self, line, words, statement):
         values = self.numbers(words)
         if len(values) not in (0, 3, 6):
-            raise _Wrong("GOHOME, or GOHOME/ with 3 or 6 numbers", ",".join(words))
+            raise Wrong("GOHOME, or GOHOME/ with 3 or 6 numbers", ",".join(words))
         if not values and self.home is None:
-            raise _Wrong("FROM before GOHOME: nothing else says where home is", "none")
+            raise Wrong("FROM before GOHOME: nothing else says where home is", "none")
         point, axis = [value * self.scale for value in values[:3]], values[3:] or self.axis
         self.go(line, *((point, axis) if values else self.home), rapid=True)
 
     def tlaxis(self, line, words, statement):
         values = self.numbers(words)
         if len(values) != 3:
-            raise _Wrong("TLAXIS/ 3 numbers", f"{len(values)}")
+            raise Wrong("TLAXIS/ 3 numbers", f"{len(values)}")
         if not abs(math.hypot(*values) - 1) <= UNIT_TOLERANCE:
-            raise _Wrong(f"a unit tool axis (to {UNIT_TOLERANCE})", f"length {math.hypot(*values):.6g}")
+            raise Wrong(f"a unit tool axis (to {UNIT_TOLERANCE})", f"length {math.hypot(*values):.6g}")
         self.axis = values
 
     def mode(self, line, words, statement):
         if statement.upper().startswith("SET"):
             words = words[1:] if words[:1] == ["MODE"] else ["?"]
         if words not in (["INCR"], ["ABSOL"]):
-            raise _Wrong("INCR or ABSOL", repr(statement[:40]))
+            raise Wrong("INCR or ABSOL", repr(statement[:40]))
         self.incremental = words == ["INCR"]
 
     def rapid_(self, line, words, statement):
         if words:  # such as MODAL, or a feed that the control does not take from the program
-            raise _Wrong("RAPID, or RAPID/ and nothing", repr(statement[:40]))
+            raise Wrong("RAPID, or RAPID/ and nothing", repr(statement[:40]))
         self.rapid = True
 
     def circle(self, line, words, statement):
@@ -379,19 +240,19 @@ class Statements:
         none, and both turn right-handed.
         """
         if "TIMES" in words:
-            raise _Wrong("an arc of less than a turn (let NX write a helix as lines)", "TIMES: a helix")
+            raise Wrong("an arc of less than a turn (let NX write a helix as lines)", "TIMES: a helix")
         turned = {"COUNTERCLOCKWISE": 1, "CCLW": 1, "CLOCKWISE": -1, "CLW": -1}.get(words[-1] if words else "")
         values = self.numbers(words[:-1] if turned else words)
         if len(values) not in (6, 7, 11):
-            raise _Wrong("CIRCLE/ 6, 7 or 11 numbers: centre, axis, radius …", f"{len(values)}")
+            raise Wrong("CIRCLE/ 6, 7 or 11 numbers: centre, axis, radius …", f"{len(values)}")
         if self.point is None or self.incremental or self.cycle:
-            raise _Wrong("CIRCLE after a move, in absolute coordinates and outside a cycle", repr(statement[:40]))
+            raise Wrong("CIRCLE after a move, in absolute coordinates and outside a cycle", repr(statement[:40]))
         centre = [value * self.scale for value in values[:3]]
         sign = turned or (-1 if len(values) == 11 else 1)
         self.circle_ = centre, [sign * value for value in values[3:6]], len(values) == 7
         radius = math.dist(*(np.cross(values[3:6], each) for each in (self.point, centre)))
         if len(values) > 6 and abs(radius - values[6] * self.scale) > 0.02:
-            raise _Wrong(f"a start {values[6] * self.scale:g} mm from the centre", f"{radius:.4f}")
+            raise Wrong(f"a start {values[6] * self.scale:g} mm from the centre", f"{radius:.4f}")
 
     def may_go_on(self, point, centre, normal):
         """Whether a point is on the circle of the arc that ended, and a chord to it would not do."""
@@ -403,7 +264,7 @@ class Statements:
     def indirv(self, line, words, statement):
         self.tangent = self.numbers(words)
         if len(self.tangent) != 3:
-            raise _Wrong("INDIRV/ 3 numbers", f"{len(self.tangent)}")
+            raise Wrong("INDIRV/ 3 numbers", f"{len(self.tangent)}")
 
     def tlon(self, line, words, statement):
         """CATIA's arcs: from where the tool is, in the direction of INDIRV, to a line from the centre."""
@@ -411,18 +272,18 @@ class Statements:
         sizes = {name: len(values) for name, values in found.items()}
         tangent, self.tangent = self.tangent, None
         if self.point is None or tangent is None:
-            raise _Wrong("a move and INDIRV before TLON,GOFWD", "none")
+            raise Wrong("a move and INDIRV before TLON,GOFWD", "none")
         if sizes == {"CIRCLE": 4, "LINE": 6}:  # a circle in a plane Z
             values, axis, end = found["CIRCLE"], [0.0, 0.0, 1.0], found["LINE"][3:]
         elif sizes == {"CYLNDR": 7, "POINT": 3}:
             values, axis, end = found["CYLNDR"], found["CYLNDR"][3:6], found["POINT"]
         else:
-            raise _Wrong("(CIRCLE/x,y,z,r),ON,(LINE/…) or (CYLNDR/…),ON,(PLANE/…)", repr(statement[:60]))
+            raise Wrong("(CIRCLE/x,y,z,r),ON,(LINE/…) or (CYLNDR/…),ON,(PLANE/…)", repr(statement[:60]))
         centre, end = (np.array(each[:3]) * self.scale for each in (values, end))
         start, normal = np.array(self.point), np.array(axis)
         spoke = end - centre - (end - centre) @ normal * normal
         if not np.linalg.norm(spoke):
-            raise _Wrong("an end off the centre of the arc", "the centre")
+            raise Wrong("an end off the centre of the arc", "the centre")
         height = (start - centre) @ normal
         end = centre + spoke * values[-1] * self.scale / np.linalg.norm(spoke) + height * normal
         ahead = np.cross(normal, start - centre) @ tangent
@@ -431,9 +292,9 @@ class Statements:
     def sweep(self, line, point, axis, centre, normal):
         """Add an arc as chords."""
         if self.rapid:
-            raise _Wrong("an arc at a feed", "RAPID")
+            raise Wrong("an arc at a feed", "RAPID")
         if not np.allclose(axis, self.axis, atol=1e-6):
-            raise _Wrong("a tool axis that stands still on an arc", "one that turns")
+            raise Wrong("a tool axis that stands still on an arc", "one that turns")
         points = arc(self.point, point, centre, normal, self.tolerance)
         numbers = np.concatenate([points.T, np.repeat(np.transpose([axis]), len(points), axis=1)])
         self.add(np.full(len(points), line), numbers)
@@ -445,14 +306,14 @@ class Statements:
         kind, words = (words[0], words[1:]) if words else ("", [])
         if kind in ("OFF", "CLEAR", "INIT", "ON"):
             if kind == "ON" and self.cycle is None:
-                raise _Wrong("a cycle before CYCLE/ON", "none")
+                raise Wrong("a cycle before CYCLE/ON", "none")
             self.cycle = None if kind != "ON" else self.cycle
             return
         if kind == "DRILL" and words[:1] in (["DEEP"], ["BRKCHP"]):  # NX
             kind, words = words[0], words[1:]
         kinds = "DRILL SPOT FACE CSINK CBORE DEEP DEEP2 BRKCHP BORE REAM TAP".split()
         if kind not in kinds:
-            raise _Wrong(f"CYCLE/{', '.join(kinds)} or OFF", repr(statement[:40]))
+            raise Wrong(f"CYCLE/{', '.join(kinds)} or OFF", repr(statement[:40]))
         given = {"feed": None}
         keys = {"FEDTO": "depth", "DEPTH": "depth", "RAPTO": "clearance", "CLEAR": "clearance", "RTRCTO": "retract"}
         keys |= {"1STPECK": "first", "SUBPECK": "following", "STEP": "following", "INCR": "following"}
@@ -464,7 +325,7 @@ class Statements:
             if word in keys and words[:1] == ["AUTO"]:
                 continue
             if word not in keys and word not in FEED_UNITS:
-                raise _Wrong(f"one of {', '.join([*keys, *FEED_UNITS])} in a cycle", repr(word))
+                raise Wrong(f"one of {', '.join([*keys, *FEED_UNITS])} in a cycle", repr(word))
             value, words = self.number(words[0] if words else ""), words[1:]
             if word in FEED_UNITS:
                 given["feed"] = self.per_minute(value, word)
@@ -472,17 +333,17 @@ class Statements:
                 given[keys[word]] = value * (1.0 if word == "DWELL" else self.scale)
         feed = given.pop("feed")
         if not (self.feed if feed is None else feed) >= LEAST_FEED:
-            raise _Wrong("a feed in the cycle or before it", "none")
+            raise Wrong("a feed in the cycle or before it", "none")
         if "depth" not in given or not given.get("clearance", 0) > 0:
-            raise _Wrong("a depth (FEDTO or DEPTH) and a clearance (RAPTO or CLEAR)", repr(statement[:60]))
+            raise Wrong("a depth (FEDTO or DEPTH) and a clearance (RAPTO or CLEAR)", repr(statement[:60]))
         given["depth"] = abs(given["depth"])  # NX counts upwards, SolidWorks and Creo downwards
         if kind == "BRKCHP":
             given["out"] = 0.5
         if kind == "TAP" and (self.turns is None or self.turning not in ("CLW", "CCLW")):
-            raise _Wrong("a turning spindle before CYCLE/TAP", "none")
+            raise Wrong("a turning spindle before CYCLE/TAP", "none")
         self.cycle = Cycle(kind, feed=self.feed if feed is None else feed, **given)
         if self.incremental:
-            raise _Wrong("a cycle in absolute coordinates", "MODE/INCR")
+            raise Wrong("a cycle in absolute coordinates", "MODE/INCR")
 
     def drill(self, line, point, axis):
         """Add the moves of a hole."""
@@ -510,14 +371,14 @@ class Statements:
     def units(self, line, words, statement):
         scales = {"MM": 1.0, "CM": 10.0, "INCH": MM_PER_INCH, "INCHES": MM_PER_INCH, "IN": MM_PER_INCH}
         if len(words) != 1 or words[0] not in scales:
-            raise _Wrong("UNITS/MM or UNITS/INCH", ",".join(words) or "nothing")
+            raise Wrong("UNITS/MM or UNITS/INCH", ",".join(words) or "nothing")
         self.scale, self.units_stated = scales[words[0]], True
 
     def msys(self, line, words, statement):
         """NX: the origin of the coordinate system, its X and its Y."""
         values = self.numbers(words)
         if len(values) != 9:
-            raise _Wrong("MSYS/ 9 numbers: origin, X axis, Y axis", f"{len(values)}")
+            raise Wrong("MSYS/ 9 numbers: origin, X axis, Y axis", f"{len(values)}")
         x, y = np.array(values[3:6]), np.array(values[6:])
         self.use_system(np.array(values[:3]), np.column_stack([x, y, np.cross(x, y)]))
 
@@ -525,18 +386,18 @@ class Statements:
         """The rows of a matrix of 3 by 4 that takes the coordinates to those of the part."""
         values = self.numbers(words)
         if len(values) != 12:
-            raise _Wrong("CSYS/ 12 numbers", f"{len(values)}")
+            raise Wrong("CSYS/ 12 numbers", f"{len(values)}")
         rows = np.reshape(values, (3, 4))
         self.use_system(rows[:, 3], rows[:, :3])
 
     def use_system(self, origin, rotation):
         """Records go on in another system; all of them are brought into the first."""
         if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) or np.linalg.det(rotation) < 0:
-            raise _Wrong("right-handed axes at right angles", str(rotation.round(6).tolist()))
+            raise Wrong("right-handed axes at right angles", str(rotation.round(6).tolist()))
         system = origin * self.scale, rotation
         if self.first_system is None:
             if self.count:
-                raise _Wrong("the first coordinate system before the first move", "moves before it")
+                raise Wrong("the first coordinate system before the first move", "moves before it")
             self.first_system = system
         same = all(np.allclose(one, other, atol=1e-9) for one, other in zip(system, self.first_system, strict=True))
         if not same:
@@ -548,7 +409,7 @@ class Statements:
 
     def trntyp(self, line, words, statement):
         if words[:1] != ["WORLD"] or any(self.numbers(words[1:])):
-            raise _Wrong("TRNTYP/WORLD,0,0,0, which changes nothing", repr(statement[:40]))
+            raise Wrong("TRNTYP/WORLD,0,0,0, which changes nothing", repr(statement[:40]))
         self.remarks.append((self.count, statement))
 
     # Feeds, and what the control shall do
@@ -560,20 +421,20 @@ class Statements:
             return
         values = [word for word in words if word not in FEED_UNITS]
         if len(values) != 1 or len(units) > 1:
-            raise _Wrong("FEDRAT/ a number and MMPM, IPM, MMPR or IPR", ",".join(words) or "nothing")
+            raise Wrong("FEDRAT/ a number and MMPM, IPM, MMPR or IPR", ",".join(words) or "nothing")
         value = self.number(values[0])
         feed = self.per_minute(value, units[0] if units else "PERMIN")
         if feed < LEAST_FEED:
-            raise _Wrong(f"a feed above 0, at least {LEAST_FEED:g} mm/min", f"{value:g}")
+            raise Wrong(f"a feed above 0, at least {LEAST_FEED:g} mm/min", f"{value:g}")
         self.feed = feed
 
     def per_minute(self, value, unit):
         """Return a feed in mm/min."""
         if unit in ("IPM", "IPR") and not self.units_stated:
-            raise _Wrong("UNITS/MM or UNITS/INCH before a feed in inches: the points may be inches, too", "none")
+            raise Wrong("UNITS/MM or UNITS/INCH before a feed in inches: the points may be inches, too", "none")
         if unit in PER_TURN:
             if not self.turns:
-                raise _Wrong("SPINDL with turns per minute before a feed per turn", "none")
+                raise Wrong("SPINDL with turns per minute before a feed per turn", "none")
             value *= self.turns
         return value * (self.scale if FEED_UNITS[unit] is None else FEED_UNITS[unit])
 
@@ -582,24 +443,24 @@ class Statements:
 
     def load(self, line, words, statement):
         if words[:1] != ["TOOL"]:
-            raise _Wrong("LOAD/TOOL, and a number", repr(statement[:40]))
+            raise Wrong("LOAD/TOOL, and a number", repr(statement[:40]))
         self.loadtl(line, words[1:], statement)
 
     def loadtl(self, line, words, statement):
         if self.cycle is not None:
-            raise _Wrong("CYCLE/OFF before the tool is changed", "a cycle that holds")
+            raise Wrong("CYCLE/OFF before the tool is changed", "a cycle that holds")
         number = self.number(words[0] if words else "")
         if number != int(number) or not 0 <= number <= 99_999_999:
-            raise _Wrong("the number of a tool", words[0])
+            raise Wrong("the number of a tool", words[0])
         length, words = None, words[1:]
         while words:
             word, words = words[0], words[1:]
             if word == "LENGTH":
                 length, words = self.number(words[0] if words else "") * self.scale, words[1:]
                 if length < 0:
-                    raise _Wrong("a tool length, not negative", f"{length:g}")
+                    raise Wrong("a tool length, not negative", f"{length:g}")
             elif REAL.fullmatch(word) and (not word.isdigit() or int(word) > 99):
-                raise _Wrong("the word LENGTH before a length; registers are whole numbers up to 99", word)
+                raise Wrong("the word LENGTH before a length; registers are whole numbers up to 99", word)
         if length is not None:  # in mm, whatever the file is in
             statement = f"LOADTL/{int(number)},LENGTH,{length:g}"
         self.command("tool", int(number), length, statement=statement)
@@ -608,9 +469,9 @@ class Statements:
         numbers = [word for word in words if REAL.fullmatch(word)]
         known = {"RPM", "CLW", "CCLW", "CCW", "ON", "OFF", "STOP"}
         if strange := [word for word in words if word not in numbers and word not in known]:
-            raise _Wrong("SPINDL/ a number, RPM, CLW or CCLW, ON or OFF", repr(strange[0]))
+            raise Wrong("SPINDL/ a number, RPM, CLW or CCLW, ON or OFF", repr(strange[0]))
         if len(numbers) > 1 or not words:
-            raise _Wrong("SPINDL/ one number", f"{len(numbers)}")
+            raise Wrong("SPINDL/ one number", f"{len(numbers)}")
         off = "OFF" in words or "STOP" in words
         self.turns = self.number(numbers[0]) if numbers else self.turns
         self.turning = "OFF" if off else "CCLW" if {"CCLW", "CCW"} & set(words) else "CLW"
@@ -619,7 +480,7 @@ class Statements:
     def coolnt(self, line, words, statement):
         kind = {"ON": "FLOOD", "FLOOD": "FLOOD", "MIST": "MIST", "OFF": "OFF"}.get(words[0] if words else "")
         if kind is None:
-            raise _Wrong("COOLNT/ON, FLOOD, MIST or OFF", repr(statement[:40]))
+            raise Wrong("COOLNT/ON, FLOOD, MIST or OFF", repr(statement[:40]))
         self.command("coolant", kind, statement=statement)
 
     def cutcom(self, line, words, statement):
@@ -629,7 +490,7 @@ class Statements:
         elif side in ("LEFT", "RIGHT", "OFF"):
             self.command("compensation", side, statement=statement)
         else:
-            raise _Wrong("CUTCOM/LEFT, RIGHT, ON or OFF", repr(statement[:40]))
+            raise Wrong("CUTCOM/LEFT, RIGHT, ON or OFF", repr(statement[:40]))
 
     def stop(self, line, words, statement):
         self.command("optional stop" if statement.upper().startswith("OP") else "stop", statement=statement)
@@ -637,46 +498,10 @@ class Statements:
     def delay(self, line, words, statement):
         turns = words[1:] == ["REV"]
         if len(words) != 1 + turns:
-            raise _Wrong("DELAY/ seconds, or DELAY/ turns,REV", repr(statement[:40]))
+            raise Wrong("DELAY/ seconds, or DELAY/ turns,REV", repr(statement[:40]))
         seconds = self.number(words[0])
         if turns:
             if not self.turns:
-                raise _Wrong("SPINDL with turns per minute before a delay in turns", "none")
+                raise Wrong("SPINDL with turns per minute before a delay in turns", "none")
             seconds *= 60 / self.turns
         self.command("dwell", seconds, statement=statement)
-
-    # Numbers
-
-    def numbers(self, words):
-        return [self.number(word) for word in words]
-
-    def number(self, word):
-        if not REAL.fullmatch(word.strip()):
-            raise _Wrong("a number", repr(word.strip()))
-        value = float(word)
-        if not abs(value) < LARGEST:
-            raise _Wrong(f"a finite number below {LARGEST:g}", word.strip())
-        return value
-
-
-class _Wrong(Exception):
-    """What is expected in a statement, and what is found."""
-
-
-def _decodes(content, encoding):
-    try:
-        content.decode(encoding, "surrogatepass" if encoding == "utf-8" else "strict")
-    except UnicodeDecodeError:
-        return False
-    return True
-
-
-def _again(places):
-    return f" ({len(places)} times, up to line {places[-1][0]})" if len(places) > 1 else ""
-
-
-def _placed(system, first, numbers):
-    """Records, shape (6, n), in the first of two coordinate systems."""
-    (origin, rotation), (first_origin, first_rotation) = system, first
-    points = first_rotation.T @ (rotation @ numbers[:3] + (origin - first_origin)[:, None])
-    return np.concatenate([points, first_rotation.T @ (rotation @ numbers[3:])])

@@ -81,8 +81,9 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     control, name = control_for(machine, dialect), re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
     rows = len(blocks.words)
     between, changes, switches = _between(control, machine, blocks)
-    between[0][:0] = [line.format(name=name) for line in control.head]
-    between[rows] += [control.tcp_off] * blocks.tcp + [line.format(name=name) for line in control.foot]
+    between[0][:0] = [line.replace("{name}", name) for line in (*control.head, *machine.program_head)]
+    foot = [line.replace("{name}", name) for line in (*machine.program_foot, *control.foot)]
+    between[rows] += [control.tcp_off] * blocks.tcp + foot
     places = np.array(list(between))
     # Numbered are the moves, and the lines before each.
     numbered = np.zeros(rows + 1, int)
@@ -121,9 +122,13 @@ def _between(control, machine, blocks):
         lines, kind = between.setdefault(row, []), _kind(remark)
         if kind == "tool":
             tool = remark.values[0]
-            lines += [control.tcp_off] * tcp + control.lines(remark)
-            if machine.programmed_point == "tip" and not blocks.tcp:
-                lines += [line.format(tool) for line in control.words.get("tip", ())]
+            lines += [control.tcp_off] * tcp
+            if machine.tool_change:
+                lines += [line.replace("{tool}", str(tool)) for line in machine.tool_change]
+            else:
+                lines += control.lines(remark)
+                if machine.programmed_point == "tip" and not blocks.tcp:
+                    lines += [line.format(tool) for line in control.words.get("tip", ())]
             changes, tcp = [*changes, row], False
         elif kind == "compensation":
             word = control.words[remark.kind, remark.values[0]].format(tool=tool)
@@ -271,6 +276,8 @@ class _Lines:
         self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})")
         self.codes = re.compile(self.control.codes + r"(?![\d.])")
         self.plain = _plain(self.control, self.names)
+        self.passed_over = _templates((*machine.program_head, *machine.program_foot))
+        self.tool_change = _templates(machine.tool_change)
         self.line, self.position, self.feed = 1, [None] * 5, None
         self.rapid, self.inverse, self.tcp = False, False, False
         self.moves_tcp = None  # whether the moves so far were with TCP
@@ -332,6 +339,11 @@ class _Lines:
             body = "" if re.fullmatch(r"(BEGIN|END) PGM \w+ MM", body) else re.sub(r"^L(\s+|$)", "", body)
         else:
             body = "" if body == "%" else re.sub(r"^N\d+\s*", "", body)
+        template = re.sub(r"^N?\d+\s*", "", line.strip())
+        if self.tool_change.fullmatch(template):  # the machine goes where its tools are
+            body, self.position, self.feed = "", [None] * 5, None
+        elif self.passed_over.fullmatch(template):
+            body = ""
         feed, seconds, position, rapid = None, np.nan, [None] * 5, False
         while body:
             if match := self.axis.match(body):
@@ -399,6 +411,13 @@ class _Lines:
 
     def error(self, expected, found):
         return InputError(f"{self.name}, line {self.line}", expected, found)
+
+
+def _templates(lines):
+    """An expression that the lines of the machine file fit, whatever name and tool stand in them."""
+    escaped = (re.escape(line.strip()) for line in lines)
+    fields = (line.replace(r"\{name\}", r"\w+").replace(r"\{tool\}", r"\d+") for line in escaped)
+    return re.compile("|".join(fields) or r"(?!)")
 
 
 @cache

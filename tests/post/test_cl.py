@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from mathpost.errors import InputError
 from mathpost.post import cl as cldata
-from mathpost.post import cl_words
+from mathpost.post import cl_lines, cl_words
 from mathpost.post.cl_words import Command
 from tests.conftest import DATA, machine_code
 
@@ -190,7 +190,7 @@ def test_records_read_together_are_read_as_one_by_one(text):
     outcomes = set()
     for used, block in ((True, 2**17), (False, 2**17), (True, 300), (True, 1500), (False, 1)):
         with machine_code(used) as patch:
-            patch.setattr(cl_words, "BLOCK", block)
+            patch.setattr(cl_lines, "BLOCK", block)
             outcomes.add(outcome(lambda: fields(cldata.parse(text))))
     assert len(outcomes) == 1
 

@@ -534,3 +534,24 @@ def test_a_broken_feed_is_rounded_down(feed):
     cl = read(f"FEDRAT/{feed:.6f},MMPM\nGOTO/0,0,0\nGOTO/10,0,0")
     printed = run(cl, TABLE).blocks.feeds[1]
     assert feed - 0.001 <= printed <= feed
+
+
+PROGRAM = {
+    "heidenhain": (["L Z+0 R0 FMAX M91"], ["L Z+0 R0 FMAX M91", "M30"], ["L M91 Z+0", "TOOL CALL {tool} Z S500"]),
+    "fanuc": (["G54", "(HEAD OF {name})"], ["M5", "G91 G28 Z0", "G90"], ["G91 G28 Z0", "G90 T{tool} M6"]),
+    "siemens": (["G54 ; {name}"], ["SUPA Z0"], ['T="MILL_{tool}" D1', "M6"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("dialect", PROGRAM)
+def test_head_foot_and_tool_change_of_the_machine_file(dialect):
+    head, foot, change = PROGRAM[dialect]
+    data = replace(TABLE, program_head=tuple(head), program_foot=tuple(foot), tool_change=tuple(change))
+    text = run(
+        read("LOADTL/3\nGOTO/0,0,0\nGOTO/9,0,0\nLOADTL/4\nGOTO/9,0,0"), data, dialect=dialect, name="part"
+    ).program
+    lines = [line.split(" ", 1)[-1] if line[0] in "N0123456789" else line for line in text.splitlines()]
+    expected = [(line, "") for line in head] + [(line, tool) for tool in "34" for line in change]
+    at = 0  # all of them, in this order
+    for line, tool in expected + [(line, "") for line in foot]:
+        at = 1 + lines.index(line.replace("{name}", "PART").replace("{tool}", tool), at)
