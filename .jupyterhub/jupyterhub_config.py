@@ -4,12 +4,15 @@ Everything of the class is in one folder, `class` at the top of the course or th
 students.txt and teachers.txt (a name a line), homes/NAME with each student's work, hub/ with passwords and state.
 """
 
+import dbm
 import os
 import re
 import stat
 import sys
 from importlib.util import find_spec
 from pathlib import Path
+
+from firstuseauthenticator import FirstUseAuthenticator
 
 from mathpost.errors import InputError, read_text
 
@@ -62,6 +65,23 @@ def own_home(spawner):
         spawner.popen_kwargs = {"user": uid, "group": uid, "extra_groups": [], "umask": 0o077}
 
 
+class Listed(FirstUseAuthenticator):
+    """Students choose a password when they first log in; a teacher's is set beforehand, by password.py.
+
+    Nobody is the hub's admin: an admin's browser that opens a student's page could be made to act for it.
+    """
+
+    async def authenticate(self, handler, data):
+        name = self.normalize_username(data["username"])
+        if name in teachers:
+            with dbm.open(self.dbm_path, "c", 0o600) as passwords:
+                if name.encode() not in passwords:
+                    handler.custom_login_error = "A teacher's password is set on the server first: password.py"
+                    return None
+        name = await super().authenticate(handler, data)
+        return name and {"name": name, "admin": False}
+
+
 teachers = names(CLASS / "teachers.txt")
 HOMES.mkdir(exist_ok=True)
 HUB.mkdir(mode=0o700, exist_ok=True)
@@ -85,11 +105,17 @@ c.JupyterHub.template_vars = {
     "announcement_login": "The first time, the password that you type becomes yours: at least 8 characters.",
 }
 
-c.JupyterHub.authenticator_class = "firstuseauthenticator.FirstUseAuthenticator"
-c.FirstUseAuthenticator.dbm_path = str(HUB / "passwords")
-c.FirstUseAuthenticator.min_password_length = 8
-c.FirstUseAuthenticator.create_users = False
-c.Authenticator.admin_users = teachers
+c.JupyterHub.authenticator_class = Listed
+c.Listed.dbm_path = str(HUB / "passwords")
+c.Listed.min_password_length = 8
+c.Listed.create_users = False
+c.JupyterHub.load_roles = [
+    {
+        "name": "teacher",  # sees who is there, starts and stops servers; opens nobody's
+        "scopes": ["admin-ui", "list:users", "read:users", "servers", "read:hub"],
+        "users": sorted(teachers),
+    }
+]
 c.Authenticator.allowed_users = names(CLASS / "students.txt") | teachers
 c.Authenticator.allow_existing_users = False  # who is struck off the list is out at the next start
 
@@ -106,3 +132,6 @@ if os.getuid() == 0 and not SEPARATE:
     c.Spawner.args.append("--allow-root")
 c.Spawner.default_url = "/lab/tree/mathpost/notebooks/00_start_here.ipynb"
 c.Spawner.mem_limit = "1G"  # for each process of a server; student.py enforces it
+c.Spawner.environment = {"MATHPOST_FILE": str(2**30)}  # bytes of one file
+if SEPARATE:  # the system counts by account
+    c.Spawner.environment["MATHPOST_PROCESSES"] = "256"  # with their threads, of all servers of a student

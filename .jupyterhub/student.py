@@ -57,11 +57,19 @@ def hand_out(course, copy):
     return news
 
 
-def limit_memory(size):
-    """Let no process of this server hold more than `size` bytes; a greedy cell then raises MemoryError."""
+def limit(**sizes):
+    """Bound this server and all that it starts; none of them can lift it again.
+
+    Parameters
+    ----------
+    **sizes
+        ``DATA``: bytes that a process may hold; a greedy cell then raises MemoryError. ``NPROC``: processes and
+        threads of the account. ``FSIZE``: bytes of a file.
+    """
     import resource
 
-    resource.setrlimit(resource.RLIMIT_DATA, (size, size))
+    for name, size in sizes.items():
+        resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (size, size))
 
 
 def _files(course):
@@ -117,7 +125,8 @@ def main(arguments):
             print(f"course {happened}: {name}", file=sys.stderr)
     if "MEM_LIMIT" in os.environ:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # every thread reserves a buffer of its own
-        limit_memory(int(os.environ["MEM_LIMIT"]))
+    said = {"DATA": "MEM_LIMIT", "NPROC": "MATHPOST_PROCESSES", "FSIZE": "MATHPOST_FILE"}
+    limit(**{name: int(os.environ[key]) for name, key in said.items() if key in os.environ})
     os.chdir(Path.home())
     os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
     os.execv(sys.executable, [sys.executable, "-m", "jupyterhub.singleuser", *arguments])

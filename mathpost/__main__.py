@@ -37,6 +37,8 @@ def main(arguments=None):
     _add_show(commands)
     _add_explain(commands)
     _add_lessons(commands)
+    _add_grade(commands)
+    _add_assign(commands)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     if arguments is None:
         signal.signal(signal.SIGTERM, _stopped)
@@ -332,6 +334,70 @@ def _rerun(options):
         print(f"{path}: {len(changes)} changed" if changes else f"{path}: as before")
         print(*changes, sep="\n", end="\n" * bool(changes))
     return int(bool(changed) and not options.accept)
+
+
+def _add_grade(commands):
+    grade = commands.add_parser(
+        "grade", help="a class's notebooks and workbooks: marks, mix-ups, what needs a look"
+    )
+    grade.set_defaults(run=_grade)
+    grade.add_argument("folder", type=Path, metavar="FOLDER", help="what was handed in, or a zip of it")
+    grade.add_argument("-o", "--output", type=Path, metavar="REPORT", required=True, help="writes .html and .csv")
+    grade.add_argument("--rules", type=Path, metavar="FILE", help="points, weights and who should hand in, TOML")
+    grade.add_argument("--lessons", type=Path, metavar="FOLDER", help="what was handed out (default: the course)")
+    grade.add_argument("--language", choices=("en", "zh"), default="en")
+    grade.add_argument("--rerun", action="store_true", help="run the notebooks, too, in a bounded place")
+
+
+def _grade(options):
+    """Write the report; 1 if something was not read or a verdict does not fit its answer."""
+    from mathpost.course import grade, grade_page
+    from mathpost.course.rerun import Place
+
+    rules = grade.read_rules(options.rules) if options.rules else None
+    place = Place() if options.rerun else None
+    graded = grade.grade(options.folder, rules, lessons=options.lessons, rerun=place, progress=_step)
+    graded.notes += place.open if place else ["No notebook was run."]
+    for note in graded.notes:
+        print(note, file=sys.stderr)
+    report = options.output
+    report = report.with_suffix("") if report.suffix in (".html", ".csv") else report
+    page, table = report.with_name(f"{report.name}.html"), report.with_name(f"{report.name}.csv")
+    write_text(page, grade_page.to_html(graded, options.language))
+    write_text(table, grade_page.to_csv(graded, options.language))
+    print(f"{len(graded.results)} students: {page}, {table}")
+    found = [(each.name, *trouble) for each in graded.results for trouble in each.trouble]
+    found += [(each.name, name, "edited") for each in graded.results for name in each.edited]
+    for name, what, why in found:
+        print(f"{name}: {what}{': ' * bool(what)}{why}", file=sys.stderr)
+    return int(bool(found))
+
+
+def _add_assign(commands):
+    assign = commands.add_parser("assign", help="lessons for students, without solutions")
+    assign.set_defaults(run=_assign)
+    assign.add_argument("lessons", type=Path, metavar="LESSONS", help="a notebook, or a folder of notebooks")
+    assign.add_argument("-o", "--output", type=Path, metavar="FOLDER", required=True)
+
+
+def _assign(options):
+    """Write the copies, and say what they do not hide."""
+    from mathpost.course import assign
+
+    for path, names in assign.assign(options.lessons, options.output).items():
+        print(f"{path}: {', '.join(names) or 'no exercises'}")
+    print("The numbers of these exercises are the same for all.", file=sys.stderr)
+    print("The package holds the solutions of its own exercises: who has it can read them.", file=sys.stderr)
+    return 0
+
+
+def _step(done, total, name):
+    """A bar on a terminal, a line now and then in a log."""
+    if sys.stderr.isatty():
+        bar = "█" * (30 * done // total)
+        print(f"\r{bar:30s} {done}/{total} {name[:40]:40s}", end="\n" * (done == total), file=sys.stderr)
+    elif done % 20 == 0 or done == total:
+        print(f"{done}/{total} {name}", file=sys.stderr)
 
 
 if __name__ == "__main__":

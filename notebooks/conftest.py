@@ -80,5 +80,5 @@ def _collect(file, cells=IPyNbFile.collect):
 
 
 _sanitize = IPyNbCell.sanitize
-IPyNbCell.sanitize = lambda cell, text: TolerantText(without_views(_sanitize(cell, text)))
+IPyNbCell.sanitize = lambda cell, text: TolerantText(without_views(str(_sanitize(cell, text))))
 IPyNbFile.collect = _collect

@@ -16,6 +16,7 @@ from mathpost.course import machine_page, view_machine
 from mathpost.errors import write_text
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl
+from tests.benchmarks.live import MEASURE
 from tests.conftest import DATA, ROOT
 
 CHROMIUM = Path("/usr/bin/chromium")
@@ -198,6 +199,15 @@ class Live:
         box.fill(str(value))
         box.press("Enter")
 
+    def timed(self, where):
+        """Note how long the work from a slider to the finished frame takes, and how many pictures a second."""
+        self.picture()
+        figures = self.frame.locator("body").evaluate(f"(_, count) => ({MEASURE})(count)", 30)
+        with (PICTURES / "slider_to_frame.txt").open("a") as file:
+            print(
+                where, "median {:.1f} ms, 95 of 100 {:.1f} ms, {:.0f} pictures a second".format(*figures), file=file
+            )
+
     def moves(self):
         """Whether a key on the last slider in sight changes numbers and picture."""
         before = self.said(), self.picture()
@@ -221,7 +231,7 @@ def views(page, panel):
 
 
 def test_a_lesson_that_is_not_trusted_shows_the_still_picture(page):
-    """Opened for the first time, before it is run: JupyterLab takes the scripts away, and the picture stands there."""
+    """Opened for the first time, before it is run: JupyterLab takes the scripts away."""
     panel = page.evaluate(REOPEN, f"notebooks/{LIVE[0]}.ipynb")
     picture = page.locator(f"#{panel} .mathpost-live img")
     picture.scroll_into_view_if_needed()
@@ -298,9 +308,13 @@ def test_a_lesson_lives_with_a_kernel_without_one_and_says_what_its_text_says(pa
     found = lives(page.locator(f"#{panel}"))
     assert found and all(view.moves() for view in found)
     assert page.locator(".Toastify__toast").count() == 0, "nobody asks about news"
+    for view in found:
+        view.timed(f"{name}, with a kernel:")
     page.evaluate(CLOSE, panel)
     panel = page.evaluate(REOPEN, f"notebooks/{name}.ipynb")
     again = lives(page.locator(f"#{panel}"))
+    for view in again:
+        view.timed(f"{name}, without a kernel:")
     assert len(again) == len(found) and all(view.moves() for view in again), "without a kernel, too"
     assert "model not found" not in page.locator(f"#{panel}").inner_text()
     first = again[0]
@@ -348,7 +362,10 @@ def test_published_pages_move_without_a_network(offline, tmp_path):
     subprocess.run([*command, "--output-dir", tmp_path, *pages], cwd=ROOT, check=True, capture_output=True)
     for name in LIVE:
         offline.goto((tmp_path / f"{name}.html").as_uri())
-        assert all(view.moves() for view in lives(offline)) and len(lives(offline)) >= 1
+        found = lives(offline)
+        assert found and all(view.moves() for view in found)
+        for view in found:
+            view.timed(f"{name}, published, without a network:")
         formulas = offline.locator("math")
         assert (formulas.count() > 0) == (name != "00_start_here")
         assert all(formulas.nth(n).bounding_box()["height"] > 5 for n in range(min(3, formulas.count())))
@@ -394,6 +411,9 @@ def test_views_of_paths_move_too(offline, dmu50v, blade, tmp_path):
         assert float(view.said().split("tip ")[1].split()[0]) > 70  # source 002: C swings by 180° about 77 mm
         view.press("+ step")
         assert float(offline.locator("input[type=number]").input_value()) == pytest.approx(2.55)
+        view.set("record", -7)
+        assert float(offline.locator("input[type=number]").input_value()) == 1, "a walk stays on its path"
+        view.press("largest swing")
         view.press("play")
         offline.wait_for_function("document.querySelector('input[type=number]').value > 2.7")
         view.press("pause")

@@ -190,6 +190,7 @@ def configuration(folder, monkeypatch, **environment):
     """The configuration as the hub would read it."""
     from traitlets.config import PyFileConfigLoader
 
+    pytest.importorskip("firstuseauthenticator", reason="pip install -r .jupyterhub/requirements.txt")
     monkeypatch.setenv("MATHPOST_CLASS", str(folder))
     monkeypatch.setenv("PATH", os.environ["PATH"])  # the configuration adds to it
     for name, value in environment.items():
@@ -201,7 +202,9 @@ def test_the_lists_say_who_may_enter(monkeypatch):
     with class_folder(["Ada", " bob  # from the other group"]) as folder:
         config = configuration(folder, monkeypatch, MATHPOST_ONE_ACCOUNT="1")
     assert config.Authenticator.allowed_users == {"ada", "bob", "teacher"}
-    assert config.Authenticator.admin_users == {"teacher"}
+    assert "admin_users" not in config.Authenticator, "nobody is the hub's admin"
+    (role,) = config.JupyterHub.load_roles
+    assert role["users"] == ["teacher"] and not {scope for scope in role["scopes"] if "access" in scope}
     assert not config.Authenticator.allow_existing_users
 
 
@@ -264,26 +267,83 @@ def test_binder_and_the_class_install_what_the_course_installs():
         assert line == "-r ../environment.txt" and (path.parent / line.split()[1]).resolve().exists()
 
 
+def tool(name, folder, *words, said=None):
+    """Run one of the scripts beside the hub."""
+    return subprocess.run(
+        [sys.executable, str(HUB / name), *map(str, words)],
+        env=os.environ | {"MATHPOST_CLASS": str(folder)},
+        input=said,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+    )
+
+
+def owned(homes):
+    """Give homes to accounts of their own where we may."""
+    if os.getuid() == 0:
+        for number, home in enumerate(sorted(homes.iterdir())):
+            for path in (home, *home.rglob("*")):
+                os.chown(path, 200_000 + number, 200_000 + number, follow_symlinks=False)
+                if not path.is_symlink():
+                    path.chmod(0o700)
+
+
 def test_collecting_takes_what_was_asked_and_follows_no_link(tmp_path):
-    text = (HUB / "README.md").read_text(encoding="utf-8").split("## Collecting and checking")[1]
-    homes = tmp_path / "class/homes"
     handed_in = {
         "ada/mathpost/notebooks/05_mine.ipynb": "ada's",
         "bob/mathpost/notebooks/05_mine.ipynb": "bob's",
+        "bob/mathpost/notebooks/.ipynb_checkpoints/05_mine.ipynb": "an old one",
         "bob/mathpost/notebooks/06_other.ipynb": "not asked for",
-        "bob/Table 1.xlsx": "bob's workbook",
+        "bob/作业 1.xlsx": "bob's workbook",
         "bob/mathpost/data/workbooks/given.xlsx": "the course's",
     }
-    for name, content in handed_in.items():
-        (homes / name).parent.mkdir(parents=True, exist_ok=True)
-        (homes / name).write_text(content)
-    (homes / "cai/mathpost").mkdir(parents=True)
-    (homes / "cai/mathpost/notebooks").symlink_to(homes / "ada/mathpost/notebooks")
-    (homes / "cai/copied.xlsx").symlink_to(homes / "bob/Table 1.xlsx")
-    subprocess.run(["bash", "-euo", "pipefail", "-c", text.split("```")[1]], cwd=tmp_path, check=True)
-    assert visible(tmp_path / "class/collected") == {
-        name: handed_in[name] for name in handed_in if "05" in name or "Table" in name
-    }
+    with class_folder(["ada", "bob", "cai"]) as folder:
+        homes = folder / "homes"
+        for name, content in handed_in.items():
+            (homes / name).parent.mkdir(parents=True, exist_ok=True)
+            (homes / name).write_text(content)
+        (homes / "cai/mathpost").mkdir(parents=True)
+        (homes / "cai/mathpost/notebooks").symlink_to(homes / "ada/mathpost/notebooks")
+        (homes / "cai/copied.xlsx").symlink_to(homes / "bob/作业 1.xlsx")
+        os.mkfifo(homes / "cai/waits.xlsx")
+        owned(homes)
+        (homes / "eve").symlink_to(homes / "ada")
+        out = tmp_path / "collected"
+        done = tool("collect.py", folder, out, "05_*.ipynb", "*.xlsx")
+        assert not done.returncode and not done.stderr, done.stderr
+        wanted = ("ada/mathpost/notebooks/05_mine.ipynb", "bob/mathpost/notebooks/05_mine.ipynb", "bob/作业 1.xlsx")
+        assert visible(out) == {name: handed_in[name] for name in wanted}
+        assert tool("collect.py", folder, out).returncode, "never into a folder that is there"
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="only root may become a student")
+def test_who_reads_a_home_is_its_owner(tmp_path):
+    """The race cannot be won: the reader has no right to a neighbour's file, by whichever way it gets there."""
+    spec = importlib.util.spec_from_file_location("collect", HUB / "collect.py")
+    collecting = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(collecting)
+    with class_folder(["ada", "bob"]) as folder:
+        homes = folder / "homes"
+        for name in ("ada", "bob"):
+            (homes / name / "work").mkdir(parents=True)
+            (homes / name / "work/secret.ipynb").write_text(name)
+        owned(homes)
+        ada, bob = homes / "ada", (homes / "bob").lstat()
+        assert not collecting._from_home(ada, ada.lstat(), tmp_path / "own", ["*.ipynb"])
+        assert visible(tmp_path / "own") == {"work/secret.ipynb": "ada"}
+        collecting._from_home(ada, bob, tmp_path / "foreign", ["*.ipynb"])
+        assert not visible(tmp_path / "foreign")
+
+
+def test_passwords_are_set_for_names_of_the_lists_alone():
+    pytest.importorskip("bcrypt")
+    with class_folder(["ada"]) as folder:
+        assert not tool("password.py", folder, "Teacher", said="a long password\n").returncode
+        assert "not in" in tool("password.py", folder, "eve", said="a long password\n").stderr
+        assert "At least 8" in tool("password.py", folder, "ada", said="short\n").stderr
+        assert stat.S_IMODE((folder / "hub").stat().st_mode) == 0o700
+        assert not tool("password.py", folder, "teacher", "--drop").returncode
 
 
 def test_values_for_a_faculty_start_what_the_class_starts():
@@ -507,3 +567,44 @@ def test_three_students_work_apart_and_find_their_work_after_a_restart():
             for browser, notebook in zip(browsers, saved, strict=True):
                 found = [(cell["source"], cell.get("outputs")) for cell in browser.notebook()["cells"]]
                 assert found == [(cell["source"], cell.get("outputs")) for cell in notebook["cells"]]
+
+
+@pytest.mark.skipif(hub_lacks() is not None, reason=str(hub_lacks()))
+def test_threats_on_a_hub():
+    """A stranger types the teacher's name, a student's page acts for the teacher, a fork bomb, a big file."""
+    with class_folder(["ada", "bob"]) as folder, Hub(folder) as hub:
+        thief = Browser(hub, "teacher")
+        assert thief.login("I was here first") == 403, "a teacher's name cannot be taken"
+        assert not tool("password.py", folder, "teacher", said="password of teacher\n").returncode
+        assert thief.login("I was here first") == 403
+        ada, teacher = Browser(hub, "ada"), Browser(hub, "teacher")
+        assert (ada.login("password of ada"), teacher.login("password of teacher")) == (200, 200)
+        ada.start()
+
+        def api(browser, method, path, **options):
+            xsrf = next(c.value for c in browser.session.cookies if c.name == "_xsrf" and c.path == "/hub/")
+            headers = {"X-XSRFToken": xsrf, "Referer": f"{hub.url}/hub/home"} | options.pop("headers", {})
+            address = f"{hub.url}/hub/api/{path}"
+            return browser.session.request(method, address, headers=headers, timeout=PATIENCE, **options)
+
+        assert api(teacher, "GET", "users").status_code == 200, "a teacher sees who is there"
+        assert not any(user["admin"] for user in api(teacher, "GET", "users").json())
+        assert api(ada, "GET", "users").status_code == 403
+        for browser in (ada, teacher):
+            assert api(browser, "PATCH", "users/ada", json={"admin": True}).status_code == 403
+            assert api(browser, "POST", "users/bob/tokens", json={}).status_code in (403, 404)
+        # the page of a student, on the same domain, opened by the teacher
+        assert teacher.session.get(f"{ada.home}/api/contents", timeout=PATIENCE).status_code == 403
+        page = {"Referer": f"{ada.home}/files/page.html", "X-XSRFToken": ""}
+        assert api(teacher, "DELETE", "users/ada/server", headers=page).status_code == 403
+
+        with ada.kernel() as run:
+            big = text(run("f = open('big', 'wb'); f.truncate(2**31)"))
+            assert "OSError" in big or "File too large" in big
+            if not accounts():  # processes are counted by account
+                bomb = "import os, time\nwhile True:\n    if os.fork() == 0:\n        time.sleep(30), os._exit(0)"
+                assert "BlockingIOError" in text(run(bomb))
+                uid = (folder / "homes/ada").stat().st_uid
+                assert sum(p.uids().real == uid for p in psutil.process_iter()) <= 256
+        assert Browser(hub, "bob").login("password of bob") == 200, "the hub lives"
+        assert api(teacher, "DELETE", "users/ada/server").status_code in (202, 204), "a teacher stops a server"

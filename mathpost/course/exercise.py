@@ -130,7 +130,12 @@ def saved(path):
     InputError
         If it is not a notebook.
     """
-    return [_anew(*each) for each in _checked(path)]
+    return judged(cells(path), path)
+
+
+def judged(cells, where):
+    """Return the verdicts on the answers in the cells of a notebook, as `saved`; `where` names it in an error."""
+    return [_anew(*each) for each in _checked(cells, where)]
 
 
 def answered(folder="."):
@@ -226,17 +231,17 @@ def _anew(name, said, stored):
     return replace(verdict, edited=verdict.status != said)
 
 
-def _checked(path):
+def _checked(cells, where):
     """Name, status as said, and stored answer of every check in a saved notebook."""
     found = []
     try:
-        for cell in _cells(path):
+        for cell in cells:
             if cell["cell_type"] == "code" and "exercise.check(" in "".join(cell["source"]):
                 for shown in (output.get("data", {}) for output in cell["outputs"]):
                     stored = shown.get(MIME, {}).get("answer")
                     found += [(*said, stored) for said in SAID.findall("".join(shown.get("text/plain", "")))]
     except (KeyError, TypeError, AttributeError):
-        raise InputError(str(path), "a notebook", "something else") from None
+        raise InputError(str(where), "a notebook", "something else") from None
     return found
 
 
@@ -247,14 +252,28 @@ def _lessons(folder):
     return found
 
 
-def _cells(path):
+def notebook(path):
+    """Return a saved notebook as JSON holds it; raise `InputError` if it is none."""
     try:
-        return json.loads(read_text(path))["cells"]
-    except (ValueError, KeyError, TypeError, RecursionError):
+        found = json.loads(read_text(path))
+        for cell in found["cells"]:
+            _ = "".join(cell["source"]), cell["cell_type"]
+        return found
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise InputError(str(path), "a notebook", "something else") from None
+
+
+def cells(path):
+    """Return the cells of a saved notebook as JSON holds them; raise `InputError` if it is none."""
+    return notebook(path)["cells"]
+
+
+def asked(source):
+    """Return the names of the exercises that the source of a cell checks."""
+    return re.findall(r"exercise\.check\(\s*[\"']([\w-]+)[\"']", source)
 
 
 def _title(path):
     """The first heading of a lesson up to a comma or colon, without the Chinese in brackets."""
-    heading = "".join(_cells(path)[0]["source"]).splitlines()[0]
+    heading = "".join(cells(path)[0]["source"]).splitlines()[0]
     return re.split(r"\s*\(|[,:]", heading.lstrip("# "))[0].replace(" · ", " ")

@@ -39,6 +39,8 @@ class Verdict:
         The answer as JSON holds it; a dict with what was found in its place if it could not be read.
     edited : bool
         Whether the saved notebook said something else of this answer.
+    mixup : str
+        The sentence that names the mix-up, where one gives the answer.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Verdict:
     why: str = ""
     answer: object = None
     edited: bool = False
+    mixup: str = ""
 
     def __str__(self):
         return f"{self.name} · {self.status}." + (f" {self.why}" if self.why else "")
@@ -150,11 +153,16 @@ class Exercise:
             return self._unreadable(error.found)
         except (TypeError, ValueError, IndexError, KeyError, AttributeError):
             return self._unreadable(brief(answer))
+        mixup = ""
         try:
-            why = self._difference(value)
+            right = self._solves(value)
+            why = mixup = "" if right else self._mixup(value)
         except MathpostError as error:
-            why = f"The answer cannot be used: {error}."
-        return Verdict(self.name, WRONG if why else RIGHT, why or inspect.getdoc(self.solve) or "", value)
+            right, why = False, f"The answer cannot be used: {error}."
+        if right:
+            return Verdict(self.name, RIGHT, inspect.getdoc(self.solve) or "", value)
+        why = why or f"{self.kind.nearly(value, self.solution) or NO_MIXUP} {self.hint}".strip()
+        return Verdict(self.name, WRONG, why, value, mixup=mixup)
 
     @cached_property
     def anew(self):
@@ -165,16 +173,13 @@ class Exercise:
         why = f"Expected {self.kind.asked}; found {found}."
         return Verdict(self.name, WRONG, why, {UNREADABLE: found})
 
-    def _difference(self, value):
-        """Return why the answer is not a solution, or "" if it is one."""
-        if self.complaint:
-            return self.complaint(value)
-        if self.kind.same(value, self.solution):
-            return ""
-        return self._mixup(value) or f"{self.kind.nearly(value, self.solution) or NO_MIXUP} {self.hint}".strip()
+    def _solves(self, value):
+        return not self.complaint(value) if self.complaint else self.kind.same(value, self.solution)
 
     def _mixup(self, value):
         """The sentence of the first mix-up that gives the value: a named one, the detective's, or a common one."""
+        if self.complaint:
+            return self.complaint(value)
         for sentence, mistaken in self.mixed_up:
             if self.kind.same(value, mistaken):
                 return sentence

@@ -123,7 +123,8 @@ class Scene {
         this.raster = new Raster();
         this.canvas = stage(parent, spec.title, spec.colour);
         this.canvas.tabIndex = 0;
-        this.canvas.setAttribute("aria-label", spec.alt || "picture");
+        this.canvas.title = "Drag to turn. Click, then wheel to zoom. Double-click to reset.";
+        this.canvas.setAttribute("aria-label", `${spec.title || "picture"}; arrow keys turn it, plus and minus zoom, 0 resets`);
         this.reset();
         const turn = (right, down) => {
             this.azimuth -= right;

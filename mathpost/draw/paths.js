@@ -102,9 +102,9 @@ Object.assign(KINDS, {
         button(buttons, "reset view", () => runs.forEach(({ scene }) => { scene.reset(); scene.draw(); }));
         ui.player(controls, 0);
         function update() {
-            // Between the blocks that are left out, nothing is known of the true way.
-            if (state.every > 1) controls.values[0] = 1 + state.every * round((controls.values[0] - 1) / state.every);
-            const record = controls.values[0], at = (record - 1) / state.every, k = min(cl.length - 1, floor(at)), next = cl[min(cl.length - 1, k + 1)], t = at - k;
+            // Of a long program only the blocks that are here are known; between them the true way is not.
+            const { low, high } = state.sliders[0], typed = max(low, min(high, controls.values[0]));
+            const record = controls.values[0] = state.every > 1 ? 1 + state.every * round((typed - 1) / state.every) : typed, at = (record - 1) / state.every, k = min(cl.length - 1, floor(at)), next = cl[min(cl.length - 1, k + 1)], t = at - k;
             const wanted = cl[k].map((x, i) => x + t * (next[i] - x)), turned = angle(cl[k].slice(3), next.slice(3));
             const axis = turned < 1e-9 ? cl[k].slice(3) : [3, 4, 5].map((i) => (sin((1 - t) * turned) * cl[k][i] + sin(t * turned) * next[i]) / sin(turned));
             controls.show();

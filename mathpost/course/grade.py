@@ -1,0 +1,437 @@
+"""A class at one look: who solved what, which mix-ups the class has, and what deserves a teacher's eye.
+
+Answers are judged anew from what the notebooks store, so that a verdict that was edited shows, and no student's
+code is run. What this cannot show: whether somebody typed a right answer that a neighbour found. `handed_in` says
+whose files are whose, `grade_page` shows the result, `rerun` runs notebooks in a bounded place for who wants that.
+"""
+
+import hashlib
+import json
+import math
+import re
+import tempfile
+import tomllib
+import zipfile
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from mathpost.course import exercise
+from mathpost.course.handed_in import collect
+from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
+from mathpost.errors import InputError, read_text
+
+ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
+TEXT_ENOUGH = 80  # characters that the course did not write and two students share, before they are called the same
+SHARED_BY_CLASS = 0.5  # cells that more of a class have than this were handed out; from ten students on
+RULES = ("students", "exercises", "points", "notebooks", "workbooks", "expected_workbooks")
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What counts, and how much.
+
+    Attributes
+    ----------
+    students : tuple of str
+        Who should have handed in.
+    exercises : tuple of str
+        Names such as ``"07-pivot"`` or lessons such as ``"07"``; none: the lessons that anybody handed in.
+    points : dict
+        Of an exercise or a whole lesson's each; 1 where nothing is said.
+    notebooks, workbooks : float
+        Weights of the two parts, where both were handed in.
+    expected_workbooks : int
+    """
+
+    students: tuple = ()
+    exercises: tuple = ()
+    points: dict = field(default_factory=dict)
+    notebooks: float = 1.0
+    workbooks: float = 1.0
+    expected_workbooks: int = 1
+
+    def worth(self, name):
+        """Points of an exercise."""
+        return self.points.get(name, self.points.get(name.split("-")[0], 1))
+
+
+@dataclass(frozen=True)
+class Workbook:
+    """What the check says of one workbook; `verdict` is "not read" where it was not."""
+
+    file: str
+    verdict: str
+    checked: int = 0
+    total: int = 0
+    cell: str = ""
+    cause: str = ""
+    message: str = ""
+
+
+@dataclass
+class Result:
+    """One student.
+
+    Attributes
+    ----------
+    name : str
+    verdicts : dict
+        Name of an exercise to the best `Verdict` that the student's notebooks hold.
+    edited : list of str
+        Exercises of which a notebook says something else than its answer deserves.
+    mixups : set of (str, str)
+        Exercises and the mix-ups that gave the answers.
+    workbooks : list of Workbook
+    trouble : list of (str, str)
+        Files that were not read, and why; empty ones.
+    lessons : set of str
+        Numbers of the lessons that were handed in.
+    unknown : dict
+        Exercises that are not defined here, to what the notebook says of them; they give no points.
+    reran : dict
+        Exercises to the status that they have when the notebook is run, where that is not the saved one.
+    """
+
+    name: str
+    verdicts: dict = field(default_factory=dict)
+    edited: list = field(default_factory=list)
+    mixups: set = field(default_factory=set)
+    workbooks: list = field(default_factory=list)
+    trouble: list = field(default_factory=list)
+    lessons: set = field(default_factory=set)
+    unknown: dict = field(default_factory=dict)
+    reran: dict = field(default_factory=dict)
+    notebooks: int = 0
+
+    def status(self, name):
+        """Of an exercise; "" if its lesson was not handed in."""
+        found = self.verdicts.get(name)
+        return found.status if found else OPEN if name.split("-")[0] in self.lessons else ""
+
+
+@dataclass
+class Class:
+    """What `grade` returns.
+
+    Attributes
+    ----------
+    results : list of Result
+        By name.
+    exercises : list of str
+        Those that count.
+    rules : Rules
+    same : list of (str, str, list of str)
+        What kind of thing is the same, which file, and the students who have it.
+    notes : list of str
+        What was not looked at, or could not be bounded.
+    """
+
+    results: list
+    exercises: list
+    rules: Rules
+    same: list = field(default_factory=list)
+    notes: list = field(default_factory=list)
+
+    def points(self, result):
+        """Return what a student has of what can be had, in points of the exercises, and right workbooks."""
+        worth = self.rules.worth
+        had = sum(worth(name) for name in self.exercises if result.status(name) == RIGHT)
+        right = sum(each.verdict == "right" for each in result.workbooks)
+        return had, sum(map(worth, self.exercises)), min(right, self.rules.expected_workbooks)
+
+    def mark(self, result):
+        """Per cent, with the weights of the rules; None if nothing counts."""
+        had, possible, right = self.points(result)
+        parts = [(self.rules.notebooks, had / possible)] if possible else []
+        if any(each.workbooks for each in self.results):
+            parts.append((self.rules.workbooks, right / self.rules.expected_workbooks))
+        total = sum(weight for weight, _ in parts)
+        return 100 * sum(weight * part for weight, part in parts) / total if total else None
+
+    def mixups(self):
+        """Return exercise, sentence and number of students, the most frequent first."""
+        counts = Counter(each for result in self.results for each in result.mixups)
+        return [(*each, count) for each, count in sorted(counts.items(), key=lambda item: (-item[1], item[0]))]
+
+    def failed(self):
+        """Return exercise, how many tried it, and how many have not solved it, the worst first."""
+        rows = []
+        for name in self.exercises:
+            statuses = Counter(result.status(name) for result in self.results)
+            if tried := statuses[RIGHT] + statuses[WRONG]:
+                rows.append((name, tried, statuses[WRONG]))
+        return sorted((row for row in rows if row[2]), key=lambda row: (-row[2] / row[1], -row[2], row[0]))
+
+
+def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
+    """Judge what a class handed in.
+
+    Parameters
+    ----------
+    folder : str or Path
+        See `mathpost.course.handed_in`.
+    rules : Rules, optional
+    lessons : str or Path, optional, keyword only
+        The notebooks as they were handed out; what they say is nobody's own work. By default the course's.
+    rerun : callable, optional, keyword only
+        ``rerun(path)`` returns the path of the executed notebook, or raises `InputError`; see `rerun.Place`.
+    progress : callable, optional, keyword only
+        ``progress(done, total, name)`` is called after each slow step: a workbook, a notebook that is run.
+
+    Returns
+    -------
+    Class
+
+    Raises
+    ------
+    InputError
+        If there is nothing to judge. What is wrong with one file is in its student's `trouble`.
+    """
+    rules = rules or Rules()
+    handed_out = _handed_out(lessons)
+    with tempfile.TemporaryDirectory() as unpacked:
+        students = collect(folder, unpacked, [path.stem for path in handed_out])
+        course = {digest(path) for path in handed_out}
+        own = {source for path in handed_out for source in _sources(exercise.cells(path))}
+        same = _Same(own, course | _data())
+        slow = sum(len(each.workbooks) + len(each.notebooks) * bool(rerun) for each in students)
+        step = _Counter(slow, progress)
+        results = [_student(each, same, rerun, step) for each in students]
+    missing = set(rules.students) - {each.name for each in results}
+    results = sorted([*results, *map(Result, missing)], key=lambda each: each.name)
+    return Class(results, _asked(rules, results), rules, same.groups(len(students)))
+
+
+def read_rules(path):
+    """Return the `Rules` of a TOML file.
+
+    Raises
+    ------
+    InputError
+        If it is no TOML, or a key is unknown or of the wrong kind.
+    """
+    try:
+        found = tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(str(path), "TOML", str(error)) from None
+    for key, value in found.items():
+        if key not in RULES:
+            raise InputError(f"{path}, {key}", f"one of {', '.join(RULES)}", repr(key))
+        if key == "points":
+            for name, number in value.items() if isinstance(value, dict) else [("points", value)]:
+                _known(f"{path}, points", name)
+                _number(f"{path}, points.{name}", number)
+        elif key in ("notebooks", "workbooks"):
+            _number(f"{path}, {key}", value)
+        elif key == "expected_workbooks":
+            if type(value) is not int or value < 1:
+                raise InputError(f"{path}, {key}", "a whole number above 0", repr(value))
+        elif not isinstance(value, list) or not all(isinstance(each, str) for each in value):
+            raise InputError(f"{path}, {key}", "a list of names in quotes", repr(value))
+        elif key == "exercises":
+            for name in value:
+                _known(f"{path}, exercises", name)
+    return Rules(**{key: tuple(value) if isinstance(value, list) else value for key, value in found.items()})
+
+
+def _known(where, name):
+    if name not in EXERCISES and name not in {each.split("-")[0] for each in EXERCISES}:
+        raise InputError(where, 'an exercise such as "07-pivot" or a lesson such as "07"', repr(name))
+
+
+def _number(where, value):
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < math.inf:
+        raise InputError(where, "a number, 0 or more", repr(value))
+
+
+def digest(path):
+    """Tell files apart by their bytes."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _handed_out(lessons):
+    """The notebooks as they were handed out."""
+    if lessons is not None:
+        if not Path(lessons).is_dir():
+            raise InputError(str(lessons), "the folder of the notebooks as they were handed out", "none")
+        return sorted(Path(lessons).rglob("*.ipynb"))
+    return sorted((Path(__file__).parents[2] / "notebooks").glob("*.ipynb"))
+
+
+def _data():
+    """The course's own workbooks, by their bytes."""
+    return {digest(path) for path in (Path(__file__).parents[2] / "data").glob("**/*.xlsx")}
+
+
+def _asked(rules, results):
+    """The exercises that count."""
+    asked = set(rules.exercises) or {lesson for each in results for lesson in each.lessons}
+    return [name for name in sorted(EXERCISES) if name in asked or name.split("-")[0] in asked]
+
+
+class _Counter:
+    """Calls back after each slow step."""
+
+    def __init__(self, total, progress):
+        self.done, self.total, self.progress = 0, total, progress
+
+    def __call__(self, name):
+        self.done += 1
+        if self.progress:
+            self.progress(self.done, self.total, name)
+
+
+def _student(student, same, rerun, step):
+    """Judge one student's files."""
+    result = Result(student.name, trouble=list(student.refused))
+    for path in student.notebooks:
+        _trying(result, path, lambda path=path: _notebook(result, path, same))
+        if rerun:
+            _trying(result, path, lambda path=path: _rerun(result, path, rerun))
+            step(f"{student.name}: {path.name}")
+    for path in student.workbooks:
+        if not same.handed_out(path):
+            _trying(result, path, lambda path=path: _workbook(result, path, same))
+        step(f"{student.name}: {path.name}")
+    if not (result.notebooks or result.workbooks or result.trouble):
+        result.trouble.append(("", "nothing was handed in"))
+    return result
+
+
+def _trying(result, path, judge):
+    """Keep one file from stopping the class."""
+    try:
+        judge()
+    except InputError as error:
+        result.trouble.append((path.name, f"expected {error.expected}, found {error.found}"))
+    except (
+        ArithmeticError,
+        LookupError,
+        TypeError,
+        ValueError,
+        AttributeError,
+        RecursionError,
+        MemoryError,
+    ) as error:
+        result.trouble.append((path.name, f"could not be judged: {type(error).__name__}: {error}"))
+    except OSError as error:
+        result.trouble.append((path.name, error.strerror or str(error)))
+
+
+def _notebook(result, path, same):
+    """Add what one notebook holds."""
+    if not path.stat().st_size:
+        raise InputError(path.name, "a notebook", "an empty file")
+    cells = exercise.cells(path)
+    verdicts = exercise.judged(cells, path)
+    result.notebooks += 1
+    if not any("".join(cell["source"]).strip() for cell in cells):
+        result.trouble.append((path.name, "no cell has anything in it"))
+    names = {name for source in _sources(cells) for name in exercise.asked(source)}
+    for name in (names | {each.name for each in verdicts}) & EXERCISES.keys():
+        result.lessons.add(name.split("-")[0])
+    for each in verdicts:
+        if each.edited and each.name not in result.edited:
+            result.edited.append(each.name)
+        if each.mixup:
+            result.mixups.add((each.name, each.mixup))
+        if each.name not in EXERCISES:
+            result.unknown[each.name] = each.status
+        elif each.name not in result.verdicts or _better(each, result.verdicts[each.name]):
+            result.verdicts[each.name] = each
+    same.notebook(result.name, path, cells, verdicts)
+
+
+def _better(one, other):
+    return ORDER.index(one.status) > ORDER.index(other.status)
+
+
+def _rerun(result, path, rerun):
+    """Add what is different when the notebook is run."""
+    before = {each.name: each.status for each in exercise.saved(path)}
+    after = {each.name: each.status for each in exercise.saved(rerun(path))}
+    for name in before.keys() | after.keys():
+        if after.get(name, OPEN) != before.get(name, OPEN):
+            result.reran[name] = after.get(name, OPEN)
+
+
+def _workbook(result, path, same):
+    """Add the check of one workbook."""
+    from mathpost.workbook import check_file  # only where there is a workbook
+
+    if not path.stat().st_size:
+        raise InputError(path.name, "a workbook", "an empty file")
+    try:
+        report = check_file(path)
+    except InputError as error:
+        result.workbooks.append(Workbook(path.name, "not read", message=f"{error.expected}: {error.found}"))
+        raise
+    first = report.faults[0] if report.faults else None
+    found = (first.cell, first.cause, first.message) if first else ("", "", "")
+    result.workbooks.append(Workbook(path.name, report.verdict, report.checked, report.total, *found))
+    same.workbook(result.name, path)
+
+
+def _sources(cells):
+    """What stands in the cells, without spaces at the ends of lines."""
+    return [re.sub(r"[ \t]+$", "", "".join(cell["source"]), flags=re.MULTILINE).strip() for cell in cells]
+
+
+class _Same:
+    """Hand-ins that are the same beyond what the course handed out."""
+
+    def __init__(self, own, course):
+        self.own, self.course = own, course
+        self.files = defaultdict(list)  # bytes → student and file
+        self.works = []  # student, file, answers, sources
+        self.sheets = defaultdict(list)
+
+    def handed_out(self, path):
+        return digest(path) in self.course
+
+    def notebook(self, student, path, cells, verdicts):
+        if (bytes_ := digest(path)) in self.course:
+            return
+        answers = json.dumps([(each.name, each.answer) for each in verdicts if each.status != OPEN])
+        sources = [source for source in _sources(cells) if source and source not in self.own]
+        if sources or answers != "[]":
+            self.files[bytes_].append((student, path.name))
+            self.works.append((student, path.name, answers, sources))
+
+    def workbook(self, student, path):
+        self.files[digest(path)].append((student, path.name))
+        self.sheets[_cells_of(path)].append((student, path.name))
+
+    def groups(self, students):
+        """What is the same, in which file, and who has it."""
+        found, seen = [], set()
+        has = Counter(source for *_, sources in self.works for source in set(sources))
+        common = {source for source, count in has.items() if students >= 10 and count > SHARED_BY_CLASS * students}
+        texts = defaultdict(list)
+        for student, file, answers, sources in self.works:
+            beyond = [source for source in sources if source not in common]
+            if sum(map(len, beyond)) >= TEXT_ENOUGH:
+                texts[answers, tuple(beyond)].append((student, file))
+        for kind, groups in (("file", self.files), ("text", texts), ("cells", self.sheets)):
+            for content, files in groups.items():
+                who = tuple(sorted({student for student, _ in files}))
+                names = ", ".join(sorted({file for _, file in files}))
+                if len(who) > 1 and content and (who, names) not in seen:
+                    seen.add((who, names))
+                    found.append((kind, names, list(who)))
+        return found
+
+
+def _cells_of(path):
+    """Formulas and numbers of a workbook, without how they look; "" where it is no .xlsx."""
+    try:
+        with zipfile.ZipFile(path) as parts:
+            names = sorted(name for name in parts.namelist() if re.fullmatch(r"xl/worksheets/\w+\.xml", name))
+            sheets = [parts.read(name) for name in names]
+    except (zipfile.BadZipFile, OSError):
+        return ""
+    cells = [
+        re.findall(rb'<c r="(\w+)"[^>]*>(?:<f[^>]*>([^<]*)</f>)?(?:<v>([^<]*)</v>)?', sheet) for sheet in sheets
+    ]
+    return hashlib.sha256(repr(cells).encode()).hexdigest() if any(cells) else ""

@@ -1,0 +1,207 @@
+"""What a class handed in: whose notebooks and workbooks lie in a folder, and what could not be taken.
+
+Four ways of handing in are known: a folder for each student, a zip for each student, files that carry the student's
+name (``王小明_05_inverse.ipynb``), and nbgrader's folders (``submitted/NAME/ASSIGNMENT`` and the exchange's
+``inbound/NAME+ASSIGNMENT+TIME``). Nothing is run, and nothing outside the folder is read: links are not followed.
+"""
+
+import re
+import shutil
+import unicodedata
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+
+from mathpost.errors import InputError
+
+NOTEBOOKS = {".ipynb"}
+WORKBOOKS = {".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ".et"}
+FILE_LIMIT, ZIP_LIMIT, COUNT_LIMIT = 64 * 2**20, 256 * 2**20, 2000  # bytes of a file and a zip unpacked, members
+MOODLE = re.compile(r"_\d+_assignsubmission_file_?.*$")
+SEPARATORS = " _-–—.()（）[]【】+"
+PASSED_OVER = {"__MACOSX", "node_modules", "venv"}
+
+
+@dataclass
+class Student:
+    """One student's files.
+
+    Attributes
+    ----------
+    name : str
+    notebooks, workbooks : list of Path
+    refused : list of (str, str)
+        A file as it was handed in, and why it was not opened.
+    """
+
+    name: str
+    notebooks: list = field(default_factory=list)
+    workbooks: list = field(default_factory=list)
+    refused: list = field(default_factory=list)
+
+
+def collect(folder, unpacked, lessons=()):
+    """Return the students of a folder with their files, by name.
+
+    Parameters
+    ----------
+    folder : str or Path
+        What was handed in; or a zip of it.
+    unpacked : Path
+        An empty folder, into which zips are unpacked.
+    lessons : iterable of str
+        Stems of the lessons' file names, which are no part of a student's name.
+
+    Returns
+    -------
+    list of Student
+
+    Raises
+    ------
+    InputError
+        If there is no such folder, or nothing in it.
+    """
+    folder, unpacked = Path(folder), Path(unpacked)
+    if zipfile.is_zipfile(folder):
+        unzip(folder, unpacked / "class")
+        folder = unpacked / "class"
+    if not folder.is_dir():
+        raise InputError(str(folder), "a folder of what was handed in, or a zip of it", "none")
+    found = {}
+    for number, (name, path) in enumerate(_whose(folder, tuple(lessons))):
+        name = unicodedata.normalize("NFC", name)
+        student = found.setdefault(name, Student(name))
+        _take(path, student, unpacked / str(number), path.name)
+    if not found:
+        raise InputError(str(folder), "notebooks, workbooks, zips, or a folder for each student", "nothing")
+    return [found[name] for name in sorted(found)]
+
+
+def unzip(path, target):
+    """Unpack a zip into a folder that does not exist yet.
+
+    Raises
+    ------
+    InputError
+        If it is no zip, leads out of the folder, holds links, or is too large unpacked.
+    """
+    try:
+        with zipfile.ZipFile(path) as packed:
+            members = [each for each in packed.infolist() if not each.is_dir()]
+            size = sum(each.file_size for each in members)
+            if len(members) > COUNT_LIMIT or size > ZIP_LIMIT:
+                limit = f"at most {COUNT_LIMIT} files and {ZIP_LIMIT // 2**20} MB unpacked"
+                raise InputError(str(path), limit, f"{len(members)} files, {size / 2**20:.0f} MB")
+            for member in members:
+                name = _said(member)
+                parts = PurePosixPath(name.replace("\\", "/")).parts
+                if any(part in ("..", "/") or ":" in part or "\0" in part for part in parts):
+                    raise InputError(str(path), "names inside the zip's own folder", repr(name))
+                if member.external_attr >> 28 == 0xA:
+                    raise InputError(str(path), "files", f"a link, {name!r}")
+                place = target.joinpath(*parts)
+                place.parent.mkdir(parents=True, exist_ok=True)
+                with packed.open(member) as source, place.open("wb") as copy:
+                    _copy(source, copy, member.file_size, f"{path}, {name}")
+    except (zipfile.BadZipFile, OSError, EOFError, RuntimeError, NotImplementedError, zipfile.zlib.error) as error:
+        raise InputError(str(path), "a zip that can be unpacked", str(error) or type(error).__name__) from None
+
+
+def _copy(source, copy, size, where):
+    """Copy at most as many bytes as the zip's list of contents declares."""
+    left = size
+    while block := source.read(2**20):
+        left -= len(block)
+        if left < 0:
+            raise InputError(where, f"{size} bytes as the zip declares", "more")
+        copy.write(block)
+
+
+def _said(member):
+    """The name of a file in a zip, also where it was packed with a Chinese code page and does not say so."""
+    if member.flag_bits & 0x800:
+        return member.filename
+    raw = member.filename.encode("cp437", "replace")
+    for encoding in ("utf-8", "gb18030"):
+        try:
+            return raw.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+    return member.filename
+
+
+def _whose(folder, lessons):
+    """Yield the name of a student and a file or folder of theirs, whichever way was chosen."""
+    for inner in (folder, folder / "submitted", folder / "inbound"):
+        if inner.name == "submitted" and inner.is_dir():
+            yield from ((path.name, path) for path in _entries(inner) if path.is_dir())
+            return
+        if inner.name == "inbound" and inner.is_dir():
+            latest = {}
+            for path in _entries(inner):
+                if "+" in path.name:
+                    name, assignment, time, *_ = [*path.name.split("+"), ""]
+                    latest[name, assignment] = max(latest.get((name, assignment), ("",)), (time, path))
+            yield from ((name, path) for (name, _), (_, path) in sorted(latest.items()))
+            return
+    entries = list(_entries(folder))
+    named = {}
+    for path in entries:
+        if path.is_dir() or path.is_symlink():
+            named[path] = MOODLE.sub("", path.name)
+        elif path.suffix.lower() in NOTEBOOKS | {".zip"}:
+            named[path] = _without_lesson(MOODLE.sub("", path.stem), lessons) or folder.resolve().name
+    known = sorted(set(named.values()), key=len, reverse=True)
+    for path in entries:
+        if path in named:
+            yield named[path], path
+        elif path.suffix.lower() in WORKBOOKS:
+            stem = unicodedata.normalize("NFC", MOODLE.sub("", path.stem))
+            yield next((name for name in known if _belongs(stem, name)), stem), path
+
+
+def _without_lesson(stem, lessons):
+    stem = unicodedata.normalize("NFC", stem)
+    for lesson in sorted(lessons, key=len, reverse=True):
+        if lesson in stem:
+            return stem.replace(lesson, "").strip(SEPARATORS)
+    return re.sub(r"(^|[ _-])\d\d_\w+$", "", stem, flags=re.ASCII).strip(SEPARATORS) or stem
+
+
+def _belongs(stem, name):
+    """Whether a file's name begins or ends with a student's, as a word."""
+    before, found, after = stem.partition(unicodedata.normalize("NFC", name))
+    return (
+        bool(found) and (not before or (not after and before[-1] in SEPARATORS)) and after[:1] in ("", *SEPARATORS)
+    )
+
+
+def _entries(folder):
+    for path in sorted(folder.iterdir()):
+        if path.name[0] not in ".~" and path.name not in PASSED_OVER:
+            yield path
+
+
+def _take(path, student, unpacked, said):
+    """Add a file, or all of a folder or zip, to the student's."""
+    try:
+        if path.is_symlink() or not (path.is_dir() or path.is_file()):
+            raise InputError(said, "a file or folder", "a link" if path.is_symlink() else "something else")
+        if path.is_dir():
+            for number, inner in enumerate(_entries(path)):
+                _take(inner, student, unpacked / str(number), f"{said}/{inner.name}")
+        elif path.suffix.lower() == ".zip":
+            if unpacked.exists() or "zip" in unpacked.parts:
+                raise InputError(said, "files", "a zip in a zip")
+            unzip(path, unpacked / "zip")
+            for inner in _entries(unpacked / "zip"):
+                _take(inner, student, unpacked / "zip", f"{said}/{inner.name}")
+        elif path.suffix.lower() in NOTEBOOKS | WORKBOOKS:
+            if (size := path.stat().st_size) > FILE_LIMIT:
+                raise InputError(said, f"at most {FILE_LIMIT // 2**20} MB", f"{size / 2**20:.0f} MB")
+            (student.notebooks if path.suffix.lower() in NOTEBOOKS else student.workbooks).append(path)
+    except InputError as error:
+        student.refused.append((said, f"expected {error.expected}, found {error.found}"))
+        shutil.rmtree(unpacked / "zip", ignore_errors=True)
+    except OSError as error:
+        student.refused.append((said, error.strerror or str(error)))

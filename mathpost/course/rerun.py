@@ -1,0 +1,173 @@
+"""Run a student's notebook where it can do little harm: little time and memory, no network, another account.
+
+Only who asks for it needs this: answers are judged anew without running anything. What runs here is a stranger's
+program. On Linux, started as root, it gets an account that owns nothing, a network and processes of its own; what
+could not be bounded is said in `Place.open`, and nothing is ever run as root.
+"""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+from mathpost.errors import InputError, data_file
+
+UID = 199_999  # an account number that owns nothing, below those of the students on a hub
+SECONDS, MEMORY, FILE, PROCESSES = 300, 2 * 2**30, 64 * 2**20, 200
+ALONE = ["unshare", "--net", "--pid", "--fork", "--kill-child"]
+
+PROBE = """
+import os, subprocess, sys
+import ipykernel, nbclient, mathpost.course.exercise
+assert os.getuid() and not subprocess.call([sys.executable, "-c", "import ipykernel"])
+"""
+
+
+class Place:
+    """Where notebooks are run, each in a folder of its own that is removed afterwards.
+
+    Parameters
+    ----------
+    seconds, memory : int
+        For a notebook, and in bytes for each of its processes.
+
+    Attributes
+    ----------
+    open : list of str
+        What could not be bounded here.
+
+    Raises
+    ------
+    InputError
+        If the only way would be to run students' code as root.
+    """
+
+    def __init__(self, seconds=SECONDS, memory=MEMORY):
+        if os.name != "posix":
+            raise InputError("--rerun", "Linux or macOS, whose processes can be bounded", os.name)
+        self.seconds, self.memory = seconds, memory
+        self.root = os.getuid() == 0
+        account = ["setpriv", f"--reuid={UID}", f"--regid={UID}", "--clear-groups", "--no-new-privs"]
+        account = [*account, "--bounding-set=-all", "--inh-caps=-all"] if self.root else []
+        alone = ALONE if self.root else [*ALONE, "--user", "--map-current-user"]
+        self.open = []
+        self.command = next((way for way in ([*alone, *account], account) if self._works(way)), None)
+        if self.command is None:
+            found = "none: start this from an ordinary account, or install Python where every account may run it"
+            raise InputError("--rerun", "an account other than root that can run this Python", found)
+        if "unshare" not in self.command:
+            self.open += ["The network was open.", "A process that left its session may have gone on."]
+        if not self.root:
+            self.open += [
+                "Students' code ran with your own account: it could read and write your files.",
+                "The number of processes was bounded by time only.",
+            ]
+        if sys.platform != "linux":
+            self.open.append("Memory may not have been bounded: that works on Linux.")
+
+    def __call__(self, path):
+        """Run a notebook; return the path of the executed one, valid until the next call.
+
+        Raises
+        ------
+        InputError
+            If it did not come to its end within the bounds.
+        """
+        code = "from mathpost.course.rerun import inside; inside()"
+        with tempfile.TemporaryFile() as said:
+            status = self._run(self.command, code, said, Path(path))
+            said.seek(0)
+            content = said.read()
+        if status is None:
+            raise InputError(Path(path).name, f"a notebook that runs within {self.seconds} s", "one that did not")
+        if status or not content:
+            found = f"one that was stopped (status {status})"
+            raise InputError(Path(path).name, "a notebook that runs within its bounds", found)
+        self._kept = tempfile.TemporaryDirectory()
+        executed = Path(self._kept.name) / Path(path).name
+        executed.write_bytes(content)
+        return executed
+
+    def _works(self, way):
+        try:
+            return self._run(way, PROBE, subprocess.DEVNULL) == 0
+        except (OSError, subprocess.SubprocessError):
+            return False
+
+    def _run(self, way, code, output, notebook=None):
+        """Run Python code in the bounds; return its status, None if time ran out."""
+        with tempfile.TemporaryDirectory(prefix="rerun-", ignore_cleanup_errors=True) as folder:
+            work = Path(folder) / "notebooks"
+            work.mkdir()
+            (Path(folder) / "data").symlink_to(data_file("machines").parent)
+            if notebook:
+                shutil.copyfile(notebook, work / "notebook.ipynb")
+            if self.root:
+                for each in (Path(folder), work, *work.iterdir()):
+                    os.chown(each, UID, UID)
+            process = subprocess.Popen(
+                [*way, sys.executable, "-c", code],
+                cwd=work,
+                env=_environment(folder),
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
+                preexec_fn=self._bound,
+            )
+            try:
+                return process.wait(self.seconds)
+            except subprocess.TimeoutExpired:
+                return None
+            finally:
+                with suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+
+    def _bound(self):
+        """In the child: limits that none of its processes can lift again."""
+        import resource
+
+        limits = {"DATA": self.memory, "CPU": self.seconds, "FSIZE": FILE, "CORE": 0, "NOFILE": 512}
+        if self.root:
+            limits["NPROC"] = PROCESSES  # counts all processes of an account, so only where it is one of its own
+        for name, limit in limits.items():
+            kind = getattr(resource, f"RLIMIT_{name}")
+            hard = resource.getrlimit(kind)[1]
+            limit = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+            resource.setrlimit(kind, (limit, limit))
+
+
+def _environment(folder):
+    """Nothing of the caller's: no secrets, no settings."""
+    return {
+        "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.defpath]),
+        "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)]),
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "HOME": folder,
+        "TMPDIR": folder,
+        "JUPYTER_RUNTIME_DIR": f"{folder}/run",
+        "MPLBACKEND": "agg",
+        "LANG": "C.UTF-8",
+        "OPENBLAS_NUM_THREADS": "1",
+    }
+
+
+def inside():
+    """In the bounds: run notebook.ipynb and write it to standard output, which the kernel does not get."""
+    import nbformat
+    from jupyter_client import AsyncKernelManager
+    from nbclient import NotebookClient
+
+    output = os.dup(1)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    notebook = nbformat.read("notebook.ipynb", as_version=4)
+    manager = AsyncKernelManager(kernel_name="python3", transport="ipc")  # there is no network to talk over
+    client = NotebookClient(notebook, km=manager, timeout=None, allow_errors=True, store_widget_state=False)
+    client.execute()
+    with open(output, "w", encoding="utf-8") as file:
+        file.write(nbformat.writes(notebook))
