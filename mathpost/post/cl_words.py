@@ -79,7 +79,6 @@ HAZARDS = {
     "PPWORD": "it puts words into the program",
     "RETRCT": "it moves the tool to a plane that another post-processor knows",
 }
-KNOWN = INERT | MODELLED.keys() | HAZARDS.keys()
 FEED_UNITS = {"MMPM": 1.0, "IPM": MM_PER_INCH, "PERMIN": None, "MMPR": 1.0, "IPR": MM_PER_INCH, "PERREV": None}
 PER_TURN = ("MMPR", "IPR", "PERREV")
 
