@@ -17,6 +17,9 @@ from mathpost.post import cl, text
 
 ROOT = Path(__file__).parent.parent
 DATA = ROOT / "data"
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+# The lessons of the course, which the README lists; a lesson of somebody's own is run, but need not keep our style.
+LESSONS = [path for path in sorted((ROOT / "notebooks").glob("*.ipynb")) if f"(notebooks/{path.name})" in README]
 MACHINE_FILES = sorted((DATA / "machines").glob("*.toml"))
 
 # Everybody's tests draw the same examples each time. By hand, and as often as one likes: --hypothesis-profile=many

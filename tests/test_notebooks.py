@@ -7,9 +7,7 @@ import sys
 
 import pytest
 
-from tests.conftest import ROOT
-
-NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
+from tests.conftest import LESSONS, README, ROOT
 
 
 def read(path):
@@ -21,10 +19,11 @@ def test_every_notebook_is_collected_as_tests():
     """By the settings of the project alone: an old pytest that did not know them would run none, and be green."""
     command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", "notebooks"]
     listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout
-    assert [path.name for path in NOTEBOOKS if not re.search(rf"{re.escape(path.name)}(: |::)", listed)] == []
+    notebooks = (ROOT / "notebooks").glob("*.ipynb")
+    assert [path.name for path in notebooks if not re.search(rf"{re.escape(path.name)}(: |::)", listed)] == []
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
 def test_committed_with_outputs(path):
     notebook = read(path)
     code = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
@@ -35,34 +34,33 @@ def test_committed_with_outputs(path):
     assert path.stat().st_size < 1_000_000
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
 def test_rhythm(path):
     cells = read(path)["cells"]
     text = "".join(cells[0]["source"])
     assert text.startswith("# " + path.stem[:2]), "the title begins with the number of the lesson"
     for word in ("**Afterwards you can**", "**You need first**", "**Time**"):
-        assert word in text
+        assert word in text, f"the first cell says {word}"
     for cell in cells:
         if cell["cell_type"] == "code" and not "".join(cell["source"]).startswith(("import ", "from ")):
-            assert len("".join(cell["source"]).splitlines()) <= 15
+            length = len("".join(cell["source"]).splitlines())
+            assert length <= 15, f"a cell of {length} lines: a learner reads 15 at most"
     links = [part.split(")")[0] for cell in cells for part in "".join(cell["source"]).split("](")[1:]]
     for link in links:
         if link.endswith(".ipynb"):
-            assert (path.parent / link).exists(), link
+            assert (path.parent / link).exists(), f"a link to {link}, which is not there"
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
 def test_the_syllabus_states_the_lessons_minutes(path):
     minutes = re.search(
         r"\*\*Time\*\*\D*(\d+)", "".join("".join(cell["source"]) for cell in read(path)["cells"][:3])
     )
-    row = next(
-        line for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines() if f"{path.name})" in line
-    )
-    assert row.split("|")[-2].strip() == minutes[1]
+    (row,) = (line for line in README.splitlines() if f"{path.name})" in line)
+    assert row.split("|")[-2].strip() == minutes[1], "the README's table states other minutes than the lesson"
 
 
 def test_the_readme_and_ci_run_the_same_line():
     line = "python3 -m venv .venv && .venv/bin/pip install -r environment.txt && .venv/bin/pytest"
-    assert line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert line in README.splitlines()
     assert line in (ROOT / ".ci/run").read_text(encoding="utf-8").splitlines()

@@ -10,10 +10,8 @@ from mathpost.course import exercise
 from mathpost.course.assign import assign
 from mathpost.course.verdict import EXERCISES
 from mathpost.errors import InputError, OutputError
-from tests.conftest import ROOT
+from tests.conftest import LESSONS
 from tests.course.test_grade import cell, notebook, shown, solved, write
-
-LESSONS = sorted((ROOT / "notebooks").glob("[0-9]*.ipynb"))
 
 
 @pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)

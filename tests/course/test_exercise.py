@@ -23,9 +23,8 @@ from mathpost.detective.misreadings import Explanation, Misreading
 from mathpost.errors import InputError, read_text
 from mathpost.frame import Frame
 from mathpost.measure.cutter import Cutter
-from tests.conftest import ROOT
+from tests.conftest import LESSONS, ROOT
 
-LESSONS = sorted((ROOT / "notebooks").glob("[0-9][0-9]*_*.ipynb"))[1:]
 OURS = {name: each for name, each in EXERCISES.items() if each.solve.__module__.startswith("mathpost.course")}
 EACH = [pytest.param(each, id=name) for name, each in OURS.items()]
 SLIPS = [
@@ -203,7 +202,7 @@ def test_each_names_a_mixup_or_judges(each):
     assert "return" in each.source and '"""' not in each.source and "@" not in each.source.splitlines()[0]
 
 
-@pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", LESSONS[1:], ids=lambda path: path.stem)
 def test_lesson_poses_its_exercises(path):
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
     sources = ["".join(cell["source"]) for cell in cells]
