@@ -11,7 +11,6 @@ from mathpost.workbook.recognise import Recognised, Task
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, FileReport, Judgement
 from mathpost.workbook.values import check_values
 
-
 LUCKY = "numbers without formulas: that they are right by luck cannot be excluded"
 
 
@@ -57,6 +56,9 @@ def check_file(path, task=None):
     # An input that is not the task's is wrong, though it is none of the cells that follow from the inputs.
     statuses |= dict.fromkeys(unjudged, UNCLEAR) | {fault.place: WRONG for fault in judge.faults}
     seen = [f"{found.place_text(c.results)}: {c.said}" for c in found.calculations]
+    judge.warnings += [
+        f"{graph.address(p)} depends on itself" for p in sorted(graph.circular, key=graph.reading_order)
+    ]
     typed = [c for c in found.calculations if getattr(c, "typed", False)]
     places = {p: RIGHT for c in typed for p in c.results}
     statuses = places | {p: s for p, s in statuses.items() if p not in places}

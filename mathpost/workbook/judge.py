@@ -71,12 +71,9 @@ class Judge:
                 for user in self._on_the_way(place):
                     tree = graph.trees[user]
                     converts = any(
-                        part[0] == "call"
-                        and part[1] in ("RADIANS", "PI")
-                        or part[0] == "number"
-                        and any(abs(part[1] - c) < 0.01 * c for c in CONVERSIONS)
-                        or part[0] == "area"
-                        and any(p in self.found.constants for p in part[1].places)
+                        (part[0] == "call" and part[1] in ("RADIANS", "PI"))
+                        or (part[0] == "number" and any(abs(part[1] - c) < 0.01 * c for c in CONVERSIONS))
+                        or (part[0] == "area" and any(p in self.found.constants for p in part[1].places))
                         for _, part in walk(tree)
                     )
                     trigonometric = any(part[0] == "call" and part[1] in TRIGONOMETRY for _, part in walk(tree))
@@ -234,16 +231,17 @@ class Judge:
         above = {fault.place: fault for fault in self.faults if fault.place in self.graph.trees}
         for place in sorted(bad, key=self._order):
             fault = above.get((place[0], place[1] - 1, place[2]))
-            if fault and shape_of(self.graph.trees[fault.place]) == shape_of(
-                self.graph.trees.get(place, ("number", 0))
+            if (
+                fault
+                and shape_of(self.graph.trees[fault.place]) == shape_of(self.graph.trees.get(place, ("number", 0)))
+                and len(self.found.component.get(place, ())) > 9
             ):
-                if len(self.found.component.get(place, ())) > 9:
-                    self._fault(place, fault.cause, f"{self.graph.short(place)}: as in the row above")
-                    return {place: own[place]}
+                self._fault(place, fault.cause, f"{self.graph.short(place)}: as in the row above")
+                return {place: own[place]}
         return None
 
     def _typed_over(self, calculation, bad):
-        """The first number on the way to a wrong result that is no input of it, nor a constant such as 0, 1 or π."""
+        """The first number on the way to a wrong result that is no input, nor a constant such as 0, 1 or π."""
         given = {*calculation.angles, *calculation.point, *calculation.origin, *calculation.axis}
         scope = (self.graph.upstream(bad) & self.found.typed) - given
         odd = [p for p in scope if p not in self.graph.trees and self.own(p) not in (0, 1, -1)]
@@ -269,7 +267,7 @@ class Judge:
                 cost, faults = self._explain(calculation, unit, option)
                 if best is None or (cost, order) < best[:2]:
                     best = (cost, order, option, faults)
-        if best is None or best[0] >= UNEXPLAINED and self._typed_over(calculation, bad):
+        if best is None or (best[0] >= UNEXPLAINED and self._typed_over(calculation, bad)):
             return None
         for place, cause, message in best[3]:
             self._fault(place, cause, message)
@@ -452,7 +450,7 @@ class Judge:
         return wanted if self._try({place: wanted}, targets) else None
 
     def _plausible(self, calculation, place):
-        """What a cell may have to hold that its results depend on in a curved way: an angle, or a repaired formula."""
+        """What a cell may have to hold on which results depend in a curved way: an angle, a repaired formula."""
         if place in self.found.tainted:
             for angle in calculation.radians.T:
                 for value in (angle, np.rad2deg(angle)):
@@ -575,10 +573,7 @@ class Judge:
         elif not block:
             cost += 0.25 * (len(faults) - 1)
         if unit is self.whole and {cause for _, cause, _ in faults} == {"sign"}:
-            faults = [
-                (p, "other convention", OTHER_CONVENTION)
-                for p, *_ in faults
-            ]
+            faults = [(p, "other convention", OTHER_CONVENTION) for p, *_ in faults]
         return cost, faults
 
     def _cause(self, calculation, place, wanted):
@@ -614,7 +609,7 @@ class Judge:
         if cause == "missing term":
             return cause, f"{short}: {sentence}", 0.2
         odd = "a minus is lost" in sentence and self._canonical(place)
-        odd = (odd or cause == "sign" and self._like_its_peers(place)) and not self._as_above(place, value)
+        odd = (odd or (cause == "sign" and self._like_its_peers(place))) and not self._as_above(place, value)
         cost = UNLIKELY if odd else 0.0
         return cause, f"{short}: {sentence}", cost
 
@@ -661,7 +656,7 @@ class Judge:
         return any(same(value, entry, 1e-7) for group in entries for entry in group)
 
     def _missing(self, calculation, place, value):
-        """A term that is missing from a sum: what is lacking is one like those of the cells around, or a product."""
+        """A term that is missing from a sum: one like those of the cells around, or a product of cells."""
         graph = self.graph
         lacking = value - np.broadcast_to(self.values[place], (SAMPLES,))
         if not np.isfinite(lacking[1:]).all():

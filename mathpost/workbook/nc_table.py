@@ -1,7 +1,7 @@
 """A table of tool tips and tool axes against NC words: where the columns stand, and what the words must be.
 
-The rotary words are right if they make the tool axis, on either branch and whatever whole turns; X Y Z if they bring
-the tip into place with the rotary words that are demanded.
+The rotary words are right if they make the tool axis, on either branch and whatever whole turns; X Y Z if they
+bring the tip into place with the rotary words that are demanded.
 """
 
 import re
@@ -64,7 +64,7 @@ class Words:
         self.expected = np.concatenate([linear, rotary], axis=-1)
 
     def draw(self, rng):
-        """Place → samples, of tool axes at random that the machine reaches within its travel, away from the pole."""
+        """Place → samples, of tool axes at random that the machine reaches in its travel, away from the pole."""
         vectors = rng.normal(size=(40 * SAMPLES, 3))
         vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
         tilt = tilting(self)
@@ -263,7 +263,8 @@ def looked_at(rows, own):
             for name, step in zip(machine.joint_names[3:], steps[n], strict=True)
             if step > 60
         )
-        yield f"between rows {rows[n].results[0][1]} and {rows[n + 1].results[0][1]} jumps {jump} degrees: another branch?"
+        first, second = (row.results[0][1] for row in rows[n : n + 2])
+        yield f"between rows {first} and {second} jumps {jump} degrees: another branch?"
     negative = Counter(np.sign(own[:, 3:][:, [tilting(rows[0])]].ravel()))
     if len([sign for sign in negative if sign]) > 1:
         yield "the tilting axis changes its sign between rows: another branch?"

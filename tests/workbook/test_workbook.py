@@ -103,7 +103,9 @@ def spoilt_reports(tmp_path_factory):
 
 def test_no_planted_error_passes_and_the_first_wrong_cell_is_named(spoilt_reports):
     assert {report.verdict for *_, report in spoilt_reports} == {"wrong"}
-    missed = [(name, first, report.faults[0]) for name, first, report in spoilt_reports if report.faults[0].cell != first]
+    missed = [
+        (name, first, report.faults[0]) for name, first, report in spoilt_reports if report.faults[0].cell != first
+    ]
     assert len(missed) <= 0.02 * len(spoilt_reports), missed
 
 
@@ -329,7 +331,9 @@ def test_marked_copies(tmp_path):
     assert sheet["A14"].fill.fgColor.rgb.endswith("C6EFCE") and sheet["A14"].comment is None
     assert sheet["E20"].fill.fgColor.rgb.endswith("FFEB9C") and "MMULT" in sheet["A20"].value.text
     values = openpyxl.load_workbook(tmp_path / "out" / "marked.xlsx", data_only=True)["ZXZ"]
-    assert values["J22"].value == pytest.approx(openpyxl.load_workbook(tmp_path / "w.xlsx", data_only=True)["ZXZ"]["J22"].value)
+    assert values["J22"].value == pytest.approx(
+        openpyxl.load_workbook(tmp_path / "w.xlsx", data_only=True)["ZXZ"]["J22"].value
+    )
     assert (tmp_path / "w.xlsx").read_bytes() == original
     with pytest.raises(OutputError, match="original"):
         workbook.mark(report, tmp_path / "w.xlsx")
