@@ -617,11 +617,9 @@ class Judge:
         """Whether the formula of the row above or below, copied here, gives `value`."""
         for step in (-1, 1):
             tree = self.graph.trees.get((place[0], place[1] + step, place[2]))
-            if tree and len(self.found.component[place]) > 9 and (moved := copied(tree, -step)):
-                if same(
-                    np.broadcast_to(self.graph.calculate(moved, self.values)[:, 0, 0], (SAMPLES,)), value, 1e-7
-                ):
-                    return True
+            moved = copied(tree, -step) if tree and len(self.found.component[place]) > 9 else None
+            if moved and same(self.graph.calculate(moved, self.values)[:, 0, 0], value, 1e-7):
+                return True
         return False
 
     def _array(self, place):

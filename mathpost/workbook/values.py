@@ -1,6 +1,7 @@
 """A sheet of numbers without formulas: the labels say what each cell is, and so which formula should stand there.
 
-Each number is compared with what that formula makes of the numbers in the cells before it. So an error is told from what follows from it; but a slip that is lucky at these numbers cannot be seen.
+Each number is compared with what that formula makes of the numbers in the cells before it. So an error is told from
+what follows from it; but a slip that is lucky at these numbers cannot be seen.
 """
 
 import re
