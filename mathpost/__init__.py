@@ -14,7 +14,7 @@ _OFFERED = {
     "read_cl": "mathpost.post.cl.read",
     "postprocess": "mathpost.post.run",
     "explain": "mathpost.detective.euler_angles.explain",
-    "check_workbook": "mathpost.workbook.check.check",
+    "check_workbook": "mathpost.workbook.check.check_file",
     "check_answer": "mathpost.course.exercise.check",
     "MathpostError": "mathpost.errors.MathpostError",
 }
