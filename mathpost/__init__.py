@@ -1,7 +1,8 @@
 """Five-axis kinematics and post-processing, derived in sympy and taught in Jupyter.
 
-The files beside this one are to be read first: rotation, angles, frame, machine, chain, kinematics, errors. The rest
-is in rooms, each with its own reading order: plane, measure, detective, compensate, workbook, post, draw, course.
+Read the files beside this one first: rotation, angles, frame, machine, chain, kinematics, errors; codegen prints
+what they derive for other programs. The rest is in rooms, each with its own reading order: plane, measure,
+detective, compensate, workbook, post, draw, course.
 """
 
 from importlib import import_module

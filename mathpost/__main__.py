@@ -4,14 +4,16 @@ import argparse
 import math
 import os
 import re
+import signal
 import sys
+from importlib import metadata
 from pathlib import Path
 
-from mathpost import machine, workbook
-from mathpost.compensate import machine_errors
+from mathpost import codegen, machine, workbook
+from mathpost.compensate.model import read_errors
 from mathpost.detective.euler_angles import explain
 from mathpost.detective.rotary_axes import explain_joints
-from mathpost.errors import InputError, MathpostError, write_bytes
+from mathpost.errors import InputError, MathpostError, write_bytes, write_text
 from mathpost.kinematics import Kinematics
 from mathpost.post import CONE, TOLERANCE, cl, run
 from mathpost.post.program import DIALECTS
@@ -27,22 +29,41 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(
         prog="python -m mathpost", description="Five-axis post-processing and spreadsheets, verified."
     )
+    parser.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
     commands = parser.add_subparsers(dest="command", required=True)
     _add_post(commands)
     _add_check(commands)
+    _add_print(commands)
+    _add_show(commands)
     _add_explain(commands)
     _add_lessons(commands)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
+    if arguments is None:
+        signal.signal(signal.SIGTERM, _stopped)
     try:
         status = options.run(options)
         sys.stdout.flush()
         return status
-    except BrokenPipeError:  # somebody reads the first lines only
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
     except MathpostError as error:
         print(f"mathpost: {error}", file=sys.stderr)
         return 2
+    except ModuleNotFoundError as error:  # of the extras that a headless post does without
+        print(f"mathpost: this command needs {error.name}, which comes with mathpost[course]", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("mathpost: stopped, nothing was written", file=sys.stderr)
+        return 130
+    except BrokenPipeError:  # somebody reads the first lines only
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:  # standard output is closed, or its disk is full
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, what is left to be written goes nowhere
+        print(f"mathpost: standard output: {error.strerror or error}", file=sys.stderr)
+        return 2
+
+
+def _stopped(*_):
+    raise KeyboardInterrupt
 
 
 def _joined(arguments):
@@ -75,7 +96,14 @@ def _add_post(commands):
     post.add_argument(
         "--compare", action="store_true", help="report the other strategies and ways through singular regions, too"
     )
+    post.add_argument(
+        "--ignore", type=_words, default=(), metavar="WORD,…", help="take these words of the CL file for comments"
+    )
     post.add_argument("-o", "--output", type=Path, metavar="FILE", help="program; by default standard output")
+
+
+def _words(text):
+    return tuple(word.strip() for word in text.split(",") if word.strip())
 
 
 def _vector(text):
@@ -89,7 +117,7 @@ def _post(options):
     """Write the program, and the report to standard error."""
     setup = machine.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
     result = run(
-        cl.read(options.cl),
+        cl.read(options.cl, tolerance=min(cl.ARC_TOLERANCE, options.tolerance / 5), ignored=options.ignore),
         setup,
         dialect=options.dialect,
         strategy=options.selection,
@@ -99,14 +127,20 @@ def _post(options):
         cone=CONE if options.cone is None else math.radians(options.cone),
         split=options.split,
         compare=options.compare,
-        errors=machine_errors.load(options.errors, setup) if options.errors else None,
+        errors=read_errors(options.errors, setup) if options.errors else None,
+        progress=_stage if sys.stderr.isatty() else None,
     )
     if options.output:
-        write_bytes(options.output, result.program.encode())
+        inputs = [each for each in (options.cl, options.machine, options.errors) if each]
+        write_text(options.output, result.program, inputs=inputs)
     else:
         print(result.program, end="")
     print(result.report, file=sys.stderr)
     return 0
+
+
+def _stage(name):
+    print(f"{name} …", file=sys.stderr)
 
 
 def _add_check(commands):
@@ -171,6 +205,41 @@ def _check(options):
 
 def _progress(done, total, path):
     print(f"{done}/{total} {path.name}", file=sys.stderr)
+
+
+def _add_print(commands):
+    printed = commands.add_parser(
+        "print", help="forward, inverse and Jacobian of a machine as JavaScript, C or LaTeX"
+    )
+    printed.set_defaults(run=_print)
+    printed.add_argument("machine", type=Path, metavar="MACHINE", help="machine file, TOML")
+    printed.add_argument("--to", choices=codegen.LANGUAGES, required=True)
+    printed.add_argument("-o", "--output", type=Path, metavar="FILE", help="by default standard output")
+
+
+def _print(options):
+    """Print the functions of a machine."""
+    text = codegen.machine(Kinematics(machine.load(options.machine)), options.to)
+    if options.output:
+        write_text(options.output, text)
+    else:
+        print(text, end="")
+    return 0
+
+
+def _add_show(commands):
+    show = commands.add_parser("show", help="a machine as a page that moves, with the signs of its axes in words")
+    show.set_defaults(run=_show)
+    show.add_argument("machine", type=Path, metavar="MACHINE", help="machine file, TOML")
+    show.add_argument("-o", "--output", type=Path, metavar="PAGE", required=True, help="HTML")
+
+
+def _show(options):
+    """Write the page."""
+    from mathpost.course import machine_page
+
+    write_text(options.output, machine_page.page(Kinematics(machine.load(options.machine))))
+    return 0
 
 
 def _add_explain(commands):

@@ -48,8 +48,7 @@ def matrix(sequence, angles, *, degrees=False):
     letters, step = _intrinsic(sequence)
     if not any(isinstance(angle, sp.Basic) for angle in np.ravel(np.asarray(angles, dtype=object))):
         angles = np.moveaxis(as_array(angles, 3, "angles"), -1, 0)
-    i, j, k = (ACTIVE[letter] for letter in letters)
-    return from_angles(lambda a, b, c: i(a) * j(b) * k(c), tuple(angles)[::step], degrees)
+    return from_angles(_turns(letters), tuple(angles)[::step], degrees)
 
 
 def angles(sequence, matrix, *, lock="third", degrees=False):
@@ -183,6 +182,12 @@ def _intrinsic(sequence):
         return sequence[::-1].upper(), -1
     expected = f"one of {', '.join(SEQUENCES)}, or the same in lower case for fixed axes"
     raise InputError("sequence", expected, repr(sequence))
+
+
+@lru_cache(maxsize=12)
+def _turns(letters):
+    i, j, k = (ACTIVE[letter] for letter in letters)
+    return lambda a, b, c: i(a) * j(b) * k(c)
 
 
 def _entries(matrices):

@@ -49,6 +49,8 @@ def as_array(values, length, where):
         ...
     mathpost.errors.InputError: tip: expected finite numbers, found nan at index (1,)
     """
+    if np.ma.is_masked(values):
+        raise InputError(where, "numbers", "masked ones")
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
@@ -70,6 +72,17 @@ def read_bytes(path):
         raise InputError(str(path), "a readable file", error.strerror or str(error)) from None
 
 
+def data_file(path):
+    """Return the path of a file that comes with the package, such as ``"cl/blade.cl"``; `InputError` if none does.
+
+    In a checkout the folder `data` stands beside the package, in an installed package inside it.
+    """
+    for folder in (Path(__file__).parents[1] / "data", Path(__file__).parent / "data"):
+        if (folder / path).exists():
+            return folder / path
+    raise InputError("data", "a file that comes with the package", f"no data/{path}")
+
+
 def read_text(path):
     """Return the text of the UTF-8 file `path`; raise `InputError` if it cannot be read."""
     try:
@@ -79,27 +92,46 @@ def read_text(path):
         raise InputError(f"{path}, line {line}", "UTF-8 text", f"byte 0x{error.object[error.start]:02x}") from None
 
 
-def write_text(path, text):
-    """Write `text` as UTF-8 to `path` whole or not at all; raise `OutputError` if that fails."""
-    write_bytes(path, text.encode("utf-8"))
+def write_text(path, text, *, inputs=()):
+    """Write `text` as UTF-8; see `write_bytes`."""
+    write_bytes(path, text.encode("utf-8"), inputs=inputs)
 
 
-def write_bytes(path, content):
+def write_bytes(path, content, *, inputs=()):
     """Write `content` to `path` whole or not at all; raise `OutputError` if that fails.
 
-    A temporary file in the same folder takes the place of `path` in one step.
+    A temporary file in the same folder takes the place of `path` in one step, with the mode and the owner that the
+    file had. A link is followed. What is no regular file (a device, a pipe) or one of `inputs` is not replaced.
     """
-    path, temporary = Path(path), None
+    path, temporary = Path(os.path.realpath(path)), None
     try:
+        mode, owner = _replaced(path, inputs)
         handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
         with open(handle, "wb") as file:
             file.write(content)
-        umask = os.umask(0)  # can be read only by setting it
-        os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)
+        if owner:
+            os.chown(temporary, *owner)
+        os.chmod(temporary, mode)
         os.replace(temporary, path)
     except OSError as error:
         raise OutputError(f"{path}: not written, {error.strerror or error}") from None
     finally:
         if temporary:
             Path(temporary).unlink(missing_ok=True)
+
+
+def _replaced(path, inputs):
+    """Return the mode and the owner that a file shall have; refuse to replace what must not be."""
+    if not path.exists():
+        umask = os.umask(0)  # can be read only by setting it
+        os.umask(umask)
+        return 0o666 & ~umask, None
+    if not path.is_file():
+        raise OutputError(f"{path}: not written, it is no regular file")
+    if any(os.path.exists(each) and path.samefile(each) for each in inputs):
+        raise OutputError(f"{path}: not written, it is one of the files that are read")
+    if not os.access(path, os.W_OK):
+        raise OutputError(f"{path}: not written, Permission denied")
+    status = path.stat()
+    mine = (status.st_uid, status.st_gid) == (os.getuid(), os.getgid()) if hasattr(os, "getuid") else True
+    return status.st_mode & 0o7777, None if mine else (status.st_uid, status.st_gid)

@@ -8,11 +8,13 @@ import math
 import re
 import tomllib
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
-from mathpost.errors import InputError, as_array, read_text
+from mathpost.errors import InputError, as_array, data_file, read_text
 
+LARGEST = 1e9  # of any number
 ENDLESS = (-math.inf, math.inf)
 
 
@@ -72,6 +74,9 @@ class Machine:
         Spindle nose to tip, mm.
     programmed_point : str or tuple of 3 floats
         The point of the head, at rotary zero, that X Y Z name: ``"tip"``, ``"nose"`` or mm from the nose.
+    limits_of : str
+        What the limits of X Y Z count: ``"slides"``, in machine coordinates (a slide stands at its word, plus the
+        origin, plus the tool where the word names the tip), or ``"words"``.
     """
 
     name: str
@@ -82,6 +87,7 @@ class Machine:
     tool_axis: tuple
     tool_length: float
     programmed_point: str | tuple
+    limits_of: str = "slides"
 
     @property
     def joint_names(self):
@@ -89,9 +95,19 @@ class Machine:
         return tuple(joint.name for joint in (*self.linear, *self.rotary))
 
     @property
+    def slides(self):
+        """What the slides X Y Z stand at when their words are 0, mm, shape (3,); see `limits_of`."""
+        if self.limits_of == "words":
+            return np.zeros(3)
+        axis = np.array(self.tool_axis) / np.linalg.norm(self.tool_axis)
+        return np.array(self.origin) + (self.programmed_point == "tip") * self.tool_length * axis
+
+    @property
     def limits(self):
-        """Travel of the five joints, shape (5, 2): mm and radians."""
-        return np.array([joint.limits for joint in (*self.linear, *self.rotary)])
+        """Travel of the five joints as words, shape (5, 2): mm and radians."""
+        limits = np.array([joint.limits for joint in (*self.linear, *self.rotary)])
+        limits[:3] -= self.slides[:, None]
+        return limits
 
     @property
     def max_rates(self):
@@ -123,6 +139,7 @@ def load(path):
     Parameters
     ----------
     path : str or path-like
+        A file, or the name of a machine that comes with the package, such as ``"dmu50v"``.
 
     Returns
     -------
@@ -131,8 +148,9 @@ def load(path):
     Raises
     ------
     InputError
-        If the file cannot be read, is not TOML, lacks a key, has one too many, or holds a value that no
-        five-axis machine can have: not exactly two rotary axes, parallel axes, an inner axis along the tool.
+        If there is no such machine, or the file cannot be read, is not TOML, lacks a key, has one too many, or
+        holds a value that no five-axis machine can have: not exactly two rotary axes, parallel axes, an inner axis
+        along the tool.
 
     Examples
     --------
@@ -140,6 +158,10 @@ def load(path):
     >>> machine.joint_names, machine.arrangement
     (('X', 'Y', 'Z', 'B', 'C'), 'table-table')
     """
+    shipped = {file.stem: file for file in sorted(data_file("machines").glob("*.toml"))}
+    if not Path(path).suffix and not Path(path).exists() and str(path) not in shipped:
+        raise InputError(str(path), f"a TOML file, or one of {', '.join(shipped)}", "neither")
+    path = path if Path(path).exists() else shipped.get(str(path), path)
     return from_dict(read_toml(path), str(path))
 
 
@@ -148,7 +170,7 @@ def read_toml(path):
     text = read_text(path)
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits, tables thousands deep
         raise InputError(str(path), "a TOML file", str(error)) from None
 
 
@@ -167,9 +189,12 @@ def from_dict(content, where="machine"):
         linear=tuple(_linear(linear, name) for name in "XYZ"),
         origin=workpiece.take("origin", _vector, "[x, y, z] in mm"),
         tool_axis=tool.take("axis", _direction, "[x, y, z], not all zero"),
-        tool_length=tool.take("length", _length, "a length in mm, not negative"),
-        programmed_point=tool.take("programmed_point", _programmed_point, '"tip", "nose" or [x, y, z] in mm'),
+        tool_length=tool.take("length", _length, "a length in mm, not negative", 0.0),
+        programmed_point=tool.take(
+            "programmed_point", _programmed_point, '"tip", "nose" or [x, y, z] in mm', "tip"
+        ),
     )
+    machine = replace(machine, limits_of=linear.take("limits_of", _limits_of, '"slides" or "words"', "slides"))
     for table in (file, workpiece, tool, linear):
         table.done()
     _check_arrangement(machine, where)
@@ -239,7 +264,7 @@ class TomlTable:
         value = self.content.pop(key)
         try:
             return read(value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise InputError(f"{self.where}, key {key!r}", expected, repr(value)) from None
 
     def table(self, key, optional=False):
@@ -265,7 +290,7 @@ def _require(condition, value):
 
 def _number(value):
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return float(_require(is_number and math.isfinite(value), value))
+    return float(_require(is_number and abs(value) < LARGEST, value))
 
 
 def _vector(value):
@@ -299,6 +324,10 @@ def _side(value):
 
 def _address(value):
     return _require(re.fullmatch("[ABCUVW][0-9]?", value), value)
+
+
+def _limits_of(value):
+    return _require(value in ("slides", "words"), value)
 
 
 def _programmed_point(value):

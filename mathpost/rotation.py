@@ -19,7 +19,7 @@ ACTIVE = {"X": rot_ccw_axis1, "Y": rot_ccw_axis2, "Z": rot_ccw_axis3}
 PASSIVE = {"X": rot_axis1, "Y": rot_axis2, "Z": rot_axis3}
 ORTHONORMAL = 2e-6  # what six printed decimals leave of an orthonormal matrix
 SHORTEST = 1e-9  # a vector no longer than this has no direction
-BLOCK = 16384  # elements that a formula works on at a time
+SLICE = 16384  # elements that a formula works on at a time
 
 
 def about(axis, angle):
@@ -131,7 +131,7 @@ def zxz_right(alpha, beta, gamma, *, degrees=False):
     >>> (zxz_right(135, 54.7356, -90, degrees=True) @ [3, 4, 5]).round(6)
     array([-1.224744,  0.707107,  6.928203])
     """
-    return from_angles(lambda *angles: _right(*angles)["γβα"], (alpha, beta, gamma), degrees)
+    return from_angles(_right_matrix, (alpha, beta, gamma), degrees)
 
 
 def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
@@ -146,7 +146,7 @@ def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
     >>> zxz_left_transposed(a, b, c) == zxz_right(a, b, c)
     True
     """
-    return from_angles(lambda *angles: _left(*angles)["(αβγ)ᵀ"], (alpha, beta, gamma), degrees)
+    return from_angles(_left_matrix, (alpha, beta, gamma), degrees)
 
 
 def zxz_apply(alpha, beta, gamma, points, *, degrees=False):
@@ -208,7 +208,7 @@ def zxz_steps(recipe, angles, point, *, elementary=PASSIVE, degrees=False):
     build = recipes[recipe]
     values = {"−α, −β, −γ": [-angle for angle in angles]} if recipe == "left" else {}
     for name in build(0, 0, 0):
-        values[name] = from_angles(lambda *each, name=name: build(*each, elementary)[name], angles, degrees)
+        values[name] = from_angles(lambda a, b, c, name=name: build(a, b, c, elementary)[name], angles, degrees)
     matrix = values[name]
     if isinstance(matrix, sp.MatrixBase):
         values["x', y', z'"] = matrix * sp.Matrix(point)
@@ -229,12 +229,25 @@ def _left(alpha, beta, gamma, elementary=PASSIVE):
     return {"α": a, "β": b, "γ": c, "αβ": a * b, "αβγ": a * b * c, "(αβγ)ᵀ": (a * b * c).T}
 
 
-def from_angles(build, angles, degrees=False):
-    """Apply the symbolic `build` to angles that are numbers, arrays or sympy expressions."""
+def _right_matrix(*angles):
+    return _right(*angles)["γβα"]
+
+
+def _left_matrix(*angles):
+    return _left(*angles)["(αβγ)ᵀ"]
+
+
+def from_angles(build, angles, degrees):
+    """Apply the symbolic `build`, a function of so many angles, to numbers, arrays or sympy expressions."""
     if any(isinstance(angle, sp.Basic) for angle in angles):
         return build(*(sp.sympify(angle) * (sp.pi / 180 if degrees else 1) for angle in angles))
-    symbols = sp.symbols(f"angle:{len(angles)}", real=True)
-    return numeric(sp.ImmutableMatrix(build(*symbols)), symbols)(*_as_angles(angles, degrees))
+    return _built(build, len(angles))(*_as_angles(angles, degrees))
+
+
+@lru_cache(maxsize=256)
+def _built(build, count):
+    symbols = sp.symbols(f"angle:{count}", real=True)
+    return numeric(sp.ImmutableMatrix(build(*symbols)), symbols)
 
 
 def _as_angles(angles, degrees):
@@ -249,7 +262,7 @@ def _as_angles(angles, degrees):
 def numeric(expression, arguments):
     """Compile a sympy expression into a function of NumPy arrays: the one place that does, and remembers it.
 
-    What the entries have in common is computed once. Large arrays go through in pieces of `BLOCK` elements, so that
+    What the entries have in common is computed once. Large arrays go through in pieces of `SLICE` elements, so that
     the intermediate results stay in the processor's cache.
 
     Parameters
@@ -271,14 +284,14 @@ def numeric(expression, arguments):
            [-1.,  1.]])
     """
     shape = (len(expression),) if isinstance(expression, tuple) else getattr(expression, "shape", ())
-    entries = [_in_floats(sp.sympify(entry)) for entry in (expression if shape else [expression])]
+    entries = [in_floats(sp.sympify(entry)) for entry in (expression if shape else [expression])]
     compiled = sp.lambdify(arguments, entries, "numpy", cse=True)
 
     def evaluate(*values):
         values = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in values))
         flat = [value.reshape(-1) for value in values]
         result = np.empty((len(entries), flat[0].size))
-        for rows in blocks(flat[0].shape):
+        for rows in slices(flat[0].shape):
             for index, entry in enumerate(compiled(*(value[rows] for value in flat))):
                 result[index, rows] = entry
         return np.moveaxis(result, 0, -1).reshape(*values[0].shape, *shape)
@@ -286,20 +299,20 @@ def numeric(expression, arguments):
     return evaluate
 
 
-def blocks(shape):
-    """Yield slices of the first axis of `shape` that take about `BLOCK` elements each."""
-    step = max(1, BLOCK // max(1, math.prod(shape[1:])))
+def slices(shape):
+    """Yield slices of the first axis of `shape` that take about `SLICE` elements each."""
+    step = max(1, SLICE // max(1, math.prod(shape[1:])))
     for start in range(0, shape[0], step):
         yield slice(start, start + step)
 
 
 @lru_cache(maxsize=4096)
-def _in_floats(expression):
+def in_floats(expression):
     """Return `expression` with its exact constants (√2/2, long fractions) evaluated, exponents left alone."""
     if expression.is_Integer and abs(expression) < 2**53:
         return expression
     if expression.is_number:
         return sp.N(expression, 30)
     if expression.is_Pow:
-        return sp.Pow(_in_floats(expression.base), expression.exp)
-    return expression.func(*map(_in_floats, expression.args)) if expression.args else expression
+        return sp.Pow(in_floats(expression.base), expression.exp)
+    return expression.func(*map(in_floats, expression.args)) if expression.args else expression

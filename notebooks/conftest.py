@@ -6,7 +6,7 @@ import re
 import pytest
 from nbval.plugin import IPyNbCell, IPyNbFile
 
-from mathpost.course.lessons import same
+from mathpost.course.lessons import same, without_views
 
 # A number in markdown, and behind it, where readers do not see it, what it was measured by and how it is printed:
 # leans by 4.4°<!-- np.degrees(lean) .1f -->
@@ -80,5 +80,5 @@ def _collect(file, cells=IPyNbFile.collect):
 
 
 _sanitize = IPyNbCell.sanitize
-IPyNbCell.sanitize = lambda cell, text: TolerantText(_sanitize(cell, text))
+IPyNbCell.sanitize = lambda cell, text: TolerantText(without_views(_sanitize(cell, text)))
 IPyNbFile.collect = _collect

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import settings
 
 from mathpost import machine
-from mathpost.compensate.error_model import ErrorModel
+from mathpost.compensate.model import ErrorModel
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl, text
 

@@ -1,16 +1,22 @@
-"""Every lesson in a real browser: opened in JupyterLab and run, its sliders moved, its pictures seen to change."""
+"""The course in a real browser: run in JupyterLab, reopened without a kernel, published without a network."""
 
 import os
+import re
 import shutil
 import socket
 import subprocess
 import sys
 from pathlib import Path
 
-import nbformat
+import numpy as np
 import pytest
 
-from tests.conftest import ROOT
+from mathpost import machine
+from mathpost.course import machine_page, view_machine
+from mathpost.errors import write_text
+from mathpost.kinematics import Kinematics
+from mathpost.post import cl
+from tests.conftest import DATA, ROOT
 
 CHROMIUM = Path("/usr/bin/chromium")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"no browser: {CHROMIUM} is not there")
@@ -27,6 +33,7 @@ SETTINGS = {  # no news, and every cell in the page whether it is in sight or no
 }
 PATIENCE = 120_000  # ms, for a busy machine
 
+LIVE = ("00_start_here", "01_rotating_a_point", "04_transform_chain")  # lessons whose views all live in the browser
 RUN = """async path => {
     const app = window.jupyterapp;
     await app.restored;
@@ -46,6 +53,21 @@ CLOSE = """async id => {
     await panel.context.save();
     panel.dispose();
 }"""
+# Opened as it was saved, without a kernel.
+REOPEN = """async path => {
+    const app = window.jupyterapp;
+    const kernel = {shouldStart: false, canStart: false, autoStartDefault: false};
+    const panel = await app.commands.execute('docmanager:open', {path, factory: 'Notebook', kernel});
+    await panel.context.ready;
+    app.shell.activateById(panel.id);
+    return panel.id;
+}"""
+CLOSE_ONLY = """async id => {
+    const app = window.jupyterapp;
+    [...app.shell.widgets('main')].find(widget => widget.id == id).dispose();
+}"""
+PICTURE = """canvas => new Promise(done =>
+    requestAnimationFrame(() => requestAnimationFrame(() => done(canvas.toDataURL()))))"""
 # From a key on the slider to the new picture decoded, in the page's own clock.
 TIMED = """async ([handle, image]) => {
     handle.focus();
@@ -103,23 +125,43 @@ def lab(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def page(lab):
-    """A page of the size of a projector, with JupyterLab in it; errors of its console are in `page.errors`."""
+def browser():
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        page = browser.new_page(viewport={"width": 1024, "height": 768})
-        page.set_default_timeout(PATIENCE)
-        page.errors = []
-        page.on("console", lambda message: message.type == "error" and page.errors.append(message.text))
-        page.on("pageerror", lambda error: page.errors.append(str(error)))
-        page.goto(lab)
-        page.wait_for_function("window.jupyterapp !== undefined")
-        page.evaluate("async () => { await window.jupyterapp.restored; }")
-        page.evaluate("() => window.jupyterapp.shell.collapseLeft()")
         PICTURES.mkdir(parents=True, exist_ok=True)
-        yield page
+        yield browser
         browser.close()
+
+
+def opened(browser, **size):
+    """A page with the errors of its console in `page.errors`."""
+    page = browser.new_page(viewport={"width": 1280, "height": 720} | size)
+    page.set_default_timeout(PATIENCE)
+    page.errors = []
+    page.on("console", lambda message: message.type == "error" and page.errors.append(message.text))
+    page.on("pageerror", lambda error: page.errors.append(str(error)))
+    return page
+
+
+@pytest.fixture(scope="module")
+def page(browser, lab):
+    """JupyterLab on the screen of a small laptop."""
+    page = opened(browser)
+    page.goto(lab)
+    page.wait_for_function("window.jupyterapp !== undefined")
+    page.evaluate("async () => { await window.jupyterapp.restored; }")
+    page.evaluate("() => window.jupyterapp.shell.collapseLeft()")
+    return page
+
+
+@pytest.fixture(scope="module")
+def offline(browser):
+    """A page that may ask nobody; what it asked for all the same is in `page.asked`."""
+    page = opened(browser)
+    page.asked = []
+    page.route("http*://**", lambda route: (page.asked.append(route.request.url), route.abort()))
+    return page
 
 
 @pytest.fixture(scope="module", params=NOTEBOOKS, ids=lambda path: path.stem)
@@ -131,9 +173,64 @@ def lesson(request, page):
     page.evaluate(CLOSE, ran["id"])
 
 
+class Live:
+    """A view that moves: its iframe, seen by the numbers that it says and by its picture."""
+
+    def __init__(self, frame):
+        self.outside = hasattr(frame, "content_frame") and frame
+        self.frame = frame.content_frame if self.outside else frame
+        self.frame.locator(".said div").first.wait_for()
+
+    def said(self):
+        return self.frame.locator(".said").inner_text()
+
+    def picture(self):
+        """The first picture after the next frame, as text; out of sight, a browser draws no frames."""
+        if self.outside:
+            self.outside.evaluate("frame => frame.scrollIntoView({block: 'center'})")
+        return self.frame.locator("canvas").first.evaluate(PICTURE)
+
+    def press(self, name):
+        self.frame.get_by_role("button", name=name, exact=True).click()
+
+    def set(self, name, value):
+        box = self.frame.locator("label", has_text=name).locator("input[type=number]").first
+        box.fill(str(value))
+        box.press("Enter")
+
+    def moves(self):
+        """Whether a key on the last slider in sight changes numbers and picture."""
+        before = self.said(), self.picture()
+        self.frame.locator("input[type=range]:visible").last.press("ArrowRight")
+        return self.said() != before[0] and self.picture() != before[1]
+
+
+def lives(place):
+    """The live views in a page or in a panel."""
+    frames = place.locator(".mathpost-live iframe")
+    return [Live(frames.nth(number)) for number in range(frames.count())]
+
+
+def numbers(text):
+    return [float(x) for x in re.findall(r"-?\d+\.\d+", text)]
+
+
 def views(page, panel):
     """The views of a lesson: boxes that hold sliders and a picture."""
     return page.locator(f"{panel} .widget-vbox:has(.noUi-handle):has(img.widget-image)")
+
+
+def test_a_lesson_that_is_not_trusted_shows_the_still_picture(page):
+    """Opened for the first time, before it is run: JupyterLab takes the scripts away, and the picture stands there."""
+    panel = page.evaluate(REOPEN, f"notebooks/{LIVE[0]}.ipynb")
+    picture = page.locator(f"#{panel} .mathpost-live img")
+    picture.scroll_into_view_if_needed()
+    assert page.locator(f"#{panel} .mathpost-live iframe[srcdoc]").count() == 0
+    box = picture.bounding_box()
+    assert box["width"] > 400 and box["height"] > 300
+    assert "tip 0.000 0.000 24.000, tool axis" in picture.get_attribute("alt")
+    page.screenshot(path=PICTURES / "not_trusted.png")
+    page.evaluate(CLOSE_ONLY, panel)
 
 
 def test_every_cell_runs_and_the_console_is_silent(lesson, page):
@@ -146,9 +243,9 @@ def test_every_cell_runs_and_the_console_is_silent(lesson, page):
 
 
 def test_every_slider_changes_its_picture(lesson, page):
-    path, panel, _ = lesson
+    path, panel, cells = lesson
     found = views(page, panel)
-    expected = sum("View(" in str(cell.get("outputs")) for cell in nbformat.read(path, 4).cells)
+    expected = sum("View(" in str(cell["outputs"]) for cell in cells)
     assert found.count() == expected
     if not expected:
         pytest.skip("does not apply: a lesson without sliders")
@@ -160,6 +257,8 @@ def test_every_slider_changes_its_picture(lesson, page):
         with (PICTURES / "slider_to_picture.txt").open("a") as figures:
             print(f"{path.stem} view {number + 1}: {sorted(times)[3]:.0f} ms (median of 7)", file=figures)
         view.screenshot(path=PICTURES / f"{path.stem}_view_{number + 1}.png")
+        if path.stem.startswith("02"):  # where the slider stands at 55
+            assert view.locator("input[type=number]").nth(1).input_value() == "54.7356"
     assert not page.errors
 
 
@@ -169,7 +268,11 @@ def test_an_exercise_tells_wrong_from_right(page):
     panel = page.evaluate(RUN, "notebooks/01_rotating_a_point.ipynb")["id"]
     stub = page.locator(f"#{panel} .jp-Notebook-cell:has(.jp-InputArea)", has_text="coordinates_after_alpha = None")
     number = stub.evaluate("cell => [...cell.parentElement.children].indexOf(cell)")
-    answer, check = (page.locator(f"#{panel} .jp-Notebook-cell").nth(number + step) for step in (0, 1))
+    answer, check, solved = (page.locator(f"#{panel} .jp-Notebook-cell").nth(number + step) for step in (0, 1, 2))
+    solutions = page.locator(f"#{panel} details pre")
+    solved.get_by_text("Solution of 01-sign: you have not tried yet", exact=True).wait_for()
+    assert solutions.count() >= 3
+    assert not any(solution.is_visible() for solution in solutions.all())
     for typed, said in (
         ("[-4, 3, 5]", "01-sign · not yet. This turns the point"),
         ("[4, -3, 5]", "01-sign · right."),
@@ -181,9 +284,151 @@ def test_an_exercise_tells_wrong_from_right(page):
         page.keyboard.press("Shift+Enter")
         check.locator(".jp-OutputArea-output", has_text=said).wait_for()
         check.screenshot(path=PICTURES / f"exercise_{said.split()[2].strip('.')}.png")
+    solved.get_by_text("Solution of 01-sign", exact=True).click()  # what it says of an attempt has changed
+    assert [pre.is_visible() for pre in solved.locator("pre").all()] == [False, True]  # the hint stays closed
+    solved.screenshot(path=PICTURES / "exercise_solution.png")
     assert not page.errors
     page.evaluate(CLOSE, panel)
 
 
-def test_sliders_are_in_five_lessons_at_least():
-    assert sum("View(" in path.read_text(encoding="utf-8") for path in NOTEBOOKS) >= 5
+@pytest.mark.parametrize("name", LIVE)
+def test_a_lesson_lives_with_a_kernel_without_one_and_says_what_its_text_says(page, name):
+    page.errors.clear()
+    panel = page.evaluate(RUN, f"notebooks/{name}.ipynb")["id"]
+    found = lives(page.locator(f"#{panel}"))
+    assert found and all(view.moves() for view in found)
+    assert page.locator(".Toastify__toast").count() == 0, "nobody asks about news"
+    page.evaluate(CLOSE, panel)
+    panel = page.evaluate(REOPEN, f"notebooks/{name}.ipynb")
+    again = lives(page.locator(f"#{panel}"))
+    assert len(again) == len(found) and all(view.moves() for view in again), "without a kernel, too"
+    assert "model not found" not in page.locator(f"#{panel}").inner_text()
+    first = again[0]
+    if name.startswith("00"):
+        first.set("B", 60)
+        before = first.said()
+        first.press("other solution")
+        assert first.said().splitlines()[0] == before.splitlines()[0], "neither tip nor tool axis"
+        boxes = first.frame.locator("input[type=number]")
+        assert float(boxes.nth(3).input_value()) == -60.0
+        assert "B -60.000° is outside 0 … 180" in first.said()
+        joint = first.frame.locator("label", has_text="RTCP").locator("input")
+        joint.check()
+        first.set("B", 20)
+        assert first.said().splitlines()[0].split(",")[0] == before.split(",")[0], "the tip stays"
+        first.press("pole")
+        assert "0.00° from singular" in first.said()
+        page.evaluate("id => window.jupyterapp.shell.activateById(id)", panel)
+    if name.startswith("01"):
+        first = Live(page.locator(f"#{panel} .mathpost-live iframe").first)
+        first.set("beta", 54.7356)
+        first.set("gamma", -90)
+        assert "x' = -1.224744, y' = 0.707107, z' = 6.928203" in first.said()
+    if name.startswith("04"):
+        head = again[-1]
+        head.press("home")
+        assert "tip 0.000 0.000 48.000, tool axis 0.0000 0.0000 1.0000" in head.said()
+    page.locator(f"#{panel} .mathpost-live").last.screenshot(path=PICTURES / f"{name}_live.png")
+    assert not page.errors
+    page.evaluate(CLOSE_ONLY, panel)
+
+
+def test_published_pages_move_without_a_network(offline, tmp_path):
+    pages = [f"notebooks/{name}.ipynb" for name in LIVE]
+    command = [
+        sys.executable,
+        "-m",
+        "jupyter",
+        "nbconvert",
+        "--config",
+        ".jupyterhub/html_config.py",
+        "--to",
+        "html",
+    ]
+    subprocess.run([*command, "--output-dir", tmp_path, *pages], cwd=ROOT, check=True, capture_output=True)
+    for name in LIVE:
+        offline.goto((tmp_path / f"{name}.html").as_uri())
+        assert all(view.moves() for view in lives(offline)) and len(lives(offline)) >= 1
+        formulas = offline.locator("math")
+        assert (formulas.count() > 0) == (name != "00_start_here")
+        assert all(formulas.nth(n).bounding_box()["height"] > 5 for n in range(min(3, formulas.count())))
+        assert "\\frac" not in offline.locator("body").inner_text()
+    assert not offline.asked and not offline.errors
+
+
+def test_every_machine_says_in_the_browser_what_python_says(offline, kin, tmp_path):
+    """The page's own printed functions against NumPy, at its start and at a pose that is typed in."""
+    path = tmp_path / "machine.html"
+    write_text(path, machine_page.page(kin))
+    offline.goto(path.as_uri())
+    view = Live(offline)
+    assert view.said().strip() in repr(view_machine.machine(kin))
+    joints = np.array([12.5, -30.25, 41.125, 17.75, 63.5])
+    for name, value in zip(kin.machine.joint_names, joints, strict=True):
+        view.set(name, value)
+    tip, axis = kin.forward(joints, degrees=True)
+    shown = numbers(view.said())
+    assert shown[:3] == pytest.approx(tip, abs=6e-4) and shown[3:6] == pytest.approx(axis, abs=6e-5)
+    before = view.said().splitlines()[0]
+    view.press("other solution")
+    assert view.said().splitlines()[0] == before
+    assert not offline.asked and not offline.errors
+
+
+def test_views_of_paths_move_too(offline, dmu50v, blade, tmp_path):
+    """Both solutions, a walk, and a walk on two machines: play, step, and what is said at the largest swing."""
+    both, walk = view_machine.tool_axis(dmu50v), view_machine.walk(dmu50v, blade)
+    second = view_machine.walk(dmu50v, blade, second=Kinematics(machine.load(DATA / "machines/ac_head.toml")))
+    for name, made in (("both", both), ("walk", walk), ("second", second)):
+        made.save(tmp_path / f"{name}.html")
+        offline.goto((tmp_path / f"{name}.html").as_uri())
+        view = Live(offline)
+        assert view.moves()
+        if name == "both":
+            view.set("tilt", 120)
+            assert view.said().count("out of reach") == 2
+            continue
+        view.set("record", 3)
+        assert view.said().count("tip 0.0000 mm and axis 0.000° off the CL data") == len(made.scenes)
+        view.press("largest swing")
+        assert float(view.said().split("tip ")[1].split()[0]) > 70  # source 002: C swings by 180° about 77 mm
+        view.press("+ step")
+        assert float(offline.locator("input[type=number]").input_value()) == pytest.approx(2.55)
+        view.press("play")
+        offline.wait_for_function("document.querySelector('input[type=number]').value > 2.7")
+        view.press("pause")
+    assert not offline.asked and not offline.errors
+
+
+def test_a_long_walk_stops_at_the_blocks_that_it_knows(offline, dmu50v, tmp_path):
+    walk = view_machine.walk(dmu50v, cl.read(DATA / "cl/twisted_blade.cl"))
+    walk.save(tmp_path / "walk.html")
+    offline.goto((tmp_path / "walk.html").as_uri())
+    view, every = Live(offline), walk.state["every"]
+    view.set("record", 1 + 20.3 * every)
+    assert float(offline.locator("input[type=number]").input_value()) == 1 + 20 * every
+    assert f"every {every}th record is shown" in view.said() and "tip 0.0000 mm and axis 0.000° off" in view.said()
+    assert not offline.errors
+
+
+def test_a_small_screen_shows_picture_and_sliders_together(offline, dmu50v, tmp_path):
+    view_machine.machine(dmu50v).save(tmp_path / "machine.html")
+    for width, height in ((980, 440), (520, 440)):
+        offline.set_viewport_size({"width": width, "height": height})
+        offline.goto((tmp_path / "machine.html").as_uri())
+        Live(offline)
+        for part in ("canvas", ".slider:last-of-type", ".said div"):
+            box = offline.locator(part).first.bounding_box()
+            assert box["x"] >= 0 and box["y"] >= 0 and box["x"] + box["width"] <= width + 1
+            assert box["y"] + box["height"] <= height + 1, f"{part} is cut off at {width} × {height}"
+    offline.set_viewport_size({"width": 1280, "height": 720})
+
+
+def test_names_of_axes_do_not_cover_each_other(offline, kin, tmp_path):
+    view_machine.machine(kin).save(tmp_path / "machine.html")
+    offline.goto((tmp_path / "machine.html").as_uri())
+    view = Live(offline)
+    view.picture()
+    places = np.array(offline.evaluate("document.querySelector('canvas').written"))
+    apart = np.linalg.norm(places[:, None] - places, axis=-1)[np.triu_indices(len(places), 1)]
+    assert apart.min() > 13, "letters of 14 pixels"

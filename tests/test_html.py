@@ -11,6 +11,7 @@ import pytest
 
 from tests.conftest import ROOT
 
+EMBEDDED = re.compile(r'src="data:image/png;base64,\s*([^"]+)"')
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 
 
@@ -30,12 +31,13 @@ def pages(tmp_path_factory):
 
 
 def pictures(notebook):
-    """The PNG of every output and attachment of a notebook, as bytes."""
+    """The PNG of every output and attachment of a notebook, that of a moving view too, as bytes."""
     for cell in notebook["cells"]:
         shown = [output.get("data", {}) for output in cell.get("outputs", [])]
         for data in shown + list(cell.get("attachments", {}).values()):
             if "image/png" in data:
                 yield base64.b64decode("".join(data["image/png"]))
+            yield from map(base64.b64decode, EMBEDDED.findall("".join(data.get("text/html", ""))))
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
@@ -43,7 +45,7 @@ def test_every_picture_is_on_the_page(pages, path):
     page = (pages / f"{path.stem}.html").read_text(encoding="utf-8")
     drawn = list(pictures(json.loads(path.read_text(encoding="utf-8"))))
     assert drawn, "a lesson has pictures"
-    found = {base64.b64decode(data) for data in re.findall(r'src="data:image/png;base64,\s*([^"]+)"', page)}
+    found = {base64.b64decode(data) for data in EMBEDDED.findall(page)}
     assert all(picture in found for picture in drawn)
     assert all(picture.startswith(b"\x89PNG") for picture in drawn)
     links = re.findall(r"<img[^>]*\ssrc=\"(?!data:)([^\"]+)\"", page)
@@ -56,3 +58,13 @@ def test_links_between_lessons_stay_among_the_pages(pages, path):
     links = re.findall(r'href="([^":#]+\.(?:ipynb|html))["#]', page)
     assert not [link for link in links if link.endswith(".ipynb")]
     assert all((pages / link).exists() for link in links)
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_page_asks_nobody_and_has_its_formulas(pages, path):
+    page = (pages / f"{path.stem}.html").read_text(encoding="utf-8")
+    asked = re.findall(r"""<(?:script|link|img|iframe)[^>]*\s(?:src|href)=["'](https?:[^"']+)""", page)
+    assert not asked and "cdnjs" not in page
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    formulas = sum("text/latex" in output.get("data", {}) for cell in cells for output in cell.get("outputs", []))
+    assert page.count("<math") >= formulas

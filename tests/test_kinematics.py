@@ -114,6 +114,15 @@ def test_below_and_above_are_r_minus_d_and_r_plus_d(kin):
         assert float((derived.above - (r + d)).subs(values)) == pytest.approx(0, abs=1e-14)
 
 
+def test_links_hold_numbers_unless_asked_for_symbols(kin):
+    for links, free in (
+        (kin.links(), set(kin.symbols)),
+        (kin.links(parameters=True), {*kin.symbols, *kin.parameters}),
+    ):
+        found = set().union(*(link.matrix.free_symbols for link in links))
+        assert found <= free and (found - set(kin.symbols) != set()) == (free != set(kin.symbols))
+
+
 def test_pole_gives_the_outer_angle_zero(kin):
     pole = np.array(kin.inverse_symbolic.pole, float)
     if kin.reach[0] > 0:
@@ -127,15 +136,18 @@ def test_out_of_reach_is_nan(dmu50v):
     reached = dmu50v.inverse(np.zeros((3, 3)), [[1, 0, 0], [1, 0, -1e-9], [0, 0, -1]])
     assert not np.isnan(reached[0]).any() and np.isnan(reached[1:]).all()
     assert dmu50v.reach == pytest.approx((0, np.pi / 2))
+    # At the edge what rounding leaves is reached, and a thousandth of a billionth of a radian more is not.
+    assert not np.isnan(dmu50v.inverse([0, 0, 0], [1, 0, -1e-16])).any()
+    assert np.isnan(dmu50v.inverse([0, 0, 0], [1, 0, -1e-13])).all()
 
 
-def test_work_in_blocks_changes_nothing(kin, monkeypatch):
+def test_work_in_slices_changes_nothing(kin, monkeypatch):
     """Any shape, cut anywhere, with poles and unreachable axes among the rest."""
     joints = random_joints(kin, 60, seed=7).reshape(3, 20, 5)
     tip, axis = kin.forward(joints)
     axis[1, 3] = -np.array(kin.inverse_symbolic.pole, float)
     whole = kin.inverse(tip, axis)
-    monkeypatch.setattr(rotation, "BLOCK", 7)
+    monkeypatch.setattr(rotation, "SLICE", 7)
     for cut, uncut in ((kin.inverse(tip, axis), whole), (kin.forward(joints)[0], tip)):
         np.testing.assert_allclose(cut, uncut, rtol=1e-14, atol=1e-12)
     with pytest.raises(InputError, match=r"length zero at index \(2, 5\)"):

@@ -38,9 +38,9 @@ def test_printed_example_by_both_recipes():
 
 
 def test_applied_without_matrices():
-    """More angles than one block holds, against SciPy; and every way to broadcast."""
+    """More angles than one slice holds, against SciPy; and every way to broadcast."""
     rng = np.random.default_rng(1)
-    angles, points = rng.uniform(-7, 7, (rotation.BLOCK + 5, 3)), rng.uniform(-9, 9, (rotation.BLOCK + 5, 3))
+    angles, points = rng.uniform(-7, 7, (rotation.SLICE + 5, 3)), rng.uniform(-9, 9, (rotation.SLICE + 5, 3))
     turned = Rotation.from_euler("ZXZ", angles).apply(points, inverse=True)
     np.testing.assert_allclose(zxz_apply(*angles.T, points), turned, atol=1e-13)
     np.testing.assert_allclose(zxz_apply(*angles[:3].T[..., None], points[:2]).shape, (3, 2, 3))
@@ -116,6 +116,51 @@ def test_row_vector_manual():
     column = np.array(ACTIVE["Z"](sp.rad(30)), dtype=float) @ POINT
     np.testing.assert_allclose(row, [0.598076, 4.964102, 5], atol=6e-7)
     np.testing.assert_allclose(row, column, atol=1e-15)
+
+
+def test_unit_divides_by_the_length():
+    np.testing.assert_allclose(rotation.unit(np.array([[3.0, 0, 4], [0, 0.5, 0]])), [[0.6, 0, 0.8], [0, 1, 0]])
+    np.testing.assert_allclose(rotation.unit(np.array([2e-9, 0])), [1, 0])  # short, but with a direction
+    with pytest.raises(InputError, match="with a direction"):
+        rotation.unit(np.array([1e-9, 0, 0]))
+
+
+def test_wrap_keeps_the_upper_end_and_moves_the_lower():
+    found = rotation.wrap([180, -180, 180 + 1e-6, -180 + 1e-6, 540, 721, -0.0, 360])
+    np.testing.assert_allclose(found, [180, 180, -180 + 1e-6, -180 + 1e-6, 180, 1, 0, 0], atol=1e-12)
+    assert not np.signbit(found[-2:]).any()  # atan2 and a printed word would show the sign of −0
+    assert rotation.wrap(-180 - 1e-11) == pytest.approx(180) and rotation.wrap(-180 + 1e-11) == pytest.approx(180)
+    np.testing.assert_allclose(rotation.wrap([3.5, -3.5], 2 * np.pi), [3.5 - 2 * np.pi, 2 * np.pi - 3.5])
+
+
+def test_rotations_rounded_to_six_decimals_are_accepted_and_to_five_refused():
+    rng = np.random.default_rng(2)
+    matrices = Rotation.random(500, rng=rng).as_matrix()
+    assert rotation.as_rotation(matrices.round(6)).shape == (500, 3, 3)
+    refused = [m for m in matrices.round(5) if np.abs(m.T @ m - np.eye(3)).max() > 2e-6]
+    assert len(refused) > 400
+    for matrix in refused[:20]:
+        with pytest.raises(InputError, match="orthonormal"):
+            rotation.as_rotation(matrix)
+
+
+def test_about_turns_right_handed_about_any_axis():
+    rng = np.random.default_rng(3)
+    t, *v = sp.symbols("t v_x v_y v_z")
+    matrix = rotation.numeric(sp.ImmutableMatrix(rotation.about(v, t)), (t, *v))
+    axes, turns = rotation.unit(rng.normal(size=(50, 3))), rng.uniform(-4, 4, 50)
+    expected = Rotation.from_rotvec(axes * turns[:, None]).as_matrix()
+    np.testing.assert_allclose(matrix(turns, *axes.T), expected, atol=1e-14)
+
+
+def test_slices_cover_the_first_axis_once_and_are_of_the_size_stated():
+    for shape in ((0,), (1,), (40_000,), (70, 1000), (3, 10**6)):
+        parts = list(rotation.slices(shape))
+        assert np.array_equal(
+            np.concatenate([np.arange(shape[0])[part] for part in parts] or [[]]), range(shape[0])
+        )
+        size = int(np.prod(shape[1:]))
+        assert all(len(range(shape[0])[part]) * size <= max(rotation.SLICE, size) for part in parts)
 
 
 def test_arrays_broadcast():

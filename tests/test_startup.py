@@ -3,7 +3,6 @@
 import pkgutil
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -44,13 +43,3 @@ def test_an_unknown_name_is_an_error_and_a_module_stays_one():
         mathpost.dough  # noqa: B018
     assert "load" in vars(sys.modules["mathpost.machine"])
     loaded_after("from mathpost import machine, load_machine; assert machine.load is load_machine")
-
-
-def test_everything_in_the_rooms_is_shipped():
-    """Each folder of the package is a package, and each file that is not Python is named by the package data."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
-    files = [path for path in (ROOT / "mathpost").rglob("*") if path.is_file() and "__pycache__" not in path.parts]
-    assert project["packages"]["find"]["include"] == ["mathpost*"]
-    for path in files:
-        assert (path.parent / "__init__.py").exists(), path
-        assert path.suffix == ".py" or any(path.match(pattern) for pattern in project["package-data"]["*"]), path

@@ -1,6 +1,6 @@
 """Compensate the systematic errors of a machine, after Bohez (source 001), and say what is left.
 
-Errors that do not depend on position are put into the inverse directly (`calibrated`); those that do are
+Errors that do not depend on position are put into the inverse directly (`CalibratedKinematics`); those that do are
 taken out by one step of the total differential of the inverse, dq = −J⁺·Jₑ·e(q). Which error belongs to which group
 the source does not say. Near the singular position of the machine the step asks for a great turn in return for a
 small tilt, and its remainder, which grows with the square of the turn, makes things worse. There the turn is
@@ -12,15 +12,113 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import sympy as sp
 
-from mathpost.compensate.calibrated import CalibratedKinematics
-from mathpost.compensate.error_model import ErrorModel
+from mathpost.compensate.model import COMPONENTS, SQUARENESS, ErrorModel, error_frame
 from mathpost.errors import as_array
+from mathpost.kinematics import Kinematics
+from mathpost.rotation import numeric, wrap
 
 MAX_TURN = np.deg2rad(0.1)  # its second-order remainder is 0.15 µm for every 100 mm between tool and rotary axis
 MAX_GAIN = 10  # turn for tilt that is never limited: that of a tool axis some 6 degrees from the singular one
 ROUNDING = 1e-13  # radians
 NEGLIGIBLE = 1e-4, 1e-7  # mm and radians by which "worse" is not worth refusing
+_SIX, _POINT = sp.symbols(tuple(COMPONENTS), real=True), sp.symbols(("px", "py", "pz"), real=True)
+
+
+class CalibratedKinematics:
+    """The exact inverse kinematics of a machine whose errors are constants: Bohez's first group.
+
+    Constant error frames can be moved through the chain. A turn behind an error frame E is the turn about the line
+    that E has moved, followed by E: E·Turn(line) = Turn(E·line)·E. Moved outwards joint by joint, the frames leave
+    a machine with other axes and pivots, slides with other directions, and one small displacement of the workpiece
+    or the tool. That machine has the closed-form inverse of `mathpost.kinematics`, and so has the one with errors.
+
+    Parameters
+    ----------
+    model : mathpost.compensate.model.ErrorModel
+    constant : array_like, shape (33,)
+        In the order of `model.names`; mm and radians.
+
+    Attributes
+    ----------
+    machine : mathpost.machine.Machine
+        The machine as it is: lines, tool and programmed point moved by the errors.
+    workpiece : ndarray, shape (4, 4)
+        Takes workpiece coordinates to those of the ideal machine's workpiece.
+    slides : ndarray, shape (3, 3)
+        The true directions of X, Y and Z as columns.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> from mathpost.compensate.model import ErrorModel
+    >>> model = ErrorModel(machine.load("data/machines/ac_table.toml"))
+    >>> errors = np.where([name == "EYA" for name in model.names], 0.01, 0)
+    >>> CalibratedKinematics(model, errors).machine.rotary[0].point
+    (0.0, 0.01, -50.0)
+    """
+
+    def __init__(self, model, constant):
+        machine = model.machine
+        errors = dict(zip(model.names, np.asarray(constant, dtype=float), strict=True))
+        directions = [_path(name, errors) for name in "XYZ"]
+        self.slides = np.empty((3, 3))
+
+        moved, frame = {}, np.eye(4)
+        for name in model.structure.workpiece:
+            frame = self._pass_slide(name, frame, errors, directions)
+        for rotary in machine.rotary:
+            if rotary.carries == "workpiece":
+                moved[rotary.name], frame = _pass_rotary(rotary, frame, errors)
+        origin = _translation(machine.origin)
+        self.workpiece = np.linalg.inv(origin) @ frame @ origin
+
+        frame = np.eye(4)
+        for name in model.structure.tool:
+            frame = self._pass_slide(name, frame, errors, directions)
+        # Beyond the slides the chain counts from the spindle nose.
+        length, axis = machine.tool_length, np.array(machine.tool_axis) / np.linalg.norm(machine.tool_axis)
+        named = {"tip": -length * axis, "nose": np.zeros(3)}.get(machine.programmed_point)
+        programmed = np.array(machine.programmed_point) if named is None else named
+        frame = _translation(programmed) @ frame @ _translation(-programmed)
+        for rotary in machine.rotary:
+            if rotary.carries == "tool":
+                moved[rotary.name], frame = _pass_rotary(rotary, frame, errors)
+        nose = frame[:3, 3]
+        self.machine = replace(
+            machine,
+            rotary=tuple(self._from_nose(moved[rotary.name], nose) for rotary in machine.rotary),
+            tool_axis=tuple((frame[:3, :3] @ axis).tolist()),
+            programmed_point=tuple((programmed - nose).tolist()),
+        )
+
+    def inverse(self, tip, axis):
+        """Return the joints of both branches with which the machine, errors and all, reaches a pose.
+
+        Parameters, result and errors are those of `mathpost.kinematics.Kinematics.inverse`; radians.
+        """
+        tip, axis = np.asarray(tip, dtype=float), np.asarray(axis, dtype=float)
+        turned = self.workpiece[:3, :3]
+        joints = self._kinematics.inverse(tip @ turned.T + self.workpiece[:3, 3], axis @ turned.T)
+        origin = np.array(self.machine.origin)
+        joints[..., :3] = np.linalg.solve(self.slides, (joints[..., :3] + origin)[..., None])[..., 0] - origin
+        return joints
+
+    @cached_property
+    def _kinematics(self):
+        return Kinematics(self.machine)
+
+    def _pass_slide(self, name, frame, errors, directions):
+        index = "XYZ".index(name)
+        self.slides[:, index] = frame[:3, :3] @ directions[index]
+        return frame @ _frame(name, np.zeros(3), errors)
+
+    @staticmethod
+    def _from_nose(rotary, nose):
+        if rotary.carries == "workpiece":
+            return rotary
+        return replace(rotary, point=tuple((np.array(rotary.point) - nose).tolist()))
 
 
 @dataclass(frozen=True)
@@ -74,8 +172,7 @@ class Compensated:
             sentences.append(f"{self.refused.sum()} of {count} points stay as programmed: the step made them worse")
         return tuple(sentences)
 
-    def report(self):
-        """Return the volumetric error before and after, and the cautions, as text."""
+    def __str__(self):
         lines = [f"volumetric error before: {self.before}", f"volumetric error after:  {self.after}"]
         return "\n".join([*lines, *self.cautions])
 
@@ -85,16 +182,16 @@ class Compensator:
 
     Parameters
     ----------
-    errors : mathpost.compensate.machine_errors.MachineErrors
+    errors : mathpost.compensate.model.MachineErrors
     max_turn : float, optional, keyword only
         The greatest correction of a rotary axis for a tilt that it can hardly make, radians.
 
     Examples
     --------
     >>> from mathpost import machine
-    >>> from mathpost.compensate import machine_errors
+    >>> from mathpost.compensate.model import constant_errors
     >>> trunnion = machine.load("data/machines/ac_table.toml")
-    >>> compensator = Compensator(machine_errors.constant_only(trunnion, {"EXC": 0.012, "EAC": 30e-6}))
+    >>> compensator = Compensator(constant_errors(trunnion, {"EXC": 0.012, "EAC": 30e-6}))
     >>> result = compensator.compensate([40, -25, 30, 0.6, 1.2])
     >>> f"{1e3 * result.before.tip:.2f} µm, {1e3 * result.after.tip:.2f} µm"
     '12.16 µm, 0.00 µm'
@@ -174,7 +271,7 @@ class Compensator:
     def _first_group(self, joints, wanted, most):
         """The exact inverse nearest to `joints` where it turns by no more than `most`, else `joints` themselves."""
         change = self.calibrated.inverse(*wanted) - joints[..., None, :]
-        change[..., 3:] = (change[..., 3:] + np.pi) % (2 * np.pi) - np.pi
+        change[..., 3:] = wrap(change[..., 3:], 2 * np.pi)
         turn = np.abs(change[..., 3:] - _own_turns(self.model, self.errors.constant)).max(axis=-1)
         nearest = np.argmin(np.where(np.isnan(turn), np.inf, turn), axis=-1)[..., None]
         exact = np.take_along_axis(turn, nearest, axis=-1)[..., 0] <= most
@@ -190,7 +287,7 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
 
     Parameters
     ----------
-    model : mathpost.compensate.error_model.ErrorModel
+    model : mathpost.compensate.model.ErrorModel
     joints : array_like, shape (..., 5)
         mm and radians.
     errors : array_like, shape (..., 33)
@@ -238,3 +335,30 @@ def _own_turns(model, errors):
     axes = np.array([rotary.axis for rotary in model.machine.rotary])
     axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
     return -np.einsum("...ij,ij->...i", np.asarray(errors)[..., columns], axes)
+
+
+def _pass_rotary(rotary, frame, errors):
+    """Move the error frame of a rotary joint, and all before it, to behind the joint."""
+    point = np.array(rotary.point)
+    frame = frame @ _frame(rotary.name, point, errors)
+    moved = frame[:3, :3] @ point + frame[:3, 3]
+    axis = frame[:3, :3] @ (np.array(rotary.axis) / np.linalg.norm(rotary.axis))
+    return replace(rotary, axis=tuple(axis.tolist()), point=tuple(moved.tolist())), frame
+
+
+def _frame(joint, point, errors):
+    kernel = numeric(error_frame(_SIX, sp.Matrix(_POINT)), (*_SIX, *_POINT))
+    return kernel(*(errors[f"E{component}{joint}"] for component in COMPONENTS), *point)
+
+
+def _path(name, errors):
+    """The direction of a slide's path, out of square."""
+    along = np.eye(3)["XYZ".index(name)]
+    turned = [errors[f"E{axis}0{name}"] if f"E{axis}0{name}" in SQUARENESS else 0 for axis in "ABC"]
+    return along + np.cross(turned, along)
+
+
+def _translation(vector):
+    matrix = np.eye(4)
+    matrix[:3, 3] = vector
+    return matrix

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.errors import InputError, as_array
-
-SINGULAR = 1e-7  # of the greatest singular value, unknowns measured in their expected sizes
+from mathpost.measure.fit import undetermined
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ class Tracker:
 
     Parameters
     ----------
-    model : mathpost.compensate.error_model.ErrorModel
+    model : mathpost.compensate.model.ErrorModel
     names : sequence of str
         The errors that drift, of `model.names`.
     poses : array_like, shape (poses, 5)
@@ -68,7 +67,7 @@ class Tracker:
     Examples
     --------
     >>> from mathpost import machine
-    >>> from mathpost.compensate.error_model import ErrorModel
+    >>> from mathpost.compensate.model import ErrorModel
     >>> model = ErrorModel(machine.load("data/machines/ac_table.toml"))
     >>> tracker = Tracker(model, ["EYA", "EYC"], [[0, 0, 0, 0, 0], [0, 0, 0, 1, 0]], sigma=0.001, expected=0.1)
     >>> update = tracker.update(tracker.predict([0.010, 0.020]))
@@ -182,8 +181,6 @@ class Tracker:
         raise InputError("poses", f"poses that {many} ({advice})", f"{len(self.poses)} that do not")
 
     def _confused(self, design):
-        """Names that have a part in a combination of errors which no reading shows."""
-        _, sizes, right = np.linalg.svd(design * self.expected, full_matrices=True)
-        rank = int((sizes > SINGULAR * sizes.max(initial=1e-300)).sum())
-        shares = (right[rank:] ** 2).sum(axis=0)
-        return [name for name, share in zip(self.names, shares, strict=True) if share > 1e-6]
+        """Names of the errors that readings leave open; errors in their expected sizes, readings in sigmas."""
+        groups = undetermined(design * self.expected / self.sigma, self.names)
+        return [name for group in groups for name in group]

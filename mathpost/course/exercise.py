@@ -1,33 +1,38 @@
-"""The exercises as the learner meets them: check an answer, see a solution, see how far one has come.
+"""The exercises as the learner meets them: check an answer, open a solution, see how far one has come.
 
 In a lesson an exercise is a question, a cell ``answer = None``, a cell ``exercise.check("07-pivot", answer)`` and a
-folded cell ``exercise.solution("07-pivot")``. The saved notebook itself is the record of what has been solved, so
-there is no other file, and a teacher reads the progress of a class from the notebooks that are handed in.
+cell ``exercise.solution("07-pivot")``, which stays closed until it is clicked. The saved notebook itself is the
+record of what has been solved: beside each verdict stands the answer as data, so that a teacher reads the progress
+of a class from the notebooks that are handed in, judges every answer anew, and runs nobody's code.
+
+Exercises of your own: see `define`.
 """
 
+import html
 import json
 import re
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
-import numpy as np
-
 from mathpost.course import (
-    exercises_calibration,  # noqa: F401  imported for their entries in TASKS
+    exercises_calibration,  # noqa: F401  imported for their entries in EXERCISES
     exercises_compensation,  # noqa: F401
     exercises_datum,  # noqa: F401
     exercises_path,  # noqa: F401
     exercises_rotation,  # noqa: F401
 )
-from mathpost.course.verdict import OPEN, RIGHT, TASKS, WRONG
+from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Verdict, define, slip
 from mathpost.errors import InputError, read_text
 
+__all__ = ["answered", "check", "define", "given", "judge", "progress", "saved", "slip", "solution"]
 MARKS = {RIGHT: "●", WRONG: "◐", OPEN: "○"}
-VERDICT = re.compile(rf"^(\d\d-\w+) · ({RIGHT}|{WRONG}|{OPEN})\.", re.MULTILINE)
+SAID = re.compile(rf"^([\w-]+) · ({RIGHT}|{WRONG}|{OPEN})\.", re.MULTILINE)
+_tried = set()  # exercises of which an attempt was checked in this session
 
 
 def check(name, answer):
-    """Print whether `answer` solves an exercise and, if not, the mistake that leads to it.
+    """Say whether `answer` solves an exercise and, if not, the mix-up that leads to it.
 
     Parameters
     ----------
@@ -39,20 +44,39 @@ def check(name, answer):
     Raises
     ------
     InputError
-        If there is no such exercise. No answer raises anything.
+        If there is no such exercise, or what it needs is missing. No answer raises anything.
 
     Examples
     --------
     >>> check("01-sign", None)
-    01-sign · not attempted yet.
+    01-sign · not attempted yet. Answer with three numbers (x, y, z), to 3 decimals.
     >>> check("01-sign", [-4, 3, 5])
     01-sign · not yet. This turns the point (an active matrix). The frame turns: look from its new axes.
     """
-    print(_task(name).verdict(answer))
+    verdict = judge(name, answer)
+    _display(verdict)
+    if verdict.status != OPEN and name not in _tried:
+        _tried.add(name)
+        _display(_Solution(_named(name)), display_id=f"solution of {name}", update=True)
+
+
+def judge(name, answer):
+    """Return the `Verdict` on an answer, also on one that a notebook has stored.
+
+    Examples
+    --------
+    >>> judge("01-sign", [-4, 3, 5]).answer
+    [-4.0, 3.0, 5.0]
+    >>> judge("01-sign", [4, -3, 5]).status
+    'right'
+    """
+    return _named(name).verdict(answer)
 
 
 def solution(name):
-    """Print one way to solve an exercise, as the lines that the package itself runs, and what they give.
+    """Show a hint and a solution, closed until they are clicked: the lines that run, and what they give.
+
+    Outside a notebook it is printed.
 
     Raises
     ------
@@ -62,14 +86,12 @@ def solution(name):
     Examples
     --------
     >>> solution("01-sign")
-    # mathpost.course.exercises_rotation.sign
-    return zxz_right(90, 0, 0, degrees=True) @ POINT
-    # -> 4.000, -3.000, 5.000
+    POINT = (3, 4, 5)
+    def sign(angle=90):
+        return zxz_right(angle, 0, 0, degrees=True) @ POINT
+    # gives 4.000, -3.000, 5.000
     """
-    task = _task(name)
-    print(f"# {task.solve.__module__}.{task.solve.__name__}")
-    print(task.code)
-    print("# ->", _shown(task.solution, task.tolerance))
+    _display(_Solution(_named(name)), display_id=f"solution of {name}")
 
 
 def given(name):
@@ -85,14 +107,34 @@ def given(name):
     >>> given("01-slip")
     (-4.490731, 4.949747, 2.309402)
     """
-    task = _task(name)
-    if task.given is None:
+    if _named(name).given is None:
         raise InputError("exercise", "one that hands something out", repr(name))
-    return task.given()
+    return _named(name).given()
+
+
+def saved(path):
+    """Return the verdicts on all answers that a saved notebook holds, each judged anew from its data.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    list of Verdict
+        `edited` where the notebook says something else than its answer deserves. An exercise that is not defined
+        here keeps what the notebook says.
+
+    Raises
+    ------
+    InputError
+        If it is not a notebook.
+    """
+    return [_anew(*each) for each in _checked(path)]
 
 
 def answered(folder="."):
-    """Return the state of every exercise as the notebooks saved in a folder show it.
+    """Return the verdict on every exercise as the notebooks saved in a folder hold it.
 
     Parameters
     ----------
@@ -102,22 +144,15 @@ def answered(folder="."):
     Returns
     -------
     dict
-        Name of an exercise to ``"right"``, ``"not yet"`` or ``"not attempted yet"``.
+        Name of an exercise to its `Verdict`, judged anew.
 
     Raises
     ------
     InputError
         If the folder has no lessons, or one of them is not a notebook.
     """
-    found = dict.fromkeys(sorted(TASKS), OPEN)
-    for path in _lessons(folder):
-        for cell in _cells(path):
-            if "exercise.check(" not in "".join(cell["source"]):
-                continue
-            for output in cell.get("outputs", []):
-                verdicts = VERDICT.findall("".join(output.get("text", "")))
-                found.update({name: status for name, status in verdicts if name in found})
-    return found
+    found = {name: Verdict(name, OPEN) for name in sorted(EXERCISES)}
+    return found | {verdict.name: verdict for path in _lessons(folder) for verdict in saved(path)}
 
 
 def progress(folder="."):
@@ -135,29 +170,78 @@ def progress(folder="."):
     01 Rotating a point                         ○ ○ ○ ○  0 of 4
     ...
     """
-    state = answered(folder)
-    print(
-        "   ".join(
-            f"{MARKS[status]} {word}" for status, word in ((RIGHT, "solved"), (WRONG, "tried"), (OPEN, "open"))
-        )
-    )
+    verdicts = answered(folder)
+    print(f"{MARKS[RIGHT]} solved   {MARKS[WRONG]} tried   {MARKS[OPEN]} open")
     for path in _lessons(folder):
-        states = [status for name, status in state.items() if name[:2] == path.name[:2]]
-        if states:
-            marks = " ".join(MARKS[status] for status in states)
-            print(f"{_title(path):42s}  {marks:9s} {states.count(RIGHT)} of {len(states)}")
-    print(f"{'all lessons':53s} {list(state.values()).count(RIGHT)} of {len(state)}")
+        lesson = [each.status for each in verdicts.values() if each.name.split("-")[0] == path.name.split("_")[0]]
+        if lesson:
+            marks = " ".join(map(MARKS.get, lesson))
+            print(f"{_title(path):42s}  {marks:9s} {lesson.count(RIGHT)} of {len(lesson)}")
+    statuses = [each.status for each in verdicts.values()]
+    print(f"{'all lessons':53s} {statuses.count(RIGHT)} of {len(statuses)}")
+    for each in verdicts.values():
+        if each.edited:
+            print(f"{each.name}: the notebook says something else than its answer deserves ({each.status}).")
 
 
-def _task(name):
-    if name not in TASKS:
-        near = get_close_matches(str(name), TASKS, n=1, cutoff=0)
+class _Solution:
+    """Hint and solution, which a page shows closed; says whether an attempt was checked."""
+
+    def __init__(self, exercise):
+        self.exercise = exercise
+        self.summary = f"Solution of {exercise.name}" + (
+            "" if exercise.name in _tried else ": you have not tried yet"
+        )
+
+    def __str__(self):
+        return self.exercise.shown_solution
+
+    def _repr_mimebundle_(self, include=None, exclude=None):
+        shown = {f"Hint for {self.exercise.name}": self.exercise.hint, self.summary: str(self)}
+        closed = '<details><summary>{}</summary><pre style="font-family: monospace">{}</pre></details>'.format
+        page = "".join(closed(summary, html.escape(text)) for summary, text in shown.items() if text)
+        return {"text/plain": self.summary, "text/html": page}
+
+
+def _display(shown, *, update=False, **where):
+    from IPython import display, get_ipython  # slow to import, and a grader of notebooks displays nothing
+
+    if get_ipython():
+        display.display(shown, update=update, **where)
+    elif not update:
+        print(shown)
+
+
+def _named(name):
+    if name not in EXERCISES:
+        near = get_close_matches(str(name), EXERCISES, n=1, cutoff=0)
         raise InputError("exercise", f"the name of one, such as {near[0]!r}", repr(name))
-    return TASKS[name]
+    return EXERCISES[name]
+
+
+def _anew(name, said, stored):
+    if name not in EXERCISES:
+        return Verdict(name, said, "This exercise is not defined here.", stored)
+    verdict = EXERCISES[name].anew(json.dumps(stored))
+    return replace(verdict, edited=verdict.status != said)
+
+
+def _checked(path):
+    """Name, status as said, and stored answer of every check in a saved notebook."""
+    found = []
+    try:
+        for cell in _cells(path):
+            if cell["cell_type"] == "code" and "exercise.check(" in "".join(cell["source"]):
+                for shown in (output.get("data", {}) for output in cell["outputs"]):
+                    stored = shown.get(MIME, {}).get("answer")
+                    found += [(*said, stored) for said in SAID.findall("".join(shown.get("text/plain", "")))]
+    except (KeyError, TypeError, AttributeError):
+        raise InputError(str(path), "a notebook", "something else") from None
+    return found
 
 
 def _lessons(folder):
-    found = sorted(Path(folder).glob("[0-9][0-9]_*.ipynb"))
+    found = sorted(Path(folder).glob("[0-9][0-9]*_*.ipynb"))
     if not found:
         raise InputError(str(folder), "lessons such as 01_rotating_a_point.ipynb", "none")
     return found
@@ -166,7 +250,7 @@ def _lessons(folder):
 def _cells(path):
     try:
         return json.loads(read_text(path))["cells"]
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, RecursionError):
         raise InputError(str(path), "a notebook", "something else") from None
 
 
@@ -174,18 +258,3 @@ def _title(path):
     """The first heading of a lesson up to a comma or colon, without the Chinese in brackets."""
     heading = "".join(_cells(path)[0]["source"]).splitlines()[0]
     return re.split(r"\s*\(|[,:]", heading.lstrip("# "))[0].replace(" · ", " ")
-
-
-def _shown(value, tolerance):
-    """A solution as text with fixed decimals, as many as the tolerance asks for."""
-    if isinstance(value, str):
-        return value
-    if isinstance(value, set):
-        return ", ".join(f"{each:g}" if isinstance(each, float) else str(each) for each in sorted(value))
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        return ", ".join(map(str, value)) if isinstance(value, tuple) else str(value)
-    # Half a unit of the last digit stays within the tolerance.
-    decimals = int(max(np.ceil(-np.log10(2 * tolerance) - 1e-9), 0)) if np.any(array % 1) else 0
-    return ", ".join(f"{each:z.{decimals}f}" for each in array.ravel())

@@ -1,224 +1,261 @@
-"""One exercise: its solution, its typical mistakes, all of them computed, and what to say of an answer.
+"""One exercise: its solution, the mix-ups that give a wrong answer, all of them computed, and the verdict.
 
 The exercises of the lessons stand in `mathpost.course.exercises_rotation` and its neighbours; the learner meets
-them through `mathpost.course.exercise`.
+them through `mathpost.course.exercise`, and so does a teacher who writes one.
 """
 
 import ast
 import inspect
-import os
+import json
+import re
 import textwrap
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
-from itertools import permutations
-from pathlib import Path
+from dataclasses import dataclass, field
+from functools import cache, cached_property
 
-import numpy as np
-
+from mathpost.course.answers import brief
 from mathpost.errors import InputError, MathpostError
 
-TASKS = {}
-ANYTHING = "what the question asks for"
+EXERCISES = {}
 OPEN, WRONG, RIGHT = "not attempted yet", "not yet", "right"
+MIME = "application/vnd.mathpost+json"  # the answer as data, beside the verdict in a saved notebook
+UNREADABLE = "unreadable"
+NO_MIXUP = "None of the usual mix-ups gives this."
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is said of an answer: `status` is `OPEN`, `WRONG` or `RIGHT`, `why` a sentence or more."""
-
-    name: str
-    status: str
-    why: str = ""
-
-    def __str__(self):
-        return f"{self.name} · {self.status}." + (f" {self.why}" if self.why else "")
-
-
-@dataclass(frozen=True)
-class Task:
-    """An exercise.
+    """What is said of an answer.
 
     Attributes
     ----------
     name : str
-        Two digits of the lesson and a word, such as ``"07-pivot"``.
-    solve : callable
-        Returns the solution: numbers, a word, a set of words, or, with a `judge`, one of the answers that it
-        accepts. Its docstring says what the exercise teaches; its body is shown.
-    tolerance : float
-        How far each number may be from the solution's.
-    wrong : dict
-        The sentence that names a mistake, to a callable that returns the answer to which that mistake leads.
-    seen_as : callable or None
-        What is compared in place of the answer: the matrix of three angles, so that twins are equal.
-    judge : callable or None
-        For exercises with many solutions: returns what is wrong with an answer, or "" if nothing is.
-    detective : callable or None
-        Returns a `mathpost.detective.misreadings.Explanation` of an answer that is none of `wrong`.
-    given : callable or None
-        Returns what the question hands out, such as a program with an error in it.
+        Of the exercise.
+    status : str
+        `OPEN`, `WRONG` or `RIGHT`.
+    why : str
+        A sentence or more.
+    answer : object
+        The answer as JSON holds it; a dict with what was found in its place if it could not be read.
+    edited : bool
+        Whether the saved notebook said something else of this answer.
     """
 
     name: str
+    status: str
+    why: str = ""
+    answer: object = None
+    edited: bool = False
+
+    def __str__(self):
+        return f"{self.name} · {self.status}." + (f" {self.why}" if self.why else "")
+
+    def _repr_mimebundle_(self, include=None, exclude=None):
+        return {
+            "text/plain": str(self),
+            MIME: {"answer": self.answer, "exercise": self.name},
+        }  # as sorted in a file
+
+
+@dataclass(frozen=True)
+class Exercise:
+    """An exercise, made by `define`.
+
+    Attributes
+    ----------
+    name : str
+        The lesson and a word, such as ``"07-pivot"``.
+    kind : object
+        What is asked for, one of `mathpost.course.answers`.
+    solve : callable
+        Returns the solution. Its docstring says what the exercise teaches; its source is shown.
+    slips : dict
+        The sentence that names a mix-up, to the function that computes the answer to which it leads; see `slip`.
+    complaint, detective, given, hint
+        As in `define`.
+    """
+
+    name: str
+    kind: object
     solve: Callable
-    tolerance: float
-    wrong: dict
-    seen_as: Callable | None = None
-    judge: Callable | None = None
+    slips: dict = field(default_factory=dict)
+    complaint: Callable | None = None
     detective: Callable | None = None
     given: Callable | None = None
+    hint: str = ""
 
     @cached_property
     def solution(self):
-        """What `solve` returns, computed once."""
-        return self.solve()
+        """The solution as data, computed once, and right in its own eyes."""
+        value = self.kind.read(self.solve())
+        if self.complaint and (why := self.complaint(value)):
+            raise InputError(f"exercise {self.name}", "a solution that has nothing wrong", f"{value}: {why}")
+        return value
+
+    @cached_property
+    def mixed_up(self):
+        """What each slip gives, as data: pairs of a sentence and a value."""
+        found = []
+        for sentence, computed in self.slips.items():
+            value = self.kind.read(computed())
+            if not self.complaint and self.kind.same(value, self.solution):
+                raise InputError(
+                    f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {sentence}"
+                )
+            found.append((sentence, value))
+        return found
+
+    @cached_property
+    def common(self):
+        """What the mix-ups give that any answer of its kind can suffer."""
+        found = self.kind.mixups(self.solution)
+        return [(sentence, value) for sentence, value in found if not self.kind.same(value, self.solution)]
 
     @property
-    def code(self):
-        """The body of `solve` without its docstring, as text."""
-        source = textwrap.dedent(inspect.getsource(self.solve))
-        function = ast.parse(source).body[0]
-        first = next(
-            node
-            for node in function.body
-            if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant))
-        )
-        return textwrap.dedent("\n".join(source.splitlines()[first.lineno - 1 :]))
+    def source(self):
+        """The function that solves it, without decorator and docstring, as text."""
+        lines = textwrap.dedent(inspect.getsource(self.solve)).splitlines()
+        function = ast.parse("\n".join(lines)).body[0]
+        described, *rest = function.body
+        head = lines[function.lineno - 1 : described.lineno - 1]
+        body = lines[(rest[0].lineno if self.solve.__doc__ else described.lineno) - 1 :]
+        nodes = (node for part in (function.args, *rest, described) for node in ast.walk(part))
+        used = dict.fromkeys(node.id for node in nodes if isinstance(node, ast.Name) and node.id.isupper())
+        known = {name: repr(self.solve.__globals__.get(name)) for name in used}
+        plain = [f"{name} = {value}" for name, value in known.items() if re.fullmatch(r"[\w\s'+:,.(){}-]+", value)]
+        return "\n".join([*plain, *head, *body])
+
+    @property
+    def shown_solution(self):
+        """The lines that solve it, and what they give."""
+        return f"{self.source}\n# gives {self.kind.show(self.solution)}"
 
     def verdict(self, answer):
-        """Judge an answer; whatever it is, nothing is raised."""
-        if answer is None or (isinstance(answer, (list, tuple)) and any(each is None for each in answer)):
-            return Verdict(self.name, OPEN)
+        """Judge an answer, also one that was stored.
+
+        Whatever the answer is, nothing is raised; what the exercise itself cannot compute raises its own error.
+        """
+        if (
+            answer is None
+            or answer is ...
+            or (isinstance(answer, (list, tuple)) and any(each is None for each in answer))
+        ):
+            return Verdict(self.name, OPEN, f"Answer with {self.kind.asked}.")
+        _ = self.solution, self.mixed_up  # what fails here is not the answer's fault
+        if isinstance(answer, dict) and UNREADABLE in answer:
+            return self._unreadable(answer[UNREADABLE])
         try:
-            why = self._difference(answer)
+            value = self.kind.read(answer)
+        except InputError as error:
+            return self._unreadable(error.found)
+        except (TypeError, ValueError, IndexError, KeyError, AttributeError):
+            return self._unreadable(brief(answer))
+        try:
+            why = self._difference(value)
         except MathpostError as error:
             why = f"The answer cannot be used: {error}."
-        except (TypeError, ValueError, IndexError, KeyError, AttributeError):
-            why = f"This is not {_described(self.solution)}."
-        return Verdict(self.name, WRONG, why) if why else Verdict(self.name, RIGHT, inspect.getdoc(self.solve))
+        return Verdict(self.name, WRONG if why else RIGHT, why or inspect.getdoc(self.solve) or "", value)
 
-    def _difference(self, answer):
+    @cached_property
+    def anew(self):
+        """The verdict on an answer as JSON text, remembered: a class gives few different answers."""
+        return cache(lambda text: self.verdict(json.loads(text)))
+
+    def _unreadable(self, found):
+        why = f"Expected {self.kind.asked}; found {found}."
+        return Verdict(self.name, WRONG, why, {UNREADABLE: found})
+
+    def _difference(self, value):
         """Return why the answer is not a solution, or "" if it is one."""
-        if isinstance(self.solution, (str, set)):
-            return self._difference_of_words(answer)
-        if _described(self.solution) == ANYTHING:
-            return self.judge(answer)
-        values, target = np.asarray(answer, dtype=float), np.asarray(self.solution, dtype=float)
-        if values.size != target.size or not np.isfinite(values).all():
-            return f"Expected {_described(self.solution)}, found {_described(values)}."
-        values = values.reshape(target.shape)  # a row or a column matrix will do
-        if self.judge:
-            return self.judge(values)
-        if self._same(values, target):
+        if self.complaint:
+            return self.complaint(value)
+        if self.kind.same(value, self.solution):
             return ""
-        for sentence, leads_to in self.wrong.items():
-            if self._same(values, np.asarray(leads_to(), dtype=float)):
+        return self._mixup(value) or f"{self.kind.nearly(value, self.solution) or NO_MIXUP} {self.hint}".strip()
+
+    def _mixup(self, value):
+        """The sentence of the first mix-up that gives the value: a named one, the detective's, or a common one."""
+        for sentence, mistaken in self.mixed_up:
+            if self.kind.same(value, mistaken):
                 return sentence
-        explained = self._explained(answer)
-        return (
-            explained or _general_slip(values, target, self._same) or _what_is_right(values, target, self.tolerance)
-        )
-
-    def _same(self, one, other):
-        if self.seen_as:
-            one, other = self.seen_as(one), self.seen_as(other)
-        return np.abs(one - other).max() <= self.tolerance
-
-    def _difference_of_words(self, answer):
-        given, target = _words(answer, self.solution), _words(self.solution, self.solution)
-        if given == target:
-            return ""
-        for sentence, leads_to in self.wrong.items():
-            if given == _words(leads_to(), self.solution):
+        found = self.detective(value) if self.detective else None
+        if found and found.explained and not found.right:
+            sentence = str(found.misreadings[0])
+            return f"{sentence[0].upper()}{sentence[1:]}."
+        for sentence, mistaken in self.common:
+            if self.kind.same(value, mistaken):
                 return sentence
-        if isinstance(self.solution, set):
-            right, extra, lacking = len(given & target), len(given - target), len(target - given)
-            return f"Of yours {right} belong here and {extra} do not; {lacking} are missing."
-        return "That is not it; read the question once more."
-
-    def _explained(self, answer):
-        """The detective's sentence for the answer, or "" if it has none."""
-        found = self.detective(answer) if self.detective else None
-        if found is None or not found.explained or found.right:
+        if self.kind.coarse(value, self.solution):
             return ""
-        sentence = str(found.misreadings[0])
-        return sentence[0].upper() + sentence[1:] + "."
+        return next((said for said, other in self.mixed_up + self.common if self.kind.coarse(value, other)), "")
 
 
-def exercise(name, *, tolerance=5e-4, wrong=None, **how):
-    """Enter the decorated function as the solution of the exercise `name`; the rest are attributes of `Task`."""
+def define(name, kind, **how):
+    """Enter the decorated function as the solution of an exercise; running the cell anew replaces it.
+
+    Parameters
+    ----------
+    name : str
+        Not one of the lessons', and the same only in the notebook or file where the exercise stands already.
+    kind : object
+        What is asked for: one of `mathpost.course.answers`, such as ``Angle(decimals=2)``.
+    complaint : callable, keyword only
+        For exercises with many solutions: returns what is wrong with an answer, or "" if nothing is.
+    detective : callable, keyword only
+        Returns a `mathpost.detective.misreadings.Explanation` of an answer that none of the slips gives.
+    given : callable, keyword only
+        Returns what the question hands out, such as a program with an error in it.
+    hint : str, keyword only
+        What to say if no mix-up gives the answer.
+
+    Raises
+    ------
+    InputError
+        If an exercise of this name stands in a different place.
+
+    Examples
+    --------
+    A teacher's own, in a notebook or in a file that it imports; the question is a markdown cell above it:
+
+    >>> import math
+    >>> from mathpost.course import answers, exercise
+    >>> @exercise.define("my-bevel", answers.Angle(decimals=1))
+    ... @exercise.slip("That is the sine.", inverse=math.asin)
+    ... @exercise.slip("That is the angle on the other side.", lambda: 90 - bevel())
+    ... def bevel(inverse=math.atan):
+    ...     '''The rise over the run is the tangent.'''
+    ...     return math.degrees(inverse(0.5))
+    >>> exercise.check("my-bevel", 30)
+    my-bevel · not yet. That is the sine.
+    >>> exercise.check("my-bevel", 386.6)
+    my-bevel · right. The rise over the run is the tangent.
+    """
 
     def enter(solve):
-        if name in TASKS:
-            raise InputError("exercise", "a name of its own", repr(name))
-        TASKS[name] = Task(name, solve, tolerance, wrong or {}, **how)
+        there = EXERCISES[name].solve.__module__ if name in EXERCISES else solve.__module__
+        if there != solve.__module__:
+            raise InputError("exercise", "a name of its own", f"{name!r}, which {there} has")
+        EXERCISES[name] = Exercise(name, kind, solve, getattr(solve, "slips", {}), **how)
         return solve
 
     return enter
 
 
-def data(path):
-    """Return the path of a file in the course's data folder, sought from the working folder upwards."""
-    for folder in (Path.cwd(), *Path.cwd().parents, Path(__file__).parents[2]):
-        if (found := folder / "data" / path).exists():
-            return Path(os.path.relpath(found))
-    raise InputError("data", "the folder `data` of the course above the working folder", f"no data/{path}")
+def slip(sentence, answer=None, **changed):
+    """Name a mix-up of the exercise that is defined above: what is said of an answer that it leads to.
 
+    Parameters
+    ----------
+    sentence : str
+    answer : object, optional
+        The answer to which it leads, or a function that computes it.
+    **changed
+        In place of `answer`: the arguments with which the *solution* gives it.
+    """
 
-def _words(answer, like):
-    """The answer as a lower-case word, or as a set of them."""
-    if isinstance(like, str):
-        return str(answer).strip().lower()
-    return {str(each).strip().lower() for each in ([answer] if isinstance(answer, str) else answer)}
+    def enter(solve):
+        leads_to = answer if callable(answer) else lambda: solve(**changed) if answer is None else answer
+        solve.slips = {sentence: leads_to} | getattr(solve, "slips", {})
+        return solve
 
-
-def _described(value):
-    """Say what kind of thing an answer is."""
-    if isinstance(value, str):
-        return "one word"
-    if isinstance(value, set):
-        return "a list of words"
-    try:
-        shape = np.shape(np.asarray(value, dtype=float))
-    except (TypeError, ValueError):
-        return ANYTHING
-    if not np.isfinite(np.asarray(value, dtype=float)).all():
-        return "something that is not a finite number"
-    return "one number" if shape == () else f"{shape[0]} numbers" if len(shape) == 1 else f"shape {shape}"
-
-
-def _general_slip(values, target, same):
-    """Name a slip that any number can suffer: sign, order, unit, or too few digits."""
-    if same(-values, target):
-        return "Right size, wrong sign: which body turns, and which way do you look at it?"
-    for factor, slip in (
-        (np.rad2deg(1), "this is in radians, degrees were asked for"),
-        (np.deg2rad(1), "this is in degrees, radians were asked for"),
-        (1e-3, "a thousand times too much: mm or µm?"),
-        (1e3, "a thousand times too little: mm or µm?"),
-        (3600.0, "this is in degrees, arcseconds were asked for"),
-        (1 / 3600, "this is in arcseconds, degrees were asked for"),
-        (0.5, "twice too much"),
-        (2.0, "half of it"),
-    ):
-        if np.abs(target).max() > 0 and same(values * factor, target):
-            return f"Right digits, but {slip}."
-    if values.ndim == 1 and 1 < len(values) <= 5:
-        signs = [1 - 2 * (np.arange(len(values)) == row) for row in range(len(values))]
-        for row, sign in enumerate(signs):
-            if same(values * sign, target):
-                return f"Only the sign of number {row + 1} is wrong."
-        if any(same(values[list(order)], target) for order in permutations(range(len(values)))):
-            return "The right numbers in another order."
-    return ""
-
-
-def _what_is_right(values, target, tolerance):
-    if values.ndim == 0:
-        direction = "too great" if values > target else "too small"
-        if abs(values - target) <= 0.01 * max(abs(target), tolerance):
-            return f"Nearly: a little {direction}; keep more digits on the way."
-        return f"It is {direction}."
-    right = int((np.abs(values - target) <= tolerance).sum())
-    return f"{right} of {values.size} numbers are right."
+    return enter

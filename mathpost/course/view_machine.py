@@ -1,16 +1,23 @@
 """Views of a moving machine: five joints by hand, one tool axis with both solutions, a walk along a program."""
 
+import json
+
 import numpy as np
 
-from mathpost.draw import plot
-from mathpost.draw.arrangement import arrange
-from mathpost.draw.scene import Scene
-from mathpost.draw.traces import CONE, ROLES, Curves, Sphere, nearest_to_singular, small_circle
-from mathpost.draw.widget import View
+from mathpost import codegen
+from mathpost.draw import plot, scene
+from mathpost.draw.arrangement import placing
+from mathpost.draw.live import Live
+from mathpost.draw.scene import Line, Scene
+from mathpost.draw.solid import Turned
 from mathpost.post import selection, travel
-from mathpost.post.singular import distance
+from mathpost.post.singular import distance, regions
+from mathpost.rotation import unit
 
-TRACED = 200  # rows of a program up to which the true way of the tip is drawn
+CONE = np.radians(1.0)
+BRANCHES = ("first branch", "second branch")
+SHOWN = 600  # blocks of a program that a walk goes through at most
+EXPORTS = ("places", "forward", "close", "inverse")
 
 
 def machine(kin):
@@ -19,46 +26,15 @@ def machine(kin):
     The buttons keep the tip where it is: to the pole, to the limits of the tilting axis, to the other solution of
     the same pose.
     """
-    names, laid_out = kin.machine.joint_names, arrange(kin)
-    inner = kin.symbols.index(kin.inverse_symbolic.inner)
-    middle = float(sum(kin.inverse_symbolic.solutions) / 2)
-
-    def build(figure):
-        scene = Scene(figure.subplots(), kin)
-
-        def update(**values):
-            joints = _meant(values)
-            scene.move(joints)
-            return _pose(kin, joints)
-
-        return update
-
-    def named(joints):
-        return dict(zip(names, _shown(joints), strict=True))
-
-    def with_tilt(angle):
-        def place(values):
-            joints = _meant(values)
-            rotary = joints[3:].copy()
-            rotary[inner - 3] = angle
-            return named(kin.close(kin.forward(joints)[0], rotary))
-
-        return place
-
-    def other_solution(values):
-        joints = _meant(values)
-        both = kin.inverse(*kin.forward(joints))
-        apart = np.abs(np.exp(1j * both[:, 3:]) - np.exp(1j * joints[3:])).sum(axis=1)
-        return named(both[apart.argmax()])
-
-    places = {"home": named(laid_out.home), "pole": with_tilt(middle)}
-    places |= {
-        f"{names[inner]} limit {np.degrees(limit):.0f}°": with_tilt(limit)
-        for limit in kin.machine.limits[inner]
-        if np.isfinite(limit)
+    drawn, made = scene.machine(kin)
+    start, drawn = scene.best_start(kin, drawn, made)
+    state = {
+        "kind": "machine",
+        "about": _about(kin),
+        "home": made.home.tolist(),
+        "sliders": _joint_sliders(kin, made, start),
     }
-    places["other solution"] = other_solution
-    return View(build, _joint_sliders(kin, laid_out), size=(6.0, 4.4), places=places)
+    return _live(state, [kin], [drawn], [start], pose_text(kin, start))
 
 
 def tool_axis(kin, *, tilt=30.0, direction=-30.0):
@@ -66,55 +42,42 @@ def tool_axis(kin, *, tilt=30.0, direction=-30.0):
 
     The singular cone on the sphere has a half angle of 5 degrees; dashed is the edge of reach.
     """
-    pole = np.array(kin.inverse_symbolic.pole, dtype=float)
-    inner = kin.symbols.index(kin.inverse_symbolic.inner)
-    near, far = np.degrees(kin.reach)
-
-    def axis_at(tilt, direction):
-        return _on_circle(pole, np.radians(tilt), np.radians(direction))
-
-    def build(figure):
-        panels = figure.subplots(1, 3, width_ratios=[0.8, 1, 1])
-        sphere = Sphere(panels[0], kin)
-        scenes = [Scene(panel, kin) for panel in panels[1:]]
-        tip = kin.forward(scenes[0].home)[0]
-        for panel, role in zip(panels[1:], ROLES, strict=True):
-            panel.set_title(role, color=plot.COLOUR[role], fontsize=12)
-
-        def update(tilt, direction):
-            axis = axis_at(tilt, direction)
-            sphere.move(axis)
-            both, lines = kin.inverse(tip, axis), []
-            for scene, role, joints in zip(scenes, ROLES, both, strict=True):
-                reached = not np.isnan(joints).any()
-                scene.show(reached)
-                if reached:
-                    scene.move(joints)
-                lines.append(f"{role}: {_joints(kin, joints) if reached else 'the tool axis is out of reach'}")
-            vector = " ".join(f"{value:z.4f}" for value in axis)
-            return "<br>".join([f"tool axis i j k = {vector}", *lines])
-
-        return update
-
-    def tilt_of(angle):
-        rotary = np.zeros(5)
-        rotary[inner] = angle
-        axis = kin.forward(rotary)[1]
-        return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(pole, axis)), pole @ axis)))
-
-    most = min(180.0, far + 10.0)
-    places = {"pole": {"tilt": near}, "beside the pole": {"tilt": near + 0.5}}
-    for limit in kin.machine.limits[inner]:
-        if np.isfinite(limit):
-            name = f"{kin.machine.joint_names[inner]} limit {np.degrees(limit):.0f}°"
-            places[name] = {"tilt": tilt_of(limit)}
-    places["edge of reach"] = {"tilt": far}
-    places["turn by 180°"] = lambda values: {"direction": (values["direction"] + 360) % 360 - 180}
-    sliders = {"tilt": (0.0, most, min(max(tilt, near), most), 0.5), "direction": (-180.0, 180.0, direction, 1.0)}
-    return View(build, sliders, size=(9.0, 3.9), places=places, play="direction")
+    about, (near, far) = _about(kin), np.degrees(kin.reach)
+    drawn, made = scene.machine(kin)
+    _, framed = scene.best_start(kin, drawn, made, aspect=0.75)
+    tilt, most = float(min(max(tilt, near), far)), float(min(180.0, far + 10.0))
+    pole = np.array(about["pole"])
+    zero, quarter = _across(pole)
+    angle, turn = np.radians([tilt, direction])
+    axis = np.cos(angle) * pole + np.sin(angle) * (np.cos(turn) * zero + np.sin(turn) * quarter)
+    tip = kin.forward(made.home)[0]
+    both = kin.inverse(tip, axis)
+    pair = [_titled(framed, name, plot.COLOUR[name]) for name in BRANCHES]
+    joint = about["names"][about["inner"]]
+    places = [["pole", [near, None]], ["beside the pole", [near + 0.5, None]]]
+    for limit in about["limits"][about["inner"]]:
+        if limit is not None:
+            rotary = np.zeros(5)
+            rotary[about["inner"]] = np.radians(limit)
+            leaning = kin.forward(rotary)[1]
+            lean = float(np.degrees(np.arctan2(np.linalg.norm(np.cross(pole, leaning)), pole @ leaning)))
+            places.append([f"{joint} limit {limit:.0f}°", [lean, None]])
+    places.append(["edge of reach", [far, None]])
+    sliders = [_slider("tilt", 0.0, most, tilt, 0.5), _slider("direction", -180.0, 180.0, direction, 1.0)]
+    state = {"kind": "both", "about": about, "tip": tip.tolist(), "sliders": sliders, "places": places}
+    text = "; ".join(f"{name}: {_words(kin, joints)}" for name, joints in zip(BRANCHES, both, strict=True))
+    return _live(
+        state,
+        [kin],
+        [_sphere(kin, axis), *pair],
+        [None, *both],
+        f"tool axis {_list(axis, 4)}; {text}",
+        height=470,
+        layout="column",
+    )
 
 
-def walk(kin, cl, joints=None, *, place=None, cone=CONE):
+def walk(kin, cl, joints=None, *, place=None, cone=CONE, second=None):
     """Walk along a program: the machine, and both branches of both rotary axes with a cursor.
 
     Parameters
@@ -128,55 +91,130 @@ def walk(kin, cl, joints=None, *, place=None, cone=CONE):
         blocks than records.
     cone : float
         Radians about the singular tool axes.
+    second : Kinematics, optional
+        A different machine, shown beside the first on the same CL data, with its own choice of solutions.
 
     Returns
     -------
-    View
-        With the slider record. Between two blocks all joints move linearly; dotted is the CL segment, and where it
-        differs the true way of the tip is drawn.
+    Live
+        With the slider record. Between two blocks all joints move linearly; where the tip then leaves the CL path,
+        its true way is drawn. Of a long program every n-th block is shown, and the step is n.
     """
     chosen = selection.choose(kin, cl).joints if joints is None else np.asarray(joints, dtype=float)
     place = np.arange(len(chosen), dtype=float) if place is None else np.asarray(place, dtype=float)
+    runs = [(kin, chosen, place)]
+    if second is not None:
+        other = selection.choose(second, cl).joints
+        runs.append((second, other, np.arange(len(other), dtype=float)))
+    every = max(1, -(-len(cl) // SHOWN))
+    records = np.arange(0, len(cl), every)
+    poses = np.concatenate([cl.points[records], cl.axes[records]], axis=1)
+    scenes, state_runs = [], []
+    for each, blocks, ends in runs:
+        drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "")
+        drawn, _ = scene.best_camera(each, drawn, blocks[0], aspect=0.9)
+        drawn.lines.append(Line("workpiece", [], plot.COLOUR["tool"], 1.8, name="true tip"))
+        scenes.append(drawn)
+        at_records = _between(ends, blocks, np.arange(len(cl), dtype=float))
+        if every > 1:
+            blocks, ends = _between(ends, blocks, records.astype(float)), records.astype(float)
+        near = [[first + 1, last + 1] for first, last in regions(each, cl, at_records, cone=cone)]
+        state_runs.append({"about": _about(each), "joints": blocks, "place": ends / every, "singular": near})
     at_records = _between(place, chosen, np.arange(len(cl), dtype=float))
+    state = {
+        "kind": "walk",
+        "cl": poses.round(9),
+        "runs": state_runs,
+        "first": 1,
+        "every": every,
+        "sliders": [
+            _slider("record", 1.0, float(1 + records[-1]), 1.0, float(every) if len(cl) > 30 else 0.05, unit="")
+        ],
+        "places": _sights(kin, cl, at_records),
+    }
+    starts = [blocks[0] for _, blocks, _ in runs]
+    text = "; ".join(f"record 1: {pose_text(each, q)}" for (each, _, _), q in zip(runs, starts, strict=True))
+    return _live(state, [each for each, _, _ in runs], scenes, starts, text, height=520, layout="column")
 
-    def build(figure):
-        panels = figure.subplot_mosaic([["machine", "first"], ["machine", "second"]], width_ratios=[1.25, 1])
-        scene = Scene(panels["machine"], kin, cl)
-        way = [scene.trace(kin, chosen)] if len(chosen) <= TRACED else []
-        curves = Curves([panels["first"], panels["second"]], kin, cl, at_records, cone=cone)
-        panels["first"].tick_params(labelbottom=False)
-        figure.legend(handles=way + curves.legend, loc="outside upper center", ncols=6, fontsize=9, frameon=False)
 
-        def update(record):
-            joints = _between(place, chosen, np.array([record - 1]))[0]
-            scene.move(joints)
-            curves.move(record)
-            tip, axis = kin.forward(joints)
-            wanted = cl.at(record - 1)
-            off = np.linalg.norm(tip - wanted[0])
-            turned = np.degrees(2 * np.arcsin(min(1.0, np.linalg.norm(axis - wanted[1]) / 2)))
-            pole = np.degrees(distance(kin, axis))
-            return (
-                f"record {record:.2f}: {_joints(kin, joints)}<br>"
-                f"tip {off:.4f} mm and axis {turned:.3f}° off the CL data, {pole:.2f}° from singular"
-            )
+def _live(state, kins, scenes, joints, readings, **options):
+    """Put scenes and printed machines together; joints None is a scene without a machine."""
+    places = [{"bed": np.eye(4)} if q is None else placing(kins[0].machine)(q) for q in joints]
+    if len(kins) > 1:
+        places = [placing(kin.machine)(q) for kin, q in zip(kins, joints, strict=True)]
+    code = [codegen.body(kin, jacobian=False) for kin in kins]
+    state = json.loads(json.dumps(state, default=lambda array: array.tolist()))
+    return Live(state, code, EXPORTS, scenes, places, readings, **options)
 
-        return update
 
-    last = float(max(len(cl), 2))
-    step = 0.05 if len(cl) <= 30 else 1.0
-    return View(
-        build,
-        {"record": (1.0, last, 1.0, step)},
-        size=(8.6, 4.4),
-        places=_sights(kin, cl, at_records),
-        play="record",
-    )
+def _about(kin):
+    """What the browser must know of a machine besides its printed functions."""
+    derived, unit_of = kin.inverse_symbolic, np.array([1, 1, 1, np.degrees(1), np.degrees(1)])
+    limits = kin.machine.limits * unit_of[:, None]
+    return {
+        "title": kin.machine.name,
+        "names": list(kin.machine.joint_names),
+        "limits": [[round(x, 9) if np.isfinite(x) else None for x in pair] for pair in limits.tolist()],
+        "inner": kin.symbols.index(derived.inner),
+        "middle": float(sum(derived.solutions) / 2),
+        "pole": [float(x) for x in derived.pole],
+        "reach": list(kin.reach),
+    }
+
+
+def _slider(name, low, high, value, step, unit="°"):
+    return {"name": name, "low": low, "high": high, "value": value, "step": step, "unit": unit}
+
+
+def _joint_sliders(kin, made, start):
+    """Ranges that hold every pose with the tip over the workpiece; degrees for the rotary joints."""
+    limits = np.degrees(kin.machine.limits[3:])
+    limits = np.where(np.isfinite(limits), limits, 0.0).clip(-360, 360)
+    low, high = np.minimum(limits[:, 0], -180), np.maximum(limits[:, 1], 180)
+    grid = np.radians(np.stack(np.meshgrid(*np.linspace(low, high, 13).T), axis=-1).reshape(-1, 2))
+    linear = kin.close(kin.forward(made.home)[0], grid)[:, :3]
+    low = np.r_[np.floor(linear.min(axis=0) - 0.5 * made.size), low].tolist()
+    high = np.r_[np.ceil(linear.max(axis=0) + 0.5 * made.size), high].tolist()
+    start, units = np.r_[start[:3], np.degrees(start[3:])].tolist(), ("mm", "mm", "mm", "°", "°")
+    rows = zip(kin.machine.joint_names, low, high, start, [1.0] * 5, units, strict=True)
+    return [_slider(*row) for row in rows]
+
+
+def _titled(drawn, title, colour):
+    return Scene(**vars(drawn) | {"title": title, "colour": colour})
+
+
+def _sphere(kin, axis):
+    """The tool axis on the unit sphere, the singular cones and the edge of reach."""
+    turn = np.linspace(-np.pi / 2, np.pi / 2, 19)
+    ball = Turned("bed", "#eef1f4", list(zip(np.cos(turn), np.sin(turn), strict=True)), np.zeros(3), np.eye(3)[2])
+    drawn = Scene([], [ball], extent=1.25 * np.concatenate([np.eye(3), -np.eye(3)]))
+    drawn.triad("bed", "xyz", length=1.25, colour=plot.COLOUR["workpiece"])
+    pole, (near, far) = np.array(kin.inverse_symbolic.pole, dtype=float), kin.reach
+    for end, inwards in ((near, 1), (far, -1)):
+        drawn.lines.append(Line("bed", [1.004 * _circle(pole, end + inwards * np.radians(5))], "#b59a00", 1.6))
+        if 1e-9 < end < np.pi - 1e-9:
+            drawn.lines.append(Line("bed", [1.004 * _circle(pole, end)], "#000000", 1.4, dash=True))
+    drawn.lines.append(Line("bed", [[np.zeros(3), axis]], plot.COLOUR["tool"], 3.0, name="tool", dot=True))
+    return drawn.frame(*scene.CAMERAS[0], aspect=0.8)
+
+
+def _circle(pole, angle, count=61):
+    """Points of the circle on the unit sphere at `angle` (radians) from the unit vector `pole`."""
+    x, y = _across(pole)
+    turn = np.linspace(0, 2 * np.pi, count)[:, None]
+    return np.cos(angle) * pole + np.sin(angle) * (np.cos(turn) * x + np.sin(turn) * y)
+
+
+def _across(axis):
+    """Two unit vectors square to `axis`, the ones that the browser takes."""
+    x = unit(np.cross(axis, [1.0, 0, 0] if abs(axis[0]) < 0.6 else [0, 1.0, 0]))
+    return x, np.cross(axis, x)
 
 
 def _sights(kin, cl, joints):
     """Buttons of a walk: nearest to the pole, nearest to a limit, where the branch changes or an axis swings."""
-    places = {"pole": nearest_to_singular(kin, cl) + 1.0}
+    places = {"pole": int(np.nanargmin(distance(kin, cl.axes))) + 1.0}
     room = np.abs(joints[:, 3:, None] - kin.machine.limits[3:]).min(axis=(1, 2))
     if np.isfinite(room).any():
         places["limit"] = int(np.nanargmin(room)) + 1.0
@@ -188,22 +226,7 @@ def _sights(kin, cl, joints):
         if changes.size:
             places["branch change"] = changes[swing[changes].argmax()] + 1.5
         places["largest swing"] = int(swing.argmax()) + 1.5
-    return {label: {"record": record} for label, record in places.items()}
-
-
-def _joint_sliders(kin, laid_out):
-    """Ranges that hold every pose with the tip over the workpiece; degrees for the rotary joints."""
-    limits = np.degrees(kin.machine.limits[3:])
-    limits = np.where(np.isfinite(limits), limits, 0.0).clip(-360, 360)
-    low, high = np.minimum(limits[:, 0], -180), np.maximum(limits[:, 1], 180)
-    tip = kin.forward(laid_out.home)[0]
-    grid = np.radians(np.stack(np.meshgrid(*np.linspace(low, high, 13).T), axis=-1).reshape(-1, 2))
-    linear = kin.close(tip, grid)[:, :3]
-    low = np.r_[np.floor(linear.min(axis=0) - 0.5 * laid_out.size), low]
-    high = np.r_[np.ceil(linear.max(axis=0) + 0.5 * laid_out.size), high]
-    start = _shown(kin.close(tip, np.radians([30.0, 30.0])))
-    rows = zip(low.tolist(), high.tolist(), start.round(3).tolist(), strict=True)
-    return {name: (*row, 1.0) for name, row in zip(kin.machine.joint_names, rows, strict=True)}
+    return [[label, record] for label, record in places.items()]
 
 
 def _between(place, joints, wanted):
@@ -211,36 +234,19 @@ def _between(place, joints, wanted):
     return np.stack([np.interp(wanted, place, column) for column in joints.T], axis=-1)
 
 
-def _meant(values):
-    """Joints, mm and radians, that the sliders' values mean."""
-    joints = np.array([*values.values()], dtype=float)
-    joints[3:] = np.radians(joints[3:])
-    return joints
+def _list(values, digits):
+    return " ".join(f"{value:z.{digits}f}" for value in values)
 
 
-def _shown(joints):
-    """Joints as the sliders have them: mm and degrees."""
-    return np.r_[joints[:3], np.degrees(joints[3:])]
-
-
-def _joints(kin, joints):
+def _words(kin, joints):
     """Joints as NC words, and what is out of travel."""
-    words = " ".join(
-        f"{name}{value:z.3f}" for name, value in zip(kin.machine.joint_names, _shown(joints), strict=True)
-    )
-    out = travel.out_of_travel(kin.machine, joints)
-    return words + (f" <b>{'; '.join(out)}</b>" if out else "")
+    shown = np.r_[joints[:3], np.degrees(joints[3:])]
+    words = " ".join(f"{name}{value:z.3f}" for name, value in zip(kin.machine.joint_names, shown, strict=True))
+    return "; ".join([words, *travel.out_of_travel(kin.machine, joints)])
 
 
-def _pose(kin, joints):
+def pose_text(kin, joints):
+    """The numbers of a pose, as a view says them: NC words, tip, tool axis, distance from a singular one."""
     tip, axis = kin.forward(joints)
-    place = " ".join(f"{value:z.3f}" for value in tip)
-    vector = " ".join(f"{value:z.4f}" for value in axis)
     pole = np.degrees(distance(kin, axis))
-    return f"{_joints(kin, joints)}<br>tip {place}, tool axis {vector}, {pole:.2f}° from singular"
-
-
-def _on_circle(pole, angle, direction):
-    """The unit vector at `angle` from `pole`, in the given direction about it; radians."""
-    zero, _, quarter = small_circle(pole, np.pi / 2, count=9)[:3]
-    return np.cos(angle) * pole + np.sin(angle) * (np.cos(direction) * zero + np.sin(direction) * quarter)
+    return f"{_words(kin, joints)}; tip {_list(tip, 3)}, tool axis {_list(axis, 4)}, {pole:.2f}° from singular"

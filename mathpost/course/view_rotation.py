@@ -1,50 +1,49 @@
 """Views with sliders for lessons 01 to 04: rotations, frames, the tilted plane, the chain."""
 
 import numpy as np
+import sympy as sp
 
 from mathpost import angles as euler
+from mathpost import chain
 from mathpost.draw import plot
+from mathpost.draw.arrangement import tool_solids
+from mathpost.draw.formula import formula, slider
+from mathpost.draw.scene import Label, Line, Scene, clearest
+from mathpost.draw.solid import Hull, block, ring
 from mathpost.draw.widget import View
-from mathpost.frame import Frame, machine_frames
+from mathpost.frame import Frame
 from mathpost.plane import positioning
 from mathpost.plane.alignment import align
 from mathpost.plane.tilted_plane import Plane
-from mathpost.rotation import ACTIVE, zxz_steps
+from mathpost.rotation import ACTIVE, zxz_right, zxz_steps
 
 _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 
 
 def turned_point(point):
     """A point in the initial frame and in the one that ZXZ angles turn: sliders alpha, beta, gamma in degrees."""
-    point = np.asarray(point, dtype=float)
-
-    def build(figure):
-        axes = figure.add_subplot(projection="3d")
-        plot.space(axes, 0.62 * np.linalg.norm(point), centre=point / 3, azimuth=-62)
-        size = 0.75 * np.linalg.norm(point)
-        plot.Triad(axes, colour=_MACHINE, length=size).move(Frame(np.eye(3)))
-        turned = plot.Triad(axes, colour=_WORKPIECE, length=size, labels=("X'", "Y'", "Z'"), lw=2)
-        axes.plot(*zip([0, 0, 0], point, strict=True), color=_TOOL, ls=":")
-        axes.plot(*point[:, None], "o", color=_TOOL)
-        axes.text(*(1.08 * point), "P", color=_TOOL)
-        feet = plot.Wire(axes, np.zeros((5, 3)), color=_TOOL, lw=1)
-
-        def update(alpha, beta, gamma):
-            frame = Frame(euler.matrix("ZXZ", [alpha, beta, gamma], degrees=True))
-            turned.move(frame)
-            x, y, z = frame.inverse().point(point)
-            feet.points = np.array([[0, 0, 0], [x, 0, 0], [x, y, 0], [x, y, z], [0, 0, z]])
-            feet.move(frame)
-            wrong = zxz_steps("right", (alpha, beta, gamma), point, elementary=ACTIVE, degrees=True)[-1].value
-            return (
-                f"in the turned frame: x' = {x:z.6f}, y' = {y:z.6f}, z' = {z:z.6f}"
-                f"<br>with active elements: {', '.join(f'{value:z.6f}' for value in wrong)}"
-            )
-
-        return update
-
-    sliders = {"alpha": (-180, 180, 135), "beta": (0, 180, 54.7356), "gamma": (-180, 180, -90)}
-    return View(build, sliders)
+    symbols, size = sp.symbols("alpha beta gamma", real=True), 0.75 * float(np.linalg.norm(point))
+    turned = zxz_right(*symbols)
+    x, y, z = new = turned * sp.Matrix(point)
+    wrong = zxz_steps("right", symbols, point, elementary=ACTIVE)[-1].value
+    angles = {"alpha": (-180, 135.0), "beta": (0, 54.7356), "gamma": (-180, -90.0)}
+    frame = zxz_right(*(start for _, start in angles.values()), degrees=True)
+    axes = np.concatenate([np.eye(3), frame])
+    scene = Scene(["turned"], extent=np.concatenate([1.35 * size * axes, 1.25 * np.array([point, np.zeros(3)])]))
+    scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
+    scene.triad("turned", ("X'", "Y'", "Z'"), length=size, colour=_WORKPIECE, width=3)
+    scene.lines.append(Line("bed", [[np.zeros(3), np.array(point)]], _TOOL, 1.2, dash=True, over=True, dot=True))
+    scene.lines.append(Line("turned", [], _TOOL, 2.4, name="coordinates", span=(0, 4), over=True))
+    scene.labels.append(Label("bed", 1.1 * np.array(point), "P", _TOOL))
+    return formula(
+        scene.frame(*clearest(dict(zip(("X", "Y", "Z", "X'", "Y'", "Z'"), axes, strict=True)))),
+        symbols,
+        [slider(name, low, 180, start) for name, (low, start) in angles.items()],
+        {"turned": turned.T},
+        ["in the turned frame: x' = {0:6}, y' = {1:6}, z' = {2:6}", "with active elements: {3:6}, {4:6}, {5:6}"],
+        numbers=[*new, *wrong],
+        points=[sp.zeros(3, 1), sp.Matrix([x, 0, 0]), sp.Matrix([x, y, 0]), sp.Matrix([x, y, z])],
+    )
 
 
 def notations():
@@ -140,32 +139,37 @@ def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):
 
 
 def carried(machine):
-    """What each rotary axis of a machine carries: sliders named after the two axes, and sense.
+    """What each rotary axis of a machine carries: sliders named after the two axes, buttons for the sense.
 
     With sense −1 both axes turn against their programmed angle: a table taken for a head, or a head for a table.
+    Workpiece and tool are seen with their pivots together: what turns is in question here, not where.
     """
-    names = [rotary.name for rotary in machine.rotary]
-    outer = 1 if machine.arrangement == "table-table" else 0
-
-    def build(figure):
-        axes = figure.add_subplot(projection="3d")
-        plot.space(axes, 85.0)
-        plot.Triad(axes, colour=_MACHINE, length=75).move(Frame(np.eye(3)))
-        block = plot.Wire(axes, plot.box(100, 70, 40) - [0, 0, 40], color=_WORKPIECE)
-        feature = plot.Triad(axes, colour=_WORKPIECE, length=60, labels="xyz", lw=2)
-        tool = plot.Wire(axes, plot.tool_outline(6, 90), color=_TOOL, lw=1)
-
-        def update(sense=1.0, **angles):
-            turned = [np.sign(sense) * angles[name] for name in names]
-            workpiece, tip = machine_frames(machine, [0, 0, 0, *turned], degrees=True)
-            # Seen with the pivots together: what turns is in question here, not where.
-            block.move(Frame(workpiece.rotation))
-            feature.move(Frame(workpiece.rotation))
-            tool.move(Frame(tip.rotation))
-            axis = (workpiece.inverse() @ tip).z
-            return f"tool axis in the workpiece: ({', '.join(f'{value:z.4f}' for value in axis)})"
-
-        return update
-
-    travel = {name: (-180, 180, 130 if name == names[outer] else 30) for name in names}
-    return View(build, {**travel, "sense": (-1, 1, 1, 2)})
+    names, sense = [rotary.name for rotary in machine.rotary], sp.Symbol("sense", real=True)
+    angles = chain.joint_symbols(machine)[3:]
+    signed = {angle: sense * angle for angle in angles}
+    bodies = dict(chain.bodies(machine))
+    workpiece, tool = (bodies[name][:3, :3].subs(signed, simultaneous=True) for name in ("workpiece", "tool"))
+    part = Hull("workpiece", _WORKPIECE, block([-50.0, -35, -40], [50, 35, 0]))
+    shapes = [part, *tool_solids(np.zeros(3), np.array([0.0, 0, 1]), 100.0, 90.0)]
+    around = np.concatenate([ring([0, 0, 10], normal, 85.0) for normal in np.eye(3)])
+    scene = Scene(["workpiece", "tool"], shapes, extent=around)
+    scene.triad("bed", "XYZ", length=80, colour=_MACHINE)
+    scene.triad("workpiece", "xyz", length=62, colour=_WORKPIECE, width=3)
+    outer = names[1 if machine.arrangement == "table-table" else 0]
+    sliders = [slider(name, -180, 180, 130 if name == outer else 30) for name in names]
+    start = dict(zip((*angles, sense), [*(np.radians(each["value"]) for each in sliders), 1], strict=True))
+    at_start = [np.array(matrix.subs(start).evalf(), dtype=float) for matrix in (workpiece, tool)]
+    axes = dict(zip("xyzn", [*at_start[0].T, at_start[1][:, 2]], strict=True)) | {
+        "X": np.eye(3)[0],
+        "Y": np.eye(3)[1],
+    }
+    return formula(
+        scene.frame(*clearest(axes)),
+        (*angles, sense),
+        [*sliders, slider("sense", -1, 1, 1, unit="", hidden=True)],
+        {"workpiece": workpiece, "tool": tool},
+        ["sense {3:0}: tool axis in the workpiece ({0:4}, {1:4}, {2:4})"],
+        numbers=[*(workpiece.T * tool)[:, 2], sense],
+        buttons=[("sense 1", [None, None, 1]), ("sense −1", [None, None, -1])],
+        height=400,
+    )

@@ -1,9 +1,8 @@
-"""The detective: which reading of the convention gives this number?
+"""Which misreading of three Euler angles gives this number?
 
-Someone has turned a point, or built a matrix, with three Euler angles and got something else than expected. Every
-reading of `mathpost.detective.misreadings` is tried; those that give the answer to the precision to which it was
-written are returned, the simplest first. A match that so many tries would have hit by accident anyway is not an
-explanation.
+Someone has turned a point, or built a matrix, and got something else than expected. Every misreading of
+`mathpost.detective.misreadings` is tried; those that give the answer to the precision to which it was written are
+returned, the simplest first. A match that so many tries would have hit by accident anyway explains nothing.
 """
 
 from dataclasses import dataclass, replace
@@ -23,6 +22,8 @@ from mathpost.detective.misreadings import (
     Wording,
     all_factors,
     matrices,
+    sentence,
+    simplest,
     trade_name,
     wordings,
     written,
@@ -32,7 +33,7 @@ from mathpost.detective.placing import PLAIN, Placing, about, translated
 from mathpost.errors import InputError, as_array
 
 ROUNDING = 1e-9  # relative: what a spreadsheet's own arithmetic may lose
-MOST, SHOWN = 100, 6  # right angles and points on an axis have many readings: how many are looked at and shown
+MOST, SHOWN = 100, 6  # right angles and points on an axis have many misreadings: how many are looked at and shown
 MORE_DIGITS = Slip(UNROUNDED, 0.5, "the angles were used with more digits than are given")
 QUATERNION = {
     "xyzw": Slip("quaternion", 1.25, "the quaternion is stored as x y z w and read as w x y z"),
@@ -41,37 +42,46 @@ QUATERNION = {
 PROBE_ANGLES = np.array([(20, 35, 50), (-15, 70, 25), (110, 40, -65)], dtype=float)
 PROBE_POINTS = np.array([(1, 2, 3), (2, -1, 5), (7, 3, -2)], dtype=float)
 GENERIC_ANGLES = np.array([(21.1234567, 47.7654321, 74.4567891), (-36.2468135, 12.1357924, 113.9753186)])
-# An answer copied out in the wrong order or with a lost sign: where its entries come from, and their signs.
+
+
+@dataclass(frozen=True)
+class _Copied:
+    """How an answer was copied out: where its entries come from, their signs, and the slip."""
+
+    order: tuple = (0, 1, 2)
+    signs: tuple = (1, 1, 1)
+    slips: tuple = ()
+
+
+def _copied(cost, phrase, **how):
+    return _Copied(slips=(Slip("copied", cost, phrase),), **how)
+
+
+RIGHTLY = _Copied()
 COPIED = (
-    ((0, 1, 2), (1, 1, 1), None),
-    *(
-        (order, (1, 1, 1), Slip("copied", 1, f"the answer's {a} and {b} are exchanged"))
-        for order, a, b in (((1, 0, 2), "x", "y"), ((2, 1, 0), "x", "z"), ((0, 2, 1), "y", "z"))
-    ),
-    *(
-        (
-            (0, 1, 2),
-            tuple(1 - 2 * (n == k) for k in range(3)),
-            Slip("copied", 1, f"the sign of the answer's {name} is lost"),
-        )
-        for n, name in enumerate("xyz")
-    ),
-    ((0, 1, 2), (-1, -1, -1), Slip("copied", 1.1, "the whole answer has the opposite sign")),
+    RIGHTLY,
+    _copied(1, "the answer's x and y are exchanged", order=(1, 0, 2)),
+    _copied(1, "the answer's x and z are exchanged", order=(2, 1, 0)),
+    _copied(1, "the answer's y and z are exchanged", order=(0, 2, 1)),
+    _copied(1, "the sign of the answer's x is lost", signs=(-1, 1, 1)),
+    _copied(1, "the sign of the answer's y is lost", signs=(1, -1, 1)),
+    _copied(1, "the sign of the answer's z is lost", signs=(1, 1, -1)),
+    _copied(1.1, "the whole answer has the opposite sign", signs=(-1, -1, -1)),
 )
 
 
 def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None):
-    """Return the readings of three Euler angles that give `answer`, the simplest first.
+    """Return the misreadings of three Euler angles that give `answer`, the simplest first.
 
-    The right reading is that of source 000: the coordinates of a fixed point in a frame turned by the first angle
-    about the first axis, by the second about the new second and by the third about the newest third axis.
+    Right is what source 000 does: the coordinates of a fixed point in a frame turned by the first angle about the
+    first axis, by the second about the new second and by the third about the newest third axis.
 
     Parameters
     ----------
     angles : array_like, shape (3,)
         Degrees, as they were given.
     point : array_like, shape (3,) or (n, 3), or None
-        The point, or n points that one reading must explain together. None if `answer` is a matrix.
+        The point, or n points that one misreading must explain together. None if `answer` is a matrix.
     answer : array_like, shape of `point`, or (3, 3) for a matrix
         What someone got. Strings such as ``"4.9500"`` keep the zeros that tell the precision.
     decimals : int, optional, keyword only
@@ -89,7 +99,7 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None
     ------
     InputError
         If an argument has another shape, holds something that is not a finite number, or names no axes, or if
-        the point is the origin, which every reading leaves in its place.
+        the point is the origin, which every misreading leaves in its place.
 
     Examples
     --------
@@ -99,7 +109,9 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None
     >>> explain([135, 54.7356, -90], [3, 4, 5], [1, 2, 6.708]).explained
     False
     """
-    _check_sequence(sequence)
+    valid = isinstance(sequence, str) and len(sequence) == 3 and set(sequence) <= set("XYZ")
+    if not valid or sequence[0] == sequence[1] or sequence[1] == sequence[2]:
+        raise InputError("sequence", "three axes such as 'ZXZ', no two neighbours alike", repr(sequence))
     values = as_array(angles, 3, "angles")
     if values.shape != (3,):
         raise InputError("angles", "shape (3,)", f"shape {values.shape}")
@@ -109,25 +121,20 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None
     target = as_array(answer, 3, "answer")
     if target.shape != points.shape or points.ndim > 2:
         raise InputError("answer", f"shape {points.shape}", f"shape {target.shape}")
-    if decimals is None:
-        decimals = written_decimals(answer)
     case = _Case(
         angles=values,
         points=np.atleast_2d(points),
         # The columns of a matrix are where ex, ey and ez go, so a matrix is three points.
         target=target.T if point is None else np.atleast_2d(target),
         half_digits=np.array([_half_digit(angle) for angle in np.asarray(angles, dtype=object)]),
-        decimals=decimals,
+        decimals=written_decimals(answer) if decimals is None else decimals,
         sequence=sequence,
         is_matrix=point is None,
         placings=(PLAIN,) if origin is None or point is None else about(as_array(origin, 3, "origin")),
     )
-    if decimals == 0:
-        # Whole numbers are meant exactly if some reading gives them exactly, as right angles do.
-        exact = replace(case, decimals=9).explain(target.shape)
-        if exact.explained:
-            return exact
-    return case.explain(target.shape)
+    # Whole numbers are meant exactly if some misreading gives them exactly, as right angles do.
+    exact = replace(case, decimals=9).explain(target.shape) if case.decimals == 0 else None
+    return exact if exact and exact.explained else case.explain(target.shape)
 
 
 def _half_digit(value):
@@ -136,46 +143,44 @@ def _half_digit(value):
     return 0.5 * 10.0**-decimals if 0 < decimals < 9 else 0.0
 
 
-def _check_sequence(sequence):
-    valid = isinstance(sequence, str) and len(sequence) == 3 and set(sequence) <= set("XYZ")
-    if not valid or sequence[0] == sequence[1] or sequence[1] == sequence[2]:
-        raise InputError("sequence", "three axes such as 'ZXZ', no two neighbours alike", repr(sequence))
-
-
 @dataclass(frozen=True)
 class _Match:
     """A product that fits: its factors, its wordings, and slips of the answer or the angles beside them."""
 
     factors: Factors
-    wording: Wording
-    others: tuple
-    copied: tuple = COPIED[0]
+    wordings: list
+    copied: _Copied = RIGHTLY
     unrounded: bool = False
     quaternion: str | None = None
     placing: Placing = PLAIN
 
     @property
+    def wording(self) -> Wording:
+        return self.wordings[0]
+
+    @property
     def slips(self):
-        extra = (self.copied[2],) if self.copied[2] else ()
-        extra += (QUATERNION[self.quaternion],) if self.quaternion else ()
-        extra += (MORE_DIGITS,) if self.unrounded else ()
-        return (*self.wording.slips, *self.factors.slips, *self.placing.slips, *extra)
+        more = (QUATERNION[self.quaternion],) if self.quaternion else ()
+        more += (MORE_DIGITS,) if self.unrounded else ()
+        return (*self.wording.slips, *self.factors.slips, *self.placing.slips, *self.copied.slips, *more)
 
     @property
     def cost(self):
         return 0.01 * self.wording.recipe + sum(slip.cost for slip in self.slips)
 
     def value(self, angles, points):
-        """What the reading gives, shape (n, 3)."""
-        order, signs, _ = self.copied
+        """What it gives, shape (n, 3)."""
         matrix = matrices([self.factors], [self.wording.key], angles)[0, 0]
         if self.quaternion:
             matrix = misread_quaternion(matrix, self.quaternion)
-        return ((points + self.placing.before) @ matrix.T)[:, order] * signs + self.placing.after
+        turned = (points + self.placing.before) @ matrix.T
+        return turned[:, self.copied.order] * self.copied.signs + self.placing.after
 
-    def refines(self, other):
-        """Whether this has all the slips of `other` and more, which then explain nothing."""
-        return set(self.slips) > set(other.slips)
+    @property
+    def sentence(self):
+        """What went wrong, in words, and whose convention that is."""
+        known_as = trade_name(self.wording, self.factors) if self.slips else ""
+        return sentence(self.slips) + (f" (as {known_as})" if known_as else "")
 
 
 @dataclass(frozen=True)
@@ -216,12 +221,10 @@ class _Case:
         else:
             found, count = self.moved()
             tried, matches = tried + count, found
-        matches = sorted(matches, key=lambda match: match.cost)[:MOST]
-        matches = [match for match in matches if match.cost <= matches[0].cost + FAR_FETCHED]
-        groups = self.groups([match for match in matches if not any(match.refines(other) for other in matches)])
-        readings = tuple(self.reading(group, shape) for group in groups)
+        groups = self.groups(simplest(matches, MOST))
+        misreadings = tuple(self.misreading(group, shape) for group in groups)
         note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known()
-        return Explanation(readings, self.tolerance, tried, note)
+        return Explanation(misreadings, self.tolerance, tried, note)
 
     def placed(self, placing):
         """The same question about points that only turn."""
@@ -244,44 +247,41 @@ class _Case:
         found, count = differences.likely(2)
         placed = []
         for match in found:
-            if match.copied[2] is None:
+            if not match.copied.slips:
                 shift = end - match.value(self.angles, start[None])[0]
                 matrix = match.value(self.angles, np.eye(3)).T
                 placed.append(replace(match, placing=translated(matrix, shift, self.tolerance)))
         return placed, count
 
     def search(self, factors):
-        """Compare the readings with `factors` in all products, answers copied wrongly and angles less rounded."""
+        """Compare `factors` in all products, answers copied wrongly and angles less rounded with the answer."""
         factors = [each for each in factors if self.matters(each)]
-        keys, best = list(wordings()), list(wordings().values())
+        keys, same = list(wordings()), list(wordings().values())
         if self.is_matrix:
-            best = [[wording for wording in same if not wording.row] for same in best]
+            same = [[wording for wording in of_one if not wording.row] for of_one in same]
         values = np.einsum("fkij,nj->fkni", matrices(factors, keys, self.angles), self.points)
-        costs = np.add.outer([each.cost for each in factors], [same[0].cost for same in best])
+        costs = np.add.outer([each.cost for each in factors], [of_one[0].cost for of_one in same])
         found = []
         for copied in COPIED[:1] if self.is_matrix else COPIED:
-            order, signs, slip = copied
             # A wrong copy comes with one other slip at most: more is guessing.
-            rows = slice(None) if slip is None else slice(sum(len(each.slips) < 2 for each in factors))
-            misfit = np.abs(values[rows][..., order] * signs - self.target).max(axis=(2, 3))
-            for f, k in np.argwhere(misfit <= self.tolerance):
-                found.append(_Match(factors[f], best[k][0], tuple(best[k][1:]), copied))
-            if slip is None and self.half_digits.any():
-                for f, k in np.argwhere((misfit > self.tolerance) & (misfit <= self.reach)):
-                    match = _Match(factors[f], best[k][0], tuple(best[k][1:]), unrounded=True)
-                    if self.fits_unrounded(match):
-                        found.append(match)
+            rows = slice(sum(len(each.slips) < 2 for each in factors) if copied.slips else None)
+            misfit = np.abs(values[rows][..., copied.order] * copied.signs - self.target).max(axis=(2, 3))
+            found += [_Match(factors[f], same[k], copied) for f, k in np.argwhere(misfit <= self.tolerance)]
+            if not copied.slips and self.half_digits.any():
+                near = np.argwhere((misfit > self.tolerance) & (misfit <= self.reach))
+                matches = (_Match(factors[f], same[k], unrounded=True) for f, k in near)
+                found += [match for match in matches if self.fits_unrounded(match)]
         if not factors[0].slips:
-            found += self.quaternions(factors[0], keys, best)
+            found += self.quaternions(factors[0], keys, same)
         return found, len(COPIED) * costs.size, np.sort(costs, axis=None)
 
-    def quaternions(self, factors, keys, best):
+    def quaternions(self, factors, keys, same):
         """The products of the angles as they are, turned into a quaternion that is read in the wrong order."""
         products, found = matrices([factors], keys, self.angles)[0], []
         for kind in QUATERNION:
             values = self.points @ np.swapaxes(misread_quaternion(products, kind), -1, -2)
             for k in np.flatnonzero(np.abs(values - self.target).max(axis=(1, 2)) <= self.tolerance):
-                found.append(_Match(factors, best[k][0], tuple(best[k][1:]), quaternion=kind))
+                found.append(_Match(factors, same[k], quaternion=kind))
         return found
 
     def matters(self, factors):
@@ -304,13 +304,13 @@ class _Case:
         return np.abs(left).max() <= self.tolerance
 
     def chance(self, costs, match):
-        """The expected number of accidental matches among the readings that are no more far-fetched."""
+        """The expected number of accidental matches among the misreadings that are no more far-fetched."""
         beside = [sum(slip.cost for slip in placing.slips) for placing in self.placings]
-        beside = np.add.outer(beside, [slip.cost if slip else 0.0 for *_, slip in COPIED])
+        beside = np.add.outer(beside, [sum(slip.cost for slip in copied.slips) for copied in COPIED])
         tries = np.searchsorted(costs, match.cost - beside + 1e-9, side="right").sum()
-        # A point moves on a sphere, a second one on a circle around the first.
+        # A point moves on a sphere, a second one on a circle around the first. The cube of the tolerance covers
+        # about six of its squares on the sphere.
         ratio = (self.reach if match.unrounded else self.tolerance) / self.size
-        # The cube of the tolerance covers about six of its squares there.
         share = min(1.0, 1.5 * ratio**2 / np.pi)
         if np.linalg.matrix_rank(self.points) > 1:
             share *= min(1.0, ratio / np.pi)
@@ -324,54 +324,52 @@ class _Case:
             groups.setdefault((np.round(generic, 9) + 0.0).tobytes(), []).append(match)
         return list(groups.values())[:SHOWN]
 
-    def reading(self, group, shape):
+    def misreading(self, group, shape):
         first = group[0]
-        same = [replace(first, wording=wording) for wording in first.others] + group[1:]
-        same = sorted(
-            (match for match in same if match.cost <= first.cost + FAR_FETCHED), key=lambda match: match.cost
-        )
+        others = [replace(first, wordings=[wording]) for wording in first.wordings[1:]] + group[1:]
+        same = [match for match in others if match.cost <= first.cost + FAR_FETCHED]
         value = first.value(self.angles, self.points)
         return Misreading(
-            sentence=_sentence(first),
+            sentence=first.sentence,
             product=self.written(first),
             kinds=tuple(slip.kind for slip in first.slips),
             value=value.T if self.is_matrix else value.reshape(shape),
-            same=tuple(f"{_sentence(match)}: {self.written(match)}" for match in same),
+            same=tuple(
+                f"{match.sentence}: {self.written(match)}" for match in sorted(same, key=lambda match: match.cost)
+            ),
             cost=first.cost,
         )
 
     def tell_apart(self, groups):
-        """Propose the point, or else the angles, for which the readings differ most clearly."""
+        """Propose the point, or else the angles, for which the misreadings differ most clearly."""
         options = [(self.angles, point) for point in PROBE_POINTS] if not self.is_matrix else []
         options += [(angles, point) for angles in PROBE_ANGLES for point in PROBE_POINTS[:1]]
         for angles, point in options:
             values = [group[0].value(angles, point[None])[0] for group in groups]
-            apart = min(np.abs(a - b).max() for a, b in combinations(values, 2))
-            if apart > 0.05:
+            if min(np.abs(a - b).max() for a, b in combinations(values, 2)) > 0.05:
                 break
         else:
-            return f"{len(groups)} readings give the same number here, and nearly the same everywhere."
+            return f"{len(groups)} misreadings give the same number here, and nearly the same everywhere."
         asked = f"the point ({_numbers(point)})"
         if angles is not self.angles:
             asked += f" and the angles {_numbers(angles)}"
-        results = "; ".join(f"{_sentence(g[0])}: ({_numbers(v, 3)})" for g, v in zip(groups, values, strict=True))
-        return f"{len(groups)} readings give the same number here. To tell them apart, try {asked}: {results}."
+        pairs = zip(groups, values, strict=True)
+        results = "; ".join(f"{group[0].sentence}: ({_numbers(v, 3)})" for group, v in pairs)
+        return f"{len(groups)} misreadings give the same number here. To tell them apart, try {asked}: {results}."
 
     def what_is_known(self):
-        """Say why no misreading can fit, or which simple one gives two of the three coordinates."""
-        simple = [each for each in all_factors(self.sequence, 2) if len(each.slips) <= 1]
-        keys = [key for key, same in wordings().items() if len(same[0].slips) <= 1]
-        for factors in simple:
-            for key in keys:
-                wording = wordings()[key][0]
-                if len(factors.slips) + len(wording.slips) > 1:
+        """Say why no misreading can fit, or which simple one gives all coordinates but one."""
+        for factors in all_factors(self.sequence, 2):
+            for same in wordings().values():
+                if len(factors.slips) + len(same[0].slips) > 1:
                     continue
-                match = _Match(factors, wording, ())
+                match = _Match(factors, same)
                 off = np.abs(match.value(self.angles, self.points) - self.target) > self.tolerance
                 if off.sum() == 1 and self.decimals > 1:
                     row, column = np.argwhere(off)[0]
-                    rest = f"fits this reading: {_sentence(match)}" if match.slips else "is right"
-                    return f"Only {self.name(row, column)} is off, the rest {rest}."
+                    name = f"row {column + 1}, column {row + 1}" if self.is_matrix else "xyz"[column]
+                    rest = f"fits this misreading: {match.sentence}" if match.slips else "is right"
+                    return f"Only {name} is off, the rest {rest}."
         lengths, given = np.linalg.norm(self.target, axis=1), np.linalg.norm(self.points, axis=1)
         worst = np.abs(lengths - given).argmax()
         if abs(lengths[worst] - given[worst]) > 2 * self.tolerance:
@@ -381,15 +379,12 @@ class _Case:
             )
         if self.decimals > 1:
             return "It keeps the length, so it is a rotation, but by other angles."
-        return "It is written too coarsely: some reading would fit by accident. Give more digits or more points."
+        return "It is written too coarsely: some misreading would fit by accident. Give more digits or more points."
 
     def written(self, match):
         if self.is_matrix:
             return written(match.wording, match.factors, point="")
         return written(match.wording, match.factors, match.placing.point) + match.placing.added
-
-    def name(self, row, column):
-        return f"row {column + 1}, column {row + 1}" if self.is_matrix else "xyz"[column]
 
 
 def misread_quaternion(matrix, stored):
@@ -397,13 +392,6 @@ def misread_quaternion(matrix, stored):
     first = stored == "wxyz"
     quaternion = Rotation.from_matrix(matrix).as_quat(scalar_first=first)
     return Rotation.from_quat(quaternion, scalar_first=not first).as_matrix()
-
-
-def _sentence(match):
-    if not match.slips:
-        return "right"
-    known_as = trade_name(match.wording, match.factors)
-    return " and ".join(slip.phrase for slip in match.slips) + (f" (as {known_as})" if known_as else "")
 
 
 def _numbers(values, decimals=None):

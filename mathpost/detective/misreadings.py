@@ -1,9 +1,9 @@
-"""The space of readings: every way to misread a rotation by three Euler angles, enumerated and evaluated.
+"""Every way to misread a rotation by three Euler angles, enumerated and evaluated, and what is said of one.
 
-A reading has two parts. The *wording* says how the product is made: which of the two recipes of source 000, in what
-order, of active or passive elements, with which signs, transposed or not, the point as a column or as a row. The
-768 wordings come to 48 different products. The *factors* say what stands in it: which axes, angles exchanged,
-repeated or left out, their unit, and what was rounded.
+A misreading is a set of slips; the right way has none. It has two parts. The *wording* says how the product is
+made: which of the two recipes of source 000, in what order, of active or passive elements, with which signs,
+transposed or not, the point as a column or as a row. The 768 wordings come to 48 different products. The *factors*
+say what stands in it: which axes, angles exchanged, repeated or left out, their unit, and what was rounded.
 """
 
 from dataclasses import dataclass, replace
@@ -56,7 +56,7 @@ def _whole(degrees):
 
 
 CHANCE = 0.005  # how probable an accidental match may be before it explains nothing
-FAR_FETCHED = 1.0  # readings so much more complicated than the simplest one are not shown
+FAR_FETCHED = 1.0  # misreadings so much more complicated than the simplest one are not shown
 UNROUNDED = "unrounded"  # the kind of slip that is none: more digits of the input were used than are given
 
 
@@ -82,7 +82,7 @@ class Slip:
 
 @dataclass(frozen=True)
 class Misreading:
-    """One reading that gives the answer.
+    """One misreading that gives the answer; without slips it is the right way.
 
     Attributes
     ----------
@@ -91,9 +91,9 @@ class Misreading:
     product : str
         The matrix product: E is a passive elementary matrix, R an active one, p the point.
     kinds : tuple of str
-        The kinds of slip, such as ``("transpose",)``; empty for the right reading.
+        The kinds of slip, such as ``("transpose",)``; empty for the right way.
     value : ndarray
-        What the reading gives, in the shape of the answer.
+        What it gives, in the shape of the answer.
     same : tuple of str
         Other wordings of the identical product, with their products.
     cost : float
@@ -113,18 +113,18 @@ class Misreading:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What `explain` found.
+    """What `explain` or `explain_joints` found.
 
     Attributes
     ----------
     misreadings : tuple of Misreading
         Those that give the answer, the simplest first; empty if none does.
     tolerance : float
-        How far a reading may be from the answer: half of the last digit written.
+        How far a misreading may be from the answer: half of the last digit written.
     tried : int
-        How many readings were compared with it.
+        How many were compared with it.
     note : str
-        How to tell several readings apart, or what is known if none fits.
+        How to tell several misreadings apart, or what is known if none fits.
     """
 
     misreadings: tuple
@@ -134,17 +134,32 @@ class Explanation:
 
     @property
     def explained(self):
-        """Whether any reading gives the answer."""
+        """Whether any misreading gives the answer."""
         return bool(self.misreadings)
 
     @property
     def right(self):
-        """Whether the right reading gives the answer, be it with more digits of the angles than are given."""
+        """Whether the right way gives the answer, be it with more digits of the angles than are given."""
         return self.explained and set(self.misreadings[0].kinds) <= {UNROUNDED}
 
     def __str__(self):
         lines = list(map(str, self.misreadings)) or [f"No misreading explains it ({self.tried} were tried)."]
         return "\n".join([*lines, self.note] if self.note else lines)
+
+
+def sentence(slips):
+    """Return slips in words, or that it is right."""
+    return " and ".join(slip.phrase for slip in slips) or "right"
+
+
+def simplest(matches, most=None):
+    """Return the matches worth telling, the least far-fetched first, each with `slips` and a `cost`.
+
+    At most `most` are looked at. One that has all the slips of another and more explains nothing.
+    """
+    matches = sorted(matches, key=lambda match: match.cost)[:most]
+    near = [match for match in matches if match.cost <= matches[0].cost + FAR_FETCHED]
+    return [match for match in near if not any(set(match.slips) > set(other.slips) for other in near)]
 
 
 def written_decimals(values):
@@ -163,11 +178,9 @@ def written_decimals(values):
 def _decimals(value):
     if not isinstance(value, str) and float(value).is_integer():
         return 0
+    text = value.strip() if isinstance(value, str) else repr(float(f"{value:.13g}"))
     try:
-        return max(
-            0,
-            -Decimal(value.strip() if isinstance(value, str) else repr(float(f"{value:.13g}"))).as_tuple().exponent,
-        )
+        return max(0, -Decimal(text).as_tuple().exponent)
     except InvalidOperation:
         raise InputError("answer", "numbers", repr(value)) from None
 
@@ -224,12 +237,8 @@ class Factors:
     def radians(self, angles):
         """The angle of each rotation, shape (3,), from the given degrees."""
         angles = self.degrees(angles)
-        return np.array(
-            [
-                UNITS[unit](angles[n], self.pi) * k
-                for n, unit, k in zip(self.source, self.unit, self.kept, strict=True)
-            ]
-        )
+        rows = zip(self.source, self.unit, self.kept, strict=True)
+        return np.array([UNITS[unit](angles[n], self.pi) * kept for n, unit, kept in rows])
 
 
 @lru_cache(maxsize=1)
@@ -335,7 +344,7 @@ def _left_out():
 
 def _meanings():
     single = ((0,), (1,), (2,))
-    readings = (
+    kinds = (
         ("half", "half angle", "half of {} is used, as in a quaternion", (*single, (0, 1, 2))),
         ("double", "double angle", "twice {} is used", (*single, (0, 1, 2))),
         ("complement", "complement", "90° − {} is used, or sine and cosine are exchanged", (*single, (0, 1, 2))),
@@ -350,7 +359,7 @@ def _meanings():
             (*single, (0, 1, 2)),
         ),
     )
-    for meaning, kind, phrase, places in readings:
+    for meaning, kind, phrase, places in kinds:
         for affected in places:
             name = ANGLES[affected[0]] if len(affected) == 1 else "all angles"
             change = tuple(meaning if n in affected else "as given" for n in range(3))
@@ -394,7 +403,7 @@ def _compiled(axis):
 
 
 def matrices(factors, keys, angles):
-    """Evaluate readings.
+    """Evaluate misreadings.
 
     Parameters
     ----------
@@ -444,7 +453,7 @@ def trade_name(wording, factors):
 
 
 def written(wording, factors, point="p"):
-    """Return the product of a reading as text: E passive, R active elementary matrices, `point` beside it."""
+    """Return the product of a misreading as text: E passive, R active elementary matrices, `point` beside it."""
     letter = "R" if wording.active else "E"
     parts = [
         f"{letter}_{factors.axes[n].lower()}({_angle(factors, n, wording.signs[n])})"
@@ -460,9 +469,8 @@ def written(wording, factors, point="p"):
 
 
 def _angle(factors, n, sign):
-    unit = {"degrees": "", "radians": " rad", "twice": "·π/180", "reversed": "·180/π rad", "gon": " gon"}[
-        factors.unit[n]
-    ]
+    suffix = {"degrees": "", "radians": " rad", "twice": "·π/180", "reversed": "·180/π rad", "gon": " gon"}
+    unit = suffix[factors.unit[n]]
     angle = MEANINGS[factors.meaning[factors.source[n]]][1].format(ANGLES[factors.source[n]])
     angle = f"({angle})" if "°" in angle and (sign < 0 or unit) else angle
     return f"{'−' if sign < 0 else ''}{angle}{unit}"

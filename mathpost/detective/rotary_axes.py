@@ -1,7 +1,7 @@
-"""The detective for rotary axes: which sign, branch or winding do someone's B and C have?
+"""Which sign, branch or winding do someone's rotary angles have?
 
-The machine's own inverse gives both branches for the CL data; a reading changes the tool axis that goes in (a lost
-sign, exchanged components) and the two angles that come out (sign, zero position, branch, unit, exchanged).
+The machine's own inverse gives both branches for the CL data; a misreading changes the tool axis that goes in (a
+lost sign, exchanged components) and the two angles that come out (sign, zero position, branch, unit, exchanged).
 """
 
 from dataclasses import dataclass, replace
@@ -10,9 +10,17 @@ from itertools import permutations, product
 
 import numpy as np
 
-from mathpost.detective.misreadings import CHANCE, FAR_FETCHED, Explanation, Misreading, Slip, written_decimals
+from mathpost.detective.misreadings import (
+    CHANCE,
+    Explanation,
+    Misreading,
+    Slip,
+    sentence,
+    simplest,
+    written_decimals,
+)
 from mathpost.errors import InputError, as_array
-from mathpost.rotation import unit
+from mathpost.rotation import unit, wrap
 
 COMPONENTS = "ijk"
 ZERO_POSITIONS = (0, 180, 90, -90)
@@ -36,16 +44,16 @@ class _Change:
 
 
 def explain_joints(kinematics, axis, angles, *, decimals=None):
-    """Return the readings of the tool axis and the machine that give someone's rotary angles, the simplest first.
+    """Return the misreadings of a tool axis and a machine that give someone's rotary angles, the simplest first.
 
-    Angles that differ by whole turns are the same; the sentence names the turns. The right reading is any pair of
-    angles that makes the tool axis, on either branch.
+    Angles that differ by whole turns are the same; the sentence names the turns. Right is any pair of angles that
+    makes the tool axis, on either branch.
 
     Parameters
     ----------
     kinematics : mathpost.kinematics.Kinematics
     axis : array_like, shape (3,) or (n, 3)
-        Tool axis of the CL data, in the workpiece; n rows that one reading must explain together.
+        Tool axis of the CL data, in the workpiece; n rows that one misreading must explain together.
     angles : array_like, shape (2,) or (n, 2)
         Someone's rotary angles, degrees, in the order of the machine file.
     decimals : int, optional, keyword only
@@ -54,7 +62,7 @@ def explain_joints(kinematics, axis, angles, *, decimals=None):
     Returns
     -------
     mathpost.detective.misreadings.Explanation
-        The value of a reading is its angles, in the shape of `angles`.
+        The value of a misreading is its angles, in the shape of `angles`.
 
     Raises
     ------
@@ -89,7 +97,7 @@ def explain_joints(kinematics, axis, angles, *, decimals=None):
 
 @dataclass(frozen=True)
 class _Match:
-    """A reading that fits: what was done to the tool axis, to each angle, on which branch of each."""
+    """A misreading that fits: what was done to the tool axis, to each angle, on which branch of each."""
 
     slips: tuple
     components: list
@@ -102,12 +110,8 @@ class _Match:
     def cost(self):
         return sum(slip.cost for slip in self.slips)
 
-    @property
-    def sentence(self):
-        return " and ".join(slip.phrase for slip in self.slips) or "right"
-
     def value(self, kinematics, axis):
-        """The angles that the reading gives for tool axes of shape (n, 3): shape (n, 2), degrees."""
+        """The angles that it gives for tool axes of shape (n, 3): shape (n, 2), degrees."""
         joints = kinematics.inverse(np.zeros(3), axis[:, self.components] * self.signs, degrees=True)[..., 3:]
         angles = [
             (change.sign * joints[np.arange(len(axis)), branch, n] + change.offset) * change.factor
@@ -139,7 +143,7 @@ class JointCase:
 
     def explain(self, shape):
         tried, matches, alone = 0, [], [[], []]
-        for axis_slips, components, signs in _axis_readings():
+        for axis_slips, components, signs in _axis_misreadings():
             values, tolerance = self.both_branches(self.axis[:, components] * signs)
             if np.isnan(values).any():
                 continue
@@ -172,7 +176,7 @@ class JointCase:
         near = np.concatenate([near, self.not_normalised(axis)[:, None, :]], axis=1)
         joints = self.kinematics.inverse(np.zeros(3), near, degrees=True)[..., 3:]
         values = joints[:, 0]
-        spread = np.abs(_wrap(joints - values[:, None]))
+        spread = np.abs(wrap(joints - values[:, None]))
         return values, np.nan_to_num(spread).max(axis=1) + self.half_digit
 
     def not_normalised(self, axis):
@@ -191,7 +195,7 @@ class JointCase:
         """The changes of one angle that give what was written, with the rows and branches where they do, (n, 2)."""
         found = {}
         for change in _changes(self.names[joint]):
-            off = _wrap(given[:, None, joint] / change.factor - change.sign * values[..., joint] - change.offset)
+            off = wrap(given[:, None, joint] / change.factor - change.sign * values[..., joint] - change.offset)
             fit = np.abs(off) <= tolerance[..., joint] / change.factor
             if fit.any(axis=1).all():
                 found[change] = fit
@@ -209,9 +213,9 @@ class JointCase:
         return None, ()
 
     def right(self, shape):
-        """The right reading: the branch and the turns that each row has."""
+        """What is right: the branch and the turns that each row has."""
         values, _ = self.both_branches(self.axis)
-        branch = np.argmin(np.abs(_wrap(self.given[:, None] - values)).max(axis=2), axis=1)
+        branch = np.argmin(np.abs(wrap(self.given[:, None] - values)).max(axis=2), axis=1)
         chosen = values[np.arange(len(values)), branch]
         parts = []
         for n, name in enumerate(self.names):
@@ -225,53 +229,46 @@ class JointCase:
 
     def verdict(self, matches, alone, tried, shape):
         """Rank the matches and group those that are the same for every tool axis."""
-        matches = sorted((m for m in matches if self.chance(m.cost) < CHANCE), key=lambda match: match.cost)
-        matches = [m for m in matches if not any(set(m.slips) > set(other.slips) for other in matches)]
         groups = {}
-        for match in matches:
-            if match.cost <= matches[0].cost + FAR_FETCHED:
-                one_row = replace(match, branches=tuple(branch[:1] * len(GENERIC) for branch in match.branches))
-                generic = one_row.value(self.kinematics, GENERIC)
-                key = (
-                    (np.round(_wrap(generic), 6) % 360).tobytes() if np.isfinite(generic).all() else match.sentence
-                )
-                groups.setdefault(key, []).append(match)
-        readings = tuple(self.reading(group, shape) for group in list(groups.values())[:8])
-        if len(readings) > 1:
-            note = (
-                f"{len(readings)} readings give the same angles here: rows with another tool axis tell them apart."
-            )
-        else:
-            note = (
-                "" if readings else " ".join(self.one_by_one(name, alone[n]) for n, name in enumerate(self.names))
-            )
-        return Explanation(readings, self.half_digit, tried, note)
+        for match in simplest([match for match in matches if self.chance(match.cost) < CHANCE]):
+            one_row = replace(match, branches=tuple(branch[:1] * len(GENERIC) for branch in match.branches))
+            generic = np.round(wrap(one_row.value(self.kinematics, GENERIC)), 6) % 360
+            key = generic.tobytes() if np.isfinite(generic).all() else match.slips
+            groups.setdefault(key, []).append(match)
+        misreadings = tuple(self.misreading(group, shape) for group in list(groups.values())[:8])
+        note = ""
+        if len(misreadings) > 1:
+            count = len(misreadings)
+            note = f"{count} misreadings give the same angles here: rows with another tool axis tell them apart."
+        elif not misreadings:
+            note = " ".join(self.one_by_one(name, alone[n]) for n, name in enumerate(self.names))
+        return Explanation(misreadings, self.half_digit, tried, note)
 
-    def reading(self, group, shape):
+    def misreading(self, group, shape):
         first, *others = group
         return Misreading(
-            sentence=first.sentence,
+            sentence=sentence(first.slips),
             product=first.product(self.names),
             kinds=tuple(slip.kind for slip in first.slips),
             value=first.value(self.kinematics, self.axis).reshape(shape),
-            same=tuple(f"{match.sentence}: {match.product(self.names)}" for match in others),
+            same=tuple(f"{sentence(match.slips)}: {match.product(self.names)}" for match in others),
             cost=first.cost,
         )
 
     def one_by_one(self, name, found):
-        """What explains one angle alone: one slip at most, as one number fits many readings by accident."""
+        """What explains one angle alone: one slip at most, as one number fits many misreadings by accident."""
         simple = sorted((slips for slips in found if len(slips) <= 1), key=len)
         if not simple:
             return f"{name}: no misreading gives it."
         return f"{name} alone: {simple[0][0].phrase if simple[0] else 'right'}."
 
     def chance(self, cost):
-        """The expected number of accidental matches among the readings that are no more far-fetched."""
+        """The expected number of accidental matches among the misreadings that are no more far-fetched."""
         return 8.0 ** np.ceil(cost) * (self.half_digit / 180) ** (2 * len(self.axis))
 
 
-def _axis_readings():
-    """Readings of the tool axis: slips, which component stands in which place, and their signs."""
+def _axis_misreadings():
+    """Misreadings of the tool axis: slips, which component stands in which place, and their signs."""
     for components, signs in product(permutations(range(3)), product((1, -1), repeat=3)):
         moved = [COMPONENTS[n] for n in range(3) if components[n] != n]
         slips = []
@@ -303,8 +300,3 @@ def _changes(name):
             slips.append(Slip("unit", 1, f"{name} is written in radians"))
         changes.append(_Change(sign, offset, factor, tuple(slips)))
     return tuple(changes)
-
-
-def _wrap(degrees):
-    """Degrees brought into [−180, 180)."""
-    return (degrees + 180) % 360 - 180

@@ -14,17 +14,19 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.draw.plot import COLOUR
-from mathpost.draw.solid import Solid, block, cylinder, ring
+from mathpost.draw.solid import Hull, Turned, block, ring
 from mathpost.rotation import numeric, unit
 
 UP = np.array([0.0, 0.0, 1.0])
 ACROSS = 0.5  # an axis at more than 60 degrees from what it carries gets a bearing on both sides
-GREYS = {
-    "bed": "#8c8c8c",
-    "first": "#b4b4b4",
-    "second": "#dcdcdc",
-    "wall": "#f4f4f4",
-}  # the machine's role, one shade a body
+GREYS = {  # the machine's role, one shade a body
+    "bed": "#9aa3aa",
+    "first": "#b3bcc4",
+    "second": "#d3d9de",
+    "bearing": "#68737c",
+    "wall": "#f4f6f8",
+    "holder": "#a7afb6",
+}
 
 
 @dataclass
@@ -37,11 +39,13 @@ class Arrangement:
         The length that everything is measured by, mm.
     home : ndarray, shape (5,)
         The joints that the solids were laid out at: rotary zero, the tool above the workpiece.
-    solids : list of Solid
+    solids : list of Turned and Hull
     lines : dict
         Name of each rotary joint to the ends of its line, shape (2, 3), in the coordinates of the carried body.
     corner : ndarray, shape (3,)
         A corner of the bed, where the machine's frame is shown.
+    plate : ndarray, shape (8, 3)
+        Corners of the bed.
     """
 
     size: float
@@ -49,6 +53,7 @@ class Arrangement:
     solids: list = field(default_factory=list)
     lines: dict = field(default_factory=dict)
     corner: np.ndarray = None
+    plate: np.ndarray = None
 
 
 @lru_cache(maxsize=32)
@@ -76,12 +81,11 @@ def arrange(kin, cl=None):
     made = Arrangement(size, home)
     origin = np.array(machine.origin)
     stock = block(origin + low, origin + high)
-    made.solids.append(Solid("workpiece", stock, COLOUR["workpiece"]))
-    plate = _workpiece_side(made, machine, stock)
-    _tool_side(made, machine, origin + start + lift * tool_axis, tool_axis, plate)
+    made.solids.append(Hull("workpiece", COLOUR["workpiece"], stock))
+    made.plate = _workpiece_side(made, machine, stock)
+    _tool_side(made, machine, origin + start + lift * tool_axis, tool_axis, made.plate)
     places = placing(machine)(home)
-    for solid in made.solids:
-        _into(solid, np.linalg.inv(places[solid.body]))
+    made.solids = [solid.moved(np.linalg.inv(places[solid.body])) for solid in made.solids]
     for name, line in made.lines.items():
         inverse = np.linalg.inv(places[name])
         made.lines[name] = line @ inverse[:3, :3].T + inverse[:3, 3]
@@ -121,11 +125,9 @@ def _workpiece_side(made, machine, stock):
         radius = max(1.05 * np.linalg.norm(across, axis=1).max(), 0.4 * size)
         top = _foot(turntable, (stock @ axis).min() * axis)
         under, hub = top - 0.12 * size * axis, 0.6 * radius
-        made.solids.append(Solid(turntable.name, cylinder(top, under, radius, count=28), GREYS["second"]))
+        made.solids.append(Turned(turntable.name, GREYS["second"], _table(radius, 0.12 * size), under, axis))
         carried = [ring(under - 0.12 * size * axis, axis, hub)]
-        made.solids.append(
-            Solid(turntable.name, np.concatenate([ring(under, axis, hub), *carried]), GREYS["second"])
-        )
+        made.solids.append(_disc(turntable.name, GREYS["bearing"], under - 0.12 * size * axis, under, hub))
         made.lines[turntable.name] = _line(carried, axis, size)
         lowest = carried[0][:, 2].min()
     if len(tables) == 2:
@@ -134,6 +136,7 @@ def _workpiece_side(made, machine, stock):
         sizes = {"clear": 1.12 * radius, "thin": 0.45 * radius, "radius": 0.35 * radius}
         bearings = _bearings(foot, axis, across, **sizes)
         _join(made, cradle.name, carried, bearings, GREYS["first"])
+        _caps(made, cradle.name, bearings, axis, sizes["radius"])
         made.lines[cradle.name] = _line(bearings, axis, size)
         lowest = min(foot[2] - 0.8 * max(np.linalg.norm(stock - foot, axis=1).max(), radius), lowest)
         carried = bearings
@@ -141,11 +144,14 @@ def _workpiece_side(made, machine, stock):
     for bearing in carried:
         middle, reach = bearing.mean(axis=0)[:2], np.ptp(bearing, axis=0).max() / 2
         foot = block([*(middle - reach), floor], [*(middle + reach), floor + 0.01 * size])
-        made.solids.append(Solid("bed", np.concatenate([bearing, foot]), GREYS["bed"]))
+        if np.ptp(bearing[:, 2]) < 1e-6:  # a column under a table or a vice
+            foot = ring([*middle, floor], UP, 1.1 * reach, count=24)
+            bearing = ring(bearing.mean(axis=0), UP, reach, count=24)
+        made.solids.append(Hull("bed", GREYS["bed"], np.concatenate([bearing, foot])))
     half = 1.55 * max(radius, 0.6 * size)
     (left, front), (right, back) = stock.mean(axis=0)[:2] - half, stock.mean(axis=0)[:2] + half
     plate = block([left, front, floor - 0.12 * size], [right, back, floor])
-    made.solids.append(Solid("bed", plate, GREYS["bed"], layer=0))
+    made.solids.append(Hull("bed", GREYS["bed"], plate))
     made.corner = np.array([left, front, floor])
     return plate
 
@@ -155,21 +161,21 @@ def _tool_side(made, machine, tip, tool_axis, plate):
     size, width = made.size, 0.17 * made.size
     nose = tip + machine.tool_length * tool_axis
     face = tip + max(machine.tool_length, 0.45 * size) * tool_axis  # a tool of no length is drawn all the same
-    neck = (tip + face) / 2
-    made.solids.append(Solid("tool", cylinder(tip, neck, 0.035 * size, count=14), COLOUR["tool"]))
-    made.solids.append(Solid("tool", cylinder(neck, face, 0.07 * size, count=14), COLOUR["tool"]))
+    made.solids += tool_solids(tip, tool_axis, size, np.linalg.norm(face - tip))
     slide, heads = machine.linear[2].name, [r for r in machine.rotary if r.carries == "tool"]
     spindle = ring(face, tool_axis, width)
     if heads:  # the spindle's housing is one body, what carries it may have two arms
         swivel, axis = heads[-1], _along(heads[-1], tool_axis)
         foot = nose + _foot(swivel, face - nose, tool_axis)
         bearings = _bearings(foot, -axis, tool_axis, clear=1.1 * width, thin=0.3 * width, radius=0.9 * width)
-        made.solids.append(Solid(swivel.name, np.concatenate([spindle, *bearings]), GREYS["second"]))
+        made.solids.append(Hull(swivel.name, GREYS["second"], np.concatenate([spindle, *bearings])))
+        _caps(made, swivel.name, bearings, axis, 0.8 * width)
         made.lines[swivel.name] = _line(bearings, axis, size)
         carried = bearings
     else:
         carried = [ring(face + 0.5 * size * tool_axis, tool_axis, width)]
-        made.solids.append(Solid(slide, np.concatenate([spindle, *carried]), GREYS["second"]))
+        profile = [(0, 0), (0.8 * width, 0), (width, 0.12 * size), (width, 0.5 * size), (0, 0.5 * size)]
+        made.solids.append(Turned(slide, GREYS["second"], profile, face, tool_axis))
     if len(heads) == 2:
         turning, across = heads[0], axis
         axis, middle = _along(heads[0], tool_axis), np.concatenate(carried).mean(axis=0)
@@ -179,6 +185,7 @@ def _tool_side(made, machine, tip, tool_axis, plate):
         if abs(axis @ tool_axis) >= ACROSS:  # a turning head that a fork or a nutating swivel hangs from
             bearings = [ring(foot + above * axis, axis, 1.1 * width)]
         _join(made, turning.name, carried, bearings, GREYS["first"])
+        _caps(made, turning.name, bearings, axis, 0.8 * width)
         made.lines[turning.name] = _line(bearings, axis, size)
         carried = bearings
     top = np.concatenate(carried).mean(axis=0)
@@ -187,7 +194,7 @@ def _tool_side(made, machine, tip, tool_axis, plate):
     ram = block(foot - wide, foot + wide + 3 * size * UP)
     shade = GREYS["first" if heads else "second"]
     _join(made, slide, carried, [ram[ram[:, 2] < foot[2] + 1e-9]], shade)
-    made.solids.append(Solid(slide, ram, shade))
+    made.solids.append(Hull(slide, shade, ram))
     _slides(made, machine, foot, width, plate)
 
 
@@ -202,9 +209,9 @@ def _slides(made, machine, foot, width, plate):
         [foot[0] - 0.25 * size, foot[1] + 1.1 * width, bottom],
         [foot[0] + 0.25 * size, behind + 0.1 * size, bottom + 0.35 * size],
     )
-    made.solids.append(Solid("bed", wall, GREYS["wall"], layer=-1))
-    made.solids.append(Solid(machine.linear[0].name, x, GREYS["first"]))
-    made.solids.append(Solid(machine.linear[1].name, y, GREYS["second"]))
+    made.solids.append(Hull("bed", GREYS["wall"], wall))
+    made.solids.append(Hull(machine.linear[0].name, GREYS["first"], x))
+    made.solids.append(Hull(machine.linear[1].name, GREYS["second"], y))
 
 
 def _bearings(foot, axis, carried_axis, *, clear, thin, radius):
@@ -218,7 +225,65 @@ def _join(made, body, carried, bearings, colour):
     """Add the hulls between every ring carried and every ring that carries."""
     for one in carried:
         for other in bearings:
-            made.solids.append(Solid(body, np.concatenate([one, other]), colour))
+            made.solids.append(Hull(body, colour, np.concatenate([one, other])))
+
+
+def _caps(made, body, bearings, axis, radius):
+    """A dark disc on each side of every bearing, so that the axis is seen."""
+    for bearing in bearings:
+        middle, half = bearing.mean(axis=0), 0.06 * made.size * axis
+        made.solids.append(_disc(body, GREYS["bearing"], middle - half, middle + half, radius))
+
+
+def _disc(body, colour, start, end, radius):
+    along = unit(end - start)
+    height = (end - start) @ along
+    bevel = 0.08 * radius
+    profile = [(0, 0), (radius - bevel, 0), (radius, bevel), (radius, height - bevel), (radius - bevel, height)]
+    return Turned(body, colour, [*profile, (0, height)], start, along)
+
+
+def _table(radius, height):
+    """A round table with a bevel and two grooves."""
+    profile = [
+        (0, 0),
+        (0.94 * radius, 0),
+        (radius, 0.25 * height),
+        (radius, 0.92 * height),
+        (0.98 * radius, height),
+    ]
+    for groove in (0.86, 0.62):
+        outer, inner = groove * radius, (groove - 0.04) * radius
+        profile += [(outer, height), (outer, 0.85 * height), (inner, 0.85 * height), (inner, height)]
+    return [*profile, (0, height)]
+
+
+def tool_solids(tip, axis, size, reach):
+    """A cutter and its holder, from the tip along the tool axis for `reach`, as thick as suits `size`; mm."""
+    cutter = Turned("tool", COLOUR["tool"], _cutter(0.04 * size, 0.55 * reach), tip, axis)
+    return [cutter, Turned("tool", GREYS["holder"], _holder(0.1 * size, reach), tip, axis)]
+
+
+def _cutter(radius, length):
+    """A ball-end cutter from its tip to its shank."""
+    turn = np.linspace(0, np.pi / 2, 7)
+    ball = list(zip(radius * np.sin(turn), radius * (1 - np.cos(turn)), strict=True))
+    return [*ball, (radius, length), (0, length)]
+
+
+def _holder(radius, reach):
+    """A tool holder from half the tool's length to the spindle's face: cone, groove, flange."""
+    cone, flange = 0.5 * reach, 0.82 * reach
+    groove = (flange + reach) / 2
+    profile = [
+        (0, cone),
+        (0.55 * radius, cone),
+        (0.7 * radius, flange),
+        (radius, flange),
+        (radius, groove - 0.04 * reach),
+    ]
+    profile += [(0.9 * radius, groove), (radius, groove + 0.04 * reach), (radius, reach), (0, reach)]
+    return profile
 
 
 def _line(bearings, axis, size):
@@ -247,10 +312,3 @@ def _foot(rotary, point, direction=None):
 
 def _from_line(point, rotary):
     return float(np.linalg.norm(point - _foot(rotary, point)))
-
-
-def _into(solid, inverse):
-    """Take a solid from machine coordinates into those of its body."""
-    solid.vertices = solid.vertices @ inverse[:3, :3].T + inverse[:3, 3]
-    solid.faces = [face @ inverse[:3, :3].T + inverse[:3, 3] for face in solid.faces]
-    solid.normals = solid.normals @ inverse[:3, :3].T

@@ -231,30 +231,6 @@ class Triad:
             text.set_position_3d(start + 1.15 * (end - start))
 
 
-def box(width, depth, height):
-    """The edges of a box on the XY plane, centred, as points for a `Wire`."""
-    x, y = width / 2, depth / 2
-    floor = np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0], [-x, -y, 0]])
-    roof = np.add(floor, [0, 0, height])
-    posts = [[floor[n], roof[n], np.full(3, np.nan)] for n in range(4)]
-    return np.concatenate([floor, [np.full(3, np.nan)], roof, [np.full(3, np.nan)], *posts])
-
-
-def tool_outline(radius, length, shank=0.45):
-    """The outline of a tool with its tip at the origin and its axis along Z, as points for a `Wire`."""
-    turn = np.linspace(0, 2 * np.pi, 25)
-    ring = np.stack([np.cos(turn), np.sin(turn), np.zeros(25)], axis=-1)
-    gap = [np.full(3, np.nan)]
-    levels = [(radius, 0), (radius, length * shank), (2 * radius, length * shank), (2 * radius, length)]
-    rings = [np.concatenate([r * ring + [0, 0, h], gap]) for r, h in levels]
-    sides = [
-        np.array([[r * c, r * s, a], [r * c, r * s, b], [np.nan] * 3])
-        for r, a, b in [(radius, 0, length * shank), (2 * radius, length * shank, length)]
-        for c, s in [(1, 0), (0, 1), (-1, 0), (0, -1)]
-    ]
-    return np.concatenate([*rings, *sides])
-
-
 # Spreadsheets
 
 

@@ -1,171 +1,236 @@
-"""The picture of a machine of any arrangement, moved by its own chain: bodies, frames, path and tip.
+"""What a picture in space is made of: solids, lines and letters on bodies that move, and where it is seen from.
 
-Bodies stand where `mathpost.chain.bodies` puts them; frames, the tool path and the true way of the tip between
-blocks are drawn over them in the colour of their role.
+`machine` makes the scene of a machine of any arrangement; `best_start` finds joints and a camera at which nothing
+that matters is hidden and no two axes fall together.
 """
 
-import matplotlib.patheffects as effects
+from dataclasses import dataclass, field, replace
+from itertools import combinations, product
+
 import numpy as np
 
-from mathpost.draw import plot
 from mathpost.draw.arrangement import arrange, placing
-from mathpost.draw.solid import Camera, Solids
-from mathpost.post.between_blocks import true_tip
+from mathpost.draw.picture import Camera, View
+from mathpost.draw.plot import COLOUR
+from mathpost.rotation import unit
 
-ON_ANYTHING = [effects.withStroke(linewidth=3, foreground="white")]
+DARK = "#333b41"
+CAMERAS = [
+    (-58, 22),
+    (-35, 22),
+    (-70, 32),
+    (-125, 22),
+    (-20, 30),
+    (-48, 35),
+    (-110, 35),
+]  # azimuth and elevation, degrees
+STARTS = [(30, 30), (30, 60), (-30, 30), (30, -60), (-30, -60), (40, 110)]  # inner and outer angle, degrees
+SHORT = 0.3  # an axis that looks shorter than this share of its length points at the viewer
+APART = np.radians(12)  # two axes nearer than this on the screen look like one
+SHOWN = {"workpiece": 0.35, "tool": 0.5}  # share of a body that must be in sight
 
 
+@dataclass
+class Line:
+    """Polylines on a body; `over` shows them through solids, a `name` lets a view move them."""
+
+    body: str
+    parts: list
+    colour: str
+    width: float = 2.0
+    name: str | None = None
+    dash: bool = False
+    halo: bool = False
+    over: bool = False
+    dot: bool = False
+    span: tuple = (0, 0)
+
+
+@dataclass
+class Label:
+    """A letter at a point of a body."""
+
+    body: str
+    at: np.ndarray
+    text: str
+    colour: str
+
+
+@dataclass
 class Scene:
-    """A machine drawn into ordinary `axes`; `move` takes it to other joints.
+    """A picture in space. Lengths in mm, `azimuth` and `elevation` of the camera in degrees.
 
-    Parameters
-    ----------
-    axes : matplotlib axes
-    kin : Kinematics
-    cl : CLData, optional
-        A tool path: the workpiece is fitted to it, and tip points and tool axes are drawn.
-    camera : Camera, optional
-    labels : bool
-        Whether frames and rotary axes are named.
-
-    Attributes
-    ----------
-    home : ndarray, shape (5,)
-        Joints at rotary zero with the tool over the workpiece, mm and radians.
-    size : float
-        The length that the bodies are measured by, mm.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> from mathpost.kinematics import Kinematics
-    >>> _, axes = plot.figure()
-    >>> scene = Scene(axes, Kinematics(machine.load("data/machines/ac_table.toml")))
-    >>> scene.move(scene.home + [0, 0, 20, 0.5, 0])
+    `extent` are points, shape (n, 3), that the picture must hold; `frame` finds its middle and half its height.
     """
 
-    def __init__(self, axes, kin, cl=None, *, camera=None, labels=True):
-        self.axes, self.camera, self.names = axes, camera or Camera(), labels
-        made = arrange(kin, cl)
-        self.home, self.size = made.home, made.size
-        self._places = placing(kin.machine)
-        self._solids = Solids(axes, made.solids, self.camera)
-        self._lines, self._labels, self._gap = [], [], 0.0
-        for name, ends in made.lines.items():
-            self._line(name, ends, color="black", linewidth=0.9, linestyle="-.", path_effects=[])
-            self._label(name, ends[1], "black")
-        arm = 0.42 * self.size
-        self._triad("bed", made.corner, 0.8 * arm, "XYZ", plot.COLOUR["machine"])
-        self._triad("workpiece", np.zeros(3), arm, "xyz", plot.COLOUR["workpiece"])
-        self._label("tool", [-0.17 * self.size, 0, 0.25 * self.size], plot.COLOUR["tool"], "n")
-        if cl is not None:
-            self._path(cl)
-        axes.set_axis_off()
-        axes.set_aspect("equal", adjustable="box")
-        self._frame_the_view(kin, made)
-        self.move(self.home)
+    bodies: list
+    solids: list = field(default_factory=list)
+    lines: list = field(default_factory=list)
+    labels: list = field(default_factory=list)
+    extent: np.ndarray = field(default_factory=lambda: np.zeros((1, 3)))
+    middle: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    radius: float = 1.0
+    azimuth: float = -58.0
+    elevation: float = 22.0
+    title: str = ""
+    colour: str = DARK
 
-    def trace(self, kin, joints, *, magnify=1.0, samples=24):
-        """Draw where the tip really goes between rows of `joints`, shape (n, 5), against the straight CL segments.
+    def triad(self, body, letters, *, length, colour, origin=(0, 0, 0), width=2.0):
+        """Add a frame: three axes with their letters, which show through solids."""
+        origin = np.asarray(origin, dtype=float)
+        arms = [[origin, origin + length * e] for e in np.eye(3)]
+        self.lines.append(Line(body, arms, colour, width, halo=True, over=True))
+        ends = zip(np.eye(3), letters, strict=True)
+        self.labels += [Label(body, origin + 1.16 * length * e, letter, colour) for e, letter in ends]
 
-        With `magnify` the departure from the segments is drawn that many times too large. Returns the line of the
-        tip, for a legend.
-        """
-        tip, chord = true_tip(kin, joints, samples=samples)
-        true = chord + magnify * (tip - chord)
-        self._line("workpiece", chord, color=plot.COLOUR["published"], linestyle=":", linewidth=1.2)
-        return self._line("workpiece", true, color=plot.COLOUR["tool"], linewidth=1.4, label="true tip")
+    def frame(self, azimuth, elevation, *, aspect=1.2):
+        """Return the scene from this direction, its `extent` just inside of a window of that width to height."""
+        camera = Camera(azimuth, elevation)
+        flat = camera.project(self.extent)
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        depth = np.mean(self.extent @ camera.towards)
+        middle = np.array([camera.right, camera.up, camera.towards]).T @ [*(low + high) / 2, depth]
+        radius = 0.53 * max(high[1] - low[1], (high[0] - low[0]) / aspect)
+        return replace(self, azimuth=azimuth, elevation=elevation, middle=middle, radius=radius)
 
-    def move(self, joints):
-        """Redraw with the machine at `joints`, shape (5,), mm and radians."""
-        places = self._places(joints)
-        self._solids.move(places)
-        for line, body, points in self._lines:
-            line.set_data(*self.camera.project(_at(places[body], points)).T)
-        if self._labels:
-            wanted = np.array([self.camera.project(_at(places[body], point)) for _, body, point in self._labels])
-            for (text, _, _), at in zip(self._labels, spread(wanted, self._gap), strict=True):
-                text.set_position(at)
-
-    def show(self, visible):
-        """Show or hide the machine."""
-        for artist in (self._solids.artist, *(entry[0] for entry in self._lines + self._labels)):
-            artist.set_visible(visible)
-
-    def _line(self, body, points, **style):
-        (line,) = self.axes.plot([], [], zorder=2, **{"path_effects": ON_ANYTHING} | style)
-        self._lines.append((line, body, np.asarray(points, dtype=float)))
-        return line
-
-    def _label(self, body, point, colour, text=None):
-        if self.names:
-            options = {
-                "ha": "center",
-                "va": "center",
-                "fontsize": 11,
-                "path_effects": ON_ANYTHING,
-                "zorder": 4,
-            }
-            written = self.axes.text(0, 0, text or body, color=colour, clip_on=True, **options)
-            self._labels.append((written, body, np.asarray(point, dtype=float)))
-
-    def _triad(self, body, origin, length, letters, colour):
-        arms = [np.stack([origin, origin + length * e, np.full(3, np.nan)]) for e in np.eye(3)]
-        self._line(body, np.concatenate(arms), color=colour, linewidth=2.2)
-        for e, letter in zip(np.eye(3), letters, strict=True):
-            self._label(body, origin + 1.18 * length * e, colour, letter)
-
-    def _path(self, cl, shown=60, drawn=1000):
-        """The tip's path through up to `drawn` records, and the tool axis at up to `shown`."""
-        points = cl.points[_some(len(cl), drawn)]
-        some = _some(len(cl), shown)
-        ends = cl.points[some] + 0.16 * self.size * cl.axes[some]
-        arms = np.stack([cl.points[some], ends, np.full_like(ends, np.nan)], axis=1).reshape(-1, 3)
-        self._line("workpiece", arms, color=plot.COLOUR["tool"], linewidth=0.8, path_effects=[])
-        self._line("workpiece", points, color=plot.COLOUR["published"], linewidth=0.8, path_effects=[])
-
-    def _frame_the_view(self, kin, made):
-        """Limits that hold the machine at home, and table and head when they turn by 45 and 90 degrees."""
-        still = ("bed", *kin.machine.joint_names[:3])
-        inner = kin.symbols.index(kin.inverse_symbolic.inner) - 3
-        turns = np.radians([[0, 0], [45, 0], [-45, 0], [45, 90], [45, -90]])
-        limits = kin.machine.limits[3:]
-        poses = kin.close(kin.forward(self.home)[0], np.clip(turns if inner == 0 else turns[:, ::-1], *limits.T))
-        points = []
-        for number, joints in enumerate(poses):
-            places = self._places(joints)
-            shown = [s for s in made.solids if s.body not in still or (s.layer == 0 and number == 0)]
-            points += [_at(places[solid.body], solid.vertices) for solid in shown]
-        flat = self.camera.project(np.concatenate(points))
-        low, high = flat.min(axis=0) - 0.2 * self.size, flat.max(axis=0) + 0.3 * self.size
-        self.axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-        self._gap = 0.055 * (high - low).max()
+    def state(self):
+        """The scene as the browser has it, ready for JSON."""
+        number = {name: index for index, name in enumerate(["bed", *self.bodies])}
+        solids = [{"body": number[s.body], "colour": s.colour} | s.state() for s in self.solids]
+        lines = []
+        for line in self.lines:
+            kept = {key: value for key, value in vars(line).items() if value and key not in ("body", "parts")}
+            parts = [np.round(part, 3).tolist() for part in line.parts]
+            lines.append(kept | {"body": number[line.body], "parts": parts})
+        labels = [
+            vars(label) | {"body": number[label.body], "at": np.round(label.at, 2).tolist()}
+            for label in self.labels
+        ]
+        state = {"solids": solids, "lines": lines, "labels": labels, "middle": np.round(self.middle, 2).tolist()}
+        state |= {"radius": round(float(self.radius), 2), "azimuth": self.azimuth, "elevation": self.elevation}
+        return state | {"title": self.title, "colour": self.colour}
 
 
-def spread(positions, gap, rounds=12):
-    """Return positions, shape (n, 2), moved apart until no two are nearer than `gap`, each as little as can be.
+def machine(kin, cl=None, *, title="", colour=DARK):
+    """Return the scene of a machine and the joints that it was laid out at, shape (5,), mm and radians.
 
-    Examples
-    --------
-    >>> spread([[0.0, 0.0], [0.2, 0.0], [5.0, 5.0]], 1.0).round(2) + 0.0
-    array([[-0.4,  0. ],
-           [ 0.6,  0. ],
-           [ 5. ,  5. ]])
+    With CL data the workpiece is fitted to them, and the path of the tip and some tool axes are drawn.
     """
-    positions = np.array(positions, dtype=float)
-    first, second = np.triu_indices(len(positions), 1)
-    for _ in range(rounds):
-        apart = positions[second] - positions[first]
-        distance = np.linalg.norm(apart, axis=1)
-        near = distance < gap * (1 - 1e-9)
-        if not near.any():
+    made = arrange(kin, cl)
+    scene = Scene(list(placing(kin.machine)(made.home))[1:], made.solids, title=title, colour=colour)
+    tables = [rotary.name for rotary in kin.machine.rotary if rotary.carries == "workpiece"]
+    for name, ends in made.lines.items():
+        scene.lines.append(Line(name, [ends], DARK, 1.2, dash=True, over=True))
+        # The turntable's name stands under it, not on the workpiece.
+        scene.labels.append(Label(name, ends[0 if [name] == tables[-1:] else 1], name, DARK))
+    arm = 0.42 * made.size
+    scene.triad("bed", "XYZ", length=0.7 * arm, colour=DARK, origin=made.corner)
+    scene.triad("workpiece", "xyz", length=arm, colour=COLOUR["workpiece"])
+    scene.labels.append(Label("tool", np.array([-0.17 * made.size, 0, 0.3 * made.size]), "n", COLOUR["tool"]))
+    if cl is not None:
+        _path(scene, cl, made.size)
+    scene.extent = _extent(kin, made)
+    return scene, made
+
+
+def _path(scene, cl, size, shown=60, drawn=400):
+    """The tip's path through up to `drawn` records, and the tool axis at up to `shown`."""
+    some = _some(len(cl), shown)
+    arms = [[point, point + 0.16 * size * axis] for point, axis in zip(cl.points[some], cl.axes[some], strict=True)]
+    scene.lines.append(Line("workpiece", arms, "#e9a56b", 1.0))
+    scene.lines.append(Line("workpiece", [cl.points[_some(len(cl), drawn)]], "#000000", 1.2))
+
+
+def _extent(kin, made):
+    """Points that hold plate, table and head, also when they turn by 45 and 90 degrees."""
+    still = ("bed", *kin.machine.joint_names[:3])
+    inner = kin.symbols.index(kin.inverse_symbolic.inner) - 3
+    turns = np.radians([[0, 0], [45, 0], [-45, 0], [45, 90], [45, -90]])
+    limits = kin.machine.limits[3:]
+    tip = kin.forward(made.home)[0]
+    points = []
+    for joints in kin.close(tip, np.clip(turns if inner == 0 else turns[:, ::-1], *limits.T)):
+        places = placing(kin.machine)(joints)
+        moving = [solid for solid in made.solids if solid.body not in still]
+        points += [_at(places[s.body], s.triangles().reshape(-1, 3)) for s in moving]
+    return np.concatenate([*points, made.plate])
+
+
+def best_start(kin, scene, made, *, aspect=1.2):
+    """Choose rotary angles and a camera; return the joints, shape (5,), and the scene from there.
+
+    The first of a few that `hidden` finds nothing wrong with, or the one with the least.
+    """
+    tip, inner = kin.forward(made.home)[0], kin.symbols.index(kin.inverse_symbolic.inner) - 3
+    found = []
+    for tilt, turn in STARTS:
+        rotary = np.radians((tilt, turn) if inner == 0 else (turn, tilt))
+        joints = kin.close(tip, np.clip(rotary, *kin.machine.limits[3:].T))
+        framed, wrong = best_camera(kin, scene, joints, aspect=aspect)
+        found.append((len(wrong), len(found), joints, framed))
+        if not wrong:
             break
-        # Two in the same place part sideways.
-        towards = np.where(distance[:, None] > 1e-9, apart / np.maximum(distance, 1e-9)[:, None], [1.0, 0.0])
-        push = (0.5 * np.where(near, gap - distance, 0.0))[:, None] * towards
-        np.add.at(positions, first, -push)
-        np.add.at(positions, second, push)
-    return positions
+    return min(found, key=lambda each: each[:2])[2:]
+
+
+def best_camera(kin, scene, joints, *, aspect=1.2):
+    """Return the scene from the first of `CAMERAS` that shows these joints best, and what is hidden from there."""
+    found = []
+    for number, camera in enumerate(CAMERAS):
+        framed = scene.frame(*camera, aspect=aspect)
+        wrong = crossed(kin, framed, joints) or covered(kin, framed, joints)
+        if not wrong:
+            return framed, []
+        found.append((len(wrong), number, framed, wrong))
+    return min(found, key=lambda each: each[:2])[2:]
+
+
+def hidden(kin, scene, joints):
+    """Return what cannot be seen at these joints, a list of sentences: axes on one line, bodies behind others."""
+    return crossed(kin, scene, joints) + covered(kin, scene, joints)
+
+
+def crossed(kin, scene, joints):
+    """Return which axes of the machine or of the workpiece fall together on the screen."""
+    places, camera = placing(kin.machine)(joints), Camera(scene.azimuth, scene.elevation)
+    at_zero = placing(kin.machine)(np.zeros(5))
+    axes = {"the tool axis": places["tool"][:3, 2]}
+    for rotary in kin.machine.rotary:
+        turned = places[rotary.name][:3, :3] @ at_zero[rotary.name][:3, :3].T
+        axes[rotary.name] = turned @ unit(np.array(rotary.axis))
+    return together(axes, camera) + together(dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), camera)
+
+
+def covered(kin, scene, joints):
+    """Return which of the bodies that matter are behind others."""
+    places, size, said = placing(kin.machine)(joints), (150, 110), []
+    seen, _, _ = View(scene, places, size).seen()
+    for body, share in SHOWN.items():
+        alone = replace(scene, solids=[solid for solid in scene.solids if solid.body == body])
+        whole = (View(alone, places, size).seen()[0] >= 0).sum()
+        mine = [number for number, solid in enumerate(scene.solids) if solid.body == body]
+        if np.isin(seen, mine).sum() < share * whole:
+            said.append(f"the {body} is hidden")
+    return said
+
+
+def together(directions, camera):
+    """Return which of these directions, unit vectors by name, look like one or like a point from there."""
+    flat = {name: camera.project(direction) for name, direction in directions.items()}
+    said = [f"{name} points at the viewer" for name, seen in flat.items() if np.hypot(*seen) < SHORT]
+    for first, second in combinations(flat, 2):
+        a, b = flat[first], flat[second]
+        seen = abs(a[0] * b[1] - a[1] * b[0]) / max(np.hypot(*a) * np.hypot(*b), 1e-12)
+        really = np.arcsin(min(1.0, np.linalg.norm(np.cross(directions[first], directions[second]))))
+        if seen < np.sin(min(APART, really / 2)):  # what is nearly parallel cannot look much apart
+            said.append(f"{first} and {second} fall together")
+    return said
+
+
+def clearest(directions):
+    """Return the azimuth and elevation from which the fewest of these directions, a dict by name, fall together."""
+    azimuths, elevations = [-60, -50, -40, -30, -70, -20, -80, -100, -115, -130], [22, 30, 15, 38]
+    return min(product(azimuths, elevations), key=lambda seen: len(together(directions, Camera(*seen))))
 
 
 def _at(matrix, points):

@@ -79,7 +79,7 @@ class Accuracy:
         return "   ".join(f"{name} {value:6.2f}" for name, value in pairs) + "   arcsec"
 
 
-def load(path):
+def read_runs(path):
     """Read bidirectional runs from a CSV file with the columns angle, up1, down1, up2, down2, …
 
     Parameters
@@ -99,7 +99,7 @@ def load(path):
 
     Examples
     --------
-    >>> runs = load("data/measurements/angular_error.csv")
+    >>> runs = read_runs("data/measurements/angular_error.csv")
     >>> runs.up.shape, runs.angles[:3]
     ((37, 5), array([ 0., 10., 20.]))
     """

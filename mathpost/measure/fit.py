@@ -1,7 +1,7 @@
 """A measurement as a formula of unknowns and settings: evaluate it and it simulates, invert it and it identifies.
 
-Each procedure of `calibration` and the head model of `five_face` is one sympy expression. Its derivative, taken
-by sympy, gives the least-squares estimate, the covariance of it, and the diagnosis when readings are too few.
+Each procedure of `rotary_axis`, and the arm of `horizontal_head`, is one sympy expression. Its derivative, taken by
+sympy, gives the least-squares estimate, the covariance of it, and the diagnosis when readings are too few.
 """
 
 from dataclasses import dataclass, field
@@ -15,7 +15,8 @@ from mathpost.errors import InputError
 from mathpost.measure import csv_table
 from mathpost.rotation import numeric
 
-SINGULAR = 1e-8  # of the greatest singular value, with columns of length 1: below it an unknown leaves no trace
+SINGULAR = 1e-8  # of the greatest singular value: below it a combination of unknowns leaves no trace in readings
+SHARE = 1e-6  # of an unknown in such a combination, below which it has no part in it
 
 
 @dataclass(frozen=True)
@@ -239,15 +240,7 @@ class Measurement:
             return rows.reshape(-1, len(sought))
 
         def opened(rows):
-            # The projector on the null space: 1 on the diagonal for an unknown that leaves no trace at all, less
-            # for one that others can stand in for, 0 for one that is determined. Off the diagonal: by which.
-            _, singular, vt = np.linalg.svd(rows / _lengths(rows))
-            rank = int((singular > SINGULAR * max(1.0, singular[0])).sum())
-            projector = np.abs(vt[rank:].T @ vt[rank:])
-            _, group = connected_components(projector > 1e-6)
-            names = np.array([str(symbol) for symbol in sought])[projector.diagonal() > 1e-6]
-            group = group[projector.diagonal() > 1e-6]
-            return [list(names[group == number]) for number in dict.fromkeys(group)]
+            return undetermined(rows / _lengths(rows), [str(symbol) for symbol in sought])
 
         rows, found = jacobian(used, {}), f"{readings.size} of {', '.join(used)}"
         missing = opened(rows)
@@ -293,6 +286,38 @@ class Measurement:
         for name in values:
             if name not in names:
                 raise InputError(self.name, f"unknowns among {', '.join(names)}", repr(name))
+
+
+def undetermined(matrix, names):
+    """Return the unknowns that readings leave open, in groups whose members can stand in for each other.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (readings, unknowns)
+        Derivatives of the readings, with each unknown in a unit that makes its column some 1 long or longer.
+    names : sequence of str
+        Of the unknowns.
+
+    Returns
+    -------
+    list of lists of str
+        A group of one is an unknown that leaves no trace at all.
+
+    Examples
+    --------
+    >>> undetermined(np.array([[1.0, 1, 0, 0], [2, 2, 0, 1]]), "abcd")
+    [['a', 'b'], ['c']]
+    """
+    _, singular, vt = np.linalg.svd(matrix, full_matrices=True)
+    rank = int((singular > SINGULAR * max(1.0, singular.max(initial=0.0))).sum())
+    # The projector on the null space: 1 on the diagonal for an unknown that leaves no trace at all, less for one
+    # that others can stand in for, 0 for one that is determined. Off the diagonal: by which.
+    projector = np.abs(vt[rank:].T @ vt[rank:])
+    _, group = connected_components(projector > SHARE)
+    groups = {}
+    for index in np.flatnonzero(projector.diagonal() > SHARE):
+        groups.setdefault(group[index], []).append(names[index])
+    return list(groups.values())
 
 
 @lru_cache(maxsize=256)

@@ -1,8 +1,8 @@
 """Frames of a horizontal head on a five-face machine, from its measured vectors, as source 001 programs them.
 
 For every index angle the head vector U is the machine position with the horizontal head at that angle minus that
-with the vertical head, for one and the same point. `lhyset` and `lhy` are the source's two programs; `fit` adds
-what it lacks: a model that predicts the positions in between. Angles are degrees throughout, as in its blocks.
+with the vertical head, for one and the same point. `lhyset` and `lhy` are the source's two programs; `fit_head`
+adds what it lacks: a model that predicts the positions in between. Angles are degrees throughout, as in its blocks.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from mathpost.errors import InputError, as_array
 from mathpost.frame import Frame
 from mathpost.measure import csv_table
 from mathpost.measure.fit import Estimate, Measurement
-from mathpost.rotation import ACTIVE, numeric
+from mathpost.rotation import ACTIVE, numeric, wrap
 
 VERTICAL = -1  # the source's mark for "measured with the vertical head"
 TOLERANCE = 0.01  # degrees by which the read-back angle of an indexed head may miss its position
@@ -48,7 +48,7 @@ class Head:
 
         Examples
         --------
-        >>> head = load("data/measurements/five_face_head.csv")
+        >>> head = read_head("data/measurements/five_face_head.csv")
         >>> head.vector(-90)
         array([1.10000e-01, 3.78931e+02, 5.33403e+02])
         >>> head.vector(45)
@@ -58,7 +58,7 @@ class Head:
         """
         if not isinstance(angle, Real):
             raise InputError("angle", "a number of degrees", repr(angle))
-        away = np.abs((np.array(self.angles) - angle + 180) % 360 - 180)
+        away = np.abs(wrap(np.array(self.angles) - angle))
         if not away.min() <= TOLERANCE:
             measured = ", ".join(f"{listed:g}" for listed in self.angles)
             raise InputError("angle", f"one of the measured {measured}", f"{angle:g}")
@@ -67,7 +67,7 @@ class Head:
     def rotation_z(self, angle):
         """The source's UZZ, degrees: by how much AROT turns about Z."""
         turned = 90 + self.zero + self.sense * angle
-        return turned if -180 <= turned <= 180 else (turned + 180) % 360 - 180
+        return turned if -180 <= turned <= 180 else float(wrap(turned))  # the source keeps −180
 
     def frame(self, angle):
         """Return the directions X′ Y′ Z′ of the frame as columns, shape (3, 3); Z′ points into the spindle."""
@@ -99,7 +99,7 @@ def frame_symbolic():
     return sp.ImmutableMatrix(ACTIVE["Z"](UZZ) * ACTIVE["X"](sp.pi / 2))
 
 
-def load(path, *, sense=-1, zero=0.0):
+def read_head(path, *, sense=-1, zero=0.0):
     """Read measured head vectors from a CSV file with the columns angle (degrees), x, y, z (mm).
 
     Parameters
@@ -142,7 +142,7 @@ def lhyset(head, x, y, z):
 
     Examples
     --------
-    >>> lhyset(load("data/measurements/five_face_head.csv"), 90, VERTICAL, 90).tolist()
+    >>> lhyset(read_head("data/measurements/five_face_head.csv"), 90, VERTICAL, 90).tolist()
     [-0.06, 0.0, -533.468]
     """
     rows = [(head.vector(angle) if angle != VERTICAL else np.zeros(3)) for angle in (x, y, z)]
@@ -162,7 +162,7 @@ def lhy(head, correction, angle):
 
     Examples
     --------
-    >>> head = load("data/measurements/five_face_head.csv")
+    >>> head = read_head("data/measurements/five_face_head.csv")
     >>> frame = lhy(head, lhyset(head, 90, VERTICAL, 90), 180)
     >>> print(frame.block)
     TRANS X=-378.920 Y=0.050 Z=-0.065
@@ -188,7 +188,7 @@ def opposite_errors(head):
 
     Examples
     --------
-    >>> opposite_errors(load("data/measurements/five_face_head.csv"))[180].round(3)
+    >>> opposite_errors(read_head("data/measurements/five_face_head.csv"))[180].round(3)
     array([ 0.11 ,  0.09 , -0.065])
     """
     return {
@@ -198,7 +198,7 @@ def opposite_errors(head):
     }
 
 
-def model(sense=-1, zero=0.0):
+def turning_arm(sense=-1, zero=0.0):
     """The head as a `Measurement`: an arm (a along Z′, b square to it) turning about a line through (cx, cy).
 
     Readings x, y, z of U at `CPOS`; a tilt of the line makes z vary as e·cos + f·sin about d.
@@ -220,7 +220,7 @@ def model(sense=-1, zero=0.0):
 
 
 @dataclass(frozen=True)
-class Fit:
+class FittedHead:
     """The model fitted to a measured head.
 
     Attributes
@@ -250,13 +250,13 @@ class Fit:
         if not count >= 1 or abs(360 / step - count) > 1e-9:
             raise InputError("step", "a whole fraction of 360°", f"{step:g}")
         angles = np.arange(count) * step
-        turning = model(self.measured.sense, self.measured.zero)
+        turning = turning_arm(self.measured.sense, self.measured.zero)
         predicted = turning.predict(self.estimate.values, {"CPOS": angles}, degrees=True)
         vectors = np.column_stack([predicted[name] for name in "xyz"])
         return Head(tuple(angles.tolist()), vectors, self.measured.sense, self.measured.zero)
 
 
-def fit(head, *, sigma=None):
+def fit_head(head, *, sigma=None):
     """Fit the model to a measured head.
 
     Index errors of positions that were not measured stay unseen: the residuals tell how large they may be.
@@ -269,7 +269,7 @@ def fit(head, *, sigma=None):
 
     Returns
     -------
-    Fit
+    FittedHead
 
     Raises
     ------
@@ -278,15 +278,17 @@ def fit(head, *, sigma=None):
 
     Examples
     --------
-    >>> fitted = fit(load("data/measurements/five_face_head.csv"))
+    >>> fitted = fit_head(read_head("data/measurements/five_face_head.csv"))
     >>> fitted.head(step=2.5).vector(45).round(3)
     array([ 267.988, -267.902,  533.481])
     >>> f"{1e6 * fitted.tilt:.0f} µrad"
     '121 µrad'
     """
     readings = dict(zip("xyz", head.vectors.T, strict=True))
-    estimate = model(head.sense, head.zero).identify({"CPOS": head.angles} | readings, degrees=True, sigma=sigma)
-    return Fit(head, estimate)
+    estimate = turning_arm(head.sense, head.zero).identify(
+        {"CPOS": head.angles} | readings, degrees=True, sigma=sigma
+    )
+    return FittedHead(head, estimate)
 
 
 def _trans(translation):

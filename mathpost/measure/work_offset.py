@@ -15,7 +15,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost.chain import exact_unit, product, turn
-from mathpost.errors import InputError, as_array
+from mathpost.errors import NUMBER, InputError, as_array
 from mathpost.machine import Rotary
 from mathpost.rotation import numeric
 
@@ -277,7 +277,7 @@ def read_call(block):
     >>> read_call("G65 P9795 X0 D-30. S55")
     {'X': 0.0, 'D': -30.0, 'S': 55}
     """
-    pairs = re.findall(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))", block.upper())
+    pairs = re.findall(rf"([A-Z])\s*({NUMBER})", block.upper())
     if "".join(letter + number for letter, number in pairs) != re.sub(r"\s", "", block.upper()).rstrip(";"):
         raise InputError(f"block {block!r}", "words of a letter and a number", "something else")
     if [(letter, float(number)) for letter, number in pairs[:2]] != [("G", 65), ("P", 9795)]:

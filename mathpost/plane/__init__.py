@@ -1,0 +1,5 @@
+"""One tilted working plane: in every control's words, turned to by a machine, and where a control goes for it.
+
+Read `tilted_plane` first (the plane in every notation), `blocks` (as NC text), then `alignment` (both positions of
+the rotary axes, and the third angle) and `positioning` (the position that Fanuc, Heidenhain and Siemens take).
+"""

@@ -1,24 +1,22 @@
 """From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
-Read `run` first, then `cl`, `selection` (beside it `travel` and `yu_dan`), `singular` (and `ways` through it),
-`between_blocks`, `program` (and `text`), `proof`.
+Read `run` first, then `cl` (with `cl_words` and `arcs`), `planning`, `selection` (beside it `bellman`, `travel` and
+`yu_dan`), `singular` (and `ways` through it), `between_blocks`, `program` (with `controls` and `text`), `proof`.
 """
 
-from dataclasses import dataclass, replace
+from collections import Counter
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from mathpost.compensate.compensation import Compensated, Compensator, PoseError
-from mathpost.errors import InputError, MathpostError, ReachError
-from mathpost.kinematics import Kinematics
-from mathpost.post import controls, program, selection, travel
-from mathpost.post.between_blocks import levers
-from mathpost.post.motion import Motion, block_times, linearize
-from mathpost.post.proof import Report, measured, prove
-from mathpost.post.singular import regions
+from mathpost.compensate.compensation import Compensator
+from mathpost.errors import InputError, MathpostError
+from mathpost.post import controls, program, selection
+from mathpost.post.planning import plan
+from mathpost.post.proof import Report, worst_of
 from mathpost.post.ways import CLEARANCE, LEAN, Crossing, refuse_nonsense
-from mathpost.rotation import blocks as slices
 
 TOLERANCE = 0.01  # mm
 CONE = np.radians(1.0)  # about the singular tool axes
@@ -94,7 +92,7 @@ def run(
         Radians about the singular tool axes; None lets feed and rates decide. See `mathpost.post.singular.regions`.
     lean, clearance : float
         Radians and mm, above 0; see `mathpost.post.ways.Crossing.way`.
-    errors : mathpost.compensate.machine_errors.MachineErrors, optional
+    errors : mathpost.compensate.model.MachineErrors, optional
         What was measured on the machine: the program is compensated for it, and verified on the machine as it is.
     compare : bool
         Whether the report compares all strategies, and all ways through each region.
@@ -130,184 +128,128 @@ def run(
     """
     if singular not in Crossing.SAFE:
         raise InputError("singular", " or ".join(Crossing.SAFE), repr(singular))
-    if not tolerance > 0:
+    if not 0 < tolerance < np.inf:
         raise InputError("tolerance", "mm above 0", repr(tolerance))
+    if cone is not None and not 0 < cone < np.pi:
+        raise InputError("cone", "radians above 0 and below π, or none", repr(cone))
     if errors is not None and errors.machine != machine:
         raise InputError("errors", f"those of {machine.name!r}, set up alike", repr(errors.machine.name))
     refuse_nonsense(lean, clearance)
     controls.control_for(machine, dialect)  # refuses what cannot be written before the work
     progress, name = progress or (lambda stage: None), name or Path(cl.name).stem
-    kin, real = Kinematics(machine), None if errors is None else Compensator(errors)
+    tools, real = cl.by_tool(), None if errors is None else Compensator(errors)
+    if real is not None and any(length not in (None, machine.tool_length) for _, length in tools):
+        raise InputError("errors", f"one tool, {machine.tool_length:g} mm long", "CL data with other lengths")
 
-    progress("choosing")
-    chosen = selection.choose(kin, cl, strategy, start=start, prefer=prefer, split=split)
-    singular_regions = regions(kin, cl, chosen.joints, cone=cone)
-
-    progress("planning")
-    options = {"lean": lean, "clearance": clearance}
-
-    def crossing(region):
-        return Crossing(kin, cl, chosen.joints, region, tolerance=tolerance / 2)
-
-    ways = [crossing((record - 1, record)).possible("retract", **options) for record in chosen.breaks]
-    if singular != "direct":
-        ways += [
-            crossing(part).possible(singular, **options) for part in _unbroken(singular_regions, chosen.breaks)
-        ]
-    motion = _through_the_records(chosen.joints, ways)
-    tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
-    left = tolerance - _rounding(machine, tip, tolerance)
-    divided = linearize(
-        kin, motion.joints, left, place=motion.place, lifted=motion.lifted, name=f"{cl.name}, block"
-    )
-    _refuse_out_of_travel(machine, cl, divided)
-    ideal = motion if tcp else divided
-    motion, cautions = ideal, ()
-    if real is not None:
-        motion, cautions = _compensated(real, ideal)
-        _refuse_out_of_travel(machine, cl, motion)
-    motion, planned, seconds = _blocks(kin, cl, motion, tcp)
+    plans = []
+    for part, length in tools:
+        setup = machine if length is None else machine.with_setup(tool_length=length)
+        begin = plans[-1].chosen.joints[-1] if plans else start
+        chosen = partial(selection.choose, strategy=strategy, start=begin, prefer=prefer, split=split)
+        first = part.first - cl.first
+        made = plan(part, first, setup, chosen, real, tcp, tolerance, singular, cone, lean, clearance, progress)
+        plans.append(made)
 
     progress("writing")
-    text = program.write(planned, machine, dialect, name=name)
+    text = program.write(program.joined([each.blocks for each in plans]), machine, dialect, name=name)
 
     progress("reading back")
     blocks = program.read(text, machine, dialect, name=name)
 
     progress("proving")
-    proof = prove(kin, cl, blocks, motion, tolerance, real=real)
-    uncompensated = None
-    if real is not None:
-        ideal, wanted, _ = _blocks(kin, cl, ideal, tcp)
-        uncompensated = measured(kin, cl, wanted, ideal, real=real)
+    ends = np.cumsum([len(each.blocks.words) for each in plans])
+    if ends[-1] != len(blocks.words):
+        raise MathpostError(f"{ends[-1]} blocks were written and {len(blocks.words)} read back")
+    read = [blocks[end - len(each.blocks.words) : end] for each, end in zip(plans, ends, strict=True)]
+    proofs = [each.proved(part, tolerance, real) for each, part in zip(plans, read, strict=True)]
+    before = None if real is None else worst_of([each.uncompensated(real) for each in plans])
 
     strategies, through = (), {}
     if compare:
         progress("comparing")
-        strategies = tuple(_strategies(kin, cl, start, prefer))
-        through = {region: crossing(region).compare(**options) for region in singular_regions}
-    first_branch = int((chosen.branch == 0).sum())
-    ranges = [f"{first + 1}–{last + 1}" for first, last in singular_regions[:8]] + ["…"] * (
-        len(singular_regions) > 8
-    )
-    settings = {
-        "CL data": f"{cl.name}, {len(cl)} records",
-        "machine": f"{machine.name} ({machine.arrangement})",
-        "selection": f"{strategy}, cost {chosen.cost:.3f} "
-        + ("mm and degrees of travel" if np.isnan(machine.max_rates).all() else "s"),
-        "branches": f"first {first_branch}, second {len(cl) - first_branch}",
-        "splits": ", ".join(f"before record {record + 1}" for record in chosen.breaks) or "none",
-        "singular": f"records {', '.join(ranges)}: {singular}" if ranges else "no region",
-        "tolerance": f"{tolerance:g} mm",
-        "program": f"{len(blocks.words)} moves, TCP {'on' if tcp else 'off'}",
-    }
-    warnings = *_warnings(cl, chosen.joints), *cautions
+        strategies = tuple(_strategies(plans, start, prefer))
+        through = {region: ways for each in plans for region, ways in each.compared(lean, clearance)}
     report = Report(
-        **vars(proof),
-        settings=settings,
-        time=seconds,
-        warnings=warnings,
-        uncompensated=uncompensated,
+        **vars(worst_of(proofs)),
+        settings=dict(_settings(cl, machine, plans))
+        | {"tolerance": f"{tolerance:g} mm", "program": f"{len(blocks.words)} moves, TCP {'on' if tcp else 'off'}"}
+        | dict(_said(cl)),
+        time=sum(each.seconds for each in plans),
+        warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
+        uncompensated=before,
         strategies=strategies,
         ways=through,
     )
-    return Result(chosen.joints, blocks, motion.place, text, report)
+    joints = np.concatenate([each.chosen.joints for each in plans])
+    place = np.concatenate([each.first + each.motion.place for each in plans])
+    return Result(joints, blocks, place, text, report)
 
 
-def _unbroken(regions, breaks):
-    """The parts of regions between the records at which the path breaks."""
-    for first, last in regions:
-        inside = [record for record in breaks if first < record <= last]
-        for start, end in zip([first, *inside], [*(record - 1 for record in inside), last], strict=True):
-            if start < end:
-                yield start, end
-
-
-def _through_the_records(joints, ways):
-    """The `Motion` through the joints (n, 5) chosen for the records, with each of `ways` in its place."""
-    parts, record = [], 0  # the next that is to be reached
-    for way in sorted(ways, key=lambda way: way.place[0]):
-        first, last = int(way.place[0]), int(way.place[-1])
-        before = np.arange(record, max(record, first))
-        # Where a way begins at the record at which another has ended, that pose is there already.
-        parts += [Motion.on_part(joints[before], before), way[1:] if record > first else way]
-        record = last + 1
-    rest = np.arange(record, len(joints))
-    return Motion.joined([*parts, Motion.on_part(joints[rest], rest)])
-
-
-def _rounding(machine, tip, tolerance):
-    """How far the printed digits alone may move the tip, for the moves between tips (m, 3).
-
-    Refuses a tolerance that leaves no room for it.
-    """
-    lever = levers(machine) + np.linalg.norm(tip, axis=1)
-    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever)
-    if (worst := moved.max()) > tolerance / 2:
-        expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
-        raise InputError("tolerance", expected, f"{tolerance}")
-    return np.maximum(moved[:-1], moved[1:])
-
-
-def _refuse_out_of_travel(machine, cl, motion):
-    """Raise `ReachError` for the first pose, those between the records included, that is out of travel."""
-    out = np.flatnonzero(~travel.all_within(machine, motion.joints))
-    if out.size:
-        sentences = travel.out_of_travel(machine, motion.joints[out[0]])
-        raise ReachError(f"{cl.where(int(motion.place[out[0]]))} and on: {'; '.join(sentences)}")
-
-
-def _compensated(real, motion):
-    """The `Motion` compensated for the errors of the machine, and sentences on what could not be."""
-    parts = [real.compensate(motion.joints[rows]) for rows in slices(motion.joints.shape[:1])]
-    after = PoseError(*(np.concatenate([getattr(part.after, name) for part in parts]) for name in ("tip", "axis")))
-    joints, limited, refused = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("joints", "limited", "refused")
+def _settings(cl, machine, plans):
+    """Lines of the report: how the program was made."""
+    first_branch = sum(int((each.chosen.branch == 0).sum()) for each in plans)
+    breaks = [each.first + record for each in plans for record in each.chosen.breaks]
+    found = [(each.first + first, each.first + last) for each in plans for first, last in each.regions]
+    yield "CL data", f"{cl.name}, {len(cl)} records"
+    yield "machine", f"{machine.name} ({machine.arrangement})"
+    yield (
+        "selection",
+        f"{plans[0].chosen.strategy}, cost {sum(each.chosen.cost for each in plans):.3f} {_unit(machine)}",
     )
-    whole = Compensated(joints, parts[0].before, after, limited, refused)
-    return replace(motion, joints=joints), whole.cautions
+    yield "branches", f"first {first_branch}, second {len(cl) - first_branch}"
+    yield "splits", ", ".join(f"before record {record + 1}" for record in breaks) or "none"
+    yield "singular", f"records {_ranges(found)}: {plans[0].singular}" if found else "no region"
 
 
-def _blocks(kin, cl, motion, tcp):
-    """What a program says of a motion: `program.Blocks`, the poses they end at, and the time they take in s.
-
-    A pose that repeats all words of the one before is left out.
-    """
-    joints = motion.joints
-    words = np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1) if tcp else joints
-    words = program.rounded(words)
-    kept = np.r_[True, (words[1:] != words[:-1]).any(axis=1)]
-    if not kept.all():
-        motion, words = motion[kept], words[kept]
-    record = np.ceil(motion.place).astype(int)
-    feeds, rapid, (tip, _) = cl.feeds[record], cl.rapid[record], cl.at(motion.place)  # in cut it is on the path
-    seconds = np.r_[np.nan, block_times(kin.machine, motion.joints, tip, feeds[1:], motion.in_cut)]
-    turning = np.r_[False, (words[1:, 3:] != words[:-1, 3:]).any(axis=1)]
-    by_time = turning & ~np.isnan(feeds) & ~rapid & (not tcp)
-    # A remark stands before the first block of the move to its record.
-    before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
-    remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
-    planned = program.Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)
-    return motion, planned, float(seconds[1:].sum())
+def _said(cl):
+    """Lines of the report: what else the CL data say, and what was made of it."""
+    remarks = [remark for _, remark in cl.remarks]
+    comments = Counter(remark.upper().replace("/", " ").split()[0] for remark in remarks if isinstance(remark, str))
+    commands = Counter(remark.kind for remark in remarks if not isinstance(remark, str))
+    for name, counts in (("comments", comments), ("commands", commands)):
+        if counts:
+            yield name, ", ".join(f"{word} {count}" for word, count in counts.most_common())
+    if cl.notes:
+        yield "made of it", "; ".join(cl.notes)
 
 
-def _warnings(cl, joints):
-    """Sentences on what a person should look at."""
+def _unit(machine):
+    """What the selection counts."""
+    return "mm and degrees of travel" if np.isnan(machine.max_rates).all() else "s"
+
+
+def _ranges(found):
+    """The first eight regions, in records counted from 1."""
+    return ", ".join([f"{first + 1}–{last + 1}" for first, last in found[:8]] + ["…"] * (len(found) > 8))
+
+
+def _warnings(each):
+    """Sentences on what a person should look at in one of the plans."""
+    cl, joints = each.cl, each.chosen.joints
+    kinds = {getattr(remark, "kind", "") for _, remark in cl.remarks}
+    if "compensation" in kinds:
+        yield "cutter compensation: proved for a radius of 0 in the control's tool table"
+    if "tool" in kinds and each.kin.machine.programmed_point != "tip":
+        yield "X Y Z do not name the tip: the length of the tools has to be 0 in the control's tool table"
     if (np.isnan(cl.feeds) & ~cl.rapid).any():
         yield "the CL data state no feed for some moves; they carry no F word"
     swings = np.degrees(np.abs(np.diff(joints[:, 3:], axis=0))).max(axis=1)
     if swings.max(initial=0) > 90:
-        record = int(swings.argmax())
-        yield f"a rotary axis swings {swings[record]:.1f}° from record {record + 1} to the next"
+        record = each.first + int(swings.argmax())
+        yield f"a rotary axis swings {swings.max():.1f}° from record {record + 1} to the next"
+    yield from each.cautions
 
 
-def _strategies(kin, cl, start, prefer):
+def _strategies(plans, start, prefer):
     """The rows of `Report.strategies`."""
     for name in selection.STRATEGIES:
+        cost, swings, begin = 0.0, np.zeros(2), start
         try:
-            chosen = selection.choose(kin, cl, name, start=start, prefer=prefer)
+            for each in plans:
+                chosen = selection.choose(each.kin, each.cl, name, start=begin, prefer=prefer)
+                steps = np.degrees(np.abs(np.diff(chosen.joints[:, 3:], axis=0)).max(axis=0, initial=0))
+                cost, swings, begin = cost + chosen.cost, np.maximum(swings, steps), chosen.joints[-1]
         except MathpostError as error:
             yield name, np.nan, (), str(error)
             continue
-        swings = np.degrees(np.abs(np.diff(chosen.joints[:, 3:], axis=0)).max(axis=0, initial=0))
-        yield name, chosen.cost, tuple(swings), ""
+        yield name, cost, tuple(swings), ""

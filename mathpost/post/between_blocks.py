@@ -8,9 +8,10 @@ import math
 
 import numpy as np
 
-from mathpost.rotation import blocks
+from mathpost.rotation import slices
 
 RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
+FIRST = 64  # one of so many moves, those with the greatest bounds, is looked at before the others
 CREST = 9 / 8  # how high above all of three values from 0 on a parabola through them may rise
 
 
@@ -84,7 +85,7 @@ def sampled(kin, start, end, samples=None, least=2):
     for count in np.unique(intervals).tolist():
         t = np.linspace(0, 1, count + 1)[:, None]
         alike = np.flatnonzero(intervals == count)
-        for rows in blocks((len(alike), count + 1)):
+        for rows in slices((len(alike), count + 1)):
             moves = alike[rows]
             yield moves, t, *kin.forward(start[moves] + t[..., None] * (end[moves] - start[moves]))
 
@@ -113,62 +114,53 @@ def true_tip(kin, joints, *, samples=24):
     return kin.forward(between)[0].reshape(-1, 3), chord.reshape(-1, 3)
 
 
-def largest(kin, joints, tips, axes, reached, counted, *, least=2, ideal=True):
-    """Return the largest `deviation` along a path, looking at no more moves than it takes.
+def largest(kind, kin, joints, path, most, *, least=2):
+    """Return how far the tip or the tool axis strays at most along a path, looking at few of its moves.
 
-    A bound tells how far a move may stray at most. Of some thousand moves the one with the greatest bound is looked
-    at first, then only those whose bound is above all that has been found.
+    The moves that may stray most are looked at first, then only those that may stray further than these have.
 
     Parameters
     ----------
+    kind : int
+        0 for the tip, 1 for the tool axis.
     kin : Kinematics
         As in `deviation`.
     joints : ndarray, shape (n, 5)
         mm and radians.
-    tips, axes : ndarray, shape (n, 3)
-        Where the path has the tip, mm, and the tool axis.
-    reached : pair of ndarray, shape (n, 3)
-        Where the joints have them.
-    counted : ndarray of bool, shape (2, n - 1)
-        The moves that count, for the tip and for the tool axis.
+    path : ndarray, shape (n, 3)
+        Where the tips or the tool axes should be.
+    most : ndarray, shape (n - 1,)
+        How far each move may stray, from `bounds`; infinite where that is not known, negative for moves that do not
+        count.
     least : int
         As in `deviation`.
-    ideal : bool
-        Whether `kin` is a machine without errors; for others there is no bound, and every move is looked at.
 
     Returns
     -------
-    errors : ndarray, shape (2,)
-        Tip in mm, axis in radians.
-    moves : ndarray of int, shape (2,)
-        The first moves that stray as far as that.
+    error : float
+        mm or radians.
+    move : int
+        The first move that strays as far as that; -1 if there is none.
     """
-    errors, worst = np.zeros(2), np.zeros(2, dtype=int)
+    if not len(most):
+        return 0.0, -1
+    found = np.zeros(len(most))
 
-    def look(kind, moves):
-        ends = moves, moves + 1
-        of_tips, of_axes = ([vectors[end] for end in ends] for vectors in (tips, axes))
-        found = deviation(kin, *(joints[end] for end in ends), tips=of_tips, axes=of_axes, least=least)[kind]
-        if found.max() > errors[kind]:
-            errors[kind], worst[kind] = found.max(), moves[found.argmax()]
+    def look(moves):
+        for some, _, *tool in sampled(kin, joints[moves], joints[moves + 1], least=least):
+            at = moves[some]
+            found[at] = _peak((from_segment, from_arc)[kind](tool[kind], path[at], path[at + 1]))
 
-    for rows in blocks(counted.shape[1:]):
-        poses = slice(rows.start, rows.stop + 1)
-        most = np.full(counted[:, rows].shape, np.inf)
-        if ideal:
-            there = [vectors[poses] for vectors in reached]
-            most = bounds(kin.machine, joints[poses], tips[poses], axes[poses], there)
-        most[~counted[:, rows]] = -1
-        for kind in (0, 1):
-            if most[kind].max() > errors[kind]:
-                look(kind, rows.start + most[kind].argmax(keepdims=True))
-            if (more := np.flatnonzero(most[kind] > errors[kind])).size:
-                look(kind, rows.start + more)
-    return errors, worst
+    few = len(most) // FIRST + 1
+    promising = np.argpartition(most, -few)[-few:]
+    look(promising[most[promising] >= 0])
+    most[promising] = -1
+    look(np.flatnonzero(most > found.max()))
+    return float(found.max()), int(found.argmax())
 
 
 def bounds(machine, joints, tips, axes, reached):
-    """Return what `deviation` of the moves of an ideal machine is at most, shape (2, n - 1): mm and radians.
+    """Return how far the moves of an ideal machine may stray, shape (2, n - 1): mm and radians.
 
     Between its ends a move strays from its chord by at most an eighth of its second derivative, which is Ω² for a
     unit vector that is turned by Ω in all. The chord strays from that of the path by what the ends are off. The
@@ -177,17 +169,26 @@ def bounds(machine, joints, tips, axes, reached):
     Parameters
     ----------
     machine : Machine
-    joints, tips, axes, reached
-        As in `largest`.
+    joints : ndarray, shape (n, 5)
+        mm and radians.
+    tips, axes : ndarray, shape (n, 3)
+        Where the path has them.
+    reached : pair of ndarray, shape (n, 3)
+        Where the joints have them.
     """
-    tip_off, axis_off = (
-        np.linalg.norm(at - wanted, axis=1) for at, wanted in zip(reached, (tips, axes), strict=True)
-    )
-    tip_off, axis_off = (np.maximum(off[:-1], off[1:]) for off in (tip_off, axis_off))
-    turn = np.abs(np.diff(joints[:, 3:], axis=0)).sum(axis=1)
-    tip = tip_off + derivative(machine, joints[:-1], joints[1:], 2) / 8
-    axis = axis_off + (turn**2 + (turn + np.pi * axis_off) ** 2) / 8
-    return CREST * np.stack([tip, 2 * np.arcsin(np.minimum(axis / 2, 1))])
+    result = np.empty((2, len(joints) - 1))
+    bend = derivative(machine, joints[:-1], joints[1:], 2) / 8
+    for rows in slices(bend.shape):
+        poses = slice(rows.start, rows.stop + 1)
+        off = [
+            np.linalg.norm(at[poses] - wanted[poses], axis=1)
+            for at, wanted in zip(reached, (tips, axes), strict=True)
+        ]
+        tip_off, axis_off = (np.maximum(ends[:-1], ends[1:]) for ends in off)
+        turn = np.abs(np.diff(joints[poses, 3:], axis=0)).sum(axis=1)
+        axis = axis_off + (turn**2 + (turn + np.pi * axis_off) ** 2) / 8
+        result[:, rows] = tip_off + bend[rows], 2 * np.arcsin(np.minimum(axis / 2, 1))
+    return CREST * result
 
 
 def derivative(machine, start, end, order):
@@ -197,7 +198,7 @@ def derivative(machine, start, end, order):
     at most Ωⁿ·r + n·Ωⁿ⁻¹·v.
     """
     result, offsets = np.empty(len(start)), levers(machine)
-    for rows in blocks(result.shape):
+    for rows in slices(result.shape):
         step = np.abs(end[rows] - start[rows])
         turn, travel = step[:, 3:].sum(axis=1), step[:, :3].sum(axis=1)
         lever = offsets + np.maximum(*(np.abs(at[rows, :3]).sum(axis=1) for at in (start, end)))

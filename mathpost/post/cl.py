@@ -8,13 +8,16 @@ import codecs
 import math
 from bisect import bisect_left
 from dataclasses import dataclass
+from itertools import pairwise
 from operator import itemgetter
 
 import numpy as np
 
 from mathpost.errors import InputError, as_array, read_bytes
-from mathpost.post.cl_words import Statements
+from mathpost.post.cl_words import LARGEST, Statements
 from mathpost.rotation import unit
+
+ARC_TOLERANCE = 0.001  # mm
 
 
 @dataclass(frozen=True)
@@ -33,9 +36,11 @@ class CLData:
         Whether the move to the record is in rapid traverse.
     lines : ndarray of int, shape (n,)
         Line of the file that the record begins on; for error messages.
-    remarks : tuple of (int, str)
-        Statements that do not move the tool, each with the number of the record that follows it, in the order of
-        the file.
+    remarks : tuple of (int, str or mathpost.post.cl_words.Command)
+        Statements that do not move the tool, as comments or as what the control shall do, each with the number of
+        the record that follows it, in the order of the file.
+    notes : tuple of str
+        What was made of the file that its reader should know: for the report.
     name : str
         The file, for error messages.
     first : int
@@ -52,6 +57,7 @@ class CLData:
     remarks: tuple = ()
     name: str = "CL data"
     first: int = 0
+    notes: tuple = ()
 
     def __len__(self):
         return len(self.points)
@@ -72,7 +78,19 @@ class CLData:
             tuple((record - start, text) for record, text in remarks),
             self.name,
             self.first + start,
+            self.notes,
         )
+
+    def by_tool(self):
+        """Return the parts of the path between changes of the tool, each with the tool's length or None."""
+        tools = [
+            (record, remark.values[1]) for record, remark in self.remarks if getattr(remark, "kind", "") == "tool"
+        ]
+        lengths = dict([(0, None), *((record, length) for record, length in tools if record < len(self))])
+        edges = [*lengths, len(self)]
+        if len(lengths) == 1:
+            return [(self, lengths[0])]
+        return [(self.part(*edge), length) for edge, length in zip(pairwise(edges), lengths.values(), strict=True)]
 
     def at(self, place):
         """Return tip and axis, each (..., 3), between the records: 2.25 is a quarter of the way from 2 to 3.
@@ -98,19 +116,27 @@ def from_arrays(points, axes, *, feed=math.nan, name="CL data"):
     points, axes = as_array(points, 3, "points"), as_array(axes, 3, "axes")
     if points.ndim != 2 or points.shape != axes.shape:
         raise InputError("points and axes", "the same shape (n, 3)", f"{points.shape} and {axes.shape}")
-    count = len(points)
+    count, largest = len(points), np.abs(points).max(initial=0)
+    if not count:
+        raise InputError("points and axes", "at least one record", "none")
+    if largest >= LARGEST:
+        raise InputError("points", f"mm below {LARGEST:g}", f"{largest:g}")
+    axes = axes / np.maximum(np.abs(axes).max(axis=1, keepdims=True), 1e-300)  # whatever their size
     columns = np.array(points.T, order="C"), np.ascontiguousarray(unit(axes).T)
     return _made(*columns, np.full(count, float(feed)), np.zeros(count, bool), np.arange(1, count + 1), (), name)
 
 
-def read(path):
+def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
     """Read an APT CL file.
 
     Parameters
     ----------
     path : str or path-like
-        GOTO with 3 or 6 numbers (three keep the last tool axis, at first 0, 0, 1), FROM (a position, not a
-        move), RAPID, FEDRAT, UNITS, ``$`` continuation, ``$$`` comments, LF or CRLF.
+        Its words are those of `mathpost.post.cl_words`; its letters UTF-8, GBK or those of Windows.
+    tolerance : float
+        mm, between an arc and the chords that are made of it.
+    ignored : collection of str
+        Words that are taken for comments although they are hazardous or unknown.
 
     Returns
     -------
@@ -119,8 +145,8 @@ def read(path):
     Raises
     ------
     InputError
-        With file and line: if the file cannot be read, holds no GOTO, or has a statement that is wrong, that
-        moves the tool in a way not supported here, or that is not known.
+        With file and line: if the file cannot be read, holds no GOTO, or has statements that are wrong, hazardous
+        or not known. All of them are listed.
 
     Examples
     --------
@@ -128,26 +154,28 @@ def read(path):
     >>> len(cl), cl.points[0], cl.axes[0].round(6)
     (5, array([50.31991, 58.40925, 52.13969]), array([0.145196, 0.      , 0.989403]))
     """
-    return _parsed(read_bytes(path).removeprefix(codecs.BOM_UTF8), str(path))
+    return _parsed(read_bytes(path).removeprefix(codecs.BOM_UTF8), str(path), tolerance, ignored)
 
 
-def parse(text, name="CL data"):
+def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
     """Read the text of an APT CL file; see `read`. `name` begins every error message."""
-    return _parsed(text.encode("utf-8", "surrogatepass"), name)
+    return _parsed(text.encode("utf-8", "surrogatepass"), name, tolerance, ignored)
 
 
-def _parsed(content, name):
-    statements = Statements(name)
+def _parsed(content, name, tolerance, ignored):
+    statements = Statements(name, tolerance, ignored)
     statements.take_file(content)
-    return _made(*statements.records(), tuple(statements.remarks), name)
+    records, remarks = statements.records(), sorted(statements.remarks, key=itemgetter(0))
+    notes = [f"{what} {detail}: {count}".replace(" :", ":") for (what, detail), count in statements.counts.items()]
+    return _made(*records, tuple(remarks), name, tuple(notes))
 
 
-def _made(points, axes, feeds, rapid, lines, remarks, name):
+def _made(points, axes, feeds, rapid, lines, remarks, name, notes=()):
     """Make `CLData` of points and axes, shape (3, n), whose arrays nobody may change."""
     arrays = points.T, axes.T, feeds, rapid, lines
     for array in arrays:
         array.setflags(write=False)
-    return CLData(*arrays, remarks, name)
+    return CLData(*arrays, remarks, name, notes=notes)
 
 
 def to_text(cl, *, title=None, decimals=6):
@@ -155,7 +183,7 @@ def to_text(cl, *, title=None, decimals=6):
     lines, feed = ([f"$$ {title}"] if title else []), math.nan
     remarks = {}
     for record, remark in cl.remarks:
-        remarks.setdefault(record, []).append(remark)
+        remarks.setdefault(record, []).append(getattr(remark, "statement", remark))
     for record, (point, axis) in enumerate(zip(cl.points.tolist(), cl.axes.tolist(), strict=True)):
         lines += remarks.get(record, [])
         if cl.rapid[record]:

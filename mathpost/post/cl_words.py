@@ -1,22 +1,36 @@
-"""The words of APT CL files: statements in, records as arrays out.
+"""The words of APT CL files, in three classes.
 
-Only statements that are understood are taken. One that moves the tool in a way not supported here (circles,
-cycles, incremental moves) is refused by name, and so is a word that nobody knows, because skipping it could leave
-out a cut.
+Modelled
+    They change the motion or the program, and do: the methods named in `MODELLED`.
+Inert
+    Names, displays and settings without motion (`INERT`): kept as comments.
+Hazardous
+    All others. A file that has one is refused, because leaving it out could leave out or spoil a cut; `HAZARDS`
+    says for some of them why, and what to do.
+
+Forms differ from system to system; they are those of NX (.cls), Creo (.ncl), CATIA (.aptsource) and SolidWorks.
 """
 
 import math
 import re
+from collections import Counter
+from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.errors import InputError
+from mathpost.errors import NUMBER, InputError
 from mathpost.post import text
+from mathpost.post.arcs import Cycle, arc
 
 UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
 MM_PER_INCH = 25.4
 BLOCK = 2**19  # bytes that are taken at once: what is made of them fits the processor's cache
-NUMBER = re.compile(rf"{text.NUMBER}(?:[eE][-+]?\d+)?")
+ENCODINGS = "utf-8", "gb18030", "cp1252", "latin-1"  # tried in turn; the last takes any byte
+LARGEST = 1e9  # of any number
+LEAST_FEED = 0.001  # mm/min, which programs print
+SHOWN = 20  # causes that are listed when a file is refused
+REAL = re.compile(rf"{NUMBER}(?:[eE][-+]?\d+)?")
+LITERAL = re.compile(r"\(?\s*(CIRCLE|CYLNDR|LINE|POINT)\s*/([-+\d.eE,\s]*)")  # geometry within a statement
 # One record of three or six numbers, and nothing else: most lines of most files.
 PLAIN = text.Pattern(
     [
@@ -28,31 +42,117 @@ PLAIN = text.Pattern(
     relaxed=True,
 )
 
-# Statements that say something but do not move the tool: they go into the program as comments.
-REMARKS = frozenset(
-    "PARTNO PPRINT MACHIN MACHINE TLDATA TLAXIS TOOLNO LOADTL LOAD SELECT SELCTL CUTTER CUTCOM SPINDL COOLNT "
-    "MULTAX MODE MSYS CSYS INTOL OUTTOL TOLER LINTOL CLEARP CLRSRF OPSTOP STOP OPSKIP PREFUN AUXFUN DELAY INSERT "
-    "DISPLY LEADER SEQNO REWIND PAINT CHECK SAFETY TMARK PLABEL REMARK PROGRAM OP_NAME CALSUB FINI END "
-    "END-OF-PATH CATPROCESS CATPRODUCT TPRINT".split()
+FREE_TEXT = "PARTNO PPRINT REMARK INSERT TPRINT CATPROCESS CATPRODUCT OP_NAME PROGRAM"
+NAMES = "TOOL PATH/END-OF-PATH/SETUP/BOX/OPFEATSTART/OPFEATEND/MACHIN/MACHINE/SEQNO/FINI/END".split("/")
+SETTINGS = (
+    "TLDATA CUTTER TOOLNO SELECT SELCTL SELECTL MULTAX INTOL OUTTOL TOLER LINTOL CLEARP CLRSRF OPSKIP LEADER "
+    "REWIND CHECK SAFETY TMARK PLABEL AUTOPS PSIS SWITCH ARCSLP DISPLY PAINT"
 )
-FREE_TEXT = frozenset(["PARTNO", "PPRINT", "REMARK", "INSERT", "TPRINT", "CATPROCESS", "CATPRODUCT"])
-MOVES_REFUSED = frozenset(
-    "CIRCLE CYCLE GODLTA GOHOME GOFWD GOBACK GOLFT GORGT GOUP GODOWN GOBAK INDIRV INDIRP MOVARC ARC SPLINE NURBS "
-    "POCKET RETRCT RETRACT ROTABL ROTHED ROTATE TRANS TRACUT COPY MATRIX ORIGIN HEAD THREAD".split()
-)
+INERT = frozenset([*FREE_TEXT.split(), *NAMES, *SETTINGS.split()])
+INERT_FAMILIES = ("CSI_",)  # beginnings of words
+
+MODELLED = {
+    "GOTO": "goto",
+    "GODLTA": "godlta",
+    "FROM": "from_",
+    "GOHOME": "gohome",
+    "TLAXIS": "tlaxis",
+    "MODE": "mode",
+    "SET": "mode",
+    "RAPID": "rapid_",
+    "FEDRAT": "fedrat",
+    "UNITS": "units",
+    "UNIT": "units",
+    "MSYS": "msys",
+    "CSYS": "csys",
+    "TRNTYP": "trntyp",
+    "CIRCLE": "circle",
+    "INDIRV": "indirv",
+    "TLON": "tlon",
+    "GOFWD": "tlon",
+    "CYCLE": "cycle_",
+    "LOADTL": "loadtl",
+    "LOAD": "load",
+    "SPINDL": "spindl",
+    "COOLNT": "coolnt",
+    "CUTCOM": "cutcom",
+    "STOP": "stop",
+    "OPSTOP": "stop",
+    "DELAY": "delay",
+    "DWELL": "delay",
+}
+HAZARDS = {
+    "ROTABL": "it turns the table itself; let the CAM system write tool axes instead (multi-axis output)",
+    "ROTHED": "it turns the head itself; let the CAM system write tool axes instead (multi-axis output)",
+    "ROTATE": "it turns an axis itself; let the CAM system write tool axes instead (multi-axis output)",
+    "ORIGIN": "it shifts the coordinates; let the CAM system write them shifted",
+    "TRANS": "it shifts the coordinates; let the CAM system write them shifted",
+    "TRACUT": "it transforms the coordinates; let the CAM system write them transformed",
+    "COPY": "it repeats moves; let the CAM system write all of them",
+    "CALSUB": "it calls moves that are not in this file; let the CAM system write them",
+    "CALLSUB": "it calls moves that are not in this file; let the CAM system write them",
+    "PREFUN": "it puts a G code into the program",
+    "AUXFUN": "it puts an M code into the program",
+    "PPWORD": "it puts words into the program",
+    "RETRCT": "it moves the tool to a plane that another post-processor knows",
+}
+KNOWN = INERT | MODELLED.keys() | HAZARDS.keys()
+FEED_UNITS = {"MMPM": 1.0, "IPM": MM_PER_INCH, "PERMIN": None, "MMPR": 1.0, "IPR": MM_PER_INCH, "PERREV": None}
+PER_TURN = ("MMPR", "IPR", "PERREV")
+
+
+@dataclass(frozen=True)
+class Command:
+    """What the control shall do between two moves.
+
+    Attributes
+    ----------
+    kind : str
+        ``"tool"`` (number, length in mm or None), ``"spindle"`` (turns per minute or None, ``"CLW"``, ``"CCLW"`` or
+        ``"OFF"``), ``"coolant"`` (``"FLOOD"``, ``"MIST"`` or ``"OFF"``), ``"compensation"`` (``"LEFT"``,
+        ``"RIGHT"`` or ``"OFF"``), ``"dwell"`` (seconds), ``"stop"`` or ``"optional stop"``.
+    values : tuple
+    statement : str
+        The words of the CL file.
+    """
+
+    kind: str
+    values: tuple
+    statement: str
 
 
 class Statements:
-    """Takes the statements of a file one after the other, and keeps what holds from one to the next."""
+    """Takes the statements of a file one after the other, and keeps what holds from one to the next.
 
-    def __init__(self, name):
-        self.name, self.line = name, 1
-        self.axis, self.feed, self.rapid, self.scale = [0.0, 0.0, 1.0], math.nan, False, 1.0
-        self.statement, self.start = "", 0  # what is continued, and the line that it begins on
+    Parameters
+    ----------
+    name : str
+        The file, for error messages.
+    tolerance : float
+        mm, between an arc and the chords that are made of it.
+    ignored : collection of str
+        Words to take for inert ones, whatever they are.
+    """
+
+    def __init__(self, name, tolerance, ignored=()):
+        self.name, self.tolerance, self.ignored = name, tolerance, {word.upper() for word in ignored}
+        self.line, self.start, self.statement, self.in_comment = 1, 0, "", False
+        self.encoding = "utf-8"
+        self.point, self.axis = None, [0.0, 0.0, 1.0]  # in mm, and in the coordinate system that holds
+        self.feed, self.rapid, self.scale, self.incremental = math.nan, False, 1.0, False
+        self.units_stated, self.turns, self.turning = False, None, None
+        self.home, self.tangent, self.cycle = None, None, None
+        self.circle_, self.arc_before = None, None  # centre and axis of the arc that comes, and of one that went
+        self.first_system, self.system = None, None  # each an origin and the rows of a rotation
         self.runs, self.count, self.remarks = [], 0, []
+        self.problems, self.counts = [], Counter()
+
+    # Lines
 
     def take_file(self, content):
         """Take all lines."""
+        if not content.isascii():
+            self.encoding = next(each for each in ENCODINGS if _decodes(content, each))
         start = 0
         while start < len(content):
             stop = content.find(b"\n", start + BLOCK) + 1 or len(content)
@@ -60,9 +160,7 @@ class Statements:
             self.take_block(block if block.endswith(b"\n") else block + b"\n")
             start = stop
         if self.statement:
-            raise self.error(self.start, "the continuation of this statement", "the end of the file")
-        if not self.count:
-            raise InputError(self.name, "at least one GOTO", "none")
+            self.problem(self.start, "", "the continuation of this statement", "the end of the file")
 
     def take_block(self, block):
         """Take whole lines: runs of plain records together, the others one by one."""
@@ -71,58 +169,37 @@ class Statements:
         plain &= stated.all(axis=0) | ~stated.any(axis=0)
         ends = None
         for start, stop in text.runs(plain):
-            while start < stop and (self.statement or not plain[start]):
+            while start < stop and not (plain[start] and self.takes_plain()):
                 if ends is None:
                     ends = np.flatnonzero(np.frombuffer(block, np.uint8) == ord("\n")).tolist()
                 self.take_raw(block[ends[start - 1] + 1 if start else 0 : ends[start]])
                 start += 1
-            self.take_plain(numbers[:, start:stop])
+            if start < stop:
+                self.take_plain(numbers[:, start:stop])
+
+    def takes_plain(self):
+        """Whether a GOTO is now nothing but a move to where it says."""
+        waiting = self.statement, self.in_comment, self.rapid, self.incremental
+        return not any(waiting) and self.circle_ is self.arc_before is self.cycle is None
 
     def take_plain(self, numbers):
         """Take plain records, shape (6, n), on as many lines; NaN stands for the tool axis that holds."""
         numbers[:3] *= self.scale
         for row, before in zip(numbers[3:], self.axis, strict=True):
             row[:] = text.held(row, before)
-        if self.rapid and numbers.size:
-            self.add(self.line, numbers[:, :1])
-            self.line, numbers = self.line + 1, numbers[:, 1:]
-        if numbers.size:
-            self.add(self.line, numbers)
-            self.line += numbers.shape[1]
-
-    def add(self, line, numbers):
-        """Add records, shape (6, n), the first of which begins on `line`: all at one feed, or one in rapid."""
-        self.runs.append((line, numbers, math.nan if self.rapid else self.feed, self.rapid))
-        self.axis = numbers[3:, -1].tolist()
-        self.count += numbers.shape[1]
-        self.rapid = False
-
-    def records(self):
-        """Return points and axes, shape (3, n), feeds, rapid and lines; refuse an axis that is not unit."""
-        starts, numbers, feeds, rapid = zip(*self.runs, strict=True)
-        counts = np.array([run.shape[1] for run in numbers])
-        numbers = np.concatenate(numbers, axis=1)
-        lines = np.arange(numbers.shape[1]) + np.repeat(starts - np.cumsum(counts) + counts, counts)
-        points, axes = numbers[:3], numbers[3:]
-        with np.errstate(over="ignore"):
-            length = np.linalg.norm(axes, axis=0)
-        wrong = np.flatnonzero(~(np.abs(length - 1) <= UNIT_TOLERANCE))
-        if wrong.size:
-            axis, length = axes[:, wrong[0]], length[wrong[0]]
-            found = f"({', '.join(f'{value:g}' for value in axis)}) of length {length:.6g}"
-            raise self.error(lines[wrong[0]], f"a unit tool axis (to {UNIT_TOLERANCE})", found)
-        return points, axes / length, np.repeat(feeds, counts), np.repeat(rapid, counts), lines
+        self.add(self.line + np.arange(numbers.shape[1]), numbers)
+        self.line += numbers.shape[1]
 
     def take_raw(self, raw):
         """Take one line: leave out its comment, and take the statement if it is complete."""
-        try:
-            line = raw.decode("utf-8")
-        except UnicodeDecodeError as error:
-            raise self.error(self.line, "UTF-8 text", f"byte 0x{raw[error.start]:02x}") from None
+        line = raw.decode(self.encoding, "surrogatepass" if self.encoding == "utf-8" else "strict")
+        number, self.line = self.line, self.line + 1
+        if self.in_comment or line.startswith("$$->"):  # Creo goes on with a comment on the next line
+            self.in_comment = line.rstrip().endswith("$")
+            return
         part = line.partition("$$")[0].rstrip()
         if not self.statement:
-            self.start = self.line
-        self.line += 1
+            self.start = number
         if part.endswith("$"):
             self.statement += part[:-1] or " "
             return
@@ -131,62 +208,475 @@ class Statements:
             self.take(self.start, statement)
 
     def take(self, line, statement):
-        major, slash, minor = statement.partition("/")
-        words = major.upper().split()
-        if words == ["GOTO"] and slash:
-            self.add(line, np.array(self.pose(line, minor))[:, None])
-        elif words == ["FROM"] and slash:
-            self.axis = self.pose(line, minor)[3:]
+        """Take one statement."""
+        major, _, minor = statement.partition("/")
+        upper = major.upper()
+        word = re.match(r"TOOL\s+PATH|[A-Z_][A-Z0-9_-]*|\S*", upper)[0]
+        word = "TOOL PATH" if word.startswith("TOOL ") else word
+        if word != "GOTO":
+            self.arc_before = None
+        if word in self.ignored:
+            self.counts["ignored as asked", word] += 1
             self.remarks.append((self.count, statement))
-        elif words == ["RAPID"] and not slash:
-            self.rapid = True
-        elif words == ["FEDRAT"]:
-            self.fedrat(line, minor)
-        elif words == ["UNITS"]:
-            self.units(line, minor)
+        elif word in INERT or word.startswith(INERT_FAMILIES):
+            self.remarks.append((self.count, statement))
+        elif word not in MODELLED:
+            reason = HAZARDS.get(word)
+            expected = f"other words: {reason}" if reason else "a CL statement that is known"
+            self.problem(line, word, expected, repr(statement[:40]))
+        elif upper.strip().replace(" ", "") not in (word, "TLON,GOFWD"):
+            self.problem(line, word, f"{word} and a slash", repr(statement[:40]))
         else:
-            self.remark(line, statement, words[0] if words else "")
+            words = [each.strip().upper() for each in minor.split(",")] if minor.strip() else []
+            try:
+                getattr(self, MODELLED[word])(line, words, statement)
+            except _Wrong as wrong:
+                self.problem(line, word, *wrong.args)
+            except InputError as error:
+                self.problem(line, word, error.expected, error.found)
 
-    def pose(self, line, minor):
-        values = [self.number(line, word) for word in minor.split(",")]
+    def problem(self, line, word, expected, found):
+        self.problems.append((line, word, expected, found))
+
+    def refuse_problems(self):
+        """Raise the `InputError` that lists all problems, each cause once."""
+        if not self.problems:
+            return
+        causes = {}
+        for line, word, expected, found in sorted(self.problems, key=lambda problem: problem[0]):
+            causes.setdefault((word, expected), []).append((line, found))
+        (word, expected), places = next(iter(causes.items()))
+        more = [
+            f"line {there[0][0]}, {other}: expected {wanted}, found {there[0][1]}{_again(there)}"
+            for (other, wanted), there in list(causes.items())[1:SHOWN]
+        ]
+        if len(causes) > SHOWN:
+            more.append(f"and {len(causes) - SHOWN} more causes")
+        if more:
+            more.append(
+                f"{len(self.problems)} statements of {len(causes)} kinds; --ignore WORD takes a word on trust"
+            )
+        found = "\n  ".join([places[0][1] + _again(places), *more])
+        where = f"{self.name}, line {places[0][0]}" + (f", {word}" if word in KNOWN else "")
+        raise InputError(where, expected, found)
+
+    # Records
+
+    def add(self, lines, numbers, *, feed=None, rapid=None):
+        """Add records, shape (6, n), in mm; `rapid` and `feed` are those that hold unless given."""
+        count = numbers.shape[1]
+        feed, rapid = self.feed if feed is None else feed, self.rapid if rapid is None else rapid
+        self.point, self.axis = numbers[:3, -1].tolist(), numbers[3:, -1].tolist()
+        if self.system is not None:
+            numbers = _placed(self.system, self.first_system, numbers)
+        rapid = np.broadcast_to(rapid, count)
+        self.runs.append((lines, numbers, np.where(rapid, math.nan, feed), rapid))
+        self.count += count
+        self.rapid = False
+
+    def records(self):
+        """Return points and axes, shape (3, n), feeds, rapid and lines.
+
+        Refuses the file if anything in it is wrong, and says all that is.
+        """
+        if not self.runs:
+            self.refuse_problems()
+            raise InputError(self.name, "at least one GOTO", "none")
+        lines, numbers, feeds, rapid = (
+            np.concatenate(columns, axis=-1) for columns in zip(*self.runs, strict=True)
+        )
+        points, axes = numbers[:3], numbers[3:]
+        with np.errstate(over="ignore"):
+            length = np.linalg.norm(axes, axis=0)
+        for record in np.flatnonzero(~(np.abs(length - 1) <= UNIT_TOLERANCE)).tolist():
+            shown = ", ".join(f"{value:g}" for value in axes[:, record])
+            found = f"({shown}) of length {length[record]:.6g}"
+            self.problem(int(lines[record]), "GOTO", f"a unit tool axis (to {UNIT_TOLERANCE})", found)
+        self.refuse_problems()
+        return points, axes / length, feeds, rapid, lines
+
+    def go(self, line, point, axis, *, feed=None, rapid=None):
+        self.add([line], np.array([[*point, *axis]], dtype=float).T, feed=feed, rapid=rapid)
+
+    # Moves
+
+    def goto(self, line, words, statement):
+        values = self.numbers(words)
         if len(values) not in (3, 6):
-            raise self.error(line, "3 or 6 numbers", f"{len(values)}")
-        return [value * self.scale for value in values[:3]] + (values[3:] or self.axis)
+            raise _Wrong("3 or 6 numbers", f"{len(values)}")
+        point, axis = [value * self.scale for value in values[:3]], values[3:] or self.axis
+        if self.incremental:
+            point = self.shifted(point)
+        arc_before, self.arc_before = self.arc_before, None
+        if self.circle_ is not None:
+            centre, normal, goes_on = self.circle_
+            self.circle_ = None
+            self.sweep(line, point, axis, centre, normal)
+            self.arc_before = (centre, normal) if goes_on else None
+            return
+        if arc_before is not None and self.may_go_on(point, *arc_before):
+            found = "a point on the circle before it, to which the arc may go on or a line lead"
+            raise _Wrong("an arc of one GOTO (let Creo write no points on arcs, or points only)", found)
+        if self.cycle is not None:
+            self.drill(line, point, axis)
+            return
+        self.go(line, point, axis)
 
-    def fedrat(self, line, minor):
-        words = [word.strip().upper() for word in minor.split(",")]
-        unit = [word for word in words if word in ("MMPM", "IPM")]
-        values = [word for word in words if word not in ("MMPM", "IPM")]
-        if len(values) != 1 or len(unit) > 1:
-            raise self.error(line, "FEDRAT/ a number and MMPM or IPM", minor.strip() or "nothing")
-        value = self.number(line, values[0])
-        if value <= 0:
-            raise self.error(line, "a feed above 0", f"{value:g}")
-        self.feed = value * (MM_PER_INCH if unit == ["IPM"] else self.scale if not unit else 1.0)
+    def godlta(self, line, words, statement):
+        values = [value * self.scale for value in self.numbers(words)]
+        if len(values) == 1:  # along the tool axis
+            values = [values[0] * component for component in self.axis]
+        if len(values) != 3:
+            raise _Wrong("GODLTA/ 1 or 3 numbers", f"{len(values)}")
+        self.go(line, self.shifted(values), self.axis)
 
-    def units(self, line, minor):
-        unit = minor.strip().upper()
-        scales = {"MM": 1.0, "INCH": MM_PER_INCH, "INCHES": MM_PER_INCH}
-        if unit not in scales:
-            raise self.error(line, "UNITS/MM or UNITS/INCH", unit or "nothing")
-        self.scale = scales[unit]
+    def shifted(self, values):
+        if self.point is None:
+            raise _Wrong("FROM or GOTO before an incremental move", "none")
+        return [before + value for before, value in zip(self.point, values, strict=True)]
 
-    def remark(self, line, statement, word):
-        upper = statement.upper()
-        moves = "CIRCLE" if "CIRCLE" in upper and word not in FREE_TEXT else word
-        if moves in MOVES_REFUSED and upper.replace(" ", "") != "CYCLE/OFF":
-            raise self.error(line, "GOTO moves only", f"{moves}, which moves the tool in a way not supported")
-        if word not in REMARKS and not upper.startswith(("TOOL PATH", "CYCLE")):
-            raise self.error(line, "a CL statement", repr(statement[:40]))
+    def from_(self, line, words, statement):
+        values = self.numbers(words)
+        if len(values) not in (3, 6):
+            raise _Wrong("3 or 6 numbers", f"{len(values)}")
+        self.point, self.axis = [value * self.scale for value in values[:3]], values[3:] or self.axis
+        self.home = self.point, self.axis
         self.remarks.append((self.count, statement))
 
-    def number(self, line, word):
-        if not NUMBER.fullmatch(word.strip()):
-            raise self.error(line, "a number", repr(word.strip()))
+    def gohome(self, line, words, statement):
+        values = self.numbers(words)
+        if len(values) not in (0, 3, 6):
+            raise _Wrong("GOHOME, or GOHOME/ with 3 or 6 numbers", ",".join(words))
+        if not values and self.home is None:
+            raise _Wrong("FROM before GOHOME: nothing else says where home is", "none")
+        point, axis = [value * self.scale for value in values[:3]], values[3:] or self.axis
+        self.go(line, *((point, axis) if values else self.home), rapid=True)
+
+    def tlaxis(self, line, words, statement):
+        values = self.numbers(words)
+        if len(values) != 3:
+            raise _Wrong("TLAXIS/ 3 numbers", f"{len(values)}")
+        if not abs(math.hypot(*values) - 1) <= UNIT_TOLERANCE:
+            raise _Wrong(f"a unit tool axis (to {UNIT_TOLERANCE})", f"length {math.hypot(*values):.6g}")
+        self.axis = values
+
+    def mode(self, line, words, statement):
+        if statement.upper().startswith("SET"):
+            words = words[1:] if words[:1] == ["MODE"] else ["?"]
+        if words not in (["INCR"], ["ABSOL"]):
+            raise _Wrong("INCR or ABSOL", repr(statement[:40]))
+        self.incremental = words == ["INCR"]
+
+    def rapid_(self, line, words, statement):
+        if words:  # such as MODAL, or a feed that the control does not take from the program
+            raise _Wrong("RAPID, or RAPID/ and nothing", repr(statement[:40]))
+        self.rapid = True
+
+    def circle(self, line, words, statement):
+        """The tool goes to the next GOTO on this circle.
+
+        NX writes the radius and tolerances and turns clockwise about the axis; Creo writes the radius, SolidWorks
+        none, and both turn right-handed.
+        """
+        if "TIMES" in words:
+            raise _Wrong("an arc of less than a turn (let NX write a helix as lines)", "TIMES: a helix")
+        turned = {"COUNTERCLOCKWISE": 1, "CCLW": 1, "CLOCKWISE": -1, "CLW": -1}.get(words[-1] if words else "")
+        values = self.numbers(words[:-1] if turned else words)
+        if len(values) not in (6, 7, 11):
+            raise _Wrong("CIRCLE/ 6, 7 or 11 numbers: centre, axis, radius …", f"{len(values)}")
+        if self.point is None or self.incremental or self.cycle:
+            raise _Wrong("CIRCLE after a move, in absolute coordinates and outside a cycle", repr(statement[:40]))
+        centre = [value * self.scale for value in values[:3]]
+        sign = turned or (-1 if len(values) == 11 else 1)
+        self.circle_ = centre, [sign * value for value in values[3:6]], len(values) == 7
+        radius = math.dist(*(np.cross(values[3:6], each) for each in (self.point, centre)))
+        if len(values) > 6 and abs(radius - values[6] * self.scale) > 0.02:
+            raise _Wrong(f"a start {values[6] * self.scale:g} mm from the centre", f"{radius:.4f}")
+
+    def may_go_on(self, point, centre, normal):
+        """Whether a point is on the circle of the arc that ended, and a chord to it would not do."""
+        start, end = np.array(self.point) - centre, np.array(point) - centre
+        radius, chord = np.linalg.norm(start), np.linalg.norm(end - start)
+        on_it = abs(np.linalg.norm(end) - radius) < 1e-3 and abs((end - start) @ normal) < 1e-3
+        return on_it and radius - math.sqrt(max(radius**2 - chord**2 / 4, 0)) > self.tolerance
+
+    def indirv(self, line, words, statement):
+        self.tangent = self.numbers(words)
+        if len(self.tangent) != 3:
+            raise _Wrong("INDIRV/ 3 numbers", f"{len(self.tangent)}")
+
+    def tlon(self, line, words, statement):
+        """CATIA's arcs: from where the tool is, in the direction of INDIRV, to a line from the centre."""
+        found = {name: self.numbers(values.split(",")) for name, values in LITERAL.findall(statement.upper())}
+        sizes = {name: len(values) for name, values in found.items()}
+        tangent, self.tangent = self.tangent, None
+        if self.point is None or tangent is None:
+            raise _Wrong("a move and INDIRV before TLON,GOFWD", "none")
+        if sizes == {"CIRCLE": 4, "LINE": 6}:  # a circle in a plane Z
+            values, axis, end = found["CIRCLE"], [0.0, 0.0, 1.0], found["LINE"][3:]
+        elif sizes == {"CYLNDR": 7, "POINT": 3}:
+            values, axis, end = found["CYLNDR"], found["CYLNDR"][3:6], found["POINT"]
+        else:
+            raise _Wrong("(CIRCLE/x,y,z,r),ON,(LINE/…) or (CYLNDR/…),ON,(PLANE/…)", repr(statement[:60]))
+        centre, end = (np.array(each[:3]) * self.scale for each in (values, end))
+        start, normal = np.array(self.point), np.array(axis)
+        spoke = end - centre - (end - centre) @ normal * normal
+        if not np.linalg.norm(spoke):
+            raise _Wrong("an end off the centre of the arc", "the centre")
+        height = (start - centre) @ normal
+        end = centre + spoke * values[-1] * self.scale / np.linalg.norm(spoke) + height * normal
+        ahead = np.cross(normal, start - centre) @ tangent
+        self.sweep(line, end, self.axis, centre, normal if ahead > 0 else -normal)
+
+    def sweep(self, line, point, axis, centre, normal):
+        """Add an arc as chords."""
+        if self.rapid:
+            raise _Wrong("an arc at a feed", "RAPID")
+        if not np.allclose(axis, self.axis, atol=1e-6):
+            raise _Wrong("a tool axis that stands still on an arc", "one that turns")
+        points = arc(self.point, point, centre, normal, self.tolerance)
+        numbers = np.concatenate([points.T, np.repeat(np.transpose([axis]), len(points), axis=1)])
+        self.add(np.full(len(points), line), numbers)
+        self.counts["arcs as chords", f"{self.tolerance:g} mm"] += 1
+
+    # Holes
+
+    def cycle_(self, line, words, statement):
+        kind, words = (words[0], words[1:]) if words else ("", [])
+        if kind in ("OFF", "CLEAR", "INIT", "ON"):
+            if kind == "ON" and self.cycle is None:
+                raise _Wrong("a cycle before CYCLE/ON", "none")
+            self.cycle = None if kind != "ON" else self.cycle
+            return
+        if kind == "DRILL" and words[:1] in (["DEEP"], ["BRKCHP"]):  # NX
+            kind, words = words[0], words[1:]
+        kinds = "DRILL SPOT FACE CSINK CBORE DEEP DEEP2 BRKCHP BORE REAM TAP".split()
+        if kind not in kinds:
+            raise _Wrong(f"CYCLE/{', '.join(kinds)} or OFF", repr(statement[:40]))
+        given = {"feed": None}
+        keys = {"FEDTO": "depth", "DEPTH": "depth", "RAPTO": "clearance", "CLEAR": "clearance", "RTRCTO": "retract"}
+        keys |= {"1STPECK": "first", "SUBPECK": "following", "STEP": "following", "INCR": "following"}
+        keys |= {"DWELL": "dwell"}
+        while words:
+            word, words = words[0], words[1:]
+            if word in ("AUTO", "MANUAL"):
+                continue
+            if word in keys and words[:1] == ["AUTO"]:
+                continue
+            if word not in keys and word not in FEED_UNITS:
+                raise _Wrong(f"one of {', '.join([*keys, *FEED_UNITS])} in a cycle", repr(word))
+            value, words = self.number(words[0] if words else ""), words[1:]
+            if word in FEED_UNITS:
+                given["feed"] = self.per_minute(value, word)
+            else:
+                given[keys[word]] = value * (1.0 if word == "DWELL" else self.scale)
+        feed = given.pop("feed")
+        if not (self.feed if feed is None else feed) >= LEAST_FEED:
+            raise _Wrong("a feed in the cycle or before it", "none")
+        if "depth" not in given or not given.get("clearance", 0) > 0:
+            raise _Wrong("a depth (FEDTO or DEPTH) and a clearance (RAPTO or CLEAR)", repr(statement[:60]))
+        given["depth"] = abs(given["depth"])  # NX counts upwards, SolidWorks and Creo downwards
+        if kind == "BRKCHP":
+            given["out"] = 0.5
+        if kind == "TAP" and (self.turns is None or self.turning not in ("CLW", "CCLW")):
+            raise _Wrong("a turning spindle before CYCLE/TAP", "none")
+        self.cycle = Cycle(kind, feed=self.feed if feed is None else feed, **given)
+        if self.incremental:
+            raise _Wrong("a cycle in absolute coordinates", "MODE/INCR")
+
+    def drill(self, line, point, axis):
+        """Add the moves of a hole."""
+        point, axis, cycle = np.array(point), np.array(axis), self.cycle
+        before = float((np.array(self.point) - point) @ axis) if self.point is not None else cycle.clearance
+        heights, rapid, bottom = cycle.heights(before)
+        first = self.count
+        numbers = np.concatenate(
+            [point[:, None] + axis[:, None] * heights, np.repeat(axis[:, None], len(heights), 1)]
+        )
+        self.add(np.full(len(heights), line), numbers, feed=cycle.feed, rapid=rapid)
+        after = first + bottom + 1
+        if cycle.dwell:
+            self.remarks.append((after, Command("dwell", (cycle.dwell,), f"DELAY/{cycle.dwell:g}")))
+        if cycle.kind == "TAP":  # out again with the spindle turning back
+            back = {"CLW": "CCLW", "CCLW": "CLW"}[self.turning]
+            for record, turning in ((after, back), (after + 1, self.turning)):
+                said = f"SPINDL/{self.turns:g},RPM,{turning}"
+                self.remarks.append((record, Command("spindle", (self.turns, turning), said)))
+            self.counts["holes tapped as moves: a floating holder is needed", ""] += 1
+        self.counts["holes of drilling cycles as moves", ""] += 1
+
+    # Coordinates
+
+    def units(self, line, words, statement):
+        scales = {"MM": 1.0, "CM": 10.0, "INCH": MM_PER_INCH, "INCHES": MM_PER_INCH, "IN": MM_PER_INCH}
+        if len(words) != 1 or words[0] not in scales:
+            raise _Wrong("UNITS/MM or UNITS/INCH", ",".join(words) or "nothing")
+        self.scale, self.units_stated = scales[words[0]], True
+
+    def msys(self, line, words, statement):
+        """NX: the origin of the coordinate system, its X and its Y."""
+        values = self.numbers(words)
+        if len(values) != 9:
+            raise _Wrong("MSYS/ 9 numbers: origin, X axis, Y axis", f"{len(values)}")
+        x, y = np.array(values[3:6]), np.array(values[6:])
+        self.use_system(np.array(values[:3]), np.column_stack([x, y, np.cross(x, y)]))
+
+    def csys(self, line, words, statement):
+        """The rows of a matrix of 3 by 4 that takes the coordinates to those of the part."""
+        values = self.numbers(words)
+        if len(values) != 12:
+            raise _Wrong("CSYS/ 12 numbers", f"{len(values)}")
+        rows = np.reshape(values, (3, 4))
+        self.use_system(rows[:, 3], rows[:, :3])
+
+    def use_system(self, origin, rotation):
+        """Records go on in another system; all of them are brought into the first."""
+        if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) or np.linalg.det(rotation) < 0:
+            raise _Wrong("right-handed axes at right angles", str(rotation.round(6).tolist()))
+        system = origin * self.scale, rotation
+        if self.first_system is None:
+            if self.count:
+                raise _Wrong("the first coordinate system before the first move", "moves before it")
+            self.first_system = system
+        same = all(np.allclose(one, other, atol=1e-9) for one, other in zip(system, self.first_system, strict=True))
+        if not same:
+            self.counts["changes of the coordinate system, brought into the first", ""] += 1
+        here = self.system or self.first_system
+        if not all(np.allclose(one, other, atol=1e-9) for one, other in zip(system, here, strict=True)):
+            self.point = None  # nobody has said it in these coordinates
+        self.system = None if same else system
+
+    def trntyp(self, line, words, statement):
+        if words[:1] != ["WORLD"] or any(self.numbers(words[1:])):
+            raise _Wrong("TRNTYP/WORLD,0,0,0, which changes nothing", repr(statement[:40]))
+        self.remarks.append((self.count, statement))
+
+    # Feeds, and what the control shall do
+
+    def fedrat(self, line, words, statement):
+        units = [word for word in words if word in FEED_UNITS]
+        if words == ["RAPID"]:
+            self.rapid = True
+            return
+        values = [word for word in words if word not in FEED_UNITS]
+        if len(values) != 1 or len(units) > 1:
+            raise _Wrong("FEDRAT/ a number and MMPM, IPM, MMPR or IPR", ",".join(words) or "nothing")
+        value = self.number(values[0])
+        feed = self.per_minute(value, units[0] if units else "PERMIN")
+        if feed < LEAST_FEED:
+            raise _Wrong(f"a feed above 0, at least {LEAST_FEED:g} mm/min", f"{value:g}")
+        self.feed = feed
+
+    def per_minute(self, value, unit):
+        """Return a feed in mm/min."""
+        if unit in ("IPM", "IPR") and not self.units_stated:
+            raise _Wrong("UNITS/MM or UNITS/INCH before a feed in inches: the points may be inches, too", "none")
+        if unit in PER_TURN:
+            if not self.turns:
+                raise _Wrong("SPINDL with turns per minute before a feed per turn", "none")
+            value *= self.turns
+        return value * (self.scale if FEED_UNITS[unit] is None else FEED_UNITS[unit])
+
+    def command(self, kind, *values, statement):
+        self.remarks.append((self.count, Command(kind, values, statement)))
+
+    def load(self, line, words, statement):
+        if words[:1] != ["TOOL"]:
+            raise _Wrong("LOAD/TOOL, and a number", repr(statement[:40]))
+        self.loadtl(line, words[1:], statement)
+
+    def loadtl(self, line, words, statement):
+        if self.cycle is not None:
+            raise _Wrong("CYCLE/OFF before the tool is changed", "a cycle that holds")
+        number = self.number(words[0] if words else "")
+        if number != int(number) or not 0 <= number <= 99_999_999:
+            raise _Wrong("the number of a tool", words[0])
+        length, words = None, words[1:]
+        while words:
+            word, words = words[0], words[1:]
+            if word == "LENGTH":
+                length, words = self.number(words[0] if words else "") * self.scale, words[1:]
+                if length < 0:
+                    raise _Wrong("a tool length, not negative", f"{length:g}")
+            elif REAL.fullmatch(word) and (not word.isdigit() or int(word) > 99):
+                raise _Wrong("the word LENGTH before a length; registers are whole numbers up to 99", word)
+        if length is not None:  # in mm, whatever the file is in
+            statement = f"LOADTL/{int(number)},LENGTH,{length:g}"
+        self.command("tool", int(number), length, statement=statement)
+
+    def spindl(self, line, words, statement):
+        numbers = [word for word in words if REAL.fullmatch(word)]
+        known = {"RPM", "CLW", "CCLW", "CCW", "ON", "OFF", "STOP"}
+        if strange := [word for word in words if word not in numbers and word not in known]:
+            raise _Wrong("SPINDL/ a number, RPM, CLW or CCLW, ON or OFF", repr(strange[0]))
+        if len(numbers) > 1 or not words:
+            raise _Wrong("SPINDL/ one number", f"{len(numbers)}")
+        off = "OFF" in words or "STOP" in words
+        self.turns = self.number(numbers[0]) if numbers else self.turns
+        self.turning = "OFF" if off else "CCLW" if {"CCLW", "CCW"} & set(words) else "CLW"
+        self.command("spindle", float(numbers[0]) if numbers else None, self.turning, statement=statement)
+
+    def coolnt(self, line, words, statement):
+        kind = {"ON": "FLOOD", "FLOOD": "FLOOD", "MIST": "MIST", "OFF": "OFF"}.get(words[0] if words else "")
+        if kind is None:
+            raise _Wrong("COOLNT/ON, FLOOD, MIST or OFF", repr(statement[:40]))
+        self.command("coolant", kind, statement=statement)
+
+    def cutcom(self, line, words, statement):
+        side = words[0] if words else ""
+        if side == "ON":  # goes on as before; the side follows
+            self.remarks.append((self.count, statement))
+        elif side in ("LEFT", "RIGHT", "OFF"):
+            self.command("compensation", side, statement=statement)
+        else:
+            raise _Wrong("CUTCOM/LEFT, RIGHT, ON or OFF", repr(statement[:40]))
+
+    def stop(self, line, words, statement):
+        self.command("optional stop" if statement.upper().startswith("OP") else "stop", statement=statement)
+
+    def delay(self, line, words, statement):
+        turns = words[1:] == ["REV"]
+        if len(words) != 1 + turns:
+            raise _Wrong("DELAY/ seconds, or DELAY/ turns,REV", repr(statement[:40]))
+        seconds = self.number(words[0])
+        if turns:
+            if not self.turns:
+                raise _Wrong("SPINDL with turns per minute before a delay in turns", "none")
+            seconds *= 60 / self.turns
+        self.command("dwell", seconds, statement=statement)
+
+    # Numbers
+
+    def numbers(self, words):
+        return [self.number(word) for word in words]
+
+    def number(self, word):
+        if not REAL.fullmatch(word.strip()):
+            raise _Wrong("a number", repr(word.strip()))
         value = float(word)
-        if not math.isfinite(value):
-            raise self.error(line, "a finite number", word.strip())
+        if not abs(value) < LARGEST:
+            raise _Wrong(f"a finite number below {LARGEST:g}", word.strip())
         return value
 
-    def error(self, line, expected, found):
-        return InputError(f"{self.name}, line {line}", expected, found)
+
+class _Wrong(Exception):
+    """What is expected in a statement, and what is found."""
+
+
+def _decodes(content, encoding):
+    try:
+        content.decode(encoding, "surrogatepass" if encoding == "utf-8" else "strict")
+    except UnicodeDecodeError:
+        return False
+    return True
+
+
+def _again(places):
+    return f" ({len(places)} times, up to line {places[-1][0]})" if len(places) > 1 else ""
+
+
+def _placed(system, first, numbers):
+    """Records, shape (6, n), in the first of two coordinate systems."""
+    (origin, rotation), (first_origin, first_rotation) = system, first
+    points = first_rotation.T @ (rotation @ numbers[:3] + (origin - first_origin)[:, None])
+    return np.concatenate([points, first_rotation.T @ (rotation @ numbers[3:])])

@@ -7,6 +7,16 @@ import numpy as np
 from mathpost.errors import InputError
 
 DECIMALS = 4
+SWITCHES = {
+    ("spindle", "CLW"): "M3",
+    ("spindle", "CCLW"): "M4",
+    ("spindle", "OFF"): "M5",
+    ("coolant", "FLOOD"): "M8",
+    ("coolant", "MIST"): "M7",
+    ("coolant", "OFF"): "M9",
+    "stop": ("M0",),
+    "optional stop": ("M1",),
+}
 SHORTEST_TIME = 0.001  # s, the least that FT may state
 LAST_BLOCK_NUMBER = 99_999  # Fanuc counts no further; numbering begins again
 
@@ -26,8 +36,9 @@ class Blocks:
     rapid : ndarray of bool, shape (n,)
     tcp : bool
         Whether X Y Z are the tool tip in the workpiece (M128, G43.4, TRAORI) instead of joints.
-    remarks : tuple of (int, str)
-        Comments, each with the number of the block that follows it.
+    remarks : tuple of (int, str or Command)
+        Comments, each with the number of the block that follows it; what is a `cl_words.Command` instead of a text
+        is written in the control's words.
     """
 
     words: np.ndarray
@@ -37,13 +48,18 @@ class Blocks:
     tcp: bool = False
     remarks: tuple = ()
 
+    def __getitem__(self, rows):
+        """The moves of a slice, without remarks."""
+        columns = (column[rows] for column in (self.words, self.feeds, self.seconds, self.rapid))
+        return Blocks(*columns, self.tcp)
+
     @property
     def joints(self):
         """`words` with the rotary angles in radians, shape (n, 5)."""
         return np.concatenate([self.words[:, :3], np.deg2rad(self.words[:, 3:])], axis=1)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Control:
     """The words of a control.
 
@@ -60,6 +76,8 @@ class Control:
         From one block number to the next.
     sign : str
         What stands before a number that is not negative.
+    words : dict
+        What stands for a `Command`: lines by its kind, or by what it switches to; ``{0}`` is its first value.
     codes : str
         The words without an axis that reading passes over, as a regular expression.
     suffix : str
@@ -74,8 +92,18 @@ class Control:
     comment: tuple
     number_step: int
     sign: str
+    words: dict
     codes: str
     suffix: str
+
+    def lines(self, command):
+        """Return the lines of a `Command` that needs no move."""
+        lines = self.words.get(command.kind, ())
+        if command.kind == "spindle":
+            lines = () if command.values[0] is None else lines
+        if command.kind in ("spindle", "coolant"):
+            lines = (*lines, self.words[command.kind, command.values[-1]])
+        return [line.format(*command.values) for line in lines]
 
 
 HEIDENHAIN = Control(
@@ -87,19 +115,41 @@ HEIDENHAIN = Control(
     comment=("; ", ""),
     number_step=1,
     sign="+",
-    codes=r"(?:M(?:0|00|1|01|3|03|4|04|5|05|8|08|9|09|128|129|30)|R0|S\d+|TOOL CALL \d+)",
+    words=SWITCHES
+    | {
+        "tool": ("TOOL CALL {0} Z",),
+        "spindle": ("TOOL CALL S{0:.0f}",),
+        "dwell": ("CYCL DEF 9.0 DWELL TIME", "CYCL DEF 9.1 DWELL {0:.3f}"),
+        ("compensation", "LEFT"): " RL",
+        ("compensation", "RIGHT"): " RR",
+        ("compensation", "OFF"): " R0",
+    },
+    codes=(
+        r"(?:M(?:0?[0134578]|0?9|128|129|30)|R[0LR]|S\d+|TOOL CALL S\d+|TOOL CALL \d+(?: Z)?|"
+        r"CYCL DEF 9\.0 DWELL TIME|CYCL DEF 9\.1 DWELL \d+\.\d+)"
+    ),
     suffix=".h",
 )
 FANUC = Control(
     name="fanuc",
     head=("%", "O0001 ({name})", "G21 G17 G40 G90 G94"),
     foot=("M30", "%"),
-    tcp_on="G43.4 H1",
+    tcp_on="G43.4 H{tool}",
     tcp_off="G49",
     comment=("(", ")"),
     number_step=10,
     sign="",
-    codes=r"(?:G(?:21|17|40|49|90|43\.4)|M0?(?:0|1|3|4|5|6|8|9)|M30|H\d+|S\d+|T\d+|O\d+)",
+    words=SWITCHES
+    | {
+        "tool": ("T{0} M6",),
+        "tip": ("G43 H{0}",),
+        "spindle": ("S{0:.0f}",),
+        "dwell": ("G4 X{0:.3f}",),
+        ("compensation", "LEFT"): " G41 D{tool}",
+        ("compensation", "RIGHT"): " G42 D{tool}",
+        ("compensation", "OFF"): " G40",
+    },
+    codes=r"(?:G4 X\d+\.\d+|G(?:21|17|4[0-2]|43(?:\.4)?|49|90)|M0?(?:[013-9])|M30|[HDSTO]\d+)",
     suffix=".nc",
 )
 SIEMENS = Control(
@@ -111,7 +161,16 @@ SIEMENS = Control(
     comment=("; ", ""),
     number_step=10,
     sign="",
-    codes=r"(?:G(?:710|71|17|40|90)|M0?(?:0|1|3|4|5|6|8|9)|M30|TRAORI|TRAFOOF|S\d+|T\d+|D\d+)",
+    words=SWITCHES
+    | {
+        "tool": ("T{0} D1", "M6"),
+        "spindle": ("S{0:.0f}",),
+        "dwell": ("G4 F{0:.3f}",),
+        ("compensation", "LEFT"): " G41",
+        ("compensation", "RIGHT"): " G42",
+        ("compensation", "OFF"): " G40",
+    },
+    codes=r"(?:G4 F\d+\.\d+|G(?:710|71|17|4[0-2]|90)|M0?(?:[013-9])|M30|TRAORI|TRAFOOF|[STD]\d+)",
     suffix=".mpf",
 )
 DIALECTS = {control.name: control for control in (HEIDENHAIN, FANUC, SIEMENS)}

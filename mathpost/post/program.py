@@ -11,7 +11,7 @@ from operator import itemgetter
 
 import numpy as np
 
-from mathpost.errors import InputError
+from mathpost.errors import NUMBER, InputError
 from mathpost.post import text as bulk
 from mathpost.post.controls import (
     DECIMALS,
@@ -27,16 +27,29 @@ from mathpost.post.controls import (
 )
 from mathpost.post.text import Column, Item, Pattern
 
-__all__ = ["DECIMALS", "DIALECTS", "SHORTEST_TIME", "Blocks", "read", "rounded", "write"]
+__all__ = ["DECIMALS", "DIALECTS", "SHORTEST_TIME", "Blocks", "joined", "read", "rounded", "write"]
 
 RAPID, TIME, FEED = " FMAX", " FT", " F"
-FEED_WORD = re.compile(rf"(FMAX|FT|F)({bulk.NUMBER})?")
+FEED_WORD = re.compile(rf"(FMAX|FT|F)({NUMBER})?")
 BLOCK = 2**19  # bytes that are read at once: what is made of them fits the processor's cache
 
 
 def rounded(joints):
     """Return joints (n, 5) in mm and radians as words in mm and degrees, rounded as they will be printed."""
     return printed(np.concatenate([joints[:, :3], np.rad2deg(joints[:, 3:])], axis=1))
+
+
+def joined(parts):
+    """Return `Blocks` one after the other as one."""
+    if len(parts) == 1:
+        return parts[0]
+    firsts = np.cumsum([0, *(len(part.words) for part in parts[:-1])])
+    columns = (np.concatenate([getattr(part, name) for part in parts]) for name in ("feeds", "seconds", "rapid"))
+    words = np.concatenate([part.words.T for part in parts], axis=1).T
+    remarks = (
+        (first + row, remark) for first, part in zip(firsts, parts, strict=True) for row, remark in part.remarks
+    )
+    return Blocks(words, *columns, parts[0].tcp, tuple(remarks))
 
 
 def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
@@ -66,32 +79,73 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     3 END PGM DEMO MM
     """
     control, name = control_for(machine, dialect), re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
-    head = [line.format(name=name) for line in control.head] + [control.tcp_on] * blocks.tcp
-    foot = [control.tcp_off] * blocks.tcp + [line.format(name=name) for line in control.foot]
-    texts, count = _numbered(control, head, 0)
-
     rows = len(blocks.words)
-    remarks = sorted(((min(row, rows), remark) for row, remark in blocks.remarks), key=itemgetter(0))
-    before = [row for row, _ in remarks] if control is HEIDENHAIN else []  # those that take a block number
-    numbers = count + np.arange(rows) + np.searchsorted(before, np.arange(rows), side="right")
-    columns, at = _columns(control, machine.joint_names, blocks, numbers), 0
-    for nth, (row, remark) in enumerate(remarks):
-        number = f"{count + row + nth} " if control is HEIDENHAIN else ""
-        texts += [_moves(columns, at, row), number, _comment(control, remark), "\n"]
-        at = row
-    texts.append(_moves(columns, at, rows))
-    return "".join(texts + _numbered(control, foot, count + rows + len(before))[0])
+    between, changes, switches = _between(control, machine, blocks)
+    between[0][:0] = [line.format(name=name) for line in control.head]
+    between[rows] += [control.tcp_off] * blocks.tcp + [line.format(name=name) for line in control.foot]
+    places = np.array(list(between))
+    # Numbered are the moves, and the lines before each.
+    numbered = np.zeros(rows + 1, int)
+    numbered[places] = [sum(_takes_number(control, line) for line in between[row]) for row in places]
+    before = np.cumsum(numbered) + np.arange(rows + 1)
+    columns = _columns(control, machine.joint_names, blocks, before[:-1], changes, switches)
+    texts, at = [], 0
+    for row in sorted(between):
+        texts.append(_moves(columns, at, row))
+        count, at = before[row] - numbered[row], row
+        for line in between[row]:
+            takes_one = _takes_number(control, line)
+            letter = "" if control is HEIDENHAIN else "N"
+            texts.append(f"{letter}{_number(control, count)} {line}\n" if takes_one else f"{line}\n")
+            count += takes_one
+    return "".join(texts)
 
 
-def _numbered(control, lines, count):
-    """Lines of words that do not move, numbered where they take a number; and how many are numbered then."""
-    texts = []
-    for line in lines:
-        takes_one = control is HEIDENHAIN or not line.startswith(("%", "O", ";"))
-        letter = "" if control is HEIDENHAIN else "N"
-        texts.append(f"{letter}{_number(control, count)} {line}\n" if takes_one else f"{line}\n")
-        count += takes_one
-    return texts, count
+def _between(control, machine, blocks):
+    """What stands between the moves.
+
+    Returns
+    -------
+    between : dict
+        Lines by the number of the move that follows them; always for the first and behind the last.
+    changes : list of int
+        The moves before which a tool is changed.
+    switches : list of (int, str)
+        Words that a move itself takes.
+    """
+    rows, tool, tcp = len(blocks.words), 1, False
+    between, changes, switches = {0: []}, [0], []
+    remarks = [(min(row, rows), remark) for row, remark in blocks.remarks]
+    starts = {row for row, remark in remarks if _kind(remark) == "tool"} | {0}
+    for row, remark in sorted([*remarks, *((row, None) for row in starts)], key=itemgetter(0)):
+        lines, kind = between.setdefault(row, []), _kind(remark)
+        if kind == "tool":
+            tool = remark.values[0]
+            lines += [control.tcp_off] * tcp + control.lines(remark)
+            if machine.programmed_point == "tip" and not blocks.tcp:
+                lines += [line.format(tool) for line in control.words.get("tip", ())]
+            changes, tcp = [*changes, row], False
+        elif kind == "compensation":
+            word = control.words[remark.kind, remark.values[0]].format(tool=tool)
+            switches = [*(each for each in switches if each[0] != row), (row, word)]
+        elif kind:
+            lines += control.lines(remark)
+        elif remark is not None:
+            lines.append(_comment(control, remark))
+        elif blocks.tcp and row < rows and not tcp:  # the last of what stands before this move
+            lines.append(control.tcp_on.format(tool=tool))
+            tcp = True
+    between.setdefault(rows, [])
+    return between, [row for row in changes if row < rows], [each for each in switches if each[0] < rows]
+
+
+def _kind(remark):
+    """The kind of a `Command`; empty for a comment."""
+    return getattr(remark, "kind", "")
+
+
+def _takes_number(control, line):
+    return control is HEIDENHAIN or not line.startswith(("%", "O", ";", "("))
 
 
 def _number(control, count):
@@ -101,28 +155,48 @@ def _number(control, count):
     return control.number_step * (count % (LAST_BLOCK_NUMBER // control.number_step) + 1)
 
 
-def _columns(control, axes, blocks, numbers):
-    """The moves as `Column`s."""
+def _columns(control, axes, blocks, numbers, changes, switches):
+    """The moves as `Column`s; `changes` and `switches` as in `_between`."""
     words, timed = printed(blocks.words), ~(blocks.rapid | np.isnan(blocks.seconds))
-    seconds = np.where(timed, np.maximum(blocks.seconds, SHORTEST_TIME), 1.0)
+    # A time is rounded up and a feed down: no block is faster than it may be.
+    seconds = np.where(timed, np.maximum(_up(blocks.seconds, 3), SHORTEST_TIME), 1.0)
+    per_minute = np.where(timed, np.maximum(_down(60 / np.maximum(blocks.seconds, SHORTEST_TIME), 4), 1e-4), 1.0)
     if control is HEIDENHAIN:
         start, rapid = [Column("", numbers), Column(" L")], [Column(RAPID, shown=blocks.rapid)]
         times = Column(TIME, seconds, 3, shown=timed)
     else:
         start, rapid = [Column("N", _number(control, numbers)), *_codes(blocks.rapid, timed)], []
-        times = Column(FEED, 60 / seconds, 4, shown=timed)
+        times = Column(FEED, per_minute, 4, shown=timed)
+    changed = np.concatenate([np.ones((1, 5), bool), words[1:] != words[:-1]])
+    changed[changes] = True  # nobody knows where the machine went for its tool
     positions = [
-        Column(axis_word(axis), values, DECIMALS, control.sign, _changes(values))
-        for axis, values in zip(axes, words.T, strict=True)
+        Column(axis_word(axis), values, DECIMALS, control.sign, shown)
+        for axis, values, shown in zip(axes, words.T, changed.T, strict=True)
     ]
+    switched = [Column(word, shown=np.arange(len(words)) == row) for row, word in switches]
+    if control is not HEIDENHAIN:
+        start, switched = [*start, *switched], []
     # An ISO control that has been told times has forgotten the feed.
     times_before = np.cumsum(timed) * (control is not HEIDENHAIN)
+    tools_before = np.searchsorted(changes, np.arange(len(words)), side="right")
     fed = np.flatnonzero(~(blocks.rapid | timed | np.isnan(blocks.feeds)))
     stated = np.zeros(len(words), bool)
-    stated[fed] = _changes(blocks.feeds[fed]) | _changes(times_before[fed])
+    stated[fed] = _changes(blocks.feeds[fed]) | _changes(times_before[fed]) | _changes(tools_before[fed])
     whole = blocks.feeds == np.round(blocks.feeds)
-    feeds = [Column(FEED, blocks.feeds, n, shown=shown) for n, shown in ((0, stated & whole), (3, stated & ~whole))]
-    return [*start, *positions, *rapid, times, *feeds, Column("\n")]
+    feeds = [
+        Column(FEED, np.where(whole, blocks.feeds, _down(blocks.feeds, 3)), decimals, shown=shown)
+        for decimals, shown in ((0, stated & whole), (3, stated & ~whole))
+    ]
+    return [*start, *positions, *switched, *rapid, times, *feeds, Column("\n")]
+
+
+def _down(values, decimals):
+    """Round down to so many decimals; what is a multiple but for the last bits stays."""
+    return np.floor(values * 10.0**decimals * (1 + 1e-15) + 1e-9) / 10.0**decimals
+
+
+def _up(values, decimals):
+    return -_down(-values, decimals)
 
 
 def _codes(rapid, timed):
@@ -194,7 +268,7 @@ class _Lines:
     def __init__(self, machine, dialect, name):
         self.control, self.names, self.name = control_for(machine, dialect), machine.joint_names, name
         letters = "|".join(re.escape(axis) for axis in sorted(self.names, key=len, reverse=True))
-        self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({bulk.NUMBER})")
+        self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})")
         self.codes = re.compile(self.control.codes + r"(?![\d.])")
         self.plain = _plain(self.control, self.names)
         self.line, self.position, self.feed = 1, [None] * 5, None
@@ -305,6 +379,8 @@ class _Lines:
             self.inverse, self.feed = mode == "93", None
 
     def take_code(self, code):
+        if re.fullmatch(r"TOOL CALL \d+(?: Z)?|M0?6", code):  # the machine goes where its tools are
+            self.position, self.feed = [None] * 5, None
         if code in (self.control.tcp_on.split()[0], self.control.tcp_off):
             self.tcp = code != self.control.tcp_off
 

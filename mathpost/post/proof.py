@@ -9,11 +9,11 @@ import numpy as np
 
 from mathpost.errors import MathpostError
 from mathpost.post import ways
-from mathpost.post.between_blocks import largest, sampled
-from mathpost.rotation import blocks as slices
+from mathpost.post.between_blocks import bounds, largest, sampled
+from mathpost.rotation import slices
 
 LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no third derivative bounds
-FEED_DIGITS = 0.0006  # mm/min; what three printed decimals may change
+FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to three decimals
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def prove(kin, cl, blocks, motion, tolerance, *, real=None):
     worst = max(proof.tip_error, proof.path_tip_error)
     if not worst <= tolerance:
         raise MathpostError(f"{cl.name}: the program is {worst:.6f} mm off the CL path, more than {tolerance} mm")
-    _refuse_below_the_part(real or kin, cl, _joints(kin, blocks), motion, tolerance, blocks.tcp)
+    _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real)
     _refuse_other_feeds(cl, blocks, motion)
     _refuse_too_fast(kin.machine, cl, blocks, motion)
     return proof
@@ -80,33 +80,45 @@ def measured(kin, cl, blocks, motion, *, real=None):
     """
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
-    joints = _joints(kin, blocks)
-    parts = [(real or kin).forward(joints[rows]) for rows in slices(joints.shape[:1])]
-    tip, axis = map(np.concatenate, zip(*parts, strict=True))
+    machine, joints = real or kin, _joints(kin, blocks)
     tips, axes = cl.at(motion.place)
-    counted = np.stack([motion.in_cut & (not blocks.tcp), motion.in_cut])
-    errors, worst = largest(
-        real or kin, joints, tips, axes, (tip, axis), counted, least=LEAST_INTERVALS if real else 2, ideal=not real
-    )
+    moves = len(joints) - 1
+    least, most, off = LEAST_INTERVALS if real else 2, np.full((2, moves), np.inf), np.zeros(moves)
+    for rows in slices((moves,)):
+        poses = slice(rows.start, rows.stop + 1)
+        reached = machine.forward(joints[poses])
+        off[rows] = np.linalg.norm(reached[0] - tips[poses], axis=1)[1:]
+        if not real:
+            most[:, rows] = bounds(kin.machine, joints[poses], tips[poses], axes[poses], reached)
+    off[~motion.in_cut], most[:, ~motion.in_cut] = 0, -1
+    path_axis, _ = largest(1, machine, joints, axes, most[1], least=least)
     if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
-        off = np.where(motion.in_cut, np.linalg.norm(tip - tips, axis=1)[1:], 0)
-        errors[0], worst[0] = off.max(initial=0), off.argmax() if off.size else 0
-    tip_error, chord = 0.0, 0.0
+        path_tip, worst = off.max(initial=0), int(off.argmax()) if moves else -1
+    else:
+        path_tip, worst = largest(0, machine, joints, tips, most[0], least=least)
+
+    # A record whose block was left out as a repetition has the pose of the block before.
     on_part = np.flatnonzero(~motion.lifted)
-    place = motion.place[on_part]
-    for records in slices((len(cl),)):
-        # A record whose block was left out as a repetition has the pose of the block before.
-        numbers = np.arange(len(cl))[records]
-        at = on_part[np.searchsorted(place, numbers, side="right") - 1]
-        tip_error = max(tip_error, np.linalg.norm(tip[at] - cl.points[records], axis=1).max())
-        chord = max(chord, np.linalg.norm(axis[at] - cl.axes[records], axis=1).max())
+    at = on_part[np.searchsorted(motion.place[on_part], np.arange(len(cl)), side="right") - 1]
+    tip_error = chord = 0.0
+    for records in slices(at.shape):
+        tip, axis = machine.forward(joints[at[records]])
+        tip_error = max(tip_error, np.linalg.norm(tip - cl.points[records], axis=1).max())
+        chord = max(chord, np.linalg.norm(axis - cl.axes[records], axis=1).max())
     return Proof(
         tip_error=float(tip_error),
         axis_error=float(np.degrees(2 * np.arcsin(min(chord / 2, 1)))),
-        path_tip_error=float(errors[0]),
-        path_axis_error=float(np.degrees(errors[1])),
-        worst_record=int(np.ceil(motion.place[1:][worst[0]])) + 1 if len(joints) > 1 else 1,
+        path_tip_error=float(path_tip),
+        path_axis_error=float(np.degrees(path_axis)),
+        worst_record=int(np.ceil(motion.place[worst + 1])) + 1,
     )
+
+
+def worst_of(proofs):
+    """Return the `Proof` that says the worst of several."""
+    farthest = max(proofs, key=lambda proof: proof.path_tip_error)
+    names = ("tip_error", "axis_error", "path_tip_error", "path_axis_error")
+    return Proof(*(max(getattr(proof, name) for proof in proofs) for name in names), farthest.worst_record)
 
 
 def _joints(kin, blocks):
@@ -114,16 +126,17 @@ def _joints(kin, blocks):
     return kin.close(blocks.joints[:, :3], blocks.joints[:, 3:]) if blocks.tcp else blocks.joints
 
 
-def _refuse_below_the_part(kin, cl, joints, motion, tolerance, tcp):
+def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
     """Along lifted moves the tip must stay on the side of the part that the tool axis points to."""
     lifted = np.flatnonzero(~motion.in_cut)
-    start, end = joints[lifted], joints[lifted + 1]
-    for moves, t, tip, _ in sampled(kin, start, end, least=LEAST_INTERVALS):
-        moves = lifted[moves]
-        if tcp:  # the control keeps the tip on the straight line between the blocks
+    if not lifted.size:
+        return
+    joints = _joints(kin, blocks)
+    for some, t, tip, _ in sampled(real or kin, joints[lifted], joints[lifted + 1], least=LEAST_INTERVALS):
+        moves = lifted[some]
+        if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
             tip = tip[0] + t[..., None] * (tip[-1] - tip[0])
-        place = motion.place[moves] + t * (motion.place[moves + 1] - motion.place[moves])
-        tips, axes = cl.at(place)
+        tips, axes = cl.at(motion.place[moves] + t * (motion.place[moves + 1] - motion.place[moves]))
         height = np.vecdot(tip - tips, axes).min(axis=0)
         if not height.min() >= -tolerance:
             record = int(np.ceil(motion.place[moves + 1][height.argmin()]))
@@ -137,7 +150,8 @@ def _refuse_other_feeds(cl, blocks, motion):
     record = np.ceil(motion.place).astype(int)
     feeds, rapid = cl.feeds[record], cl.rapid[record]
     by_feed = ~rapid & np.isnan(blocks.seconds) & ~np.isnan(feeds)
-    wrong = (blocks.rapid != rapid) | (by_feed & ~(np.abs(blocks.feeds - feeds) <= FEED_DIGITS))
+    as_it_is = (blocks.feeds <= feeds + 1e-9) & (blocks.feeds >= feeds - FEED_DIGITS)
+    wrong = (blocks.rapid != rapid) | (by_feed & ~as_it_is)
     if wrong.any():
         block = int(wrong.argmax())
         found = "rapid" if blocks.rapid[block] else f"feed {blocks.feeds[block]:g}"
@@ -220,5 +234,5 @@ class Report(Proof):
             figures = f"{cost:10.3f}  " + " ".join(f"{step:8.3f}°" for step in steps)
             lines.append(f"{name:<14}{reason or figures}")
         for region, through in self.ways.items():
-            lines += ["", *ways.table(region, through)]
+            lines += ["", *ways.comparison(region, through)]
         return "\n".join(lines)

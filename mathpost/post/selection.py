@@ -2,41 +2,23 @@
 
 Each record has several *candidates*: two branches, each in every winding (±360°) inside travel, and at the pole
 also the outer angles of the neighbours. Three strategies choose one candidate for each record: the best way over
-the whole path by dynamic programming (动态规划, R. Bellman 1957), the shortest next move, and the rules of source
-002.
+the whole path by dynamic programming (动态规划, R. Bellman 1957), the shortest next move, or by the rules of
+source 002.
 """
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 
 import numpy as np
 
 from mathpost.errors import InputError, ReachError, as_array
-from mathpost.post import yu_dan
-from mathpost.post.travel import (
-    UNITS,
-    all_within,
-    cost,
-    count_turns,
-    endless,
-    move_costs,
-    nearest,
-    out_of_travel,
-    path_cost,
-    rates_or_weights,
-    short_way,
-    windings,
-    within_travel,
-)
+from mathpost.post import bellman, travel, yu_dan
+from mathpost.post.bellman import UNITS
 
 STRATEGIES = ("optimal", "shortest", "paper")
 SWAY = np.radians(5.0)  # how far the tool axis may stray between two records in cut, besides half of its own turn
-HALF_TURN = np.pi + 1e-9  # a rotary step beyond this means that travel has cut off the short way round
 POLE = 1e-10  # radians from the pole, within which every outer angle is right
-TIE = 1e-9  # weight of travel (mm and degrees) among moves that cost the same
 PREFERENCE = 1e-6  # cost of beginning on the other branch than the preferred one
-QUANTA = 2.0**40  # costs are rounded to multiples of 1/QUANTA: their sums are exact, and equal ways stay equal
-LONG = 100_000  # moves to compare; with more of them it pays to load Numba
 
 
 @dataclass(frozen=True)
@@ -83,31 +65,23 @@ class Candidates:
     @cached_property
     def inside(self):
         """Whether all five joints are inside travel, shape (n, m)."""
-        return all_within(self.kin.machine, self.joints)
+        return travel.all_within(self.kin.machine, self.joints)
 
     def reason(self, record, candidate):
         """Say why a candidate is out, or return "" if it is not."""
         if np.isnan(self.joints[record, candidate]).any():
             return "tool axis out of reach"
-        return "; ".join(out_of_travel(self.kin.machine, self.joints[record, candidate]))
-
-    def reasons(self, record):
-        """Say why all candidates of a record are out."""
-        return " / ".join(dict.fromkeys(self.reason(record, candidate) for candidate in self._listed(record)))
+        return "; ".join(travel.out_of_travel(self.kin.machine, self.joints[record, candidate]))
 
     def table(self, record, previous=None, weights=None):
         """Return rows to show: branch, joints in mm and degrees, cost of the move from `previous`, why if out."""
-        listed, machine = self._listed(record), self.kin.machine
+        machine, known = self.kin.machine, ~np.isnan(self.joints[record]).any(axis=1)
+        listed = np.flatnonzero(known | ~known.any())  # those for the pole only at the pole
         joints = self.joints[record, listed]
-        steps = joints if previous is None else short_way(machine, joints - np.asarray(previous, dtype=float))
-        costs = move_costs(machine, steps, weights)
+        steps = joints if previous is None else travel.short_way(machine, joints - previous)
+        costs = travel.move_costs(machine, steps, weights)
         reasons = [self.reason(record, candidate) for candidate in listed]
         return list(zip(self.branch[listed].tolist(), joints * UNITS, costs, reasons, strict=True))
-
-    def _listed(self, record):
-        """The candidates to show: those for the pole only at the pole."""
-        known = ~np.isnan(self.joints[record]).any(axis=1)
-        return np.flatnonzero(known) if known.any() else np.arange(len(known))
 
 
 def candidates(kin, tip, axis):
@@ -191,22 +165,23 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     machine, prefer = kin.machine, prefer or _longer_side(kin)
     if strategy == "paper":
         joints, branch = yu_dan.choose(kin, cl, prefer)
-        return Selection(joints, branch, path_cost(machine, joints, weights, start), (), strategy)
+        return Selection(joints, branch, travel.path_cost(machine, joints, weights, start), (), strategy)
 
     solved, turns = _solutions(kin, cl.points, cl.axes), _turns(machine)
     first = _explained(kin, solved[..., :1])
-    price, slowest = rates_or_weights(machine, weights)
+    price, slowest = travel.rates_or_weights(machine, weights)
     if start is None:
-        beginning = TIE * np.abs((first.joints[0] * UNITS)[:, 3:]).sum(axis=1)
+        beginning = bellman.TIE * np.abs((first.joints[0] * UNITS)[:, 3:]).sum(axis=1)
         beginning += PREFERENCE * (first.branch != (0 if prefer > 0 else 1))
     else:
-        beginning = move_costs(machine, short_way(machine, first.joints[0] - start), weights)
-    picks, broken, unreachable, stuck = _loop(len(cl) * len(first.branch) ** 2)(
-        solved, turns, machine.limits, endless(machine), beginning, price, slowest,
+        beginning = travel.move_costs(machine, travel.short_way(machine, first.joints[0] - start), weights)
+    picks, broken, unreachable, stuck = bellman.loop(len(cl) * len(first.branch) ** 2)(
+        solved, turns, machine.limits, travel.endless(machine), beginning, price, slowest,
         _tool_axis(kin), np.array(cl.axes.T, order="C"), np.array(cl.rapid), float(sway), strategy == "shortest",
     )  # fmt: skip
     if unreachable >= 0:
-        reasons = _explained(kin, solved[..., unreachable, None]).reasons(0)
+        rows = _explained(kin, solved[..., unreachable, None]).table(0)
+        reasons = " / ".join(dict.fromkeys(why for *_, why in rows))
         raise ReachError(f"{cl.where(unreachable)}: no solution inside travel: {reasons}")
     if stuck >= 0 and not split:
         options = {"weights": weights, "start": start, "split": True, "prefer": prefer, "sway": sway}
@@ -218,154 +193,9 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         )
     solution, winding = np.divmod(picks, turns.shape[1])
     joints = (solved[:, solution, np.arange(len(cl))] + turns[:, winding]).T
-    joints = count_turns(machine, joints, np.zeros(5) if start is None else start)
+    joints = travel.count_turns(machine, joints, np.zeros(5) if start is None else start)
     breaks = tuple(np.flatnonzero(broken).tolist())
-    return Selection(joints, solution % 2, path_cost(machine, joints, weights, start), breaks, strategy)
-
-
-def best_way(solved, turns, limits, endless, beginning, price, slowest, tool_axis, axes, rapid, sway, greedy):
-    """Find the candidate of each record: with the fewest breaks on the way, and then of the least cost.
-
-    Bellman's recursion: the best way to a candidate goes by the best way to one of the record before it.
-
-        best(r, j) = min over i of [best(r − 1, i) + move(i, j)],    best = (breaks, cost), compared in this order
-
-    This loop runs as it stands, and as machine code if Numba compiles it.
-
-    Parameters
-    ----------
-    solved : ndarray, shape (5, k, n)
-        Joints of `_solutions`.
-    turns : ndarray, shape (5, w)
-        What each winding adds; candidate number ``s·w + t`` is solution ``s`` in winding ``t``.
-    limits, endless : ndarrays, shape (5, 2) and (5,)
-        Travel, and which joints have no end.
-    beginning : ndarray, shape (k·w,)
-        What it costs to begin with each candidate.
-    price, slowest
-        What a move costs, see `travel.cost`.
-    tool_axis : ndarray, shape (3, 3, 3)
-        See `_tool_axis`.
-    axes, rapid : ndarrays, shape (3, n) and (n,)
-        Tool axes of the CL data; a move in rapid traverse never breaks the path.
-    sway : float
-        See `choose`.
-    greedy : bool
-        Whether of each record only the best candidate is kept: the shortest next move.
-
-    Returns
-    -------
-    picks : ndarray of int, shape (n,)
-        Number of the candidate of each record.
-    broken : ndarray of bool, shape (n,)
-        Whether the move to the record breaks the path.
-    unreachable, stuck : int
-        First record without a candidate inside travel, and first that every way reaches with a break; or −1.
-    """
-    records, windings = solved.shape[2], turns.shape[1]
-    count = solved.shape[1] * windings
-    came_from = np.zeros((records, count), np.int32)  # the candidate of the record before on the best way
-    came_by_break = np.zeros((records, count), np.bool_)
-    # The candidates inside travel of two records, this one and the one before, take rows 0 and 1 in turn.
-    numbers, breaks = np.zeros((2, count), np.int64), np.zeros((2, count), np.int64)
-    joints, costs = np.zeros((2, count, 5)), np.zeros((2, count))
-    picks, broken, step = np.zeros(records, np.int64), np.zeros(records, np.bool_), np.zeros(5)
-    known, stuck = 0, -1
-    for record in range(records):
-        now, before, cut = record % 2, (record + 1) % 2, not rapid[record]
-
-        found = 0
-        for number in range(count):
-            inside = True
-            for joint in range(5):
-                value = solved[joint, number // windings, record] + turns[joint, number % windings]
-                inside = inside and within_travel(value, limits[joint, 0], limits[joint, 1])
-                joints[now, found, joint] = value
-            if inside:
-                numbers[now, found] = number
-                found += 1
-        if found == 0:
-            return picks, broken, record, stuck
-
-        best = 0
-        for j in range(found):
-            breaks[now, j], costs[now, j] = records, np.inf  # worse than any way
-            if record == 0:
-                breaks[now, j], costs[now, j] = 0, np.rint(beginning[numbers[now, j]] * QUANTA)
-            for i in range(known):
-                for joint in range(5):
-                    step[joint] = joints[now, j, joint] - joints[before, i, joint]
-                    if endless[joint]:
-                        step[joint] = nearest(step[joint])
-                breaking = cut and max(abs(step[3]), abs(step[4])) > HALF_TURN
-                if breaks[before, i] + breaking > breaks[now, j]:
-                    continue
-                move = cost(step, price, slowest) + TIE * cost(step, UNITS, False)
-                way = costs[before, i] + np.rint(move * QUANTA)
-                would_win = (breaks[before, i] + breaking, way) < (breaks[now, j], costs[now, j])
-                if would_win and cut and not breaking:  # only then look at the tool axis, which takes longest
-                    breaking = sways_off(joints[before, i], step, tool_axis, axes, record, sway)
-                if (breaks[before, i] + breaking, way) < (breaks[now, j], costs[now, j]):
-                    breaks[now, j], costs[now, j] = breaks[before, i] + breaking, way
-                    came_from[record, numbers[now, j]] = numbers[before, i]
-                    came_by_break[record, numbers[now, j]] = breaking
-            if (breaks[now, j], costs[now, j]) < (breaks[now, best], costs[now, best]):
-                best = j
-
-        if stuck < 0 and breaks[now, best] > 0:
-            stuck = record
-        if greedy:
-            numbers[now, 0], breaks[now, 0] = numbers[now, best], breaks[now, best]
-            joints[now, 0], costs[now, 0] = joints[now, best], costs[now, best]
-            found, best = 1, 0
-        costs[now, :found] -= costs[now, :found].min()  # what all ways have in common would only make numbers long
-        pick, known = numbers[now, best], found
-
-    for record in range(records - 1, -1, -1):
-        picks[record], broken[record] = pick, came_by_break[record, pick]
-        pick = came_from[record, pick]
-    return picks, broken, -1, stuck
-
-
-def sways_off(joints, step, tool_axis, axes, record, sway):
-    """Return whether the tool axis strays off its great circle on the way to a record; half way it strays furthest.
-
-    Half way the great circle runs by the middle of its chord, at less than half of the turn.
-    """
-    if abs(step[3]) + abs(step[4]) <= sway:
-        return False
-    first, second = joints[3] + step[3] / 2, joints[4] + step[4] / 2
-    waves, other_waves = (1.0, np.cos(first), np.sin(first)), (1.0, np.cos(second), np.sin(second))
-    off = chord = 0.0
-    for k in range(3):
-        half_way = 0.0
-        for a in range(3):
-            for b in range(3):
-                half_way += tool_axis[a, b, k] * waves[a] * other_waves[b]
-        off += (half_way - (axes[k, record - 1] + axes[k, record]) / 2) ** 2
-        chord += (axes[k, record] - axes[k, record - 1]) ** 2
-    return np.sqrt(off) > sway + np.sqrt(chord) / 2
-
-
-@cache
-def _compiled():
-    """`best_way` as machine code, made once for all sessions if there is a folder to keep it in."""
-    try:
-        from numba import njit
-        from numba.extending import register_jitable
-    except ImportError:
-        return best_way
-    for function in (within_travel, nearest, cost, sways_off):
-        register_jitable(function)
-    try:
-        return njit(cache=True)(best_way)
-    except RuntimeError:  # neither here nor in the home folder
-        return njit()(best_way)
-
-
-def _loop(moves):
-    """`best_way` as it suits so many moves."""
-    return _compiled() if moves > LONG else best_way
+    return Selection(joints, solution % 2, travel.path_cost(machine, joints, weights, start), breaks, strategy)
 
 
 def _solutions(kin, tip, axis):
@@ -395,7 +225,7 @@ def _solutions(kin, tip, axis):
 
 def _turns(machine):
     """What each winding of the two rotary axes adds to the joints, shape (5, w), radians."""
-    pairs = np.meshgrid(*(windings(*machine.limits[joint]) for joint in (3, 4)), indexing="ij")
+    pairs = np.meshgrid(*(travel.windings(*machine.limits[joint]) for joint in (3, 4)), indexing="ij")
     return np.concatenate([np.zeros((3, pairs[0].size)), np.reshape(pairs, (2, -1))])
 
 

@@ -9,7 +9,7 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.errors import InputError
-from mathpost.rotation import about, blocks, unit
+from mathpost.rotation import about, slices, unit
 
 ARC_SAMPLES = 33
 
@@ -92,7 +92,7 @@ def _inside_cone(kin, cl, cone):
     ends, turn = distance(kin, cl.axes), np.linalg.norm(np.diff(cl.axes, axis=0), axis=1)
     inside = np.minimum(ends[:-1], ends[1:]) - np.pi / 4 * turn < cone
     near = np.flatnonzero(inside)
-    for rows in blocks((len(near), ARC_SAMPLES)):
+    for rows in slices((len(near), ARC_SAMPLES)):
         moves = near[rows]
         place = moves + np.linspace(0, 1, ARC_SAMPLES)[:, None]
         inside[moves] = distance(kin, cl.at(place)[1]).min(axis=0) < cone
@@ -105,7 +105,7 @@ def _too_fast(machine, cl, joints):
     if np.isnan(rates).all() or np.isnan(cl.feeds[~cl.rapid]).all():
         raise InputError("cone", "an angle, or a feed in the CL data and the rates of the machine", "neither")
     length = np.linalg.norm(np.diff(cl.points, axis=0), axis=1)
-    seconds = 60 * length / np.where(np.isnan(cl.feeds[1:]), np.inf, cl.feeds[1:])
+    seconds = np.where(np.isnan(cl.feeds[1:]), np.inf, 60 * length / cl.feeds[1:])
     needed = np.abs(np.diff(joints[:, 3:], axis=0))
     over = (needed > np.where(np.isnan(rates), np.inf, rates) * seconds[:, None] + 1e-12).any(axis=1)
     return over & ~cl.rapid[1:]

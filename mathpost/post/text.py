@@ -26,8 +26,6 @@ EXACT = 2**53  # integers below are exact as floats, and so is one division of t
 LARGEST = 1e15  # last digits in a number that is written
 TEN, NAUGHT = np.uint64(10), np.uint64(ZERO)  # without a sign: half of the time of a division with one
 
-UNSIGNED = r"(?:\d+\.?\d*|\.\d+)"  # a decimal number as controls and CL files print it, as a regular expression
-NUMBER = rf"[-+]?{UNSIGNED}"
 KINDS = ("", "number", "count")  # what an item of a line holds behind its literal
 
 

@@ -1,25 +1,11 @@
 """Travel and moves: what is inside travel, the short way round, and what a move costs.
 
-`within_travel`, `nearest` and `cost` take numbers as well as arrays, so that the loop of `selection` and everything
-that works on whole paths share them.
+The elementary functions stand in `bellman`; these take a machine and whole paths.
 """
 
 import numpy as np
 
-TURN = 2 * np.pi
-TRAVEL_TOLERANCE = 1e-9  # mm and radians
-UNITS = np.array([1, 1, 1, np.degrees(1), np.degrees(1)])  # mm and degrees of one mm or radian of each joint
-
-
-def within_travel(value, low, high):
-    """Return whether joint values are inside their travel, ends included; NaN is not.
-
-    Examples
-    --------
-    >>> within_travel(np.array([-1.0, 0.0, np.nan]), 0.0, np.inf)
-    array([False,  True, False])
-    """
-    return (low - TRAVEL_TOLERANCE <= value) & (value <= high + TRAVEL_TOLERANCE)
+from mathpost.post.bellman import TURN, UNITS, cost, nearest, within_travel
 
 
 def all_within(machine, joints):
@@ -36,10 +22,12 @@ def out_of_travel(machine, joints):
     >>> out_of_travel(machine.load("data/machines/dmu50v.toml"), np.array([0, 0, 900, 0, 7]))
     ['Z 900.000mm is outside -200 … 200']
     """
+    moved = np.r_[machine.slides, 0, 0]  # where the slides are
     return [
-        f"{name} {value * unit:.3f}{letter} is outside {low * unit:g} … {high * unit:g}"
-        for name, value, (low, high), unit, letter in zip(
-            machine.joint_names, joints, machine.limits, UNITS, ("mm", "mm", "mm", "°", "°"), strict=True
+        f"{'slide ' * bool(by)}{name} {(value + by) * unit:.3f}{letter} is outside "
+        f"{(low + by) * unit:g} … {(high + by) * unit:g}"
+        for name, value, (low, high), by, unit, letter in zip(
+            machine.joint_names, joints, machine.limits, moved, UNITS, ("mm", "mm", "mm", "°", "°"), strict=True
         )
         if not within_travel(value, low, high)
     ]
@@ -67,20 +55,6 @@ def windings(low, high):
     return TURN * turns[np.argsort(np.abs(turns), kind="stable")]
 
 
-def nearest(step):
-    """Return a rotary step (radians) less whole turns, in [−180°, 180°].
-
-    Half a turn keeps its direction, so that there and back again does not wind an axis up; this is where it differs
-    from `rotation.wrap`.
-
-    Examples
-    --------
-    >>> np.degrees(nearest(np.radians([190, 180, -180, 720])))
-    array([-170.,  180., -180.,    0.])
-    """
-    return step - TURN * np.rint(step / TURN)
-
-
 def short_way(machine, steps):
     """Return joint steps, shape (..., 5), with those of endless axes brought into [−180°, 180°]."""
     steps = np.array(steps, dtype=float)
@@ -98,24 +72,14 @@ def count_turns(machine, joints, start):
 
 
 def rates_or_weights(machine, weights=None):
-    """Return what a mm or radian of each joint costs, shape (5,), and whether only the dearest joint counts.
+    """Return what a mm or radian of each joint costs, shape (5,), and whether only the slowest joint counts.
 
-    Seconds of the slowest axis, over the axes whose rate the machine states; where it states none, or where
-    `weights` (5 numbers, per mm and per degree) are given, the weighted sum of travel.
+    It is what `move_costs` counts by.
     """
     rates = machine.max_rates
     if weights is None and not np.isnan(rates).all():
         return np.nan_to_num(1 / rates), True
     return UNITS * (1.0 if weights is None else np.asarray(weights, dtype=float)), False
-
-
-def cost(steps, price, slowest):
-    """Return what moves cost whose joint steps are `steps[0]` … `steps[4]`, by `rates_or_weights`."""
-    total = 0.0
-    for joint in range(5):
-        part = np.abs(steps[joint]) * price[joint]
-        total = np.maximum(total, part) if slowest else total + part
-    return total
 
 
 def move_costs(machine, steps, weights=None):

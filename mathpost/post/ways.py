@@ -252,7 +252,7 @@ def refuse_nonsense(lean, clearance):
         raise InputError("clearance", "mm above 0", repr(clearance))
 
 
-def table(region, ways):
+def comparison(region, ways):
     """Yield the lines of a table that compares the ways through a singular region."""
     yield f"singular region, records {region[0] + 1} to {region[1] + 1}"
     per = "rec" if any(way.per_record for way in ways) else "s"

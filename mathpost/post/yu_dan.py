@@ -3,7 +3,7 @@
 import numpy as np
 
 from mathpost.errors import InputError, ReachError
-from mathpost.post.travel import TRAVEL_TOLERANCE, TURN, all_within, out_of_travel
+from mathpost.post.travel import TURN, all_within, out_of_travel, within_travel
 
 
 def choose(kin, cl, prefer):
@@ -47,7 +47,7 @@ def _branches(kin, cl, solution, prefer):
     near, far = sorted(np.abs(kin.machine.limits[kin.symbols.index(inner)]))
     signs, before = [], 0.0
     for record, tilt in enumerate(np.abs(solution).tolist()):
-        if not tilt <= far + TRAVEL_TOLERANCE:  # case (1), and out of reach
+        if not within_travel(tilt, 0.0, far):  # case (1), and out of reach
             raise ReachError(f"{cl.where(record)}: |{inner}| {np.degrees(tilt):.3f}° is outside travel, case (1)")
         sign = prefer  # case (2), equation (5)
         if tilt <= near:  # case (3): the smaller step

@@ -2,10 +2,10 @@
 
 import argparse
 
-from tests.benchmarks import growth, kinematics, lessons, pipeline, startup
+from tests.benchmarks import growth, kinematics, lessons, live, pipeline, startup
 from tests.benchmarks.timing import computer
 
-PARTS = {part.__name__.rpartition(".")[2]: part for part in (kinematics, startup, pipeline, growth, lessons)}
+PARTS = {part.__name__.rpartition(".")[2]: part for part in (kinematics, startup, pipeline, growth, lessons, live)}
 
 
 def main():

@@ -22,8 +22,8 @@ def run():
     nothing = fresh("pass")
     row("import mathpost", fresh("import mathpost") - nothing, 0.1, "1 s")
     row(
-        "import mathpost.post.postprocess, sympy included",
-        fresh("import mathpost.post.postprocess") - nothing,
+        "import mathpost.post, sympy included",
+        fresh("import mathpost.post") - nothing,
         None,
         "1 s",
     )

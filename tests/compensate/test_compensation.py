@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 
 from mathpost import machine
-from mathpost.compensate import machine_errors
-from mathpost.compensate.calibrated import CalibratedKinematics
-from mathpost.compensate.compensation import Compensator, total_differential
-from mathpost.compensate.error_model import ErrorModel, Structure
-from mathpost.compensate.machine_errors import MachineErrors
+from mathpost.compensate.compensation import CalibratedKinematics, Compensator, total_differential
+from mathpost.compensate.model import ErrorModel, MachineErrors, Structure, constant_errors, read_errors
 from mathpost.kinematics import Kinematics
 
 ARCSEC = np.rad2deg(1) * 3600
@@ -16,7 +13,7 @@ ARCSEC = np.rad2deg(1) * 3600
 
 @pytest.fixture(scope="module")
 def two_tables():
-    errors = machine_errors.load("data/errors/bohez.toml", machine.load("data/errors/bohez_machine.toml"))
+    errors = read_errors("data/errors/bohez.toml", machine.load("data/errors/bohez_machine.toml"))
     return Compensator(errors)
 
 
@@ -88,17 +85,17 @@ def test_there_it_is_limited_and_said(two_tables):
     assert result.after.tip < 1e-4 < result.before.tip
     assert result.after.axis < result.before.axis
     assert np.abs(result.joints - at(0.01))[3:].max() <= np.sqrt(2) * two_tables.max_turn
-    assert "1 of 1 points stand too near the singular position" in result.report()
+    assert "1 of 1 points stand too near the singular position" in str(result)
 
 
 def test_without_a_limit_it_is_refused_and_said(two_tables):
-    unlimited = Compensator(machine_errors.constant_only(two_tables.errors.machine, {}), max_turn=np.inf)
+    unlimited = Compensator(constant_errors(two_tables.errors.machine, {}), max_turn=np.inf)
     unlimited = unlimited.with_drift(two_tables.errors.constant)
     result = unlimited.compensate([at(35), at(0.01)])
     assert result.refused.tolist() == [False, True]
     np.testing.assert_array_equal(result.joints[1], at(0.01))
     assert result.after.tip[1] == result.before.tip[1]
-    assert "1 of 2 points stay as programmed" in result.report()
+    assert "1 of 2 points stay as programmed" in str(result)
 
 
 def test_constants_are_taken_out_exactly(two_tables):
@@ -147,7 +144,7 @@ def test_a_path_through_the_pole_has_no_jump(two_tables):
 @pytest.mark.parametrize("group", ["constant", "drift"])
 @pytest.mark.parametrize("tilt", [35, 0.01, 0])
 def test_an_axis_own_error_is_taken_out_by_that_axis_whatever_its_size(two_tables, group, tilt):
-    errors = machine_errors.constant_only(two_tables.errors.machine, {"ECC": 5e-3, "EAA": -4e-3}).constant
+    errors = constant_errors(two_tables.errors.machine, {"ECC": 5e-3, "EAA": -4e-3}).constant
     none = np.zeros(33)
     both = {"constant": none} | {group: errors}
     compensator = Compensator(MachineErrors(two_tables.errors.machine, two_tables.model.structure, **both))
@@ -158,7 +155,7 @@ def test_an_axis_own_error_is_taken_out_by_that_axis_whatever_its_size(two_table
 
 
 def test_great_errors_away_from_the_singular_position_are_not_limited(two_tables):
-    errors = machine_errors.constant_only(two_tables.errors.machine, {"EBC": 3e-3, "EAC": 2e-3})
+    errors = constant_errors(two_tables.errors.machine, {"EBC": 3e-3, "EAC": 2e-3})
     result = Compensator(errors).compensate(at(35))
     assert not result.limited and result.after.tip < 1e-9
 

@@ -5,7 +5,7 @@ import pytest
 
 from mathpost import machine
 from mathpost.compensate.drift import Tracker
-from mathpost.compensate.error_model import ErrorModel
+from mathpost.compensate.model import ErrorModel
 from mathpost.errors import InputError
 
 NAMES = ("EYA", "EZA", "EXC", "EYC", "ECC")

@@ -9,7 +9,7 @@ from mathpost.measure import horizontal_head
 HEAD = "data/measurements/five_face_head.csv"
 VIEWS = {
     "datum": lambda root: views.datum_after_rotation((0, -200, -850), (-350, 0, -900), (-300, -250, -600)),
-    "head": lambda root: views.five_face_head(horizontal_head.fit(horizontal_head.load(root / HEAD))),
+    "head": lambda root: views.five_face_head(horizontal_head.fit_head(horizontal_head.read_head(root / HEAD))),
     "centre": lambda root: views.rotation_centre(Rotary("C", "workpiece", (0, 0, -1), (0, 0, 0))),
     "rtcp": lambda root: views.rtcp_zero(),
 }

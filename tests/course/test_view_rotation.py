@@ -27,9 +27,11 @@ def trunnion():
 
 def test_turned_point():
     view = view_rotation.turned_point((3, 4, 5))
-    assert "x' = -1.224744, y' = 0.707107, z' = 6.928203" in view.numbers.value
-    assert "active elements: -4.490731, 4.949747, 2.309402" in view.numbers.value
-    assert to_both_ends(view) >= 4  # −180 and 180 look alike
+    assert "x' = -1.224744, y' = 0.707107, z' = 6.928203" in repr(view)
+    assert "active elements: -4.490731, 4.949747, 2.309402" in repr(view)
+    (stairs,) = [line for line in view.scenes[0].lines if line.name]
+    assert view.places[0]["turned"][:3, :3] @ stairs.parts[0][-1] == pytest.approx([3, 4, 5])
+    assert view.state["sliders"][1]["value"] == 54.7356
 
 
 def test_notations_say_where_they_lock():
@@ -52,11 +54,12 @@ def test_third_angle_clears_the_wall(trunnion, k, expected):
 
 def test_carried_shows_the_tool_axis(kin):
     view = view_rotation.carried(kin.machine)
-    angles = [view.sliders[rotary.name].value for rotary in kin.machine.rotary]
-    workpiece, tool = machine_frames(kin.machine, [0, 0, 0, *angles], degrees=True)
+    angles = {slider["name"]: slider["value"] for slider in view.state["sliders"]}
+    joints = [0, 0, 0, *(angles[rotary.name] for rotary in kin.machine.rotary)]
+    workpiece, tool = machine_frames(kin.machine, joints, degrees=True)
     x, y, z = (workpiece.inverse() @ tool).z
-    assert f"({x:z.4f}, {y:z.4f}, {z:z.4f})" in view.numbers.value
-    assert to_both_ends(view) >= 4  # −180 and 180 look alike
+    assert f"sense 1: tool axis in the workpiece ({x:z.4f}, {y:z.4f}, {z:z.4f})" in repr(view)
+    assert view.places[0]["workpiece"][:3, :3] == pytest.approx(workpiece.rotation)
 
 
 def test_a_view_keeps_its_picture_for_readers_without_a_kernel():

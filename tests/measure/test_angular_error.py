@@ -47,7 +47,9 @@ def test_an_offset_of_the_encoder_changes_no_range(example):
 
 
 def test_a_compensated_axis_arrives(example):
-    error = spline.through_all(angular_error.load(DATA / "measurements/angular_error.csv").points(endless=True))
+    error = spline.through_all(
+        angular_error.read_runs(DATA / "measurements/angular_error.csv").points(endless=True)
+    )
     targets = np.arange(0, 360, 2.5)
     commands = angular_error.commands(error, targets)
     arrival = commands + error(commands) / 3600
@@ -92,7 +94,9 @@ def test_two_directions_make_two_cec_tables(example):
 
 
 def test_the_straight_lines_of_a_control_want_enough_entries():
-    error = spline.through_all(angular_error.load(DATA / "measurements/angular_error.csv").points(endless=True))
+    error = spline.through_all(
+        angular_error.read_runs(DATA / "measurements/angular_error.csv").points(endless=True)
+    )
     coarse, fine = (angular_error.between_entries(error, step) for step in (10, 5))
     assert 0.1 < fine < coarse / 3
 
@@ -113,7 +117,7 @@ def test_files_that_are_refused(tmp_path, text, message):
     path = tmp_path / "runs.csv"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=message):
-        angular_error.load(path)
+        angular_error.read_runs(path)
 
 
 def test_arrays_that_are_refused():

@@ -16,7 +16,7 @@ OFFSET, POINT = (1000, 500, 300), (10, 20, 30)
 
 @pytest.fixture(scope="module")
 def head():
-    return horizontal_head.load(CSV)
+    return horizontal_head.read_head(CSV)
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_an_unlisted_angle_is_an_error(head, angle):
 
 
 def test_what_falling_through_to_turn0_costs_at_45(head):
-    predicted = horizontal_head.fit(head).head().vector(45)
+    predicted = horizontal_head.fit_head(head).head().vector(45)
     np.testing.assert_allclose(predicted, (267.988, -267.902, 533.481), atol=6e-4)
     assert np.linalg.norm(predicted - head.vector(0)) == pytest.approx(290, abs=1)
 
@@ -78,7 +78,7 @@ def test_the_sign_flip_rule(head):
 
 
 def test_the_model_of_the_printed_head(head):
-    fitted = horizontal_head.fit(head)
+    fitted = horizontal_head.fit_head(head)
     expected = {"cx": 0.070, "cy": 0.037, "a": 378.9085, "b": -0.015, "d": 533.4355, "e": 0.0325, "f": 0.0325}
     np.testing.assert_allclose([fitted.estimate[name] for name in expected], list(expected.values()), atol=6e-4)
     assert np.abs(fitted.residuals).max() <= 0.025 + 1e-9 and fitted.estimate.spare == 5
@@ -103,7 +103,7 @@ def test_any_head_is_recovered_from_four_positions(sense, zero):
         ]
     )
     measured = Head((0.0, 90.0, 180.0, 270.0), vectors[::36], sense, zero)
-    fitted = horizontal_head.fit(measured)
+    fitted = horizontal_head.fit_head(measured)
     np.testing.assert_allclose(fitted.head().vectors, vectors, atol=1e-9)
     assert fitted.tilt == pytest.approx(np.hypot(*tilt) / np.hypot(a, b))
     for angle, vector in zip(measured.angles, measured.vectors, strict=True):
@@ -113,8 +113,8 @@ def test_any_head_is_recovered_from_four_positions(sense, zero):
 def test_three_positions_are_needed(head):
     two = Head(head.angles[:2], head.vectors[:2])
     with pytest.raises(InputError, match=r"tell d and e and f apart \(one position more or"):
-        horizontal_head.fit(two)
-    assert horizontal_head.fit(Head(head.angles[:3], head.vectors[:3])).estimate.spare == 2
+        horizontal_head.fit_head(two)
+    assert horizontal_head.fit_head(Head(head.angles[:3], head.vectors[:3])).estimate.spare == 2
 
 
 @pytest.mark.parametrize(
@@ -141,16 +141,16 @@ def test_faulty_tables(tmp_path, rows, options, message):
     path = tmp_path / "head.csv"
     path.write_text("# source: a test\nangle,x,y,z\n" + rows)
     with pytest.raises(InputError) as error:
-        horizontal_head.load(path, **options)
+        horizontal_head.read_head(path, **options)
     assert message in str(error.value)
 
 
 def test_the_same_table_counted_anticlockwise_loads_with_its_sense(tmp_path):
     path = tmp_path / "head.csv"
     path.write_text("angle,x,y,z\n0,378.97,0.04,533\n90,0.06,378.873,533\n")
-    assert horizontal_head.load(path, sense=1).frame(90)[:, 2] == pytest.approx([0, 1, 0])
+    assert horizontal_head.read_head(path, sense=1).frame(90)[:, 2] == pytest.approx([0, 1, 0])
 
 
 def test_step_must_divide_the_turn(head):
     with pytest.raises(InputError, match="step: expected a whole fraction of 360°, found 7"):
-        horizontal_head.fit(head).head(step=7)
+        horizontal_head.fit_head(head).head(step=7)

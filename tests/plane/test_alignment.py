@@ -303,7 +303,7 @@ def test_bad_input(call, message):
         call(align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, AC))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(machines(), st.integers(0, 2**32 - 1))
 def test_any_machine_stands_on_the_plane(model, seed):
     kin = Kinematics(model)

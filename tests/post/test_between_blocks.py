@@ -16,6 +16,7 @@ from mathpost.post.between_blocks import (
     from_arc,
     largest,
     levers,
+    sampled,
 )
 
 
@@ -82,27 +83,29 @@ def test_no_move_strays_beyond_its_bound(kin, turn, off):
 
 
 @pytest.mark.parametrize(("turn", "off"), SIZES)
-def test_the_largest_is_that_of_all_moves(kin, turn, off, monkeypatch):
-    looked = []
-    monkeypatch.setattr(module, "blocks", lambda shape: rotation_blocks(shape, 50))
-    monkeypatch.setattr(
-        module, "deviation", lambda kin, *ends, **more: looked.append(len(ends[0])) or deviation(kin, *ends, **more)
-    )
+def test_the_largest_is_that_of_all_moves(kin, turn, off):
     for seed in range(5):
         joints, tips, axes, reached = paths(kin, seed, turn, off)
-        counted = np.random.default_rng(seed).random((2, len(joints) - 1)) < 0.9
-        expected = np.where(counted, of_all(kin, joints, tips, axes), -1)
-        for ideal in (True, False):
-            looked.clear()
-            errors, moves = largest(kin, joints, tips, axes, reached, counted, ideal=ideal)
-            np.testing.assert_allclose(errors, expected.max(axis=1), rtol=1e-12)
-            np.testing.assert_array_equal(moves, expected.argmax(axis=1))
-            assert (sum(looked) < counted.sum()) == ideal
+        expected = of_all(kin, joints, tips, axes)
+        most = bounds(kin.machine, joints, tips, axes, reached)
+        most[np.random.default_rng(seed).random(most.shape) < 0.1] = -1
+        for kind, path in enumerate((tips, axes)):
+            wanted = np.where(most[kind] < 0, 0, expected[kind])
+            for known in (most[kind], np.where(most[kind] < 0, -1, np.inf)):
+                error, move = largest(kind, kin, joints, path, known.copy())
+                assert (error, move) == (pytest.approx(wanted.max(), rel=1e-12), wanted.argmax())
 
 
-def rotation_blocks(shape, size):
-    """Slices of the first axis, small ones."""
-    return (slice(first, min(first + size, shape[0])) for first in range(0, shape[0], size))
+def test_few_moves_are_looked_at(dmu50v, monkeypatch):
+    joints, tips, axes, reached = paths(dmu50v, 1, 0.01, 1e-3)
+    most, looked = bounds(dmu50v.machine, joints, tips, axes, reached), []
+    monkeypatch.setattr(
+        module,
+        "sampled",
+        lambda kin, start, *rest, **more: looked.append(len(start)) or sampled(kin, start, *rest, **more),
+    )
+    largest(0, dmu50v, joints, tips, most[0])
+    assert len(joints) == 400 and len(looked) == 2 and sum(looked) < 100
 
 
 def test_how_high_a_parabola_rises_above_its_samples():
@@ -110,6 +113,12 @@ def test_how_high_a_parabola_rises_above_its_samples():
     values[:, 0] = 0, 1, 1
     peak = module._peak(values)
     assert (peak <= CREST * values.max(axis=0) * (1 + 1e-12)).all() and peak[0] == pytest.approx(CREST)
+
+
+def test_no_moves_counted(dmu50v):
+    joints, tips, *_ = paths(dmu50v, 1, 0.01, 1e-3)
+    assert largest(0, dmu50v, joints, tips, np.full(len(joints) - 1, -1.0)) == (0, 0)
+    assert largest(0, dmu50v, joints[:1], tips[:1], np.empty(0)) == (0, -1)
 
 
 unit_vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.linalg.norm(v) > 0.1)

@@ -5,9 +5,7 @@ import pytest
 
 from mathpost import machine, post
 from mathpost.__main__ import main
-from mathpost.compensate import machine_errors
-from mathpost.compensate.error_model import ErrorModel, Structure
-from mathpost.compensate.machine_errors import MachineErrors
+from mathpost.compensate.model import ErrorModel, MachineErrors, Structure, error_names, read_errors
 from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
@@ -21,7 +19,7 @@ BLADE, TRUNNION, ERRORS = (
 
 @pytest.fixture(scope="module")
 def calibrated():
-    return machine_errors.load(ERRORS, machine.load(TRUNNION))
+    return read_errors(ERRORS, machine.load(TRUNNION))
 
 
 def missed(result, cl, errors, dialect, tcp):
@@ -53,7 +51,7 @@ def test_the_blade_on_a_calibrated_trunnion(blade, calibrated, dialect, tcp):
 @pytest.mark.parametrize("name", ["dmu50v", "head_b_table_c", "nutating_head"])
 def test_any_machine(name):
     kin, rng = Kinematics(machine.load(DATA / f"machines/{name}.toml")), np.random.default_rng(21)
-    lengths = np.array([name[1] in "XYZ" for name in machine_errors.names(kin.machine)])
+    lengths = np.array([name[1] in "XYZ" for name in error_names(kin.machine)])
     drawn = rng.normal(size=33) * np.where(lengths, 0.02, 5e-5)
     errors = MachineErrors(kin.machine, Structure("Y", "XZ"), drawn / 2, drift=drawn / 2)
     along = np.linspace(0, 1, 6)[:, None]
@@ -85,7 +83,7 @@ def test_a_path_beyond_the_measured_travel(blade, calibrated, tmp_path):
     (tmp_path / "x.csv").write_text("position,EXX\n0,0\n55,3\n", encoding="utf-8")
     toml = 'name = "n"\nsource = "s"\n[[table]]\njoint = "X"\nfile = "x.csv"\n'
     (tmp_path / "errors.toml").write_text(toml, encoding="utf-8")
-    errors = machine_errors.load(tmp_path / "errors.toml", calibrated.machine)
+    errors = read_errors(tmp_path / "errors.toml", calibrated.machine)
     with pytest.raises(ReachError, match="X: .* was not measured: 0 to 55 was"):
         post.run(blade, calibrated.machine, errors=errors)
 

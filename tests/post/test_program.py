@@ -290,7 +290,8 @@ def test_moves_of_all_kinds_are_written_and_read(dialect, count, seed, tcp):
     back, timed = program.read(whole, DMU, dialect), ~(written.rapid | np.isnan(written.seconds))
     np.testing.assert_array_equal(back.words, written.words)
     np.testing.assert_array_equal(back.rapid, written.rapid)
-    np.testing.assert_allclose(back.seconds[timed], np.maximum(written.seconds[timed], 1e-3), atol=6e-4, rtol=1e-3)
+    longer = back.seconds[timed] / np.maximum(written.seconds[timed], 1e-3)  # no block is faster than it may be
+    assert (longer > 1 - 1e-9).all() and (back.seconds[timed] - written.seconds[timed] < 1.1e-3).all()
     stated = ~(timed | np.isnan(written.feeds))
     np.testing.assert_allclose(back.feeds[stated], written.feeds[stated], atol=5e-4)
     assert all(f"{remark}" in whole for _, remark in written.remarks)

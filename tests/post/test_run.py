@@ -99,7 +99,7 @@ def test_remarks_become_comments(dmu50v):
     cl = cldata.parse("SPINDL/3000,RPM,CLW\nGOTO/1,2,3,0,0,1\nCOOLNT/ON\nGOTO/2,2,3,0.1,0,0.994987\nFINI\n")
     lines = post.run(cl, dmu50v.machine).program.splitlines()
     kinds = [re.sub(r"^\d+ ", "", line).split()[0] for line in lines]
-    assert kinds[:4] == ["BEGIN", ";", "L", ";"] and kinds[-2:] == [";", "END"]
+    assert kinds[:5] == ["BEGIN", "TOOL", "M3", "L", "M8"] and kinds[-2:] == [";", "END"]
 
 
 def test_tool_length_and_origin_matter(blade):
@@ -114,17 +114,22 @@ def test_tool_length_and_origin_matter(blade):
 
 @settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
 @given(
-    any_machine=machines(), seed=st.integers(0, 10**6), step=st.sampled_from([0.003, 0.1, 1.0]), tcp=st.booleans()
+    any_machine=machines(),
+    seed=st.integers(0, 10**6),
+    step=st.sampled_from([0.003, 0.1, 1.0]),
+    tcp=st.booleans(),
+    singular=st.sampled_from(["direct", "other branch", "linear", "cubic", "aside"]),
+    rapid=st.sampled_from([0, 0.3]),
 )
-def test_any_machine_any_path(any_machine, seed, step, tcp):
+def test_any_machine_any_path(any_machine, seed, step, tcp, singular, rapid):
     """The verified program reproduces the CL data within its stated error, or a clear error is raised."""
     kin, rng = Kinematics(any_machine), np.random.default_rng(seed)
     joints = np.cumsum(rng.normal(size=(8, 5)) * [5, 5, 5, step, step], axis=0)
     joints[:, 3:] += rng.uniform(-3, 3, 2)
-    cl = cldata.from_arrays(*kin.forward(joints), feed=1000)
+    cl = replace(cldata.from_arrays(*kin.forward(joints), feed=1000), rapid=rng.random(8) < rapid)
     dialect = list(program.DIALECTS)[seed % 3]
     try:
-        result = post.run(cl, any_machine, dialect=dialect, tcp=tcp, tolerance=0.02)
+        result = post.run(cl, any_machine, dialect=dialect, tcp=tcp, tolerance=0.02, singular=singular)
     except MathpostError as error:
         assert len(str(error)) > 20
         return
@@ -154,11 +159,64 @@ def test_verification_notices_a_changed_digit(dmu50v, blade):
 
 @pytest.mark.parametrize(
     "change",
-    [{"dialect": "mazak"}, {"singular": "paper cubic"}, {"tolerance": 0}, {"tolerance": 1e-6}, {"strategy": "?"}],
+    [
+        {"dialect": "mazak"},
+        {"singular": "paper cubic"},
+        {"tolerance": 0},
+        {"tolerance": np.inf},
+        {"tolerance": 1e-6},
+        {"strategy": "?"},
+        {"cone": 0},
+        {"cone": np.nan},
+    ],
 )
 def test_wrong_options(dmu50v, blade, change):
     with pytest.raises(InputError, match=next(iter(change))):
         post.run(blade, dmu50v.machine, **change)
+
+
+def test_an_option_that_nobody_knows(dmu50v, blade):
+    with pytest.raises(TypeError, match="workers"):
+        post.run(blade, dmu50v.machine, workers=2)
+
+
+def test_stages_and_what_is_compared(dmu50v, blade):
+    stages = ["choosing", "planning", "writing", "reading back", "proving"]
+    seen = []
+    report = post.run(blade, dmu50v.machine, progress=seen.append).report
+    assert seen == stages and report.strategies == () and report.ways == {}
+    seen.clear()
+    report = post.run(blade, dmu50v.machine, progress=seen.append, compare=True).report
+    assert seen == [*stages, "comparing"] and list(report.ways) == [(1, 2)]
+    assert [row[0] for row in report.strategies] == ["optimal", "shortest", "paper"]
+    assert "paper clamped" in str(report)
+
+
+def test_records_that_repeat_the_one_before(dmu50v):
+    remark = "PPRINT/HERE IT WAITS\n"
+    first, second, third = (f"GOTO/{x},2,3,0,0,1\n" for x in (1, 4, 5))
+    cl = cldata.parse("FEDRAT/500\n" + first + remark + second * 30 + third + remark)
+    lines = post.run(cl, dmu50v.machine).program.splitlines()
+    assert [line.split()[1] for line in lines[1:-1]] == ["L", ";", "L", "L", ";"]
+    assert post.run(cl.part(0, 1), dmu50v.machine).report.worst_record == 1
+    assert post.run(cl.part(0, 1), dmu50v.machine, tcp=True).report.path_tip_error == 0
+
+
+def test_a_way_that_is_not_possible_is_named_with_its_records(dmu50v, blade):
+    with pytest.raises(ReachError, match=r"no way 'cubic' from record 2 to 3: a spline needs a record"):
+        post.run(blade.part(0, 3), dmu50v.machine, singular="cubic")
+
+
+def test_without_a_cone_the_feed_decides(dmu50v, twisted):
+    part = twisted.part(0, 300)
+    silent = replace(part, feeds=np.full(300, np.nan))
+    with pytest.raises(InputError, match="cone"):
+        post.run(silent, dmu50v.machine, cone=None)
+    half = replace(part, feeds=np.where(np.arange(300) < 150, np.nan, part.feeds))
+    # The first move with a feed goes to record 151; what no feed asks for is no region.
+    assert post.run(half, dmu50v.machine, cone=None).report.settings["singular"].startswith("records 150–")
+    quick = replace(part, feeds=1e4 * part.feeds)
+    assert post.run(quick, dmu50v.machine, cone=None).report.settings["singular"].startswith("records 1–300")
 
 
 class TestShell:

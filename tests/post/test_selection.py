@@ -11,8 +11,8 @@ import pytest
 from mathpost import machine
 from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
+from mathpost.post import bellman, selection, travel
 from mathpost.post import cl as cldata
-from mathpost.post import selection, travel
 from tests.conftest import DATA
 
 RATED = ["dmu50v", "ac_table", "nutating_head", "nutating_head_table"]
@@ -56,7 +56,7 @@ def test_optimal_equals_brute_force(name, rates):
         best = np.inf
         for picks in itertools.product(*choices):
             joints = found.joints[range(4), picks]
-            if (np.abs(np.diff(joints[:, 3:], axis=0)) <= selection.HALF_TURN).all():
+            if (np.abs(np.diff(joints[:, 3:], axis=0)) <= bellman.HALF_TURN).all():
                 best = min(best, travel.move_costs(kin.machine, np.diff(joints, axis=0)).sum())
         if np.isfinite(best):
             costs = {
@@ -171,6 +171,7 @@ def test_the_outer_axis_turns_while_the_tool_is_at_the_pole(kin):
     outer = kin.symbols.index(kin.inverse_symbolic.outer)
     leaning = chosen.joints[2:8, outer]
     assert np.degrees(np.ptp(leaning)) < 10
+    assert set(chosen.branch.tolist()) <= {0, 1}
     tip, axis = kin.forward(chosen.joints)
     np.testing.assert_allclose(tip, cl.points, atol=1e-9)
     np.testing.assert_allclose(axis, cl.axes, atol=1e-12)
@@ -201,8 +202,13 @@ def test_at_the_pole_the_outer_axis_may_take_the_angles_of_both_neighbours():
     assert len(found.table(1)) == 2 and len(found.table(2)) == 6
 
 
+@pytest.mark.parametrize("limits", [(-np.inf, 1.0), (-1.0, np.inf), (-np.inf, np.inf)])
+def test_an_axis_without_one_of_its_ends_has_one_winding(limits):
+    assert travel.windings(*limits).tolist() == [0]
+
+
 def test_near_the_pole_is_not_at_it():
-    kin, axes = limited("ac_table"), np.array([[0.1, 0, 1], [1e-9, 0, 1], [5e-11, 0, 1]])
+    kin, axes = limited("ac_table"), np.array([[0.1, 0, 1], [1.3e-10, 0, 1], [0.7e-10, 0, 1]])
     found = selection.candidates(kin, np.zeros((3, 3)), axes)
     assert (~np.isnan(found.joints[..., 4])).sum(axis=1).tolist() == [2, 2, 6]
 
@@ -286,7 +292,7 @@ def test_travel_has_a_tolerance(joint, end, beyond):
     limits[joint] = (joints[joint], 1000.0) if end == 0 else (-1000.0, joints[joint])
     axes = [replace(axis, limits=pair) for axis, pair in zip((*data.linear, *data.rotary), limits, strict=True)]
     joints[joint] += (1 if end else -1) * beyond * 1e-9
-    small = replace(data, linear=tuple(axes[:3]), rotary=tuple(axes[3:]))
+    small = replace(data, linear=tuple(axes[:3]), rotary=tuple(axes[3:]), limits_of="words")
     assert travel.all_within(small, joints) == (beyond < 1)
     assert travel.within_travel(joints, *small.limits.T).tolist() == [beyond < 1 or at != joint for at in range(5)]
     assert len(travel.out_of_travel(small, joints)) == (beyond > 1)
@@ -360,6 +366,7 @@ class TestPaper:
             ([150, 170, -170, -150], [150, 170, -170, -150]),  # equal steps: nothing happens
             ([150, 170, -175, -155], [150, -190, -175, -155]),  # the jump moves by one row
             ([150, 165, -175, -155], [150, 165, -175, -155]),
+            ([-170, -170, 170, -175], [-170, -170, -190, -175]),  # the last row but one is corrected, too
         ],
     )
     def test_c_rule_taken_literally(self, angles, expected):
@@ -566,13 +573,13 @@ def assert_same(found, expected):
 @pytest.mark.parametrize("name", MACHINES)
 def test_the_compiled_loop_chooses_as_the_loop_as_it_stands(name, strategy, monkeypatch):
     numba = pytest.importorskip("numba")
-    assert isinstance(selection._compiled(), numba.core.dispatcher.Dispatcher)
+    assert isinstance(bellman.compiled(), numba.core.dispatcher.Dispatcher)
     kin, rng = MACHINES[name], np.random.default_rng(11)
     for _ in range(40):
         cl, chosen_by = random_path(kin, rng), options(rng) | {"split": bool(rng.random() < 0.8)}
-        monkeypatch.setattr(selection, "LONG", np.inf)
+        monkeypatch.setattr(bellman, "LONG", np.inf)
         expected = outcome(lambda: selection.choose(kin, cl, strategy, **chosen_by))  # noqa: B023
-        monkeypatch.setattr(selection, "LONG", 0)
+        monkeypatch.setattr(bellman, "LONG", 0)
         assert_same(outcome(lambda: selection.choose(kin, cl, strategy, **chosen_by)), expected)  # noqa: B023
 
 
@@ -588,7 +595,7 @@ SHORT_PATH = """
 import numpy as np
 from mathpost import machine
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl, selection
+from mathpost.post import bellman, cl, selection
 kin, blade = Kinematics(machine.load("data/machines/ac_head.toml")), cl.read("data/cl/twisted_blade.cl")
 print(selection.choose(kin, blade.part(0, 40)).joints.sum().round(6), selection.choose(kin, blade.part(0, 40)).cost)
 """
@@ -600,7 +607,7 @@ def run_python(code):
 
 def test_without_numba_a_long_path_takes_the_loop_as_it_stands():
     blocked = "import sys; sys.modules['numba'] = None\n" + SHORT_PATH
-    long = "selection.LONG = 0; assert selection._loop(1) is selection.best_way\n"
+    long = "bellman.LONG = 0; assert bellman.loop(1) is bellman.best_way\n"
     without = run_python(blocked + long + SHORT_PATH)
     assert without[:2] == without[2:] == run_python(SHORT_PATH)
 
@@ -619,4 +626,4 @@ def test_a_loop_is_compiled_even_if_there_is_no_folder_to_keep_it_in(monkeypatch
         return lambda function: made.append(function) or function
 
     monkeypatch.setattr(numba, "njit", njit)
-    assert selection._compiled.__wrapped__() is selection.best_way and made == [selection.best_way]
+    assert bellman.compiled.__wrapped__() is bellman.best_way and made == [bellman.best_way]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mathpost import machine
-from mathpost.compensate import machine_errors
+from mathpost.compensate.model import constant_errors, error_names, read_errors
 from mathpost.errors import InputError, ReachError
 
 HEAD = 'name = "n"\nsource = "s"\n'
@@ -20,13 +20,13 @@ def load(tmp_path, trunnion):
     def load(toml, csv=""):
         (tmp_path / "errors.toml").write_text(HEAD + toml, encoding="utf-8")
         (tmp_path / "axis.csv").write_text(csv, encoding="utf-8")
-        return machine_errors.load(tmp_path / "errors.toml", trunnion)
+        return read_errors(tmp_path / "errors.toml", trunnion)
 
     return load
 
 
 def value(errors, name, joints):
-    return errors.at(joints)[..., machine_errors.names(errors.machine).index(name)]
+    return errors.at(joints)[..., error_names(errors.machine).index(name)]
 
 
 def test_units_constants_and_tables_add_up(load):
@@ -57,7 +57,7 @@ def test_a_slide_counts_from_the_machine_not_from_the_work_offset(load):
 
 def test_every_file_in_the_repository_belongs_to_a_machine():
     trunnion = machine.load("data/machines/ac_table.toml")
-    errors = machine_errors.load("data/errors/ac_table.toml", trunnion)
+    errors = read_errors("data/errors/ac_table.toml", trunnion)
     assert np.count_nonzero(errors.constant) == 11 and len(errors.tables) == 3
 
 
@@ -89,4 +89,4 @@ def test_files_that_are_refused(load, toml, csv, message):
 
 def test_constants_by_name(trunnion):
     with pytest.raises(InputError, match="'EXA'"):
-        machine_errors.constant_only(trunnion, {"EXA": 0.01})
+        constant_errors(trunnion, {"EXA": 0.01})

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost import machine
-from mathpost.compensate.error_model import ErrorModel, Structure, names, structure
+from mathpost.compensate.model import ErrorModel, Structure, error_names
 from mathpost.errors import InputError
 
 
@@ -80,7 +80,7 @@ def test_with_errors_it_is_the_stack_of_bodies(model):
 @pytest.mark.parametrize("code", ["w C A X b Y Z t", "w C A Y X b Z t", "w C A Z Y X b t", "w C A b Z X Y t"])
 def test_wherever_the_slides_stand(code):
     trunnion = machine.load("data/machines/ac_table.toml")
-    model = ErrorModel(trunnion, structure(code, trunnion))
+    model = ErrorModel(trunnion, Structure.parse(code, trunnion))
     rng = np.random.default_rng(3)
     errors = 50 * random_errors(rng, model)
     joints = random_joints(rng, model, 1)[0]
@@ -102,17 +102,17 @@ def test_derivatives_are_the_finite_differences(model):
 
 
 def test_the_names_are_thirty_and_three(model):
-    assert len(set(names(model.machine))) == 33
+    assert len(set(error_names(model.machine))) == 33
     assert sum(name.endswith(model.machine.joint_names[4]) for name in model.names) == 6
 
 
 def test_structure_codes():
     trunnion, head = (machine.load(f"data/machines/{name}.toml") for name in ("ac_table", "head_b_table_c"))
-    assert structure("w C A X b Y Z t", trunnion) == Structure("X", "YZ")
-    assert structure("w C A Y X b Z t", trunnion) == Structure("XY", "Z")  # from the bed outwards
-    assert structure("w C b X Y Z B t", head) == Structure()
+    assert Structure.parse("w C A X b Y Z t", trunnion) == Structure("X", "YZ")
+    assert Structure.parse("w C A Y X b Z t", trunnion) == Structure("XY", "Z")  # from the bed outwards
+    assert Structure.parse("w C b X Y Z B t", head) == Structure()
     for code in ("w A C b X Y Z t", "w C A b X Y t", "w C X A b Y Z t", "C A b X Y Z t", "w C A X Y Z t"):
         with pytest.raises(InputError, match=r"a code such as w C A b X Y Z t, found"):
-            structure(code, trunnion)
+            Structure.parse(code, trunnion)
     with pytest.raises(InputError, match=r"w C b X Y Z B t"):
-        structure("w C b X B Y Z t", head)
+        Structure.parse("w C b X B Y Z t", head)

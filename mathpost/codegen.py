@@ -1,0 +1,245 @@
+"""The derivation printed for other programs: a machine, or any sympy expressions, as JavaScript, C or LaTeX.
+
+`function` prints expressions as one function of an array, with what they have in common computed once. `machine`
+prints a machine as a file that stands alone: every body's place, forward, both inverse branches, the Jacobian.
+"""
+
+import re
+
+import sympy as sp
+from sympy.printing.c import C99CodePrinter
+from sympy.printing.jscode import JavascriptCodePrinter
+
+from mathpost import chain
+from mathpost.errors import InputError
+from mathpost.kinematics import ABOVE, AT_POLE, BELOW, REACH_TOLERANCE
+from mathpost.rotation import in_floats
+
+LANGUAGES = ("latex", "js", "c")
+
+
+def function(name, outputs, arguments, language="js"):
+    """Print expressions as the source of a function ``name(q, out)`` that reads one array and fills another.
+
+    Parameters
+    ----------
+    name : str
+    outputs : sequence of sympy expressions
+    arguments : sequence of sympy symbols
+        In the order in which they stand in the array `q`; any names.
+    language : str
+        ``"js"`` or ``"c"``. The JavaScript function also returns `out`, by default a new array.
+
+    Examples
+    --------
+    >>> x, y = sp.symbols("x y")
+    >>> print(function("turned", [sp.cos(x) * y, sp.sin(x) * y], [x, y], "c"))
+    static void turned(const double *q, double *out) {
+        const double q0 = q[0];
+        const double q1 = q[1];
+        out[0] = q1*cos(q0);
+        out[1] = q1*sin(q0);
+    }
+    """
+    named = dict(zip(arguments, sp.symbols(f"q:{len(arguments)}"), strict=True))
+    exact = [in_floats(sp.sympify(entry)).xreplace(named) for entry in outputs]
+    common, results = sp.cse(exact, symbols=sp.numbered_symbols("t"), optimizations="basic")
+    head, number, code = _DIALECTS[language]
+    used = set().union(*(entry.free_symbols for entry in exact)) if exact else set()
+    lines = [
+        f"    {number} {symbol} = q[{index}];" for index, symbol in enumerate(named.values()) if symbol in used
+    ]
+    lines += [f"    {number} {symbol} = {code(value)};" for symbol, value in common]
+    lines += [f"    out[{index}] = {code(value)};" for index, value in enumerate(results)]
+    return "\n".join([head.format(name=name), *lines, *(["    return out;"] if language == "js" else []), "}"])
+
+
+class _Doubles:
+    """Constants with all digits of a double, squares as products."""
+
+    def _print_Float(self, number):
+        return repr(float(number))
+
+    def _print_Pow(self, power):
+        if power.exp == 2 and power.base.is_Symbol:
+            return f"{power.base}*{power.base}"
+        return super()._print_Pow(power)
+
+
+class _JavaScript(_Doubles, JavascriptCodePrinter):
+    pass
+
+
+class _C(_Doubles, C99CodePrinter):
+    pass
+
+
+_DIALECTS = {
+    "js": ("function {name}(q, out = []) {{", "const", _JavaScript().doprint),
+    "c": ("static void {name}(const double *q, double *out) {{", "const double", _C().doprint),
+}
+
+
+def machine(kin, language):
+    """Print a machine as a file that stands alone.
+
+    Parameters
+    ----------
+    kin : Kinematics
+    language : str
+        One of `LANGUAGES`. JavaScript: an ES module that exports ``bodies``, ``places``, ``forward``, ``jacobian``,
+        ``close`` and ``inverse``. C: the same functions, C99. LaTeX: an article with the formulas. The header of
+        the file says what goes in and out.
+
+    Raises
+    ------
+    InputError
+        If the language is none of them.
+
+    Examples
+    --------
+    >>> from mathpost import machine as file
+    >>> from mathpost.kinematics import Kinematics
+    >>> print(machine(Kinematics(file.load("data/machines/ac_table.toml")), "c").splitlines()[0])
+    /* Trunnion, A carries C (table-table). Printed by mathpost from its symbolic derivation.
+    """
+    if language not in LANGUAGES:
+        raise InputError("language", " or ".join(LANGUAGES), repr(language))
+    if language == "latex":
+        return _latex(kin)
+    comment = "\n".join(
+        (f"/* {_title(kin)}. Printed by mathpost from its symbolic derivation.", *_header(kin), " */")
+    )
+    if language == "js":
+        return f"{comment}\n{body(kin)}\nexport {{ {', '.join(EXPORTS)} }};\n"
+    derived = kin.inverse_symbolic
+    outer, inner = kin.symbols.index(derived.outer), kin.symbols.index(derived.inner)
+    functions = "\n\n".join(function(name, *pair, "c") for name, pair in _functions(kin).items())
+    glue = _C_INVERSE.format(outer=outer, inner=inner, tolerance=REACH_TOLERANCE, pole=AT_POLE)
+    public = re.sub(r"static (void (?:places|forward|jacobian|close_loop)\()", r"\1", functions)
+    return f"{comment}\n#include <math.h>\n\n{public}\n{glue}"
+
+
+EXPORTS = ("bodies", "places", "forward", "jacobian", "close", "inverse")
+
+
+def body(kin, *, jacobian=True):
+    """Print a machine as JavaScript without exports, to stand inside of a page: it defines the `EXPORTS`."""
+    derived = kin.inverse_symbolic
+    outer, inner = kin.symbols.index(derived.outer), kin.symbols.index(derived.inner)
+    wanted = {name: pair for name, pair in _functions(kin).items() if jacobian or name != "jacobian"}
+    functions = "\n\n".join(function(name, *pair) for name, pair in wanted.items())
+    names = ", ".join(f'"{name}"' for name, _ in chain.bodies(kin.machine))
+    glue = _JS_INVERSE.format(outer=outer, inner=inner, tolerance=REACH_TOLERANCE, pole=AT_POLE)
+    return f"const bodies = [{names}];\n\n{functions}\n{glue}"
+
+
+def _functions(kin):
+    """What both languages compute: name to outputs and arguments."""
+    derived, matrix = kin.inverse_symbolic, kin.forward_symbolic()
+    pose = [*matrix[:3, 3], *matrix[:3, 2]]
+    slopes = sp.Matrix(pose).jacobian(kin.symbols)
+    places = [entry for _, place in chain.bodies(kin.machine) for entry in place[:3, :]]
+    return {
+        "places": (places, kin.symbols),
+        "forward": (pose, kin.symbols),
+        "jacobian": (list(slopes), kin.symbols),
+        "close_loop": (derived.linear, (*derived.tip, *kin.symbols[3:])),
+        "reach": ((derived.below, derived.above), derived.axis),
+        "inner_angles": (derived.solutions, (BELOW, ABOVE)),
+        "outer_turn": (derived.turn, (*derived.axis, derived.inner)),
+    }
+
+
+def _title(kin):
+    name = re.sub(r"[^\w ,.()+-]|_", " ", kin.machine.name)  # nothing that could end a comment
+    return f"{name} ({kin.machine.arrangement})"
+
+
+def _header(kin):
+    joints, derived = ", ".join(kin.machine.joint_names), kin.inverse_symbolic
+    bodies = ", ".join(name for name, _ in chain.bodies(kin.machine))
+    return (
+        f" * q: the joints {joints}; mm and radians. A pose: tool tip x, y, z (mm) and tool axis i, j, k, a unit",
+        " * vector from the tip towards the spindle, both in the workpiece.",
+        f" * places    q -> three rows of four numbers for each body: {bodies}; machine_from_body.",
+        " * forward   q -> x, y, z, i, j, k.",
+        " * jacobian  q -> 6 rows of 5 numbers: the derivatives of the pose with respect to the joints.",
+        " * close     tip and the two rotary angles -> X, Y, Z that put the tip there (C: close_loop).",
+        " * inverse   tip and tool axis (of any length) -> the joints of both branches, angles in (-pi, pi].",
+        f" *           Inner angle {derived.inner}, outer angle {derived.outer}: 0 at the pole, where any fits.",
+        " *           null (C: the result 0 instead of 2) out of reach. Travel is not looked at.",
+    )
+
+
+_JS_INVERSE = """
+const close = (tip, rotary) => close_loop([...tip, ...rotary]);
+
+function inverse(tip, axis) {{
+    const n = axis.map((x) => x / Math.hypot(...axis)), [below, above] = reach(n);
+    if (!(below >= -{tolerance} && above >= -{tolerance})) return null;
+    return inner_angles([Math.max(below, 0), Math.max(above, 0)]).map((angle) => {{
+        const q = [0, 0, 0, 0, 0], [rise, run] = outer_turn([...n, angle]);
+        q[{inner}] = angle > Math.PI ? angle - 2 * Math.PI : angle <= -Math.PI ? angle + 2 * Math.PI : angle;
+        q[{outer}] = rise * rise + run * run < {pole} ? 0 : Math.atan2(rise + 0, run);
+        [q[0], q[1], q[2]] = close(tip, q.slice(3));
+        return q;
+    }});
+}}
+"""
+_C_INVERSE = """
+int inverse(const double tip[3], const double axis[3], double q[2][5]) {{
+    const double pi = 3.14159265358979323846, length = sqrt(axis[0]*axis[0] + axis[1]*axis[1] + axis[2]*axis[2]);
+    double turn[4] = {{axis[0]/length, axis[1]/length, axis[2]/length, 0}}, r[2], angle[2], s[2];
+    reach(turn, r);
+    if (!(r[0] >= -{tolerance} && r[1] >= -{tolerance})) return 0;
+    r[0] = fmax(r[0], 0);
+    r[1] = fmax(r[1], 0);
+    inner_angles(r, angle);
+    for (int branch = 0; branch < 2; branch++) {{
+        double *const joints = q[branch];
+        turn[3] = angle[branch];
+        outer_turn(turn, s);
+        joints[{inner}] = turn[3] > pi ? turn[3] - 2*pi : turn[3] <= -pi ? turn[3] + 2*pi : turn[3];
+        joints[{outer}] = s[0]*s[0] + s[1]*s[1] < {pole} ? 0 : atan2(s[0] + 0.0, s[1]);
+        const double closing[5] = {{tip[0], tip[1], tip[2], joints[3], joints[4]}};
+        close_loop(closing, joints);
+    }}
+    return 2;
+}}
+"""
+
+
+def _latex(kin):
+    """An article: the links, the pose with its Jacobian, and the inverse."""
+    derived, functions = kin.inverse_symbolic, _functions(kin)
+    written = {"forward": ["x", "y", "z", "i", "j", "k"]}
+    names = kin.machine.joint_names
+    written["jacobian"] = [rf"\partial {p}/\partial {q}" for p in written["forward"] for q in names]
+    links = [(rf"\text{{{link.name}}}", link.matrix) for link in kin.links()]
+    inverse = [("r_{-}", derived.below), ("r_{+}", derived.above)]
+    inverse += [(rf"{sp.latex(derived.inner)}_{{{n}}}", angle) for n, angle in enumerate(derived.solutions, 1)]
+    rise, run = map(sp.latex, derived.turn)
+    inverse += [(sp.latex(derived.outer), sp.Symbol(rf"\operatorname{{atan2}}\left({rise},\ {run}\right)"))]
+    inverse += list(zip("XYZ", derived.linear, strict=True))
+    sections = [
+        ("The links, from the workpiece to the tool", links),
+        ("Forward: tip x y z and tool axis i j k", _shared(written["forward"], *functions["forward"])),
+        ("Jacobian of the pose", _shared(written["jacobian"], *functions["jacobian"])),
+        (f"Inverse: {derived.inner} on both branches, then {derived.outer}, then X Y Z", inverse),
+    ]
+    lines = [rf"% {line.strip(' *')}" for line in (_title(kin), *_header(kin))]
+    lines += [r"\documentclass{article}", r"\usepackage{amsmath}", r"\begin{document}"]
+    lines += [rf"\section*{{{_title(kin)}}}", "Lengths in mm, angles in radians."]
+    for title, formulas in sections:
+        lines += [rf"\subsection*{{{title}}}"]
+        lines += [rf"\[ {name} = {sp.latex(value)} \]" for name, value in formulas]
+    return "\n".join([*lines, r"\end{document}", ""])
+
+
+def _shared(names, outputs, arguments):
+    """Pairs of name and expression, the common parts first as t_0, t_1, …"""
+    common, results = sp.cse(list(outputs), symbols=sp.numbered_symbols("t_"), optimizations="basic")
+    return [(str(symbol).replace("t_", "t_{") + "}", value) for symbol, value in common] + list(
+        zip(names, results, strict=True)
+    )

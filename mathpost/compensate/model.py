@@ -1,0 +1,435 @@
+"""The errors of a machine: in its chain as symbols, and measured ones as figures from a TOML file.
+
+Between each joint's body and the one before it stands an *error frame*: a small displacement, turned by the roll,
+pitch and yaw of the carried body. Six errors for each of the five joints and three squareness errors make 33
+symbols. A calibration gives each of them a constant, a table over the joint's position, or both: 30 functions, 3
+squareness constants and 2 × 4 location constants of the rotary axes are the usual count of 41.
+
+Errors are named as in ISO 230-1: E, the component (X Y Z displacements along, A B C rotations about, the machine's
+axes), the joint. EYX is the straightness of X along Y, ECC the angular positioning error of C. EC0Y, EB0Z and EA0Z
+turn the path of Y and Z out of square. All are seen in the body before the joint, at a rotary joint's `point` and
+at a slide's own place; all move the *carried* body, table or tool. Displacements are mm, rotations radians.
+
+Bohez (source 001) has two groups of errors. In a file those that do not depend on position stand under [constant];
+the others stand in tables, each over the position of one joint::
+
+    name = "…"
+    source = "…"
+    structure = "w C A b X Y Z t"     # where the slides stand; this is the default for an AC table
+
+    [constant]                        # µm and µrad
+    EXA = 10
+    EAA = 30
+
+    [[table]]
+    joint = "C"
+    file = "c_axis.csv"               # beside this file: the column position (degrees or mm), then ECC, EZC, …
+    endless = true                    # repeats after 360°; without it the errors end where the table ends
+    interpolation = "spline"          # or "linear"
+
+Positions of slides are machine coordinates: the programmed X Y Z plus the machine's work offset. The workpiece is
+taken to be where the ideal machine would have it: what probing it on the machine has taken out must be subtracted.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import sympy as sp
+
+from mathpost import chain
+from mathpost.errors import InputError, ReachError, as_array
+from mathpost.machine import Machine, TomlTable, read_toml
+from mathpost.measure import csv_table, spline
+from mathpost.rotation import ACTIVE, numeric
+
+COMPONENTS = "XYZABC"
+SQUARENESS = ("EC0Y", "EB0Z", "EA0Z")
+GREATEST = {"um": 5000, "urad": 20000}  # more than this is another unit, or no machine
+MARGIN = 0.1  # mm or degrees by which a corrected joint may leave its table
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Which slides carry the workpiece and which the tool, each from the bed outwards."""
+
+    workpiece: str = ""
+    tool: str = "XYZ"
+
+    @classmethod
+    def parse(cls, text, machine, where="structure"):
+        """Read a structure code such as "w C A X b Y Z t" (after ISO 10791): workpiece, bed b, tool t.
+
+        Raises
+        ------
+        InputError
+            If it does not name the machine's five joints once each, with the rotary ones where its file has them.
+
+        Examples
+        --------
+        >>> from mathpost import machine
+        >>> Structure.parse("w C A X b Y Z t", machine.load("data/machines/ac_table.toml"))
+        Structure(workpiece='X', tool='YZ')
+        """
+        words = text.split()
+        tables = [rotary.name for rotary in machine.rotary if rotary.carries == "workpiece"]
+        heads = [rotary.name for rotary in machine.rotary if rotary.carries == "tool"]
+        expected = f"a code such as {' '.join(['w', *reversed(tables), 'b X Y Z', *heads, 't'])}"
+        if sorted(words) != sorted(["w", "b", "t", *machine.joint_names]) or (words[0], words[-1]) != ("w", "t"):
+            raise InputError(where, expected, repr(text))
+        bed = words.index("b")
+        workpiece, tool = list(reversed(words[1:bed])), words[bed + 1 : -1]
+        slides = [len(workpiece) - len(tables), len(tool) - len(heads)]
+        if workpiece[slides[0] :] != tables or tool[slides[1] :] != heads:
+            raise InputError(where, expected, repr(text))
+        return cls("".join(workpiece[: slides[0]]), "".join(tool[: slides[1]]))
+
+
+DEFAULT = Structure()
+
+
+def error_names(machine):
+    """Names of the 33 errors: six for each joint in joint order, then squareness."""
+    return (*(f"E{component}{joint}" for joint in machine.joint_names for component in COMPONENTS), *SQUARENESS)
+
+
+class ErrorModel:
+    """The chain of a machine with its errors as symbols, its derivatives, and both compiled.
+
+    Parameters
+    ----------
+    machine : mathpost.machine.Machine
+    structure : Structure
+        Where the slides stand; by default the tool side carries X, then Y, then Z.
+
+    Attributes
+    ----------
+    joints : tuple of 5 sympy symbols
+    errors : tuple of 33 sympy symbols
+        In the order of `error_names`.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> model = ErrorModel(machine.load("data/machines/ac_table.toml"))
+    >>> [link.name for link in model.links()]
+    ['workpiece', 'C', 'error C', 'A', 'error A', 'X', 'error X', ..., 'programmed', 'tool']
+    >>> sp.Matrix(model.sensitivity("EXC"))[:3, 0].subs({model.joints[3]: 0})
+    Matrix([
+    [-cos(C)],
+    [-sin(C)],
+    [      0]])
+    """
+
+    def __init__(self, machine, structure=DEFAULT):
+        self.machine, self.structure = machine, structure
+        self.names = error_names(machine)
+        self.joints = chain.joint_symbols(machine)
+        self.errors = sp.symbols(self.names, real=True)
+        self.symbol = dict(zip(self.names, self.errors, strict=True))
+
+    def links(self):
+        """Return the chain from the workpiece to the tool as a list of `mathpost.chain.Link`."""
+        data = chain.Geometry.numbers(self.machine)
+        ideal = {link.name: link for link in chain.links(self.machine)}
+        tables, heads = [], []
+        for rotary, _, sign in chain.between(self.machine):
+            point = data.point[rotary.name]
+            if sign < 0:
+                tables += [ideal[rotary.name], self._error(rotary.name, point, inverse=True)]
+            else:
+                heads += [self._error(rotary.name, point), ideal[rotary.name]]
+        for name in reversed(self.structure.workpiece):
+            tables += [self._error(name, inverse=True), self._slide(name, data)]
+        slides = [link for name in self.structure.tool for link in (self._slide(name, data), self._error(name))]
+        programmed = chain.Link("programmed", chain.homogeneous(sp.eye(3), -data.programmed_point))
+        return [ideal["workpiece"], *tables, *slides, programmed, *heads, ideal["tool"]]
+
+    def _slide(self, name, data):
+        """Travel along a path that squareness errors turn: a workpiece slide runs the other way, backwards."""
+        index = "XYZ".index(name)
+        turned = sp.Matrix([self.symbol.get(f"E{axis}0{name}", 0) for axis in "ABC"])
+        path = sp.eye(3)[:, index] + turned.cross(sp.eye(3)[:, index])
+        return chain.Link(name, chain.homogeneous(sp.eye(3), (data.origin[index] + self.joints[index]) * path))
+
+    def _error(self, name, point=None, inverse=False):
+        """The error frame of a joint at `point`; of a slide, at the place that the slide itself has carried."""
+        point = sp.zeros(3, 1) if point is None else point
+        return chain.Link(
+            f"error {name}", error_frame([self.symbol[f"E{c}{name}"] for c in COMPONENTS], point, inverse)
+        )
+
+    @cached_property
+    def forward_symbolic(self):
+        """The 4×4 matrix workpiece_from_tool in the symbols of joints and errors."""
+        return sp.ImmutableMatrix(chain.product(link.matrix for link in self.links()))
+
+    @cached_property
+    def _ideal(self):
+        return dict.fromkeys(self.errors, sp.S.Zero)
+
+    @cached_property
+    def _partial(self):
+        """Each link without errors, and the products of those before and behind it."""
+        links = self.links()
+        matrices = [link.matrix.xreplace(self._ideal) for link in links]
+        before, behind = [sp.eye(4)], [matrices[-1][:, 2:]]
+        for matrix in matrices[:-1]:
+            before.append(before[-1] * matrix)
+        for matrix in reversed(matrices[:-1]):
+            behind.append(matrix * behind[-1])
+        return links, before, behind[::-1]
+
+    def sensitivity(self, name):
+        """Return how tip and tool axis move for one unit of the error or the joint `name`, without errors.
+
+        The derivative of the chain is the derivative of the one link that holds the symbol, between the products
+        of the others.
+
+        Returns
+        -------
+        sympy.ImmutableMatrix, shape (6, 1)
+            Tip, then axis, in the workpiece.
+        """
+        symbol = self.symbol.get(name) or dict(zip(self.machine.joint_names, self.joints, strict=True))[name]
+        links, before, behind = self._partial
+        moved = sp.zeros(4, 2)
+        for index, link in enumerate(links[:-1]):
+            if symbol in link.matrix.free_symbols:
+                moved += before[index] * link.matrix.diff(symbol).xreplace(self._ideal) * behind[index + 1]
+        return sp.ImmutableMatrix([*moved[:3, 1], *moved[:3, 0]])
+
+    def forward(self, joints, errors):
+        """Return the pose that the real machine takes.
+
+        Parameters
+        ----------
+        joints : array_like, shape (..., 5)
+            mm and radians.
+        errors : array_like, shape (..., 33)
+            In the order of `names`; mm and radians.
+
+        Returns
+        -------
+        tip, axis : ndarray, shape (..., 3)
+        """
+        joints, errors = as_array(joints, 5, "joints"), as_array(errors, len(self.names), "errors")
+        pose = self._forward(*np.moveaxis(joints, -1, 0), *np.moveaxis(errors, -1, 0))
+        return pose[..., :3], pose[..., 3:]
+
+    def jacobian(self, joints):
+        """Return d(tip, axis)/d(joints) of the ideal machine, shape (..., 6, 5), at `joints` in radians."""
+        return self._jacobian(*np.moveaxis(as_array(joints, 5, "joints"), -1, 0))
+
+    def sensitivities(self, joints):
+        """Return d(tip, axis)/d(errors) of the ideal machine, shape (..., 6, 33), at `joints` in radians."""
+        return self._sensitivities(*np.moveaxis(as_array(joints, 5, "joints"), -1, 0))
+
+    @cached_property
+    def _forward(self):
+        matrix = self.forward_symbolic
+        return numeric((*matrix[:3, 3], *matrix[:3, 2]), (*self.joints, *self.errors))
+
+    @cached_property
+    def _jacobian(self):
+        columns = sp.Matrix.hstack(*(self.sensitivity(name) for name in self.machine.joint_names))
+        return numeric(sp.ImmutableMatrix(columns), self.joints)
+
+    @cached_property
+    def _sensitivities(self):
+        columns = sp.Matrix.hstack(*(self.sensitivity(name) for name in self.names))
+        return numeric(sp.ImmutableMatrix(columns), self.joints)
+
+
+def error_frame(errors, point, inverse=False):
+    """The 4×4 matrix of six errors about `point`: displacement, and the exact turn Rz·Ry·Rx, not its skew form."""
+    *displacement, roll, pitch, yaw = errors
+    turned = ACTIVE["Z"](yaw) * ACTIVE["Y"](pitch) * ACTIVE["X"](roll)
+    shift = sp.Matrix(displacement) + point - turned * point
+    return chain.homogeneous(turned.T, -turned.T * shift) if inverse else chain.homogeneous(turned, shift)
+
+
+@dataclass(frozen=True)
+class JointTable:
+    """Errors over the position of one joint: its index, and a curve for each error by index."""
+
+    joint: int
+    curves: dict
+
+
+@dataclass(frozen=True)
+class MachineErrors:
+    """Constants and tables of all errors of a machine.
+
+    Attributes
+    ----------
+    machine : Machine
+    structure : Structure
+    constant : ndarray, shape (33,)
+        In the order of `error_names`; mm and radians.
+    tables : tuple of JointTable
+    drift : ndarray, shape (33,), or 0
+        What has been added since the calibration, by heat for instance.
+    """
+
+    machine: Machine
+    structure: Structure
+    constant: np.ndarray
+    tables: tuple = ()
+    drift: np.ndarray | float = 0.0
+
+    def at(self, joints):
+        """Return all errors at `joints`, shape (..., 5) in mm and radians, as shape (..., 33)."""
+        return self.constant + self.varying(joints)
+
+    def varying(self, joints):
+        """Return the second group alone: what tables and drift add at `joints`.
+
+        Raises
+        ------
+        ReachError
+            If a joint stands where its errors were not measured.
+        """
+        joints = as_array(joints, 5, "joints")
+        errors = np.zeros((*joints.shape[:-1], len(self.constant))) + self.drift
+        for each in self.tables:
+            position = self._position(joints, each.joint)
+            for index, fitted in each.curves.items():
+                errors[..., index] += self._evaluate(each.joint, fitted, position) * _unit(index)
+        return errors
+
+    def _position(self, joints, index):
+        """The joint's position as its table has it: degrees, or mm in machine coordinates."""
+        return np.rad2deg(joints[..., index]) if index > 2 else joints[..., index] + self.machine.origin[index]
+
+    def _evaluate(self, joint, fitted, position):
+        if fitted.points.period is None:
+            low, high = fitted.points.at[[0, -1]]
+            inside = np.clip(position, low, high)
+            position = np.where(np.abs(position - inside) < MARGIN, inside, position)
+        try:
+            return fitted(position)
+        except ReachError as error:
+            raise ReachError(f"{self.machine.joint_names[joint]}: {error}") from None
+
+
+def constant_errors(machine, errors, *, structure=DEFAULT):
+    """Return `MachineErrors` with the given constants: a dict of name to mm or radians, all others 0.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> errors = constant_errors(machine.load("data/machines/ac_table.toml"), {"EXC": 0.012, "EAC": 30e-6})
+    >>> errors.constant[errors.constant != 0]
+    array([1.2e-02, 3.0e-05])
+    """
+    known = error_names(machine)
+    for name in errors:
+        if name not in known:
+            raise InputError(f"error {name!r}", f"one of {', '.join(known)}", "another name")
+    return MachineErrors(machine, structure, np.array([float(errors.get(name, 0)) for name in known]))
+
+
+def read_errors(path, machine):
+    """Read the errors of `machine` from a TOML file.
+
+    Parameters
+    ----------
+    path : str or path-like
+    machine : Machine
+
+    Returns
+    -------
+    MachineErrors
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, a key or a column is missing or unknown, an error belongs to no joint of the
+        machine, or a value suggests other units than µm, µrad, mm and degrees.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> errors = read_errors("data/errors/ac_table.toml", machine.load("data/machines/ac_table.toml"))
+    >>> [errors.machine.joint_names[each.joint] for each in errors.tables]
+    ['X', 'A', 'C']
+    """
+    file, known = TomlTable(read_toml(path), str(path)), error_names(machine)
+    for key in ("name", "source"):
+        file.take(key, _text, "text in quotes")
+    place = DEFAULT
+    if "structure" in file.content:
+        code = file.take("structure", _text, "text in quotes")
+        place = Structure.parse(code, machine, f"{path}, key 'structure'")
+    constant, values = file.table("constant", optional=True), np.zeros(len(known))
+    for index, name in enumerate(known):
+        unit = _unit_name(index)
+        read, expected = _within(GREATEST[unit]), f"a number in {unit}, within ±{GREATEST[unit]} (other units?)"
+        values[index] = constant.take(name, read, expected, 0.0) * _unit(index)
+    entries = file.take("table", list, "[[table]] entries", [])
+    tables = [_table(TomlTable(entry, f"{path}, table {n}"), path, machine) for n, entry in enumerate(entries, 1)]
+    constant.done()
+    file.done()
+    return MachineErrors(machine, place, values, tuple(tables))
+
+
+def _table(entry, path, machine):
+    """Read one [[table]] and the CSV file that it names."""
+    joints = machine.joint_names
+    joint = entry.take("joint", joints.index, f"one of {', '.join(joints)}")
+    file = entry.take("file", _text, "a file name in quotes")
+    endless = entry.take("endless", _switch, "true or false", False)
+    kind = entry.take("interpolation", ("spline", "linear").index, '"spline" or "linear"', 0)
+    entry.done()
+    if endless and joint < 3:
+        raise InputError(f"{entry.where}, key 'endless'", "a rotary joint", joints[joint])
+
+    known = error_names(machine)
+    columns = [f"E{component}{joints[joint]}" for component in COMPONENTS]
+    read = csv_table.read(Path(path).parent / file, ["position"], optional=columns)
+    if joint > 2:
+        read.check_angles("position")
+    read.check_increasing("position")
+    curves = {}
+    for name in (column for column in columns if column in read):
+        index = known.index(name)
+        unit = _unit_name(index)
+        read.require(name, np.abs(read[name]) <= GREATEST[unit], f"{unit} within ±{GREATEST[unit]} (other units?)")
+        measured = spline.points(read["position"], read[name], period=360.0 if endless else None)
+        curves[index] = spline.Polyline(measured) if kind else spline.through_all(measured)
+    if not curves:
+        raise InputError(read.path, f"at least one of the columns {', '.join(columns)}", "only 'position'")
+    return JointTable(joint, curves)
+
+
+def _unit_name(index):
+    """Displacements are µm, rotations and squareness µrad; six errors to a joint, then squareness."""
+    return "um" if index < 30 and index % 6 < 3 else "urad"
+
+
+def _unit(index):
+    """From the file's µm or µrad to mm or radians."""
+    return 1e-3 if _unit_name(index) == "um" else 1e-6
+
+
+def _within(greatest):
+    def read(value):
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= greatest:
+            raise ValueError
+        return float(value)
+
+    return read
+
+
+def _text(value):
+    if not isinstance(value, str) or not value.strip():
+        raise ValueError
+    return value
+
+
+def _switch(value):
+    if not isinstance(value, bool):
+        raise ValueError
+    return value

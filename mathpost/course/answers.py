@@ -1,0 +1,420 @@
+"""What an exercise may ask for: a number, an angle, a vector, a pose, a name, a formula.
+
+A kind of answer reads whatever a learner typed into plain data (numbers, text, lists of them, as JSON holds them),
+says when two such data are the same answer, and which mix-ups any answer of its kind can suffer. Nothing is
+executed on the way, so that an answer that was stored can be read again by somebody who does not trust it.
+"""
+
+import re
+import unicodedata
+from dataclasses import astuple, dataclass, is_dataclass, replace
+from itertools import permutations
+from typing import ClassVar
+
+import numpy as np
+
+from mathpost import angles as euler
+from mathpost.detective.misreadings import written_decimals
+from mathpost.errors import InputError
+from mathpost.frame import Frame
+from mathpost.rotation import wrap
+
+ROUNDING = 1e-6  # how much of the last digit the rounding of floats may add
+MATRIX = 0.5e-3 * (1 + ROUNDING)  # how far an entry of a matrix or quaternion may be off
+COUNTED = ("no", "one", "two", "three", "four", "five", "six")
+UNITS = {  # how many of what an answer may be in stand for one of what was asked for
+    "degrees": {"radians": np.deg2rad(1), "arcseconds": 3600.0},
+    "radians": {"degrees": np.rad2deg(1)},
+    "mm": {"µm": 1e3, "inches": 1 / 25.4},
+    "µm": {"mm": 1e-3},
+}
+
+
+class Kind:
+    """What the kinds have in common: how a learner and an exercise talk about an answer.
+
+    Methods
+    -------
+    asked : str
+        What to answer with, in words.
+    read(answer)
+        The answer as data, or `InputError` whose place is "answer".
+    same(value, target)
+        Whether two data are the same answer.
+    """
+
+    def coarse(self, value, target):
+        """Whether they would be the same if only the digits were asked for that the value shows."""
+        return False
+
+    def mixups(self, target):
+        """Yield a sentence and the answer to which it leads, for the mix-ups that any answer can suffer."""
+        return ()
+
+    def nearly(self, value, target):
+        """Say which part of an answer is right, or nothing."""
+        return ""
+
+    def show(self, value):
+        """Write a solution as an answer may be typed."""
+        return value if isinstance(value, str) else ", ".join(value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Number(Kind):
+    """One number.
+
+    Attributes
+    ----------
+    decimals : int or None
+        Digits after the point that are asked for: what is correctly rounded to them is right. None where there are
+        many solutions, and the exercise judges them.
+    tolerance : float or None
+        How far an answer may be from the solution where that is not half of the last digit.
+    unit, said : str
+        Such as ``"mm"``, and what is asked for in words where that is not "one number".
+
+    Examples
+    --------
+    >>> Number(decimals=2, unit="mm").asked
+    'one number in mm, to 2 decimals'
+    >>> Number(decimals=2).same(74.46, 74.4577), Number(decimals=2).same(74.5, 74.4577)
+    (True, False)
+    """
+
+    decimals: int | None = 3
+    tolerance: float | None = None
+    unit: str = ""
+    said: str = ""
+    names: str = ""
+    period: ClassVar[float] = np.inf
+
+    @property
+    def asked(self):
+        names = self.names.split()
+        what = self.said or (f"{_counted(len(names))} ({', '.join(names)})" if names else "one number")
+        exact = {None: "", 0: ", to the whole number", 1: ", to 1 decimal"}
+        exact = exact.get(self.decimals, f", to {self.decimals} decimals")
+        exact = exact if self.tolerance is None else f", within ±{self.tolerance:g}"
+        return f"{what}{f' in {self.unit}' if self.unit else ''}{exact}"
+
+    @property
+    def bound(self):
+        """How far a right answer may be from the solution."""
+        return (0.5 * 10.0**-self.decimals if self.tolerance is None else self.tolerance) * (1 + ROUNDING)
+
+    def read(self, answer):
+        names = self.names.split()
+        if isinstance(answer, dict) and set(answer) == set(names):
+            answer = [answer[name] for name in names]
+        array = _numbers(answer, self.asked)
+        if array.size != (len(names) or 1):
+            raise InputError("answer", self.asked, _counted(array.size))
+        return array.ravel().tolist() if names else array.item()  # a row or a column matrix will do
+
+    def same(self, value, target):
+        apart = np.subtract(value, target)
+        return bool(np.abs(apart if np.isinf(self.period) else wrap(apart, self.period)).max() <= self.bound)
+
+    def coarse(self, value, target):
+        shown = written_decimals(value)
+        too_few = 0.5 * 10.0**-shown > self.bound and np.abs(value).max() * 10.0**shown >= 10
+        return bool(too_few) and replace(self, decimals=shown, tolerance=None).same(value, target)
+
+    def mixups(self, target):
+        target, names = np.asarray(target), self.names.split()
+        yield "Right size, wrong sign: which body turns, and which way do you look at it?", -target
+        for unit, factor in UNITS.get(self.unit, {}).items():
+            yield f"Right, but in {unit}: answer in {self.unit}.", factor * target
+        for number, name in enumerate(names):
+            yield f"Only the sign of {name} is wrong.", np.where(np.arange(len(names)) == number, -1, 1) * target
+        for order in permutations(range(len(names))) if names else ():
+            yield "The right numbers in a different order.", target[list(order)]
+        yield "That is twice the right answer.", 2 * target
+        yield "That is half of the right answer.", target / 2
+        if not names and target:
+            yield "That is one over the right number.", 1 / target
+
+    def nearly(self, value, target):
+        if self.coarse(value, target):
+            return f"Correct as far as its digits go. Answer with {self.asked}."
+        names, one = self.names.split(), replace(self, names="")
+        right = (
+            {name: Number.same(one, *pair) for name, *pair in zip(names, value, target, strict=True)}
+            if names
+            else {}
+        )
+        if not any(right.values()):
+            return ""
+        look = ", ".join(name for name in names if not right[name])
+        return f"Right: {', '.join(name for name in names if right[name])}. Look once more at {look}."
+
+    def show(self, value):
+        return ", ".join(f"{each:z.{self.decimals or 0}f}" for each in np.ravel(value))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Angle(Number):
+    """One angle in degrees; whole turns more or less are the same angle.
+
+    Examples
+    --------
+    >>> Angle(decimals=2).same(353.44, -6.5624), Angle(decimals=2).read("434.46°")
+    (True, 434.46)
+    """
+
+    unit: str = "degrees"
+    said: str = "one angle"
+    period: ClassVar[float] = 360.0
+
+    def mixups(self, target):
+        yield from super().mixups(target)
+        yield "That is what is missing to 90°: it is measured from the other axis.", 90 - target
+        yield "That is half a turn away.", 180 + target
+        yield "That is what is missing to 180°.", 180 - target
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vector(Number):
+    """Some numbers in a given order: list, tuple, array, row or column matrix, text, or a dict by their names.
+
+    Examples
+    --------
+    >>> Vector().asked
+    'three numbers (x, y, z), to 3 decimals'
+    >>> Vector().same(Vector().read("(4.5981, 5, −1.964)"), [4.59807621, 5, -1.96410162])
+    True
+    """
+
+    names: str = "x y z"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joints(Vector):
+    """Rotary joints in degrees, or X Y Z and them, compared as poses: every solution and winding is right.
+
+    Attributes
+    ----------
+    kinematics : callable
+        Returns the `mathpost.kinematics.Kinematics` whose joints they are, when they are needed.
+    """
+
+    kinematics: object
+    names: str = "B C"
+    unit: str = "degrees"
+
+    def same(self, value, target):
+        (tip, axis), (other_tip, other_axis) = map(self._tip_and_axis, (value, target))
+        turned = np.radians(self.bound) * 2  # both rotary joints are rounded
+        moved = 2 * self.bound + turned * np.linalg.norm(target[:-2])
+        return bool(np.linalg.norm(axis - other_axis) <= turned and np.linalg.norm(tip - other_tip) <= moved)
+
+    def _tip_and_axis(self, joints):
+        """The tip says nothing if only rotary joints are asked for."""
+        tip, axis = self.kinematics().forward([0] * (5 - len(joints)) + list(joints), degrees=True)
+        return (tip if len(joints) == 5 else np.zeros(3)), axis
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pose(Number):
+    """A frame: its matrix, its quaternion (w, x, y, z) of either sign, or its three angles; a twin is right.
+
+    Attributes
+    ----------
+    sequence : str
+        What three numbers mean, as in `mathpost.angles`; degrees.
+    origin : bool
+        Whether the frame has an origin, too; then it is a 4×4 matrix or a `mathpost.frame.Frame`.
+
+    Examples
+    --------
+    >>> Pose().same([90, 30, -90], [-90, -30, 90]), Pose().same([1, 0, 0, 0], [-1, 0, 0, 0])
+    (True, True)
+    """
+
+    decimals: int = 2
+    sequence: str = "ZXZ"
+    origin: bool = False
+
+    @property
+    def asked(self):
+        if self.origin:
+            return f"a frame as a 4×4 matrix, its origin to {self.decimals} decimals"
+        return f"three angles ({self.sequence}) in degrees to {self.decimals} decimals, or the matrix or quaternion"
+
+    def read(self, answer):
+        if isinstance(answer, Frame):
+            answer = answer.matrix if self.origin else answer.rotation
+        array = _numbers(answer.as_matrix() if hasattr(answer, "as_matrix") else answer, self.asked)
+        array = array.ravel() if array.size < 5 else array
+        if array.shape not in ([(4, 4)] if self.origin else [(3,), (4,), (3, 3)]):
+            raise InputError("answer", self.asked, f"numbers of shape {array.shape}")
+        return array.tolist()
+
+    def same(self, value, target):
+        one, other = self._matrix(value), self._matrix(target)
+        turned = 3 * np.radians(self.bound) if np.size(value) == 3 else MATRIX
+        near = np.abs(one[:3, :3] - other[:3, :3]).max() <= turned
+        return bool(near and np.abs(one[:3, 3:] - other[:3, 3:]).max(initial=0) <= self.bound)
+
+    def coarse(self, value, target):
+        return False
+
+    def mixups(self, target):
+        inverse = np.array(self._matrix(target))
+        inverse[:3, :3] = inverse[:3, :3].T
+        yield "That is the transpose: it takes coordinates the other way.", inverse
+        if self.origin:
+            yield "That is the inverse: it takes coordinates the other way.", np.linalg.inv(self._matrix(target))
+        if np.size(target) == 3:
+            yield from Vector(names="I J K", unit="degrees").mixups(target)
+
+    def nearly(self, value, target):
+        apart = np.abs(self._matrix(value) - self._matrix(target))[:3].max(axis=0)
+        right = [name for name, far in zip("XYZ", apart, strict=False) if far <= MATRIX]
+        if len(right) == 3:
+            return "The axes are right, the origin is not." if self.origin else ""
+        return f"{right[0]} of the frame is right, the other two axes are not." if right else ""
+
+    def show(self, value):
+        return Vector(decimals=self.decimals if np.size(value) == 3 else 6).show(value)
+
+    def _matrix(self, value):
+        value = np.asarray(value, dtype=float)
+        if value.shape == (3,):
+            return euler.matrix(self.sequence, value, degrees=True)
+        return euler.from_quaternion(value) if value.shape == (4,) else value
+
+
+@dataclass(frozen=True)
+class Name(Kind):
+    """One of some names; case, spaces, quotes, primes and brackets do not matter.
+
+    Attributes
+    ----------
+    choices : str or dict
+        The names in one string, or each with a list of what else may be said for it, such as the Chinese.
+
+    Examples
+    --------
+    >>> Name("x y z").read(" 'Z′' "), Name({"active": ["主动"], "passive": ["被动"]}).read("主动")
+    ('z', 'active')
+    """
+
+    choices: object
+
+    @property
+    def known(self):
+        """The name that each spelling means."""
+        choices = {name: () for name in self.choices.split()} if isinstance(self.choices, str) else self.choices
+        return {_bare(said): name for name, others in choices.items() for said in (name, *others)}
+
+    @property
+    def listed(self):
+        """Every name once."""
+        return list(dict.fromkeys(self.known.values()))
+
+    @property
+    def asked(self):
+        names = self.listed
+        return f"one of {', '.join(names)}" if len(names) <= 12 else f"a name such as {', '.join(names[:3])}"
+
+    def read(self, answer):
+        if isinstance(answer, (list, tuple)) and len(answer) == 1:
+            (answer,) = answer
+        if _bare(answer) in self.known:
+            return self.known[_bare(answer)]
+        words = {_bare(word) for word in str(answer).split()}  # "the z axis"
+        found = {self.known[word] for word in words if word in self.known}
+        plain = all(word.isalpha() for word in words - set(self.known)) and not {"not", "no", "nor"} & words
+        if len(found) == 1 and plain:
+            return found.pop()
+        raise InputError("answer", self.asked, brief(answer))
+
+    def same(self, value, target):
+        return value == target
+
+
+@dataclass(frozen=True)
+class Names(Name):
+    """Some of some names, in any order: a list, a set, or one string.
+
+    Attributes
+    ----------
+    about : callable or None
+        Returns what there is to know about a name that does not belong.
+
+    Examples
+    --------
+    >>> Names("x y z").read("z', X"), Names("5 6 7").read([7.0, 5])
+    (['x', 'z'], ['5', '7'])
+    """
+
+    about: object = None
+
+    @property
+    def asked(self):
+        return f"a list of names: some {super().asked.removeprefix('a name ').replace('one of', 'of')}"
+
+    def read(self, answer):
+        if isinstance(answer, str):
+            answer = [each for each in re.split(r"[\s,;，、；/]+|\band\b|和|与", answer.strip("[](){} ")) if each]
+        try:
+            said = list(np.asarray(list(answer), dtype=object).ravel())
+        except (TypeError, ValueError):
+            raise InputError("answer", self.asked, brief(answer)) from None
+        for each in said:
+            if _bare(each) not in self.known:
+                raise InputError("answer", self.asked, brief(each))
+        found = {self.known[_bare(each)] for each in said}
+        return [name for name in self.listed if name in found]
+
+    def mixups(self, target):
+        yield (
+            "These are the others: exactly those that do not belong.",
+            [name for name in self.listed if name not in target],
+        )
+
+    def nearly(self, value, target):
+        for name in value:
+            if name not in target:
+                return f"{name} does not belong here. {self.about(name) if self.about else ''}".strip()
+        return "All of these belong, but there are more." if value else "There are some."
+
+
+def _counted(size):
+    return f"{COUNTED[size] if size < len(COUNTED) else size} number{'' if size == 1 else 's'}"
+
+
+def _numbers(answer, asked):
+    """An answer as an array of finite floats, or `InputError`."""
+    if isinstance(answer, str):
+        bare = unicodedata.normalize("NFKC", answer).replace("−", "-").strip("[]() ")
+        answer = [each.rstrip("°") for each in re.split(r"[,;、\s]+", bare)]
+    if isinstance(answer, (list, tuple)):
+        answer = [astuple(each) if is_dataclass(each) else each for each in answer]
+    try:
+        if np.asarray(answer).dtype.kind in "bcmM":
+            raise TypeError
+        array = np.asarray(answer, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError("answer", asked, brief(answer)) from None
+    if not np.isfinite(array).all():
+        raise InputError("answer", asked, "what is not a finite number")
+    return array
+
+
+def _bare(name):
+    """A name without what does not matter: case, spaces, quotes, primes, brackets, degree signs."""
+    text = f"{name:g}" if isinstance(name, float) else str(name)
+    text = unicodedata.normalize("NFKC", text).replace("−", "-")
+    return re.sub(r"[\s'\"`´‘’“”′()\[\].,;_°]", "", text).casefold()
+
+
+def brief(answer):
+    """An answer as it was typed, if it is short."""
+    try:
+        text = repr(answer)
+    except Exception:  # somebody's own class
+        text = f"a {type(answer).__name__}"
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,30 @@
+"""What the exercises and views of the lessons load: data of the course, from any folder below it, once."""
+
+import os
+from functools import cache
+from pathlib import Path
+
+from mathpost import machine
+from mathpost.errors import data_file
+from mathpost.kinematics import Kinematics
+from mathpost.post import cl
+
+
+def data(path):
+    """Return the path of a file of the course's data: above the working folder, or what came with the package."""
+    for folder in (Path.cwd(), *Path.cwd().parents):
+        if (found := folder / "data" / path).exists():
+            return Path(os.path.relpath(found))
+    return data_file(path)
+
+
+@cache
+def load(name):
+    """The kinematics of a machine of the course by the name of its file."""
+    return Kinematics(machine.load(data(f"machines/{name}.toml")))
+
+
+@cache
+def blade():
+    """Table 1 of source 002."""
+    return cl.read(data("cl/blade.cl"))

@@ -1,0 +1,145 @@
+"""A machine as one page that stands alone: it moves, and it says in words what each axis does.
+
+A wrong sign of an axis is the first error that every shop makes. The words are computed from the transform chain: a
+person in front of the machine compares them with what the machine does.
+"""
+
+import html
+
+import numpy as np
+
+from mathpost.course import view_machine
+from mathpost.draw.arrangement import placing
+from mathpost.rotation import unit
+
+DIRECTIONS = (("to the left", "to the right"), ("to the front", "to the back"), ("down", "up"))
+LEAST = 0.2  # a component of a direction that is worth a word
+ARRANGEMENTS = {
+    "table-table": "Both rotary axes carry the workpiece.",
+    "head-table": "One rotary axis carries the workpiece, the other the tool.",
+    "head-head": "Both rotary axes carry the tool.",
+}
+FRAME = """<style>body { max-width: 1060px; margin: 0 auto; padding: 0 12px; font: 15px/1.45 system-ui, sans-serif }
+#live { height: 500px } table { border-collapse: collapse } td, th { text-align: left; padding: 3px 14px 3px 0 }
+p, table { font-size: 14px }</style>"""
+
+
+def words(kin):
+    """Return what the positive direction of each joint does, a dict of sentences by joint name.
+
+    Seen by a person in front of the machine, at rotary zero: the front is towards −Y, the right side towards +X.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> from mathpost.kinematics import Kinematics
+    >>> said = words(Kinematics(machine.load("data/machines/ac_table.toml")))
+    >>> said["X"]
+    'X+ moves the tool to the right.'
+    >>> said["A"]
+    'A+ turns the table so that its front rises; as ISO 841 has it.'
+    """
+    names, zero, places = kin.machine.joint_names, np.zeros(5), placing(kin.machine)
+    at_zero, said = places(zero), {}
+    for joint, name in enumerate(names[:3]):
+        moved = places(zero + np.eye(5)[joint])["tool"][:3, 3] - at_zero["tool"][:3, 3]
+        said[name] = f"{name}+ moves the tool {_ways(moved)}."
+    for joint, rotary in enumerate(kin.machine.rotary, start=3):
+        turn = _turn(places(zero + 1e-3 * np.eye(5)[joint])[rotary.name] @ np.linalg.inv(at_zero[rotary.name]))
+        if rotary.carries == "workpiece":
+            does = f"turns the table so that {_table(turn)}"
+        else:
+            does = f"turns the head so that {_head(turn, unit(np.array(kin.machine.tool_axis)))}"
+        said[rotary.name] = f"{rotary.name}+ {does}; {_iso(rotary, turn)}."
+    return said
+
+
+def reach(kin):
+    """Return what tool axes the machine reaches, as sentences."""
+    derived, (near, far) = kin.inverse_symbolic, np.degrees(kin.reach)
+    pole = np.array(derived.pole, dtype=float)
+    direction = " ".join(f"{x:z.3f}" for x in pole)
+    joint = kin.symbols.index(derived.inner)
+    low, high = np.clip(kin.machine.limits[joint], -np.pi, np.pi)
+    joints = np.zeros((721, 5))
+    joints[:, joint] = np.linspace(low, high, 721)
+    axes = kin.forward(joints)[1]
+    angles = np.degrees(2 * np.arctan2(np.linalg.norm(axes - pole, axis=1), np.linalg.norm(axes + pole, axis=1)))
+    outer, inner = kin.machine.joint_names[kin.symbols.index(derived.outer)], derived.inner
+    carried = {rotary.name: rotary.carries for rotary in kin.machine.rotary}[outer]
+    turns = "the workpiece about the tool" if carried == "workpiece" else "the tool about its own axis"
+    said = [
+        f"The pole is ({direction}) in the workpiece. Close to it {outer} turns far for a small lean of the tool.",
+        f"The tool axis can be {near:.1f}° to {far:.1f}° from the pole; within the travel of {inner}, "
+        f"{angles.min():.1f}° to {angles.max():.1f}°.",
+    ]
+    if near < 0.05:
+        said.insert(1, f"At the pole {outer} turns {turns}, and any {outer} is right.")
+    return said
+
+
+def page(kin):
+    """Return the page, HTML."""
+    machine, view = kin.machine, view_machine.machine(kin)
+    said = words(kin)
+    rows = []
+    for name, (low, high), unit_of in zip(machine.joint_names, machine.limits, ["mm"] * 3 + ["°"] * 2, strict=True):
+        scale = np.degrees(1) if unit_of == "°" else 1
+        travel = f"{low * scale:g} to {high * scale:g} {unit_of}" if np.isfinite([low, high]).all() else "endless"
+        rows.append(f"<tr><th>{name}<td>{html.escape(said[name])}<td>{travel}")
+    name, source = html.escape(machine.name), html.escape(machine.source)
+    before = f"{FRAME}<h1>{name}</h1><p>{ARRANGEMENTS[machine.arrangement]} Source: {source}.</p>"
+    after = (
+        "<h2>What each axis does</h2><p>Seen from the front, at rotary zero. Compare it with the machine, axis by "
+        f"axis.</p><table><tr><th>axis<th>positive direction<th>travel{''.join(rows)}</table>"
+        f"<h2>What it reaches</h2>{''.join(f'<p>{line}</p>' for line in reach(kin))}"
+    )
+    return view.page(machine.name, before=before, after=after)
+
+
+def _turn(matrix):
+    """The direction of a small turn, a unit vector in machine coordinates."""
+    return unit(np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]]))
+
+
+def _ways(direction):
+    """A direction in words, the largest component first."""
+    direction = unit(direction)
+    order = [axis for axis in np.argsort(-np.abs(direction)) if abs(direction[axis]) > LEAST]
+    return " and ".join(DIRECTIONS[axis][int(direction[axis] > 0)] for axis in order)
+
+
+def _about_vertical(turn):
+    return "counterclockwise" if turn[2] > 0 else "clockwise"
+
+
+def _table(turn):
+    """What a person sees of a table that turns right-handed about `turn`."""
+    said = []
+    if abs(turn[0]) > LEAST:
+        said.append(f"its front {'sinks' if turn[0] > 0 else 'rises'}")
+    if abs(turn[1]) > LEAST:
+        said.append(f"its right side {'sinks' if turn[1] > 0 else 'rises'}")
+    if abs(turn[2]) > LEAST:
+        said.append(f"it goes {_about_vertical(turn)} seen from above")
+    return " and ".join(said)
+
+
+def _head(turn, tool_axis):
+    """What a person sees of a head: where its tip swings, and how it goes round."""
+    swing, said = np.cross(turn, -tool_axis), []
+    if np.linalg.norm(swing) > LEAST:
+        said.append(f"the tip swings {_ways(swing)}")
+    if abs(turn[2]) > LEAST:
+        said.append(f"it goes {_about_vertical(turn)} seen from above")
+    return " and ".join(said)
+
+
+def _iso(rotary, turn):
+    """ISO 841: A, B, C positive turn the tool, relative to the workpiece, right-handed about +X, +Y, +Z."""
+    if rotary.name[0] not in "ABC":
+        return "ISO 841 gives it no sign"
+    along = turn["ABC".index(rotary.name[0])] * (-1 if rotary.carries == "workpiece" else 1)
+    if abs(along) < 1e-6:
+        return "square to its ISO 841 direction"
+    return "as ISO 841 has it" if along > 0 else "against ISO 841"

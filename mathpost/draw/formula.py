@@ -1,0 +1,69 @@
+"""Views that move by any sympy expressions: where bodies stand, where lines run, which numbers are said."""
+
+import re
+
+import numpy as np
+import sympy as sp
+
+from mathpost import codegen
+from mathpost.draw.live import Live
+from mathpost.rotation import numeric
+
+NUMBER = re.compile(r"\{(\d+):(\d+)\}")
+
+
+def slider(name, low, high, value, *, step=1.0, unit="°", **more):
+    """Return a slider: an angle in degrees unless `unit` says otherwise; `hidden=True` leaves it to the buttons."""
+    return {"name": name, "low": low, "high": high, "value": value, "step": step, "unit": unit} | more
+
+
+def formula(scene, symbols, sliders, places, text, *, numbers=(), points=(), buttons=(), **options):
+    """Make a view of a scene that moves by printed expressions.
+
+    Parameters
+    ----------
+    scene : mathpost.draw.scene.Scene
+        Its lines with a name are drawn through ``points[span[0]:span[1]]``, anew for each position.
+    symbols : sequence of sympy symbols
+        What the sliders set; angles in radians.
+    sliders : sequence of dict
+        From `slider`, one for each symbol.
+    places : dict
+        Name of each of the scene's bodies to a matrix in the symbols: 3×3 a rotation, 4×4 a transform.
+    text : sequence of str
+        Lines under the picture; ``{0:4}`` is the first of the numbers with four decimals.
+    numbers : sequence of sympy expressions
+    points : sequence of 3×1 sympy matrices
+        In the coordinates of the body of the line that runs through them.
+    buttons : sequence of (str, list)
+        Label of a button and the values that it sets, None where a slider stays.
+    **options
+        Of `Live`.
+
+    Examples
+    --------
+    >>> from mathpost.draw.scene import Scene
+    >>> from mathpost.rotation import ACTIVE
+    >>> t = sp.Symbol("t")
+    >>> scene = Scene(["plate"])
+    >>> plate = {"plate": ACTIVE["Z"](t)}
+    >>> formula(scene, [t], [slider("t", 0, 90, 60)], plate, ["cosine {0:2}"], numbers=[sp.cos(t)])
+    cosine 0.50
+    """
+    symbols = tuple(symbols)
+    placed = [matrix if matrix.rows == 4 else sp.diag(matrix, 1) for matrix in places.values()]
+    functions = {"places": [entry for matrix in placed for entry in matrix[:3, :]]}
+    functions |= {"numbers": list(numbers), "points": [entry for point in points for entry in point]}
+    code = "\n".join(codegen.function(name, entries, symbols) for name, entries in functions.items())
+    factors = [np.pi / 180 if each["unit"] == "°" else 1.0 for each in sliders]
+    state = {"kind": "formula", "text": list(text), "places": [list(button) for button in buttons]}
+    state["sliders"] = [each | {"factor": factor} for each, factor in zip(sliders, factors, strict=True)]
+    start = [each["value"] * factor for each, factor in zip(sliders, factors, strict=True)]
+    at = {name: numeric(sp.ImmutableMatrix(m), symbols)(*start) for name, m in zip(places, placed, strict=True)}
+    ends = numeric(tuple(functions["points"]), symbols)(*start).reshape(-1, 3) if points else np.zeros((0, 3))
+    for line in scene.lines:
+        if line.name:
+            line.parts = [ends[slice(*line.span)]]
+    values = numeric(tuple(numbers), symbols)(*start) if numbers else ()
+    said = [NUMBER.sub(lambda m: f"{values[int(m[1])]:z.{m[2]}f}", line) for line in text]
+    return Live(state, [code], tuple(functions), [scene], [{"bed": np.eye(4)} | at], "; ".join(said), **options)

@@ -1,0 +1,95 @@
+"""The carrier of a view that moves: one page with module, printed functions and state, in an output or in a file.
+
+In a notebook it is an iframe without rights (`sandbox="allow-scripts"`) over a still picture of the same pose, seen
+where no scripts run. It needs no kernel, no server and no network.
+"""
+
+import base64
+import html
+import json
+import re
+from pathlib import Path
+
+from mathpost.draw.picture import png
+from mathpost.errors import write_text
+
+HERE = Path(__file__).parent
+MODULES = {
+    "machine": ("live.js",),
+    "formula": ("live.js",),
+    "both": ("live.js", "paths.js"),
+    "walk": ("live.js", "paths.js"),
+}
+
+
+class Live:
+    """A view that moves in the browser.
+
+    Parameters
+    ----------
+    state : dict
+        What `live.js` makes of it: its kind, sliders, texts; the scenes are added here.
+    machines : list of str
+        Printed functions (`mathpost.codegen`), one text of declarations for each machine of the view.
+    exports : sequence of str
+        The names that these texts declare.
+    scenes : list of Scene
+    places : list of dict
+        Where the bodies of each scene stand at the start, 4×4 matrices by name: for the still picture.
+    readings : str
+        The numbers of the start, as text: what stands for the view where only text is compared.
+    height : int, keyword only
+        Pixels on the page.
+    layout : str, keyword only
+        ``"row"``: the controls beside the picture, ``"column"``: under it.
+    """
+
+    def __init__(self, state, machines, exports, scenes, places, readings, *, height=440, layout="row"):
+        self.state = state | {"layout": layout, "scenes": [scene.state() for scene in scenes]}
+        self.machines, self.exports, self.scenes, self.places = machines, exports, scenes, places
+        self.readings, self.height, self.layout = readings, height, layout
+
+    def page(self, title="mathpost", *, before="", after=""):
+        """Return a whole page, HTML; `before` and `after` are more of it, around the view."""
+        files = [HERE / name for name in MODULES[self.state["kind"]]]
+        modules = "\n".join(_dense(file.read_text(encoding="utf-8")) for file in files)
+        style = (HERE / "live.css").read_text(encoding="utf-8")
+        code = [
+            f"(() => {{\n{_dense(text)}\nreturn {{ {', '.join(self.exports)} }};\n}})()" for text in self.machines
+        ]
+        state = json.dumps(self.state, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
+        return (
+            f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(title)}</title>"
+            f"<style>{style}</style>{before}<div id=live></div>{after}<script type=module>\n"
+            f"{modules}\n"
+            f'start(document.getElementById("live"), {state}, [{",".join(code)}]);\n</script></html>\n'
+        )
+
+    def picture(self):
+        """Return the start as a PNG file, bytes."""
+        width = 480 if self.layout == "row" else 720
+        high = 400 if len(self.scenes) == 1 else 300
+        return png(self.scenes, self.places, high, [width // len(self.scenes)] * len(self.scenes))
+
+    def save(self, path, title="mathpost"):
+        """Write the view as a page that stands alone; `OutputError` if that fails."""
+        write_text(path, self.page(title))
+
+    def _repr_html_(self):
+        still = base64.b64encode(self.picture()).decode()
+        page = self.page().replace("&", "&amp;").replace("'", "&#39;")
+        name = html.escape(self.readings, quote=True)
+        return (
+            f'<div class="mathpost-live" style="position:relative;max-width:980px;height:{self.height}px">'
+            f'<img alt="{name}" src="data:image/png;base64,{still}" style="max-width:100%;max-height:100%">'
+            '<iframe title="view" sandbox="allow-scripts" style="position:absolute;left:0;top:0;width:100%;'
+            f"height:100%;border:0\" srcdoc='{page}'></iframe></div>"
+        )
+
+    def __repr__(self):
+        return self.readings
+
+
+def _dense(code):
+    """Code without indentation, comments on lines of their own, and what joins modules."""
+    return re.sub(r"(?m)^\s*(?:(?://[^\n]*|(?:import|export) \{[^}]*\}[^\n]*))?\n?", "", code)

@@ -1,0 +1,125 @@
+// Views of whole paths: one tool axis with both solutions, a walk along a program, and the curves beside it.
+import {
+    DEGREE, KINDS, Scene, across, angle, button, ceil, cos, fit, fixed, floor, later, length,
+    list, make, max, min, minus, outOfTravel, pose, round, sin, singular, stage, words,
+} from "./live.js";
+
+// Curves over the records of a path: both branches, what was chosen, travel and singular regions, and a cursor.
+class Curves {
+    constructor(spec, parent) {
+        Object.assign(this, spec);
+        this.canvas = stage(parent, spec.title);
+        this.canvas.setAttribute("aria-label", spec.title);
+    }
+    show(at) { this.at = at; later(this, () => this.paint()); }
+    paint() {
+        const dpr = fit(this.canvas), ink = this.canvas.getContext("2d"), w = this.canvas.width / dpr, h = this.canvas.height / dpr;
+        const [left, foot, top] = [46, 22, 8], values = this.curves.flatMap((c) => c.values).filter(Number.isFinite);
+        const room = 0.08 * (max(...values) - min(...values)) || 1, low = min(...values) - room, high = max(...values) + room;
+        const first = this.records[0], last = this.records[this.records.length - 1];
+        const px = (r) => left + (w - left - 8) * (r - first) / (last - first || 1), py = (v) => top + (h - top - foot) * (high - v) / (high - low);
+        ink.setTransform(dpr, 0, 0, dpr, 0, 0);
+        ink.clearRect(0, 0, w, h);
+        const box = (x, y, x2, y2, fill) => { ink.fillStyle = fill; ink.fillRect(x, y, x2 - x, y2 - y); };
+        for (const [a, b] of this.singular) box(px(a), top, px(b), h - foot, "#7f7f7f33");
+        const [from, to] = this.limits.map((v, i) => max(low, min(high, v ?? (i ? high : low))));
+        box(left, py(from), w - 8, py(low), "#f0e44266"); box(left, py(high), w - 8, py(to), "#f0e44266");
+        const stroke = (colour, width, dash, points) => {
+            Object.assign(ink, { strokeStyle: colour, lineWidth: width });
+            ink.setLineDash(dash); ink.beginPath();
+            points.forEach(([x, y], i) => { if (Number.isFinite(y)) i ? ink.lineTo(x, y) : ink.moveTo(x, y); });
+            ink.stroke(); ink.setLineDash([]);
+        };
+        for (const c of this.curves) stroke(c.colour, c.width, c.dash, c.values.map((v, i) => [px(this.records[i]), py(v)]));
+        stroke("#999", 1, [], [[left, top], [left, h - foot], [w - 8, h - foot]]);
+        stroke("#d55e00", 2, [], [[px(this.at), top], [px(this.at), h - foot]]);
+        Object.assign(ink, { fillStyle: "#444", font: "11px system-ui, sans-serif", textBaseline: "middle", textAlign: "right" });
+        const step = [1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1800, 3600].find((s) => (high - low) / s < 6) || 36000;
+        for (let v = ceil(low / step) * step; v <= high; v += step) ink.fillText(fixed(v, 0), left - 4, py(v));
+        Object.assign(ink, { textAlign: "center" });
+        const every = ceil((last - first) / 8) || 1;
+        for (let r = ceil(first); r <= last; r += every) ink.fillText(r, px(r), h - foot / 2);
+    }
+}
+
+Object.assign(KINDS, {
+    // One tool axis and both solutions of it.
+    both(state, [m], ui) {
+        const { about, tip } = state, [sphere, ...scenes] = state.scenes.map((spec) => new Scene(spec, ui.panes));
+        const arrow = sphere.lines.find((line) => line.name === "tool"), zero = across(about.pole);
+        const controls = ui.controls(state.sliders, () => update());
+        const buttons = make("div", ui.side, { className: "buttons" });
+        for (const [label, at] of state.places) button(buttons, label, () => { at.forEach((x, i) => { if (x !== null) controls.values[i] = x; }); update(); });
+        button(buttons, "turn by 180°", () => { controls.values[1] += controls.values[1] > 0 ? -180 : 180; update(); });
+        ui.player(controls, 1);
+        function update() {
+            const [tilt, direction] = controls.values.map((x) => x * DEGREE);
+            const axis = about.pole.map((p, i) => cos(tilt) * p + sin(tilt) * (cos(direction) * zero[0][i] + sin(direction) * zero[1][i]));
+            const found = m.inverse(tip, axis);
+            arrow.parts = [[[0, 0, 0], axis]];
+            sphere.show([]);
+            controls.show();
+            const said = scenes.map((scene, i) => {
+                scene.show(found ? m.places(found[i]) : [], found !== null);
+                if (!found) return `${scene.spec.title}: the tool axis is out of reach`;
+                const out = outOfTravel(about, found[i]);
+                return `${scene.spec.title}: ${words(about.names, found[i])}${out && `; ${out}`}`;
+            });
+            ui.say([`tool axis ${list(axis, 4)}, ${singular(about, axis)}`, ...said]);
+        }
+        return update;
+    },
+    // A walk along the blocks of a program, on one machine or on several.
+    walk(state, machines, ui) {
+        const { cl } = state, runs = state.runs.map((run, i) => ({ ...run, m: machines[i], scene: new Scene(state.scenes[i], ui.panes) }));
+        const interpolate = (rows, place, at) => {
+            let k = 1;
+            while (k < place.length - 1 && place[k] < at) k++;
+            if (place.length < 2) return rows[0];
+            const t = max(0, min(1, (at - place[k - 1]) / (place[k] - place[k - 1])));
+            return rows[k - 1].map((x, i) => x + t * (rows[k][i] - x));
+        };
+        for (const run of runs) {
+            const way = run.scene.lines.find((line) => line.name === "true tip"), n = run.joints.length;
+            const every = n > 200 ? 0 : 24;
+            if (way && every) way.parts = [Array.from({ length: (n - 1) * every + 1 }, (_, i) => pose(run.m, interpolate(run.joints, run.joints.map((_, k) => k), i / every))[0])];
+        }
+        const panels = runs.length > 1 ? [] : [3, 4].map((joint) => {
+            const { m, about, joints, place, singular } = runs[0], found = cl.map((r) => m.inverse(r.slice(0, 3), r.slice(3)));
+            const chosen = cl.map((_, i) => interpolate(joints, place, i)[joint] / DEGREE);
+            const branch = (k) => { let turn = 0, old = null; return found.map((both, i) => {
+                if (!both) return NaN;
+                const x = both[k][joint] / DEGREE;
+                turn += 360 * round(((old ?? chosen[i]) - x - turn) / 360);
+                return old = x + turn;
+            }); };
+            const curves = [{ values: chosen, colour: "#7f7f7f88", width: 6, dash: [] }, { values: branch(0), colour: "#009e73", width: 2, dash: [] }, { values: branch(1), colour: "#cc79a7", width: 2, dash: [6, 4] }];
+            return new Curves({ title: `${about.names[joint]}, degrees, over the records`, records: cl.map((_, i) => state.first + i * state.every), limits: about.limits[joint], singular, curves }, ui.plots());
+        });
+        const controls = ui.controls(state.sliders, () => update());
+        const buttons = make("div", ui.side, { className: "buttons" });
+        for (const [label, at] of state.places) button(buttons, label, () => { controls.values = [at]; update(); });
+        button(buttons, "reset view", () => runs.forEach(({ scene }) => { scene.reset(); scene.draw(); }));
+        ui.player(controls, 0);
+        function update() {
+            // Between the blocks that are left out, nothing is known of the true way.
+            if (state.every > 1) controls.values[0] = 1 + state.every * round((controls.values[0] - 1) / state.every);
+            const record = controls.values[0], at = (record - 1) / state.every, k = min(cl.length - 1, floor(at)), next = cl[min(cl.length - 1, k + 1)], t = at - k;
+            const wanted = cl[k].map((x, i) => x + t * (next[i] - x)), turned = angle(cl[k].slice(3), next.slice(3));
+            const axis = turned < 1e-9 ? cl[k].slice(3) : [3, 4, 5].map((i) => (sin((1 - t) * turned) * cl[k][i] + sin(t * turned) * next[i]) / sin(turned));
+            controls.show();
+            const said = state.every > 1 ? [`every ${state.every}th record is shown`] : [], out = [];
+            for (const { m, about, joints, place, scene } of runs) {
+                const q = interpolate(joints, place, at), [tip, tool] = pose(m, q);
+                scene.show(m.places(q));
+                const who = runs.length > 1 ? `${about.title}: ` : `record ${fixed(record, 2)}: `;
+                said.push(`${who}${words(about.names, q)}`);
+                said.push(`tip ${fixed(length(minus(tip, wanted.slice(0, 3))), 4)} mm and axis ${fixed(angle(tool, axis) / DEGREE, 3)}° off the CL data, ${singular(about, tool)}`);
+                out.push(outOfTravel(about, q));
+            }
+            panels.forEach((panel) => panel.show(record));
+            ui.say(said, out.filter(Boolean).join("; "));
+        }
+        return update;
+    },
+});

@@ -1,0 +1,160 @@
+"""A still picture of a scene in space, for readers whose page runs no scripts: what `live.js` draws, in NumPy."""
+
+import io
+from itertools import pairwise
+
+import numpy as np
+from PIL import Image, ImageColor, ImageDraw, ImageFont
+
+from mathpost.draw.solid import smooth
+
+FINE = 2  # pixels drawn for one pixel shown, each way
+HIDDEN = 0.35  # how strong a line is behind a solid
+
+
+class Camera:
+    """A parallel projection from `azimuth` and `elevation` (degrees), Z upwards.
+
+    Examples
+    --------
+    >>> Camera(azimuth=-90, elevation=0).project([[1.0, 2.0, 3.0]]).round(6) + 0.0
+    array([[1., 3.]])
+    """
+
+    def __init__(self, azimuth, elevation):
+        a, e = np.radians([azimuth, elevation])
+        self.right = np.array([-np.sin(a), np.cos(a), 0.0])
+        self.up = np.array([-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)])
+        self.towards = np.array([np.cos(a) * np.cos(e), np.sin(a) * np.cos(e), np.sin(e)])
+
+    def project(self, points):
+        """Return where points (..., 3) are seen, shape (..., 2)."""
+        return np.asarray(points) @ np.stack([self.right, self.up], axis=-1)
+
+
+class View:
+    """A scene seen in a window of `size` pixels, its bodies at `places` (4×4 matrices by name)."""
+
+    def __init__(self, scene, places, size):
+        self.scene, self.places, self.size = scene, places, np.array(size)
+        self.camera = Camera(scene.azimuth, scene.elevation)
+        self.scale = 0.5 * min(size) / scene.radius
+
+    def pixels(self, body, points):
+        """Return pixels right, pixels down and depth towards the viewer of points (..., 3) of a body."""
+        matrix = self.places[body]
+        away = np.asarray(points) @ matrix[:3, :3].T + matrix[:3, 3] - self.scene.middle
+        flat = self.camera.project(away) * [self.scale, -self.scale] + self.size / 2
+        return np.concatenate([flat, (away @ self.camera.towards)[..., None]], axis=-1)
+
+    def seen(self):
+        """Return which solid is seen in each pixel (−1: none), how light it is there, and its depth."""
+        width, height = self.size
+        depth, light = np.full((height, width), -np.inf), np.zeros((height, width))
+        solid = np.full((height, width), -1)
+        for number, each in enumerate(self.scene.solids):
+            triangles = each.triangles()
+            corners = self.pixels(each.body, triangles)
+            shade = _light(smooth(triangles) @ self.places[each.body][:3, :3].T, self.camera)
+            (x0, y0, z0), (x1, y1, z1), (x2, y2, z2) = np.moveaxis(corners, (1, 2), (0, 1))
+            area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
+            low = np.clip(np.floor(corners[..., :2].min(axis=1)), 0, self.size).astype(int)
+            high = np.clip(np.ceil(corners[..., :2].max(axis=1)) + 1, 0, self.size).astype(int)
+            for n in np.flatnonzero((area < -1e-12) & (high > low).all(axis=1)):
+                columns, rows = (np.arange(low[n, k], high[n, k]) + 0.5 for k in (0, 1))
+                rows = rows[:, None]
+                b = ((columns - x0[n]) * (y2[n] - y0[n]) - (rows - y0[n]) * (x2[n] - x0[n])) / area[n]
+                c = ((rows - y0[n]) * (x1[n] - x0[n]) - (columns - x0[n]) * (y1[n] - y0[n])) / area[n]
+                window = np.s_[low[n, 1] : high[n, 1], low[n, 0] : high[n, 0]]
+                z = z0[n] + b * (z1[n] - z0[n]) + c * (z2[n] - z0[n])
+                inside = (b >= 0) & (c >= 0) & (b + c <= 1) & (z > depth[window])
+                depth[window][inside] = z[inside]
+                value = shade[n, 0] + b * (shade[n, 1] - shade[n, 0]) + c * (shade[n, 2] - shade[n, 0])
+                light[window][inside] = value[inside]
+                solid[window][inside] = number
+        return solid, light, depth
+
+    def draw(self):
+        """Return the picture, a PIL image."""
+        solid, light, depth = self.seen()
+        colours = np.array(
+            [ImageColor.getrgb(each.colour) for each in self.scene.solids] or [(0, 0, 0)], dtype=float
+        )
+        shine = np.maximum(light - 200, 0)[..., None] / 90
+        dim = np.minimum(light / 200, 1)[..., None]
+        rgb = colours[solid] * dim * (1 - shine) + 255 * shine + (1 - dim) * [0, 10, 20]
+        rgb = np.where(solid[..., None] < 0, 243, np.clip(rgb, 0, 255))
+        picture = Image.fromarray(rgb.astype(np.uint8))
+        ink = ImageDraw.Draw(picture)
+        for line in self.scene.lines:
+            for part in line.parts:
+                self._stroke(ink, line, self.pixels(line.body, np.asarray(part, dtype=float)), depth)
+        self._letters(ink)
+        return picture
+
+    def _stroke(self, ink, line, points, depth):
+        colour = np.array(ImageColor.getrgb(line.colour))
+        faint = tuple((255 - HIDDEN * (255 - colour)).astype(int).tolist())
+        width = round(FINE * line.width)
+        for start, end in pairwise(points):
+            count = max(1, int(np.hypot(*(end - start)[:2]) / (8 * FINE)))
+            pieces = start + np.linspace(0, 1, count + 1)[:, None] * (end - start)
+            for number, (a, b) in enumerate(pairwise(pieces)):
+                x, y = ((a + b)[:2] / 2).astype(int)
+                inside = 0 <= x < self.size[0] and 0 <= y < self.size[1]
+                open_ = line.over or not (inside and depth[y, x] > (a + b)[2] / 2 + 0.012 * self.scene.radius)
+                if not (line.dash and number % 2):
+                    ink.line([*a[:2], *b[:2]], fill=tuple(colour.tolist()) if open_ else faint, width=width)
+
+    def _letters(self, ink):
+        font = ImageFont.load_default(size=14 * FINE)
+        wanted = [self.pixels(label.body, label.at)[:2] for label in self.scene.labels]
+        for label, at in zip(self.scene.labels, spread(wanted, 20.0 * FINE), strict=True):
+            ink.text(
+                tuple(at), label.text, label.colour, font, anchor="mm", stroke_width=2 * FINE, stroke_fill="white"
+            )
+
+
+def _light(normals, camera):
+    """How light a corner is, 1 to 254: soft light from above, a little from the right, a highlight."""
+    right, up, near = (normals @ axis for axis in (camera.right, camera.up, camera.towards))
+    light = np.maximum(-0.45 * right + 0.7 * up + 0.55 * near, 0)
+    back = np.maximum(0.8 * right - 0.2 * up, 0)
+    gloss = np.maximum(-0.26 * right + 0.48 * up + 0.84 * near, 0) ** 24
+    return np.minimum(1 + 200 * (0.6 + 0.42 * light + 0.1 * back) + 40 * gloss, 254)
+
+
+def png(scenes, places, height, widths):
+    """Return the pictures of several scenes beside each other as a small PNG file, bytes."""
+    whole = Image.new("RGB", (FINE * sum(widths), FINE * height), "white")
+    left = 0
+    for scene, at, width in zip(scenes, places, widths, strict=True):
+        whole.paste(View(scene, at, (FINE * width, FINE * height)).draw(), (left, 0))
+        left += FINE * width
+    whole = whole.resize((sum(widths), height), Image.Resampling.BOX)
+    file = io.BytesIO()
+    whole.quantize(64, dither=Image.Dither.NONE).save(file, format="PNG", optimize=True)
+    return file.getvalue()
+
+
+def spread(positions, gap, rounds=12):
+    """Return positions, shape (n, 2), moved apart until no two are nearer than `gap`, each as little as can be.
+
+    Examples
+    --------
+    >>> spread([[0.0, 0.0], [0.2, 0.0], [5.0, 5.0]], 1.0).round(2) + 0.0
+    array([[-0.4,  0. ],
+           [ 0.6,  0. ],
+           [ 5. ,  5. ]])
+    """
+    positions = np.array(positions, dtype=float)
+    for _ in range(rounds):
+        for i in range(len(positions)):
+            for j in range(i):
+                away = positions[i] - positions[j]
+                distance = np.hypot(*away)
+                if distance < gap:
+                    push = away / distance * (gap - distance) / 2 if distance > 1e-6 else np.array([gap / 2, 0])
+                    positions[i] += push
+                    positions[j] -= push
+    return positions

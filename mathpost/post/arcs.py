@@ -1,0 +1,126 @@
+"""Arcs and drilling cycles of CL data as the points that the tool goes through."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mathpost.errors import InputError
+
+SAME_RADIUS = 0.02  # mm, by which the radii at the two ends of an arc may differ
+SAME_POINT = 1e-4  # mm, between the two ends of an arc that is a full turn
+COARSEST = np.radians(45)  # between the points of an arc, however small it is
+PECK_GAP = 0.5  # mm above the bottom, where the tool slows down again after a peck
+
+
+def arc(start, end, centre, axis, tolerance):
+    """Return the points of an arc or a helix, shape (n, 3), the last one `end`.
+
+    Parameters
+    ----------
+    start, end, centre, axis : array_like, shape (3,)
+        The tool turns right-handed about `axis`; equal ends make a full turn. What the ends differ by along the
+        axis is the rise of a helix.
+    tolerance : float
+        How far the chords may be from the arc, in the unit of the points.
+
+    Raises
+    ------
+    InputError
+        If the ends are not equally far from the centre, or the axis has no direction.
+
+    Examples
+    --------
+    >>> arc([1, 0, 0], [0, 1, 0], [0, 0, 0], [0, 0, 1], 0.1).round(3) + 0.0
+    array([[0.707, 0.707, 0.   ],
+           [0.   , 1.   , 0.   ]])
+    """
+    start, end, centre, axis = (np.asarray(vector, dtype=float) for vector in (start, end, centre, axis))
+    length = np.linalg.norm(axis)
+    if not 0.5 < length < 2:
+        raise InputError("arc", "an axis of unit length", f"length {length:g}")
+    axis = axis / length
+    first, last = (point - centre - (point - centre) @ axis * axis for point in (start, end))
+    radii = np.linalg.norm(first), np.linalg.norm(last)
+    if min(radii) < SAME_POINT or abs(radii[0] - radii[1]) > SAME_RADIUS:
+        raise InputError("arc", "ends equally far from its centre", f"{radii[0]:.4f} and {radii[1]:.4f}")
+    across = np.cross(axis, first)  # as long as `first`
+    angle = np.arctan2(last @ across, last @ first) % (2 * np.pi)
+    if np.linalg.norm(last - first) < SAME_POINT:
+        angle = 2 * np.pi
+    step = min(2 * np.arccos(max(1 - tolerance / max(radii), 0)), COARSEST)
+    t = np.arange(1, int(np.ceil(angle / step)) + 1)[:, None] / np.ceil(angle / step)
+    around = np.cos(t * angle) * first + np.sin(t * angle) * across
+    radius = (1 - t) + t * radii[1] / radii[0]
+    rise = ((start - centre) @ axis * (1 - t) + (end - centre) @ axis * t) * axis
+    points = centre + around * radius + rise
+    points[-1] = end
+    return points
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """A drilling cycle, which holds for every point that follows until it is switched off.
+
+    Heights are counted along the tool axis from the point of the CL data, in the unit of the points.
+
+    Attributes
+    ----------
+    kind : str
+        ``"DRILL"`` and the like come out rapidly, ``"BORE"`` and ``"REAM"`` at their feed, ``"TAP"`` turning back.
+    depth : float
+        Below the point.
+    clearance : float
+        Above it, where the feed begins.
+    retract : float or None
+        Above it, where the tool goes afterwards; None is where it came from.
+    feed : float
+    first, following : float or None
+        Depth of the pecks.
+    out : float or None
+        How far a peck comes out; None is to the clearance.
+    dwell : float
+        Seconds at the bottom.
+    """
+
+    kind: str
+    depth: float
+    clearance: float
+    feed: float
+    retract: float | None = None
+    first: float | None = None
+    following: float | None = None
+    out: float | None = None
+    dwell: float = 0.0
+
+    def heights(self, before):
+        """Return where a hole goes: heights above the point and whether the move there is rapid, and its bottom.
+
+        `before` is the height where the tool comes from.
+
+        Examples
+        --------
+        >>> Cycle("DRILL", depth=8, clearance=2, feed=100, retract=10).heights(10)
+        ([10, 2, -8, 10], [True, True, False, True], 2)
+        >>> Cycle("DEEP", depth=8, clearance=2, feed=100, retract=10, first=5, following=5).heights(10)[0]
+        [10, 2, -5, 2, -4.5, -8, 10]
+        """
+        retract = max(self.clearance, before if self.retract is None else self.retract)
+        heights, rapid = [retract, self.clearance], [True, True]
+        reached, step = 0, self.first or self.following
+        while step and reached + step < self.depth - 1e-9:
+            reached, step = reached + step, self.following or step
+            out = self.clearance if self.out is None else self.out - reached
+            heights += [-reached, out, PECK_GAP - reached]
+            rapid += [False, True, True]
+            if self.out is not None:  # breaks the chip, and goes on from where it is
+                heights, rapid = heights[:-1], rapid[:-1]
+        heights.append(-self.depth)
+        rapid.append(False)
+        bottom = len(heights) - 1
+        if self.kind in ("BORE", "REAM", "TAP"):
+            heights.append(self.clearance)
+            rapid.append(False)
+        if heights[-1] != retract:
+            heights.append(retract)
+            rapid.append(True)
+        return heights, rapid, bottom

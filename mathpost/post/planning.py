@@ -1,0 +1,226 @@
+"""What the machine does with one tool: joints chosen, ways through the singular regions, moves divided, blocks."""
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from mathpost.compensate.compensation import Compensated, PoseError
+from mathpost.errors import InputError, ReachError
+from mathpost.kinematics import Kinematics
+from mathpost.post import program, travel
+from mathpost.post.between_blocks import levers
+from mathpost.post.cl import CLData
+from mathpost.post.controls import Blocks
+from mathpost.post.motion import Motion, block_times, linearize
+from mathpost.post.proof import measured, prove
+from mathpost.post.selection import Selection
+from mathpost.post.singular import regions
+from mathpost.post.ways import Crossing
+from mathpost.rotation import slices
+
+TRAVEL_TOLERANCE = 0.01  # mm; between the blocks travel is looked at to this, whatever the tolerance of the tip
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The part of a path that one tool runs through.
+
+    Attributes
+    ----------
+    kin : Kinematics
+        Of the machine with this tool.
+    cl : CLData
+    first : int
+        How many records of the path come before.
+    chosen : mathpost.post.selection.Selection
+    regions : list of (int, int)
+        The singular regions, first and last record.
+    singular : str
+        The way through them.
+    crossing : callable
+        Makes the `Crossing` of a region.
+    motion, ideal : Motion
+        Where the machine goes, and where it would go if nothing had been measured on it.
+    blocks : Blocks
+        To be written.
+    seconds : float
+        That the moves take.
+    cautions : tuple of str
+    """
+
+    kin: Kinematics
+    cl: CLData
+    first: int
+    chosen: Selection
+    regions: list
+    singular: str
+    crossing: object
+    motion: Motion
+    ideal: Motion
+    blocks: Blocks
+    seconds: float
+    cautions: tuple
+
+    def uncompensated(self, real):
+        """Return as `Proof` what the real machine would do if nothing had been measured."""
+        motion, blocks, _ = _blocks(self.kin, self.cl, self.ideal, self.blocks.tcp)
+        return self._counted(measured(self.kin, self.cl, blocks, motion, real=real))
+
+    def proved(self, blocks, tolerance, real):
+        """Return the `Proof` of the blocks that were read back, or refuse them."""
+        return self._counted(prove(self.kin, self.cl, blocks, self.motion, tolerance, real=real))
+
+    def _counted(self, proof):
+        return replace(proof, worst_record=self.first + proof.worst_record)
+
+    def compared(self, lean, clearance):
+        """Yield for each singular region, in records of the whole path, all ways through it."""
+        for first, last in self.regions:
+            through = self.crossing((first, last)).compare(lean=lean, clearance=clearance)
+            yield (self.first + first, self.first + last), through
+
+
+def plan(cl, first, machine, choose, real, tcp, tolerance, singular, cone, lean, clearance, progress):
+    """Return the `Plan` of CL data with one tool.
+
+    Parameters
+    ----------
+    cl : CLData
+    first : int
+        How many records of the path come before.
+    machine : Machine
+        With this tool.
+    choose : callable
+        `mathpost.post.selection.choose` with its options.
+    real : Compensator or None
+    tcp, tolerance, singular, cone, lean, clearance, progress
+        As in `mathpost.post.run`.
+    """
+    turned = np.flatnonzero(np.linalg.norm(cl.axes[1:] + cl.axes[:-1], axis=1) < 1e-6)
+    if turned.size:
+        raise InputError(cl.where(turned[0] + 1), "a tool axis not opposite to the one before", "a turn by 180°")
+    kin = Kinematics(machine)
+    progress("choosing")
+    chosen = choose(kin, cl)
+    found = regions(kin, cl, chosen.joints, cone=cone)
+    progress("planning")
+    crossing = partial(Crossing, kin, cl, chosen.joints, tolerance=tolerance / 2)
+    options = {"lean": lean, "clearance": clearance}
+    passed = _unbroken(found, chosen.breaks) if singular != "direct" else ()
+    ways = [crossing(region).possible(singular, **options) for region in passed]
+    ways += [crossing((record - 1, record)).possible("retract", **options) for record in chosen.breaks]
+    motion = _through_the_records(chosen.joints, ways)
+    divided = _divided(kin, cl, motion, tolerance, tcp)
+    between = divided if tolerance <= TRAVEL_TOLERANCE else _linearized(kin, cl, motion, TRAVEL_TOLERANCE)
+    _refuse_out_of_travel(machine, cl, between)
+    ideal, cautions = motion if tcp else divided, ()
+    motion = ideal
+    if real is not None:
+        motion, cautions = _compensated(real, motion)
+        _refuse_out_of_travel(machine, cl, motion)
+    motion, blocks, seconds = _blocks(kin, cl, motion, tcp)
+    _refuse_turning_compensation(cl, machine, blocks)
+    return Plan(kin, cl, first, chosen, found, singular, crossing, motion, ideal, blocks, seconds, cautions)
+
+
+def _unbroken(regions, breaks):
+    """The parts of regions between the records at which the path breaks."""
+    for first, last in regions:
+        inside = [record for record in breaks if first < record <= last]
+        for start, end in zip([first, *inside], [*(record - 1 for record in inside), last], strict=True):
+            if start < end:
+                yield start, end
+
+
+def _through_the_records(joints, ways):
+    """The `Motion` through the joints (n, 5) chosen for the records, with each of `ways` in its place."""
+    joints, place = np.asfortranarray(joints), np.arange(len(joints))  # joint by joint is read fastest
+    parts, record = [], 0  # the next record to be reached
+    for way in sorted(ways, key=lambda way: way.place[0]):
+        first, last = int(way.place[0]), int(way.place[-1])
+        parts.append(Motion.on_part(joints[record:first], place[record:first]))
+        # Where a way begins at the record at which another has ended, that pose is there already.
+        parts.append(way[1:] if record > first else way)
+        record = last + 1
+    return Motion.joined([*parts, Motion.on_part(joints[record:], place[record:])])
+
+
+def _divided(kin, cl, motion, tolerance, tcp):
+    """The motion with its moves divided until the tip keeps the tolerance, the printed digits included.
+
+    With TCP the digits of the angles do not move the tip.
+    """
+    tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
+    lever = (levers(kin.machine) + np.linalg.norm(tip, axis=1)) * (not tcp)
+    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever)  # by the digits alone
+    if (worst := moved.max()) > tolerance / 2:
+        expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
+        raise InputError("tolerance", expected, f"{tolerance}")
+    return _linearized(kin, cl, motion, tolerance - np.maximum(moved[:-1], moved[1:]))
+
+
+def _linearized(kin, cl, motion, tolerance):
+    """The motion with its moves divided until the tip keeps the tolerance."""
+    return linearize(
+        kin, motion.joints, tolerance, place=motion.place, lifted=motion.lifted, name=f"{cl.name}, block"
+    )
+
+
+def _refuse_out_of_travel(machine, cl, motion):
+    """Raise `ReachError` for the first pose, those between the records included, that is out of travel."""
+    out = np.flatnonzero(~travel.all_within(machine, motion.joints))
+    if out.size:
+        sentences = travel.out_of_travel(machine, motion.joints[out[0]])
+        raise ReachError(f"{cl.where(int(motion.place[out[0]]))} and on: {'; '.join(sentences)}")
+
+
+def _compensated(real, motion):
+    """The `Motion` compensated for the errors of the machine, and sentences on what could not be."""
+    parts = [real.compensate(motion.joints[rows]) for rows in slices(motion.joints.shape[:1])]
+    after = PoseError(*(np.concatenate([getattr(part.after, name) for part in parts]) for name in ("tip", "axis")))
+    joints, limited, refused = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("joints", "limited", "refused")
+    )
+    whole = Compensated(joints, parts[0].before, after, limited, refused)
+    return replace(motion, joints=joints), whole.cautions
+
+
+def _blocks(kin, cl, motion, tcp):
+    """What a program says of a motion: `program.Blocks`, the poses they end at, and the time they take in s.
+
+    A pose that repeats all words of the one before is left out.
+    """
+    joints = motion.joints
+    words = np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1) if tcp else joints
+    words = program.rounded(words)
+    kept = np.r_[True, (words[1:] != words[:-1]).any(axis=1)]
+    if not kept.all():
+        motion, words = motion[kept], words[kept]
+    record = np.ceil(motion.place).astype(int)
+    feeds, rapid, (tip, _) = cl.feeds[record], cl.rapid[record], cl.at(motion.place)  # in cut it is on the path
+    seconds = np.r_[np.nan, block_times(kin.machine, motion.joints, tip, feeds[1:], motion.in_cut)]
+    turning = np.r_[False, (words[1:, 3:] != words[:-1, 3:]).any(axis=1)]
+    by_time = turning & ~np.isnan(feeds) & ~rapid & (not tcp)
+    # A remark stands before the first block of the move to its record.
+    before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
+    remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
+    planned = program.Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)
+    return motion, planned, float(seconds[1:].sum())
+
+
+def _refuse_turning_compensation(cl, machine, blocks):
+    """Raise `InputError` if a rotary axis moves while the control compensates the radius of the cutter.
+
+    The control does so in its X-Y plane: the tool has to stand across it, and the rotary axes still.
+    """
+    switched = [(row, remark) for row, remark in blocks.remarks if getattr(remark, "kind", "") == "compensation"]
+    on, rows = None, len(blocks.words)
+    for row, remark in [*switched, (rows, None)]:
+        if on is not None:
+            rotary = blocks.words[max(on[0] - 1, 0) : min(row + 1, rows), 3:]
+            heads = [joint.carries == "tool" for joint in machine.rotary]
+            if blocks.tcp or np.ptp(rotary, axis=0).any() or rotary[:1, heads].any():
+                expected = "rotary axes that stand still, the tool across X and Y, and no TCP"
+                raise InputError(f"{cl.name}: {on[1].statement}", expected, "others while it holds")
+        on = (row, remark) if remark is not None and remark.values[0] != "OFF" else None

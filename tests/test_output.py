@@ -1,0 +1,116 @@
+"""What a command writes destroys nothing; stopped, it leaves nothing behind; strange input is refused."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from mathpost import __main__, machine
+from mathpost.errors import InputError, OutputError, write_bytes
+from mathpost.post import cl
+from tests.conftest import DATA, ROOT
+
+POST = ["post", "--machine", str(DATA / "machines/dmu50v.toml")]
+
+
+@pytest.fixture
+def part(tmp_path):
+    (tmp_path / "part.cl").write_bytes((DATA / "cl/blade.cl").read_bytes())
+    return tmp_path / "part.cl"
+
+
+def test_an_input_is_not_replaced(part, capsys):
+    before = part.read_bytes()
+    link = part.with_name("link.h")
+    link.symlink_to(part)
+    for output in (part, link):
+        assert __main__.main([*POST, str(part), "-o", str(output)]) == 2
+        assert "one of the files that are read" in capsys.readouterr().err
+    assert part.read_bytes() == before and sorted(p.name for p in part.parent.iterdir()) == ["link.h", "part.cl"]
+
+
+def test_a_device_or_a_pipe_is_not_replaced(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", os.devnull, tmp_path):
+        with pytest.raises(OutputError, match="no regular file"):
+            write_bytes(path, b"new")
+    assert [p.name for p in tmp_path.iterdir()] == ["pipe"]
+
+
+def test_a_link_is_followed_and_the_mode_is_kept(tmp_path):
+    target, link = tmp_path / "target", tmp_path / "link"
+    target.write_bytes(b"old")
+    target.chmod(0o640)
+    link.symlink_to(target)
+    write_bytes(link, b"new")
+    assert link.is_symlink() and target.read_bytes() == b"new" and target.stat().st_mode & 0o777 == 0o640
+
+
+@pytest.mark.skipif(os.getuid() == 0, reason="root may write everywhere")
+def test_a_file_that_is_read_only_stays(tmp_path):
+    (tmp_path / "old").write_bytes(b"old")
+    (tmp_path / "old").chmod(0o444)
+    with pytest.raises(OutputError, match="Permission"):
+        write_bytes(tmp_path / "old", b"new")
+
+
+def test_a_full_disk_leaves_what_was_there(tmp_path, monkeypatch):
+    (tmp_path / "old").write_bytes(b"old")
+    monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    with pytest.raises(OutputError, match="No space left"):
+        write_bytes(tmp_path / "old", b"new")
+    assert [p.name for p in tmp_path.iterdir()] == ["old"] and (tmp_path / "old").read_bytes() == b"old"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_with_one_line(number, tmp_path):
+    """The command waits for CL data from a pipe that nobody writes."""
+    os.mkfifo(tmp_path / "part.cl")
+    command = [sys.executable, "-m", "mathpost", *POST, str(tmp_path / "part.cl"), "-o", str(tmp_path / "out.h")]
+    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as running:
+        handle = os.open(tmp_path / "part.cl", os.O_WRONLY)  # returns as soon as the command reads
+        running.send_signal(number)
+        _, said = running.communicate(timeout=60)
+        os.close(handle)
+    assert running.returncode == 130 and said == "mathpost: stopped, nothing was written\n"
+    assert [p.name for p in tmp_path.iterdir()] == ["part.cl"]
+
+
+LARGE = 'name = "a"\nsource = "b"\n[[rotary]]\n[[rotary]]\n[workpiece]\norigin = [' + "9" * 400 + ", 0, 0]"
+
+
+@pytest.mark.parametrize("text", [f"name = {'9' * 400}", f"name = {'9' * 5000}", "a = " + "[" * 3000, LARGE])
+def test_strange_machine_files_are_refused(tmp_path, text):
+    (tmp_path / "machine.toml").write_text(text)
+    with pytest.raises(InputError, match=r"machine\.toml"):
+        machine.load(tmp_path / "machine.toml")
+
+
+def test_a_tool_has_defaults():
+    text = (DATA / "machines/ac_table.toml").read_text()
+    lines = [line for line in text.splitlines() if not line.startswith(("length", "programmed_point"))]
+    content = machine.tomllib.loads("\n".join(lines))
+    made = machine.from_dict(content)
+    assert (made.tool_length, made.programmed_point) == (0.0, "tip")
+
+
+@pytest.mark.parametrize(
+    ("points", "axes", "words"),
+    [
+        (np.empty((0, 3)), np.empty((0, 3)), "at least one record"),
+        (np.ma.masked_less([[1.0, 2, 3]], 2), [[0, 0, 1]], "masked"),
+        ([[1e200, 0, 0]], [[0, 0, 1]], "below 1e"),
+        ([[1, 2, 3]], [[0, 0, 1]] * 2, "the same shape"),
+    ],
+)
+def test_strange_arrays_are_refused(points, axes, words):
+    with pytest.raises(InputError, match=words):
+        cl.from_arrays(points, axes)
+
+
+def test_axes_of_any_length():
+    axes = cl.from_arrays(np.zeros((3, 3)), [[0, 3e200, 4e200], [0, 3e-200, 4e-200], [0, 0, 2]]).axes
+    np.testing.assert_allclose(axes, [[0, 0.6, 0.8], [0, 0.6, 0.8], [0, 0, 1]], atol=1e-15)

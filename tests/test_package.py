@@ -1,0 +1,53 @@
+"""What a person has who installs the package: shipped machines by name, a command, a version."""
+
+import subprocess
+import sys
+import zipfile
+from importlib import metadata
+
+import pytest
+
+from mathpost import machine
+from mathpost.errors import InputError, data_file
+from tests.conftest import MACHINE_FILES, ROOT
+
+
+@pytest.mark.parametrize("path", MACHINE_FILES, ids=lambda path: path.stem)
+def test_a_shipped_machine_is_found_by_its_name_from_anywhere(path, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert machine.load(path.stem) == machine.load(path)
+
+
+def test_a_name_that_no_machine_has_is_refused_with_those_that_there_are(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(
+        InputError, match="dmu50: expected a TOML file, or one of ac_head, .*dmu50v.*, found neither"
+    ):
+        machine.load("dmu50")
+    with pytest.raises(InputError, match="comes with the package"):
+        data_file("cl/none.cl")
+
+
+def test_a_file_here_goes_before_a_shipped_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "dmu50v").write_text('name = "mine"\n')
+    with pytest.raises(InputError, match=r"dmu50v.*\[\[rotary\]\]"):
+        machine.load("dmu50v")
+
+
+def test_the_version_is_that_of_the_package():
+    said = subprocess.run([sys.executable, "-m", "mathpost", "--version"], capture_output=True, text=True).stdout
+    assert said == f"mathpost {metadata.version('mathpost')}\n"
+
+
+def test_the_wheel_holds_every_room_and_all_data(tmp_path):
+    command = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--quiet", "--wheel-dir", tmp_path, ROOT]
+    subprocess.run(command, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        held = set(archive.namelist())
+    modules = {
+        str(path.relative_to(ROOT)) for path in (ROOT / "mathpost").rglob("*") if path.suffix in (".py", ".js")
+    }
+    shipped = {f"mathpost/data/{path.relative_to(ROOT / 'data')}" for path in (ROOT / "data").glob("*/*.*")}
+    assert modules | shipped <= held
