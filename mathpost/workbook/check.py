@@ -63,6 +63,12 @@ def check_file(path, task=None):
     places = {p: RIGHT for c in typed for p in c.results}
     statuses = places | {p: s for p, s in statuses.items() if p not in places}
     statuses |= {fault.place: WRONG for fault in judge.faults}
+    now = graph.run({})
+    stale = [p for p in graph.order if graph.cells[p].number is not None and not _as_stored(graph, p, now)]
+    if stale:
+        judge.warnings.append(
+            f"stored values are not what the formulas give: {', '.join(ranges(graph, stale[:6]))}"
+        )
     if typed:
         judge.warnings.append(LUCKY)
     report = _report(graph, statuses, judge.faults, [*seen, *found.problems], judge.warnings)
@@ -90,6 +96,12 @@ def _report(graph, statuses, faults, seen, warnings):
     report.not_checked = list(ranges(graph, unjudged))
     report.verdict = WRONG if faults else UNCLEAR if unjudged or not statuses else RIGHT
     return report
+
+
+def _as_stored(graph, place, values):
+    """Whether the file holds the value that the formula has; what is not a number is not compared."""
+    value, stored = values[place][0], graph.cells[place].number
+    return not np.isfinite(value) or abs(value - stored) <= 1e-6 * (1 + abs(stored))
 
 
 def ranges(graph, places):

@@ -279,19 +279,27 @@ class Judge:
         self.all_places = [p for p in graph.trees if p not in found.typed] + sorted(
             graph.unread, key=graph.reading_order
         )
-        self.all_places = [
-            p for p in self.all_places if not isinstance(graph.cells[p].value, str) or graph.cells[p].error
-        ]
+        self.all_places = [p for p in self.all_places if not self._is_text(p)]
         judged = graph.upstream(p for c in found.calculations for p in c.results)
         rest = [p for p in self.all_places if p not in judged]
         return [p for p in sorted(rest, key=self._order) if p in graph.unread or not self._is_check(p)]
 
+    def _is_text(self, place):
+        """Whether a formula only makes a message."""
+        cell = self.graph.cells[place]
+        if cell.value is None:
+            return any(part[0] == "text" for _, part in walk(self.graph.trees.get(place, ("number", 0))))
+        return isinstance(cell.value, str) and not cell.error
+
     def _is_check(self, place):
         """Judge a cell beside the calculation: a determinant, a length, a difference, a largest one of them."""
         value = np.broadcast_to(self.values.get(place, np.full(1, np.nan)), (SAMPLES,))
+        parts = [part for _, part in walk(self.graph.trees[place])]
         known = [np.ones(SAMPLES)]
-        if not any(part[:2] == ("call", "MDETERM") for _, part in walk(self.graph.trees[place])):
-            known.append(np.zeros(SAMPLES))
+        if any(part[:2] == ("call", "MDETERM") for part in parts):
+            return same(value, known[0], 1e-8)
+        if not np.abs(value[1:]).max() > 1e-9 and not any(part[0] == "-" for part in parts):
+            return False  # zero without a difference: something empty was taken
         for calculation in self.found.calculations:
             if self._is_known(calculation, value):
                 return True
