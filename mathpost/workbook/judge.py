@@ -352,7 +352,8 @@ class Judge:
         yield (98, (0,), 0), self.whole, self._everywhere(calculation)
 
     def _unit_order(self, unit):
-        return (*min(self._order(p) for p in unit), len(unit))
+        # Zeros and ones do not make a matrix early.
+        return (*min(self._order(p) for p in [q for q in unit if q in self.graph.trees] or unit), len(unit))
 
     def _lines(self, calculation, scope):
         """Triples and quadruples of vector cells."""
@@ -639,7 +640,7 @@ class Judge:
         """Whether the formulas in line with a cell differ from its own in nothing but their references."""
         graph = self.graph
         line = [p for p in self.found.component.get(place, []) if p in graph.trees]
-        if place in graph.part or not 2 <= len(line) <= 4:
+        if place in graph.part or not 2 <= len(line) <= 16:
             return False
         return len({shape_of(graph.trees[p]) for p in line}) == 1
 

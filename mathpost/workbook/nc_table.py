@@ -15,6 +15,7 @@ from mathpost.detective.misreadings import written_decimals
 from mathpost.detective.rotary_axes import JointCase
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
+from mathpost.workbook.formula import walk
 from mathpost.workbook.graph import SAMPLES, area_named
 
 NUMBER = r"[-+−–]?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -39,6 +40,7 @@ class Words:
     vectors: dict = field(default_factory=dict)
     target = None
     preferred = None
+    beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
     typed: bool = False  # whether a word is a number, so that only the sheet's own numbers can be judged
 
     def prepare(self, values, units):
@@ -70,7 +72,8 @@ class Words:
         tilt = tilting(self)
         low, high = self.kinematics.machine.limits[3 + tilt]
         angle = self.kinematics.inverse(np.zeros(3), vectors)[:, :, 3 + tilt]
-        good = ((angle >= low) & (angle <= high)).any(axis=1) & np.isfinite(angle).all(axis=1)
+        good = ((angle >= low) & (angle <= high)).any(axis=1) | self.beyond
+        good &= np.isfinite(angle).all(axis=1)
         good &= (np.abs(vectors[:, 2]) > 0.05) & (np.abs(vectors[:, 2]) < 0.98)
         return dict(zip(self.axis, vectors[good][:SAMPLES].T, strict=True))
 
@@ -110,6 +113,8 @@ def rows_of(graph, machine, cells=None):
     rows = [Words(joints, tip, axis, kinematics, name) for tip, axis, joints in found]
     most = sum(p in graph.trees for row in rows for p in row.results)
     for row in rows:
+        trees = [graph.trees[p] for p in row.results if p in graph.trees]
+        row.beyond = any(part[:2] == ("call", "ATAN") for tree in trees for _, part in walk(tree))
         row.typed = 2 * most < 5 * len(rows)
     return rows
 
