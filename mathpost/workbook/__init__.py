@@ -2,7 +2,8 @@
 
 Read `check`, which calls the others in turn: `file` (with `safety`) reads cells, `graph` (with `formula`) evaluates
 them at many inputs at once, `recognise` tells what is what, `judge` (with `edits`) finds the first wrong cell.
-`nc_table` is for tables of NC words, `folder` for a class, `template` writes the sheet of the lesson.
+`nc_table` and `tilted_plane` know other calculations, `values` sheets of numbers; `folder` checks a class,
+`symbolic` shows a sheet as sympy.
 """
 
 from mathpost.workbook.check import check_file
@@ -10,6 +11,5 @@ from mathpost.workbook.folder import check_folder, mark
 from mathpost.workbook.recognise import Task, task_file
 from mathpost.workbook.report import FileReport
 from mathpost.workbook.symbolic import symbolic
-from mathpost.workbook.template import template
 
-__all__ = ["FileReport", "Task", "check_file", "check_folder", "mark", "symbolic", "task_file", "template"]
+__all__ = ["FileReport", "Task", "check_file", "check_folder", "mark", "symbolic", "task_file"]

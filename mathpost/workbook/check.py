@@ -56,10 +56,19 @@ def check_file(path, task=None):
     # An input that is not the task's is wrong, though it is none of the cells that follow from the inputs.
     statuses |= dict.fromkeys(unjudged, UNCLEAR) | {fault.place: WRONG for fault in judge.faults}
     seen = [f"{found.place_text(c.results)}: {c.said}" for c in found.calculations]
+    judge.warnings += [
+        f"{graph.address(p)} depends on itself" for p in sorted(graph.circular, key=graph.reading_order)
+    ]
     typed = [c for c in found.calculations if getattr(c, "typed", False)]
     places = {p: RIGHT for c in typed for p in c.results}
     statuses = places | {p: s for p, s in statuses.items() if p not in places}
     statuses |= {fault.place: WRONG for fault in judge.faults}
+    now = graph.run({})
+    stale = [p for p in graph.order if graph.cells[p].number is not None and not _as_stored(graph, p, now)]
+    if stale:
+        judge.warnings.append(
+            f"stored values are not what the formulas give: {', '.join(ranges(graph, stale[:6]))}"
+        )
     if typed:
         judge.warnings.append(LUCKY)
     report = _report(graph, statuses, judge.faults, [*seen, *found.problems], judge.warnings)
@@ -87,6 +96,12 @@ def _report(graph, statuses, faults, seen, warnings):
     report.not_checked = list(ranges(graph, unjudged))
     report.verdict = WRONG if faults else UNCLEAR if unjudged or not statuses else RIGHT
     return report
+
+
+def _as_stored(graph, place, values):
+    """Whether the file holds the value that the formula has; what is not a number is not compared."""
+    value, stored = values[place][0], graph.cells[place].number
+    return not np.isfinite(value) or abs(value - stored) <= 1e-6 * (1 + abs(stored))
 
 
 def ranges(graph, places):

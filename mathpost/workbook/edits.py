@@ -92,7 +92,7 @@ def _all_units(tree):
 
 
 def _units(tree, path, part):
-    if (part[0] == "call" and part[1] in TRIGONOMETRY) or (part[0] == "call" and part[1] == "TAN"):
+    if part[0] == "call" and part[1] in (*TRIGONOMETRY, "TAN"):
         inner = part[2][0]
         wrapped = ("call", "RADIANS", (inner,))
         text = f"{part[1]} takes radians: {text_of(inner)} is in degrees"

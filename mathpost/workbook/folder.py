@@ -4,6 +4,8 @@ import csv
 import html
 import io
 import os
+import re
+import zipfile
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,9 +13,11 @@ from pathlib import Path
 import openpyxl
 from openpyxl.comments import Comment
 from openpyxl.styles import PatternFill
+from openpyxl.utils.cell import coordinate_to_tuple
 
 from mathpost.errors import InputError, OutputError, write_bytes
 from mathpost.workbook.check import check_file
+from mathpost.workbook.file import read
 from mathpost.workbook.report import RIGHT, STATUS_COLOUR, UNCLEAR, WRONG
 from mathpost.workbook.safety import PART_LIMIT, inspect
 
@@ -217,8 +221,29 @@ def mark(report, out):
             cell.comment = Comment(before + messages[judged.cell], cell.comment.author if before else "mathpost")
     content = io.BytesIO()
     book.save(content)
+    content = _with_values(content, read(report.path))
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"{out}: not written, {error.strerror or error}") from None
     write_bytes(out, content.getvalue())
+
+
+def _with_values(content, original):
+    """The saved workbook with the numbers that its formulas had, which openpyxl does not write."""
+    result = io.BytesIO()
+    with zipfile.ZipFile(content) as source, zipfile.ZipFile(result, "w", zipfile.ZIP_DEFLATED) as target:
+        for name in source.namelist():
+            data = source.read(name)
+            if found := re.fullmatch(r"xl/worksheets/sheet(\d+)\.xml", name):
+                cells = original.sheets[int(found[1]) - 1].cells
+
+                def fill(match, cells=cells):
+                    cell = cells.get(coordinate_to_tuple(match[2]))
+                    number = None if cell is None else cell.number
+                    return match[0] if number is None else f"{match[1]}<v>{number!r}</v></c>"
+
+                pattern = r'(<c r="([A-Z]+\d+)"[^>]*><f[^>]*>[^<]*</f>)<v\s*/?>(?:</v>)?</c>'
+                data = re.sub(pattern, fill, data.decode()).encode()
+            target.writestr(name, data)
+    return result

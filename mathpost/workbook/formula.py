@@ -7,7 +7,6 @@ A tree is a tuple: ``("number", 2.0)``, ``("text", "a")``, ``("area", area)``, `
 
 import re
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from openpyxl.formula import Tokenizer
@@ -273,7 +272,7 @@ def evaluate(tree, look):
     if kind in OPERATORS:
         left, right = evaluate(tree[1], look), evaluate(tree[2], look)
         if kind in "+-*/^" or "text" not in (tree[1][0], tree[2][0]):
-            return OPERATORS[kind](left, right)
+            return OPERATORS[kind](left, right) * 1.0
     if kind == "text":
         return np.full((1, 1, 1), np.nan)
     raise NotUnderstood(f"the operator {kind}")
@@ -372,23 +371,12 @@ PLAIN = {
     "SINGLE": lambda a: a[:, :1, :1],
     "N": lambda a: a,
 }
-OPERATORS = {
-    "+": np.add,
-    "-": np.subtract,
-    "*": np.multiply,
-    "/": np.divide,
-    "^": np.power,
-    **{
-        name: (lambda compare: lambda a, b: compare(a, b) * 1.0)(compare)
-        for name, compare in {
-            "=": np.equal, "<>": np.not_equal, "<": np.less, ">": np.greater,
-            "<=": np.less_equal, ">=": np.greater_equal,
-        }.items()
-    },
-}  # fmt: skip
-
-
-@lru_cache(maxsize=1)
-def trigonometric():
-    """The functions whose argument is an angle in radians."""
-    return frozenset(("SIN", "COS", "TAN"))
+COMPARISONS = {
+    "=": np.equal,
+    "<>": np.not_equal,
+    "<": np.less,
+    ">": np.greater,
+    "<=": np.less_equal,
+    ">=": np.greater_equal,
+}
+OPERATORS = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "^": np.power, **COMPARISONS}

@@ -203,7 +203,7 @@ class Graph:
         return at(arrays[key], self.part[place])
 
     def calculate(self, tree, values):
-        """Return the value of a tree from those of the cells, shape (samples, rows, columns); NaN if it has none."""
+        """Return the value of a tree, shape (samples, rows, columns), from those of the cells; NaN if none."""
         try:
             with np.errstate(all="ignore"):
                 return evaluate(tree, lambda area: self.look(area, values))
@@ -220,7 +220,7 @@ class Graph:
         return stacked.reshape(samples, *area.shape)
 
     def number(self, place, values):
-        """The value of one cell, shape (samples,) or (1,): 0 for an empty one, NaN for text and for an unread one."""
+        """The value of one cell, shape (samples,) or (1,): 0 for an empty one, NaN for text."""
         if place in values:
             return values[place]
         cell = self.cells.get(place)

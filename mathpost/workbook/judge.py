@@ -231,16 +231,17 @@ class Judge:
         above = {fault.place: fault for fault in self.faults if fault.place in self.graph.trees}
         for place in sorted(bad, key=self._order):
             fault = above.get((place[0], place[1] - 1, place[2]))
-            if fault and shape_of(self.graph.trees[fault.place]) == shape_of(
-                self.graph.trees.get(place, ("number", 0))
+            if (
+                fault
+                and shape_of(self.graph.trees[fault.place]) == shape_of(self.graph.trees.get(place, ("number", 0)))
+                and len(self.found.component.get(place, ())) > 9
             ):
-                if len(self.found.component.get(place, ())) > 9:
-                    self._fault(place, fault.cause, f"{self.graph.short(place)}: as in the row above")
-                    return {place: own[place]}
+                self._fault(place, fault.cause, f"{self.graph.short(place)}: as in the row above")
+                return {place: own[place]}
         return None
 
     def _typed_over(self, calculation, bad):
-        """The first number on the way to a wrong result that is no input of it, nor a constant such as 0, 1 or π."""
+        """The first number on the way to a wrong result that is no input, nor a constant such as 0, 1 or π."""
         given = {*calculation.angles, *calculation.point, *calculation.origin, *calculation.axis}
         scope = (self.graph.upstream(bad) & self.found.typed) - given
         odd = [p for p in scope if p not in self.graph.trees and self.own(p) not in (0, 1, -1)]
@@ -278,19 +279,27 @@ class Judge:
         self.all_places = [p for p in graph.trees if p not in found.typed] + sorted(
             graph.unread, key=graph.reading_order
         )
-        self.all_places = [
-            p for p in self.all_places if not isinstance(graph.cells[p].value, str) or graph.cells[p].error
-        ]
+        self.all_places = [p for p in self.all_places if not self._is_text(p)]
         judged = graph.upstream(p for c in found.calculations for p in c.results)
         rest = [p for p in self.all_places if p not in judged]
         return [p for p in sorted(rest, key=self._order) if p in graph.unread or not self._is_check(p)]
 
+    def _is_text(self, place):
+        """Whether a formula only makes a message."""
+        cell = self.graph.cells[place]
+        if cell.value is None:
+            return any(part[0] == "text" for _, part in walk(self.graph.trees.get(place, ("number", 0))))
+        return isinstance(cell.value, str) and not cell.error
+
     def _is_check(self, place):
         """Judge a cell beside the calculation: a determinant, a length, a difference, a largest one of them."""
         value = np.broadcast_to(self.values.get(place, np.full(1, np.nan)), (SAMPLES,))
+        parts = [part for _, part in walk(self.graph.trees[place])]
         known = [np.ones(SAMPLES)]
-        if not any(part[:2] == ("call", "MDETERM") for _, part in walk(self.graph.trees[place])):
-            known.append(np.zeros(SAMPLES))
+        if any(part[:2] == ("call", "MDETERM") for part in parts):
+            return same(value, known[0], 1e-8)
+        if not np.abs(value[1:]).max() > 1e-9 and not any(part[0] == "-" for part in parts):
+            return False  # zero without a difference: something empty was taken
         for calculation in self.found.calculations:
             if self._is_known(calculation, value):
                 return True
@@ -343,7 +352,8 @@ class Judge:
         yield (98, (0,), 0), self.whole, self._everywhere(calculation)
 
     def _unit_order(self, unit):
-        return (*min(self._order(p) for p in unit), len(unit))
+        # Zeros and ones do not make a matrix early.
+        return (*min(self._order(p) for p in [q for q in unit if q in self.graph.trees] or unit), len(unit))
 
     def _lines(self, calculation, scope):
         """Triples and quadruples of vector cells."""
@@ -449,7 +459,7 @@ class Judge:
         return wanted if self._try({place: wanted}, targets) else None
 
     def _plausible(self, calculation, place):
-        """What a cell may have to hold that its results depend on in a curved way: an angle, or a repaired formula."""
+        """What a cell may have to hold on which results depend in a curved way: an angle, a repaired formula."""
         if place in self.found.tainted:
             for angle in calculation.radians.T:
                 for value in (angle, np.rad2deg(angle)):
@@ -616,11 +626,9 @@ class Judge:
         """Whether the formula of the row above or below, copied here, gives `value`."""
         for step in (-1, 1):
             tree = self.graph.trees.get((place[0], place[1] + step, place[2]))
-            if tree and len(self.found.component[place]) > 9 and (moved := copied(tree, -step)):
-                if same(
-                    np.broadcast_to(self.graph.calculate(moved, self.values)[:, 0, 0], (SAMPLES,)), value, 1e-7
-                ):
-                    return True
+            moved = copied(tree, -step) if tree and len(self.found.component[place]) > 9 else None
+            if moved and same(self.graph.calculate(moved, self.values)[:, 0, 0], value, 1e-7):
+                return True
         return False
 
     def _array(self, place):
@@ -632,7 +640,7 @@ class Judge:
         """Whether the formulas in line with a cell differ from its own in nothing but their references."""
         graph = self.graph
         line = [p for p in self.found.component.get(place, []) if p in graph.trees]
-        if place in graph.part or not 2 <= len(line) <= 4:
+        if place in graph.part or not 2 <= len(line) <= 16:
             return False
         return len({shape_of(graph.trees[p]) for p in line}) == 1
 
@@ -655,7 +663,7 @@ class Judge:
         return any(same(value, entry, 1e-7) for group in entries for entry in group)
 
     def _missing(self, calculation, place, value):
-        """A term that is missing from a sum: what is lacking is one like those of the cells around, or a product."""
+        """A term that is missing from a sum: one like those of the cells around, or a product of cells."""
         graph = self.graph
         lacking = value - np.broadcast_to(self.values[place], (SAMPLES,))
         if not np.isfinite(lacking[1:]).all():

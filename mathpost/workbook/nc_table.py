@@ -1,7 +1,7 @@
 """A table of tool tips and tool axes against NC words: where the columns stand, and what the words must be.
 
-The rotary words are right if they make the tool axis, on either branch and whatever whole turns; X Y Z if they bring
-the tip into place with the rotary words that are demanded.
+The rotary words are right if they make the tool axis, on either branch and whatever whole turns; X Y Z if they
+bring the tip into place with the rotary words that are demanded.
 """
 
 import re
@@ -15,6 +15,7 @@ from mathpost.detective.misreadings import written_decimals
 from mathpost.detective.rotary_axes import JointCase
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
+from mathpost.workbook.formula import walk
 from mathpost.workbook.graph import SAMPLES, area_named
 
 NUMBER = r"[-+−–]?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -39,6 +40,7 @@ class Words:
     vectors: dict = field(default_factory=dict)
     target = None
     preferred = None
+    beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
     typed: bool = False  # whether a word is a number, so that only the sheet's own numbers can be judged
 
     def prepare(self, values, units):
@@ -64,13 +66,14 @@ class Words:
         self.expected = np.concatenate([linear, rotary], axis=-1)
 
     def draw(self, rng):
-        """Place → samples, of tool axes at random that the machine reaches within its travel, away from the pole."""
+        """Place → samples, of tool axes at random that the machine reaches in its travel, away from the pole."""
         vectors = rng.normal(size=(40 * SAMPLES, 3))
         vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
         tilt = tilting(self)
         low, high = self.kinematics.machine.limits[3 + tilt]
         angle = self.kinematics.inverse(np.zeros(3), vectors)[:, :, 3 + tilt]
-        good = ((angle >= low) & (angle <= high)).any(axis=1) & np.isfinite(angle).all(axis=1)
+        good = ((angle >= low) & (angle <= high)).any(axis=1) | self.beyond
+        good &= np.isfinite(angle).all(axis=1)
         good &= (np.abs(vectors[:, 2]) > 0.05) & (np.abs(vectors[:, 2]) < 0.98)
         return dict(zip(self.axis, vectors[good][:SAMPLES].T, strict=True))
 
@@ -110,6 +113,8 @@ def rows_of(graph, machine, cells=None):
     rows = [Words(joints, tip, axis, kinematics, name) for tip, axis, joints in found]
     most = sum(p in graph.trees for row in rows for p in row.results)
     for row in rows:
+        trees = [graph.trees[p] for p in row.results if p in graph.trees]
+        row.beyond = any(part[:2] == ("call", "ATAN") for tree in trees for _, part in walk(tree))
         row.typed = 2 * most < 5 * len(rows)
     return rows
 
@@ -263,7 +268,8 @@ def looked_at(rows, own):
             for name, step in zip(machine.joint_names[3:], steps[n], strict=True)
             if step > 60
         )
-        yield f"between rows {rows[n].results[0][1]} and {rows[n + 1].results[0][1]} jumps {jump} degrees: another branch?"
+        first, second = (row.results[0][1] for row in rows[n : n + 2])
+        yield f"between rows {first} and {second} jumps {jump} degrees: another branch?"
     negative = Counter(np.sign(own[:, 3:][:, [tilting(rows[0])]].ravel()))
     if len([sign for sign in negative if sign]) > 1:
         yield "the tilting axis changes its sign between rows: another branch?"

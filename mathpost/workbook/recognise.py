@@ -289,7 +289,7 @@ class Recognised:
         return all(any(s[1] == p[1] and s in self.typed for s in self.graph.uses.get(p, ())) for p in tile)
 
     def _constants(self, in_window):
-        """Typed numbers that are no inputs: zeros and ones of matrices, numbers typed over formulas, conversions."""
+        """Typed numbers that are no inputs: zeros and ones of matrices, numbers over formulas, conversions."""
         found = {p for p in self.typed & in_window}
         for place in self.typed - in_window:
             value = self.graph.value(place)
@@ -360,9 +360,9 @@ class Recognised:
                 continue
             found.add(place)
             tree = self.graph.trees.get(place)
-            if tree and all(p[0] != "call" or p[1] in PASSED_ON for _, p in walk(tree)):
-                if len(self.graph.uses[place]) <= 2:
-                    stack += self.graph.uses[place]
+            converts = tree and all(p[0] != "call" or p[1] in PASSED_ON for _, p in walk(tree))
+            if converts and len(self.graph.uses[place]) <= 2:
+                stack += self.graph.uses[place]
         return found
 
     def lines(self, cells, least=2):
@@ -437,7 +437,9 @@ class Recognised:
         for name, places in given.items():
             for place in places:
                 if place not in self.numeric:
-                    raise InputError(f"cells, {name!r}", "numbers or formulas", f"none in {self.graph.address(place)}")
+                    raise InputError(
+                        f"cells, {name!r}", "numbers or formulas", f"none in {self.graph.address(place)}"
+                    )
         self.vector_cells = set(given["result"])
         self.calculations.append(
             self._told(
@@ -525,14 +527,14 @@ class Recognised:
         )
         for window in self.windows:
             reached = {q for p in window for q in graph.downstream([p])} - set(window)
-            if {a for p in window for a in depends.get(p, ()) if a in angles} and not any(
-                set(other) & reached for other in self.windows if other != window
+            if (
+                {a for p in window for a in depends.get(p, ()) if a in angles}
+                and not any(set(other) & reached for other in self.windows if other != window)
+                and len({a for p in window for a in depends.get(p, ()) if a in angles}) == most
             ):
-                if len({a for p in window for a in depends.get(p, ()) if a in angles}) == most:
-                    yield window
+                yield window
 
     def _calculation(self, triple, depends, lengths, angles):
-        graph = self.graph
         reached = frozenset().union(*(depends.get(p, frozenset()) for p in triple))
         own_angles = self._sorted(reached & angles)
         in_row = [p for p in own_angles if p[:2] == triple[0][:2]]

@@ -15,7 +15,7 @@ STATUS_COLOUR = {  # a spreadsheet's green, red and amber; what was not judged i
 
 @dataclass(frozen=True)
 class Judgement:
-    """One cell: its address, ``"right"``, ``"wrong"``, ``"consequence"`` or ``"unclear"``, and what stands there."""
+    """One cell: address, ``"right"``, ``"wrong"``, ``"consequence"`` or ``"unclear"``, and what stands there."""
 
     cell: str
     place: tuple

@@ -1,7 +1,7 @@
-"""A sheet of numbers without formulas: what the labels say that each cell is, as the formula that should stand there.
+"""A sheet of numbers without formulas: the labels say what each cell is, and so which formula should stand there.
 
-Each number is compared with what its own formula makes of the numbers that stand in the cells before it. So an error
-is told from what follows from it; but a slip that is lucky at these numbers cannot be seen.
+Each number is compared with what that formula makes of the numbers in the cells before it. So an error is told from
+what follows from it; but a slip that is lucky at these numbers cannot be seen.
 """
 
 import re
@@ -9,15 +9,16 @@ from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
+import sympy as sp
 
 from mathpost.detective.misreadings import elementary, written_decimals
+from mathpost.rotation import PASSIVE
 from mathpost.workbook.edits import edits
 from mathpost.workbook.file import Cell
 from mathpost.workbook.formula import area_of
 from mathpost.workbook.graph import Graph, area_named, at
 from mathpost.workbook.label import UNIT_WORDS, Role, read_label
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, WRONG, Fault
-from mathpost.workbook.template import elementary_formulas
 
 EXACT, FULL = 1e-9, 9  # what a spreadsheet's arithmetic may lose; decimals of a number that was not rounded by hand
 OPPOSITE = {"degrees for radians": "radians for degrees", "radians for degrees": "degrees for radians"}
@@ -63,7 +64,7 @@ def check_values(graph, cells=None):
 
 
 def read_labels(graph, cells=None, *, by_numbers=True):
-    """Return the blocks that have a role, and for their places the (formula, first cell of its array) that they should hold."""
+    """Return the blocks with a role, and place → (formula, first cell of its array) that should stand there."""
     blocks = list(_named(graph, cells)) + [b for sheet in graph.book.sheets for b in _labelled(graph, sheet)]
     blocks = _read_once(graph, blocks)
     if by_numbers:
@@ -127,7 +128,7 @@ def _judged(graph, blocks, implied):
         )
         allowed = EXACT * max(1, abs(local)) + half.get(place, 0) + (moved if np.isfinite(moved) else 0)
         slack[place] = half.get(place, 0) + (moved if np.isfinite(moved) else 0)
-        written = numbers[place] if place in numbers else None
+        written = numbers.get(place)
         spoilt = any(statuses.get(s) not in (None, RIGHT) for s in graph.uses[place])
         if written is None:
             lost = not np.isfinite(local) and graph.cells[place].error
@@ -178,9 +179,8 @@ def _why(graph, place, mates, own, slack):
         if abs(value - written) <= 2e-7 * max(1, abs(value)) + 2 * slack.get(place, 0):
             best = OPPOSITE.get(cause, cause), tree
             break
-    if len(mates) > 1:
-        if whole := _whole(graph, mates, own, slack):
-            return whole, f"{short} and {len(mates) - 1} more: {whole}"
+    if len(mates) > 1 and (whole := _whole(graph, mates, own, slack)):
+        return whole, f"{short} and {len(mates) - 1} more: {whole}"
     if best:
         return best[0], f"{short} is {written:.6g}, should be {expected:.6g}: {best[0]}"
     decimals = written_decimals(written)
@@ -356,6 +356,22 @@ def _formulas(block, others):
                 block.places[0]: ("=" + "+".join(f"{_ref((a,))}*{x}" for a, x in zip(row, point, strict=True)), ())
             }
     return {}
+
+
+def elementary_formulas(axis, cosine, sine):
+    """Return the passive elementary matrix about `axis` as a nested list of numbers and formulas.
+
+    Examples
+    --------
+    >>> elementary_formulas("Z", "B9", "C9")
+    [['=B9', '=C9', 0], ['=-C9', '=B9', 0], [0, 0, 1]]
+    """
+    t, c, s = sp.symbols("t c s")
+    matrix = PASSIVE[axis](t).subs({sp.cos(t): c, sp.sin(t): s})
+    cells = {c: f"={cosine}", s: f"={sine}", -s: f"=-{sine}", -c: f"=-{cosine}"}
+    return [
+        [cells.get(entry, entry) if entry.free_symbols else int(entry) for entry in row] for row in matrix.tolist()
+    ]
 
 
 def _product(nearest, word, own):
