@@ -224,7 +224,9 @@ def test_a_missing_list_is_named(monkeypatch):
             configuration(folder, monkeypatch, MATHPOST_ONE_ACCOUNT="1")
 
 
-@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="only root may give accounts")
+@pytest.mark.skipif(
+    not hasattr(os, "getuid") or os.getuid() != 0, reason="does not apply: only root may give accounts"
+)
 def test_students_whom_a_closed_folder_shuts_out_are_not_put_together_in_silence(monkeypatch):
     monkeypatch.delenv("MATHPOST_ONE_ACCOUNT", raising=False)
     with class_folder(["ada"]) as folder:
@@ -233,12 +235,14 @@ def test_students_whom_a_closed_folder_shuts_out_are_not_put_together_in_silence
             configuration(folder, monkeypatch)
 
 
-@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="only root may give accounts")
+@pytest.mark.skipif(
+    not hasattr(os, "getuid") or os.getuid() != 0, reason="does not apply: only root may give accounts"
+)
 def test_each_home_has_an_owner_of_its_own_for_good(monkeypatch):
     monkeypatch.delenv("MATHPOST_ONE_ACCOUNT", raising=False)
     monkeypatch.setattr(sys, "executable", "/bin/sh")
     if "MATHPOST_ONE_ACCOUNT" in accounts():
-        pytest.skip("the course stands where other accounts may not go")
+        pytest.skip("does not apply: the course stands where other accounts may not go")
 
     class Spawner:
         pass
@@ -317,7 +321,9 @@ def test_collecting_takes_what_was_asked_and_follows_no_link(tmp_path):
         assert tool("collect.py", folder, out).returncode, "never into a folder that is there"
 
 
-@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="only root may become a student")
+@pytest.mark.skipif(
+    not hasattr(os, "getuid") or os.getuid() != 0, reason="does not apply: only root may become a student"
+)
 def test_who_reads_a_home_is_its_owner(tmp_path):
     """The race cannot be won: the reader has no right to a neighbour's file, by whichever way it gets there."""
     spec = importlib.util.spec_from_file_location("collect", HUB / "collect.py")

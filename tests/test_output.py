@@ -49,7 +49,7 @@ def test_a_link_is_followed_and_the_mode_is_kept(tmp_path):
     assert link.is_symlink() and target.read_bytes() == b"new" and target.stat().st_mode & 0o777 == 0o640
 
 
-@pytest.mark.skipif(os.getuid() == 0, reason="root may write everywhere")
+@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() == 0, reason="does not apply: root may write anywhere")
 def test_a_file_that_is_read_only_stays(tmp_path):
     (tmp_path / "old").write_bytes(b"old")
     (tmp_path / "old").chmod(0o444)

@@ -20,7 +20,7 @@ def place():
         return Place(seconds=90)
     except InputError as error:
         assert os.name != "posix" or os.getuid() == 0, "an ordinary account is never refused"
-        pytest.skip(str(error))
+        pytest.skip(f"does not apply to this account: {error}")
 
 
 def run(place, folder, *sources):

@@ -14,7 +14,7 @@ from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
 from mathpost.post import program
-from mathpost.post.between_blocks import deviation
+from mathpost.post.between_blocks import RESOLUTION, deviation
 from mathpost.post.motion import Motion
 from mathpost.post.proof import measured
 from tests.conftest import DATA, ROOT
@@ -144,7 +144,7 @@ def test_any_machine_any_path(any_machine, seed, step, tcp, singular, rapid):
     if not tcp:
         tips, _ = cl.at(result.place)
         dense = deviation(kin, blocks.joints[:-1], blocks.joints[1:], tips=(tips[:-1], tips[1:]), samples=400)[0]
-        assert dense.max(initial=0) <= result.report.path_tip_error * 1.01 + 1e-6
+        assert dense.max(initial=0) <= result.report.path_tip_error + RESOLUTION
 
 
 def test_verification_notices_a_changed_digit(dmu50v, blade):
