@@ -36,6 +36,8 @@ def load_student():
 
 
 student = load_student()
+ROOT_ONLY = "does not apply: only root may give accounts and become a student"
+only_root = pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason=ROOT_ONLY)
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="JupyterHub runs on Linux and macOS")
 
 
