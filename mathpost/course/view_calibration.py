@@ -3,6 +3,8 @@
 import numpy as np
 
 from mathpost.draw import plot
+from mathpost.draw.chart import recorded
+from mathpost.draw.formula import slider
 from mathpost.draw.widget import View
 from mathpost.errors import InputError
 from mathpost.measure import horizontal_head, rotary_axis, work_offset
@@ -79,12 +81,11 @@ def five_face_head(fitted):
             for arrow, direction in zip(arrows, frame.rotation.T[[0, 2]], strict=True):
                 arrow.set_data(*np.array([vector[:2], vector[:2] + 120 * direction[:2]]).T)
             off = np.linalg.norm(vector - fitted.measured.vectors[0])
-            block = frame.block.replace("\n", "<br>")
-            return f"{block}<br>{kind}; U<sub>0</sub> in its place would be {off:.2f} mm off"
+            return [*frame.block.splitlines(), f"{kind}; U₀ in its place would be {off:.2f} mm off"]
 
         return update
 
-    return View(build, {"angle": (0, 360, 45, 2.5)}, size=(6.0, 5.0))
+    return recorded(build, slider("angle", 0, 360, 45, step=2.5), size=(6.0, 5.0), height=560)
 
 
 def rotation_centre(rotary, radius=150.0, heights=(50.0, 350.0)):
