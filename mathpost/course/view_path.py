@@ -21,7 +21,11 @@ def past_the_pole(kin):
         for axis, panel in enumerate(panels):
             for branch, role in enumerate(("first branch", "second branch")):
                 (lines[axis, branch],) = panel.plot(
-                    np.degrees(tilt), tilt, color=plot.COLOUR[role], linestyle=plot.STYLE[role], label=role
+                    np.degrees(tilt[::2]),
+                    tilt[::2],
+                    color=plot.COLOUR[role],
+                    linestyle=plot.STYLE[role],
+                    label=role,
                 )
             panel.set(ylabel=f"{names[axis]}, degrees", ylim=(-200, 200) if axis else (-60, 60))
         inner = names.index(str(kin.inverse_symbolic.inner))
@@ -35,7 +39,7 @@ def past_the_pole(kin):
             axes = np.cos(tilt)[:, None] * plane + np.sin(tilt)[:, None] * side
             angles = np.unwrap(kin.inverse([0, 0, 0], axes)[..., 3:], axis=0)
             for (axis, branch), line in lines.items():
-                line.set_ydata(np.degrees(angles[:, branch, axis]))
+                line.set_ydata(np.degrees(angles[::2, branch, axis]))
             fastest = np.abs(np.diff(angles[:, 0, 1 - inner])).max() / (tilt[1] - tilt[0])
             return [
                 f"at {distance:.2f}° from the pole the outer axis turns up to {fastest:.1f}° per degree of tilt"

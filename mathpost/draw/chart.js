@@ -104,7 +104,7 @@ Object.assign(KINDS, {
             } else { // what is between two recorded positions is not known
                 const { low, high, step } = state.sliders[0], i = round((max(low, min(high, controls.values[0])) - low) / step);
                 controls.rows[0].box.value = fixed(low + i * step, 3);
-                moving.forEach((artist, k) => { artist.points = state.frames[i][k]; });
+                moving.forEach((artist, k) => { const [x, at] = [state.x[k], state.frames[i][k]]; artist.points = x ? at.flatMap((y, n) => [x[n], y]) : at; });
                 said = state.said[i];
             }
             for (const panel of panels) later(panel, () => panel.paint());

@@ -71,13 +71,17 @@ def recorded(build, control, *, size=(7.0, 4.2), height=460):
         frames.append([_points(artist) for artist in _artists(figure)])
     start = int(np.abs(values - control["value"]).argmin())
     update(float(values[start]))
-    moving = [
-        any(not np.array_equal(f[n], frames[0][n], equal_nan=True) for f in frames) for n in range(len(frames[0]))
-    ]
+    columns = list(zip(*frames, strict=True))  # for each artist its points in each position
+    moving = [any(not np.array_equal(p, column[0], equal_nan=True) for p in column) for column in columns]
+    upwards = [all(np.array_equal(p[:, :1], column[0][:, :1]) for p in column) for column in columns]
     state = {
         "sliders": [control],
         "said": said,
-        "frames": [[_short(p) for p, moves in zip(frame, moving, strict=True) if moves] for frame in frames],
+        "frames": [
+            [_short(p[:, 1] if up else p) for p, up, moves in zip(frame, upwards, moving, strict=True) if moves]
+            for frame in frames
+        ],
+        "x": [_short(p[:, 0]) if up else None for p, up, m in zip(frames[0], upwards, moving, strict=True) if m],
     }
     return Chart(figure, state | _spec(figure, moving), [], (), "; ".join(said[start]), height=height)
 
