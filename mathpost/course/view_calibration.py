@@ -19,7 +19,7 @@ def datum_after_rotation(centre_a, centre_b, point):
     common = (centre_b[0], centre_a[1], centre_b[2])
     tables["AB, one centre"] = work_offset.with_common_centre(tables["AB"], common)
     colours = (plot.COLOUR["first branch"], plot.COLOUR["second branch"], plot.COLOUR["published"])
-    symbols, way = sp.symbols("A B", real=True), [k / 16 for k in range(17)]
+    symbols, way = sp.symbols("A B", real=True), [k / 10 for k in range(11)]
 
     def path(table):
         place, free = work_offset.moved_symbolic(table)

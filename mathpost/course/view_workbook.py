@@ -1,8 +1,9 @@
 """The view with sliders for lesson 14: which misreadings of the angles a number can show."""
 
+import numpy as np
 import sympy as sp
 
-from mathpost.detective.misreadings import COMMON
+from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.draw import plot
 from mathpost.draw.chart import printed
 from mathpost.draw.formula import slider
@@ -43,3 +44,9 @@ def misreadings_apart(point, names):
         ["away from the right point (0.000 cannot be seen): " + ", ".join(said)],
         height=520,
     )
+
+
+def invisible(point, names, angles):
+    """Return which of the misreadings leave a point where it belongs; angles in degrees."""
+    right, *wrong = common_matrices(("right", *names), np.array(angles)) @ np.array(point, dtype=float)
+    return [name for name, each in zip(names, wrong, strict=True) if np.linalg.norm(each - right) < 1e-3]
