@@ -1,9 +1,11 @@
 """Views with sliders for lessons 08 to 11: datum, horizontal head, rotation centre, RTCP zero."""
 
 import numpy as np
+import sympy as sp
 
 from mathpost.draw import plot
-from mathpost.draw.widget import View
+from mathpost.draw.chart import printed, recorded
+from mathpost.draw.formula import slider
 from mathpost.errors import InputError
 from mathpost.measure import horizontal_head, rotary_axis, work_offset
 
@@ -17,35 +19,42 @@ def datum_after_rotation(centre_a, centre_b, point):
     common = (centre_b[0], centre_a[1], centre_b[2])
     tables["AB, one centre"] = work_offset.with_common_centre(tables["AB"], common)
     colours = (plot.COLOUR["first branch"], plot.COLOUR["second branch"], plot.COLOUR["published"])
-    way = np.linspace(0, 1, 60)
+    symbols, way = sp.symbols("A B", real=True), [k / 10 for k in range(11)]
+
+    def path(table):
+        place, free = work_offset.moved_symbolic(table)
+        to = [[*map(float, axis.point), 0, symbols["AB".index(axis.name)]] for axis in table]
+        moved = sp.lambdify(free, place, "sympy")
+        return [
+            moved(*map(float, point), *(part * x if x in symbols else x for axis in to for x in axis))
+            for part in way
+        ]
+
+    paths = {name: path(table) for name, table in tables.items()}
 
     def build(figure):
         views = figure.subplots(1, 2)
-        lines = []
+        lines = {}
         for axes, (across, centre) in zip(views, ((0, centre_b), (1, centre_a)), strict=True):
             reach = 1.1 * max(np.linalg.norm(np.subtract(point, c)) for c in (centre_a, centre_b))
             axes.plot(centre[across], centre[2], "+", color=plot.COLOUR["machine"], markersize=12)
             axes.plot(point[across], point[2], "o", color=plot.COLOUR["workpiece"], fillstyle="none")
             axes.set(xlim=centre[across] + reach * np.array([-1, 1]), ylim=centre[2] + reach * np.array([-1, 1]))
             axes.set(xlabel=f"{'XY'[across]} (mm)", ylabel="Z (mm)", aspect="equal")
-            styles = zip(tables, colours, ("-", "--", ":"), strict=True)
-            lines.append(
-                [axes.plot([], [], s, color=c, marker="o", markevery=[-1], label=n)[0] for n, c, s in styles]
-            )
+            for (name, points), colour, style in zip(paths.items(), colours, ("-", "--", ":"), strict=True):
+                (line,) = axes.plot([], [], style, color=colour, marker="o", markevery=[-1], label=name)
+                lines[line] = [(p[across], p[2]) for p in points]
         figure.legend(*views[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
+        return lines, [entry for points in paths.values() for entry in points[-1]]
 
-        def update(A, B):
-            text = []
-            for index, (name, table) in enumerate(tables.items()):
-                path = work_offset.moved(point, table, {"A": 0, "B": 0}, {"A": A * way, "B": B * way}, degrees=True)
-                for across in (0, 1):
-                    lines[across][index].set_data(path[:, across], path[:, 2])
-                text.append(f"{name}: {work_offset.words(path[-1])}")
-            return "<br>".join(text)
-
-        return update
-
-    return View(build, {"A": (-90, 90, -30, 1), "B": (-180, 180, 70, 1)}, size=(8.0, 4.2))
+    return printed(
+        build,
+        symbols,
+        [slider("A", -90, 90, -30), slider("B", -180, 180, 70)],
+        [f"{name}: X{{{n}:3}} Y{{{n + 1}:3}} Z{{{n + 2}:3}}" for n, name in zip((0, 3, 6), tables, strict=True)],
+        size=(8.0, 4.2),
+        height=540,
+    )
 
 
 def five_face_head(fitted):
@@ -79,102 +88,117 @@ def five_face_head(fitted):
             for arrow, direction in zip(arrows, frame.rotation.T[[0, 2]], strict=True):
                 arrow.set_data(*np.array([vector[:2], vector[:2] + 120 * direction[:2]]).T)
             off = np.linalg.norm(vector - fitted.measured.vectors[0])
-            block = frame.block.replace("\n", "<br>")
-            return f"{block}<br>{kind}; U<sub>0</sub> in its place would be {off:.2f} mm off"
+            return [*frame.block.splitlines(), f"{kind}; U₀ in its place would be {off:.2f} mm off"]
 
         return update
 
-    return View(build, {"angle": (0, 360, 45, 2.5)}, size=(6.0, 5.0))
+    return recorded(build, slider("angle", 0, 360, 45, step=2.5), size=(6.0, 5.0), height=560)
+
+
+def _fit(measurement, errors, at, sigma):
+    """Return noisy readings, and to first order the errors found from them with one deviation of each.
+
+    The readings are exact. Of a fit the first step from zero is left: for errors of some hundredths of a mm the
+    steps after it change less than 0.01 µm.
+
+    Parameters
+    ----------
+    measurement : mathpost.measure.fit.Measurement
+    errors : sequence of sympy expressions
+        What its unknowns are set to, mm and radians.
+    at : list of tuple
+        Settings of each reading, numbers or expressions.
+    sigma : sympy expression
+        Deviation of a reading, mm.
+    """
+    random, unknowns, zero = np.random.default_rng(1), measurement.unknowns, dict.fromkeys(measurement.unknowns, 0)
+    read, noise, slopes = [], [], []
+    for kind in measurement.readings.values():
+        reading = sp.lambdify((*unknowns, *measurement.settings), kind, "sympy")
+        slope = sp.lambdify(measurement.settings, [kind.diff(each).subs(zero) for each in unknowns], "sympy")
+        normal = random.standard_normal(len(at))
+        read.append([reading(*errors, *values) + sigma * x for values, x in zip(at, normal, strict=True)])
+        slopes += [slope(*values) for values in at]
+        noise += list(normal)
+    slopes = sp.Matrix(slopes)
+    inverse = (slopes.T * slopes).inv(method="ADJ")
+    found = sp.Matrix(errors) + sigma * inverse * (slopes.T * sp.Matrix(noise))
+    return read, list(found), [sigma * sp.sqrt(entry) for entry in inverse.diagonal()]
 
 
 def rotation_centre(rotary, radius=150.0, heights=(50.0, 350.0)):
     """Give a C axis errors, let a ball on its table be followed over a turn, and recover them from the readings."""
     ball = rotary_axis.ball(rotary)
-    names = [str(symbol) for symbol in ball.unknowns]
-    turn = np.arange(0, 360, 30)
-    at = {"angle": np.tile(turn, 2), "x": radius, "y": 0.0, "z": np.repeat(heights, len(turn))}
+    names, units = [str(symbol) for symbol in ball.unknowns], ("µm", "µm", "µrad", "µrad")
+    symbols, turn = (*ball.unknowns, sp.Symbol("noise", real=True)), range(12)
+    at = [(float(np.radians(30 * k)), radius, 0.0, height) for height in heights for k in turn]
+    # The sliders are in µm and µrad, the formulas in mm and radians.
+    scale = [1000, 1000, 10**6, 10**6]
+    set_to = [symbol / factor for symbol, factor in zip(symbols, scale, strict=False)]
+    read, found, deviation = _fit(ball, set_to, at, symbols[-1] / 1000)
+    got = [factor * value for factor, value in zip(scale, found, strict=True)]
+    spread = [3 * factor * value for factor, value in zip(scale, deviation, strict=True)]
 
     def build(figure):
         left, right = figure.subplots(1, 2)
-        dots = [
-            left.plot([], [], m, color=plot.COLOUR["tool"], label=f"z = {h:.0f}")[0]
-            for m, h in zip("ox", heights, strict=True)
-        ]
+        moved = {}
+        for marker, height, rows in zip("ox", heights, (slice(12), slice(12, 24)), strict=True):
+            (dots,) = left.plot([], [], marker, color=plot.COLOUR["tool"], label=f"z = {height:.0f}")
+            moved[dots] = [(1000 * x, 1000 * y) for x, y in zip(read[0][rows], read[1][rows], strict=True)]
         left.set(xlim=(-90, 90), ylim=(-90, 90), xlabel="e_x (µm)", ylabel="e_y (µm)", aspect="equal")
-        left.legend(fontsize=8)
-        places = np.arange(4)
-        (true,) = right.plot(places, 0 * places, "_", color=plot.COLOUR["published"], markersize=24, label="true")
-        (found,) = right.plot(places, 0 * places, "o", color=plot.COLOUR["workpiece"], label="recovered, ±3σ")
-        bars = right.vlines(places, 0 * places, 0 * places, color=plot.COLOUR["workpiece"])
-        right.set(xlim=(-0.5, 3.5), ylim=(-110, 110), xticks=places, xticklabels=names, ylabel="µm, µrad")
-        right.legend(fontsize=8)
+        (true,) = right.plot([], [], "_", color=plot.COLOUR["published"], markersize=24, label="true")
+        (dots,) = right.plot([], [], "o", color=plot.COLOUR["workpiece"], label="recovered, ±3σ")
+        moved |= {true: list(enumerate(symbols[:4])), dots: list(enumerate(got))}
+        for place, (value, half) in enumerate(zip(got, spread, strict=True)):
+            (bar,) = right.plot([], [], color=plot.COLOUR["workpiece"])
+            moved[bar] = [(place, value - half), (place, value + half)]
+        right.set(xlim=(-0.5, 3.5), ylim=(-110, 110), xticks=range(4), xticklabels=names, ylabel="µm, µrad")
+        for axes in (left, right):
+            axes.legend(fontsize=8)
+        return moved, [*got, *spread]
 
-        def update(noise_μm, **errors):
-            values = 1e-6 * np.array(list(errors.values())) * [1e3, 1e3, 1, 1]
-            sigma = max(noise_μm, 1e-6) / 1000
-            data = ball.simulate(dict(zip(names, values, strict=True)), at, sigma=sigma, seed=1, degrees=True)
-            estimate = ball.identify(data, degrees=True, sigma=sigma)
-            unit = np.array([1e3, 1e3, 1e6, 1e6])
-            got = unit * list(estimate.values.values())
-            spread = 3 * unit * np.sqrt(np.diag(estimate.covariance))
-            for dot, rows in zip(dots, (slice(None, len(turn)), slice(len(turn), None)), strict=True):
-                dot.set_data(1000 * data["ex"][rows], 1000 * data["ey"][rows])
-            true.set_ydata(unit * values)
-            found.set_ydata(got)
-            bars.set_segments([[(p, g - s), (p, g + s)] for p, g, s in zip(places, got, spread, strict=True)])
-            units = ("µm", "µm", "µrad", "µrad")
-            return ", ".join(
-                f"{n} {g:z.1f} ± {s:.1f} {u}" for n, g, s, u in zip(names, got, spread, units, strict=True)
-            )
-
-        return update
-
-    sliders = {
-        f"{name}_{unit}": (-60, 60, start, 1)
-        for name, unit, start in zip(names, ("μm", "μm", "μrad", "μrad"), (10, -6, -30, 40), strict=True)
-    }
-    return View(build, sliders | {"noise_μm": (0, 10, 1, 0.5)}, size=(8.0, 4.0))
+    sliders = [
+        slider(name, -60, 60, start, unit=unit)
+        for name, start, unit in zip(names, (10, -6, -30, 40), units, strict=True)
+    ]
+    sliders.append(slider("noise", 0, 10, 1, step=0.5, unit="µm"))
+    said = [
+        f"{name} {{{n}:1}} ± {{{n + 4}:1}} {unit}" for n, (name, unit) in enumerate(zip(names, units, strict=True))
+    ]
+    return printed(build, symbols, sliders, [", ".join(said)], size=(8.0, 4.0), height=560)
 
 
 def rtcp_zero(lengths=(500.0, 700.0)):
     """Give a head a wrong zero and pivot, tilt it to ±ψ with two tools, recover them, and see the source err."""
-    tip, way = rotary_axis.rtcp_zero(), np.linspace(-90, 90, 91)
+    tip, arcsec = rotary_axis.rtcp_zero(), 3600 * 180 / sp.pi
+    symbols = alpha, dy, dl, psi, noise = sp.symbols("alpha dy dL psi noise", real=True)
+    true = (alpha / arcsec, dy / 1000, dl / 1000)
+    at = [(a, length) for length in lengths for a in (psi, -psi)]
+    read, found, deviation = _fit(tip, true, at, noise / 1000)
+    axial = tip.readings["axial"].subs(dict(zip(tip.unknowns, true, strict=True)))
+    way = range(-90, 91, 5)
 
     def build(figure):
         axes = figure.subplots()
+        moved = {}
         colours = (plot.COLOUR["first branch"], plot.COLOUR["second branch"])
-        curves = [
-            axes.plot(way, 0 * way, color=c, label=f"L = {x:.0f}")[0] for c, x in zip(colours, lengths, strict=True)
-        ]
-        dots = [axes.plot([], [], "o", color=c)[0] for c in colours]
+        for colour, length, rows in zip(colours, lengths, (slice(2), slice(2, 4)), strict=True):
+            (line,) = axes.plot([], [], color=colour, label=f"L = {length:.0f}")
+            (dots,) = axes.plot([], [], "o", color=colour)
+            settings = [dict(zip(tip.settings, (float(np.radians(a)), length), strict=True)) for a in way]
+            moved[line] = [(a, 1000 * axial.subs(s)) for a, s in zip(way, settings, strict=True)]
+            moved[dots] = [(s * psi * 180 / sp.pi, 1000 * x) for s, x in zip((1, -1), read[0][rows], strict=True)]
         axes.set(xlim=(-95, 95), ylim=(-200, 200), xlabel="ψ (degrees)", ylabel="axial reading (µm)")
         axes.legend(fontsize=8)
+        source = arcsec * sp.atan(read[0][2] / lengths[1])
+        return moved, [arcsec * found[0], 3 * arcsec * deviation[0], 1000 * found[1], 1000 * found[2], source]
 
-        def update(alpha_arcsec, dy_μm, dL_μm, psi, noise_μm):
-            true = {"alpha": np.deg2rad(alpha_arcsec / 3600), "dy": dy_μm / 1000, "dL": dL_μm / 1000}
-            sigma = max(noise_μm, 1e-6) / 1000
-            at = {"angle": np.array([psi, -psi] * 2), "L": np.repeat(lengths, 2)}
-            data = tip.simulate(true, at, sigma=sigma, seed=1, degrees=True)
-            for line, dot, length, rows in zip(curves, dots, lengths, (slice(2), slice(2, 4)), strict=True):
-                line.set_ydata(1000 * tip.predict(true, {"angle": way, "L": length}, degrees=True)["axial"])
-                dot.set_data(at["angle"][rows], 1000 * data["axial"][rows])
-            estimate = tip.identify(data, degrees=True, sigma=sigma)
-            arcsec = 3600 * np.rad2deg(1)
-            source = arcsec * rotary_axis.source_zero_angle(data["axial"][2], lengths[1])
-            spread = 3 * arcsec * estimate.deviation("alpha")
-            return (
-                f"alpha {arcsec * estimate['alpha']:z.1f} ± {spread:.1f} arcsec, "
-                f"dy {1000 * estimate['dy']:z.1f} µm, dL {1000 * estimate['dL']:z.1f} µm; "
-                f"arctan(y/x) of the reading at +ψ: {source:z.1f} arcsec"
-            )
-
-        return update
-
-    sliders = {
-        "alpha_arcsec": (-40, 40, 29, 1),
-        "dy_μm": (-60, 60, 0, 1),
-        "dL_μm": (-60, 60, 0, 1),
-        "psi": (1, 90, 5, 1),
-        "noise_μm": (0, 2, 0, 0.1),
-    }
-    return View(build, sliders)
+    sliders = [
+        slider("alpha", -40, 40, 29, unit="″"),
+        slider("dy", -60, 60, 0, unit="µm"),
+        slider("dL", -60, 60, 0, unit="µm"),
+        slider("psi", 1, 90, 5),
+        slider("noise", 0, 2, 0, step=0.1, unit="µm"),
+    ]
+    said = "alpha {0:1} ± {1:1} arcsec, dy {2:1} µm, dL {3:1} µm; arctan(y/x) of the reading at +ψ: {4:1} arcsec"
+    return printed(build, symbols, sliders, [said], height=620)

@@ -4,7 +4,8 @@ import numpy as np
 
 from mathpost.compensate.compensation import total_differential
 from mathpost.draw import plot
-from mathpost.draw.widget import View
+from mathpost.draw.chart import recorded
+from mathpost.draw.formula import slider
 from mathpost.measure import spline
 
 
@@ -16,7 +17,7 @@ def knot_choice(measured):
 
     def build(figure):
         axes = figure.subplots()
-        at = np.linspace(measured.at[0], measured.at[-1], 500)
+        at = np.linspace(measured.at[0], measured.at[-1], 181)
         axes.plot(measured.at, measured.values, "x", color=plot.COLOUR["published"], markersize=4)
         lines = {}
         for name, role in (("adaptive", "first branch"), ("uniform", "second branch")):
@@ -30,21 +31,21 @@ def knot_choice(measured):
         def update(knots):
             fewer = max(count for count in possible if count <= knots)
             fits = {
-                "adaptive": spline.Curve(measured, order[: int(knots)]),
+                "adaptive": spline.Curve(measured, order[: round(knots)]),
                 "uniform": spline.uniform(measured, fewer),
             }
             for name, fitted in fits.items():
                 chosen = sorted(fitted.knots)
                 lines[name][0].set_data(at, fitted(at))
                 lines[name][1].set_data(measured.at[chosen], measured.values[chosen])
-            return "; ".join(
+            return [
                 f"{name}: {len(fitted.knots)} knots, residual {fitted.residual:.3f} arcsec"
                 for name, fitted in fits.items()
-            )
+            ]
 
         return update
 
-    return View(build, {"knots": (fewest, len(order), 6, 1)})
+    return recorded(build, slider("knots", fewest, len(order), 6, unit=""))
 
 
 def towards_the_pole(compensator, joints, tilt):
@@ -84,11 +85,11 @@ def towards_the_pole(compensator, joints, tilt):
                 mark.set_data([degrees[at]], [1e3 * max(tip[at], 1e-8)])
             turn = np.rad2deg(np.abs(whole[at, 3:]).max())
             said = "; ".join(f"{name} {1e3 * tip[at]:.3f} µm" for name, (_, tip) in curves.items())
-            return f"tilt {degrees[at]:.4f} deg: {said}; the whole step turns {turn:.4f} deg"
+            return [f"tilt {degrees[at]:.4f} deg: {said}; the whole step turns {turn:.4f} deg"]
 
         return update
 
-    return View(build, {"log_tilt": (-3, 1.5, 1.5, 0.025)})
+    return recorded(build, slider("log tilt", -3, 1.5, 1.5, step=0.025, unit=""))
 
 
 def _divides(measured, count):

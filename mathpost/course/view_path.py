@@ -3,7 +3,8 @@
 import numpy as np
 
 from mathpost.draw import plot
-from mathpost.draw.widget import View
+from mathpost.draw.chart import recorded
+from mathpost.draw.formula import slider
 
 
 def past_the_pole(kin):
@@ -20,7 +21,11 @@ def past_the_pole(kin):
         for axis, panel in enumerate(panels):
             for branch, role in enumerate(("first branch", "second branch")):
                 (lines[axis, branch],) = panel.plot(
-                    np.degrees(tilt), tilt, color=plot.COLOUR[role], linestyle=plot.STYLE[role], label=role
+                    np.degrees(tilt[::2]),
+                    tilt[::2],
+                    color=plot.COLOUR[role],
+                    linestyle=plot.STYLE[role],
+                    label=role,
                 )
             panel.set(ylabel=f"{names[axis]}, degrees", ylim=(-200, 200) if axis else (-60, 60))
         inner = names.index(str(kin.inverse_symbolic.inner))
@@ -34,13 +39,15 @@ def past_the_pole(kin):
             axes = np.cos(tilt)[:, None] * plane + np.sin(tilt)[:, None] * side
             angles = np.unwrap(kin.inverse([0, 0, 0], axes)[..., 3:], axis=0)
             for (axis, branch), line in lines.items():
-                line.set_ydata(np.degrees(angles[:, branch, axis]))
+                line.set_ydata(np.degrees(angles[::2, branch, axis]))
             fastest = np.abs(np.diff(angles[:, 0, 1 - inner])).max() / (tilt[1] - tilt[0])
-            return f"at {distance:.2f}° from the pole the outer axis turns up to {fastest:.1f}° per degree of tilt"
+            return [
+                f"at {distance:.2f}° from the pole the outer axis turns up to {fastest:.1f}° per degree of tilt"
+            ]
 
         return update
 
-    return View(build, {"distance": (0.05, 10.0, 3.0, 0.05)}, size=(7.0, 4.6))
+    return recorded(build, slider("distance", 0.1, 10.0, 3.0, step=0.1), size=(7.0, 4.6), height=520)
 
 
 def moved_aside(crossing, *, most=5.0):
@@ -58,13 +65,13 @@ def moved_aside(crossing, *, most=5.0):
             way = crossing.way("aside", lean=np.radians(degrees))
             if way.reason:
                 line.set_data([], [])
-                return way.reason
+                return [way.reason]
             line.set_data(way.place + 1, np.degrees(way.joints[:, crossing.outer]))
-            return (
+            return [
                 f"peak {np.degrees(way.peak_rate):.0f}° per {'record' if way.per_record else 's'}, "
                 f"tool axis off by {np.degrees(way.axis_error):.2f}°, {way.blocks} blocks"
-            )
+            ]
 
         return update
 
-    return View(build, {"degrees": (0.1, most, 1.0, 0.1)})
+    return recorded(build, slider("moved by", 0.1, most, 1.0, step=0.1))

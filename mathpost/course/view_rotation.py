@@ -7,6 +7,7 @@ from mathpost import angles as euler
 from mathpost import chain
 from mathpost.draw import plot
 from mathpost.draw.arrangement import tool_solids
+from mathpost.draw.chart import recorded
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import Label, Line, Scene, clearest
 from mathpost.draw.solid import Hull, block, ring
@@ -84,7 +85,7 @@ def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):
     feature's. Both are right only if the spindle's X is the feature's. The rotary axes go where SEQ+ sends them.
     Lengths in mm, angles in degrees.
     """
-    turn = np.linspace(0, 2 * np.pi, 181)
+    turn = np.linspace(0, 2 * np.pi, 61)
     circle = np.stack([np.cos(turn), np.sin(turn)])
 
     def build(figure):
@@ -96,7 +97,7 @@ def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):
             axes.set(title=title, aspect="equal", xlim=(-1.55, 1.55), ylim=(-1.55, 1.55))
             axes.set_axis_off()
             for direction, label in zip(np.eye(2), "XY", strict=True):
-                axes.annotate("", 1.3 * direction, (0, 0), arrowprops={"arrowstyle": "->", "color": _WORKPIECE})
+                axes.plot(*np.array([(0, 0), 1.3 * direction]).T, color=_WORKPIECE)
                 axes.text(*(1.42 * direction), label, color=_WORKPIECE, ha="center", va="center")
         bore.plot(*circle, color=_WORKPIECE)
         (bar,) = bore.fill([], [], color=_TOOL, alpha=0.35)
@@ -118,7 +119,7 @@ def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):
             spindle = np.array([np.cos(angle), np.sin(angle)])
             for line, text in arrows:
                 line.set_data(*np.stack([0.4 * spindle, 1.15 * spindle], axis=-1))
-                text.set(position=1.05 * spindle + 0.2 * spindle[::-1] * [1, -1], text="X$_S$")
+                text.set(position=1.05 * spindle + 0.2 * spindle[::-1] * [1, -1], text="Xₛ")
             shift = np.array([-0.25, 0])  # not to scale
             bar.set_xy((0.6 * circle + shift[:, None]).T)
             tip.set_data(*np.stack([0.6 * spindle + shift, spindle + shift], axis=-1))
@@ -127,15 +128,16 @@ def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):
             seen.set_data(*(0.3 * circle + [[0.35], [0]]))
             error = run_out * np.hypot(*(spindle - [1, 0]))
             state = "clear of the wall" if clearance > 0 else "IN THE WALL"
-            return (
-                f"{', '.join(f'{r.name} {a:z.3f}' for r, a in zip(machine.rotary, choice.angles, strict=True))}"
-                f", ρ = {choice.rho:z.3f}<br>tip after the retract: {clearance:z.3f} mm {state}"
-                f"<br>centre measured by the probe: wrong by {1000 * error:.1f} µm"
-            )
+            angles = ", ".join(f"{r.name} {a:z.3f}" for r, a in zip(machine.rotary, choice.angles, strict=True))
+            return [
+                f"{angles}, ρ = {choice.rho:z.3f}",
+                f"tip after the retract: {clearance:z.3f} mm {state}",
+                f"centre measured by the probe: wrong by {1000 * error:.1f} µm",
+            ]
 
         return update
 
-    return View(build, {"K": (-180, 180, -90)}, size=(7.0, 4.0))
+    return recorded(build, slider("K", -180, 180, -90, step=5.0), size=(7.0, 4.0), height=520)
 
 
 def carried(machine):

@@ -1,10 +1,13 @@
 """The view with sliders for lesson 14: which misreadings of the angles a number can show."""
 
 import numpy as np
+import sympy as sp
 
-from mathpost.detective.misreadings import common_matrices
+from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.draw import plot
-from mathpost.draw.widget import View
+from mathpost.draw.chart import printed
+from mathpost.draw.formula import slider
+from mathpost.rotation import PASSIVE, zxz_right
 
 
 def misreadings_apart(point, names):
@@ -13,23 +16,37 @@ def misreadings_apart(point, names):
     `point` has shape (3,); `names` are those of `mathpost.detective.misreadings.COMMON`. A bar that vanishes is a
     misreading that these angles cannot show.
     """
-    point = np.array(point, dtype=float)
+    symbols, point = sp.symbols("alpha beta gamma", real=True), sp.Matrix([sp.Float(x) for x in point])
+
+    def distance(name):
+        order, signs = COMMON[name]
+        first, second, third = (PASSIVE["ZXZ"[n]](signs[n] * symbols[n]) for n in order)
+        return ((first * second * third - zxz_right(*symbols)) * point).norm()
+
+    distances = [distance(name) for name in names]
 
     def build(figure):
         panel = figure.subplots()
-        bars = panel.barh(names, np.zeros(len(names)), color=plot.COLOUR["tool"])
-        panel.set(xlim=(0, 2 * np.linalg.norm(point)), xlabel="distance from the right point")
-        panel.invert_yaxis()
+        panel.set(xlim=(0, 2 * float(point.norm())), ylim=(len(names) - 0.5, -0.5))
+        panel.set(xlabel="distance from the right point", yticks=range(len(names)), yticklabels=names)
+        bars = {}
+        for row, length in enumerate(distances):
+            (bar,) = panel.fill([], [], color=plot.COLOUR["tool"])
+            bars[bar] = [(0, row - 0.4), (length, row - 0.4), (length, row + 0.4), (0, row + 0.4)]
+        return bars, distances
 
-        def update(alpha, beta, gamma):
-            right, *wrong = common_matrices(("right", *names), np.array([alpha, beta, gamma])) @ point
-            apart = [np.linalg.norm(each - right) for each in wrong]
-            for bar, distance in zip(bars, apart, strict=True):
-                bar.set_width(distance)
-            hidden = [name for name, distance in zip(names, apart, strict=True) if distance < 1e-3]
-            return f"invisible at these angles: {', '.join(hidden)}" if hidden else "every misreading shows"
-
-        return update
-
+    said = [f"{name} {{{n}:3}}" for n, name in enumerate(names)]
     start = {"alpha": 135.0, "beta": 55.0, "gamma": -90.0}
-    return View(build, {name: (-180.0, 180.0, angle, 1.0) for name, angle in start.items()})
+    return printed(
+        build,
+        symbols,
+        [slider(name, -180, 180, angle) for name, angle in start.items()],
+        ["away from the right point (0.000 cannot be seen): " + ", ".join(said)],
+        height=520,
+    )
+
+
+def invisible(point, names, angles):
+    """Return which of the misreadings leave a point where it belongs; angles in degrees."""
+    right, *wrong = common_matrices(("right", *names), np.array(angles)) @ np.array(point, dtype=float)
+    return [name for name, each in zip(names, wrong, strict=True) if np.linalg.norm(each - right) < 1e-3]

@@ -387,5 +387,5 @@ function start(root, state, machines) {
 }
 export {
     DEGREE, KINDS, Scene, across, angle, button, ceil, cos, fit, fixed, floor, later, length,
-    list, make, max, min, minus, outOfTravel, pose, round, sin, singular, stage, words, start,
+    list, make, max, min, minus, outOfTravel, PI, pose, round, sin, singular, stage, words, start,
 };

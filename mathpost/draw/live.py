@@ -19,6 +19,7 @@ MODULES = {
     "formula": ("live.js",),
     "both": ("live.js", "paths.js"),
     "walk": ("live.js", "paths.js"),
+    "chart": ("live.js", "chart.js"),
 }
 
 

@@ -11,7 +11,7 @@ from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from mathpost import rotation
-from mathpost.course import view_calibration, view_machine, view_path, view_rotation
+from mathpost.course import view_machine, view_rotation
 from mathpost.draw import scene
 from mathpost.draw.arrangement import arrange, placing
 from mathpost.draw.picture import Camera, View, spread
@@ -228,10 +228,7 @@ def test_a_page_stands_alone(dmu50v, tmp_path):
 
 
 VIEWS = {
-    "past the pole": view_path.past_the_pole,
     "notations": lambda kin: view_rotation.notations(),
-    "third angle": lambda kin: view_rotation.third_angle(kin.machine, 135, 54.7356),
-    "rtcp zero": lambda kin: view_calibration.rtcp_zero(),
 }
 
 

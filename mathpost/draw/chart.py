@@ -1,0 +1,191 @@
+"""Curves that move in the browser: a matplotlib figure, recorded over one slider or moved by printed expressions.
+
+The figure is drawn once, as for print; its artists (lines, patches, texts) go to the page as points and colours.
+"""
+
+import io
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from mathpost import codegen
+from mathpost.draw.formula import NUMBER
+from mathpost.draw.live import Live
+from mathpost.rotation import numeric
+
+DASHES = {"-": [], "--": [6, 4], ":": [1, 3], "-.": [7, 3, 1, 3]}
+
+
+class Chart(Live):
+    """A `Live` view of curves; its still picture is the figure at the start."""
+
+    def __init__(self, figure, state, machines, exports, readings, *, height):
+        super().__init__(
+            state | {"kind": "chart"}, machines, exports, [], [], readings, height=height, layout="column"
+        )
+        self.figure = figure
+
+    def picture(self):
+        """Return the start as a PNG file, bytes."""
+        file = io.BytesIO()
+        self.figure.savefig(file, format="png", dpi=90)
+        return file.getvalue()
+
+
+def recorded(build, control, *, size=(7.0, 4.2), height=460):
+    """Record what one slider does to a figure: Python draws each position once, the page needs no Python.
+
+    Parameters
+    ----------
+    build : callable
+        ``build(figure)`` draws the artists and returns ``update(value)``, which moves them to the slider's value
+        and returns a list of lines of text.
+    control : dict
+        From `mathpost.draw.formula.slider`; every step of it is recorded.
+    size : tuple of 2 floats, keyword only
+        Inches.
+    height : int, keyword only
+        Pixels on the page.
+
+    Examples
+    --------
+    >>> from mathpost.draw.formula import slider
+    >>> def build(figure):
+    ...     line, = figure.subplots().plot([0, 1], [0, 0])
+    ...     def update(rise):
+    ...         line.set_ydata([0, rise])
+    ...         return [f"ends at {rise:.1f}"]
+    ...     return update
+    >>> recorded(build, slider("rise", 0, 1, 0.5, step=0.1, unit=""))
+    ends at 0.5
+    """
+    figure = _figure(size)
+    update = build(figure)
+    values = np.arange(round((control["high"] - control["low"]) / control["step"]) + 1) * control["step"]
+    values = control["low"] + values
+    said, frames = [], []
+    for value in values:
+        said.append(update(float(value)))
+        frames.append([_points(artist) for artist in _artists(figure)])
+    start = int(np.abs(values - control["value"]).argmin())
+    update(float(values[start]))
+    columns = list(zip(*frames, strict=True))  # for each artist its points in each position
+    moving = [any(not np.array_equal(p, column[0], equal_nan=True) for p in column) for column in columns]
+    upwards = [all(np.array_equal(p[:, :1], column[0][:, :1]) for p in column) for column in columns]
+    state = {
+        "sliders": [control],
+        "said": said,
+        "frames": [
+            [_short(p[:, 1] if up else p) for p, up, moves in zip(frame, upwards, moving, strict=True) if moves]
+            for frame in frames
+        ],
+        "x": [_short(p[:, 0]) if up else None for p, up, m in zip(frames[0], upwards, moving, strict=True) if m],
+    }
+    return Chart(figure, state | _spec(figure, moving), [], (), "; ".join(said[start]), height=height)
+
+
+def printed(build, symbols, sliders, text, *, size=(7.0, 4.2), height=460):
+    """Move a figure's artists by printed expressions.
+
+    Parameters
+    ----------
+    build : callable
+        ``build(figure)`` draws the artists and returns the moving ones, a dict of artist to pairs (x, y) of
+        sympy expressions, and the numbers of the text, a list of expressions.
+    symbols, sliders, text
+        As those of `mathpost.draw.formula.formula`.
+    size, height
+        As those of `recorded`.
+    """
+    figure = _figure(size)
+    points, numbers = build(figure)
+    factors = [np.pi / 180 if each["unit"] == "°" else 1.0 for each in sliders]
+    start = [each["value"] * factor for each, factor in zip(sliders, factors, strict=True)]
+    artists = _artists(figure)
+    order = [artist for artist in artists if artist in points]
+    flat = [entry for artist in order for point in points[artist] for entry in point]
+    ends = np.split(
+        numeric(tuple(flat), tuple(symbols))(*start).reshape(-1, 2), np.cumsum([len(points[a]) for a in order])[:-1]
+    )
+    for artist, end in zip(order, ends, strict=True):
+        artist.set_data(*end.T) if hasattr(artist, "set_data") else artist.set_xy(end)
+    values = numeric(tuple(numbers), tuple(symbols))(*start)
+    said = [NUMBER.sub(lambda m: f"{values[int(m[1])]:z.{m[2]}f}", line) for line in text]
+    code = "\n".join(codegen.function(n, e, symbols) for n, e in (("points", flat), ("numbers", list(numbers))))
+    state = {
+        "sliders": [each | {"factor": factor} for each, factor in zip(sliders, factors, strict=True)],
+        "text": list(text),
+        "counts": [len(points[artist]) for artist in order],
+    }
+    state |= _spec(figure, [artist in points for artist in artists])
+    return Chart(figure, state, [code], ("points", "numbers"), "; ".join(said), height=height)
+
+
+def _figure(size):
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _artists(figure):
+    return [artist for axes in figure.axes for artist in (*axes.patches, *axes.lines, *axes.texts)]
+
+
+def _points(artist):
+    """Where an artist is, shape (n, 2), in the units of its axes."""
+    if hasattr(artist, "get_xydata"):
+        return np.array(artist.get_xydata(), dtype=float)
+    if hasattr(artist, "get_position"):
+        return np.array([artist.get_position()], dtype=float)
+    return artist.get_patch_transform().transform(artist.get_path().vertices)
+
+
+def _short(points):
+    """Points as numbers of five digits in one list, None where there is none."""
+    return [float(f"{x:.5g}") if np.isfinite(x) else None for x in np.ravel(points)]
+
+
+def _spec(figure, moving):
+    """The panels of a figure: scales, ticks, artists; each moving artist with None for its points."""
+    figure.canvas.draw()
+    artists = dict(zip(_artists(figure), moving, strict=True))
+    panels = []
+    for axes in figure.axes:
+        panel = {"title": axes.get_title(), "equal": axes.get_aspect() == 1, "drawn": axes.axison, "artists": []}
+        for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
+            low, high = limits = getattr(axes, f"get_{name}lim")()
+            places = axis.get_majorticklocs()
+            written = axis.get_major_formatter().format_ticks(places)
+            ticks = [
+                [float(at), f"{at:g}" if "$" in text else text]
+                for at, text in zip(places, written, strict=True)
+                if min(low, high) <= at <= max(low, high)
+            ]
+            label, log = axis.get_label_text(), axis.get_scale() == "log"
+            panel[name] = {"limits": [float(v) for v in limits], "log": log, "label": label, "ticks": ticks}
+        for artist in (*axes.patches, *axes.lines, *axes.texts):
+            panel["artists"].append(
+                _drawn(artist) | {"points": None if artists[artist] else _short(_points(artist))}
+            )
+        panels.append(panel)
+    return {"panels": panels, "columns": figure.axes[0].get_gridspec().ncols}
+
+
+def _drawn(artist):
+    """How an artist looks."""
+    if hasattr(artist, "get_xydata"):
+        label, every = artist.get_label(), artist.get_markevery()
+        return {
+            "label": "" if label.startswith("_") else label,
+            "colour": to_hex(artist.get_color()),
+            "width": artist.get_linewidth() if artist.get_linestyle() in DASHES else 0,
+            "dash": DASHES.get(artist.get_linestyle(), []),
+            "marker": str(artist.get_marker()).replace("None", ""),
+            "open": artist.get_fillstyle() == "none",
+            "last": every is not None,
+        }
+    if hasattr(artist, "get_position"):
+        return {"colour": to_hex(artist.get_color()), "text": artist.get_text()}
+    return {"fill": to_hex(artist.get_facecolor(), keep_alpha=True)}
