@@ -168,7 +168,9 @@ def test_inert_words_are_comments(text):
         ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,1,5\nGOTO/0,6,0", "ends equally far"),
         ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,1,5\nGOTO/0,5,0,0,0.6,0.8", "stands still"),
         ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,1,5\nGOTO/0,5,0\nGOTO/-5,0,0", "arc of one GOTO"),
-        ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,-1,5,.06,.5,9,0,TIMES,2\nGOTO/0,5,0", "helix"),
+        ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,-1,5,.06,.5,9,0,TIMES,0\nGOTO/0,5,0", "from 1 to 1000"),
+        ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,-1,5,.06,.5,9,0,TIMES,1.5\nGOTO/0,5,0", "a whole number"),
+        ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,-1,5,.06,.5,9,0,TIMES\nGOTO/0,5,0", "a number"),
         ("GOTO/5,0,0\nRAPID\nCIRCLE/0,0,0,0,0,1\nGOTO/0,5,0", "an arc at a feed"),
         ("CYCLE/DRILL,126.0,85.0,1.0,MMPR", "in a cycle"),
         ("CYCLE/DRILL,DEPTH,5,MMPM,100", "a clearance"),
@@ -279,6 +281,17 @@ def test_arc_of_catia_on_a_cylinder():
     np.testing.assert_allclose(cl.points[-1], [0, 3, 5], atol=1e-12)
     np.testing.assert_allclose(np.hypot(cl.points[:, 0], cl.points[:, 2]), 5)
     assert (cl.points[:, 2] >= 0).all()  # the short way, as the tangent says
+
+
+@pytest.mark.parametrize(("times", "end", "turned"), [(1, (0, 5), 90), (2, (0, 5), 450), (3, (5, 0), 1080)])
+def test_helix_of_nx(times, end, turned):
+    """The height falls evenly with the angle that the tool has turned by, to the last of the turns begun."""
+    circle = f"CIRCLE/0,0,-3,0,0,-1,5,.06,.5,9,0,TIMES,{times}"
+    cl = read(f"GOTO/5,0,0\n{circle}\nGOTO/{end[0]},{end[1]},-3")
+    angles = np.degrees(np.unwrap(np.arctan2(cl.points[:, 1], cl.points[:, 0])))
+    assert angles[-1] == pytest.approx(turned)
+    np.testing.assert_allclose(np.hypot(*cl.points[:, :2].T), 5)
+    np.testing.assert_allclose(cl.points[:, 2], -3 * angles / turned, atol=1e-12)
 
 
 def test_full_turns_and_helices():
