@@ -329,6 +329,11 @@ class Statements(Lines):
                 continue
             if word in keys and words[:1] == ["AUTO"]:
                 continue
+            if REAL.fullmatch(word):
+                expected = (
+                    "each number of a cycle after its word, such as DEPTH (in CATIA the PP table writes them)"
+                )
+                raise Wrong(expected, repr(statement[:60]))
             if word not in keys and word not in FEED_UNITS:
                 raise Wrong(f"one of {', '.join([*keys, *FEED_UNITS])} in a cycle", repr(word))
             value, words = self.number(words[0] if words else ""), words[1:]

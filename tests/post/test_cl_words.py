@@ -35,6 +35,8 @@ def refused(text):
         ("goto  /  1. , -2,3e0,0,0.6,.8", [(1, -2, 3)], [(0, 0.6, 0.8)]),
         ("GOTO/1,2,3,0,0.6,0.8\nGOTO/4,5,6", [(1, 2, 3), (4, 5, 6)], [(0, 0.6, 0.8)] * 2),
         ("TLAXIS/0.5,0,0.8660254\nGOTO/1,2,3", [(1, 2, 3)], [(0.5, 0, 0.8660254)]),
+        ("GOTO / 1.0 , 2.0 , 3.0 $\n.0 , .6 , .8", [(1, 2, 3)], [(0, 0.6, 0.8)]),
+        ("GOTO / 1.0 , $\n-2.0 $\n , 3.0", [(1, -2, 3)], [UP]),
         (
             "TLAXIS / 0.5, 0, $\n 0.8660254\nGOTO/1,2,3\nTLAXIS/0,0,1\nGOTO/1,2,3",
             [(1, 2, 3)] * 2,
@@ -172,7 +174,8 @@ def test_inert_words_are_comments(text):
         ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,-1,5,.06,.5,9,0,TIMES,1.5\nGOTO/0,5,0", "a whole number"),
         ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,-1,5,.06,.5,9,0,TIMES\nGOTO/0,5,0", "a number"),
         ("GOTO/5,0,0\nRAPID\nCIRCLE/0,0,0,0,0,1\nGOTO/0,5,0", "an arc at a feed"),
-        ("CYCLE/DRILL,126.0,85.0,1.0,MMPR", "in a cycle"),
+        ("CYCLE/DRILL,126.0,85.0,1.0,MMPR", "after its word"),
+        ("CYCLE/DRILL,DEPTH,5,RANGE,3", "in a cycle"),
         ("CYCLE/DRILL,DEPTH,5,MMPM,100", "a clearance"),
         ("CYCLE/MILL,DEPTH,5,MMPM,100,CLEAR,2", "CYCLE/DRILL"),
         ("CYCLE/DRILL,DEPTH,5,CLEAR,2\nLOADTL/2", "CYCLE/OFF"),
