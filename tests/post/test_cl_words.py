@@ -460,6 +460,24 @@ def test_an_axis_turned_by_180_degrees_is_refused_with_its_line():
         run(read("GOTO/0,0,0,0,0.6,0.8\nGOTO/0,0,0,0,-0.6,-0.8"), replace(TABLE))
 
 
+@pytest.mark.parametrize("axis", [(0, 0.6, 0.8), (1, 0, 0), (0, 0, 1), (-0.48, 0.64, -0.6)])
+def test_a_rapid_move_may_turn_the_tool_by_180_degrees(axis):
+    """The program ends where and as the file says; half way the tool stands across; remarks keep their places."""
+    wide = replace(TABLE, rotary=tuple(replace(joint, limits=(-7, 7)) for joint in TABLE.rotary))
+    there, back = (",".join(f"{sign * value}" for value in axis) for sign in (1, -1))
+    text = f"GOTO/0,0,9,{there}\nSTOP\nRAPID\nGOTO/20,0,5,{back}\nPPRINT here\nGOTO/20,10,5"
+    cl = read(text)
+    np.testing.assert_allclose(cl.points, [(0, 0, 9), (10, 0, 7), (20, 0, 5), (20, 10, 5)])
+    assert abs(cl.axes[1] @ axis) < 1e-12 and cl.rapid.tolist() == [False, True, True, False]
+    places = {getattr(remark, "statement", remark): record for record, remark in cl.remarks}
+    assert (places["STOP"], places["PPRINT here"]) == (1, 3)
+    assert any("180°" in note for note in cl.notes)
+    walked = walk(run(cl, wide).program)
+    np.testing.assert_allclose(walked.tips[-1], (20, 10, 5), atol=1e-3)
+    np.testing.assert_allclose(walked.axes[-1], np.negative(axis), atol=1e-5)
+    assert walked.rapid[-2] and not walked.rapid[-1]
+
+
 def random_file(rng):
     """A file in inches or mm, with tools, arcs about Z, holes, and tool axes; all within 60 mm of the origin."""
     scale = rng.choice([1.0, 25.4])
