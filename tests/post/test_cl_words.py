@@ -478,6 +478,10 @@ def test_a_rapid_move_may_turn_the_tool_by_180_degrees(axis):
     assert walked.rapid[-2] and not walked.rapid[-1]
 
 
+def test_a_new_tool_does_not_come_from_where_the_one_before_it_ended():
+    assert len(read("GOTO/0,0,9,0,0,1\nLOADTL/2\nRAPID\nGOTO/20,0,5,0,0,-1")) == 2
+
+
 def random_file(rng):
     """A file in inches or mm, with tools, arcs about Z, holes, and tool axes; all within 60 mm of the origin."""
     scale = rng.choice([1.0, 25.4])
