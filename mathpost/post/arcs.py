@@ -12,7 +12,7 @@ COARSEST = np.radians(45)  # between the points of an arc, however small it is
 PECK_GAP = 0.5  # mm above the bottom, where the tool slows down again after a peck
 
 
-def arc(start, end, centre, axis, tolerance):
+def arc(start, end, centre, axis, tolerance, turns=0):
     """Return the points of an arc or a helix, shape (n, 3), the last one `end`.
 
     Parameters
@@ -22,6 +22,8 @@ def arc(start, end, centre, axis, tolerance):
         axis is the rise of a helix.
     tolerance : float
         How far the chords may be from the arc, in the unit of the points.
+    turns : int
+        Full turns that come before the arc: of a helix of several turns.
 
     Raises
     ------
@@ -47,6 +49,7 @@ def arc(start, end, centre, axis, tolerance):
     angle = np.arctan2(last @ across, last @ first) % (2 * np.pi)
     if np.linalg.norm(last - first) < SAME_POINT:
         angle = 2 * np.pi
+    angle += turns * 2 * np.pi
     step = min(2 * np.arccos(max(1 - tolerance / max(radii), 0)), COARSEST)
     t = np.arange(1, int(np.ceil(angle / step)) + 1)[:, None] / np.ceil(angle / step)
     around = np.cos(t * angle) * first + np.sin(t * angle) * across

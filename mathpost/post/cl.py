@@ -19,6 +19,7 @@ from mathpost.post.cl_words import Statements
 from mathpost.rotation import unit
 
 ARC_TOLERANCE = 0.001  # mm
+OPPOSITE = 1e-6  # of the sum of two tool axes
 
 
 @dataclass(frozen=True)
@@ -166,9 +167,35 @@ def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
 def _parsed(content, name, tolerance, ignored):
     statements = Statements(name, tolerance, ignored)
     statements.take_file(content)
-    records, remarks = statements.records(), sorted(statements.remarks, key=itemgetter(0))
+    records, remarks = _turned_over(
+        statements.records(), sorted(statements.remarks, key=itemgetter(0)), statements.counts
+    )
     notes = [f"{what} {detail}: {count}".replace(" :", ":") for (what, detail), count in statements.counts.items()]
     return _made(*records, tuple(remarks), name, tuple(notes))
+
+
+def _turned_over(records, remarks, counts):
+    """Records and remarks, with a record half way on each rapid move that turns the tool by 180°.
+
+    No great circle is shorter than another there. The tool points up on the way, or along X.
+    """
+    points, axes, feeds, rapid, lines = records
+    changes = [record for record, remark in remarks if getattr(remark, "kind", "") == "tool"]
+    over = np.flatnonzero((np.linalg.norm(axes[:, 1:] + axes[:, :-1], axis=0) < OPPOSITE) & rapid[1:]) + 1
+    over = np.setdiff1d(over, changes)  # the new tool comes from elsewhere
+    if not over.size:
+        return records, remarks
+    counts["rapid moves that turn the tool by 180°, with a record half way", ""] += len(over)
+    before = axes[:, over]
+    up = np.where(np.abs(before[2]) < 0.9, [[0], [0], [1]], [[1], [0], [0]])
+    across = unit((up - (up * before).sum(axis=0) * before).T).T
+    half = (points[:, over - 1] + points[:, over]) / 2
+    remarks = [(record + int((over < record).sum()), remark) for record, remark in remarks]
+    return (
+        np.insert(points, over, half, axis=1),
+        np.insert(axes, over, across, axis=1),
+        *(np.insert(column, over, column[over]) for column in (feeds, rapid, lines)),
+    ), remarks
 
 
 def _made(points, axes, feeds, rapid, lines, remarks, name, notes=()):

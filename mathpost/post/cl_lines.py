@@ -14,6 +14,7 @@ ENCODINGS = "utf-8", "gb18030", "cp1252", "latin-1"  # tried in turn; the last t
 LARGEST = 1e9  # of any number
 SHOWN = 20  # causes that are listed when a file is refused
 REAL = re.compile(rf"{NUMBER}(?:[eE][-+]?\d+)?")
+BETWEEN_NUMBERS = re.compile(r"[\d.]\s+$")
 # One record of three or six numbers, and nothing else: most lines of most files.
 PLAIN = text.Pattern(
     [
@@ -105,6 +106,8 @@ class Lines:
         part = line.partition("$$")[0].rstrip()
         if not self.statement:
             self.start = number
+        if BETWEEN_NUMBERS.search(self.statement) and REAL.match(part.lstrip()):
+            self.statement += ","  # two numbers: some systems leave out the comma where they break a line
         if part.endswith("$"):
             self.statement += part[:-1] or " "
             return

@@ -24,6 +24,7 @@ from mathpost.post.cl_lines import REAL, UNIT_TOLERANCE, Lines, Wrong
 
 MM_PER_INCH = 25.4
 LEAST_FEED = 0.001  # mm/min, which programs print
+MOST_TURNS = 1000  # of a helix
 LITERAL = re.compile(r"\(?\s*(CIRCLE|CYLNDR|LINE|POINT)\s*/([-+\d.eE,\s]*)")  # geometry within a statement
 FREE_TEXT = "PARTNO PPRINT REMARK INSERT TPRINT CATPROCESS CATPRODUCT OP_NAME PROGRAM"
 NAMES = "TOOL PATH/END-OF-PATH/SETUP/BOX/OPFEATSTART/OPFEATEND/MACHIN/MACHINE/SEQNO/FINI/END".split("/")
@@ -122,7 +123,7 @@ class Statements(Lines):
         self.incremental, self.units_stated = False, False
         self.turns, self.turning = None, None  # of the spindle
         self.home, self.tangent, self.cycle = None, None, None
-        self.circle_, self.arc_before = None, None  # centre and axis of the arc that comes, and of one that went
+        self.circle_, self.arc_before = None, None  # what is known of the arc that comes, and of one that went
         self.remarks, self.counts = [], Counter()
 
     def takes_plain(self):
@@ -169,9 +170,9 @@ class Statements(Lines):
             point = self.shifted(point)
         arc_before, self.arc_before = self.arc_before, None
         if self.circle_ is not None:
-            centre, normal, goes_on = self.circle_
+            centre, normal, turns, goes_on = self.circle_
             self.circle_ = None
-            self.sweep(line, point, axis, centre, normal)
+            self.sweep(line, point, axis, centre, normal, turns)
             self.arc_before = (centre, normal) if goes_on else None
             return
         if arc_before is not None and self.may_go_on(point, *arc_before):
@@ -236,10 +237,15 @@ class Statements(Lines):
         """The tool goes to the next GOTO on this circle.
 
         NX writes the radius and tolerances and turns clockwise about the axis; Creo writes the radius, SolidWorks
-        none, and both turn right-handed.
+        none, and both turn right-handed. The turns that NX counts by TIMES are those begun, the last one included:
+        with n - 1 full turns the helices of published files have the ramp angles that their operations were given
+        (0.4000 and 2.0000 degrees).
         """
-        if "TIMES" in words:
-            raise Wrong("an arc of less than a turn (let NX write a helix as lines)", "TIMES: a helix")
+        turns = 1.0
+        if words[-2:-1] == ["TIMES"]:
+            turns, words = self.number(words[-1]), words[:-2]
+        if turns not in range(1, MOST_TURNS + 1):
+            raise Wrong(f"TIMES, and a whole number from 1 to {MOST_TURNS}", f"{turns:g}")
         turned = {"COUNTERCLOCKWISE": 1, "CCLW": 1, "CLOCKWISE": -1, "CLW": -1}.get(words[-1] if words else "")
         values = self.numbers(words[:-1] if turned else words)
         if len(values) not in (6, 7, 11):
@@ -248,7 +254,7 @@ class Statements(Lines):
             raise Wrong("CIRCLE after a move, in absolute coordinates and outside a cycle", repr(statement[:40]))
         centre = [value * self.scale for value in values[:3]]
         sign = turned or (-1 if len(values) == 11 else 1)
-        self.circle_ = centre, [sign * value for value in values[3:6]], len(values) == 7
+        self.circle_ = centre, [sign * value for value in values[3:6]], int(turns) - 1, len(values) == 7
         radius = math.dist(*(np.cross(values[3:6], each) for each in (self.point, centre)))
         if len(values) > 6 and abs(radius - values[6] * self.scale) > 0.02:
             raise Wrong(f"a start {values[6] * self.scale:g} mm from the centre", f"{radius:.4f}")
@@ -288,13 +294,13 @@ class Statements(Lines):
         ahead = np.cross(normal, start - centre) @ tangent
         self.sweep(line, end, self.axis, centre, normal if ahead > 0 else -normal)
 
-    def sweep(self, line, point, axis, centre, normal):
-        """Add an arc as chords."""
+    def sweep(self, line, point, axis, centre, normal, turns=0):
+        """Add an arc as chords, and full turns before it."""
         if self.rapid:
             raise Wrong("an arc at a feed", "RAPID")
         if not np.allclose(axis, self.axis, atol=1e-6):
             raise Wrong("a tool axis that stands still on an arc", "one that turns")
-        points = arc(self.point, point, centre, normal, self.tolerance)
+        points = arc(self.point, point, centre, normal, self.tolerance, turns)
         numbers = np.concatenate([points.T, np.repeat(np.transpose([axis]), len(points), axis=1)])
         self.add(np.full(len(points), line), numbers)
         self.counts["arcs as chords", f"{self.tolerance:g} mm"] += 1
@@ -323,6 +329,11 @@ class Statements(Lines):
                 continue
             if word in keys and words[:1] == ["AUTO"]:
                 continue
+            if REAL.fullmatch(word):
+                expected = (
+                    "each number of a cycle after its word, such as DEPTH (in CATIA the PP table writes them)"
+                )
+                raise Wrong(expected, repr(statement[:60]))
             if word not in keys and word not in FEED_UNITS:
                 raise Wrong(f"one of {', '.join([*keys, *FEED_UNITS])} in a cycle", repr(word))
             value, words = self.number(words[0] if words else ""), words[1:]

@@ -10,7 +10,7 @@ from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.post import program, travel
 from mathpost.post.between_blocks import levers
-from mathpost.post.cl import CLData
+from mathpost.post.cl import OPPOSITE, CLData
 from mathpost.post.controls import Blocks
 from mathpost.post.motion import Motion, block_times, linearize
 from mathpost.post.proof import measured, prove
@@ -97,9 +97,11 @@ def plan(cl, first, machine, choose, real, tcp, tolerance, singular, cone, lean,
     tcp, tolerance, singular, cone, lean, clearance, progress
         As in `mathpost.post.run`.
     """
-    turned = np.flatnonzero(np.linalg.norm(cl.axes[1:] + cl.axes[:-1], axis=1) < 1e-6)
+    turned = np.flatnonzero(np.linalg.norm(cl.axes[1:] + cl.axes[:-1], axis=1) < OPPOSITE)
     if turned.size:
-        raise InputError(cl.where(turned[0] + 1), "a tool axis not opposite to the one before", "a turn by 180°")
+        raise InputError(
+            cl.where(turned[0] + 1), "a tool axis not opposite to the one before, or RAPID", "a turn by 180°"
+        )
     kin = Kinematics(machine)
     progress("choosing")
     chosen = choose(kin, cl)

@@ -35,6 +35,8 @@ def refused(text):
         ("goto  /  1. , -2,3e0,0,0.6,.8", [(1, -2, 3)], [(0, 0.6, 0.8)]),
         ("GOTO/1,2,3,0,0.6,0.8\nGOTO/4,5,6", [(1, 2, 3), (4, 5, 6)], [(0, 0.6, 0.8)] * 2),
         ("TLAXIS/0.5,0,0.8660254\nGOTO/1,2,3", [(1, 2, 3)], [(0.5, 0, 0.8660254)]),
+        ("GOTO / 1.0 , 2.0 , 3.0 $\n.0 , .6 , .8", [(1, 2, 3)], [(0, 0.6, 0.8)]),
+        ("GOTO / 1.0 , $\n-2.0 $\n , 3.0", [(1, -2, 3)], [UP]),
         (
             "TLAXIS / 0.5, 0, $\n 0.8660254\nGOTO/1,2,3\nTLAXIS/0,0,1\nGOTO/1,2,3",
             [(1, 2, 3)] * 2,
@@ -168,9 +170,12 @@ def test_inert_words_are_comments(text):
         ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,1,5\nGOTO/0,6,0", "ends equally far"),
         ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,1,5\nGOTO/0,5,0,0,0.6,0.8", "stands still"),
         ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,1,5\nGOTO/0,5,0\nGOTO/-5,0,0", "arc of one GOTO"),
-        ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,-1,5,.06,.5,9,0,TIMES,2\nGOTO/0,5,0", "helix"),
+        ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,-1,5,.06,.5,9,0,TIMES,0\nGOTO/0,5,0", "from 1 to 1000"),
+        ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,-1,5,.06,.5,9,0,TIMES,1.5\nGOTO/0,5,0", "a whole number"),
+        ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,-1,5,.06,.5,9,0,TIMES\nGOTO/0,5,0", "a number"),
         ("GOTO/5,0,0\nRAPID\nCIRCLE/0,0,0,0,0,1\nGOTO/0,5,0", "an arc at a feed"),
-        ("CYCLE/DRILL,126.0,85.0,1.0,MMPR", "in a cycle"),
+        ("CYCLE/DRILL,126.0,85.0,1.0,MMPR", "after its word"),
+        ("CYCLE/DRILL,DEPTH,5,RANGE,3", "in a cycle"),
         ("CYCLE/DRILL,DEPTH,5,MMPM,100", "a clearance"),
         ("CYCLE/MILL,DEPTH,5,MMPM,100,CLEAR,2", "CYCLE/DRILL"),
         ("CYCLE/DRILL,DEPTH,5,CLEAR,2\nLOADTL/2", "CYCLE/OFF"),
@@ -279,6 +284,17 @@ def test_arc_of_catia_on_a_cylinder():
     np.testing.assert_allclose(cl.points[-1], [0, 3, 5], atol=1e-12)
     np.testing.assert_allclose(np.hypot(cl.points[:, 0], cl.points[:, 2]), 5)
     assert (cl.points[:, 2] >= 0).all()  # the short way, as the tangent says
+
+
+@pytest.mark.parametrize(("times", "end", "turned"), [(1, (0, 5), 90), (2, (0, 5), 450), (3, (5, 0), 1080)])
+def test_helix_of_nx(times, end, turned):
+    """The height falls evenly with the angle that the tool has turned by, to the last of the turns begun."""
+    circle = f"CIRCLE/0,0,-3,0,0,-1,5,.06,.5,9,0,TIMES,{times}"
+    cl = read(f"GOTO/5,0,0\n{circle}\nGOTO/{end[0]},{end[1]},-3")
+    angles = np.degrees(np.unwrap(np.arctan2(cl.points[:, 1], cl.points[:, 0])))
+    assert angles[-1] == pytest.approx(turned)
+    np.testing.assert_allclose(np.hypot(*cl.points[:, :2].T), 5)
+    np.testing.assert_allclose(cl.points[:, 2], -3 * angles / turned, atol=1e-12)
 
 
 def test_full_turns_and_helices():
@@ -442,6 +458,28 @@ def test_cutter_compensation_while_the_rotary_axes_stand(dialect):
 def test_an_axis_turned_by_180_degrees_is_refused_with_its_line():
     with pytest.raises(InputError, match="part.cl, line 5, record 2.*180"):
         run(read("GOTO/0,0,0,0,0.6,0.8\nGOTO/0,0,0,0,-0.6,-0.8"), replace(TABLE))
+
+
+@pytest.mark.parametrize("axis", [(0, 0.6, 0.8), (1, 0, 0), (0, 0, 1), (-0.48, 0.64, -0.6)])
+def test_a_rapid_move_may_turn_the_tool_by_180_degrees(axis):
+    """The program ends where and as the file says; half way the tool stands across; remarks keep their places."""
+    wide = replace(TABLE, rotary=tuple(replace(joint, limits=(-7, 7)) for joint in TABLE.rotary))
+    there, back = (",".join(f"{sign * value}" for value in axis) for sign in (1, -1))
+    text = f"GOTO/0,0,9,{there}\nSTOP\nRAPID\nGOTO/20,0,5,{back}\nPPRINT here\nGOTO/20,10,5"
+    cl = read(text)
+    np.testing.assert_allclose(cl.points, [(0, 0, 9), (10, 0, 7), (20, 0, 5), (20, 10, 5)])
+    assert abs(cl.axes[1] @ axis) < 1e-12 and cl.rapid.tolist() == [False, True, True, False]
+    places = {getattr(remark, "statement", remark): record for record, remark in cl.remarks}
+    assert (places["STOP"], places["PPRINT here"]) == (1, 3)
+    assert any("180°" in note for note in cl.notes)
+    walked = walk(run(cl, wide).program)
+    np.testing.assert_allclose(walked.tips[-1], (20, 10, 5), atol=1e-3)
+    np.testing.assert_allclose(walked.axes[-1], np.negative(axis), atol=1e-5)
+    assert walked.rapid[-2] and not walked.rapid[-1]
+
+
+def test_a_new_tool_does_not_come_from_where_the_one_before_it_ended():
+    assert len(read("GOTO/0,0,9,0,0,1\nLOADTL/2\nRAPID\nGOTO/20,0,5,0,0,-1")) == 2
 
 
 def random_file(rng):
