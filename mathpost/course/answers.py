@@ -1,4 +1,4 @@
-"""What an exercise may ask for: a number, an angle, a vector, a pose, a name, a formula.
+"""What an exercise may ask for: a number, an angle, a vector, a pose, a name.
 
 A kind of answer reads whatever a learner typed into plain data (numbers, text, lists of them, as JSON holds them),
 says when two such data are the same answer, and which mix-ups any answer of its kind can suffer. Nothing is
