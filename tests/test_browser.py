@@ -33,6 +33,7 @@ SETTINGS = {  # no news, and every cell in the page whether it is in sight or no
     "notebook-extension/tracker": '{"windowingMode": "none"}',
 }
 PATIENCE = 120_000  # ms, for a busy machine
+NO_SESSION = "Cannot read properties of null (reading 'kernel')"  # JupyterLab's own, of what opens without a kernel
 
 LIVE = ("00_start_here", "01_rotating_a_point", "04_transform_chain")  # lessons whose views all live in the browser
 RUN = """async path => {
@@ -141,7 +142,7 @@ def opened(browser, **size):
     page.set_default_timeout(PATIENCE)
     page.errors = []
     page.on("console", lambda message: message.type == "error" and page.errors.append(message.text))
-    page.on("pageerror", lambda error: page.errors.append(str(error)))
+    page.on("pageerror", lambda error: NO_SESSION in str(error) or page.errors.append(str(error)))
     return page
 
 
