@@ -365,7 +365,7 @@ def _grade(options):
     page, table = report.with_name(f"{report.name}.html"), report.with_name(f"{report.name}.csv")
     write_text(page, grade_page.to_html(graded, options.language))
     write_text(table, grade_page.to_csv(graded, options.language))
-    print(f"{len(graded.results)} students: {page}, {table}")
+    print(f"students: {len(graded.results)}; {page}, {table}")
     found = [(each.name, *trouble) for each in graded.results for trouble in each.trouble]
     found += [(each.name, name, "edited") for each in graded.results for name in each.edited]
     for name, what, why in found:
