@@ -1,0 +1,392 @@
+"""One calibration: all readings of a machine, one least-squares estimate, and what it says with its uncertainty.
+
+What is sought: where the rotary axes are and how they lean, named as in ISO 230-7 (EX0C, EA0C, …), how the
+spindle leans on a head (EA0S, EB0S), the squareness of the slides (EC0Y, EB0Z, EA0Z), and the positioning error of
+each axis that a laser has seen. All readings are predicted by the same chain, that of `mathpost.chain` with its
+numbers as unknowns: a rotary axis is a line in it, so that a calibrated machine is a machine file with other
+points. The workpiece is where probing finds it at rotary zero, as with any machine.
+
+The variances of the methods are estimated with the unknowns, each from its own residuals. U is t·u, with
+Student's t for the degrees of freedom after Welch and Satterthwaite (GUM, annex G).
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from mathpost.compensate import readings as files
+from mathpost.compensate.model import DEFAULT, SQUARENESS, JointTable, MachineErrors, error_names
+from mathpost.errors import InputError, ReachError
+from mathpost.measure import spline
+from mathpost.measure.fit import coverage_factor, least_squares
+from mathpost.measure.rotary_axis import square_to
+
+DEPENDENT = 1e-5  # of a column that others leave: below it the readings do not tell the unknown from theirs
+SMALL = 1e-3  # of a rotary axis' direction: a component that its positioning error need not have
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number of the calibrated machine: `value` ± `U` with coverage factor `k` and degrees of `freedom`."""
+
+    value: float
+    U: float
+    k: float
+    freedom: float
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What readings say about a machine.
+
+    Attributes
+    ----------
+    nominal : mathpost.machine.Machine
+        As the control believed it to be.
+    values : dict
+        Unknown of the geometry to its value, mm or radians: what the machine has more than `nominal`.
+    positioning : tuple of mathpost.compensate.readings.Positioning
+        Of each axis that was measured, as the one estimate has it.
+    parts : tuple of (ndarray, float)
+        Covariance of all unknowns, geometry first, that each file contributes, and its degrees of freedom.
+    assumed : dict
+        Unknown that stays at zero to the reason.
+    noise : dict
+        File to the standard deviation of a reading and the degrees of freedom.
+    structure : mathpost.compensate.model.Structure
+    """
+
+    nominal: object
+    values: dict
+    positioning: tuple
+    parts: tuple
+    assumed: dict
+    noise: dict
+    structure: object = DEFAULT
+
+    def __getitem__(self, name):
+        """Return the `Value` of one unknown."""
+        index = list(self.values).index(name)
+        return self._value(self.values[name], np.eye(len(self.values))[index])
+
+    def of(self, function):
+        """Return any number of the calibrated machine as `Value`.
+
+        Parameters
+        ----------
+        function : callable
+            Takes a `mathpost.machine.Machine` and returns a float.
+        """
+        slopes = []
+        for name in self.values:
+            ends = [
+                function(corrected(self.nominal, self.values | {name: self.values[name] + h}))
+                for h in (1e-6, -1e-6)
+            ]
+            slopes.append((ends[0] - ends[1]) / 2e-6)
+        return self._value(float(function(self.machine)), np.array(slopes))
+
+    @cached_property
+    def machine(self):
+        """The calibrated `Machine`: axes, points and tool where the readings have found them."""
+        return corrected(self.nominal, self.values)
+
+    @cached_property
+    def errors(self):
+        """What a machine file cannot say, as `MachineErrors` of `machine`: squareness and positioning."""
+        names = error_names(self.machine)
+        constant = np.array([self.values.get(name, 0.0) if name in SQUARENESS else 0.0 for name in names])
+        tables = []
+        for each in self.positioning:
+            curves = {
+                names.index(name): spline.through_all(
+                    spline.Points(each.at, values, 360.0 if each.endless else None)
+                )
+                for name, values in columns(self.machine, self.structure, each).items()
+            }
+            tables.append(JointTable(each.joint, curves))
+        return MachineErrors(self.machine, self.structure, constant, tuple(tables))
+
+    def _value(self, value, gradient):
+        gradient = np.pad(gradient, (0, len(self.parts[0][0]) - len(gradient)))
+        shares = np.array([gradient @ part @ gradient for part, _ in self.parts])
+        variance, freedoms = shares.sum(), np.array([freedom for _, freedom in self.parts])
+        freedom = float(variance**2 / (shares**2 / freedoms).sum()) if (shares**2 / freedoms).sum() > 0 else np.inf
+        k = coverage_factor(freedom)
+        return Value(value, k * float(np.sqrt(variance)), k, freedom)
+
+    def __str__(self):
+        lines = [f"{'':6s} {'value':>10s} {'U 95 %':>9s}        k  freedom"]
+        for name in self.values:
+            each, (size, unit) = self[name], ((1e3, "µm  ") if name[1] in "XYZ12" else (1e6, "µrad"))
+            free = "∞" if np.isinf(each.freedom) else f"{each.freedom:.1f}"
+            lines.append(
+                f"{name:6s} {size * each.value:10.2f} {size * each.U:9.2f} {unit} {each.k:5.2f} {free:>8s}"
+            )
+        for each in self.positioning:
+            name, (size, unit) = self.machine.joint_names[each.joint], _shown(each.joint)
+            most = size * coverage_factor(each.freedom) * each.sigma.max()
+            found = f"{size * np.ptp(each.value):.2f} {unit}, U {most:.2f} at a target"
+            lines.append(f"{name} positioning: range {found}; reversal {size * each.reversal:.2f} {unit}")
+        for reason in dict.fromkeys(self.assumed.values()):
+            names = [name for name, each in self.assumed.items() if each == reason]
+            lines.append(f"{', '.join(names)}: {reason}")
+        for name, (sigma, freedom) in self.noise.items():
+            stated = "as stated" if np.isinf(freedom) else f"from {freedom:.0f} spare ones"
+            lines.append(f"noise of a reading in {name}: {1e3 * sigma:.2f} µm, {stated}")
+        return "\n".join(lines)
+
+
+def calibrate(machine, paths, *, structure=DEFAULT, squareness=None, **settings):
+    """Return the `Calibration` of `machine` from files of readings.
+
+    Parameters
+    ----------
+    machine : mathpost.machine.Machine
+        As the control believed it to be when the readings were taken.
+    paths : sequence of paths, or of `mathpost.compensate.readings.Readings` and `Positioning`
+        CSV files; see `mathpost.compensate.readings.template`.
+    structure : mathpost.compensate.model.Structure, keyword only
+        Which slides carry the workpiece: their errors count the other way.
+    squareness : bool, optional, keyword only
+        Whether the squareness of the slides is sought: if left out, only when a ballbar has seen them.
+    **settings
+        ``unit``, ``method``, ``axis``, ``positive``, … for files that do not say them.
+
+    Raises
+    ------
+    InputError
+        If a file leaves something unclear, or there is nothing to estimate a noise from.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> found = calibrate(machine.load("data/machines/ac_table.toml"), ["data/measurements/ball_c_axis.csv"])
+    >>> f"{1e3 * found['EX0C'].value:.1f} ± {1e3 * found['EX0C'].U:.1f} µm"
+    '10.1 ± 0.4 µm'
+    """
+    read = [each if hasattr(each, "where") else files.read(each, machine, **settings) for each in paths]
+    seen = [each for each in read if isinstance(each, files.Positioning)]
+    if len({each.joint for each in seen}) < len(seen):
+        raise InputError(seen[-1].where, "one file of positioning for each axis", "a second one")
+    blocks = [each for each in read if isinstance(each, files.Readings)]
+    if squareness is None:
+        squareness = any(each.method == "ballbar" for each in blocks)
+    return _Problem(machine, blocks, seen, structure, squareness).solve()
+
+
+def unknowns(machine):
+    """Return the names of the geometry's unknowns, those first that are given up last."""
+    letters = [(each, square_to(each)[0]) for each in machine.rotary]
+    offsets = [f"E{direction}0{each.name}" for each, plane in letters for direction in plane]
+    tilts = [f"E{_turn(direction)}0{each.name}" for each, plane in letters for direction in plane]
+    spindle = ["EA0S", "EB0S"] if any(each.carries == "tool" for each in machine.rotary) else []
+    return [*offsets, *tilts, *spindle, *SQUARENESS]
+
+
+def corrected(machine, values):
+    """Return `machine` with its axes, points and tool moved by `values`; squareness is not in a machine file."""
+    rotary = []
+    for each in machine.rotary:
+        names, plane = square_to(each)
+        plane = np.array(plane, dtype=float)
+        offset = plane @ [values.get(f"E{name}0{each.name}", 0.0) for name in names]
+        tilt = plane @ [values.get(f"E{_turn(name)}0{each.name}", 0.0) for name in names]
+        axis, point = files.unit(each.axis), np.array(each.point) + offset
+        axis = files.unit(axis + np.cross(tilt, axis))
+        rotary.append(replace(each, axis=tuple(axis.tolist()), point=tuple(point.tolist())))
+    tool = files.unit(machine.tool_axis)
+    tilted = files.unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
+    named = machine.programmed_point
+    if named != "tip" and not np.array_equal(tilted, tool):  # the tip stays where probing finds it at rotary zero
+        point = np.zeros(3) if named == "nose" else np.array(named)
+        named = tuple((point + machine.tool_length * (tool - tilted)).tolist())
+    return replace(machine, rotary=tuple(rotary), tool_axis=tuple(tilted.tolist()), programmed_point=named)
+
+
+def columns(machine, structure, positioning):
+    """The columns of an error table, µm or µrad, that a positioning error makes: the sign is that of the axis."""
+    name, joint = machine.joint_names[positioning.joint], positioning.joint
+    if joint < 3:
+        carries_workpiece = name in structure.workpiece  # it runs against the programmed direction
+        return {f"E{name}{name}": 1e3 * positioning.value * (-1 if carries_workpiece else 1)}
+    axis = files.unit(machine.rotary[joint - 3].axis)
+    shares = [(letter, share) for letter, share in zip("ABC", axis, strict=True) if abs(share) > SMALL]
+    return {f"E{letter}{name}": 1e6 * positioning.value * share for letter, share in shares}
+
+
+class _Problem:
+    """All readings as one function of all unknowns."""
+
+    def __init__(self, machine, blocks, tables, structure, squareness):
+        self.squareness = squareness
+        self.machine, self.blocks, self.tables, self.structure = machine, blocks, tables, structure
+        self.geometry = unknowns(machine)
+        nuisances = []
+        for number, block in enumerate(blocks):
+            for setup in np.unique(block.setup):
+                nuisances += [f"zero {number} {setup}"] * block.zeroed
+                nuisances += [f"ball {number} {setup} {axis}" for axis in range(3)]
+        nodes = [f"table {n} {row}" for n, each in enumerate(tables) for row in range(len(each.at))]
+        self.names = [*nodes, *nuisances, *self.geometry]
+        self.kept = list(range(len(self.names)))
+        sizes = [len(block.value) for block in blocks] + [len(each.at) for each in tables]
+        self.group = np.repeat(np.arange(len(sizes)), sizes)
+        self.observed = np.concatenate([each.value for each in (*blocks, *tables)])
+        start = files.parameters(machine)
+        self.moves = {}  # of the machine's parameters, for one unit of each unknown
+        for name in self.geometry:
+            step = (files.parameters(corrected(machine, {name: h})) for h in (1e-5, -1e-5))
+            self.moves[name] = (next(step) - next(step)) / 2e-5
+        self.start = start
+
+    def solve(self):
+        """Estimate unknowns and noise in turn until neither changes."""
+        reasons = self._keep_apart()
+        count = len(self.kept)
+        sigmas = [np.full(len(b.value), 1e-3 if np.isnan(b.sigma) else b.sigma) for b in self.blocks]
+        sigmas = np.concatenate(sigmas + [each.sigma for each in self.tables])
+        freedom = [np.inf] * len(self.blocks) + [each.freedom for each in self.tables]
+        where = self.blocks[0].where if self.blocks else self.tables[0].where
+        for _ in range(100):
+            x, covariance, residuals = least_squares(self._evaluate, self.observed, sigmas, count, where)
+            rows = self._evaluate(x)[1] / sigmas[:, None]
+            leverage = np.einsum("ij,jk,ik->i", rows, covariance, rows)
+            before = sigmas.copy()
+            for number, block in enumerate(self.blocks):
+                if np.isnan(block.sigma):
+                    own = self.group == number
+                    freedom[number] = own.sum() - leverage[own].sum()
+                    if freedom[number] < 0.5:
+                        expected = (
+                            "more readings than unknowns, or a line # sigma = standard deviation of a reading"
+                        )
+                        raise InputError(block.where, expected, f"{own.sum()} readings, none to spare")
+                    sigmas[own] = max(np.sqrt((residuals[own] ** 2).sum() / freedom[number]), 1e-9)
+            if np.allclose(before, sigmas, rtol=1e-4):
+                break
+        order = [self.kept.index(self.names.index(name)) for name in self.geometry if name not in reasons]
+        order += [index for index in range(count) if index not in order]
+        parts = []
+        for number, free in enumerate(freedom):
+            own = rows[self.group == number]
+            parts.append(((covariance @ own.T @ own @ covariance)[np.ix_(order, order)], free))
+        values = {self.names[self.kept[index]]: float(x[index]) for index in order}
+        noise = {b.where: (float(sigmas[self.group == n][0]), freedom[n]) for n, b in enumerate(self.blocks)}
+        nodes = np.concatenate([[0], np.cumsum([len(each.at) for each in self.tables])]).astype(int)
+        deviations = np.sqrt(np.diag(covariance))
+        tables = [
+            replace(each, value=x[nodes[n] : nodes[n + 1]], sigma=deviations[nodes[n] : nodes[n + 1]])
+            for n, each in enumerate(self.tables)
+        ]
+        found = {name: values[name] for name in self.geometry if name in values}
+        return Calibration(self.machine, found, tuple(tables), tuple(parts), reasons, noise, self.structure)
+
+    def _keep_apart(self):
+        """Keep the unknowns that the readings tell from those before them; return the reasons of the others."""
+        matrix = self._evaluate(np.zeros(len(self.names)))[1]
+        kept, basis, reasons = [], np.empty((len(matrix), 0)), {}
+        for index, column in enumerate(matrix.T):
+            left = column - basis @ (basis.T @ column)
+            left -= basis @ (basis.T @ left)
+            length = np.linalg.norm(column)
+            if not self.squareness and self.names[index] in SQUARENESS:
+                reasons[self.names[index]] = "not sought, since no ballbar saw the slides: taken for square"
+            elif length > 1e-9 and np.linalg.norm(left) > DEPENDENT * length:
+                kept.append(index)
+                basis = np.column_stack([basis, left / np.linalg.norm(left)])
+            elif self.names[index] in self.geometry:
+                reasons[self.names[index]] = "not measured: as in the machine file"
+                if length > 1e-9:
+                    share = np.linalg.lstsq(matrix[:, kept], column, rcond=None)[0]
+                    share = np.abs(share) * np.linalg.norm(matrix[:, kept], axis=0) > SMALL * length
+                    among = [self.names[n] for n, each in zip(kept, share, strict=True) if each]
+                    others = (
+                        " and ".join(name for name in among if name in self.geometry) or "where the ball stands"
+                    )
+                    reasons[self.names[index]] = f"not told from {others} by these readings: as in the machine file"
+        self.kept = kept
+        return reasons
+
+    def _evaluate(self, x):
+        """The predicted readings and their derivatives by the unknowns that are kept."""
+        full = np.zeros(len(self.names))
+        full[self.kept if len(x) < len(full) else slice(None)] = x
+        values = dict(zip(self.names, full, strict=True))
+        predicted, rows = [], []
+        for number, block in enumerate(self.blocks):
+            gap, derivatives = self._gap(number, block, block.joints, values)
+            if block.reference is not None:
+                before, their = self._gap(number, block, block.reference, values)
+                gap, derivatives = gap - before, derivatives - their
+            if block.zeroed:
+                for setup in np.unique(block.setup):
+                    name = f"zero {number} {setup}"
+                    gap = gap + (block.setup == setup) * values[name]
+                    derivatives[:, self.names.index(name)] = block.setup == setup
+            predicted.append(gap)
+            rows.append(derivatives)
+        nodes = sum(len(each.at) for each in self.tables)
+        predicted.append(full[:nodes])
+        rows.append(np.eye(nodes, len(self.names)))
+        return np.concatenate(predicted), np.concatenate(rows)[:, self.kept]
+
+    def _gap(self, number, block, joints, values):
+        """How far the ball stands from the tip along the reading's direction; its derivatives by all unknowns."""
+        start = self.start + sum(values[name] * move for name, move in self.moves.items())
+        slides = joints[:, :3] + self.machine.origin
+        turned = {
+            name: np.cross(np.eye(3)["ABC".index(name[1])], np.eye(3)["XYZ".index(name[3])]) for name in SQUARENESS
+        }
+        paths = {name: slides[:, ["XYZ".index(name[3])]] * way for name, way in turned.items()}
+        actual = joints.copy()
+        actual[:, :3] += sum(values[name] * path for name, path in paths.items())
+        bases = []
+        for n, each in enumerate(self.tables):
+            at = np.rad2deg(joints[:, each.joint]) if each.joint > 2 else slides[:, each.joint]
+            bases.append(_basis(each, at))
+            actual[:, each.joint] += bases[-1] @ [values[f"table {n} {row}"] for row in range(len(each.at))]
+        tip, by = (kernel(*actual.T, *start, block.length) for kernel in files.kernels(self.machine))
+        tip, turn = tip[..., 0], np.swapaxes(by[..., :3], 1, 2)
+        along = np.einsum("ni,nij->nj", block.direction, turn)  # the direction in the workpiece
+        derivatives = np.zeros((len(joints), len(self.names)))
+        ball = np.zeros_like(tip)
+        for setup in np.unique(block.setup):
+            own = block.setup == setup
+            for axis in range(3):
+                name = f"ball {number} {setup} {axis}"
+                ball[own, axis] = values[name]
+                derivatives[own, self.names.index(name)] = along[own, axis]
+        for name, move in self.moves.items():
+            derivatives[:, self.names.index(name)] = -np.einsum("ni,nij,j->n", along, by[..., 5:], move)
+        for name, path in paths.items():
+            derivatives[:, self.names.index(name)] = -np.einsum("ni,nij,nj->n", along, by[..., :3], path)
+        for n, (each, basis) in enumerate(zip(self.tables, bases, strict=True)):
+            first = self.names.index(f"table {n} 0")
+            moved = -np.einsum("ni,ni->n", along, by[..., each.joint])
+            derivatives[:, first : first + len(each.at)] = moved[:, None] * basis
+        return np.einsum("ni,ni->n", along, block.target + ball - tip), derivatives
+
+
+def _basis(table, at):
+    """What each entry of a positioning table weighs at positions `at`, shape (n, targets): the spline is linear."""
+    eye = np.eye(len(table.at))
+    if table.endless:
+        nodes, values = np.append(table.at, table.at[0] + 360), np.vstack([eye, eye[:1]])
+        return CubicSpline(nodes, values, bc_type="periodic")(at)
+    if (at < table.at[0] - 1e-9).any() or (at > table.at[-1] + 1e-9).any():
+        raise ReachError(
+            f"{table.where}: {at.min():g} to {at.max():g} is needed, {table.at[0]:g} to {table.at[-1]:g} measured"
+        )
+    return CubicSpline(table.at, eye)(at)
+
+
+def _turn(direction):
+    """The name of the tilt that belongs to a direction: A to X; 3, 4 to the 1, 2 of a skew axis."""
+    return dict(zip("XYZ12", "ABC34", strict=True))[direction]
+
+
+def _shown(joint):
+    return (np.rad2deg(1) * 3600, "arcsec") if joint > 2 else (1e3, "µm")
