@@ -4,14 +4,14 @@ What is sought: where the rotary axes are and how they lean, named as in ISO 230
 spindle leans on a head (EA0S, EB0S), the squareness of the slides (EC0Y, EB0Z, EA0Z), and the positioning error of
 each axis that a laser has seen. All readings are predicted by the same chain, that of `mathpost.chain` with its
 numbers as unknowns: a rotary axis is a line in it, so that a calibrated machine is a machine file with other
-points. The workpiece is where probing finds it at rotary zero, as with any machine.
+points. The workpiece is where probing with the tool finds it at rotary zero, as with any machine.
 
 The variances of the methods are estimated with the unknowns, each from its own residuals. U is t·u, with
 Student's t for the degrees of freedom after Welch and Satterthwaite (GUM, annex G).
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -69,7 +69,7 @@ class Calibration:
     def __getitem__(self, name):
         """Return the `Value` of one unknown."""
         index = list(self.values).index(name)
-        return self._value(self.values[name], np.eye(len(self.values))[index])
+        return self.value(self.values[name], np.eye(len(self.values))[index])
 
     def of(self, function):
         """Return any number of the calibrated machine as `Value`.
@@ -86,7 +86,7 @@ class Calibration:
                 for h in (1e-6, -1e-6)
             ]
             slopes.append((ends[0] - ends[1]) / 2e-6)
-        return self._value(float(function(self.machine)), np.array(slopes))
+        return self.value(float(function(self.machine)), np.array(slopes))
 
     @cached_property
     def machine(self):
@@ -109,7 +109,8 @@ class Calibration:
             tables.append(JointTable(each.joint, curves))
         return MachineErrors(self.machine, self.structure, constant, tuple(tables))
 
-    def _value(self, value, gradient):
+    def value(self, value, gradient):
+        """Return a number with its U as `Value`, given its derivatives by `values`, then by all table entries."""
         gradient = np.pad(gradient, (0, len(self.parts[0][0]) - len(gradient)))
         shares = np.array([gradient @ part @ gradient for part, _ in self.parts])
         variance, freedoms = shares.sum(), np.array([freedom for _, freedom in self.parts])
@@ -179,7 +180,7 @@ def calibrate(machine, paths, *, structure=DEFAULT, squareness=None, **settings)
 
 def unknowns(machine):
     """Return the names of the geometry's unknowns, those first that are given up last."""
-    letters = [(each, square_to(each)[0]) for each in machine.rotary]
+    letters = [(each, _across(each)[0]) for each in machine.rotary]
     offsets = [f"E{direction}0{each.name}" for each, plane in letters for direction in plane]
     tilts = [f"E{_turn(direction)}0{each.name}" for each, plane in letters for direction in plane]
     spindle = ["EA0S", "EB0S"] if any(each.carries == "tool" for each in machine.rotary) else []
@@ -187,23 +188,36 @@ def unknowns(machine):
 
 
 def corrected(machine, values):
-    """Return `machine` with its axes, points and tool moved by `values`; squareness is not in a machine file."""
+    """Return `machine` with its axes, points and tool moved by `values`; squareness is not in a machine file.
+
+    Machine coordinates are those at which the tip of the machine's tool is displayed at rotary zero: if the spindle
+    leans, so does the tool, and a table is displayed beside where it is.
+    """
+    moved = _moved(machine, values)
+    aside = machine.tool_length * (np.array(moved.tool_axis) - files.unit(machine.tool_axis))
+    tables = [
+        replace(each, point=tuple((each.point + aside).tolist())) if each.carries == "workpiece" else each
+        for each in moved.rotary
+    ]
+    named = machine.programmed_point
+    if named != "tip" and aside.any():
+        named = tuple((np.zeros(3) if named == "nose" else np.array(named)) - aside)
+    return replace(moved, rotary=tuple(tables), programmed_point=named)
+
+
+def _moved(machine, values):
+    """The axes, points and tool of `machine` moved by `values`, in the coordinates of its slides."""
     rotary = []
     for each in machine.rotary:
-        names, plane = square_to(each)
-        plane = np.array(plane, dtype=float)
+        names, plane = _across(each)
         offset = plane @ [values.get(f"E{name}0{each.name}", 0.0) for name in names]
         tilt = plane @ [values.get(f"E{_turn(name)}0{each.name}", 0.0) for name in names]
-        axis, point = files.unit(each.axis), np.array(each.point) + offset
+        axis = files.unit(each.axis)
         axis = files.unit(axis + np.cross(tilt, axis))
-        rotary.append(replace(each, axis=tuple(axis.tolist()), point=tuple(point.tolist())))
+        rotary.append(replace(each, axis=tuple(axis.tolist()), point=tuple((each.point + offset).tolist())))
     tool = files.unit(machine.tool_axis)
-    tilted = files.unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
-    named = machine.programmed_point
-    if named != "tip" and not np.array_equal(tilted, tool):  # the tip stays where probing finds it at rotary zero
-        point = np.zeros(3) if named == "nose" else np.array(named)
-        named = tuple((point + machine.tool_length * (tool - tilted)).tolist())
-    return replace(machine, rotary=tuple(rotary), tool_axis=tuple(tilted.tolist()), programmed_point=named)
+    tool = files.unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
+    return replace(machine, rotary=tuple(rotary), tool_axis=tuple(tool.tolist()))
 
 
 def columns(machine, structure, positioning):
@@ -224,8 +238,13 @@ class _Problem:
         self.squareness = squareness
         self.machine, self.blocks, self.tables, self.structure = machine, blocks, tables, structure
         self.geometry = unknowns(machine)
-        nuisances = []
+        nuisances, self._bases = [], {}
         for number, block in enumerate(blocks):
+            for at in (block.joints, block.reference):
+                if at is not None:
+                    self._bases[number, at is block.reference] = [
+                        _basis(each, self._position(at, each)) for each in tables
+                    ]
             for setup in np.unique(block.setup):
                 nuisances += [f"zero {number} {setup}"] * block.zeroed
                 nuisances += [f"ball {number} {setup} {axis}" for axis in range(3)]
@@ -235,12 +254,10 @@ class _Problem:
         sizes = [len(block.value) for block in blocks] + [len(each.at) for each in tables]
         self.group = np.repeat(np.arange(len(sizes)), sizes)
         self.observed = np.concatenate([each.value for each in (*blocks, *tables)])
-        start = files.parameters(machine)
-        self.moves = {}  # of the machine's parameters, for one unit of each unknown
+        self.moves = {}  # of the machine's axes, points and tool, for one unit of each unknown
         for name in self.geometry:
-            step = (files.parameters(corrected(machine, {name: h})) for h in (1e-5, -1e-5))
-            self.moves[name] = (next(step) - next(step)) / 2e-5
-        self.start = start
+            ends = [files.parameters(_moved(machine, {name: h}), 0.0)[:18] for h in (1e-5, -1e-5)]
+            self.moves[name] = np.subtract(*ends) / 2e-5
 
     def solve(self):
         """Estimate unknowns and noise in turn until neither changes."""
@@ -250,9 +267,9 @@ class _Problem:
         sigmas = np.concatenate(sigmas + [each.sigma for each in self.tables])
         freedom = [np.inf] * len(self.blocks) + [each.freedom for each in self.tables]
         where = self.blocks[0].where if self.blocks else self.tables[0].where
+        x = np.zeros(count)
         for _ in range(100):
-            x, covariance, residuals = least_squares(self._evaluate, self.observed, sigmas, count, where)
-            rows = self._evaluate(x)[1] / sigmas[:, None]
+            x, covariance, residuals, rows = least_squares(self._evaluate, self.observed, sigmas, x, where)
             leverage = np.einsum("ij,jk,ik->i", rows, covariance, rows)
             before = sigmas.copy()
             for number, block in enumerate(self.blocks):
@@ -265,7 +282,7 @@ class _Problem:
                         )
                         raise InputError(block.where, expected, f"{own.sum()} readings, none to spare")
                     sigmas[own] = max(np.sqrt((residuals[own] ** 2).sum() / freedom[number]), 1e-9)
-            if np.allclose(before, sigmas, rtol=1e-4):
+            if np.allclose(before, sigmas, rtol=1e-3):
                 break
         order = [self.kept.index(self.names.index(name)) for name in self.geometry if name not in reasons]
         order += [index for index in range(count) if index not in order]
@@ -335,7 +352,8 @@ class _Problem:
 
     def _gap(self, number, block, joints, values):
         """How far the ball stands from the tip along the reading's direction; its derivatives by all unknowns."""
-        start = self.start + sum(values[name] * move for name, move in self.moves.items())
+        numbers = files.parameters(self.machine, block.length)
+        numbers[:18] = files.parameters(_moved(self.machine, values), 0.0)[:18]
         slides = joints[:, :3] + self.machine.origin
         turned = {
             name: np.cross(np.eye(3)["ABC".index(name[1])], np.eye(3)["XYZ".index(name[3])]) for name in SQUARENESS
@@ -343,12 +361,10 @@ class _Problem:
         paths = {name: slides[:, ["XYZ".index(name[3])]] * way for name, way in turned.items()}
         actual = joints.copy()
         actual[:, :3] += sum(values[name] * path for name, path in paths.items())
-        bases = []
-        for n, each in enumerate(self.tables):
-            at = np.rad2deg(joints[:, each.joint]) if each.joint > 2 else slides[:, each.joint]
-            bases.append(_basis(each, at))
-            actual[:, each.joint] += bases[-1] @ [values[f"table {n} {row}"] for row in range(len(each.at))]
-        tip, by = (kernel(*actual.T, *start, block.length) for kernel in files.kernels(self.machine))
+        bases = self._bases[number, joints is block.reference]
+        for n, (each, basis) in enumerate(zip(self.tables, bases, strict=True)):
+            actual[:, each.joint] += basis @ [values[f"table {n} {row}"] for row in range(len(each.at))]
+        tip, by = (kernel(*actual.T, *numbers, block.length) for kernel in files.kernels(self.machine))
         tip, turn = tip[..., 0], np.swapaxes(by[..., :3], 1, 2)
         along = np.einsum("ni,nij->nj", block.direction, turn)  # the direction in the workpiece
         derivatives = np.zeros((len(joints), len(self.names)))
@@ -360,7 +376,7 @@ class _Problem:
                 ball[own, axis] = values[name]
                 derivatives[own, self.names.index(name)] = along[own, axis]
         for name, move in self.moves.items():
-            derivatives[:, self.names.index(name)] = -np.einsum("ni,nij,j->n", along, by[..., 5:], move)
+            derivatives[:, self.names.index(name)] = -np.einsum("ni,nij,j->n", along, by[..., 5:23], move)
         for name, path in paths.items():
             derivatives[:, self.names.index(name)] = -np.einsum("ni,nij,nj->n", along, by[..., :3], path)
         for n, (each, basis) in enumerate(zip(self.tables, bases, strict=True)):
@@ -368,6 +384,11 @@ class _Problem:
             moved = -np.einsum("ni,ni->n", along, by[..., each.joint])
             derivatives[:, first : first + len(each.at)] = moved[:, None] * basis
         return np.einsum("ni,ni->n", along, block.target + ball - tip), derivatives
+
+    def _position(self, joints, table):
+        """Positions as a table has them: degrees, or mm in machine coordinates."""
+        joint = joints[:, table.joint]
+        return np.rad2deg(joint) if table.joint > 2 else joint + self.machine.origin[table.joint]
 
 
 def _basis(table, at):
@@ -381,6 +402,12 @@ def _basis(table, at):
             f"{table.where}: {at.min():g} to {at.max():g} is needed, {table.at[0]:g} to {table.at[-1]:g} measured"
         )
     return CubicSpline(table.at, eye)(at)
+
+
+@lru_cache(maxsize=64)
+def _across(rotary):
+    names, plane = square_to(rotary)
+    return names, np.array(plane, dtype=float)
 
 
 def _turn(direction):

@@ -209,7 +209,7 @@ def _readings(table, machine, method, where):
 
     place = _place(table, machine, method, axis, where)
     keys = [table[name] for name in ("setup",) if name in table] + [length]
-    keys += [] if method == "probe" else [*place.T]
+    keys += [*place.T] if method == "ball" else []
     _, first, setup = np.unique(np.column_stack(keys), axis=0, return_index=True, return_inverse=True)
     setup = setup.ravel()
     target = place - machine.origin
@@ -316,26 +316,30 @@ def held(machine, target, angles, length):
 
 def tips(machine, joints, length):
     """Return the tip in the workpiece, shape (n, 3), at `joints` (n, 5) with tools of any `length` (n,)."""
-    return kernels(machine)[0](*np.transpose(joints), *parameters(machine), length)[..., 0]
+    return kernels(machine)[0](*np.transpose(joints), *parameters(machine, length), length)[..., 0]
 
 
-def parameters(machine):
-    """The numbers of a machine in the order of `kernels`: axes, points, origin, tool axis, programmed point."""
+def parameters(machine, length):
+    """The numbers of a machine with tools of `length` in the order of `kernels`: 21, each a number or shape (n,).
+
+    Axes, points, origin, tool axis; last the point of the head that X Y Z name: where the tip would be if the
+    spindle were as the machine file has it, since that is what the control reckons with.
+    """
+    tool = unit(machine.tool_axis)
+    named = {"tip": -np.multiply.outer(tool, length), "nose": np.zeros(3)}.get(machine.programmed_point)
+    named = machine.programmed_point if named is None else named
     axes = [unit(each.axis) for each in machine.rotary]
-    named = () if isinstance(machine.programmed_point, str) else machine.programmed_point
-    points = (each.point for each in machine.rotary)
-    return np.concatenate([*axes, *points, machine.origin, unit(machine.tool_axis), named])
+    return [*np.concatenate([*axes, *(each.point for each in machine.rotary), machine.origin, tool]), *named]
 
 
 def kernels(machine):
-    """The tip as a function of joints, `parameters` and tool length, (n, 3, 1), and its derivatives, (n, 3, 5 + …).
+    """The tip of joints, `parameters` and tool length, shape (n, 3, 1), and its derivatives, (n, 3, 5 + 21).
 
     Compiled once for all machines of one arrangement, since the numbers are arguments.
     """
-    named = machine.programmed_point if isinstance(machine.programmed_point, str) else (0.0, 0.0, 0.0)
     joints = tuple(replace(each, axis=(1, 0, 0), point=(0, 0, 0), limits=ENDLESS) for each in machine.rotary)
     linear = tuple(Linear(name) for name in "XYZ")
-    return _compiled(Machine("", "", joints, linear, (0, 0, 0), (0, 0, 1), 0.0, named))
+    return _compiled(Machine("", "", joints, linear, (0, 0, 0), (0, 0, 1), 0.0, (0.0, 0.0, 0.0)))
 
 
 @lru_cache(maxsize=32)
