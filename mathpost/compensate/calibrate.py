@@ -281,7 +281,7 @@ class _Problem:
                             "more readings than unknowns, or a line # sigma = standard deviation of a reading"
                         )
                         raise InputError(block.where, expected, f"{own.sum()} readings, none to spare")
-                    sigmas[own] = max(np.sqrt((residuals[own] ** 2).sum() / freedom[number]), 1e-9)
+                    sigmas[own] = max(np.sqrt((residuals[own] ** 2).sum() / freedom[number]), files.ROUNDING)
             if np.allclose(before, sigmas, rtol=1e-3):
                 break
         order = [self.kept.index(self.names.index(name)) for name in self.geometry if name not in reasons]

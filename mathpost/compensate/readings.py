@@ -22,6 +22,7 @@ from mathpost.rotation import numeric
 
 MOST_RUNS = 50
 LARGEST = 5  # mm: of a reading that is no position
+ROUNDING = 1e-9  # mm or radians: no reading scatters less
 POSITIONING = ("laser", "autocollimator")
 # For each method: what its columns are, and an example; {axis} is a rotary axis of the machine.
 METHODS = {
@@ -175,9 +176,9 @@ def read(path, machine, **settings):
     """
     rotary = [each.name for each in machine.rotary]
     runs = [f"{side}{run}" for run in range(1, MOST_RUNS + 1) for side in ("up", "down")]
-    names = {name for columns in READ.values() for name in columns} | {"R", "L", "length", "run", "setup"}
-    names |= {"angle", "position", "reading", "forth", "back", *rotary, *runs}
-    table = csv_table.read(path, [], optional=sorted(names | set("XYZ")))
+    names = [name for columns in READ.values() for name in columns]
+    names += ["angle", *rotary, *"XYZ", "R", "L", "length", "setup", "run", "position", "reading", "forth", "back"]
+    table = csv_table.read(path, [], optional=list(dict.fromkeys(names + runs)))
     for key, value in settings.items():
         table.settings.setdefault(key, value)
     method = table.settings.get("method", "").casefold()
@@ -292,7 +293,7 @@ def _positioning(table, machine, where):
         if not freedom:
             raise InputError(where, "two runs, or a line # sigma = standard deviation of a reading", "neither")
         squares = sum(((runs - runs.mean()) ** 2).sum() for pair in groups for runs in pair)
-        sigma = np.sqrt(squares / freedom)
+        sigma = max(np.sqrt(squares / freedom), ROUNDING)
     else:
         freedom = np.inf
     means = np.array([np.mean([runs.mean() for runs in pair]) for pair in groups])

@@ -72,7 +72,7 @@ class Real:
 
     def tip(self, slides, angles, length):
         """Where the tip is with the slides at `slides` (n, 3): machine coordinates of an ideal tip at head zero."""
-        nose = slides + self._out_of_square(slides) + np.outer(length, (0, 0, 1))
+        nose = slides + self._off(slides) + np.outer(length, (0, 0, 1))
         tip = np.outer(-np.asarray(length), Rotation.from_rotvec(self.spindle).apply((0, 0, 1)))
         for index in (1, 0):
             if self.machine.rotary[index].carries == "tool":
@@ -96,10 +96,14 @@ class Real:
             axis, at = axis / np.linalg.norm(axis), at + self.shifts[rotary.name]
         return at + Rotation.from_rotvec(np.outer(angle, axis)).apply(points - at)
 
-    def _out_of_square(self, slides):
+    def _off(self, slides):
+        """By how much the slides, out of square and with scales of their own, stand off."""
         c, b, a = self.square
         x, y, z = slides.T
-        return np.stack([-c * y + b * z, -a * z, 0 * x], axis=1)
+        off = np.stack([-c * y + b * z, -a * z, 0 * x], axis=1)
+        for index, name in enumerate("XYZ"):
+            off[:, index] += self.positioning.get(name, np.zeros_like)(slides[:, index])
+        return off
 
 
 def gaps(real, place, angles, length, aside=0.0):
@@ -199,7 +203,7 @@ def files(real, folder, rng, noise=5e-4, only=None):
 
     for name, error in real.positioning.items():
         rotary = machine.rotary[names.index(name)] if name in names else None
-        at = TURNS if name == "C" else np.linspace(-60, 60, 13) if rotary else np.linspace(-400, 400, 9)
+        at = TURNS if name == "C" else np.linspace(-60, 60, 13) if rotary else np.linspace(-500, 500, 11)
         true = error(np.deg2rad(at)) * 3600 * 180 / np.pi if rotary else 1e3 * error(at)
         runs = {
             f"{side}{run}": noisy(true + 0.3 * (side == "up") - 0.15, 0.2)
