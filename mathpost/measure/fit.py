@@ -127,7 +127,7 @@ class Measurement:
         return dict(zip(self.readings, np.moveaxis(predicted, -1, 0), strict=True))
 
     def read(self, path):
-        """Read settings and at least one reading from a CSV file, angles in degrees.
+        """Read settings and at least one reading from a CSV file: degrees, and mm unless it names a unit.
 
         The first setting must increase from line to line while the others, and a column ``run`` if there is
         one, stay the same.
@@ -143,13 +143,15 @@ class Measurement:
             For every fault `mathpost.measure.csv_table.read` knows, suspected units, and settings that
             do not increase.
         """
-        columns = csv_table.read(path, self._names, optional=[*self.readings, "run"])
+        also = dict.fromkeys("ABC", "angle") if "angle" in self._names else {}
+        columns = csv_table.read(path, self._names, optional=[*self.readings, "run"], also=also)
         if not any(name in columns for name in self.readings):
             raise InputError(str(path), f"a column of readings: {', '.join(self.readings)}", "none")
         for name in self.angles:
             columns.check_angles(name)
         for name in self.readings:
             if name in columns:
+                columns.columns[name] = columns.unit(name, "length", default="mm") * columns[name]
                 columns.require(name, np.abs(columns[name]) <= self.largest, f"mm within ±{self.largest:g} (µm?)")
         groups = [name for name in (*self._names[1:], "run") if name in columns]
         columns.check_increasing(self._names[0], within=groups)

@@ -18,7 +18,7 @@ from tests.benchmarks.calibration import once
 from tests.compensate.measured import AGAINST, ISO, Real, believed, files, left, nominal
 
 ARCSECOND = np.deg2rad(1 / 3600)
-ARRANGEMENTS = [("table", ISO), ("table", AGAINST), ("mixed", ISO), ("mixed", AGAINST), ("head", ISO)]
+ARRANGEMENTS = [("table", ISO), ("mixed", AGAINST), ("head", ISO)]
 arrangements = pytest.mark.parametrize(("arrangement", "sign"), ARRANGEMENTS)
 
 
@@ -126,10 +126,10 @@ def test_what_the_shell_writes_is_what_post_takes(tmp_path, capsys):
 
 @arrangements
 def test_most_errors_lie_within_u(arrangement, sign, tmp_path):
-    """The small version of the benchmark: 12 machines, of which 95 % ± 2 is not asked."""
+    """The small version of the benchmark."""
     machine, rng = nominal(arrangement, sign), np.random.default_rng(2)
-    results = [once(machine, rng, tmp_path) for _ in range(6)]
-    ratios = np.array([[error / u for error, u in missed.values()] for missed, _, _ in results])
+    results = [once(machine, rng, tmp_path, tip=n < 2) for n in range(5)]
+    ratios = np.array([error / u for missed, _, _ in results for error, u in missed.values()])
     assert (np.abs(ratios) <= 1).mean() > 0.85 and 0.3 < ratios.std() < 0.75
     assert max(after for _, _, after in results) < 0.05 * max(before for _, before, _ in results)
 
