@@ -75,8 +75,8 @@ class Readings:
     method : str
     joints : ndarray, shape (n, 5)
         As programmed, mm and radians.
-    reference : ndarray, shape (n, 5), or None
-        Joints at which the reading was zeroed.
+    reference : ndarray, shape (n, 5)
+        Joints at which the reading was zeroed; NaN if it was not.
     target, direction : ndarray, shape (n, 3)
         mm in the workpiece; along the machine's axes.
     length : ndarray, shape (n,)
@@ -94,7 +94,7 @@ class Readings:
     where: str
     method: str
     joints: np.ndarray
-    reference: np.ndarray | None
+    reference: np.ndarray
     target: np.ndarray
     direction: np.ndarray
     length: np.ndarray
@@ -223,7 +223,7 @@ def _readings(table, machine, method, where):
             name: values[name] - machine.origin[index] - joints[:, index] for index, name in _indices(columns)
         }
     directions = {name: np.tile(np.eye(3)[index], (len(table), 1)) for index, name in _indices(columns)}
-    reference = None
+    reference = np.full((len(table) * len(columns), 5), np.nan)
     if method == "dial":
         directions["dial"] = -turn @ np.array(square_to(axis)[1], dtype=float)[:, 0]
     elif method == "ballbar":
