@@ -124,7 +124,7 @@ class Statements(Lines):
         self.turns, self.turning = None, None  # of the spindle
         self.home, self.tangent, self.cycle = None, None, None
         self.circle_, self.arc_before = None, None  # what is known of the arc that comes, and of one that went
-        self.remarks, self.counts = [], Counter()
+        self.remarks, self.counts, self.normals = [], Counter(), {}
 
     def takes_plain(self):
         """Whether a GOTO is now nothing but a move to where it says."""
@@ -163,9 +163,11 @@ class Statements(Lines):
 
     def goto(self, line, words, statement):
         values = self.numbers(words)
-        if len(values) not in (3, 6):
-            raise Wrong("3 or 6 numbers", f"{len(values)}")
-        point, axis = [value * self.scale for value in values[:3]], values[3:] or self.axis
+        if len(values) not in (3, 6, 9):
+            raise Wrong("3, 6 or 9 numbers", f"{len(values)}")
+        point, axis = [value * self.scale for value in values[:3]], values[3:6] or self.axis
+        if values[6:]:
+            self.contact(line, axis, values[6:])
         if self.incremental:
             point = self.shifted(point)
         arc_before, self.arc_before = self.arc_before, None
@@ -182,6 +184,14 @@ class Statements(Lines):
             self.drill(line, point, axis)
             return
         self.go(line, point, axis)
+
+    def contact(self, line, axis, normal):
+        """Keep the surface's normal where the tool touches it: for tools other than that of the CL data."""
+        if abs(np.linalg.norm(normal) - 1) > UNIT_TOLERANCE or np.dot(normal, axis) < -UNIT_TOLERANCE:
+            raise Wrong("a unit contact normal out of the part, within 90° of the tool axis", f"{normal}")
+        if self.circle_ is not None or self.cycle is not None:
+            raise Wrong("contact normals of single points only", "an arc or a cycle")
+        self.normals[line] = self.placed(normal)
 
     def godlta(self, line, words, statement):
         values = [value * self.scale for value in self.numbers(words)]

@@ -206,7 +206,7 @@ def test_a_feed_per_turn_needs_turns():
 
 def test_all_problems_are_listed_with_their_counts():
     message = refused("GOTO/1,2\nROTABL/1\nGOTO/1,2,3\nROTABL/2\nHOCUS/1\nGOTO/1,2,3,0,0,2")
-    assert message.startswith("part.cl, line 4, GOTO: expected 3 or 6 numbers, found 2")
+    assert message.startswith("part.cl, line 4, GOTO: expected 3, 6 or 9 numbers, found 2")
     for words in (
         "line 5, ROTABL",
         "(2 times, up to line 7)",
