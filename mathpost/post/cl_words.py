@@ -21,6 +21,7 @@ import numpy as np
 from mathpost.errors import InputError
 from mathpost.post.arcs import Cycle, arc
 from mathpost.post.cl_lines import REAL, UNIT_TOLERANCE, Lines, Wrong
+from mathpost.rotation import about
 
 MM_PER_INCH = 25.4
 LEAST_FEED = 0.001  # mm/min, which programs print
@@ -30,7 +31,7 @@ FREE_TEXT = "PARTNO PPRINT REMARK INSERT TPRINT CATPROCESS CATPRODUCT OP_NAME PR
 NAMES = "TOOL PATH/END-OF-PATH/SETUP/BOX/OPFEATSTART/OPFEATEND/MACHIN/MACHINE/SEQNO/FINI/END".split("/")
 SETTINGS = (
     "TLDATA CUTTER TOOLNO SELECT SELCTL SELECTL MULTAX INTOL OUTTOL TOLER LINTOL CLEARP CLRSRF OPSKIP LEADER "
-    "REWIND CHECK SAFETY TMARK PLABEL AUTOPS PSIS SWITCH ARCSLP DISPLY PAINT"
+    "REWIND CHECK SAFETY TMARK PLABEL AUTOPS PSIS SWITCH ARCSLP DISPLY PAINT MOVE_ATTRIB"
 )
 INERT = frozenset([*FREE_TEXT.split(), *NAMES, *SETTINGS.split()])
 INERT_FAMILIES = ("CSI_",)  # beginnings of words
@@ -50,6 +51,7 @@ MODELLED = {
     "MSYS": "msys",
     "CSYS": "csys",
     "TRNTYP": "trntyp",
+    "ROTABL": "rotabl",
     "CIRCLE": "circle",
     "INDIRV": "indirv",
     "TLON": "tlon",
@@ -66,7 +68,6 @@ MODELLED = {
     "DWELL": "delay",
 }
 HAZARDS = {
-    "ROTABL": "it turns the table itself; let the CAM system write tool axes instead (multi-axis output)",
     "ROTHED": "it turns the head itself; let the CAM system write tool axes instead (multi-axis output)",
     "ROTATE": "it turns an axis itself; let the CAM system write tool axes instead (multi-axis output)",
     "ORIGIN": "it shifts the coordinates; let the CAM system write them shifted",
@@ -124,12 +125,14 @@ class Statements(Lines):
         self.turns, self.turning = None, None  # of the spindle
         self.home, self.tangent, self.cycle = None, None, None
         self.circle_, self.arc_before = None, None  # what is known of the arc that comes, and of one that went
+        self.turned, self.unconfirmed = np.eye(3), False  # the coordinates by ROTABL, and whether the tool says so
         self.remarks, self.counts = [], Counter()
 
     def takes_plain(self):
         """Whether a GOTO is now nothing but a move to where it says."""
         special = self.circle_, self.arc_before, self.cycle
-        return super().takes_plain() and not self.incremental and all(each is None for each in special)
+        plain = not self.incremental and not self.unconfirmed and all(each is None for each in special)
+        return plain and super().takes_plain()
 
     def take(self, line, statement):
         """Take one statement."""
@@ -166,6 +169,7 @@ class Statements(Lines):
         if len(values) not in (3, 6):
             raise Wrong("3 or 6 numbers", f"{len(values)}")
         point, axis = [value * self.scale for value in values[:3]], values[3:] or self.axis
+        self.confirm_turn(axis)
         if self.incremental:
             point = self.shifted(point)
         arc_before, self.arc_before = self.arc_before, None
@@ -219,7 +223,8 @@ class Statements(Lines):
             raise Wrong("TLAXIS/ 3 numbers", f"{len(values)}")
         if not abs(math.hypot(*values) - 1) <= UNIT_TOLERANCE:
             raise Wrong(f"a unit tool axis (to {UNIT_TOLERANCE})", f"length {math.hypot(*values):.6g}")
-        self.axis = values
+        self.axis = (self.turned.T @ values).tolist()  # the table turns, the tool axis is said in the part
+        self.unconfirmed = bool((self.turned != np.eye(3)).any())
 
     def mode(self, line, words, statement):
         if statement.upper().startswith("SET"):
@@ -416,6 +421,48 @@ class Statements(Lines):
         if not all(np.allclose(one, other, atol=1e-9) for one, other in zip(system, here, strict=True)):
             self.point = None  # nobody has said it in these coordinates
         self.system = None if same else system
+
+    def rotabl(self, line, words, statement):
+        """The table turns, and the points that follow are in coordinates that stand still while the part turns.
+
+        SolidWorks writes radians and TABLE, from where the table is: with CCLW the coordinates turn right-handed in
+        the part (in its files TLAXIS is their Z). Others write degrees, INCR or, from the table's zero, ATANGL.
+        """
+        known = {"TABLE", "CCLW", "CLW", "ATANGL", "INCR"}
+        axes = [word for word in words if word in ("AAXIS", "BAXIS", "CAXIS")]
+        numbers = [word for word in words if REAL.fullmatch(word)]
+        if len(axes) != 1 or len(numbers) != 1 or {*words} - {*axes, *numbers} - known:
+            raise Wrong("ROTABL/ an angle, AAXIS, BAXIS or CAXIS, and CLW or CCLW", repr(statement[:60]))
+        if self.incremental or self.cycle is not None:
+            raise Wrong("ROTABL in absolute coordinates and outside a cycle", repr(statement[:40]))
+        angle = self.number(numbers[0]) * (-1 if "CLW" in words else 1)
+        direction = np.eye(3)["ABC".index(axes[0][0])]
+        turn = np.array(about(direction, angle if "TABLE" in words else math.radians(angle)), dtype=float)
+        if "ATANGL" in words and not np.allclose(self.turned @ direction, direction):
+            raise Wrong("ATANGL of one axis of the table only", repr(statement[:40]))
+        origin, standing = self.system or self.first_system or (np.zeros(3), np.eye(3))
+        if self.first_system is None:
+            self.first_system = origin, standing
+        before, self.turned = self.turned, turn if "ATANGL" in words else self.turned @ turn
+        self.axis = (self.turned.T @ before @ self.axis).tolist()
+        self.use_system(origin / self.scale, standing @ before.T @ self.turned)
+        self.unconfirmed = True
+
+    def confirm_turn(self, axis):
+        """Refuse a move after ROTABL if its tool axis does not say which way the table has turned."""
+        still = np.allclose(self.turned, np.eye(3), atol=UNIT_TOLERANCE)
+        if self.unconfirmed and not still:
+            z, said = self.turned[:, 2], self.turned @ axis
+            if np.allclose(z, [0, 0, 1], atol=UNIT_TOLERANCE):
+                raise Wrong(
+                    "ROTABL across the tool: of a turn about the tool nothing says the sense", "such a turn"
+                )
+            if not np.allclose(said, z, atol=UNIT_TOLERANCE):
+                z, said = (",".join(f"{value:z.4f}" for value in each) for each in (z, said))
+                raise Wrong(
+                    f"TLAXIS/{z} of the part, along Z of the table that ROTABL has turned", f"TLAXIS/{said}"
+                )
+        self.unconfirmed = False
 
     def trntyp(self, line, words, statement):
         if words[:1] != ["WORLD"] or any(self.numbers(words[1:])):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from mathpost import machine
 from mathpost.errors import InputError, ReachError
@@ -159,7 +160,14 @@ def test_inert_words_are_comments(text):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("ROTABL/ATANGL,90,CLW", "tool axes"),
+        ("ROTHED/ATANGL,90,CLW", "tool axes"),
+        ("ROTABL/ATANGL,90,CLW", "AAXIS, BAXIS or CAXIS"),
+        ("ROTABL/ATANGL,90,AAXIS", "TLAXIS/0.0000,-1.0000,0.0000 of the part"),
+        ("TLAXIS/0,1,0\nROTABL/90,AAXIS,CCLW", "found TLAXIS/0.0000,1.0000,0.0000"),
+        ("TLAXIS/0,-1,0\nROTABL/90,AAXIS,TABLE,CCLW", "TLAXIS/"),  # degrees where radians stand
+        ("ROTABL/90,CAXIS,CLW", "nothing says the sense"),
+        ("TLAXIS/0,-1,0\nROTABL/ATANGL,90,AAXIS\nROTABL/ATANGL,90,CAXIS", "one axis"),
+        ("MODE/INCR\nROTABL/90,AAXIS", "absolute"),
         ("TRNTYP/WORLD,1,0,0", "changes nothing"),
         ("RAPID/MODAL", "RAPID"),
         ("MODE/MILL", "INCR or ABSOL"),
@@ -204,11 +212,39 @@ def test_a_feed_per_turn_needs_turns():
         cldata.parse("UNITS/MM\nFEDRAT/0.1,MMPR\nGOTO/1,2,3\n")
 
 
+def test_a_table_that_turns():
+    """The words of a published SolidWorks file: holes in the face −Y of a block, and back to its face +Z."""
+    back = "ROTABL/ -0.0,CAXIS,TABLE,CCLW\nROTABL/ 0.0,BAXIS,TABLE,CCLW\nROTABL/ -1.570796,AAXIS,TABLE,CCLW\n"
+    there = "ROTABL/ 1.570796,AAXIS,TABLE,CCLW\nROTABL/ -0.0,BAXIS,TABLE,CCLW\nROTABL/ 0.0,CAXIS,TABLE,CCLW\n"
+    cl = read(f"GOTO/1,2,3\nTLAXIS/0,-1,0\n{there}GOTO/67.5,120.5,25\n{back}TLAXIS/0,0,1\nGOTO/4,5,6\n")
+    np.testing.assert_allclose(cl.points, [[1, 2, 3], [67.5, -25, 120.5], [4, 5, 6]], atol=1e-4)
+    np.testing.assert_allclose(cl.axes, [[0, 0, 1], [0, -1, 0], [0, 0, 1]], atol=1e-6)
+    assert cl.notes == ("changes of the coordinate system, brought into the first: 1",)
+
+
+@pytest.mark.parametrize("axis", "AB")
+@pytest.mark.parametrize("sense", ["CCLW", "CLW"])
+@pytest.mark.parametrize("form", ["ATANGL,{},{}AXIS,{}", "INCR,{},{}AXIS,{}", "{},{}AXIS,{}"])
+def test_turns_of_a_table_in_degrees(axis, sense, form):
+    """Against SciPy, in coordinates of MSYS that lean; two turns add up, two ATANGL do not."""
+    lean, about = Rotation.from_euler("x", 30, degrees=True), {"A": "x", "B": "y"}[axis]
+    angle = (40 if "ATANGL" in form else 65) * (1 if sense == "CCLW" else -1)
+    whole = Rotation.from_euler(about, angle, degrees=True)
+    i, j, k = whole.apply([0, 0, 1])
+    words = "\n".join("ROTABL/" + form.format(angle, axis, sense) for angle in (25, 40))
+    x, y = lean.apply([[1, 0, 0], [0, 1, 0]]).tolist()
+    msys = "MSYS/" + ",".join(map(str, [5, 6, 7, *x, *y]))
+    cl = read(f"MSYS/0,0,0,1,0,0,0,1,0\nGOTO/0,0,0\n{msys}\nTLAXIS/{i},{j},{k}\n{words}\nGOTO/1,2,3\nGOTO/3,2,1")
+    points = lean.apply(whole.apply([[1, 2, 3], [3, 2, 1]]))
+    np.testing.assert_allclose(cl.points[1:] - [5, 6, 7], points, atol=1e-9)
+    np.testing.assert_allclose(cl.axes[1:], lean.apply([[i, j, k]] * 2), atol=1e-9)
+
+
 def test_all_problems_are_listed_with_their_counts():
-    message = refused("GOTO/1,2\nROTABL/1\nGOTO/1,2,3\nROTABL/2\nHOCUS/1\nGOTO/1,2,3,0,0,2")
+    message = refused("GOTO/1,2\nROTHED/1\nGOTO/1,2,3\nROTHED/2\nHOCUS/1\nGOTO/1,2,3,0,0,2")
     assert message.startswith("part.cl, line 4, GOTO: expected 3 or 6 numbers, found 2")
     for words in (
-        "line 5, ROTABL",
+        "line 5, ROTHED",
         "(2 times, up to line 7)",
         "'HOCUS/1'",
         "line 9, GOTO: expected a unit",
@@ -218,9 +254,9 @@ def test_all_problems_are_listed_with_their_counts():
 
 
 def test_a_word_may_be_ignored_and_that_is_said():
-    cl = read("GOTO/1,2,3\nROTABL/1\nROTABL/2\n", ignored=["rotabl"])
-    assert cl.notes == ("ignored as asked ROTABL: 2",)
-    assert "ignored as asked ROTABL: 2" in str(run(cl, TABLE).report)
+    cl = read("GOTO/1,2,3\nROTHED/1\nROTHED/2\n", ignored=["rothed"])
+    assert cl.notes == ("ignored as asked ROTHED: 2",)
+    assert "ignored as asked ROTHED: 2" in str(run(cl, TABLE).report)
 
 
 @pytest.mark.parametrize(
