@@ -125,7 +125,8 @@ class Statements(Lines):
         self.turns, self.turning = None, None  # of the spindle
         self.home, self.tangent, self.cycle = None, None, None
         self.circle_, self.arc_before = None, None  # what is known of the arc that comes, and of one that went
-        self.turned, self.unconfirmed = np.eye(3), False  # the coordinates by ROTABL, and whether the tool says so
+        self.table, self.turned = np.zeros(3), np.eye(3)  # by ROTABL: A, B, C, and the axes of the coordinates
+        self.unconfirmed = False  # whether the tool axis must still say that this is the way it turned
         self.remarks, self.counts = [], Counter()
 
     def takes_plain(self):
@@ -224,7 +225,7 @@ class Statements(Lines):
         if not abs(math.hypot(*values) - 1) <= UNIT_TOLERANCE:
             raise Wrong(f"a unit tool axis (to {UNIT_TOLERANCE})", f"length {math.hypot(*values):.6g}")
         self.axis = (self.turned.T @ values).tolist()  # the table turns, the tool axis is said in the part
-        self.unconfirmed = bool((self.turned != np.eye(3)).any())
+        self.unconfirmed = bool(self.table.any())
 
     def mode(self, line, words, statement):
         if statement.upper().startswith("SET"):
@@ -414,19 +415,16 @@ class Statements(Lines):
             if self.count:
                 raise Wrong("the first coordinate system before the first move", "moves before it")
             self.first_system = system
-        same = all(np.allclose(one, other, atol=1e-9) for one, other in zip(system, self.first_system, strict=True))
-        if not same:
+        if not _same(system, self.system or self.first_system):
             self.counts["changes of the coordinate system, brought into the first", ""] += 1
-        here = self.system or self.first_system
-        if not all(np.allclose(one, other, atol=1e-9) for one, other in zip(system, here, strict=True)):
             self.point = None  # nobody has said it in these coordinates
-        self.system = None if same else system
+        self.system = None if _same(system, self.first_system) else system
 
     def rotabl(self, line, words, statement):
         """The table turns, and the points that follow are in coordinates that stand still while the part turns.
 
-        SolidWorks writes radians and TABLE, from where the table is: with CCLW the coordinates turn right-handed in
-        the part (in its files TLAXIS is their Z). Others write degrees, INCR or, from the table's zero, ATANGL.
+        SolidWorks writes TABLE, and radians from the zero of the table: with CCLW the coordinates turn right-handed
+        in the part (in its files TLAXIS is their Z). Others write degrees, from the zero with ATANGL.
         """
         known = {"TABLE", "CCLW", "CLW", "ATANGL", "INCR"}
         axes = [word for word in words if word in ("AAXIS", "BAXIS", "CAXIS")]
@@ -436,27 +434,27 @@ class Statements(Lines):
         if self.incremental or self.cycle is not None:
             raise Wrong("ROTABL in absolute coordinates and outside a cycle", repr(statement[:40]))
         angle = self.number(numbers[0]) * (-1 if "CLW" in words else 1)
-        direction = np.eye(3)["ABC".index(axes[0][0])]
-        turn = np.array(about(direction, angle if "TABLE" in words else math.radians(angle)), dtype=float)
-        if "ATANGL" in words and not np.allclose(self.turned @ direction, direction):
-            raise Wrong("ATANGL of one axis of the table only", repr(statement[:40]))
-        origin, standing = self.system or self.first_system or (np.zeros(3), np.eye(3))
-        if self.first_system is None:
-            self.first_system = origin, standing
-        before, self.turned = self.turned, turn if "ATANGL" in words else self.turned @ turn
+        axis, before = "ABC".index(axes[0][0]), self.turned
+        from_zero = {"TABLE", "ATANGL"} & {*words} and "INCR" not in words
+        self.table[axis] = (0 if from_zero else self.table[axis]) + (
+            angle if "TABLE" in words else math.radians(angle)
+        )
+        a, b, c = (about(direction, angle) for direction, angle in zip(np.eye(3), self.table, strict=True))
+        self.turned, self.unconfirmed = np.array(a * b * c, dtype=float), True
         self.axis = (self.turned.T @ before @ self.axis).tolist()
+        origin, standing = self.system or self.first_system or (np.zeros(3), np.eye(3))
+        self.first_system = self.first_system or (origin, standing)
         self.use_system(origin / self.scale, standing @ before.T @ self.turned)
-        self.unconfirmed = True
 
     def confirm_turn(self, axis):
         """Refuse a move after ROTABL if its tool axis does not say which way the table has turned."""
-        still = np.allclose(self.turned, np.eye(3), atol=UNIT_TOLERANCE)
-        if self.unconfirmed and not still:
+        turned = ~np.isclose(self.table, 0, atol=UNIT_TOLERANCE)
+        if self.unconfirmed and turned.any():
             z, said = self.turned[:, 2], self.turned @ axis
-            if np.allclose(z, [0, 0, 1], atol=UNIT_TOLERANCE):
-                raise Wrong(
-                    "ROTABL across the tool: of a turn about the tool nothing says the sense", "such a turn"
-                )
+            if turned.sum() > 1:
+                raise Wrong("one axis of the table turned by ROTABL: nothing says which carries which", "several")
+            if turned[2]:
+                raise Wrong("ROTABL across the tool: of a turn about the tool nothing says the sense", "CAXIS")
             if not np.allclose(said, z, atol=UNIT_TOLERANCE):
                 z, said = (",".join(f"{value:z.4f}" for value in each) for each in (z, said))
                 raise Wrong(
@@ -562,3 +560,7 @@ class Statements(Lines):
                 raise Wrong("SPINDL with turns per minute before a delay in turns", "none")
             seconds *= 60 / self.turns
         self.command("dwell", seconds, statement=statement)
+
+
+def _same(system, other):
+    return all(np.allclose(*each, atol=1e-9) for each in zip(system, other, strict=True))

@@ -166,7 +166,7 @@ def test_inert_words_are_comments(text):
         ("TLAXIS/0,1,0\nROTABL/90,AAXIS,CCLW", "found TLAXIS/0.0000,1.0000,0.0000"),
         ("TLAXIS/0,-1,0\nROTABL/90,AAXIS,TABLE,CCLW", "TLAXIS/"),  # degrees where radians stand
         ("ROTABL/90,CAXIS,CLW", "nothing says the sense"),
-        ("TLAXIS/0,-1,0\nROTABL/ATANGL,90,AAXIS\nROTABL/ATANGL,90,CAXIS", "one axis"),
+        ("TLAXIS/0,-1,0\nROTABL/ATANGL,90,AAXIS\nROTABL/ATANGL,90,CAXIS", "which carries which"),
         ("MODE/INCR\nROTABL/90,AAXIS", "absolute"),
         ("TRNTYP/WORLD,1,0,0", "changes nothing"),
         ("RAPID/MODAL", "RAPID"),
@@ -214,12 +214,13 @@ def test_a_feed_per_turn_needs_turns():
 
 def test_a_table_that_turns():
     """The words of a published SolidWorks file: holes in the face −Y of a block, and back to its face +Z."""
-    back = "ROTABL/ -0.0,CAXIS,TABLE,CCLW\nROTABL/ 0.0,BAXIS,TABLE,CCLW\nROTABL/ -1.570796,AAXIS,TABLE,CCLW\n"
+    back = "ROTABL/ 0.0,AAXIS,TABLE,CCLW\n"
     there = "ROTABL/ 1.570796,AAXIS,TABLE,CCLW\nROTABL/ -0.0,BAXIS,TABLE,CCLW\nROTABL/ 0.0,CAXIS,TABLE,CCLW\n"
-    cl = read(f"GOTO/1,2,3\nTLAXIS/0,-1,0\n{there}GOTO/67.5,120.5,25\n{back}TLAXIS/0,0,1\nGOTO/4,5,6\n")
-    np.testing.assert_allclose(cl.points, [[1, 2, 3], [67.5, -25, 120.5], [4, 5, 6]], atol=1e-4)
-    np.testing.assert_allclose(cl.axes, [[0, 0, 1], [0, -1, 0], [0, 0, 1]], atol=1e-6)
-    assert cl.notes == ("changes of the coordinate system, brought into the first: 1",)
+    holes = f"TLAXIS/0,-1,0\n{there}GOTO/67.5,120.5,25\n{there}GOTO/67.5,120.5,5\n"
+    cl = read(f"GOTO/1,2,3\n{holes}{back}TLAXIS/0,0,1\nGOTO/4,5,6\n")
+    np.testing.assert_allclose(cl.points, [[1, 2, 3], [67.5, -25, 120.5], [67.5, -5, 120.5], [4, 5, 6]], atol=1e-4)
+    np.testing.assert_allclose(cl.axes, [[0, 0, 1], [0, -1, 0], [0, -1, 0], [0, 0, 1]], atol=1e-6)
+    assert cl.notes == ("changes of the coordinate system, brought into the first: 2",)
 
 
 @pytest.mark.parametrize("axis", "AB")
