@@ -534,9 +534,13 @@ class Statements(Lines):
 
     def coolnt(self, line, words, statement):
         kind = {"ON": "FLOOD", "FLOOD": "FLOOD", "MIST": "MIST", "OFF": "OFF"}.get(words[0] if words else "")
-        if kind is None:
-            raise Wrong("COOLNT/ON, FLOOD, MIST or OFF", repr(statement[:40]))
-        self.command("coolant", kind, statement=statement)
+        if words[:1] in (["THRU"], ["AIR"]):  # every machine has its own M word for it
+            self.counts["coolant that stays off: a comment tells which", words[0]] += 1
+            self.remarks.append((self.count, statement))
+        elif kind is None:
+            raise Wrong("COOLNT/ON, FLOOD, MIST, THRU, AIR or OFF", repr(statement[:40]))
+        else:
+            self.command("coolant", kind, statement=statement)
 
     def cutcom(self, line, words, statement):
         side = words[0] if words else ""

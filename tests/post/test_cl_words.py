@@ -192,7 +192,7 @@ def test_inert_words_are_comments(text):
         ("TLAXIS/1,1,1", "unit tool axis"),
         ("LOADTL/2,150.5", "LENGTH"),
         ("SPINDL/500,SFM,CLW", "SFM"),
-        ("COOLNT/THRU", "COOLNT"),
+        ("COOLNT/TAPKUL", "COOLNT"),
         ("MSYS/0,0,0,1,0,0,0,2,0", "right-handed"),
         ("GOTO/1,2,3\nMSYS/0,0,0,1,0,0,0,1,0", "before the first move"),
         ("FEDRAT/0", "above 0"),
@@ -239,6 +239,13 @@ def test_turns_of_a_table_in_degrees(axis, sense, form):
     points = lean.apply(whole.apply([[1, 2, 3], [3, 2, 1]]))
     np.testing.assert_allclose(cl.points[1:] - [5, 6, 7], points, atol=1e-9)
     np.testing.assert_allclose(cl.axes[1:], lean.apply([[i, j, k]] * 2), atol=1e-9)
+
+
+def test_coolant_without_a_common_word_is_a_comment_and_said():
+    cl = read("COOLNT/THRU\nGOTO/1,2,3\nCOOLNT/OFF\nGOTO/1,2,4")
+    result = run(cl, TABLE)
+    assert "; COOLNT/THRU" in result.program and "M9" in result.program and "M8" not in result.program
+    assert "stays off: a comment tells which THRU: 1" in str(result.report)
 
 
 def test_all_problems_are_listed_with_their_counts():
