@@ -21,7 +21,7 @@ import numpy as np
 from mathpost.errors import InputError
 from mathpost.post.arcs import Cycle, arc
 from mathpost.post.cl_lines import REAL, UNIT_TOLERANCE, Lines, Wrong
-from mathpost.rotation import about
+from mathpost.rotation import about, wrap
 
 MM_PER_INCH = 25.4
 LEAST_FEED = 0.001  # mm/min, which programs print
@@ -31,7 +31,7 @@ FREE_TEXT = "PARTNO PPRINT REMARK INSERT TPRINT CATPROCESS CATPRODUCT OP_NAME PR
 NAMES = "TOOL PATH/END-OF-PATH/SETUP/BOX/OPFEATSTART/OPFEATEND/MACHIN/MACHINE/SEQNO/FINI/END".split("/")
 SETTINGS = (
     "TLDATA CUTTER TOOLNO SELECT SELCTL SELECTL MULTAX INTOL OUTTOL TOLER LINTOL CLEARP CLRSRF OPSKIP LEADER "
-    "REWIND CHECK SAFETY TMARK PLABEL AUTOPS PSIS SWITCH ARCSLP DISPLY PAINT MOVE_ATTRIB"
+    "REWIND CHECK SAFETY TMARK PLABEL AUTOPS PSIS SWITCH ARCSLP DISPLY PAINT MOVE_ATTRIB MILL"
 )
 INERT = frozenset([*FREE_TEXT.split(), *NAMES, *SETTINGS.split()])
 INERT_FAMILIES = ("CSI_",)  # beginnings of words
@@ -51,8 +51,10 @@ MODELLED = {
     "MSYS": "msys",
     "CSYS": "csys",
     "TRNTYP": "trntyp",
+    "ORIGIN": "origin",
     "ROTABL": "rotabl",
     "CIRCLE": "circle",
+    "MOVARC": "movarc",
     "INDIRV": "indirv",
     "TLON": "tlon",
     "GOFWD": "tlon",
@@ -70,7 +72,6 @@ MODELLED = {
 HAZARDS = {
     "ROTHED": "it turns the head itself; let the CAM system write tool axes instead (multi-axis output)",
     "ROTATE": "it turns an axis itself; let the CAM system write tool axes instead (multi-axis output)",
-    "ORIGIN": "it shifts the coordinates; let the CAM system write them shifted",
     "TRANS": "it shifts the coordinates; let the CAM system write them shifted",
     "TRACUT": "it transforms the coordinates; let the CAM system write them transformed",
     "COPY": "it repeats moves; let the CAM system write all of them",
@@ -175,8 +176,10 @@ class Statements(Lines):
             point = self.shifted(point)
         arc_before, self.arc_before = self.arc_before, None
         if self.circle_ is not None:
-            centre, normal, turns, goes_on = self.circle_
+            centre, normal, turns, goes_on, angle = self.circle_
             self.circle_ = None
+            if angle is not None:
+                normal = self.sense(point, centre, normal, angle)
             self.sweep(line, point, axis, centre, normal, turns)
             self.arc_before = (centre, normal) if goes_on else None
             return
@@ -230,9 +233,12 @@ class Statements(Lines):
     def mode(self, line, words, statement):
         if statement.upper().startswith("SET"):
             words = words[1:] if words[:1] == ["MODE"] else ["?"]
-        if words not in (["INCR"], ["ABSOL"]):
-            raise Wrong("INCR or ABSOL", repr(statement[:40]))
-        self.incremental = words == ["INCR"]
+        if words == ["MILL"]:
+            self.remarks.append((self.count, statement))
+        elif words in (["INCR"], ["ABSOL"]):
+            self.incremental = words == ["INCR"]
+        else:
+            raise Wrong("INCR, ABSOL or MILL", repr(statement[:40]))
 
     def rapid_(self, line, words, statement):
         if words:  # such as MODAL, or a feed that the control does not take from the program
@@ -260,10 +266,31 @@ class Statements(Lines):
             raise Wrong("CIRCLE after a move, in absolute coordinates and outside a cycle", repr(statement[:40]))
         centre = [value * self.scale for value in values[:3]]
         sign = turned or (-1 if len(values) == 11 else 1)
-        self.circle_ = centre, [sign * value for value in values[3:6]], int(turns) - 1, len(values) == 7
+        self.circle_ = centre, [sign * value for value in values[3:6]], int(turns) - 1, len(values) == 7, None
         radius = math.dist(*(np.cross(values[3:6], each) for each in (self.point, centre)))
         if len(values) > 6 and abs(radius - values[6] * self.scale) > 0.02:
             raise Wrong(f"a start {values[6] * self.scale:g} mm from the centre", f"{radius:.4f}")
+
+    def movarc(self, line, words, statement):
+        """The arc of ISO 4343, as Autodesk writes it: centre, axis, radius, ANGLE and how far it turns."""
+        values = self.numbers(words[:7])
+        if len(values) != 7 or words[7:-1] != ["ANGLE"]:
+            raise Wrong("MOVARC/ 7 numbers, ANGLE and a number", repr(statement[:60]))
+        self.circle(line, words[:7], statement)
+        angle = self.number(words[8])
+        centre, normal, *_ = self.circle_
+        self.circle_ = centre, normal, int(max(angle - 1e-3, 0) // 360), False, angle
+
+    def sense(self, point, centre, normal, angle):
+        """The axis about which the tool turns right-handed by `angle` (degrees) from where it is to a point."""
+        start, end = np.array(self.point) - centre, np.array(point) - centre
+        turned = math.degrees(
+            math.atan2(np.cross(start, end) @ normal, np.cross(normal, start) @ np.cross(normal, end))
+        )
+        for sign in (1, -1):
+            if abs(wrap(sign * turned - angle)) < 0.1:
+                return [sign * component for component in normal]
+        raise Wrong(f"an arc of {angle:g} degrees to its end", f"{turned % 360:.3f}")
 
     def may_go_on(self, point, centre, normal):
         """Whether a point is on the circle of the arc that ended, and a chord to it would not do."""
@@ -467,6 +494,13 @@ class Statements(Lines):
             raise Wrong("TRNTYP/WORLD,0,0,0, which changes nothing", repr(statement[:40]))
         self.remarks.append((self.count, statement))
 
+    def origin(self, line, words, statement):
+        if any(self.numbers(words)):
+            raise Wrong(
+                "ORIGIN/0,0,0, which changes nothing; let the CAM system write it shifted", repr(statement[:40])
+            )
+        self.remarks.append((self.count, statement))
+
     # Feeds, and what the control shall do
 
     def fedrat(self, line, words, statement):
@@ -543,7 +577,7 @@ class Statements(Lines):
             self.command("coolant", kind, statement=statement)
 
     def cutcom(self, line, words, statement):
-        side = words[0] if words else ""
+        side = next((word for word in words if word in ("LEFT", "RIGHT", "OFF")), *words[:1] or [""])
         if side == "ON":  # goes on as before; the side follows
             self.remarks.append((self.count, statement))
         elif side in ("LEFT", "RIGHT", "OFF"):
