@@ -343,7 +343,8 @@ def _notebook(result, path, same):
     result.notebooks += 1
     if not any("".join(cell["source"]).strip() for cell in cells):
         result.trouble.append((path.name, "no cell has anything in it"))
-    names = {name for source in _sources(cells) for name in exercise.asked(source)}
+    sources = _sources(cells)
+    names = {name for source in sources for name in exercise.asked(source)}
     for name in (names | {each.name for each in verdicts}) & EXERCISES.keys():
         result.lessons.add(name.split("-")[0])
     for each in verdicts:
@@ -357,7 +358,7 @@ def _notebook(result, path, same):
             result.unknown[each.name] = each.status
         elif each.name not in result.verdicts or _better(each, result.verdicts[each.name]):
             result.verdicts[each.name] = each
-    same.notebook(result.name, path, cells, verdicts)
+    same.notebook(result.name, path, sources, verdicts)
 
 
 def _better(one, other):
@@ -392,7 +393,7 @@ def _workbook(result, path, same):
 
 def _sources(cells):
     """What stands in the cells, without spaces at the ends of lines."""
-    return [re.sub(r"[ \t]+$", "", "".join(cell["source"]), flags=re.MULTILINE).strip() for cell in cells]
+    return ["\n".join(map(str.rstrip, "".join(cell["source"]).split("\n"))).strip() for cell in cells]
 
 
 class _Same:
@@ -407,11 +408,11 @@ class _Same:
     def handed_out(self, path):
         return digest(path) in self.course
 
-    def notebook(self, student, path, cells, verdicts):
+    def notebook(self, student, path, sources, verdicts):
         if (bytes_ := digest(path)) in self.course:
             return
         answers = json.dumps([(each.name, each.answer) for each in verdicts if each.status != OPEN])
-        sources = [source for source in _sources(cells) if source and source not in self.own]
+        sources = [source for source in sources if source and source not in self.own]
         if sources or answers != "[]":
             self.files[bytes_].append((student, path.name))
             self.works.append((student, path.name, answers, sources))
