@@ -7,6 +7,7 @@ Read `run` first, then `cl` (with `cl_words` and `arcs`), `planning`, `selection
 from collections import Counter
 from dataclasses import dataclass
 from functools import partial
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +68,7 @@ def run(
     errors=None,
     compare=False,
     progress=None,
+    **unknown,
 ):
     """Post-process CL data into a verified program.
 
@@ -131,6 +133,9 @@ def run(
     >>> result.report.tip_error < 0.01
     True
     """
+    if unknown:
+        known = [name for name, each in signature(run).parameters.items() if each.kind is each.KEYWORD_ONLY]
+        raise InputError("run", f"the options {', '.join(known)}", ", ".join(unknown))
     if singular not in Crossing.SAFE:
         raise InputError("singular", " or ".join(Crossing.SAFE), repr(singular))
     if not 0 < tolerance < np.inf:

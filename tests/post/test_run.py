@@ -258,7 +258,7 @@ def test_wrong_options(dmu50v, blade, change):
 
 
 def test_an_option_that_nobody_knows(dmu50v, blade):
-    with pytest.raises(TypeError, match="workers"):
+    with pytest.raises(InputError, match="dialect, tcp, .*found workers"):
         post.run(blade, dmu50v.machine, workers=2)
 
 
