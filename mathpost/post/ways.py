@@ -1,20 +1,19 @@
 """Ways through a singular region, each with the same figures, so that they can be compared.
 
-Among them are the two cubics that source 002 means (the one its table 3 was made with, and the one its equation (7)
-describes); they interpolate X Y Z together with the angles, so the tip leaves the part, and are here for the audit.
+Among them are the two cubics of source 002 that interpolate X Y Z together with the angles, for the audit.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post import cl as cldata
-from mathpost.post import selection, travel
+from mathpost.post import selection, travel, yu_dan
 from mathpost.post.between_blocks import deviation
 from mathpost.post.motion import Motion, block_times, feed_times, linearize
 from mathpost.post.singular import distance
+from mathpost.post.yu_dan import paper_clamped, paper_cubic
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline
 ASIDE_NODES = 181  # nodes of a path moved aside
@@ -158,12 +157,10 @@ class Crossing:
         return self._with_tip_kept(self.records, start + t * (end - start))
 
     def _cubic(self):
-        start, end = self._end_slopes()
-        ends = self.joints[[self.first, self.last], 3:]
-        spline = CubicSpline([self.first, self.last], ends, bc_type=((1, start[3:]), (1, end[3:])))
-        steps = int(np.ceil(np.abs(np.diff(ends, axis=0)).max() / STEP / (self.last - self.first))) + 1
-        place = np.linspace(self.first, self.last, steps * (self.last - self.first) + 1)
-        return self._with_tip_kept(place, spline(place))
+        span, swing = self.last - self.first, np.ptp(self.joints[[self.first, self.last], 3:], axis=0).max()
+        n = (int(np.ceil(swing / STEP / span)) + 1) * span - 1  # a point at each record, and others evenly between
+        place, joints = yu_dan.smooth(self.kin, self.cl, self.joints, (self.first, self.last), n)
+        return linearize(self.kin, joints, self.tolerance, place=place)
 
     def _aside(self, lean):
         place = np.unique(np.r_[np.linspace(self.first, self.last, ASIDE_NODES), self.records])
@@ -194,29 +191,19 @@ class Crossing:
 
     def _retract(self, clearance):
         swing, on_part = self._largest_swing(), self._direct()
-        ends = slice(swing, swing + 2)
-        lifted = self.cl.points[ends] + clearance * self.cl.axes[ends]
-        over = self.kin.close(lifted, self.joints[ends, 3:])
+        over = yu_dan.lifted(self.kin, self.joints[swing : swing + 2], clearance)
         swung = linearize(self.kin, over, self.tolerance, place=[swing, swing + 1], lifted=[True, True])
         before = swing + 1 - self.first
         return Motion.joined([on_part[:before], swung, on_part[before:]])
 
     def _paper(self, cubic, points):
-        self._end_slopes()
-        rows = self.joints[[self.first - 1, self.first, self.last, self.last + 1]]
+        rows = yu_dan.four_records(self.joints, (self.first, self.last))
         t = np.linspace(0, 1, points + 2)
         return Motion.on_part(cubic(rows, t), self.first + t * (self.last - self.first))
 
     def _with_tip_kept(self, place, rotary):
         """Close the loop at each node and divide the moves until the tip keeps the tolerance."""
         return linearize(self.kin, self.kin.close(self.cl.at(place)[0], rotary), self.tolerance, place=place)
-
-    def _end_slopes(self):
-        """Change of the joints per record before and after the region, equation (7) with Δt = 1."""
-        if self.first == 0 or self.last == len(self.joints) - 1:
-            raise MathpostError("a spline needs a record before the region and one after it")
-        before = self.joints[self.first] - self.joints[self.first - 1]
-        return before, self.joints[self.last + 1] - self.joints[self.last]
 
     def _largest_swing(self):
         """The record that the outer axis swings from."""
@@ -260,16 +247,3 @@ def comparison(region, ways):
     for way in ways:
         figures = f"{np.degrees(way.peak_rate):12.1f}{way.tip_error:10.4f}{np.degrees(way.axis_error):9.4f}"
         yield f"{way.name:<14}" + (way.reason or f"{figures}{way.blocks:8d}{way.time:8.2f}")
-
-
-def paper_cubic(rows, t):
-    """The cubic of table 3 of source 002: one polynomial through four records at −1, 0, 1, 2, all five joints.
-
-    The source does not say so; all 25 printed numbers do. `rows` has shape (4, 5), `t` runs from 0 to 1.
-    """
-    return CubicSpline([-1, 0, 1, 2], rows, bc_type="not-a-knot")(t)
-
-
-def paper_clamped(rows, t):
-    """The cubic of the text of source 002: between the middle two of four records, end slopes by equation (7)."""
-    return CubicSpline([0, 1], rows[1:3], bc_type=((1, rows[1] - rows[0]), (1, rows[3] - rows[2])))(t)

@@ -353,7 +353,7 @@ class TestPaper:
         np.testing.assert_allclose(np.degrees(chosen.joints[:, 3]), expected, atol=1e-9)
 
     def test_case_1(self):
-        with pytest.raises(ReachError, match=r"record 2: \|B\| 41.000° is outside travel, case \(1\)"):
+        with pytest.raises(ReachError, match=r"record 2: B: case \(1\): \|θ\| = 41.000° is outside travel"):
             selection.choose(limited("dmu50v", inner=(-5, 40)), self.tilts([11, 41]), "paper")
 
     def test_case_2_with_the_wrong_preference_leaves_travel(self):
