@@ -45,7 +45,7 @@ def loop(pivot=-50, sign=1, forward=False):
     return kin.close([20, -35, 15], sign * np.radians([-50, 160]))[:3]
 
 
-AXIS = (0.64, -0.48, 0.6)
+AXIS = (0.720216, -0.330099, 0.610183)
 
 
 @define(
@@ -103,28 +103,27 @@ def meet():
 @slip("Case (3) is for rows that fit on both sides: |B| up to the *shorter* side of the travel, 10.", low=-110)
 def case(low=-10):
     """Rows 50, 60 and 70 fit on both sides of zero; rows 40 and 80 only on the long one. None is out of reach."""
-    kin = load("dmu50v")
-    tilt = np.degrees(np.abs(kin.inverse(blade().points, blade().axes)[:, 0, 3]))
-    return np.select([tilt > 110, tilt > -low], [1, 2], 3)
+    return [each.number for each in yu_dan.cases(with_travel(load("dmu50v"), low, 110), blade(), 1)]
 
 
 @define("05b-kappa", Angle(decimals=2), hint="Which range is dominant here, and what is κ then?")
-@slip("With κ = 0. But here the longer side of the travel, the dominant range, is the negative one.", sign=1)
+@slip("With κ = 0. But here the longer side of the travel, the dominant range, is the negative one.", prefer=1)
 @slip("That is B of the DMU 50V. The trunnion's tilting axis is not inclined.", name="dmu50v")
-def kappa(name="ac_table", sign=-1):
+def kappa(name="ac_table", prefer=-1):
     """The negative side is the dominant range: κ = 1, and A = (−1)^κ·|A|. C follows, half a turn away."""
-    return sign * np.degrees(load(name).inverse(blade().points, blade().axes)[4, 0, 3])
+    return np.degrees(yu_dan.cases(with_travel(load(name), -120, 5), blade(), prefer)[4].angle)
 
 
 @define("05b-turns", Vector(names="C1 C2 C3 C4", decimals=0), hint="Take the records in turn, from the second on.")
 @slip("That is the even walk that the rule ought to find. It compares with a neighbour not yet corrected.", to=185)
 @slip("Nothing changed? Compare the two sums for the second record: 20 + 345 and 340 + 15.", to=-175)
-def turns(to=None):
+def corrected(to=None):
     """Record 2 goes a turn back to be near record 3, and the jump is now one record earlier. The rule moved it."""
-    angles = [150.0, 170.0, -175.0, -155.0]
+    first, second, third, last = 150.0, 170.0, -175.0, -155.0
     if to is None:
-        return np.degrees(yu_dan._turned(np.radians(angles).tolist()))
-    return [*angles[:2], to, to + 20]
+        rule = yu_dan.turns(np.radians([first, second, third, last]))
+        return [first, *(np.degrees(turn.taken) for turn in rule), last]
+    return [first, second, to, to + 20]
 
 
 @define("05b-count", Number(decimals=0), hint="How many branches, and how many windings of each?")

@@ -312,7 +312,7 @@ def test_the_detective_names_a_mix_up_that_no_list_foresees():
     assert "β" in exercise.judge("01-point", [4.598076, -5.0, 1.964102]).why
     b, c = EXERCISES["05-angles"].solution
     assert "sign of C" in exercise.judge("05-angles", [b, -c]).why
-    assert "off by +45" in exercise.judge("05-angles", [b, c + 45]).why
+    assert "off by -90" in exercise.judge("05-angles", [b, c - 90]).why
     assert "as far as its digits go" in exercise.judge("05-angles", [round(b, 2), round(c, 2)]).why
 
 
