@@ -3,9 +3,11 @@
 import numpy as np
 import sympy as sp
 
+from mathpost.course.lesson_data import with_travel
 from mathpost.draw import plot
 from mathpost.draw.chart import printed, recorded
 from mathpost.draw.formula import slider
+from mathpost.post import selection
 
 
 def inner_and_outer(kin):
@@ -89,6 +91,49 @@ def past_the_pole(kin):
         return update
 
     return recorded(build, slider("distance", 0.1, 6.0, 3.0, step=0.1), size=(7.0, 4.6), height=520)
+
+
+def travel_limit(kin, cl, records, high):
+    """What each strategy chooses if the tilting axis, the first one, may go down to a slider's angle.
+
+    Any sway of the tool axis is allowed between two records. `high` is the other limit, degrees.
+    """
+    both = np.degrees(kin.inverse(cl.points, cl.axes)[:, :, 3])
+    lows = np.arange(-30.0, 1.0)
+    found = [
+        {way: selection.choose(with_travel(kin, low, high), cl, way, sway=np.inf) for way in selection.STRATEGIES}
+        for low in lows
+    ]
+    name = kin.machine.joint_names[3]
+
+    def build(figure):
+        tilt, price = figure.subplots(1, 2)
+        places = np.arange(len(records))
+        for branch, role in enumerate(("first branch", "second branch")):
+            tilt.plot(places, both[:, branch], "o", color=plot.COLOUR[role], label=role)
+        lowest = tilt.plot(places[[0, -1]], [0, 0], color=plot.COLOUR["machine"], label=f"{name} from")[0]
+        tilt.set(xlabel="row", ylabel=f"{name}, degrees", ylim=(-32, 32))
+        tilt.set_xticks(places, map(str, records))
+        price.set(xlabel=f"{name} from, degrees", ylabel="seconds", ylim=(0, 6.5))
+        lines, dots = {}, {}
+        for way in selection.STRATEGIES:
+            style = {"color": plot.COLOUR[way], "linestyle": plot.STYLE.get(way, "-")}
+            price.plot(lows, [each[way].cost for each in found], **style, label=way)
+            lines[way] = tilt.plot(places, places, linewidth=2.5, **style)[0]
+            dots[way] = price.plot([], [], "o", color=plot.COLOUR[way])[0]
+        figure.legend(loc="outside lower center", ncols=6, fontsize=8)
+
+        def update(low):
+            chosen = found[int(np.abs(lows - low).argmin())]
+            lowest.set_ydata([low, low])
+            for shift, way in enumerate(selection.STRATEGIES):
+                lines[way].set_ydata(np.degrees(chosen[way].joints[:, 3]) + 0.5 * (1 - shift))
+                dots[way].set_data([low], [chosen[way].cost])
+            return [f"{name} from {low:.0f}°: " + ", ".join(f"{way} {chosen[way].cost:.3f} s" for way in chosen)]
+
+        return update
+
+    return recorded(build, slider(f"{name} from", -30, 0, -5, step=1), size=(8.5, 4.2), height=520)
 
 
 def moved_aside(crossing, *, most=5.0):
