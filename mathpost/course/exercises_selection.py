@@ -127,12 +127,13 @@ def corrected(to=None):
 
 
 @define("05b-count", Number(decimals=0), hint="How many branches, and how many windings of each?")
-@slip("Two branches, yes; but C may also stand a whole turn away from either.", 2)
-@slip("Some of these are outside the travel of C, -360° to 360°.", travel=False)
-def count(travel=True):
-    """Two branches, and for each of them C and C less (or more) one whole turn."""
-    found = selection.candidates(load("ac_head"), blade().points, blade().axes)
-    return int(found.inside[0].sum()) if travel else found.joints.shape[1]
+@slip("Two branches, yes; but C may also stand whole turns away from either.", 2)
+@slip("That is with the travel of the lesson, -360° to 360°.", low=-360, high=360)
+@slip("Three windings of each branch? One of them is outside travel.", 6)
+def count(low=-540, high=400):
+    """C at 90° and -270° on one branch, at -90°, 270° and -450° on the other."""
+    found = selection.candidates(with_travel(load("ac_head"), low, high), blade().points, blade().axes)
+    return int(found.inside[0].sum())
 
 
 @define("05b-back", Number(decimals=3, unit="s"), hint="From row 60, which candidate of row 50 is nearer?")

@@ -43,7 +43,7 @@ BY_HAND = {
     "05-reach": 100,
     "05b-case": [2, 3, 3, 3, 2],
     "05b-turns": [150, -190, -175, -155],
-    "05b-count": 4,
+    "05b-count": 5,
     "05b-best": 5,
     "08-words": "A, B",
     "09-vertical": [0, 0, 0],
