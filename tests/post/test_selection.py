@@ -573,7 +573,7 @@ def assert_same(found, expected):
 @pytest.mark.parametrize("name", MACHINES)
 def test_the_compiled_loop_chooses_as_the_loop_as_it_stands(name, strategy, monkeypatch):
     numba = pytest.importorskip("numba")
-    assert isinstance(bellman.compiled(), numba.core.dispatcher.Dispatcher)
+    assert isinstance(bellman.loop(10**9), numba.core.dispatcher.Dispatcher)
     kin, rng = MACHINES[name], np.random.default_rng(11)
     for _ in range(40):
         cl, chosen_by = random_path(kin, rng), options(rng) | {"split": bool(rng.random() < 0.8)}
@@ -626,4 +626,4 @@ def test_a_loop_is_compiled_even_if_there_is_no_folder_to_keep_it_in(monkeypatch
         return lambda function: made.append(function) or function
 
     monkeypatch.setattr(numba, "njit", njit)
-    assert bellman.compiled.__wrapped__() is bellman.best_way and made == [bellman.best_way]
+    assert bellman.compiled.__wrapped__(bellman.best_way) is bellman.best_way and made == [bellman.best_way]
