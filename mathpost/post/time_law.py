@@ -34,7 +34,8 @@ class TimeLaw:
     highest : ndarray, shape (m - 1,)
         The greatest w of each move.
     peak_speeds, peak_accelerations, peak_jumps : ndarray, shape (5,)
-        Of each axis, mm or radians per s and s². The jumps are those of the speed at single corners.
+        Of each axis, mm or radians per s and s²; NaN the acceleration of one that states none. The jumps are those
+        of the speed at single corners.
     """
 
     joints: np.ndarray
@@ -122,6 +123,7 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     seconds[moving] = _durations(override, lengths, ramp, highest)
     changes = (highest > override[:-1]) | (highest > override[1:])
     pulled = speed * np.where(changes & np.isfinite(ramp), ramp, 0)[:, None] + used
+    pulled = np.where(np.isfinite(most), pulled, np.nan)
     jumps = np.where(pause < settle, 0.0, jump * override[1:-1, None])
     return TimeLaw(
         joints[kept], np.r_[0.0, np.cumsum(seconds)][kept], override, lengths, ramp, highest,

@@ -11,14 +11,16 @@ from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post import cl as cldata
 from mathpost.post import selection, travel, yu_dan
 from mathpost.post.between_blocks import deviation
-from mathpost.post.motion import Motion, block_times, feed_times, linearize
+from mathpost.post.motion import Motion, block_times, linearize
 from mathpost.post.singular import distance
+from mathpost.post.time_law import TimeLaw, time_law
 from mathpost.post.yu_dan import paper_clamped, paper_cubic
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline
 ASIDE_NODES = 181  # nodes of a path moved aside
 LEAN = np.radians(1.0)
 CLEARANCE = 20.0  # mm
+NEAR = 50  # records on both sides of a region that its ways are run with
 
 
 @dataclass(frozen=True)
@@ -30,25 +32,28 @@ class Way(Motion):
     joints, place, lifted
         As in `Motion`.
     name : str
-    peak_rate : float
-        Largest rate that the outer rotary axis needs in cut to keep the stated feed, rad/s.
-    per_record : bool
-        Whether no feed is stated and `peak_rate` is in rad per record, the paper's virtual time, instead.
+    law : TimeLaw or None
+        From rest `NEAR` records before the region to rest as many after it, the way between.
+    peak_speed, peak_acceleration : float
+        Of the outer rotary axis meanwhile, radians per s and s²; NaN an acceleration without a limit.
     tip_error, axis_error : float
         Largest distance (mm) and angle (radians) of the moves in cut from the CL data.
-    time : float
-        Seconds, the slowest axis waited for; what feed or rates are known counts.
     reason : str
         Why the way is not possible, or "".
     """
 
     name: str
-    peak_rate: float = np.nan
+    law: TimeLaw | None = None
+    peak_speed: float = np.nan
+    peak_acceleration: float = np.nan
     tip_error: float = np.nan
     axis_error: float = np.nan
-    time: float = np.nan
-    per_record: bool = False
     reason: str = ""
+
+    @property
+    def time(self):
+        """Seconds that `law` takes."""
+        return self.law.seconds[-1] if self.law else np.nan
 
     @property
     def blocks(self):
@@ -216,19 +221,22 @@ class Crossing:
         tip_error, axis_error = deviation(
             self.kin, joints[:-1], joints[1:], tips=(tips[:-1], tips[1:]), axes=(axes[:-1], axes[1:])
         )
-        reached, feeds = self.kin.forward(joints)[0], self.cl.feeds[np.ceil(place[1:]).astype(int)]
-        seconds = feed_times(reached, feeds)
-        interval = np.where(np.isnan(seconds), np.diff(place), seconds)
-        swing = np.abs(np.diff(joints[:, self.outer]))
-        rate = np.divide(swing, interval, out=np.full(len(swing), np.inf), where=interval > 1e-9)
-        rate[swing < 1e-12] = 0
+        law = self._law(motion)
         return {
-            "peak_rate": rate[in_cut].max(initial=0),
+            "law": law,
+            "peak_speed": law.peak_speeds[self.outer],
+            "peak_acceleration": law.peak_accelerations[self.outer],
             "tip_error": tip_error[in_cut].max(initial=0),
             "axis_error": axis_error[in_cut].max(initial=0),
-            "time": block_times(self.kin.machine, joints, reached, feeds, in_cut).sum(),
-            "per_record": bool(np.isnan(seconds).any()),
         }
+
+    def _law(self, motion):
+        before, after = np.arange(max(self.first - NEAR, 0), self.first), np.arange(self.last + 1, len(self.joints))
+        run = [Motion.on_part(self.joints[near], near) for near in (before, after[:NEAR])]
+        run = Motion.joined([run[0], motion, run[1]])
+        tips, feeds = self.kin.forward(run.joints)[0], self.cl.feeds[np.ceil(run.place[1:]).astype(int)]
+        machine = self.kin.machine
+        return time_law(machine, run.joints, block_times(machine, run.joints, tips, feeds, run.in_cut))
 
 
 def refuse_nonsense(lean, clearance):
@@ -242,8 +250,8 @@ def refuse_nonsense(lean, clearance):
 def comparison(region, ways):
     """Yield the lines of a table that compares the ways through a singular region."""
     yield f"singular region, records {region[0] + 1} to {region[1] + 1}"
-    per = "rec" if any(way.per_record for way in ways) else "s"
-    yield f"{'way':<14}{'peak °/' + per:>12}{'tip mm':>10}{'axis °':>9}{'blocks':>8}{'time s':>8}"
+    yield f"{'way':<14}{'time s':>8}{'peak °/s':>10}{'°/s²':>7}{'tip mm':>10}{'axis °':>9}{'blocks':>8}"
     for way in ways:
-        figures = f"{np.degrees(way.peak_rate):12.1f}{way.tip_error:10.4f}{np.degrees(way.axis_error):9.4f}"
-        yield f"{way.name:<14}" + (way.reason or f"{figures}{way.blocks:8d}{way.time:8.2f}")
+        speed, acceleration, axis = np.degrees([way.peak_speed, way.peak_acceleration, way.axis_error])
+        figures = f"{way.time:8.2f}{speed:10.1f}{acceleration:7.0f}{way.tip_error:10.4f}{axis:9.4f}{way.blocks:8d}"
+        yield f"{way.name:<14}" + (way.reason or figures)

@@ -5,9 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mathpost import post
+from mathpost.kinematics import Kinematics
+from mathpost.post import selection
 from mathpost.post import time_law as module
 from mathpost.post.motion import block_times
 from mathpost.post.time_law import SETTLE, slow_down, time_law
+from mathpost.post.ways import Crossing
 
 RATE, ACCELERATION = np.radians(36), np.radians(200)  # of C on the DMU 50V
 LINEAR = 2000.0  # mm/s², X and Y
@@ -171,3 +175,30 @@ def test_slow_down():
     nan = np.nan
     assert slow_down([1, 2, 2, 3], [1, 3, 3, 9], [1, 1, 1, nan]) == (2, 2, 6)
     assert slow_down([1, 2], [1, 2], [nan, nan]) is None
+
+
+def test_ways_through_the_blade_in_real_seconds(dmu50v, blade):
+    """With slow axes the straight way beats the spline, whose C turns back first; with quick ones they tie."""
+    times = {}
+    for degrees in (20, 200, 2000):
+        rotary = tuple(replace(joint, max_acceleration=np.radians(degrees)) for joint in dmu50v.machine.rotary)
+        kin = Kinematics(replace(dmu50v.machine, rotary=rotary))
+        crossing = Crossing(kin, blade, selection.choose(kin, blade).joints, (1, 2))
+        ways = {name: crossing.way(name) for name in ("linear", "cubic", "aside", "retract")}
+        assert all(way.peak_acceleration <= np.radians(degrees) * (1 + 1e-9) for way in ways.values())
+        times[degrees] = {name: way.time for name, way in ways.items()}
+    assert sorted(times[20], key=times[20].get) == ["linear", "aside", "cubic", "retract"]
+    for name in ("linear", "cubic", "aside", "retract"):
+        assert times[20][name] > times[200][name] > times[2000][name]
+    for degrees in (200, 2000):
+        others = [times[degrees][name] for name in ("linear", "cubic", "aside")]
+        assert max(others) < 1.01 * min(others) < 0.97 * times[degrees]["retract"]
+
+
+def test_the_report_has_real_seconds(dmu50v, blade):
+    fed = replace(blade, feeds=np.full(5, 300.0))
+    report = post.run(fed, dmu50v.machine, singular="retract").report
+    record, wanted, taken = report.slowest
+    assert record == 4 and taken > 100 * wanted  # B turns by 13° while the tip all but stands
+    assert report.peaks["C"] == pytest.approx([36, 200]) and report.time > 6
+    assert "peaks " in str(report) and f"before record {record + 1}: {taken:.3f} s" in str(report)
