@@ -71,7 +71,7 @@ def edit(path, value):
         (["rotary", 0, "limits"], 90, ["'limits'", "90"]),
         (["rotary", 0, "max_rate"], 0, ["'max_rate'", "above 0"]),
         (["rotary", 1, "max_acceleration"], -1, ["'max_acceleration'", "above 0"]),
-        (["linear", "X", "max_acceleration"], "2", ["'max_acceleration'", "mm per second squared"]),
+        (["linear"], {"X": {"max_acceleration": "2"}}, ["'max_acceleration'", "mm per second squared"]),
         (["rotary", 0, "offset"], 1, ["'offset'", "no such key"]),
         (["workpiece"], None, ["[workpiece]"]),
         (["workpiece", "origin"], True, ["'origin'", "True"]),
