@@ -154,7 +154,7 @@ def moved_aside(crossing, *, most=5.0):
                 return [way.reason]
             line.set_data(way.place + 1, np.degrees(way.joints[:, crossing.outer]))
             return [
-                f"peak {np.degrees(way.peak_rate):.0f}° per {'record' if way.per_record else 's'}, "
+                f"{way.time:.2f} s, peak {np.degrees(way.peak_speed):.0f}°/s, "
                 f"tool axis off by {np.degrees(way.axis_error):.2f}°, {way.blocks} blocks"
             ]
 

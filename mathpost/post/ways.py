@@ -11,14 +11,19 @@ from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post import cl as cldata
 from mathpost.post import selection, travel, yu_dan
 from mathpost.post.between_blocks import deviation
-from mathpost.post.motion import Motion, block_times, feed_times, linearize
+from mathpost.post.motion import Motion, block_times, follow, linearize
 from mathpost.post.singular import distance
+from mathpost.post.time_law import TimeLaw, time_law
 from mathpost.post.yu_dan import paper_clamped, paper_cubic
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline
 ASIDE_NODES = 181  # nodes of a path moved aside
+# As much as a flank 6 mm above the tip strays by 0.01 mm; what Siemens' CYCLE832 sets for finishing, too: 10° for
+# each mm of the tolerance of the contour.
+AXIS_TOLERANCE = np.radians(0.1)
 LEAN = np.radians(1.0)
 CLEARANCE = 20.0  # mm
+NEAR = 50  # records on both sides of a region that its ways are run with
 
 
 @dataclass(frozen=True)
@@ -30,25 +35,28 @@ class Way(Motion):
     joints, place, lifted
         As in `Motion`.
     name : str
-    peak_rate : float
-        Largest rate that the outer rotary axis needs in cut to keep the stated feed, rad/s.
-    per_record : bool
-        Whether no feed is stated and `peak_rate` is in rad per record, the paper's virtual time, instead.
+    law : TimeLaw or None
+        From rest `NEAR` records before the region to rest as many after it, the way between.
+    peak_speed, peak_acceleration : float
+        Of the outer rotary axis meanwhile, radians per s and s²; NaN an acceleration without a limit.
     tip_error, axis_error : float
-        Largest distance (mm) and angle (radians) of the moves in cut from the CL data.
-    time : float
-        Seconds, the slowest axis waited for; what feed or rates are known counts.
+        Largest distance (mm) and angle (radians) of the moves in cut from the CL data: what the way needs.
     reason : str
         Why the way is not possible, or "".
     """
 
     name: str
-    peak_rate: float = np.nan
+    law: TimeLaw | None = None
+    peak_speed: float = np.nan
+    peak_acceleration: float = np.nan
     tip_error: float = np.nan
     axis_error: float = np.nan
-    time: float = np.nan
-    per_record: bool = False
     reason: str = ""
+
+    @property
+    def time(self):
+        """Seconds that `law` takes."""
+        return self.law.seconds[-1] if self.law else np.nan
 
     @property
     def blocks(self):
@@ -69,13 +77,17 @@ class Crossing:
         First and last record (from 0), as `mathpost.post.singular.regions` gives them.
     tolerance : float
         mm; how near the tip must stay to the CL data in the ways that recompute X Y Z.
+    axis_tolerance : float
+        Radians; how near the tool axis must stay to its great circle in those that follow it, `FOLLOWING`.
     """
 
+    FOLLOWING = ("direct", "other branch", "retract")
     SAFE = ("direct", "other branch", "linear", "cubic", "aside", "retract")
     WAYS = (*SAFE, "paper cubic", "paper clamped")
 
-    def __init__(self, kin, cl, joints, region, *, tolerance=0.01):
-        self.kin, self.cl, self.joints, self.tolerance = kin, cl, np.asarray(joints, dtype=float), tolerance
+    def __init__(self, kin, cl, joints, region, *, tolerance=0.01, axis_tolerance=AXIS_TOLERANCE):
+        self.kin, self.cl, self.joints = kin, cl, np.asarray(joints, dtype=float)
+        self.tolerance, self.axis_tolerance = tolerance, axis_tolerance
         self.first, self.last = region
         if not 0 <= self.first < self.last < len(self.joints):
             raise InputError("region", f"two records from 0 to {len(self.joints) - 1}", repr(tuple(region)))
@@ -87,11 +99,15 @@ class Crossing:
         return [self.way(name, **options) for name in self.WAYS]
 
     def possible(self, name, **options):
-        """Return one way, or raise `ReachError` if it is not possible."""
+        """Return one way, or raise `ReachError` if it is not possible or leaves the great circle too far."""
         way = self.way(name, **options)
-        if way.reason:
-            first, last = self.first + 1, self.last + 1
-            raise ReachError(f"{self.cl.name}: no way {name!r} from record {first} to {last}: {way.reason}")
+        reason = way.reason
+        if way.axis_error > self.axis_tolerance:
+            needed = np.degrees(way.axis_error) + 0.001
+            reason = f"it needs an axis tolerance of {needed:.3f}°, more than was granted"
+        if reason:
+            first, last = self.cl.first + self.first + 1, self.cl.first + self.last + 1
+            raise ReachError(f"{self.cl.name}: no way {name!r} from record {first} to {last}: {reason}")
         return way
 
     def way(self, name, *, lean=LEAN, clearance=CLEARANCE, points=5):
@@ -100,11 +116,11 @@ class Crossing:
         Parameters
         ----------
         name : str
-            ``"direct"``: as chosen, one block from record to record. ``"other branch"``: on the other solution
-            from the largest swing on. ``"linear"``: rotary angles in proportion, X Y Z recomputed. ``"cubic"``:
-            clamped cubic in the rotary angles, X Y Z recomputed. ``"aside"``: the tool axis moved aside by at
-            most `lean`. ``"retract"``: at the largest swing lifted by `clearance` along the tool axis,
-            swung, and returned, so that no record is left uncut.
+            The tool axis follows its great circle in ``"direct"``: as chosen; in ``"other branch"``: on the other
+            solution from the largest swing on; and in ``"retract"``: at the largest swing lifted by `clearance`
+            along the tool axis, swung, and returned, so that no record is left uncut. It leaves the circle in
+            ``"linear"``: rotary angles in proportion, X Y Z recomputed; in ``"cubic"``: clamped cubic in the rotary
+            angles, X Y Z recomputed; and in ``"aside"``: moved aside by at most `lean`.
             ``"paper cubic"`` and ``"paper clamped"``: all five coordinates, for the audit.
         lean : float
             Radians.
@@ -128,6 +144,11 @@ class Crossing:
             raise InputError("way", " or ".join(ways), repr(name))
         try:
             motion = ways[name]()
+            if name in self.FOLLOWING:
+                motion = follow(self.kin, self.cl, motion, self.axis_tolerance)
+                motion = linearize(
+                    self.kin, motion.joints, self.tolerance, place=motion.place, lifted=motion.lifted
+                )
         except MathpostError as error:
             none = Motion.on_part(np.empty((0, 5)), [])
             return Way(**vars(none), name=name, reason=str(error))
@@ -192,7 +213,7 @@ class Crossing:
     def _retract(self, clearance):
         swing, on_part = self._largest_swing(), self._direct()
         over = yu_dan.lifted(self.kin, self.joints[swing : swing + 2], clearance)
-        swung = linearize(self.kin, over, self.tolerance, place=[swing, swing + 1], lifted=[True, True])
+        swung = Motion(over, np.array([swing, swing + 1.0]), np.ones(2, bool))
         before = swing + 1 - self.first
         return Motion.joined([on_part[:before], swung, on_part[before:]])
 
@@ -216,19 +237,22 @@ class Crossing:
         tip_error, axis_error = deviation(
             self.kin, joints[:-1], joints[1:], tips=(tips[:-1], tips[1:]), axes=(axes[:-1], axes[1:])
         )
-        reached, feeds = self.kin.forward(joints)[0], self.cl.feeds[np.ceil(place[1:]).astype(int)]
-        seconds = feed_times(reached, feeds)
-        interval = np.where(np.isnan(seconds), np.diff(place), seconds)
-        swing = np.abs(np.diff(joints[:, self.outer]))
-        rate = np.divide(swing, interval, out=np.full(len(swing), np.inf), where=interval > 1e-9)
-        rate[swing < 1e-12] = 0
+        law = self._law(motion)
         return {
-            "peak_rate": rate[in_cut].max(initial=0),
+            "law": law,
+            "peak_speed": law.peak_speeds[self.outer],
+            "peak_acceleration": law.peak_accelerations[self.outer],
             "tip_error": tip_error[in_cut].max(initial=0),
-            "axis_error": axis_error[in_cut].max(initial=0),
-            "time": block_times(self.kin.machine, joints, reached, feeds, in_cut).sum(),
-            "per_record": bool(np.isnan(seconds).any()),
+            "axis_error": axis_error[motion.at_feed(self.cl)].max(initial=0),
         }
+
+    def _law(self, motion):
+        before, after = np.arange(max(self.first - NEAR, 0), self.first), np.arange(self.last + 1, len(self.joints))
+        run = [Motion.on_part(self.joints[near], near) for near in (before, after[:NEAR])]
+        run = Motion.joined([run[0], motion, run[1]])
+        tips, feeds = self.kin.forward(run.joints)[0], self.cl.feeds[np.ceil(run.place[1:]).astype(int)]
+        machine = self.kin.machine
+        return time_law(machine, run.joints, block_times(machine, run.joints, tips, feeds, run.in_cut))
 
 
 def refuse_nonsense(lean, clearance):
@@ -242,8 +266,8 @@ def refuse_nonsense(lean, clearance):
 def comparison(region, ways):
     """Yield the lines of a table that compares the ways through a singular region."""
     yield f"singular region, records {region[0] + 1} to {region[1] + 1}"
-    per = "rec" if any(way.per_record for way in ways) else "s"
-    yield f"{'way':<14}{'peak °/' + per:>12}{'tip mm':>10}{'axis °':>9}{'blocks':>8}{'time s':>8}"
+    yield f"{'way':<14}{'time s':>8}{'peak °/s':>10}{'°/s²':>7}{'tip mm':>10}{'axis °':>9}{'blocks':>8}"
     for way in ways:
-        figures = f"{np.degrees(way.peak_rate):12.1f}{way.tip_error:10.4f}{np.degrees(way.axis_error):9.4f}"
-        yield f"{way.name:<14}" + (way.reason or f"{figures}{way.blocks:8d}{way.time:8.2f}")
+        speed, acceleration, axis = np.degrees([way.peak_speed, way.peak_acceleration, way.axis_error])
+        figures = f"{way.time:8.2f}{speed:10.1f}{acceleration:7.0f}{way.tip_error:10.4f}{axis:9.4f}{way.blocks:8d}"
+        yield f"{way.name:<14}" + (way.reason or figures)
