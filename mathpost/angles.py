@@ -195,22 +195,48 @@ def _entries(matrices):
     return np.moveaxis(matrices.reshape(*matrices.shape[:-2], 9), -1, 0)
 
 
-@lru_cache(maxsize=12)
-def _kernels(letters):
-    """Compile, for an intrinsic sequence, (sine, cosine) of the first angle, and of the other two given the first.
+def arguments(sequence, matrix, first):
+    """Return what stands in the three atan2 that read the angles of an intrinsic sequence off a matrix.
 
     With M = R_i(a)·R_j(b)·R_k(c): the column k of M is R_i(a)·R_j(b)·e_k, in which a stands beside one factor
     that is sin b or cos b, and not negative. N = R_i(−a)·M = R_j(b)·R_k(c) then shows b in its column k and c in
     its row j.
+
+    Parameters
+    ----------
+    sequence : str
+        One of `SEQUENCES`.
+    matrix : sympy.Matrix, shape (3, 3)
+    first : sympy expression
+        The first angle, which the other two need.
+
+    Returns
+    -------
+    list of 3 pairs of sympy expressions
+        Sine and cosine of each angle, both times one factor that is not negative; zero at the lock.
+
+    Examples
+    --------
+    >>> arguments("ZXZ", sp.Matrix(3, 3, sp.symbols("m:3:3")), sp.Symbol("I"))[0]
+    (m02, -m12)
     """
     a, b, c = sp.symbols("a b c", real=True)
-    i, j, k = (ACTIVE[letter] for letter in letters)
-    row, column = "XYZ".index(letters[1]), "XYZ".index(letters[2])
-    m = sp.Matrix(3, 3, sp.symbols("m:3:3", real=True))
-    n = i(-a) * m
-    first = _sine_and_cosine(a, (i(a) * j(b))[:, column], m[:, column])
-    rest = _sine_and_cosine(b, j(b)[:, column], n[:, column]) + _sine_and_cosine(c, k(c)[row, :], n[row, :])
-    return numeric(first, tuple(m)), numeric(rest, (*m, a))
+    i, j, k = (ACTIVE[letter] for letter in sequence)
+    row, column = "XYZ".index(sequence[1]), "XYZ".index(sequence[2])
+    rest = i(-first) * matrix
+    return [
+        _sine_and_cosine(a, (i(a) * j(b))[:, column], matrix[:, column]),
+        _sine_and_cosine(b, j(b)[:, column], rest[:, column]),
+        _sine_and_cosine(c, k(c)[row, :], rest[row, :]),
+    ]
+
+
+@lru_cache(maxsize=12)
+def _kernels(letters):
+    """Compile the `arguments` of an intrinsic sequence: of the first angle, of the other two given the first."""
+    m, a = sp.Matrix(3, 3, sp.symbols("m:3:3", real=True)), sp.Symbol("a", real=True)
+    first, *rest = arguments(letters, m, a)
+    return numeric(first, tuple(m)), numeric(sum(rest, ()), (*m, a))
 
 
 def _sine_and_cosine(angle, pattern, entries):
