@@ -338,7 +338,7 @@ def from_quaternion(quaternion):
     array([0., 1., 0.])
     """
     quaternion = unit(as_array(quaternion, 4, "quaternion"), "quaternion")
-    return numeric(_QUATERNION_MATRIX, _QUATERNION)(*np.moveaxis(quaternion, -1, 0))
+    return numeric(QUATERNION_MATRIX, QUATERNION)(*np.moveaxis(quaternion, -1, 0))
 
 
 def to_quaternion(matrix):
@@ -362,9 +362,9 @@ def to_quaternion(matrix):
     return quaternion * np.sign(first)
 
 
-_QUATERNION = sp.symbols("w x y z", real=True)
-_QUATERNION_MATRIX = sp.ImmutableMatrix(
-    sp.Quaternion(*_QUATERNION).to_rotation_matrix(homogeneous=True).subs(sum(q**2 for q in _QUATERNION), 1)
+QUATERNION = sp.symbols("w x y z", real=True)
+QUATERNION_MATRIX = sp.ImmutableMatrix(
+    sp.Quaternion(*QUATERNION).to_rotation_matrix(homogeneous=True).subs(sum(q**2 for q in QUATERNION), 1)
 )  # of length 1
 _ENTRIES = sp.symbols("m:3:3", real=True)
 
@@ -372,9 +372,9 @@ _ENTRIES = sp.symbols("m:3:3", real=True)
 @lru_cache(maxsize=1)
 def _quaternion_products():
     """4·q·qᵀ in the nine entries of the matrix of q, found by comparing coefficients."""
-    q = sp.Matrix(_QUATERNION)
+    q = sp.Matrix(QUATERNION)
     products = list(q * q.T)
     names = {product: sp.Symbol(f"q{n}") for n, product in enumerate(dict.fromkeys(products))}
-    known = [q.dot(q) - 1, *(_QUATERNION_MATRIX - sp.Matrix(3, 3, _ENTRIES))]
+    known = [q.dot(q) - 1, *(QUATERNION_MATRIX - sp.Matrix(3, 3, _ENTRIES))]
     found = sp.solve([sp.expand(equation).subs(names) for equation in known], list(names.values()), dict=True)[0]
     return sp.ImmutableMatrix(4, 4, [4 * found[names[product]] for product in products])

@@ -81,7 +81,7 @@ def parts(axes, point, axis, degrees):
     ):
         axes.plot(*np.array([start, end]).T, color=colour, linestyle=style, linewidth=2)
         middle = name in ("along", "across")
-        axes.text(*((start + end) / 2 if middle else start + 1.08 * (end - start)), name, color=colour, ha="center")
+        axes.text(*((start + end) / 2 if middle else start + 1.2 * (end - start)), name, color=colour, ha="center")
 
 
 def coins(panels, turns, title):
