@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from mathpost import angles as euler
 from mathpost import machine
@@ -23,6 +24,16 @@ def test_turned_point():
     (stairs,) = [line for line in view.scenes[0].lines if line.name]
     assert view.places[0]["turned"][:3, :3] @ stairs.parts[0][-1] == pytest.approx([3, 4, 5])
     assert view.state["sliders"][1]["value"] == 54.7356
+
+
+def test_turns_are_about_the_axes_as_they_stand():
+    """Half way, the second of three turns is half made; SciPy says where the frame is."""
+    view = view_rotation.turns((3, 4, 5), (135, 54.7356, -90))
+    assert "β 27.3678°, γ 0.0000°; now it turns about the new X" in repr(view)
+    turned = Rotation.from_euler("ZX", [135, 27.3678], degrees=True).as_matrix()
+    assert view.places[0]["turned"][:3, :3] == pytest.approx(turned, abs=1e-12)
+    (axis,) = [line for line in view.scenes[0].lines if line.name]
+    assert np.cross(axis.parts[0][1], turned[:, 0]) == pytest.approx([0, 0, 0], abs=1e-9)
 
 
 @pytest.mark.parametrize(
