@@ -1,4 +1,4 @@
-"""The drawings of lessons 01 and 02: a turn in the plane, active and passive, a turn about any axis, coins."""
+"""The drawings of lessons 00 and 01: a turn in the plane, active and passive, a turn about any axis, coins."""
 
 import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -31,7 +31,7 @@ def active_and_passive(left, right, point, degrees):
     x, y = point
     moved = np.array([c * x - s * y, s * x + c * y])
     for axes, title in ((left, "active: the point turns"), (right, "passive: the frame turns")):
-        _plane(axes, title, start=-1.35)
+        _plane(axes, title, start=-0.6)
     here = np.degrees(np.arctan2(y, x))
     _arc(left, here, here + degrees, np.hypot(x, y))
     for end, name, style in ((point, "P", "none"), (moved, "P'", "full")):
@@ -72,7 +72,7 @@ def parts(axes, point, axis, degrees):
     plot.space(axes, 0.8, centre=along)
     axes.plot(*(along + np.cos(turn) * across + np.sin(turn) * side).T, color=MACHINE, linewidth=1)
     for start, end, colour, style, name in (
-        (-0.1 * axis, 1.9 * axis, AXIS, "--", "v"),
+        (-0.1 * axis, 1.5 * axis, AXIS, "--", "v"),
         (0 * axis, along, POINT, "-", "along"),
         (along, point, POINT, "-", "across"),
         (along, along + side, MACHINE, "-", "v × p"),
@@ -116,7 +116,7 @@ def _sides(degrees):
 
 def _plane(axes, title="", start=-1.2):
     """A frame X, Y with its unit circle."""
-    axes.set(aspect="equal", xlim=(start, 1.4), ylim=(start if title else -0.3, 1.4), title=title)
+    axes.set(aspect="equal", xlim=(start, 1.4), ylim=(-0.3, 1.4), title=title)
     axes.set_axis_off()
     axes.add_patch(_circle(1.0))
     for end, name in (((1.25, 0), "X"), ((0, 1.25), "Y")):

@@ -105,7 +105,7 @@ def given(name):
     Examples
     --------
     >>> given("01-slip")
-    (-4.490731, 4.949747, 2.309402)
+    ((20, 70, 50), (3.278276, -0.856658, 6.206371))
     """
     if _named(name).given is None:
         raise InputError("exercise", "one that hands something out", repr(name))
