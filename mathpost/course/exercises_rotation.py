@@ -16,8 +16,7 @@ from mathpost.plane.tilted_plane import Plane
 from mathpost.rotation import ACTIVE, wrap, zxz_right, zxz_steps
 
 POINT = (3, 4, 5)
-PRINTED = (135, 54.7356, -90)
-ACTIVE_POINT = (-4.490731, 4.949747, 2.309402)  # what the colleague of 01-slip shows; lesson 01 computes it
+SLIP = ((20, 70, 50), (3.278276, -0.856658, 6.206371))  # angles, and the point that the colleague of 01-slip shows
 AXES = Name({"x": ["x axis", "X轴"], "y": ["y axis", "Y轴"], "z": ["z axis", "Z轴"]})
 KINDS = Name({"active": ["active matrix", "主动", "主动矩阵"], "passive": ["passive matrix", "被动", "被动矩阵"]})
 TURNS = Name(
@@ -63,11 +62,12 @@ def point(angles=(30, 90, 0), degrees=True):
     return zxz_right(*angles, degrees=degrees) @ POINT
 
 
-@define("01-slip", KINDS, given=lambda: ACTIVE_POINT)
-@slip("Both kinds make the recipes agree; the passive kind gives another point. See the audit.", "passive")
+@define("01-slip", KINDS, given=lambda: SLIP)
+@slip("Both kinds make the recipes agree; the passive kind gives a different point. Try it.", "passive")
 def kind_of_matrix():
     """So look at the first elementary matrix: the minus before the sine is in the wrong place, in all six."""
-    return explain(PRINTED, POINT, ACTIVE_POINT).misreadings[0].kinds[0]
+    angles, shown = SLIP
+    return explain(angles, POINT, shown).misreadings[0].kinds[0]
 
 
 @define("01-still", AXES)

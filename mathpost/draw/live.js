@@ -10,6 +10,9 @@ const length = (a) => hypot(...a);
 const unit = (a) => a.map((x) => x / length(a));
 const angle = (a, b) => 2 * atan2(length(minus(a, b)), length(plus(a, 1, b)));
 const fixed = (x, digits) => { const s = x.toFixed(digits); return Number(s) === 0 ? s.replace("-", "") : s; };
+// Lines of text: {0:4} is a number with four decimals, {1?words} are words that stand there if a number is not 0.
+const written = (text, numbers) => text.map((line) => line.replace(/\{(\d+)(?::(\d+)|\?([^}]*))\}/g, (_, i, digits, words) =>
+    digits ? fixed(numbers[i], Number(digits)) : numbers[i] ? words : ""));
 const list = (values, digits) => [...values].map((x) => fixed(x, digits)).join(" ");
 const apply = (m, k, p) => [0, 4, 8].map((r) => m[k + r] * p[0] + m[k + r + 1] * p[1] + m[k + r + 2] * p[2] + m[k + r + 3]);
 const across = (a) => { const x = unit(cross(a, abs(a[0]) < 0.6 ? [1, 0, 0] : [0, 1, 0])); return [x, cross(unit(a), x)]; };
@@ -331,6 +334,7 @@ const KINDS = {
         const buttons = make("div", ui.side, { className: "buttons" });
         for (const [label, at] of state.places || []) button(buttons, label, () => { at.forEach((x, i) => { if (x !== null) controls.values[i] = x; }); update(); });
         button(buttons, "reset view", () => scenes.forEach((scene) => { scene.reset(); scene.draw(); }));
+        if (state.play !== undefined) ui.player(controls, state.play);
         function update() {
             const q = controls.values.map((x, i) => x * state.sliders[i].factor), numbers = m.numbers ? m.numbers(q) : [], points = m.points ? m.points(q) : [];
             controls.show();
@@ -341,7 +345,7 @@ const KINDS = {
                 }
                 scene.show(m.places(q));
             }
-            ui.say(state.text.map((text) => text.replace(/\{(\d+):(\d+)\}/g, (_, i, digits) => fixed(numbers[i], Number(digits)))));
+            ui.say(written(state.text, numbers));
         }
         return update;
     },
@@ -387,5 +391,5 @@ function start(root, state, machines) {
 }
 export {
     DEGREE, KINDS, Scene, across, angle, button, ceil, cos, fit, fixed, floor, later, length,
-    list, make, max, min, minus, outOfTravel, PI, pose, round, sin, singular, stage, words, start,
+    list, make, max, min, minus, outOfTravel, PI, pose, round, sin, singular, stage, words, written, start,
 };

@@ -239,34 +239,6 @@ def space(axes, radius, *, centre=(0.0, 0.0, 0.0), elevation=22.0, azimuth=-55.0
     axes.set_axis_off()
 
 
-class Wire:
-    """A line through points of a child frame, shape (n, 3), that moves with the frame; NaN rows break it."""
-
-    def __init__(self, axes, points, **style):
-        self.points = np.asarray(points, dtype=float)
-        (self.line,) = axes.plot(*self.points.T, **style)
-
-    def move(self, frame):
-        """Redraw at a `mathpost.frame.Frame`; return the points in its parent."""
-        moved = self.points @ frame.rotation.T + frame.origin
-        self.line.set_data_3d(*moved.T)
-        return moved
-
-
-class Triad:
-    """A frame's three axes with their labels, as artists that move."""
-
-    def __init__(self, axes, *, colour, length=1.0, labels="XYZ", **style):
-        self.wires = [Wire(axes, [np.zeros(3), length * e], color=colour, **style) for e in np.eye(3)]
-        self.texts = [axes.text(0, 0, 0, label, color=colour, ha="center", va="center") for label in labels]
-
-    def move(self, frame):
-        """Redraw at a `mathpost.frame.Frame`."""
-        for wire, text in zip(self.wires, self.texts, strict=True):
-            start, end = wire.move(frame)
-            text.set_position_3d(start + 1.15 * (end - start))
-
-
 # Spreadsheets
 
 
