@@ -17,7 +17,7 @@ def slider(name, low, high, value, *, step=1.0, unit="°", **more):
     return {"name": name, "low": low, "high": high, "value": value, "step": step, "unit": unit} | more
 
 
-def formula(scene, symbols, sliders, places, text, *, numbers=(), points=(), buttons=(), **options):
+def formula(scene, symbols, sliders, places, text, *, numbers=(), points=(), buttons=(), beside=(), **options):
     """Make a view of a scene that moves by printed expressions.
 
     Parameters
@@ -37,6 +37,8 @@ def formula(scene, symbols, sliders, places, text, *, numbers=(), points=(), but
         In the coordinates of the body of the line that runs through them.
     buttons : sequence of (str, list)
         Label of a button and the values that it sets, None where a slider stays.
+    beside : sequence of Scene
+        More pictures of the same bodies.
     **options
         Of `Live`.
 
@@ -61,9 +63,11 @@ def formula(scene, symbols, sliders, places, text, *, numbers=(), points=(), but
     start = [each["value"] * factor for each, factor in zip(sliders, factors, strict=True)]
     at = {name: numeric(sp.ImmutableMatrix(m), symbols)(*start) for name, m in zip(places, placed, strict=True)}
     ends = numeric(tuple(functions["points"]), symbols)(*start).reshape(-1, 3) if points else np.zeros((0, 3))
-    for line in scene.lines:
-        if line.name:
-            line.parts = [ends[slice(*line.span)]]
+    scenes = [scene, *beside]
+    for line in (line for each in scenes for line in each.lines if line.name):
+        line.parts = [ends[slice(*line.span)]]
     values = numeric(tuple(numbers), symbols)(*start) if numbers else ()
     said = [NUMBER.sub(lambda m: f"{values[int(m[1])]:z.{m[2]}f}", line) for line in text]
-    return Live(state, [code], tuple(functions), [scene], [{"bed": np.eye(4)} | at], "; ".join(said), **options)
+    return Live(
+        state, [code], tuple(functions), scenes, [{"bed": np.eye(4)} | at] * len(scenes), "; ".join(said), **options
+    )

@@ -349,7 +349,7 @@ const KINDS = {
 
 function start(root, state, machines) {
     root.className = `live ${state.layout}`;
-    const panes = make("div", root, { className: "panes" }), side = make("div", root, { className: "side" });
+    const panes = make("div", root, { className: state.scenes.length > 3 ? "panes many" : "panes" }), side = make("div", root, { className: "side" });
     const holder = make("div", side), said = make("output", make("div", root, { className: "said" }));
     let plots;
     const ui = {
