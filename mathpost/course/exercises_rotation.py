@@ -217,6 +217,15 @@ def links():
     return {one.name for one, other in pairs if one.matrix != other.matrix}
 
 
+@define("04-same", Angle(decimals=1), hint="Write down both tool axes, and compare the first two components.")
+@slip("The head over the table tilts about Y, not about X: the same C turns the tool elsewhere.", lambda: 20)
+@slip("Right size of the step, wrong way: there the tool leans to the opposite side.", lambda: same_axis() + 180)
+def same_axis(a=35, c=20):
+    """sin B cos C' = sin A sin C and sin B sin C' = -sin A cos C: with B = A it is C' = C - 90."""
+    _tip, axis = load("ac_table").forward([0, 0, 0, a, c], degrees=True)
+    return load("head_b_table_c").inverse([0, 0, 0], axis, degrees=True)[0, 3]
+
+
 @define(
     "04-lean",
     Angle(decimals=2),

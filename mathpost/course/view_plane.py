@@ -34,7 +34,7 @@ def cut_corner(frame, final, *, side=60.0, cut=45.0):
     turned = angles.matrix("ZXZ", symbols)
     placed = sp.Matrix.vstack(sp.Matrix.hstack(turned, sp.Matrix(frame.origin)), sp.Matrix([[0, 0, 0, 1]]))
     arm, square = 0.55 * side, 0.3 * side * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 0]])
-    extent = np.concatenate([corners, frame.origin + arm * frame.rotation.T, [[0, 0, arm]]])
+    extent = np.concatenate([corners, frame.origin + arm * frame.rotation.T, [[0, 0, 1.3 * arm]]])
     drawn = Scene(["feature"], [solid], extent=1.08 * extent)
     drawn.triad("bed", "XYZ", length=arm, colour=_WORKPIECE)
     drawn.triad("feature", "xyz", length=0.75 * arm, colour=_TOOL, width=3)
@@ -43,7 +43,7 @@ def cut_corner(frame, final, *, side=60.0, cut=45.0):
     off = sp.acos(sp.Min(1, turned[:, 0].dot(sp.Matrix(frame.x)))) * 180 / sp.pi
     after = [[angle if n < step else 0.0 for n, angle in enumerate(final)] for step in range(4)]
     return formula(
-        drawn.frame(-12, 24),
+        drawn.frame(75, 24),
         symbols,
         [slider(name, -180, 180, value) for name, value in zip("IJK", final, strict=True)],
         {"feature": placed},
@@ -76,13 +76,13 @@ def gallery(kinematics, *, outer=40.0, inner=30.0):
             np.radians(outer if symbol == derived.outer else inner) for symbol in chain.joint_symbols(model)[3:]
         ]
         at = kin.close(kin.forward(made.home)[0], rotary)
-        title = f"{model.arrangement}: outer {derived.outer}, inner {derived.inner}"
+        title = f"{number + 1} · {model.arrangement}: outer {derived.outer}, inner {derived.inner}"
         picture, _ = scene.best_camera(kin, scene.machine(kin, title=title)[0], at, aspect=1.0)
         for part in (*picture.solids, *picture.lines, *picture.labels):
             part.body = part.body if part.body == "bed" else f"{number} {part.body}"
         drawn.append(picture)
         first = len(numbers)
-        text.append(f"{model.name}: n = ({{{first}:4}}, {{{first + 1}:4}}, {{{first + 2}:4}})")
+        text.append(f"{number + 1} {model.name}: n = ({{{first}:4}}, {{{first + 1}:4}}, {{{first + 2}:4}})")
         numbers += kin.forward_symbolic()[:3, 2].subs(turns)
     pictures = [replace(picture, bodies=list(places)) for picture in drawn]
     return formula(
@@ -90,10 +90,10 @@ def gallery(kinematics, *, outer=40.0, inner=30.0):
         symbols,
         [slider("outer", -180, 180, outer), slider("inner", -90, 90, inner)],
         places,
-        text,
+        ["; ".join(text[n : n + 2]) for n in range(0, len(text), 2)],
         numbers=numbers,
         buttons=[("0, 0", [0, 0]), ("outer 90°", [90, None]), ("inner 90°", [None, 90])],
         beside=pictures[1:],
         layout="column",
-        height=330 + 300 * ((len(pictures) - 1) // 3),
+        height=390 + 240 * ((len(pictures) - 1) // 3),
     )
