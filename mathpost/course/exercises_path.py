@@ -17,7 +17,7 @@ from mathpost.rotation import wrap
 
 ROWS = (40, 50, 60, 70, 80)
 SWING = 90.0  # degrees from one record to the next: more is a swing
-BLOCK = 13  # the block of 07-block that is spoilt
+SPOILT = 12  # the move of 07-block that is spoilt, counted from 0
 
 
 def with_travel(kin, low, high):
@@ -189,10 +189,14 @@ def pivot():
 def spoilt_program():
     """The blade's program, B from -25°, with two decimals of one C word exchanged: enough to miss the part."""
     lines = run(blade(), with_travel(load("dmu50v"), -25, 180).machine).program.splitlines()
-    line = next(number for number, text in enumerate(lines) if text.startswith(f"{BLOCK} "))
+    line = lines.index(_moves(lines)[SPOILT])
     head, word = lines[line].rsplit("C", 1)
     lines[line] = f"{head}C{word[:6]}{word[7]}{word[6]}{word[8:]}"
     return "\n".join(lines) + "\n"
+
+
+def _moves(lines):
+    return [line for line in lines if " L " in line]
 
 
 @define(
@@ -211,7 +215,8 @@ def block():
     kin = with_travel(load("dmu50v"), -25, 180)
     tips, _ = kin.forward(program.read(spoilt_program(), kin.machine).joints)
     middle = np.median(tips, axis=0)  # the blade's five tips are all within 0.01 mm
-    return int(np.linalg.norm(tips - middle, axis=1).argmax()) + 1
+    move = _moves(spoilt_program().splitlines())[np.linalg.norm(tips - middle, axis=1).argmax()]
+    return int(move.split()[0])
 
 
 def not_lowest(low):

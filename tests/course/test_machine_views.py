@@ -2,6 +2,7 @@
 
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -42,6 +43,27 @@ def test_bodies_stand_where_the_chain_has_tool_and_workpiece(kin):
         assert placed[kin.machine.linear[1].name][:2, 3] - places(0 * joints)["Y"][:2, 3] == pytest.approx(
             joints[:2]
         )
+
+
+@pytest.mark.parametrize("under", ["", "X", "YX", "ZY", "XYZ"])
+def test_slides_that_carry_the_workpiece_move_it_the_other_way(kin, under):
+    """The tool goes through the workpiece as before; each slide moves what stands on it, and nothing else."""
+    linear = tuple(
+        replace(slide, carries="workpiece" if slide.name in under else "tool") for slide in kin.machine.linear
+    )
+    order = (*under, *(name for name in "ZXY" if name not in under))
+    shown = replace(kin.machine, linear=linear, slide_order=order)
+    places, before = placing(shown), placing(kin.machine)
+    for joints in random_joints(kin, 5, seed=3):
+        here, there = places(joints), before(joints)
+        seen, expected = (np.linalg.inv(each["workpiece"]) @ each["tool"] for each in (here, there))
+        assert seen == pytest.approx(expected, abs=1e-9)
+        for number, name in enumerate("XYZ"):
+            step = np.eye(5)[number] * 7
+            moved = [body for body, place in places(joints + step).items() if not np.allclose(place, here[body])]
+            way = [*order[: len(under)], "workpiece"] if name in under else [*order[len(under) :], "tool"]
+            assert set(moved) & {*"XYZ", "workpiece", "tool", "bed"} == {*way[way.index(name) :]}
+    assert len(arrange(Kinematics(shown)).solids) >= len(arrange(kin).solids)
 
 
 def test_a_carried_body_turns_about_its_own_axis(kin):
