@@ -164,12 +164,17 @@ def mode_39():
 # 03b The tool on the tilted plane
 
 
-@define("03b-rho", Angle(decimals=1), hint="Which K would leave ρ = 0 on this machine?")
-@slip("Right size, wrong sense: ρ counts from the spindle's X to the feature's X.", lambda: -rho())
+@define(
+    "03b-rho",
+    Angle(decimals=1),
+    drawn=lambda rng: {"i": rng.randrange(10, 80, 5), "j": rng.randrange(20, 60, 5), "k": rng.randrange(5, 60, 5)},
+    hint="Which K would leave ρ = 0 on this machine?",
+)
+@slip("Right size, wrong sense: ρ counts from the spindle's X to the feature's X.", lambda k: -90 - k)
 @slip("That is ρ on an A-C table, whose third angle is 0.", name="ac_table")
-def rho(name="bc_table"):
-    """The third angle of a B-C table is -90, and each degree of K beyond it is one degree of ρ: 10 + 90."""
-    return align(Plane("G68.2", [20, 35, 10]).frame, load(name).machine).solutions[0].rho
+def rho(i=20, j=35, k=10, name="bc_table"):
+    """The third angle of a B-C table is -90, and each degree of K beyond it is one degree of ρ: K + 90."""
+    return align(Plane("G68.2", [i, j, k]).frame, load(name).machine).solutions[0].rho
 
 
 @define("03b-third", Angle(decimals=2), hint="What does ρ say of the position that is within the travel?")
@@ -217,9 +222,14 @@ def links():
     return {one.name for one, other in pairs if one.matrix != other.matrix}
 
 
-@define("04-same", Angle(decimals=1), hint="Write down both tool axes, and compare the first two components.")
-@slip("The head over the table tilts about Y, not about X: the same C turns the tool elsewhere.", lambda: 20)
-@slip("Right size of the step, wrong way: there the tool leans to the opposite side.", lambda: same_axis() + 180)
+@define(
+    "04-same",
+    Angle(decimals=1),
+    drawn=lambda rng: {"a": rng.randrange(20, 65, 5), "c": rng.randrange(10, 80, 5)},
+    hint="Write down both tool axes, and compare the first two components.",
+)
+@slip("The head over the table tilts about Y, not about X: the same C turns the tool elsewhere.", lambda c: c)
+@slip("Right size of the step, wrong way: there the tool leans to the opposite side.", lambda c: c + 90)
 def same_axis(a=35, c=20):
     """sin B cos C' = sin A sin C and sin B sin C' = -sin A cos C: with B = A it is C' = C - 90."""
     _tip, axis = load("ac_table").forward([0, 0, 0, a, c], degrees=True)
@@ -247,11 +257,16 @@ def lean(inverse=np.arcsin):
     return -np.degrees(inverse(40 / pivot_to_tip))
 
 
-@define("04-sign", Number(), hint="Turn the table with your hand: where does the tool point, seen from the part?")
+@define(
+    "04-sign",
+    Number(),
+    drawn=lambda rng: {"a": rng.choice([20, 25, 35, 40, 50, 55])},
+    hint="Turn the table with your hand: where does the tool point, seen from the part?",
+)
 @slip(
     "Right size, wrong sign: this table turns as a head does. By ISO 841 the *tool* turns right-handed "
     "about X, seen from the part.",
-    a=-30,
+    lambda a: table_sign(-a),
 )
 @slip("That is the component along Z, the cosine.", component=2)
 def table_sign(a=30, component=1):
