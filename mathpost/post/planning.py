@@ -9,16 +9,18 @@ from mathpost.compensate.compensation import Compensated, PoseError
 from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.post import program, travel
-from mathpost.post.between_blocks import levers
+from mathpost.post.between_blocks import AXIS_RESOLUTION, RESOLUTION, levers
 from mathpost.post.cl import OPPOSITE, CLData
 from mathpost.post.controls import Blocks
-from mathpost.post.motion import Motion, block_times, linearize
+from mathpost.post.motion import Motion, block_times, follow, linearize
 from mathpost.post.proof import measured, prove
 from mathpost.post.selection import Selection
 from mathpost.post.singular import regions
 from mathpost.post.ways import Crossing
 from mathpost.rotation import slices
 
+# Radians; how far the printed digits of both rotary axes may turn the tool axis, and what samples miss.
+AXIS_DIGITS = np.radians(10.0**-program.DECIMALS) + AXIS_RESOLUTION
 TRAVEL_TOLERANCE = 0.01  # mm; between the blocks travel is looked at to this, whatever the tolerance of the tip
 
 
@@ -67,9 +69,9 @@ class Plan:
         motion, blocks, _ = _blocks(self.kin, self.cl, self.ideal, self.blocks.tcp)
         return self._counted(measured(self.kin, self.cl, blocks, motion, real=real))
 
-    def proved(self, blocks, tolerance, real):
+    def proved(self, blocks, tolerance, axis_tolerance, real):
         """Return the `Proof` of the blocks that were read back, or refuse them."""
-        return self._counted(prove(self.kin, self.cl, blocks, self.motion, tolerance, real=real))
+        return self._counted(prove(self.kin, self.cl, blocks, self.motion, tolerance, axis_tolerance, real=real))
 
     def _counted(self, proof):
         return replace(proof, worst_record=self.first + proof.worst_record)
@@ -81,7 +83,9 @@ class Plan:
             yield (self.first + first, self.first + last), through
 
 
-def plan(cl, first, machine, choose, real, tcp, tolerance, singular, cone, lean, clearance, progress):
+def plan(
+    cl, first, machine, choose, real, tcp, tolerance, axis_tolerance, singular, cone, lean, clearance, progress
+):
     """Return the `Plan` of CL data with one tool.
 
     Parameters
@@ -94,7 +98,7 @@ def plan(cl, first, machine, choose, real, tcp, tolerance, singular, cone, lean,
     choose : callable
         `mathpost.post.selection.choose` with its options.
     real : Compensator or None
-    tcp, tolerance, singular, cone, lean, clearance, progress
+    tcp, tolerance, axis_tolerance, singular, cone, lean, clearance, progress
         As in `mathpost.post.run`.
     """
     turned = np.flatnonzero(np.linalg.norm(cl.axes[1:] + cl.axes[:-1], axis=1) < OPPOSITE)
@@ -107,12 +111,17 @@ def plan(cl, first, machine, choose, real, tcp, tolerance, singular, cone, lean,
     chosen = choose(kin, cl)
     found = regions(kin, cl, chosen.joints, cone=cone)
     progress("planning")
-    crossing = partial(Crossing, kin, cl, chosen.joints, tolerance=tolerance / 2)
+    room = axis_tolerance - AXIS_DIGITS
+    crossing = partial(Crossing, kin, cl, chosen.joints, tolerance=tolerance / 2, axis_tolerance=room)
     options = {"lean": lean, "clearance": clearance}
     passed = _unbroken(found, chosen.breaks) if singular != "direct" else ()
     ways = [crossing(region).possible(singular, **options) for region in passed]
     ways += [crossing((record - 1, record)).possible("retract", **options) for record in chosen.breaks]
     motion = _through_the_records(chosen.joints, ways)
+    taken = np.zeros(len(cl), bool)  # by a way that goes as it does
+    for way in ways:
+        taken[int(way.place[0]) : int(way.place[-1])] = True
+    motion = follow(kin, cl, motion, room, free=taken[np.floor(motion.place[:-1]).astype(int)])
     divided = _divided(kin, cl, motion, tolerance, tcp)
     between = divided if tolerance <= TRAVEL_TOLERANCE else _linearized(kin, cl, motion, TRAVEL_TOLERANCE)
     _refuse_out_of_travel(machine, cl, between)
@@ -149,13 +158,13 @@ def _through_the_records(joints, ways):
 
 
 def _divided(kin, cl, motion, tolerance, tcp):
-    """The motion with its moves divided until the tip keeps the tolerance, the printed digits included.
+    """The motion with its moves divided until the tip keeps the tolerance, digits and what samples miss included.
 
     With TCP the digits of the angles do not move the tip.
     """
     tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
     lever = (levers(kin.machine) + np.linalg.norm(tip, axis=1)) * (not tcp)
-    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever)  # by the digits alone
+    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever) + RESOLUTION
     if (worst := moved.max()) > tolerance / 2:
         expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
         raise InputError("tolerance", expected, f"{tolerance}")
