@@ -18,6 +18,8 @@ COLOUR = {
     "machine": "#7f7f7f",
     "workpiece": "#0072b2",
     "tool": "#d55e00",
+    "outer": "#56b4e9",
+    "inner": "#e69f00",
     "first branch": "#009e73",
     "second branch": "#cc79a7",
     "published": "#000000",
@@ -26,7 +28,15 @@ COLOUR = {
     "paper": "#000000",
     "forbidden": "#f0e442",
 }
-STYLE = {"first branch": "-", "second branch": "--", "published": ":", "shortest": "-.", "paper": ":"}
+STYLE = {
+    "outer": "-",
+    "inner": "--",
+    "first branch": "-",
+    "second branch": "--",
+    "published": ":",
+    "shortest": "-.",
+    "paper": ":",
+}
 
 
 def figure(rows=1, columns=1, *, size=(7.0, 4.2), three_d=False):
