@@ -1,30 +1,20 @@
-"""The exercises of lessons 05 to 07: inverse and selection, the singular region, the blade."""
+"""The exercises of lessons 06 and 07: the singular region, the blade."""
 
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
-from mathpost.course.answers import Angle, Joints, Name, Number, Vector
-from mathpost.course.lesson_data import blade, data, load
+from mathpost.course.answers import Name, Number, Vector
+from mathpost.course.lesson_data import blade, load, with_travel
 from mathpost.course.verdict import define, slip
-from mathpost.detective.rotary_axes import explain_joints
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl as cldata
 from mathpost.post import program, run, selection, singular
 from mathpost.post.motion import equation_8, linearize
-from mathpost.rotation import wrap
 
 ROWS = (40, 50, 60, 70, 80)
 SWING = 90.0  # degrees from one record to the next: more is a swing
 BLOCK = 13  # the block of 07-block that is spoilt
-
-
-def with_travel(kin, low, high):
-    """The kinematics of the same machine with other limits, in degrees, of its first rotary axis."""
-    first, second = kin.machine.rotary
-    limited = replace(first, limits=(np.radians(low), np.radians(high)))
-    return Kinematics(replace(kin.machine, rotary=(limited, second)))
 
 
 def rotary_angles(kin, strategy="optimal"):
@@ -35,81 +25,6 @@ def rotary_angles(kin, strategy="optimal"):
 def largest_swing(kin):
     """How far C turns at most from one record of the blade to the next, degrees."""
     return np.abs(np.diff(rotary_angles(kin)[:, 1])).max()
-
-
-# 05 The inverse, and which solution to take
-
-
-def two_positions(axis):
-    """Say why this tool axis is none at which the branches of the DMU 50V are one position."""
-    first, second = load("dmu50v").inverse([0, 0, 0], axis, degrees=True)[:, 3]
-    if np.isnan(first):
-        return "This tool axis is out of reach: it points below the horizontal."
-    if axis[2] > 0.999 * np.linalg.norm(axis):
-        return "That is straight up. There is another place."
-    if abs(wrap(first - second)) > 0.01:
-        return f"There B is {first:.3f} on one branch and {second:.3f} on the other: two positions. Tilt further."
-    return ""
-
-
-@define("05-meet", Vector(names="i j k", decimals=None), complaint=two_positions)
-def meet():
-    """B = 180° and B = -180° are one place of the table. It lays the tool flat, in any direction that C likes."""
-    return load("dmu50v").forward([0, 0, 0, 180, 0], degrees=True)[1]
-
-
-@define(
-    "05-angles",
-    Joints(kinematics=lambda: load("dmu50v"), unit="degrees"),
-    detective=lambda angles: explain_joints(load("dmu50v"), blade().axes[3].round(6), np.round(angles, 3)),
-    hint="Send your angles through the forward kinematics: do they make the tool axis of record 4?",
-)
-@slip(
-    "That stands in table 2 of the paper. Send it through the forward kinematics and compare the tool axis.",
-    lambda: np.loadtxt(data("tables/yu_dan_table_2.csv"), delimiter=",", skiprows=2)[3, 4:],
-)
-@slip("That is record 3: the first record is number 1.", record=3)
-@slip("That is record 5: Python counts from 0.", record=5)
-def record_4(record=4):
-    """Either branch is right, and C may stand whole turns away: what counts is the tool axis that they make."""
-    tip, axis = blade().points[record - 1], blade().axes[record - 1]
-    return load("dmu50v").inverse(tip, axis, degrees=True)[0, 3:]
-
-
-@define("05-count", Number(decimals=0), hint="How many branches, and how many windings of each?")
-@slip("Two branches, yes; but C may also stand a whole turn away from either.", 2)
-@slip("Some of these are outside the travel of C, -360° to 360°.", travel=False)
-def count(travel=True):
-    """Two branches, and for each of them C and C less (or more) one whole turn."""
-    found = selection.candidates(load("ac_head"), blade().points, blade().axes)
-    return int(found.inside[0].sum()) if travel else found.joints.shape[1]
-
-
-@define("05-jump", Angle(decimals=2), hint="Follow B of both branches through records 1, 2 and 3.")
-@slip("That is the paper's choice, the smaller step of B; C pays for it with half a turn.", strategy="paper")
-@slip("That is record 2.", record=2)
-def jump(record=3, strategy="optimal"):
-    """Through zero and on: the other branch continues where this one would turn back."""
-    return rotary_angles(with_travel(load("dmu50v"), -25, 180), strategy)[record - 1, 0]
-
-
-def no_trap(tilts):
-    """Say why the shortest next move is no trap for three tool axes (sin t, 0, cos t)."""
-    tilts = np.radians(tilts)
-    axes = np.stack([np.sin(tilts), 0 * tilts, np.cos(tilts)], axis=1)
-    path = cldata.from_arrays(np.tile(blade().points[0], (3, 1)), axes)
-    kin = with_travel(load("dmu50v"), -25, 180)
-    # With any sway allowed, a swing costs time and breaks nothing.
-    best, greedy = (selection.choose(kin, path, way, sway=np.inf).cost for way in ("optimal", "shortest"))
-    if greedy > best + 0.1:
-        return ""
-    return f"Both cost {best:.2f} s here. What if the good way in turns out to be a dead end at the third?"
-
-
-@define("05-trap", Vector(names="t1 t2 t3", decimals=None, unit="degrees"), complaint=no_trap)
-def trap():
-    """Beyond 25° on that side B cannot go below zero, so the branch that was nearest at first has to be left."""
-    return (10, -5, -40)
 
 
 # 06 The singular region

@@ -1,8 +1,11 @@
 """What the exercises and views of the lessons load: data of the course, from any folder below it, once."""
 
 import os
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
+
+import numpy as np
 
 from mathpost import machine
 from mathpost.errors import data_file
@@ -28,3 +31,10 @@ def load(name):
 def blade():
     """Table 1 of source 002."""
     return cl.read(data("cl/blade.cl"))
+
+
+def with_travel(kin, low, high):
+    """The kinematics of the same machine with other limits, in degrees, of its first rotary axis."""
+    first, second = kin.machine.rotary
+    limited = replace(first, limits=(np.radians(low), np.radians(high)))
+    return Kinematics(replace(kin.machine, rotary=(limited, second)))

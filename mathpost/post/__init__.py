@@ -1,7 +1,8 @@
 """From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
 Read `run` first, then `cl` (with `cl_words` and `arcs`), `planning`, `selection` (beside it `bellman`, `travel` and
-`yu_dan`), `singular` (and `ways` through it), `between_blocks`, `program` (with `controls` and `text`), `proof`.
+`yu_dan`), `singular` (and `ways` through it), `between_blocks`, `time_law`, `program` (with `controls` and `text`),
+`proof`.
 """
 
 from collections import Counter
@@ -14,6 +15,7 @@ import numpy as np
 from mathpost.compensate.compensation import Compensator
 from mathpost.errors import InputError, MathpostError
 from mathpost.post import controls, program, selection
+from mathpost.post.bellman import UNITS
 from mathpost.post.between_blocks import deviation
 from mathpost.post.planning import AXIS_DIGITS, plan
 from mathpost.post.proof import Report, worst_of
@@ -185,7 +187,9 @@ def run(
         | {"tolerance": f"{tolerance:g} mm, tool axis {np.degrees(axis_tolerance):g}°"}
         | {"program": f"{len(blocks.words)} moves, TCP {'on' if tcp else 'off'}"}
         | dict(_said(cl)),
-        time=sum(each.seconds for each in plans),
+        time=sum(each.law.seconds[-1] for each in plans),
+        peaks=_peaks(machine, plans),
+        slowest=max((each.slowest for each in plans if each.slowest), key=lambda at: at[2] - at[1], default=None),
         warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
         uncompensated=before,
         strategies=strategies,
@@ -210,6 +214,15 @@ def _settings(cl, machine, plans):
     yield "branches", f"first {first_branch}, second {len(cl) - first_branch}"
     yield "splits", ", ".join(f"before record {record + 1}" for record in breaks) or "none"
     yield "singular", f"records {_ranges(found)}: {plans[0].singular}" if found else "no region"
+
+
+def _peaks(machine, plans):
+    """`Report.peaks`."""
+    speeds, accelerations = (
+        np.max([getattr(each.law, name) for each in plans], axis=0) * UNITS
+        for name in ("peak_speeds", "peak_accelerations")
+    )
+    return {joint: pair for joint, *pair in zip(machine.joint_names, speeds, accelerations, strict=True)}
 
 
 def _said(cl):

@@ -148,21 +148,21 @@ def cost(steps, price, slowest):
 
 
 @cache
-def compiled():
-    """`best_way` as machine code, kept for all sessions if there is a folder for it; as it stands without Numba."""
+def compiled(loop, *helpers):
+    """A loop as machine code, kept for all sessions if there is a folder for it; as it stands without Numba."""
     try:
         from numba import njit
         from numba.extending import register_jitable
     except ImportError:
-        return best_way
-    for function in (within_travel, nearest, cost):
+        return loop
+    for function in helpers:
         register_jitable(function)
     try:
-        return njit(cache=True)(best_way)
+        return njit(cache=True)(loop)
     except RuntimeError:  # neither here nor in the home folder
-        return njit()(best_way)
+        return njit()(loop)
 
 
 def loop(moves):
     """`best_way` as it suits so many moves."""
-    return compiled() if moves > LONG else best_way
+    return compiled(best_way, within_travel, nearest, cost) if moves > LONG else best_way

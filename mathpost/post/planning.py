@@ -12,10 +12,11 @@ from mathpost.post import program, travel
 from mathpost.post.between_blocks import AXIS_RESOLUTION, RESOLUTION, levers
 from mathpost.post.cl import OPPOSITE, CLData
 from mathpost.post.controls import Blocks
-from mathpost.post.motion import Motion, block_times, follow, linearize
+from mathpost.post.motion import Motion, block_times, feed_times, follow, linearize
 from mathpost.post.proof import measured, prove
 from mathpost.post.selection import Selection
 from mathpost.post.singular import regions
+from mathpost.post.time_law import TimeLaw, slow_down, time_law
 from mathpost.post.ways import Crossing
 from mathpost.rotation import slices
 
@@ -46,8 +47,10 @@ class Plan:
         Where the machine goes, and where it would go if nothing had been measured on it.
     blocks : Blocks
         To be written.
-    seconds : float
-        That the moves take.
+    law : TimeLaw
+        Of the moves.
+    slowest : (int, float, float) or None
+        Where the tip loses most time, from `mathpost.post.time_law.slow_down`.
     cautions : tuple of str
     """
 
@@ -61,12 +64,13 @@ class Plan:
     motion: Motion
     ideal: Motion
     blocks: Blocks
-    seconds: float
+    law: TimeLaw
+    slowest: tuple | None
     cautions: tuple
 
     def uncompensated(self, real):
         """Return as `Proof` what the real machine would do if nothing had been measured."""
-        motion, blocks, _ = _blocks(self.kin, self.cl, self.ideal, self.blocks.tcp)
+        motion, blocks, *_ = _blocks(self.kin, self.cl, self.ideal, self.blocks.tcp)
         return self._counted(measured(self.kin, self.cl, blocks, motion, real=real))
 
     def proved(self, blocks, tolerance, axis_tolerance, real):
@@ -130,9 +134,12 @@ def plan(
     if real is not None:
         motion, cautions = _compensated(real, motion)
         _refuse_out_of_travel(machine, cl, motion)
-    motion, blocks, seconds = _blocks(kin, cl, motion, tcp)
+    motion, blocks, asked, by_feed = _blocks(kin, cl, motion, tcp)
     _refuse_turning_compensation(cl, machine, blocks)
-    return Plan(kin, cl, first, chosen, found, singular, crossing, motion, ideal, blocks, seconds, cautions)
+    law, moving = time_law(machine, motion.joints, asked), asked > 0
+    record = np.ceil(motion.place[1:]).astype(int)
+    slowest = slow_down(first + record[moving], np.diff(law.seconds), by_feed[moving])
+    return Plan(kin, cl, first, chosen, found, singular, crossing, motion, ideal, blocks, law, slowest, cautions)
 
 
 def _unbroken(regions, breaks):
@@ -198,9 +205,10 @@ def _compensated(real, motion):
 
 
 def _blocks(kin, cl, motion, tcp):
-    """What a program says of a motion: `program.Blocks`, the poses they end at, and the time they take in s.
+    """What a program says of a motion: the poses, the `program.Blocks` that end at them, and seconds of the moves.
 
-    A pose that repeats all words of the one before is left out.
+    The seconds are those that feed and rates ask for, and those of the feed alone, NaN where it does not count. A
+    pose that repeats all words of the one before is left out.
     """
     joints = motion.joints
     words = np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1) if tcp else joints
@@ -217,7 +225,8 @@ def _blocks(kin, cl, motion, tcp):
     before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
     remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
     planned = program.Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)
-    return motion, planned, float(seconds[1:].sum())
+    fed = np.where(motion.in_cut & ~rapid[1:], feed_times(tip, feeds[1:]), np.nan)
+    return motion, planned, seconds[1:], fed
 
 
 def _refuse_turning_compensation(cl, machine, blocks):

@@ -198,7 +198,12 @@ class Report(Proof):
     settings : dict
         What the program was made with, as text.
     time : float
-        Seconds; 0 if neither feed nor rates are known.
+        Seconds, by `mathpost.post.time_law`; 0 if neither feed nor rates are known.
+    peaks : dict
+        Of each axis its greatest speed and acceleration, mm or degrees per s and s²; NaN an acceleration without a
+        limit.
+    slowest : (int, float, float) or None
+        The record (from 0) before which the tip loses most time; seconds that the feed asks, and that it takes.
     warnings : tuple of str
     uncompensated : Proof or None
         What the calibrated machine would do with the program, had it not been compensated for.
@@ -210,15 +215,31 @@ class Report(Proof):
 
     settings: dict
     time: float
+    peaks: dict
+    slowest: tuple | None
     warnings: tuple
     uncompensated: Proof | None
     strategies: tuple
     ways: dict
 
+    def _peaks(self):
+        """Greatest speed and acceleration of each axis that moves, as text."""
+        for name, (speed, acceleration) in self.peaks.items():
+            unit = "mm" if name in "XYZ" else "°"
+            if speed > 0:
+                pulled = "" if np.isnan(acceleration) else f" {acceleration:.0f} {unit}/s²"
+                yield f"{name} {speed:.1f} {unit}/s{pulled}"
+
     def __str__(self):
         lines = [f"{key:<12} {value}" for key, value in self.settings.items()]
         if self.time > 0:
             lines.append(f"{'time':<12} {self.time:.2f} s")
+            lines += [f"{'peaks':<12} {', '.join(self._peaks())}"]
+        if self.slowest:
+            record, asked, taken = self.slowest
+            lines.append(
+                f"{'slow-down':<12} before record {record + 1}: {taken:.3f} s, the feed asks {asked:.3f} s"
+            )
         lines += [
             f"{'tip error':<12} {self.tip_error:.4f} mm at the records, "
             f"{self.path_tip_error:.4f} mm along the path (most before record {self.worst_record})",

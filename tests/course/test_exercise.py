@@ -40,7 +40,11 @@ BY_HAND = {
     "03-plane": Rotation.from_euler("y", 30, degrees=True),
     "04-sign": -0.5,
     "05-meet": [1, 0, 0],
-    "05-count": 4,
+    "05-reach": 100,
+    "05b-case": [2, 3, 3, 3, 2],
+    "05b-turns": [150, -190, -175, -155],
+    "05b-count": 5,
+    "05b-best": 5,
     "08-words": "A, B",
     "09-vertical": [0, 0, 0],
     "11-factor": 2.92,
@@ -55,7 +59,7 @@ JUDGED = [  # exercises with many solutions: an answer, and what is said of it
     ("05-meet", (1, 0, 1), "two positions"),
     ("05-meet", (0, 0, -1), "out of reach"),
     ("05-meet", (0, -5, 0), RIGHT),
-    ("05-trap", (10, 5, 3), "Both cost"),
+    ("05b-trap", (10, 5, 3), "Both cost"),
     ("06-limits", (-10, 120), "no swing"),
     ("06-limits", (0, 5), "cannot be used: data/cl/blade.cl, line 2, record 1: no solution inside travel"),
     ("06-limits", (5, 0), "lower and the upper"),
@@ -308,7 +312,7 @@ def test_the_detective_names_a_mix_up_that_no_list_foresees():
     assert "β" in exercise.judge("01-point", [4.598076, -5.0, 1.964102]).why
     b, c = EXERCISES["05-angles"].solution
     assert "sign of C" in exercise.judge("05-angles", [b, -c]).why
-    assert "off by +90" in exercise.judge("05-angles", [b, c + 90]).why
+    assert "off by -90" in exercise.judge("05-angles", [b, c - 90]).why
     assert "as far as its digits go" in exercise.judge("05-angles", [round(b, 2), round(c, 2)]).why
 
 

@@ -367,7 +367,7 @@ class TestPaper:
         np.testing.assert_allclose(np.degrees(chosen.joints[:, 3]), expected, atol=1e-9)
 
     def test_case_1(self):
-        with pytest.raises(ReachError, match=r"record 2: \|B\| 41.000° is outside travel, case \(1\)"):
+        with pytest.raises(ReachError, match=r"record 2: B: case \(1\): \|θ\| = 41.000° is outside travel"):
             selection.choose(limited("dmu50v", inner=(-5, 40)), self.tilts([11, 41]), "paper")
 
     def test_case_2_with_the_wrong_preference_leaves_travel(self):
@@ -584,7 +584,7 @@ def assert_same(found, expected):
 @pytest.mark.parametrize("name", MACHINES)
 def test_the_compiled_loop_chooses_as_the_loop_as_it_stands(name, strategy, monkeypatch):
     numba = pytest.importorskip("numba")
-    assert isinstance(bellman.compiled(), numba.core.dispatcher.Dispatcher)
+    assert isinstance(bellman.loop(10**9), numba.core.dispatcher.Dispatcher)
     kin, rng = MACHINES[name], np.random.default_rng(11)
     for _ in range(40):
         cl, chosen_by = random_path(kin, rng), options(rng) | {"split": bool(rng.random() < 0.8)}
@@ -637,4 +637,4 @@ def test_a_loop_is_compiled_even_if_there_is_no_folder_to_keep_it_in(monkeypatch
         return lambda function: made.append(function) or function
 
     monkeypatch.setattr(numba, "njit", njit)
-    assert bellman.compiled.__wrapped__() is bellman.best_way and made == [bellman.best_way]
+    assert bellman.compiled.__wrapped__(bellman.best_way) is bellman.best_way and made == [bellman.best_way]
