@@ -16,7 +16,8 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from mathpost.course import (
-    exercises_calibration,  # noqa: F401  imported for their entries in EXERCISES
+    exercises_blade,  # noqa: F401  imported for their entries in EXERCISES
+    exercises_calibration,  # noqa: F401
     exercises_compensation,  # noqa: F401
     exercises_datum,  # noqa: F401
     exercises_path,  # noqa: F401
