@@ -54,7 +54,7 @@ def cut_corner(frame, final, *, side=60.0, cut=45.0):
     )
 
 
-def gallery(kinematics, *, outer=40.0, inner=30.0):
+def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
     """Machines beside each other, turned together by two sliders, outer and inner; their tips stay where they are.
 
     The outer axis is the one next to the workpiece in the chain, the inner one next to the tool.
@@ -62,12 +62,17 @@ def gallery(kinematics, *, outer=40.0, inner=30.0):
     Parameters
     ----------
     kinematics : sequence of Kinematics
+    outer, inner : float, keyword only
+        Where the sliders start, degrees.
+    senses : bool, keyword only
+        Whether there are buttons for the sense: with −1 both axes turn against their programmed angles, as a table
+        does that is taken for a head, or a head for a table.
     """
-    symbols, places, drawn, text, numbers = sp.symbols("outer inner", real=True), {}, [], [], []
+    symbols, places, drawn, text, numbers = sp.symbols("outer inner sense", real=True), {}, [], [], []
     for number, kin in enumerate(kinematics):
         model, derived = kin.machine, kin.inverse_symbolic
         made = arrange(kin)
-        turns = dict(zip((derived.outer, derived.inner), symbols, strict=True))
+        turns = {derived.outer: symbols[2] * symbols[0], derived.inner: symbols[2] * symbols[1]}
         tip = dict(zip(derived.tip, kin.forward(made.home)[0], strict=True))
         slides = [coordinate.subs(tip).subs(turns) for coordinate in derived.linear]
         joints = dict(zip(chain.joint_symbols(model), slides, strict=False)) | turns
@@ -88,11 +93,16 @@ def gallery(kinematics, *, outer=40.0, inner=30.0):
     return formula(
         pictures[0],
         symbols,
-        [slider("outer", -180, 180, outer), slider("inner", -90, 90, inner)],
+        [
+            slider("outer", -180, 180, outer),
+            slider("inner", -90, 90, inner),
+            slider("sense", -1, 1, 1, unit="", hidden=True),
+        ],
         places,
-        ["; ".join(text[n : n + 2]) for n in range(0, len(text), 2)],
-        numbers=numbers,
-        buttons=[("0, 0", [0, 0]), ("outer 90°", [90, None]), ("inner 90°", [None, 90])],
+        ["; ".join(text[n : n + 2]) for n in range(0, len(text), 2)] + senses * [f"sense {{{len(numbers)}:0}}"],
+        numbers=[*numbers, symbols[2]],
+        buttons=[("0, 0", [0, 0, None]), ("outer 90°", [90, None, None]), ("inner 90°", [None, 90, None])]
+        + senses * [("sense 1", [None, None, 1]), ("sense −1", [None, None, -1])],
         beside=pictures[1:],
         layout="column",
         height=390 + 240 * ((len(pictures) - 1) // 3),
