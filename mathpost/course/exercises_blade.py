@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from mathpost.course.answers import Kind, Name, Number, Vector
-from mathpost.course.lesson_data import blade, data, largest_swing, load, with_travel
+from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, with_travel
 from mathpost.course.verdict import define, slip
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
@@ -17,7 +17,6 @@ from mathpost.post.between_blocks import deviation
 from mathpost.post.motion import linearize
 
 ROWS = (40, 50, 60, 70, 80)
-SWING = 90.0  # degrees from one record to the next: more is a swing
 SPOILT = 12  # the move of 07-block that is spoilt, counted from 0
 TIP, AXIS, LIFTED = 0.01, 0.1, 1.0  # mm and degrees that 07-alone grants; mm above the path: not in cut
 
@@ -44,7 +43,7 @@ def table(number):
 
 @define("07-next", Vector(names="B C", unit="degrees"), hint="Only the time is missing: put it into the curve.")
 @slip(
-    "That is the clamped cubic of equation (7). The printed points are on the other one.",
+    "That is the clamped cubic of equation (7). The printed points are on another.",
     curve=yu_dan.paper_clamped,
 )
 @slip(
@@ -157,7 +156,7 @@ def way():
 
 @cache
 def new_path():
-    """Eleven records on a hollow flank, the tool tilting past the pole at 0.6° from it, as the text of a CL file."""
+    """The text of a CL file: a hollow flank, the tool tilting past the pole at 0.6° from it."""
     across, tilt = np.linspace(-20, 20, 11), np.radians(np.linspace(-14, 11, 11))
     points = np.stack([across, 30 + across**2 / 50, 10 - across / 10], axis=1)
     axes = np.stack([np.sin(tilt), np.full(11, np.sin(np.radians(0.6))), np.cos(tilt)], axis=1)
@@ -222,5 +221,5 @@ def unproved(text):
 
 @define("07-alone", Program("bc_table"), given=new_path, complaint=unproved)
 def alone():
-    """Read back from its own text, every record is reached in order, and the way between them keeps both tolerances."""
+    """Read back, it reaches every record in order, and the way between them keeps both tolerances."""
     return run(cldata.parse(new_path()), load("bc_table").machine, name="flank").program

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mathpost.course.answers import Number, Vector
-from mathpost.course.lesson_data import blade, load, with_travel
+from mathpost.course.lesson_data import SWING, blade, largest_swing, load, with_travel
 from mathpost.course.verdict import define, slip
 from mathpost.post import selection, singular
 from mathpost.post.motion import equation_8, linearize
