@@ -51,7 +51,7 @@ def table(number):
     curve=lambda rows, t: rows[1] + t * (rows[2] - rows[1]),
 )
 def next_point(curve=yu_dan.paper_cubic, t=0.975):
-    """A step of 0.175 from t = 0.8; no row of the table is needed, only the four rows that the cubic passes."""
+    """A step of 0.2 from t = 0.775; no row of table 3 is needed, only the four rows that the cubic passes."""
     return curve(table(2)[:4], t)[3:]
 
 
@@ -143,7 +143,7 @@ def lowest():
     hint="Two of them keep 0.1°. Where does the tool stand while C turns?",
 )
 @slip("Smooth, but its tool axis leaves the great circle by 1.6°.", "cubic")
-@slip("It keeps both tolerances. But the tool rubs on one spot of the part while C turns.", "direct")
+@slip("It keeps both tolerances. But the tool turns on one spot of the part for more than five seconds.", "direct")
 @slip("Its tool axis leaves the great circle by 2.6°.", "linear")
 @slip("Its tool axis leaves the great circle by 1.0°, on purpose.", "aside")
 def way():
