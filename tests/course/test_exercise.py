@@ -72,7 +72,7 @@ def flank(records, *, tcp=False, mirrored=1, singular=None):
 
 
 JUDGED = [  # exercises with many solutions: an answer, and what is said of it
-    ("03-choice", (0, -105), "Both go to A-45 C-90"),
+    ("03b-choice", (0, -105), "Both go to A-45 C-90"),
     ("05-meet", (0, 0, 1), "straight up"),
     ("05-meet", (1, 0, 1), "two positions"),
     ("05-meet", (0, 0, -1), "out of reach"),

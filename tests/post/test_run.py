@@ -16,6 +16,7 @@ from mathpost.post import cl as cldata
 from mathpost.post import program
 from mathpost.post.between_blocks import deviation
 from mathpost.post.motion import Motion
+from mathpost.post.program import MOTION_ONLY
 from mathpost.post.proof import measured
 from mathpost.post.ways import Crossing
 from tests.conftest import DATA, ROOT
@@ -238,7 +239,7 @@ def test_wrong_options(dmu50v, blade, change):
 
 
 def test_an_option_that_nobody_knows(dmu50v, blade):
-    with pytest.raises(TypeError, match="workers"):
+    with pytest.raises(InputError, match="dialect, tcp, .*found workers"):
         post.run(blade, dmu50v.machine, workers=2)
 
 
@@ -287,7 +288,7 @@ class TestShell:
     def test_program_and_report(self, tmp_path, capsys):
         path = tmp_path / "blade.h"
         assert main(["post", BLADE, "--machine", DMU, "--compare", "-o", str(path)]) == 0
-        assert path.read_text().startswith("0 BEGIN PGM BLADE MM\n1 L X-36.7809")
+        assert path.read_text().startswith(f"0 BEGIN PGM BLADE MM\n1 ; {MOTION_ONLY}\n2 L X-36.7809")
         report = capsys.readouterr()
         assert report.out == "" and "tip error" in report.err and "paper cubic" in report.err
         assert [file.name for file in tmp_path.iterdir()] == ["blade.h"]
