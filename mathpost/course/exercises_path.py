@@ -3,12 +3,10 @@
 import numpy as np
 
 from mathpost.course.answers import Number, Vector
-from mathpost.course.lesson_data import blade, largest_swing, load, with_travel
+from mathpost.course.lesson_data import SWING, blade, largest_swing, load, with_travel
 from mathpost.course.verdict import define, slip
 from mathpost.post import selection, singular
 from mathpost.post.motion import equation_8, linearize
-
-SWING = 90.0  # degrees from one record to the next: more is a swing
 
 # 06 The singular region
 

@@ -15,6 +15,7 @@ from nbclient.exceptions import CellExecutionError
 from scipy.spatial.transform import Rotation
 
 from mathpost import angles as euler
+from mathpost import post
 from mathpost.course import exercise
 from mathpost.course.answers import Angle, Joints, Name, Names, Number, Pose, Vector
 from mathpost.course.lesson_data import load
@@ -23,7 +24,7 @@ from mathpost.detective.misreadings import Explanation, Misreading
 from mathpost.errors import InputError, read_text
 from mathpost.frame import Frame
 from mathpost.measure.cutter import Cutter
-from mathpost.post import cl, program, run, selection
+from mathpost.post import cl, program, selection
 from tests.conftest import LESSONS, ROOT
 
 OURS = {name: each for name, each in EXERCISES.items() if each.solve.__module__.startswith("mathpost.course")}
@@ -62,7 +63,7 @@ def flank(records, *, tcp=False, mirrored=1, singular=None):
     """A program for 07-alone: its records and nothing between them, or what `run` makes of them."""
     kin, path = load("bc_table"), cl.parse(exercise.given("07-alone"))
     if singular:
-        return run(path, kin.machine, singular=singular).program
+        return post.run(path, kin.machine, singular=singular).program
     joints = selection.choose(kin, path).joints[records] * [1, 1, 1, 1, mirrored]
     words = program.rounded(np.c_[kin.forward(joints)[0], joints[:, 3:]] if tcp else joints)
     count = len(words)
