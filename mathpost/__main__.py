@@ -15,7 +15,7 @@ from mathpost.detective.euler_angles import explain
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.errors import InputError, MathpostError, read_text, write_bytes, write_text
 from mathpost.kinematics import Kinematics
-from mathpost.post import CONE, TOLERANCE, cl, run
+from mathpost.post import AXIS_TOLERANCE, CONE, TOLERANCE, cl, run
 from mathpost.post.program import DIALECTS
 from mathpost.post.selection import STRATEGIES
 from mathpost.post.ways import Crossing
@@ -84,6 +84,10 @@ def _add_post(commands):
     post.add_argument("--dialect", choices=DIALECTS, default="heidenhain")
     post.add_argument("--tcp", action="store_true", help="let the control keep the tip: M128, G43.4, TRAORI")
     post.add_argument("--tolerance", type=float, default=TOLERANCE, metavar="MM", help="default %(default)s")
+    degrees = round(math.degrees(AXIS_TOLERANCE), 9)
+    post.add_argument(
+        "--axis-tolerance", type=float, default=degrees, metavar="DEG", help="of the tool axis; default %(default)s"
+    )
     post.add_argument("--selection", choices=STRATEGIES, default="optimal")
     post.add_argument("--singular", choices=Crossing.SAFE, default="direct", help="way through singular regions")
     post.add_argument("--cone", type=float, metavar="DEG", help="half angle of the singular region (default 1)")
@@ -125,6 +129,7 @@ def _post(options):
         strategy=options.selection,
         singular=options.singular,
         tolerance=options.tolerance,
+        axis_tolerance=math.radians(options.axis_tolerance),
         tcp=options.tcp,
         cone=CONE if options.cone is None else math.radians(options.cone),
         split=options.split,

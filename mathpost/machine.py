@@ -37,8 +37,8 @@ class Rotary:
         spindle nose on the tool side.
     limits : tuple of 2 floats
         Travel in radians; infinite if endless.
-    max_rate : float or None
-        Radians per second.
+    max_rate, max_acceleration : float or None
+        Radians per second, and per second squared.
     """
 
     name: str
@@ -47,11 +47,12 @@ class Rotary:
     point: tuple
     limits: tuple = ENDLESS
     max_rate: float | None = None
+    max_acceleration: float | None = None
 
 
 @dataclass(frozen=True)
 class Linear:
-    """Travel (mm) and greatest rate (mm/s) of a linear axis, and the side that its slide carries.
+    """Travel (mm), greatest rate (mm/s) and acceleration (mm/s²) of a linear axis, and what its slide carries.
 
     `carries` matters to drawings only: the words move the tool in the workpiece, whichever of them moves.
     """
@@ -59,6 +60,7 @@ class Linear:
     name: str
     limits: tuple = ENDLESS
     max_rate: float | None = None
+    max_acceleration: float | None = None
     carries: str = "tool"
 
 
@@ -132,8 +134,12 @@ class Machine:
     @property
     def max_rates(self):
         """Greatest rates of the five joints, shape (5,): mm/s and rad/s, NaN where not stated."""
-        rates = [joint.max_rate for joint in (*self.linear, *self.rotary)]
-        return np.array([math.nan if rate is None else rate for rate in rates])
+        return np.array([joint.max_rate for joint in (*self.linear, *self.rotary)], dtype=float)
+
+    @property
+    def max_accelerations(self):
+        """Greatest accelerations of the five joints, shape (5,): mm/s² and rad/s², NaN where not stated."""
+        return np.array([joint.max_acceleration for joint in (*self.linear, *self.rotary)], dtype=float)
 
     @property
     def arrangement(self):
@@ -229,16 +235,19 @@ def from_dict(content, where="machine"):
 def _rotary(table):
     name = table.take("name", _address, "a word address such as A, B or C, not X, Y or Z")
     table.where += f" ({name})"
+    expected = {"max_rate": "a rate in degrees per second above 0"}
+    expected["max_acceleration"] = "degrees per second squared above 0"
+    rates = {key: table.take(key, _positive, text, None) for key, text in expected.items()}
     joint = Rotary(
         name=name,
         carries=table.take("carries", _side, '"workpiece" or "tool"'),
         axis=table.take("axis", _direction, "[x, y, z], not all zero"),
         point=table.take("point", _vector, "[x, y, z] in mm"),
         limits=tuple(map(math.radians, table.take("limits", _limits, "[low, high] in degrees", ENDLESS))),
-        max_rate=table.take("max_rate", _positive, "a rate in degrees per second above 0", None),
+        **{key: rate if rate is None else math.radians(rate) for key, rate in rates.items()},
     )
     table.done()
-    return joint if joint.max_rate is None else replace(joint, max_rate=math.radians(joint.max_rate))
+    return joint
 
 
 def _linear(tables, name):
@@ -247,6 +256,7 @@ def _linear(tables, name):
         name=name,
         limits=table.take("limits", _limits, "[low, high] in mm", ENDLESS),
         max_rate=table.take("max_rate", _positive, "a rate in mm per second above 0", None),
+        max_acceleration=table.take("max_acceleration", _positive, "mm per second squared above 0", None),
         carries=table.take("carries", _side, '"workpiece" or "tool"', "tool"),
     )
     table.done()

@@ -23,6 +23,7 @@ def test_units_are_converted_once():
     dmu = machine.load(DATA / "machines/dmu50v.toml")
     assert dmu.rotary[0].limits == (0, math.pi)
     assert dmu.rotary[0].max_rate == pytest.approx(math.radians(36))
+    assert dmu.max_accelerations == pytest.approx([2000, 2000, 2000, math.radians(200), math.radians(200)])
     assert dmu.rotary[1].limits == machine.ENDLESS
     assert dmu.linear[0].limits == (-250, 250)
     assert dmu.limits.shape == (5, 2)
@@ -69,6 +70,8 @@ def edit(path, value):
         (["rotary", 0, "limits"], [10, -10], ["'limits'", "[10, -10]"]),
         (["rotary", 0, "limits"], 90, ["'limits'", "90"]),
         (["rotary", 0, "max_rate"], 0, ["'max_rate'", "above 0"]),
+        (["rotary", 1, "max_acceleration"], -1, ["'max_acceleration'", "above 0"]),
+        (["linear"], {"X": {"max_acceleration": "2"}}, ["'max_acceleration'", "mm per second squared"]),
         (["rotary", 0, "offset"], 1, ["'offset'", "no such key"]),
         (["workpiece"], None, ["[workpiece]"]),
         (["workpiece", "origin"], True, ["'origin'", "True"]),

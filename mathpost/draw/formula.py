@@ -33,7 +33,9 @@ def written(text, numbers):
     return [NUMBER.sub(filled, line) for line in text]
 
 
-def formula(scene, symbols, sliders, places, text, *, numbers=(), points=(), buttons=(), play=None, **options):
+def formula(
+    scene, symbols, sliders, places, text, *, numbers=(), points=(), buttons=(), beside=(), play=None, **options
+):
     """Make a view of a scene that moves by printed expressions.
 
     Parameters
@@ -56,6 +58,8 @@ def formula(scene, symbols, sliders, places, text, *, numbers=(), points=(), but
         Label of a button and the values that it sets, None where a slider stays.
     play : int, optional
         The slider that buttons play, pause and step move.
+    beside : sequence of Scene
+        More pictures of the same bodies.
     **options
         Of `Live`.
 
@@ -82,9 +86,9 @@ def formula(scene, symbols, sliders, places, text, *, numbers=(), points=(), but
     start = [each["value"] * factor for each, factor in zip(sliders, factors, strict=True)]
     at = {name: numeric(sp.ImmutableMatrix(m), symbols)(*start) for name, m in zip(places, placed, strict=True)}
     ends = numeric(tuple(functions["points"]), symbols)(*start).reshape(-1, 3) if points else np.zeros((0, 3))
-    for line in scene.lines:
-        if line.name:
-            line.parts = [ends[slice(*line.span)]]
+    scenes = [scene, *beside]
+    for line in (line for each in scenes for line in each.lines if line.name):
+        line.parts = [ends[slice(*line.span)]]
     values = numeric(tuple(numbers), symbols)(*start) if numbers else ()
     said = "; ".join(written(text, values))
-    return Live(state, [code], tuple(functions), [scene], [{"bed": np.eye(4)} | at], said, **options)
+    return Live(state, [code], tuple(functions), scenes, [{"bed": np.eye(4)} | at] * len(scenes), said, **options)

@@ -21,15 +21,15 @@ const WORLD = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
 // A solid as triangles: corner x y z and its normal, rounded where faces meet at less than 37 degrees.
 function mesh(solid) {
     const { profile, from, along, corners, faces } = solid, found = [];
-    if (profile) {
-        const n = 40, [x, y] = across(along);
-        const rings = profile.map(([r, h]) => Array.from({ length: n }, (_, i) => {
+    if (!faces) {
+        const n = profile ? 40 : max(...solid.rings.map((ring) => ring.length)), [x, y] = profile ? across(along) : [];
+        const rings = solid.rings || profile.map(([r, h]) => Array.from({ length: n }, (_, i) => {
             const c = r * cos(2 * PI * i / n), s = r * sin(2 * PI * i / n);
             return from.map((o, k) => o + h * along[k] + c * x[k] + s * y[k]);
         }));
         for (let k = 1; k < rings.length; k++) for (let i = 0; i < n; i++) {
-            const [a, b, j] = [rings[k - 1], rings[k], (i + 1) % n];
-            found.push([a[i], a[j], b[j]], [a[i], b[j], b[i]]);
+            const at = (ring, j) => ring[j % ring.length], [a, b] = [rings[k - 1], rings[k]];
+            found.push([at(a, i), at(a, i + 1), at(b, i + 1)], [at(a, i), at(b, i + 1), at(b, i)]);
         }
     } else for (const face of faces) found.push(face.map((i) => corners[i]));
     const flat = found.map((t) => ({ t, n: cross(minus(t[1], t[0]), minus(t[2], t[0])) })).filter((f) => length(f.n) > 1e-9);
@@ -353,7 +353,7 @@ const KINDS = {
 
 function start(root, state, machines) {
     root.className = `live ${state.layout}`;
-    const panes = make("div", root, { className: "panes" }), side = make("div", root, { className: "side" });
+    const panes = make("div", root, { className: state.scenes.length > 3 ? "panes many" : "panes" }), side = make("div", root, { className: "side" });
     const holder = make("div", side), said = make("output", make("div", root, { className: "said" }));
     let plots;
     const ui = {

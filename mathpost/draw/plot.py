@@ -18,12 +18,25 @@ COLOUR = {
     "machine": "#7f7f7f",
     "workpiece": "#0072b2",
     "tool": "#d55e00",
+    "outer": "#56b4e9",
+    "inner": "#e69f00",
     "first branch": "#009e73",
     "second branch": "#cc79a7",
     "published": "#000000",
+    "optimal": "#e69f00",
+    "shortest": "#56b4e9",
+    "paper": "#000000",
     "forbidden": "#f0e442",
 }
-STYLE = {"first branch": "-", "second branch": "--", "published": ":"}
+STYLE = {
+    "outer": "-",
+    "inner": "--",
+    "first branch": "-",
+    "second branch": "--",
+    "published": ":",
+    "shortest": "-.",
+    "paper": ":",
+}
 
 
 def figure(rows=1, columns=1, *, size=(7.0, 4.2), three_d=False):
@@ -75,6 +88,39 @@ def travel(axes, low, high):
         if end > start:
             axes.axhspan(start, end, color=COLOUR["forbidden"], alpha=0.4, zorder=0)
     axes.set_ylim(bottom, top)
+
+
+def trellis(axes, records, words, inside, seconds, ways=None):
+    """Draw the candidates of records, n of m each, and what the moves between them cost.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    records : sequence of n names
+    words : n lists of m str
+        What stands at each candidate; first and second branch in turn.
+    inside : array_like of bool, shape (n, m)
+        Which of them are inside travel; the others are open, and no move leads there.
+    seconds : array_like, shape (n - 1, m, m)
+    ways : dict, optional
+        Role, one of `COLOUR`, to the number of the candidate at each record.
+    """
+    for (at, row), fits in np.ndenumerate(inside):
+        colour = COLOUR[("first branch", "second branch")[row % 2]]
+        axes.plot(at, -row, "o", color=colour, fillstyle="full" if fits else "none", markersize=9, zorder=3)
+        axes.text(at, -row + (0.22 if row == 0 else -0.22), words[at][row], ha="center", va="center", fontsize=8)
+    for (at, i, j), cost in np.ndenumerate(seconds):
+        if inside[at][i] and inside[at + 1][j]:
+            axes.plot([at, at + 1], [-i, -j], color=COLOUR["machine"], linewidth=0.8, zorder=0)
+            white = {"facecolor": "white", "edgecolor": "none", "pad": 1}
+            axes.text(at + 0.3, -i - 0.3 * (j - i), f"{cost:.2f}", ha="center", va="center", fontsize=8, bbox=white)
+    for number, (role, way) in enumerate((ways or {}).items()):
+        along(axes, range(len(records)), 0.05 * (1 - number) - np.array(way), role)
+    if ways:
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=len(ways))
+    axes.set_xticks(range(len(records)), map(str, records))
+    axes.set(xlabel="row", xlim=(-0.4, len(records) - 0.6), ylim=(0.4 - len(words[0]), 0.6))
+    axes.set_yticks([])
 
 
 def pole_map(axes, kin, tool_axes, *, cone=None, role="tool", label=None):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from PIL import Image
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from mathpost.course import view_machine, view_rotation
@@ -15,7 +16,7 @@ from mathpost.draw import scene
 from mathpost.draw.arrangement import arrange, placing
 from mathpost.draw.picture import Camera, View, spread
 from mathpost.draw.scene import Scene
-from mathpost.draw.solid import Hull, Turned, block, smooth
+from mathpost.draw.solid import Hull, Lofted, Turned, block, ring, smooth
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl
 from mathpost.rotation import unit
@@ -106,6 +107,7 @@ def test_faces_look_outwards_and_normals_are_theirs():
     for solid in (
         Turned("a", "#000000", [(0, 0), (5, 0), (3, 8), (0, 8)], along, along),
         Hull("a", "#000000", block([0, 0, 0], [1.0, 2, 3])),
+        Lofted("a", "#000000", [np.zeros((1, 3)), ring([0, 0, 0], [0, 0, 1], 5), ring([0, 0, 8], [0, 0, 1], 3)]),
     ):
         triangles = solid.triangles()
         middle = triangles.reshape(-1, 3).mean(axis=0)
@@ -155,6 +157,20 @@ def test_a_walk_starts_where_everything_is_seen(kin, blade):
     view = view_machine.walk(kin, blade)
     start = np.array(view.state["runs"][0]["joints"][0])
     assert scene.hidden(kin, view.scenes[0], start) == []
+
+
+def test_a_blade_stands_under_its_path(blade, twisted, dmu50v):
+    """The twisted one has the outline of its records at every level; the edge of the other is at its tip."""
+    (solid,) = [each for each in arrange(dmu50v, twisted).solids if isinstance(each, Lofted)]
+    for level in solid.rings[:-1]:
+        near = twisted.points[np.abs(twisted.points[:, 2] - level[0, 2]) < 3]
+        drawn, real = ConvexHull(level[:, :2]), ConvexHull(near[:, :2])
+        assert np.ptp(level[:, 2]) < 1e-9 and drawn.volume == pytest.approx(real.volume, rel=0.15)
+    (solid,) = [each for each in arrange(dmu50v, blade).solids if isinstance(each, Lofted)]
+    assert solid.rings[-1] == pytest.approx(blade.points.mean(axis=0)[None])
+    fan = np.ptp(blade.axes[:, :2], axis=0)
+    edge = solid.rings[0] - solid.rings[0].mean(axis=0)
+    assert np.ptp(edge[:, :2] @ unit(fan)) < 0.4 * np.ptp(edge[:, :2] @ unit(fan)[::-1])
 
 
 def test_what_is_hidden_is_said(kin):
