@@ -24,6 +24,7 @@ COLOUR = {
     "optimal": "#e69f00",
     "shortest": "#56b4e9",
     "paper": "#000000",
+    "kept": "#d55e00",
     "forbidden": "#f0e442",
 }
 STYLE = {"first branch": "-", "second branch": "--", "published": ":", "shortest": "-.", "paper": ":"}
