@@ -27,7 +27,7 @@ COLOUR = {
     "kept": "#d55e00",
     "forbidden": "#f0e442",
 }
-STYLE = {"first branch": "-", "second branch": "--", "published": ":", "shortest": "-.", "paper": ":"}
+STYLE = {"first branch": "-", "second branch": "--", "published": ":", "shortest": "-.", "paper": ":", "kept": "--"}
 
 
 def figure(rows=1, columns=1, *, size=(7.0, 4.2), three_d=False):
