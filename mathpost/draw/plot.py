@@ -26,6 +26,7 @@ COLOUR = {
     "optimal": "#e69f00",
     "shortest": "#56b4e9",
     "paper": "#000000",
+    "kept": "#d55e00",
     "forbidden": "#f0e442",
     "direct": "#332288",
     "linear": "#882255",
@@ -44,6 +45,7 @@ STYLE = {
     "linear": "--",
     "aside": ":",
     "retract": "-.",
+    "kept": "--",
 }
 
 
