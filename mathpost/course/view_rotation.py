@@ -99,8 +99,8 @@ def notations(angles=(135.0, 54.7356, -90.0)):
     text = ["axis ({0:4}, {1:4}, {2:4}), angle {3:3}° (dashed)", "quaternion ({4:4}, {5:4}, {6:4}, {7:4})"]
     for name in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
         about, n = NOTATIONS[name], len(numbers)
-        *found, locked = _read_back(about, F)
-        numbers += [*(angle * _DEGREES for angle in found), locked]
+        *found, sine = euler.expressions(about.sequence, F, lock=about.lock)
+        numbers += [*(angle * _DEGREES for angle in found), sp.Piecewise((1, sine < euler.LOCK), (0, True))]
         words = ", ".join(f"{word} {{{n + i}:3}}" for i, word in enumerate(about.words))
         text.append(f"{name}: {words}{{{n + 3}? (locked)}}")
     frame = euler.matrix("ZXZ", angles, degrees=True)
@@ -120,20 +120,3 @@ def notations(angles=(135.0, 54.7356, -90.0)):
         points=[-v, v, -1.25 * node, 1.25 * node],
         height=460,
     )
-
-
-def _read_back(about, matrix):
-    """The three angles of a `Notation` as expressions, its rule at the lock included, and 1 where it locks."""
-    sequence, step = (about.sequence, 1) if about.sequence.isupper() else (about.sequence[::-1].upper(), -1)
-    first, *_ = euler.arguments(sequence, matrix, 0)
-    locked = sp.sqrt(first[0] ** 2 + first[1] ** 2) < euler.LOCK
-    together = sp.atan2(*euler.arguments(sequence, matrix, 0)[2])
-    if (about.lock == "third") == (step > 0):  # the last turn about a moving axis is to be 0
-        i, k = ("XYZ".index(letter) for letter in (sequence[0], sequence[2]))
-        at_lock = (together * sp.sign(matrix[i, k]), 0)
-    else:
-        at_lock = (0, together)
-    a = sp.Piecewise((at_lock[0], locked), (sp.atan2(*first), True))
-    _, middle, third = euler.arguments(sequence, matrix, a)
-    angles = [a, sp.atan2(*middle), sp.Piecewise((at_lock[1], locked), (sp.atan2(*third), True))]
-    return [*angles[::step], sp.Piecewise((1, locked), (0, True))]
