@@ -16,17 +16,30 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from mathpost.course import (
-    exercises_calibration,  # noqa: F401  imported for their entries in EXERCISES
+    exercises_blade,  # noqa: F401  imported for their entries in EXERCISES
+    exercises_calibration,  # noqa: F401
     exercises_compensation,  # noqa: F401
     exercises_datum,  # noqa: F401
-    exercises_path,  # noqa: F401
     exercises_rotation,  # noqa: F401
     exercises_selection,  # noqa: F401
+    exercises_singular,  # noqa: F401
 )
 from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Verdict, define, slip
 from mathpost.errors import InputError, read_text
 
-__all__ = ["answered", "check", "define", "given", "judge", "progress", "saved", "slip", "solution", "student"]
+__all__ = [
+    "answered",
+    "check",
+    "define",
+    "given",
+    "judge",
+    "progress",
+    "reveal",
+    "saved",
+    "slip",
+    "solution",
+    "student",
+]
 MARKS = {RIGHT: "●", WRONG: "◐", OPEN: "○"}
 SAID = re.compile(rf"^([\w-]+) · ({RIGHT}|{WRONG}|{OPEN})\.", re.MULTILINE)
 _tried = set()  # exercises of which an attempt was checked in this session
@@ -121,11 +134,28 @@ def given(name):
     Examples
     --------
     >>> given("01-slip")
-    (-4.490731, 4.949747, 2.309402)
+    ((20, 70, 50), (3.278276, -0.856658, 6.206371))
     """
     if _named(name).given is None:
         raise InputError("exercise", "one that hands something out", repr(name))
     return _named(name).handed_out()
+
+
+def reveal(guess, truth):
+    """Answer what the learner predicted in the lesson: say what is true, and whether it was guessed.
+
+    Examples
+    --------
+    >>> reveal(None, "negative")
+    The answer: negative. You have not guessed: write a guess down before you go on, even a wild one.
+    >>> reveal(1, -1)
+    The answer: -1. You guessed 1. Find out why before you go on.
+    """
+    same = str(guess).strip().casefold() == str(truth).casefold()
+    said = "You guessed it." if same else f"You guessed {guess}. Find out why before you go on."
+    if guess is None:
+        said = "You have not guessed: write a guess down before you go on, even a wild one."
+    print(f"The answer: {truth}. {said}")
 
 
 def saved(path):

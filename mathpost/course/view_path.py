@@ -136,30 +136,3 @@ def travel_limit(kin, cl, records, high):
         return update
 
     return recorded(build, slider(f"{name} from", -30, 0, -5, step=1), size=(8.5, 4.2), height=520)
-
-
-def moved_aside(crossing, *, most=5.0):
-    """The outer axis through a singular region, with the tool axis moved aside by up to a slider's degrees."""
-    direct = crossing.way("direct")
-
-    def build(figure):
-        panel = figure.subplots()
-        plot.along(panel, direct.place + 1, np.degrees(direct.joints[:, crossing.outer]), "published", "as chosen")
-        (line,) = panel.plot([], [], color=plot.COLOUR["first branch"], label="tool axis moved aside")
-        panel.set(xlabel="record", ylabel=f"{crossing.kin.machine.joint_names[crossing.outer]}, degrees")
-        panel.legend()
-
-        def update(degrees):
-            way = crossing.way("aside", lean=np.radians(degrees))
-            if way.reason:
-                line.set_data([], [])
-                return [way.reason]
-            line.set_data(way.place + 1, np.degrees(way.joints[:, crossing.outer]))
-            return [
-                f"{way.time:.2f} s, peak {np.degrees(way.peak_speed):.0f}°/s, "
-                f"tool axis off by {np.degrees(way.axis_error):.2f}°, {way.blocks} blocks"
-            ]
-
-        return update
-
-    return recorded(build, slider("moved by", 0.1, most, 1.0, step=0.1))

@@ -14,11 +14,19 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.draw.plot import COLOUR
-from mathpost.draw.solid import Hull, Turned, block, ring
+from mathpost.draw.solid import Hull, Lofted, Turned, block, ring
 from mathpost.rotation import numeric, unit
 
 UP = np.array([0.0, 0.0, 1.0])
 ACROSS = 0.5  # an axis at more than 60 degrees from what it carries gets a bearing on both sides
+RING, LEVELS = 24, 9  # points of a blade's outline, and outlines that it is drawn by
+BLADE = [
+    (0.0, 0.07),
+    (0.5, 0.055),
+    (0.93, 0.035),
+    (0.98, 0.025),
+]  # height and half width of a blade that is made up
+BLADE_COLOUR = "#62a9d4"  # the workpiece's, lighter
 GREYS = {  # the machine's role, one shade a body
     "bed": "#9aa3aa",
     "first": "#b3bcc4",
@@ -82,6 +90,8 @@ def arrange(kin, cl=None):
     origin = np.array(machine.origin)
     stock = block(origin + low, origin + high)
     made.solids.append(Hull("workpiece", COLOUR["workpiece"], stock))
+    if cl is not None and len(rings := _blade(size, cl, high[2])):
+        made.solids.append(Lofted("workpiece", BLADE_COLOUR, [origin + ring for ring in rings]))
     made.plate = _workpiece_side(made, machine, stock)
     _tool_side(made, machine, origin + start + lift * tool_axis, tool_axis, made.plate)
     places = placing(machine)(home)
@@ -105,13 +115,48 @@ def _size(machine, cl):
 
 
 def _workpiece(size, cl):
-    """Opposite corners of the workpiece in its own frame; a path lies on its top."""
+    """Opposite corners of the workpiece in its own frame: a path lies on its top, a blade stands on it."""
     if cl is None:
         return size * np.array([-0.5, -0.35, -0.4]), size * np.array([0.5, 0.35, 0.0])
     low, high = cl.points.min(axis=0), cl.points.max(axis=0)
     middle, half = (low + high)[:2] / 2, np.maximum((high - low)[:2] / 2 + 0.08 * size, 0.3 * size)
-    bottom = min(0.0, low[2] - 0.3 * size)
-    return np.array([*(middle - half), bottom]), np.array([*(middle + half), low[2]])
+    top = low[2] - (0.5 * size if _is_point(size, cl) else 0.0)
+    bottom = min(0.0, top - 0.3 * size)
+    return np.array([*(middle - half), bottom]), np.array([*(middle + half), top])
+
+
+def _is_point(size, cl):
+    return np.ptp(cl.points, axis=0).max() < 0.01 * size
+
+
+def _blade(size, cl, root):
+    """The rings of what stands on the block at the height `root`: a blade if the path winds up it, or is a point.
+
+    The rings of a path are its outlines, level by level. Of a path that is a point no more is known than that the
+    tool fans over an edge there: the blade is made up, as high as the tip, with its edge square to the fan.
+    """
+    turn = np.linspace(0, 2 * np.pi, RING, endpoint=False)
+    around = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    if _is_point(size, cl):
+        tip, fan = cl.points.mean(axis=0), np.ptp(cl.axes[:, :2], axis=0)
+        across = unit(fan) if np.hypot(*fan) > 1e-9 else np.array([1.0, 0.0])
+        along = np.array([-across[1], across[0]])
+        rings, camber = [], 0.06 * size * around[:, 1:] ** 2
+        for height, width in BLADE:
+            flat = (width * around[:, :1] * size + camber) * across + 0.3 * size * around[:, 1:] * along
+            level = np.full(RING, root + height * (tip[2] - root))
+            rings.append(np.column_stack([tip[:2] + flat, level]))
+        return [*rings, tip[None]]
+    levels = np.linspace(root, cl.points[:, 2].max(), LEVELS)
+    if levels[-1] - levels[0] < 0.3 * size:
+        return []
+    rings = []
+    for level in levels:
+        near = cl.points[np.abs(cl.points[:, 2] - level) <= (levels[1] - levels[0]) / 2]
+        if len(near):
+            outline = near[(near[:, :2] @ around.T).argmax(axis=0), :2]
+            rings.append(np.column_stack([outline, np.full(RING, level)]))
+    return [*rings, rings[-1].mean(axis=0)[None]] if rings else []
 
 
 def _workpiece_side(made, machine, stock):

@@ -18,6 +18,8 @@ COLOUR = {
     "machine": "#7f7f7f",
     "workpiece": "#0072b2",
     "tool": "#d55e00",
+    "outer": "#56b4e9",
+    "inner": "#e69f00",
     "first branch": "#009e73",
     "second branch": "#cc79a7",
     "published": "#000000",
@@ -26,8 +28,25 @@ COLOUR = {
     "paper": "#000000",
     "kept": "#d55e00",
     "forbidden": "#f0e442",
+    "direct": "#332288",
+    "linear": "#882255",
+    "cubic": "#44aa99",
+    "aside": "#999933",
+    "retract": "#aa4499",
 }
-STYLE = {"first branch": "-", "second branch": "--", "published": ":", "shortest": "-.", "paper": ":", "kept": "--"}
+STYLE = {
+    "outer": "-",
+    "inner": "--",
+    "first branch": "-",
+    "second branch": "--",
+    "published": ":",
+    "shortest": "-.",
+    "paper": ":",
+    "linear": "--",
+    "aside": ":",
+    "retract": "-.",
+    "kept": "--",
+}
 
 
 def figure(rows=1, columns=1, *, size=(7.0, 4.2), three_d=False):
@@ -119,18 +138,23 @@ def pole_map(axes, kin, tool_axes, *, cone=None, role="tool", label=None):
 
     The pole is the middle; the singular cone of half angle `cone` (radians) is shaded.
     """
+    line = axes.plot(*on_pole_map(kin, tool_axes), "o-", color=COLOUR[role], label=label)
+    if cone is not None:
+        axes.add_patch(plt.Circle((0, 0), np.degrees(cone), color=COLOUR["forbidden"], alpha=0.6, zorder=0))
+    axes.plot(0, 0, "+", color=COLOUR["machine"], markersize=12)
+    axes.set(xlabel="degrees from the pole", aspect="equal")
+    return line[0]
+
+
+def on_pole_map(kin, tool_axes):
+    """Return where `pole_map` draws tool axes (n, 3): across and up, degrees, shape (n,) each."""
     pole = np.array(kin.inverse_symbolic.pole, dtype=float)
     side = np.eye(3)[np.abs(pole).argmin()]
     y = np.cross(pole, side) / np.linalg.norm(np.cross(pole, side))
     x = np.cross(y, pole)
     angle = np.degrees(np.arctan2(np.hypot(tool_axes @ x, tool_axes @ y), tool_axes @ pole))
     direction = np.arctan2(tool_axes @ y, tool_axes @ x)
-    line = axes.plot(angle * np.cos(direction), angle * np.sin(direction), "o-", color=COLOUR[role], label=label)
-    if cone is not None:
-        axes.add_patch(plt.Circle((0, 0), np.degrees(cone), color=COLOUR["forbidden"], alpha=0.6, zorder=0))
-    axes.plot(0, 0, "+", color=COLOUR["machine"], markersize=12)
-    axes.set(xlabel="degrees from the pole", aspect="equal")
-    return line[0]
+    return angle * np.cos(direction), angle * np.sin(direction)
 
 
 def tip_path(axes, kin, joints, *, role, label=None, samples=40):
@@ -238,34 +262,6 @@ def space(axes, radius, *, centre=(0.0, 0.0, 0.0), elevation=22.0, azimuth=-55.0
     axes.set_box_aspect((1, 1, 1), zoom=1.25)
     axes.view_init(elevation, azimuth)
     axes.set_axis_off()
-
-
-class Wire:
-    """A line through points of a child frame, shape (n, 3), that moves with the frame; NaN rows break it."""
-
-    def __init__(self, axes, points, **style):
-        self.points = np.asarray(points, dtype=float)
-        (self.line,) = axes.plot(*self.points.T, **style)
-
-    def move(self, frame):
-        """Redraw at a `mathpost.frame.Frame`; return the points in its parent."""
-        moved = self.points @ frame.rotation.T + frame.origin
-        self.line.set_data_3d(*moved.T)
-        return moved
-
-
-class Triad:
-    """A frame's three axes with their labels, as artists that move."""
-
-    def __init__(self, axes, *, colour, length=1.0, labels="XYZ", **style):
-        self.wires = [Wire(axes, [np.zeros(3), length * e], color=colour, **style) for e in np.eye(3)]
-        self.texts = [axes.text(0, 0, 0, label, color=colour, ha="center", va="center") for label in labels]
-
-    def move(self, frame):
-        """Redraw at a `mathpost.frame.Frame`."""
-        for wire, text in zip(self.wires, self.texts, strict=True):
-            start, end = wire.move(frame)
-            text.set_position_3d(start + 1.15 * (end - start))
 
 
 # Spreadsheets
