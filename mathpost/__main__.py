@@ -13,7 +13,7 @@ from mathpost import codegen, machine, workbook
 from mathpost.compensate.model import read_errors
 from mathpost.detective.euler_angles import explain
 from mathpost.detective.rotary_axes import explain_joints
-from mathpost.errors import InputError, MathpostError, write_bytes, write_text
+from mathpost.errors import InputError, MathpostError, read_text, write_bytes, write_text
 from mathpost.kinematics import Kinematics
 from mathpost.post import AXIS_TOLERANCE, CONE, TOLERANCE, cl, run
 from mathpost.post.program import DIALECTS
@@ -383,15 +383,26 @@ def _add_assign(commands):
     assign.set_defaults(run=_assign)
     assign.add_argument("lessons", type=Path, metavar="LESSONS", help="a notebook, or a folder of notebooks")
     assign.add_argument("-o", "--output", type=Path, metavar="FOLDER", required=True)
+    assign.add_argument("--students", metavar="FILE", help="a name on each line: a copy for each, with own numbers")
 
 
 def _assign(options):
     """Write the copies, and say what they do not hide."""
     from mathpost.course import assign
+    from mathpost.course.verdict import EXERCISES
 
-    for path, names in assign.assign(options.lessons, options.output).items():
+    lines = read_text(options.students).splitlines() if options.students else ()
+    students = [line.strip() for line in lines if line.strip()]
+    asked = assign.assign(options.lessons, options.output, students)
+    for path, names in asked.items():
         print(f"{path}: {', '.join(names) or 'no exercises'}")
-    print("The numbers of these exercises are the same for all.", file=sys.stderr)
+    every = {name for names in asked.values() for name in names}
+    own = sorted(name for name in every & EXERCISES.keys() if EXERCISES[name].drawn)
+    said = f"Each student has numbers of their own in {', '.join(own) or 'no exercise'}; the" if students else "The"
+    print(
+        f"{said} numbers of {'the others' if students else 'these exercises'} are the same for all.",
+        file=sys.stderr,
+    )
     print("The package holds the solutions of its own exercises: who has it can read them.", file=sys.stderr)
     return 0
 

@@ -195,22 +195,48 @@ def _entries(matrices):
     return np.moveaxis(matrices.reshape(*matrices.shape[:-2], 9), -1, 0)
 
 
-@lru_cache(maxsize=12)
-def _kernels(letters):
-    """Compile, for an intrinsic sequence, (sine, cosine) of the first angle, and of the other two given the first.
+def arguments(sequence, matrix, first):
+    """Return what stands in the three atan2 that read the angles of an intrinsic sequence off a matrix.
 
     With M = R_i(a)·R_j(b)·R_k(c): the column k of M is R_i(a)·R_j(b)·e_k, in which a stands beside one factor
     that is sin b or cos b, and not negative. N = R_i(−a)·M = R_j(b)·R_k(c) then shows b in its column k and c in
     its row j.
+
+    Parameters
+    ----------
+    sequence : str
+        One of `SEQUENCES`.
+    matrix : sympy.Matrix, shape (3, 3)
+    first : sympy expression
+        The first angle, which the other two need.
+
+    Returns
+    -------
+    list of 3 pairs of sympy expressions
+        Sine and cosine of each angle, both times one factor that is not negative; zero at the lock.
+
+    Examples
+    --------
+    >>> arguments("ZXZ", sp.Matrix(3, 3, sp.symbols("m:3:3")), sp.Symbol("I"))[0]
+    (m02, -m12)
     """
     a, b, c = sp.symbols("a b c", real=True)
-    i, j, k = (ACTIVE[letter] for letter in letters)
-    row, column = "XYZ".index(letters[1]), "XYZ".index(letters[2])
-    m = sp.Matrix(3, 3, sp.symbols("m:3:3", real=True))
-    n = i(-a) * m
-    first = _sine_and_cosine(a, (i(a) * j(b))[:, column], m[:, column])
-    rest = _sine_and_cosine(b, j(b)[:, column], n[:, column]) + _sine_and_cosine(c, k(c)[row, :], n[row, :])
-    return numeric(first, tuple(m)), numeric(rest, (*m, a))
+    i, j, k = (ACTIVE[letter] for letter in sequence)
+    row, column = "XYZ".index(sequence[1]), "XYZ".index(sequence[2])
+    rest = i(-first) * matrix
+    return [
+        _sine_and_cosine(a, (i(a) * j(b))[:, column], matrix[:, column]),
+        _sine_and_cosine(b, j(b)[:, column], rest[:, column]),
+        _sine_and_cosine(c, k(c)[row, :], rest[row, :]),
+    ]
+
+
+@lru_cache(maxsize=12)
+def _kernels(letters):
+    """Compile the `arguments` of an intrinsic sequence: of the first angle, of the other two given the first."""
+    m, a = sp.Matrix(3, 3, sp.symbols("m:3:3", real=True)), sp.Symbol("a", real=True)
+    first, *rest = arguments(letters, m, a)
+    return numeric(first, tuple(m)), numeric(sum(rest, ()), (*m, a))
 
 
 def _sine_and_cosine(angle, pattern, entries):
@@ -312,7 +338,7 @@ def from_quaternion(quaternion):
     array([0., 1., 0.])
     """
     quaternion = unit(as_array(quaternion, 4, "quaternion"), "quaternion")
-    return numeric(_QUATERNION_MATRIX, _QUATERNION)(*np.moveaxis(quaternion, -1, 0))
+    return numeric(QUATERNION_MATRIX, QUATERNION)(*np.moveaxis(quaternion, -1, 0))
 
 
 def to_quaternion(matrix):
@@ -336,9 +362,9 @@ def to_quaternion(matrix):
     return quaternion * np.sign(first)
 
 
-_QUATERNION = sp.symbols("w x y z", real=True)
-_QUATERNION_MATRIX = sp.ImmutableMatrix(
-    sp.Quaternion(*_QUATERNION).to_rotation_matrix(homogeneous=True).subs(sum(q**2 for q in _QUATERNION), 1)
+QUATERNION = sp.symbols("w x y z", real=True)
+QUATERNION_MATRIX = sp.ImmutableMatrix(
+    sp.Quaternion(*QUATERNION).to_rotation_matrix(homogeneous=True).subs(sum(q**2 for q in QUATERNION), 1)
 )  # of length 1
 _ENTRIES = sp.symbols("m:3:3", real=True)
 
@@ -346,9 +372,9 @@ _ENTRIES = sp.symbols("m:3:3", real=True)
 @lru_cache(maxsize=1)
 def _quaternion_products():
     """4·q·qᵀ in the nine entries of the matrix of q, found by comparing coefficients."""
-    q = sp.Matrix(_QUATERNION)
+    q = sp.Matrix(QUATERNION)
     products = list(q * q.T)
     names = {product: sp.Symbol(f"q{n}") for n, product in enumerate(dict.fromkeys(products))}
-    known = [q.dot(q) - 1, *(_QUATERNION_MATRIX - sp.Matrix(3, 3, _ENTRIES))]
+    known = [q.dot(q) - 1, *(QUATERNION_MATRIX - sp.Matrix(3, 3, _ENTRIES))]
     found = sp.solve([sp.expand(equation).subs(names) for equation in known], list(names.values()), dict=True)[0]
     return sp.ImmutableMatrix(4, 4, [4 * found[names[product]] for product in products])

@@ -80,6 +80,7 @@ def edit(path, value):
         (["tool", "axis"], [1, 0, 0], ["cannot tilt the tool"]),
         (["tool", "programmed_point"], "pivot", ["'programmed_point'", "'pivot'"]),
         (["linear"], {"X": {"limits": [1]}}, ["[linear], [X]", "'limits'"]),
+        (["linear"], {"X": {"carries": "bed"}}, ["[linear], [X]", "'carries'"]),
         (["linear"], {"U": {}}, ["[linear]", "'U'", "no such key"]),
         (["colour"], "red", ["'colour'", "no such key"]),
     ],
@@ -92,6 +93,14 @@ def test_wrong_files_are_refused(path, value, words):
     assert "expected" in message and "found" in message
     for word in words:
         assert word in message
+
+
+def test_the_slides_stand_in_the_order_of_the_file():
+    slides = {"Y": {"carries": "workpiece"}, "Z": {}, "X": {"carries": "workpiece"}}
+    made = machine.from_dict(edit(["linear"], slides))
+    assert made.slides_that_carry("workpiece") == ("Y", "X") and made.slides_that_carry("tool") == ("Z",)
+    assert made.joint_names[:3] == ("X", "Y", "Z")
+    assert machine.from_dict(edit(["linear"], {"Z": {}})).slide_order == ("Z", "X", "Y")
 
 
 def test_unreadable_files_are_refused(tmp_path):

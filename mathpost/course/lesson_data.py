@@ -10,7 +10,9 @@ import numpy as np
 from mathpost import machine
 from mathpost.errors import data_file
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl
+from mathpost.post import cl, selection
+
+SWING = 90.0  # degrees of C from one record to the next: more is a swing
 
 
 def data(path):
@@ -38,3 +40,8 @@ def with_travel(kin, low, high):
     first, second = kin.machine.rotary
     limited = replace(first, limits=(np.radians(low), np.radians(high)))
     return Kinematics(replace(kin.machine, rotary=(limited, second)))
+
+
+def largest_swing(kin):
+    """How far C turns at most from one record of the blade to the next, degrees."""
+    return np.abs(np.degrees(np.diff(selection.choose(kin, blade()).joints[:, 4]))).max()

@@ -11,14 +11,15 @@ from mathpost.draw.chart import recorded
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import Label, Line, Scene, clearest
 from mathpost.draw.solid import Hull, block, ring
-from mathpost.draw.widget import View
-from mathpost.frame import Frame
 from mathpost.plane import positioning
 from mathpost.plane.alignment import align
-from mathpost.plane.tilted_plane import Plane
+from mathpost.plane.tilted_plane import NOTATIONS, Plane
 from mathpost.rotation import ACTIVE, zxz_right, zxz_steps
 
 _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
+_AXIS, _NODES = plot.COLOUR["first branch"], plot.COLOUR["second branch"]  # of a turn; where two planes meet
+_UNIT = dict(zip("XYZ", ((1, 0, 0), (0, 1, 0), (0, 0, 1)), strict=True))
+_DEGREES = 180 / sp.pi
 
 
 def turned_point(point):
@@ -47,34 +48,101 @@ def turned_point(point):
     )
 
 
-def notations():
-    """One frame in many notations: sliders I, J, K, the ZXZ angles in degrees."""
+def turns(point, angles):
+    """A point that stays and a frame that makes three turns, one after the other: a slider from 0 to 3 that plays.
 
-    def build(figure):
-        axes = figure.add_subplot(projection="3d")
-        plot.space(axes, 0.95)
-        plot.Triad(axes, colour=_MACHINE).move(Frame(np.eye(3)))
-        turned = plot.Triad(axes, colour=_WORKPIECE, labels="xyz", lw=2)
-        (axle,) = axes.plot([], [], [], color=_TOOL, ls="--")
+    The angles are those of ZXZ in degrees; dashed is the axis of the present turn.
+    """
+    s, size = sp.Symbol("s", real=True), 0.75 * float(np.linalg.norm(point))
+    done = [sp.Rational(round(1e9 * t), 10**9) * sp.Min(1, sp.Max(0, s - n)) for n, t in enumerate(angles)]
+    F = euler.matrix("ZXZ", [t * sp.pi / 180 for t in done])
+    v = (
+        size * sp.Piecewise((1, sp.Or(s <= 1, s > 2)), (0, True)) * F[:, 2]
+        + size * sp.Piecewise((1, sp.And(s > 1, s <= 2)), (0, True)) * F[:, 0]
+    )
+    start = np.array(F.subs(s, 1.5).evalf(), dtype=float)
+    axes = np.concatenate([np.eye(3), start.T])
+    scene = Scene(["turned"], extent=1.3 * size * np.concatenate([np.eye(3), -np.eye(3)]))
+    scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
+    scene.triad("turned", ("X'", "Y'", "Z'"), length=size, colour=_WORKPIECE, width=3)
+    scene.lines.append(Line("bed", [[np.zeros(3), np.array(point)]], _TOOL, 1.2, dash=True, over=True, dot=True))
+    scene.lines.append(Line("bed", [], _AXIS, 2.4, name="axis", span=(0, 2), dash=True, over=True))
+    scene.labels.append(Label("bed", 1.1 * np.array(point), "P", _TOOL))
+    words = ("about Z", "about the new X", "about the newest Z")
+    now = [sp.Piecewise((1, condition), (0, True)) for condition in (s <= 1, sp.And(s > 1, s <= 2), s > 2)]
+    said = "".join(f"{{{3 + n}?{word}}}" for n, word in enumerate(words))
+    return formula(
+        scene.frame(*clearest(dict(zip(("X", "Y", "Z", "X'", "Y'", "Z'"), axes, strict=True)))),
+        [s],
+        [slider("turn", 0, 3, 1.5, step=0.05, unit="")],
+        {"turned": F},
+        ["α {0:4}°, β {1:4}°, γ {2:4}°; now it turns " + said],
+        numbers=[*done, *now],
+        points=[-1.2 * v, 1.2 * v],
+        play=0,
+        height=420,
+    )
 
-        def update(I, J, K):  # noqa: E741
-            frame = Frame(euler.matrix("ZXZ", [I, J, K], degrees=True))
-            turned.move(frame)
-            axis, angle = euler.to_axis_angle(frame.rotation, degrees=True)
-            axle.set_data_3d(*np.stack([-axis, axis], axis=-1))
-            lines = [
-                f"axis ({', '.join(f'{value:z.4f}' for value in axis)}), angle {angle:.3f} (dashed)",
-                f"quaternion ({', '.join(f'{value:z.4f}' for value in euler.to_quaternion(frame.rotation))})",
-            ]
-            for notation in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
-                plane = Plane.from_frame(frame, notation)
-                words = ", ".join(f"{w} {v:z.3f}" for w, v in zip(plane.words, plane.values, strict=True))
-                lines.append(f"{notation}: {words}{' (locked)' if plane.locked else ''}")
-            return "<br>".join(lines)
 
-        return update
+def notations(angles=(135.0, 54.7356, -90.0)):
+    """One frame in many notations: sliders I, J, K, the ZXZ angles in degrees.
 
-    return View(build, {"I": (-180, 180, 135), "J": (0, 180, 54.7356), "K": (-180, 180, -90)})
+    Dashed is the axis of the single turn that makes the frame; pink is the line of nodes, where XY and xy meet.
+    """
+    symbols = sp.symbols("I J K", real=True)
+    F, node = euler.matrix("ZXZ", symbols), sp.Matrix([sp.cos(symbols[0]), sp.sin(symbols[0]), 0])
+    turns = (sp.Quaternion.from_axis_angle(_UNIT[letter], t) for letter, t in zip("ZXZ", symbols, strict=True))
+    w, x, y, z = sp.prod(turns).args
+    sign, sine = sp.Piecewise((-1, w < 0), (1, True)), sp.sqrt(x**2 + y**2 + z**2)
+    still = sine < 1e-12  # no turn at all has the axis Z
+    v = sp.Matrix(
+        [
+            sp.Piecewise((end, still), (sign * x / sp.Max(sine, 1e-12), True))
+            for end, x in zip((0, 0, 1), (x, y, z), strict=True)
+        ]
+    )
+    numbers = [*v, 2 * sp.atan2(sine, sign * w) * _DEGREES, *(sign * x for x in (w, x, y, z))]
+    text = ["axis ({0:4}, {1:4}, {2:4}), angle {3:3}° (dashed)", "quaternion ({4:4}, {5:4}, {6:4}, {7:4})"]
+    for name in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
+        about, n = NOTATIONS[name], len(numbers)
+        *found, locked = _read_back(about, F)
+        numbers += [*(angle * _DEGREES for angle in found), locked]
+        words = ", ".join(f"{word} {{{n + i}:3}}" for i, word in enumerate(about.words))
+        text.append(f"{name}: {words}{{{n + 3}? (locked)}}")
+    frame = euler.matrix("ZXZ", angles, degrees=True)
+    axes = np.concatenate([np.eye(3), frame.T])
+    scene = Scene(["turned"], extent=1.35 * np.concatenate([axes, -axes[:3] / 2]))
+    scene.triad("bed", "XYZ", length=1.0, colour=_MACHINE)
+    scene.triad("turned", "xyz", length=1.0, colour=_WORKPIECE, width=3)
+    scene.lines.append(Line("bed", [], _AXIS, 2.4, name="axis", span=(0, 2), dash=True, over=True))
+    scene.lines.append(Line("bed", [], _NODES, 1.6, name="nodes", span=(2, 4), over=True))
+    return formula(
+        scene.frame(*clearest(dict(zip("XYZxyz", axes, strict=True)))),
+        symbols,
+        [slider(name, low, 180, value) for name, low, value in zip("IJK", (-180, 0, -180), angles, strict=True)],
+        {"turned": F},
+        text,
+        numbers=numbers,
+        points=[-v, v, -1.25 * node, 1.25 * node],
+        height=460,
+    )
+
+
+def _read_back(about, matrix):
+    """The three angles of a `Notation` as expressions, its rule at the lock included, and 1 where it locks."""
+    sequence, step = (about.sequence, 1) if about.sequence.isupper() else (about.sequence[::-1].upper(), -1)
+    first, *_ = euler.arguments(sequence, matrix, 0)
+    locked = sp.sqrt(first[0] ** 2 + first[1] ** 2) < euler.LOCK
+    together = sp.atan2(*euler.arguments(sequence, matrix, 0)[2])
+    if (about.lock == "third") == (step > 0):  # the last turn about a moving axis is to be 0
+        i, k = ("XYZ".index(letter) for letter in (sequence[0], sequence[2]))
+        at_lock = (together * sp.sign(matrix[i, k]), 0)
+    else:
+        at_lock = (0, together)
+    a = sp.Piecewise((at_lock[0], locked), (sp.atan2(*first), True))
+    _, middle, third = euler.arguments(sequence, matrix, a)
+    angles = [a, sp.atan2(*middle), sp.Piecewise((at_lock[1], locked), (sp.atan2(*third), True))]
+    return [*angles[::step], sp.Piecewise((1, locked), (0, True))]
 
 
 def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):

@@ -18,6 +18,8 @@ COLOUR = {
     "machine": "#7f7f7f",
     "workpiece": "#0072b2",
     "tool": "#d55e00",
+    "outer": "#56b4e9",
+    "inner": "#e69f00",
     "first branch": "#009e73",
     "second branch": "#cc79a7",
     "published": "#000000",
@@ -31,8 +33,18 @@ COLOUR = {
     "aside": "#999933",
     "retract": "#aa4499",
 }
-STYLE = {"first branch": "-", "second branch": "--", "published": ":", "shortest": "-.", "paper": ":"}
-STYLE |= {"linear": "--", "aside": ":", "retract": "-."}
+STYLE = {
+    "outer": "-",
+    "inner": "--",
+    "first branch": "-",
+    "second branch": "--",
+    "published": ":",
+    "shortest": "-.",
+    "paper": ":",
+    "linear": "--",
+    "aside": ":",
+    "retract": "-.",
+}
 
 
 def figure(rows=1, columns=1, *, size=(7.0, 4.2), three_d=False):
@@ -248,34 +260,6 @@ def space(axes, radius, *, centre=(0.0, 0.0, 0.0), elevation=22.0, azimuth=-55.0
     axes.set_box_aspect((1, 1, 1), zoom=1.25)
     axes.view_init(elevation, azimuth)
     axes.set_axis_off()
-
-
-class Wire:
-    """A line through points of a child frame, shape (n, 3), that moves with the frame; NaN rows break it."""
-
-    def __init__(self, axes, points, **style):
-        self.points = np.asarray(points, dtype=float)
-        (self.line,) = axes.plot(*self.points.T, **style)
-
-    def move(self, frame):
-        """Redraw at a `mathpost.frame.Frame`; return the points in its parent."""
-        moved = self.points @ frame.rotation.T + frame.origin
-        self.line.set_data_3d(*moved.T)
-        return moved
-
-
-class Triad:
-    """A frame's three axes with their labels, as artists that move."""
-
-    def __init__(self, axes, *, colour, length=1.0, labels="XYZ", **style):
-        self.wires = [Wire(axes, [np.zeros(3), length * e], color=colour, **style) for e in np.eye(3)]
-        self.texts = [axes.text(0, 0, 0, label, color=colour, ha="center", va="center") for label in labels]
-
-    def move(self, frame):
-        """Redraw at a `mathpost.frame.Frame`."""
-        for wire, text in zip(self.wires, self.texts, strict=True):
-            start, end = wire.move(frame)
-            text.set_position_3d(start + 1.15 * (end - start))
 
 
 # Spreadsheets

@@ -8,6 +8,7 @@ Read `run` first, then `cl` (with `cl_words` and `arcs`), `planning`, `selection
 from collections import Counter
 from dataclasses import dataclass
 from functools import partial
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +70,7 @@ def run(
     errors=None,
     compare=False,
     progress=None,
+    **unknown,
 ):
     """Post-process CL data into a verified program.
 
@@ -127,12 +129,15 @@ def run(
     >>> result = run(cldata.read("data/cl/blade.cl"), machine.load("data/machines/dmu50v.toml"))
     >>> print("\\n".join(result.program.splitlines()[:4]))
     0 BEGIN PGM BLADE MM
-    1 L X-36.7809 Y-68.5751 Z+66.1338 B+11.8172 C+175.8146
-    2 L X-38.5803 Y-67.4446 Z+64.5272 B+10.3971 C+176.3180
-    3 L X-40.3337 Y-66.2876 Z+62.8983 B+8.9770 C+176.8215
+    1 ; MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT
+    2 L X-36.7809 Y-68.5751 Z+66.1338 B+11.8172 C+175.8146
+    3 L X-38.5803 Y-67.4446 Z+64.5272 B+10.3971 C+176.3180
     >>> result.report.tip_error < 0.01
     True
     """
+    if unknown:
+        known = [name for name, each in signature(run).parameters.items() if each.kind is each.KEYWORD_ONLY]
+        raise InputError("run", f"the options {', '.join(known)}", ", ".join(unknown))
     if singular not in Crossing.SAFE:
         raise InputError("singular", " or ".join(Crossing.SAFE), repr(singular))
     if not 0 < tolerance < np.inf:

@@ -71,6 +71,18 @@ def tip_deviation(kin, start, end):
     return error
 
 
+def axis_lag(kin, cl, start, end, place, place_after):
+    """Return how far the tool axis is at most, radians, from where `cl` has it at the same part of each move.
+
+    It is no less than the angle from the great circle, `deviation`: along it, too, the tool axis keeps up.
+    """
+    error = np.zeros(len(start))
+    for moves, t, _, axis in sampled(kin, start, end):
+        _, wanted = cl.at(place[moves] + t * (place_after - place)[moves])
+        error[moves] = 2 * np.arcsin(np.minimum(_peak(np.linalg.norm(axis - wanted, axis=-1)) / 2, 1))
+    return error + AXIS_RESOLUTION
+
+
 def sampled(kin, start, end, samples=None, least=2):
     """Yield some moves at a time, and what the tool does on them; arguments as in `deviation`.
 

@@ -13,7 +13,7 @@ import numpy as np
 from mathpost.errors import ReachError
 from mathpost.post import singular
 from mathpost.post.bellman import nearest
-from mathpost.post.between_blocks import AXIS_RESOLUTION, derivative, deviation, from_segment, tip_deviation
+from mathpost.post.between_blocks import axis_lag, derivative, deviation, from_segment, tip_deviation
 
 STILL = 0.01  # of the axis tolerance: where the great circle passes a singular axis as near as that, it meets it
 LOST = 1 / 8  # of the axis tolerance: a move that spans less and strays more does not go along its great circle
@@ -93,38 +93,36 @@ def follow(kin, cl, motion, tolerance, *, free=False):
     todo = motion.at_feed(cl) & ~np.asarray(free) & (turned**2 / 4 > tolerance)
     while True:
         moves = np.flatnonzero(todo)
-        axes = cl.at(place[moves])[1], cl.at(place[moves + 1])[1]
-        error = deviation(kin, joints[moves], joints[moves + 1], axes=axes)[1] + AXIS_RESOLUTION
-        todo[moves] = error > tolerance
+        error = np.zeros(len(todo))
+        error[moves] = axis_lag(kin, cl, joints[moves], joints[moves + 1], place[moves], place[moves + 1])
+        todo = error > tolerance
         if not todo.any():
             return Motion(joints, place, lifted)
-        # A move along the circle strays less than it spans.
-        lost = todo[moves] & (np.linalg.norm(axes[1] - axes[0], axis=1) < LOST * tolerance)
-        if lost.any():
+        moves = np.flatnonzero(todo)
+        start, end = (cl.at(place[at])[1] for at in (moves, moves + 1))
+        lost = moves[np.linalg.norm(end - start, axis=1) < LOST * tolerance]
+        if lost.size:
             raise ReachError(
-                f"{cl.where(int(np.ceil(place[moves[lost][0] + 1])))}: on its way there the tool axis strays "
-                f"{np.degrees(error[lost][0]):.3f}° from its great circle, more than {np.degrees(tolerance):.4g}°, "
+                f"{cl.where(int(np.ceil(place[lost[0] + 1])))}: on its way there the tool axis strays "
+                f"{np.degrees(error[lost[0]]):.3f}° from its great circle, more than {np.degrees(tolerance):.2g}°, "
                 "however often the move is divided"
             )
-        of, at, beside = _cuts(kin, cl, joints, place, np.flatnonzero(todo), STILL * tolerance)
+        of, at, beside = _cuts(kin, joints[moves], joints[moves + 1], start, end, STILL * tolerance)
+        of, at = moves[of], place[moves[of]] + at * np.diff(place)[moves[of]]
         joints = np.insert(joints, of + 1, _pose(kin, cl, at, beside), axis=0)
         place, lifted = np.insert(place, of + 1, at), np.insert(lifted, of + 1, False)
         todo = np.insert(todo, of, True)
 
 
-def _cuts(kin, cl, joints, place, moves, still):
-    """Of which move each cut is, its place, and the joints that it goes on from: those of an end, or of both."""
-    start, end = joints[moves], joints[moves + 1]
-    axes = cl.at(place[moves])[1], cl.at(place[moves + 1])[1]
-    t, distance = singular.nearest(kin, *axes)
-    aside = 2 * still / np.maximum(np.linalg.norm(axes[1] - axes[0], axis=1), 1e-300)
-    meets, middle = distance < still, (start + end) / 2
+def _cuts(kin, start, end, start_axis, end_axis, still):
+    """Of which move each cut is, at which part of it, and the joints to go on from: those of an end, or of both."""
+    t, distance = singular.nearest(kin, start_axis, end_axis)
+    aside = 2 * still / np.maximum(np.linalg.norm(end_axis - start_axis, axis=1), 1e-300)
+    meets = distance < still
     part = np.where(meets, [t - aside, t + aside], 0.5)
-    beside = np.where(meets[:, None], [start, end], middle)
-    kept = (part > 0) & (part < 1) & [np.ones_like(meets), meets]
-    move, side = np.nonzero(kept.T)
-    of, part = moves[move], part[side, move]
-    return of, place[of] + part * (place[of + 1] - place[of]), beside[side, move]
+    beside = np.where(meets[:, None], [start, end], (start + end) / 2)
+    move, side = np.nonzero(((part > 0) & (part < 1) & [np.ones_like(meets), meets]).T)
+    return move, part[side, move], beside[side, move]
 
 
 def _pose(kin, cl, place, beside):
@@ -134,7 +132,9 @@ def _pose(kin, cl, place, beside):
     second = np.sin(inner - float(sum(derived.solutions) / 2)) < 0
     joints = kin.inverse(*cl.at(place))[np.arange(len(place)), second.astype(int)]
     if (lost := np.isnan(joints).any(axis=1)).any():
-        raise ReachError(f"{cl.where(int(np.ceil(place[lost.argmax()])))}: the way there is out of reach")
+        raise ReachError(
+            f"{cl.where(int(np.ceil(place[lost.argmax()])))}: on its way there the tool axis is out of reach"
+        )
     joints[:, 3:] = beside[:, 3:] + nearest(joints[:, 3:] - beside[:, 3:])
     return joints
 

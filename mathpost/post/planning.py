@@ -17,7 +17,7 @@ from mathpost.post.proof import measured, prove
 from mathpost.post.selection import Selection
 from mathpost.post.singular import regions
 from mathpost.post.time_law import TimeLaw, slow_down, time_law
-from mathpost.post.ways import Crossing
+from mathpost.post.ways import Crossing, in_the_air
 from mathpost.rotation import slices
 
 # Radians; how far the printed digits of both rotary axes may turn the tool axis, and what samples miss.
@@ -126,7 +126,7 @@ def plan(
     for way in ways:
         taken[int(way.place[0]) : int(way.place[-1])] = True
     motion = follow(kin, cl, motion, room, free=taken[np.floor(motion.place[:-1]).astype(int)])
-    divided = _divided(kin, cl, motion, tolerance, tcp)
+    divided = _divided(kin, cl, motion, tolerance, tcp, clearance)
     between = divided if tolerance <= TRAVEL_TOLERANCE else _linearized(kin, cl, motion, TRAVEL_TOLERANCE)
     _refuse_out_of_travel(machine, cl, between)
     ideal, cautions = motion if tcp else divided, ()
@@ -164,7 +164,7 @@ def _through_the_records(joints, ways):
     return Motion.joined([*parts, Motion.on_part(joints[record:], place[record:])])
 
 
-def _divided(kin, cl, motion, tolerance, tcp):
+def _divided(kin, cl, motion, tolerance, tcp, clearance):
     """The motion with its moves divided until the tip keeps the tolerance, digits and what samples miss included.
 
     With TCP the digits of the angles do not move the tip.
@@ -175,7 +175,8 @@ def _divided(kin, cl, motion, tolerance, tcp):
     if (worst := moved.max()) > tolerance / 2:
         expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
         raise InputError("tolerance", expected, f"{tolerance}")
-    return _linearized(kin, cl, motion, tolerance - np.maximum(moved[:-1], moved[1:]))
+    keep = tolerance - np.maximum(moved[:-1], moved[1:])
+    return _linearized(kin, cl, motion, in_the_air(motion, keep, clearance))
 
 
 def _linearized(kin, cl, motion, tolerance):

@@ -6,6 +6,7 @@ the whole path by dynamic programming (动态规划, R. Bellman 1957), the short
 source 002.
 """
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,7 +17,7 @@ from mathpost.post import bellman, singular, travel, yu_dan
 from mathpost.post.bellman import UNITS
 
 STRATEGIES = ("optimal", "shortest", "paper")
-SWAY = np.radians(0.05)  # how far the tool axis may leave its great circle for a change of branch in cut
+SWAY = np.radians(5.0)  # for choices alone; a program's may leave the great circle by half of its axis tolerance
 POLE = 1e-10  # radians from the pole, within which every outer angle is right
 PREFERENCE = 1e-6  # cost of beginning on the other branch than the preferred one
 
@@ -166,6 +167,14 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     if strategy == "paper":
         joints, branch = yu_dan.choose(kin, cl, prefer)
         return Selection(joints, branch, travel.path_cost(machine, joints, weights, start), (), strategy)
+
+    if (loose := travel.without_far_limits(machine)) != machine:  # hundreds of windings that hardly ever matter
+        without = copy(kin)
+        without.machine = loose
+        options = {"weights": weights, "start": start, "split": split, "prefer": prefer, "sway": sway}
+        chosen = choose(without, cl, strategy, **options)
+        if travel.all_within(machine, chosen.joints).all():  # the best way without a limit, and inside it
+            return chosen
 
     solved, turns = _solutions(kin, cl.points, cl.axes), _turns(machine)
     first = _explained(kin, solved[..., :1])

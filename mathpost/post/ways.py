@@ -23,6 +23,7 @@ ASIDE_NODES = 181  # nodes of a path moved aside
 AXIS_TOLERANCE = np.radians(0.1)
 LEAN = np.radians(1.0)
 CLEARANCE = 20.0  # mm
+AIR = 0.1  # of the clearance, how far a lifted tip may stray
 NEAR = 50  # records on both sides of a region that its ways are run with
 
 
@@ -146,9 +147,8 @@ class Crossing:
             motion = ways[name]()
             if name in self.FOLLOWING:
                 motion = follow(self.kin, self.cl, motion, self.axis_tolerance)
-                motion = linearize(
-                    self.kin, motion.joints, self.tolerance, place=motion.place, lifted=motion.lifted
-                )
+                keep = in_the_air(motion, self.tolerance, clearance)
+                motion = linearize(self.kin, motion.joints, keep, place=motion.place, lifted=motion.lifted)
         except MathpostError as error:
             none = Motion.on_part(np.empty((0, 5)), [])
             return Way(**vars(none), name=name, reason=str(error))
@@ -253,6 +253,11 @@ class Crossing:
         tips, feeds = self.kin.forward(run.joints)[0], self.cl.feeds[np.ceil(run.place[1:]).astype(int)]
         machine = self.kin.machine
         return time_law(machine, run.joints, block_times(machine, run.joints, tips, feeds, run.in_cut))
+
+
+def in_the_air(motion, tolerance, clearance):
+    """Return the tolerance of the tip (mm) for each move, more for those that are lifted."""
+    return np.where(motion.in_cut, tolerance, np.maximum(tolerance, AIR * clearance))
 
 
 def refuse_nonsense(lean, clearance):

@@ -15,13 +15,16 @@ from nbclient.exceptions import CellExecutionError
 from scipy.spatial.transform import Rotation
 
 from mathpost import angles as euler
+from mathpost import post
 from mathpost.course import exercise
 from mathpost.course.answers import Angle, Joints, Name, Names, Number, Pose, Vector
+from mathpost.course.lesson_data import load
 from mathpost.course.verdict import EXERCISES, MIME, NO_MIXUP, OPEN, RIGHT, UNREADABLE, WRONG, Exercise
 from mathpost.detective.misreadings import Explanation, Misreading
 from mathpost.errors import InputError, read_text
 from mathpost.frame import Frame
 from mathpost.measure.cutter import Cutter
+from mathpost.post import cl, program, selection
 from tests.conftest import LESSONS, ROOT
 
 OURS = {name: each for name, each in EXERCISES.items() if each.solve.__module__.startswith("mathpost.course")}
@@ -45,6 +48,7 @@ BY_HAND = {
     "05b-turns": [150, -190, -175, -155],
     "05b-count": 5,
     "05b-best": 5,
+    "07-way": "retract",
     "08-words": "A, B",
     "09-vertical": [0, 0, 0],
     "11-factor": 2.92,
@@ -53,8 +57,22 @@ BY_HAND = {
     "13-sign": [0, -10, 0],
     "14-post": -90,
 }
+
+
+def flank(records, *, tcp=False, mirrored=1, singular=None):
+    """A program for 07-alone: its records and nothing between them, or what `run` makes of them."""
+    kin, path = load("bc_table"), cl.parse(exercise.given("07-alone"))
+    if singular:
+        return post.run(path, kin.machine, singular=singular).program
+    joints = selection.choose(kin, path).joints[records] * [1, 1, 1, 1, mirrored]
+    words = program.rounded(np.c_[kin.forward(joints)[0], joints[:, 3:]] if tcp else joints)
+    count = len(words)
+    blocks = program.Blocks(words, np.full(count, 800.0), np.full(count, np.nan), np.zeros(count, bool), tcp)
+    return program.write(blocks, kin.machine)
+
+
 JUDGED = [  # exercises with many solutions: an answer, and what is said of it
-    ("03-choice", (0, -105), "Both go to A-45 C-90"),
+    ("03b-choice", (0, -105), "Both go to A-45 C-90"),
     ("05-meet", (0, 0, 1), "straight up"),
     ("05-meet", (1, 0, 1), "two positions"),
     ("05-meet", (0, 0, -1), "out of reach"),
@@ -64,8 +82,16 @@ JUDGED = [  # exercises with many solutions: an answer, and what is said of it
     ("06-limits", (0, 5), "cannot be used: data/cl/blade.cl, line 2, record 1: no solution inside travel"),
     ("06-limits", (5, 0), "lower and the upper"),
     ("07-lowest", -5, "C still swings"),
-    ("07-lowest", -25, "need not go so far"),
+    ("07-lowest", -25, "the path may also begin on the other branch"),
+    ("07-lowest", -12, "the first record, which is the deepest below zero then, needs -11.82° only"),
     ("07-lowest", 300, "between -180 and 180"),
+    ("07-alone", flank(np.arange(11)), "Between records 1 and 2 the tip strays by 0.019 mm"),
+    ("07-alone", flank(np.arange(11), tcp=True), "Between records 5 and 6 the tool axis strays by 0.140°"),
+    ("07-alone", flank([0, *range(2, 11)]), "No block ends at record 2, in its turn"),
+    ("07-alone", flank(np.arange(11), mirrored=-1), "with the tool axis 1.200° off"),
+    ("07-alone", flank(np.arange(11), singular="retract"), RIGHT),
+    ("07-alone", "HELLO", "cannot be used: your program, line 1"),
+    ("07-alone", 5, "found something else"),
     ("11-gouge", (Cutter.ball(12), Cutter.ball(11.8)), "does not gouge"),
     ("11-gouge", (Cutter.ball(10), Cutter.flat(12)), "is not smaller"),
     ("11-gouge", ((10, 9), (8, 1)), "cannot be used: cutter: expected a diameter above 0"),

@@ -16,10 +16,12 @@ from mathpost.post import cl as cldata
 from mathpost.post import program
 from mathpost.post.between_blocks import deviation
 from mathpost.post.motion import Motion
+from mathpost.post.program import MOTION_ONLY
 from mathpost.post.proof import measured
 from mathpost.post.ways import Crossing
 from tests.conftest import DATA, ROOT
 from tests.machines import machines
+from tests.post.sampled import sampled_errors
 
 BLADE, DMU = str(DATA / "cl/blade.cl"), str(DATA / "machines/dmu50v.toml")
 
@@ -41,26 +43,6 @@ def test_the_blade(dmu50v, blade, dialect, tcp):
     assert result.report.tip_error < 2e-4 and result.report.axis_error < 2e-4
     assert result.report.path_tip_error <= 0.01 and result.report.path_axis_error <= 0.1
     assert len(result.blocks.words) == (7 if tcp else pytest.approx(121, abs=20))
-
-
-def sampled_errors(kin, cl, joints, place, cut, samples):
-    """The largest distance (mm) and angle (degrees) of the moves in cut, from the records and the forward alone."""
-    tip_error = axis_error = 0.0
-    for t in np.linspace(0, 1, samples):
-        tip, axis = kin.forward(joints[:-1] + t * np.diff(joints, axis=0))
-        record = np.minimum(np.floor(place[:-1]).astype(int), len(cl) - 2)
-        start, along = cl.points[record], cl.points[record + 1] - cl.points[record]
-        part = np.vecdot(tip - start, along) / np.maximum(np.vecdot(along, along), 1e-300)
-        tip_error = max(
-            tip_error, np.linalg.norm(tip - start - np.clip(part, 0, 1)[:, None] * along, axis=1)[cut].max()
-        )
-        # From the great circle through both records, or from them where it has no direction.
-        normal = np.cross(cl.axes[record], cl.axes[record + 1])
-        turn = np.linalg.norm(normal, axis=1)
-        off = np.abs(np.vecdot(axis, normal)) / np.maximum(turn, 1e-300)
-        off = np.where(turn > 1e-9, off, np.linalg.norm(axis - cl.axes[record], axis=1))
-        axis_error = max(axis_error, np.degrees(np.arcsin(off[cut].max())))
-    return tip_error, axis_error
 
 
 @pytest.mark.parametrize("name", ["dmu50v", "ac_table", "head_b_table_c"])
@@ -257,7 +239,7 @@ def test_wrong_options(dmu50v, blade, change):
 
 
 def test_an_option_that_nobody_knows(dmu50v, blade):
-    with pytest.raises(TypeError, match="workers"):
+    with pytest.raises(InputError, match="dialect, tcp, .*found workers"):
         post.run(blade, dmu50v.machine, workers=2)
 
 
@@ -306,7 +288,7 @@ class TestShell:
     def test_program_and_report(self, tmp_path, capsys):
         path = tmp_path / "blade.h"
         assert main(["post", BLADE, "--machine", DMU, "--compare", "-o", str(path)]) == 0
-        assert path.read_text().startswith("0 BEGIN PGM BLADE MM\n1 L X-36.7809")
+        assert path.read_text().startswith(f"0 BEGIN PGM BLADE MM\n1 ; {MOTION_ONLY}\n2 L X-36.7809")
         report = capsys.readouterr()
         assert report.out == "" and "tip error" in report.err and "paper cubic" in report.err
         assert [file.name for file in tmp_path.iterdir()] == ["blade.h"]

@@ -602,6 +602,19 @@ def test_many_windings():
     assert limits.breaks == ()
 
 
+@pytest.mark.parametrize("strategy", ["optimal", "shortest"])
+def test_a_limit_of_many_turns_that_is_met_is_kept(strategy, monkeypatch):
+    """More turns than travel has, one way: the path is split, as often as all windings together say."""
+    cl = turning(12, count=200)
+    wide = limited("ac_table", outer=(-1900, 1900))
+    chosen = selection.choose(wide, cl, strategy, split=True)
+    assert travel.all_within(wide.machine, chosen.joints).all()
+    monkeypatch.setattr(travel, "MANY", np.inf)
+    every = selection.choose(wide, cl, strategy, split=True)
+    np.testing.assert_allclose(chosen.joints, every.joints, atol=1e-9)
+    assert chosen.breaks == every.breaks != ()
+
+
 SHORT_PATH = """
 import numpy as np
 from mathpost import machine
