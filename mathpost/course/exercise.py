@@ -20,9 +20,9 @@ from mathpost.course import (
     exercises_calibration,  # noqa: F401
     exercises_compensation,  # noqa: F401
     exercises_datum,  # noqa: F401
+    exercises_path,  # noqa: F401
     exercises_rotation,  # noqa: F401
     exercises_selection,  # noqa: F401
-    exercises_singular,  # noqa: F401
 )
 from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Verdict, define, slip
 from mathpost.errors import InputError, read_text

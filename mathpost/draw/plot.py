@@ -42,10 +42,10 @@ STYLE = {
     "published": ":",
     "shortest": "-.",
     "paper": ":",
+    "kept": "--",
     "linear": "--",
     "aside": ":",
     "retract": "-.",
-    "kept": "--",
 }
 
 

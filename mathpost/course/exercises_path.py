@@ -3,14 +3,12 @@
 import numpy as np
 
 from mathpost.course.answers import Name, Number, Vector
-from mathpost.course.lesson_data import blade, load, with_travel
+from mathpost.course.lesson_data import SWING, blade, largest_swing, load, with_travel
 from mathpost.course.verdict import define, slip
 from mathpost.post import selection, singular, yu_dan
 from mathpost.post.between_blocks import deviation
 from mathpost.post.motion import equation_8, linearize
 from mathpost.post.ways import Crossing
-
-SWING = 90.0  # degrees from one record to the next: more is a swing
 
 # 06 The singular region
 
@@ -82,8 +80,7 @@ def no_swing(limits):
     low, high = limits
     if not -180 <= low < high <= 180:
         return "Give the lower and the upper limit in degrees, between -180 and 180."
-    joints = selection.choose(with_travel(load("ac_table"), low, high), blade()).joints
-    swing = np.degrees(np.abs(np.diff(joints[:, 4])).max())
+    swing = largest_swing(with_travel(load("ac_table"), low, high))
     return "" if swing > SWING else f"With A from {low:g} to {high:g} C turns by {swing:.1f}° at most: no swing."
 
 
