@@ -87,22 +87,9 @@ def task_file(path):
 class Recognised:
     """What is what in a workbook.
 
-    Attributes
-    ----------
-    typed : set
-        Places of numbers, and of formulas such as =RADIANS(20) that use no cell.
-    windows : list of tuples
-        Nine or sixteen places, row by row, of each matrix.
-    angles, lengths, constants : set
-        Places of typed numbers that some formula uses.
-    turning : set
-        Places that go into a sine or cosine, directly or converted.
-    vectors : set
-        Places of formulas that depend on lengths.
-    calculations : list of `mathpost.workbook.calculation.Calculation`
-    problems : list of str
-    by : str
-        Who says what was asked: ``"the task"``, ``"the text"`` or ``"source 000"``.
+    `typed` are the places of numbers, and of formulas such as =RADIANS(20) that use no cell; those that others use
+    are `angles`, `lengths` or `constants`. `turning` go into a sine or cosine, `vectors` depend on lengths; `windows`
+    are matrices, row by row. `by` says who names the reading: the task, the text, or source 000.
     """
 
     def __init__(self, graph, task):
