@@ -9,7 +9,7 @@ import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.workbook.file import local_address
-from mathpost.workbook.formula import Area, NotUnderstood, areas, evaluate, parse, text_of, with_areas
+from mathpost.workbook.formula import Area, NotUnderstood, areas, evaluate, parse, text_of, walk, with_areas
 
 SAMPLES = 8
 CLOSE = 1e-8  # relative: what the arithmetic of a spreadsheet loses
@@ -107,6 +107,11 @@ class Graph:
         return list(dict.fromkeys(place for area in areas(tree) for place in area.places))
 
     @cached_property
+    def parts(self):
+        """The parts of all formulas, as `walk` yields them."""
+        return [part for tree in {id(t): t for t in self.trees.values()}.values() for part in walk(tree)]
+
+    @cached_property
     def uses(self):
         """Place of a formula → the places it refers to, in order and without repetition."""
         found = {id(tree): self.used_by(tree) for tree in {id(t): t for t in self.trees.values()}.values()}
@@ -145,16 +150,20 @@ class Graph:
         return found
 
     @cached_property
-    def component(self):
-        """Place of a number or formula → all those that hang together with it edge to edge, as they are read."""
-        found = {}
-        left = {p for p, cell in self.cells.items() if cell.formula or cell.meant is not None}
-        while left:
-            near = _reached([next(iter(left))], lambda place, left=left: left.intersection(beside(place)))
-            left = left - near
-            near = tuple(sorted(near, key=self.reading_order))
-            found.update(dict.fromkeys(near, near))
+    def components(self):
+        """Numbers and formulas that hang together edge to edge, as they are read."""
+        found, left = [], {p for p, cell in self.cells.items() if cell.formula or cell.meant is not None}
+        for place in sorted(left, key=self.reading_order):
+            if place in left:
+                near = _reached([place], lambda p: left.intersection(beside(p)))
+                left -= near
+                found.append(tuple(sorted(near, key=self.reading_order)))
         return found
+
+    @cached_property
+    def component(self):
+        """Place of a number or formula → the component that it is of."""
+        return {place: component for component in self.components for place in component}
 
     def form(self, place):
         """The formula of a cell as text with all references of one size alike, or None."""

@@ -208,7 +208,7 @@ class Judge:
         known = [np.ones(SAMPLES), *(entry for c in self.live for _, entry in self._entries(c))]
         for c in self.live:
             known += [np.linalg.norm(vector, axis=0) for vector in c.known.get(3, ())]
-            for expected in set(graph.component.values()) if c.known.get(3) else ():
+            for expected in graph.components if c.known.get(3) else ():
                 if len(expected) == 3 and self.found.typed.issuperset(expected):
                     off = np.array([c.targets[p] for p in c.results[:3]]) - self.block(expected)
                     known += [
@@ -471,7 +471,7 @@ class Judge:
                 same(w, wanted) or any(same(w @ v, now) for v in windows.values()) for w in windows.values()
             )
             return "transposed", "the matrix should be transposed", UNLIKELY * (known and not copy)
-        lines = {c for c in self.graph.component.values() if len(c) == size and c != unit}
+        lines = {c for c in self.graph.components if len(c) == size and c != unit}
         for (a, left), (b, right) in (
             (a, b) for a in windows.items() for b in (windows if square else {c: matrix(c) for c in lines}).items()
         ):
