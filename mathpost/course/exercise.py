@@ -25,7 +25,7 @@ from mathpost.course import (
 from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Verdict, define, slip
 from mathpost.errors import InputError, read_text
 
-__all__ = ["answered", "check", "define", "given", "judge", "progress", "saved", "slip", "solution"]
+__all__ = ["answered", "check", "define", "given", "judge", "progress", "reveal", "saved", "slip", "solution"]
 MARKS = {RIGHT: "●", WRONG: "◐", OPEN: "○"}
 SAID = re.compile(rf"^([\w-]+) · ({RIGHT}|{WRONG}|{OPEN})\.", re.MULTILINE)
 _tried = set()  # exercises of which an attempt was checked in this session
@@ -110,6 +110,23 @@ def given(name):
     if _named(name).given is None:
         raise InputError("exercise", "one that hands something out", repr(name))
     return _named(name).given()
+
+
+def reveal(guess, truth):
+    """Answer what the learner predicted in the lesson: say what is true, and whether it was guessed.
+
+    Examples
+    --------
+    >>> reveal(None, "negative")
+    The answer: negative. You have not guessed: write a guess down before you go on, even a wild one.
+    >>> reveal(1, -1)
+    The answer: -1. You guessed 1. Find out why before you go on.
+    """
+    same = str(guess).strip().casefold() == str(truth).casefold()
+    said = "You guessed it." if same else f"You guessed {guess}. Find out why before you go on."
+    if guess is None:
+        said = "You have not guessed: write a guess down before you go on, even a wild one."
+    print(f"The answer: {truth}. {said}")
 
 
 def saved(path):
