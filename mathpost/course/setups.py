@@ -72,7 +72,7 @@ def head_from_above():
     return "seen from above: the tips of all heads touch one point", [
         *parts,
         ("ring", (point, 0.45), "machine", "vertical head", (-3.6, 1.2)),
-        ("turn", (point, 3.4, 80, 10), "machine", "angle grows: clockwise", (2.2, 1.6)),
+        ("turn", (point, 3.4, 80, 10), "machine", "angle grows: clockwise", (2.6, 2.6)),
         ("arrow", [(-2.4, 2.2), (-1.5, 2.2)], "machine", "X"),
         ("arrow", [(-2.4, 2.2), (-2.4, 3.1)], "machine", "Y"),
     ]
@@ -92,7 +92,7 @@ def lhyset():
         ("arrow", [vertical, horizontal], "published", "U", (-4.0, -4.0)),
         (
             "arrow",
-            [horizontal + [0.0, -0.25], vertical + [0.1, -0.25]],
+            [(2.4, 3.15), (0.1, 1.95)],
             "second branch",
             "LHYSET: −U_h",
             (5.6, 0.0),
@@ -135,7 +135,7 @@ def probe():
         ("body", _circle(first, 0.28), "workpiece", "p₀", (2.2, -0.4)),
         ("body", _circle(second, 0.28), "workpiece", "p₁", (2.2, -0.4)),
         ("turn", ((0, 0), 2.12, 36, -36), "tool", "table: A+", (2.2, 0)),
-        ("line", [first, first + [0, 1.1]], "tool", "probe", (1.6, 0.8)),
+        ("line", [first, (1.5, 2.6)], "tool", "probe", (1.6, 0.8)),
         ("arrow", [(-1.7, -1.7), (-0.9, -1.7)], "machine", "Y"),
         ("arrow", [(-1.7, -1.7), (-1.7, -0.9)], "machine", "Z"),
     ]
@@ -162,7 +162,7 @@ def ball():
     return "a ball at two heights, the control follows it", parts
 
 
-def test_bar():
+def bar():
     """Lesson 11: a bar in a head that tilts by ψ, the dial at its tip."""
     return "test bar: what the control believes (grey), what hangs there", [
         ("dashed", [(0, 0), (0, -3)], "machine", "L", (-0.9, 0)),
@@ -235,28 +235,25 @@ def positioning_sign():
         end = centre + 1.9 * np.array([np.cos(np.radians(actual)), np.sin(np.radians(actual))])
         parts += [
             ("ring", (centre, 1.6), "machine", ""),
-            ("dashed", [centre, centre + [2.0, 0]], "machine", ""),
+            ("dashed", [centre, (left + 2.0, 0)], "machine", ""),
             ("line", [centre, end], "published", ""),
             ("turn", (centre, 1.2, 0, actual), "published", f"{name}ECC", (1.4, 0)),
             ("turn", (centre, 0.6, 90, 90 + (150 if actual > 0 else -150)), "tool", "C+", (0, 1.6)),
-            ("line", [centre + [-1.6, -2.2], centre + [1.6, -2.2]], "machine", f"axis = {axis}", (0, -1.0)),
+            ("line", [(left - 1.6, -2.2), (left + 1.6, -2.2)], "machine", f"axis = {axis}", (0, -1.0)),
         ]
     return "10″ too far: about +Z here, about −Z there", parts
 
 
 def _stack(lower, upper):
     """Two turning bodies on a bed."""
-    about_x, about_y = [(1.9, -0.1), (2.6, -0.1)], [(0, 2.3), (0, 3.0)]
-    arrows = {
-        "A": ("arrow", about_x, "first branch", "A (along X)", (2.2, 0)),
-        "B": ("arrow", about_y, "second branch", "B (along Y)", (0, 0.4)),
-    }
+    colours = {"A": "first branch", "B": "second branch"}
     return [
         ("body", _box(0, -1.6, 2.2, 0.3), "machine", "bed"),
-        ("body", _box(0, -0.5, 1.7, 0.7), "first branch" if lower == "A" else "second branch", lower),
-        ("body", _box(0, 0.6, 1.1, 0.3), "first branch" if upper == "A" else "second branch", upper),
+        ("body", _box(0, -0.5, 1.7, 0.7), colours[lower], lower),
+        ("body", _box(0, 0.6, 1.1, 0.3), colours[upper], upper),
         ("body", _box(0, 1.5, 0.6, 0.5), "workpiece", "part"),
-        *arrows.values(),
+        ("arrow", [(1.9, -0.1), (2.6, -0.1)], colours["A"], "A (along X)", (2.2, 0)),
+        ("arrow", [(0, 2.3), (0, 3.0)], colours["B"], "B (along Y)", (0, 0.4)),
     ]
 
 

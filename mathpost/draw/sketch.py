@@ -23,7 +23,8 @@ def sketch(axes, parts, *, title=""):
     --------
     >>> from matplotlib.figure import Figure
     >>> axes = Figure().subplots()
-    >>> sketch(axes, [("body", [(0, 0), (2, 0), (2, 1)], "workpiece", "part"), ("arrow", [(0, 0), (0, 1)], "tool", "Z")])
+    >>> part = ("body", [(0, 0), (2, 0), (2, 1)], "workpiece", "part")
+    >>> sketch(axes, [part, ("arrow", [(0, 0), (0, 1)], "tool", "Z")])
     >>> [text.get_text() for text in axes.texts]
     ['part', 'Z']
     """
