@@ -45,8 +45,9 @@ BY_HAND = {
     "09-vertical": [0, 0, 0],
     "11-factor": 2.92,
     "11-psi": 90,
-    "12-steps": [5, 7, 9, 11],
+    "12-steps": [3, 4, 5],
     "13-sign": [0, -10, 0],
+    "13-ecc": -58.18,
     "14-post": -90,
 }
 JUDGED = [  # exercises with many solutions: an answer, and what is said of it
