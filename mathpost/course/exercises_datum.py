@@ -138,9 +138,9 @@ def wrapped():
 @slip("That is at 45°, from the lesson.", angle=45)
 @slip(
     "These are the arms only; the head vectors differ in direction.",
-    lambda: np.linalg.norm(horizontal_head.fit_head(head()).head().vector(135)) - np.linalg.norm(head().vector(0)),
+    lambda: np.linalg.norm(horizontal_head.fit_head(head()).head().vector(205)) - np.linalg.norm(head().vector(0)),
 )
-def unlisted(angle=135):
+def unlisted(angle=205):
     """It falls through to the first label and uses U_0, almost two arm lengths away."""
     wanted = horizontal_head.fit_head(head()).head().vector(angle)
     return np.linalg.norm(wanted - head().vector(0))
