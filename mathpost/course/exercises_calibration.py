@@ -6,7 +6,7 @@ import numpy as np
 
 from mathpost import machine
 from mathpost.course.answers import Names, Number, Vector
-from mathpost.course.lesson_data import data
+from mathpost.course.lesson_data import data, load
 from mathpost.course.verdict import define, slip
 from mathpost.measure import cutter, rotary_axis
 
@@ -145,7 +145,20 @@ def no_gouge(pair):
     return ""
 
 
-@define("11-gouge", Vector(names="D₁ r₁ D₂ r₂", decimals=None, said="two cutters, old and new"), complaint=no_gouge)
+@define(
+    "11b-gouge", Vector(names="D₁ r₁ D₂ r₂", decimals=None, said="two cutters, old and new"), complaint=no_gouge
+)
 def gouge():
     """The flat of a bull nose reaches further out at the bottom than the ball did, though it is thinner."""
     return cutter.Cutter.ball(10), cutter.Cutter(diameter=8, rim=1)
+
+
+@define("11b-length", Number(decimals=1, unit="µm"), hint="The offset is along the tool as it stands at A0.")
+@slip("That is when nobody told the control: the whole length along the tool.", told="nothing")
+@slip(
+    "The offset moves along Z only; what is missing along Z is not all.", lambda: 250 * (1 - np.cos(np.radians(40)))
+)
+@slip("That is sideways only.", lambda: 250 * np.sin(np.radians(40)))
+def length(told="length offset"):
+    """The difference of two directions 40° apart: 2·sin 20° times the length."""
+    return 1e3 * np.linalg.norm(cutter.tip_shift(load("ac_head"), [0, 0, 0, 0, 40], -0.25, told, degrees=True))
