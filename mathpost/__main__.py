@@ -10,7 +10,7 @@ from importlib import metadata
 from pathlib import Path
 
 from mathpost import codegen, machine, workbook
-from mathpost.compensate.model import Structure, read_errors
+from mathpost.compensate.model import read_errors
 from mathpost.compensate.readings import METHODS, template
 from mathpost.detective.euler_angles import explain
 from mathpost.detective.rotary_axes import explain_joints
@@ -140,14 +140,12 @@ def _calibrate(options):
         return 0
     said = {name: getattr(options, name) for name in ("method", "unit", "axis", "positive", "sigma")}
     said = {name: value for name, value in said.items() if value is not None}
-    if options.structure:
-        said["structure"] = Structure.parse(options.structure, setup, "--structure")
     if not options.readings:
         raise InputError("calibrate", "files of readings, or --template", "none")
     found = calibrate(setup, options.readings, squareness=options.squareness or None, **said)
     print(found)
     if options.output:
-        handover.write(found, options.machine, options.output)
+        handover.write(found, options.machine, options.output, inputs=options.readings)
     return 0
 
 
