@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from mathpost.course.answers import Kind, Name, Number, Vector
-from mathpost.course.lesson_data import blade, data, largest_swing, load, with_travel
+from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, with_travel
 from mathpost.course.verdict import define, slip
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
@@ -17,7 +17,6 @@ from mathpost.post.between_blocks import deviation
 from mathpost.post.motion import linearize
 
 ROWS = (40, 50, 60, 70, 80)
-SWING = 90.0  # degrees from one record to the next: more is a swing
 SPOILT = 12  # the move of 07-block that is spoilt, counted from 0
 TIP, AXIS, LIFTED = 0.01, 0.1, 1.0  # mm and degrees that 07-alone grants; mm above the path: not in cut
 
@@ -44,7 +43,7 @@ def table(number):
 
 @define("07-next", Vector(names="B C", unit="degrees"), hint="Only the time is missing: put it into the curve.")
 @slip(
-    "That is the clamped cubic of equation (7). The printed points are on the other one.",
+    "That is the clamped cubic of equation (7). The printed points are on another.",
     curve=yu_dan.paper_clamped,
 )
 @slip(
@@ -52,7 +51,7 @@ def table(number):
     curve=lambda rows, t: rows[1] + t * (rows[2] - rows[1]),
 )
 def next_point(curve=yu_dan.paper_cubic, t=0.975):
-    """A step of 0.175 from t = 0.8; no row of the table is needed, only the four rows that the cubic passes."""
+    """A step of 0.2 from t = 0.775; no row of table 3 is needed, only the four rows that the cubic passes."""
     return curve(table(2)[:4], t)[3:]
 
 
@@ -144,7 +143,7 @@ def lowest():
     hint="Two of them keep 0.1°. Where does the tool stand while C turns?",
 )
 @slip("Smooth, but its tool axis leaves the great circle by 1.6°.", "cubic")
-@slip("It keeps both tolerances. But the tool rubs on one spot of the part while C turns.", "direct")
+@slip("It keeps both tolerances. But the tool turns on one spot of the part for more than five seconds.", "direct")
 @slip("Its tool axis leaves the great circle by 2.6°.", "linear")
 @slip("Its tool axis leaves the great circle by 1.0°, on purpose.", "aside")
 def way():
@@ -157,7 +156,7 @@ def way():
 
 @cache
 def new_path():
-    """Eleven records on a hollow flank, the tool tilting past the pole at 0.6° from it, as the text of a CL file."""
+    """The text of a CL file: a hollow flank, the tool tilting past the pole at 0.6° from it."""
     across, tilt = np.linspace(-20, 20, 11), np.radians(np.linspace(-14, 11, 11))
     points = np.stack([across, 30 + across**2 / 50, 10 - across / 10], axis=1)
     axes = np.stack([np.sin(tilt), np.full(11, np.sin(np.radians(0.6))), np.cos(tilt)], axis=1)
@@ -222,5 +221,5 @@ def unproved(text):
 
 @define("07-alone", Program("bc_table"), given=new_path, complaint=unproved)
 def alone():
-    """Read back from its own text, every record is reached in order, and the way between them keeps both tolerances."""
+    """Read back, it reaches every record in order, and the way between them keeps both tolerances."""
     return run(cldata.parse(new_path()), load("bc_table").machine, name="flank").program

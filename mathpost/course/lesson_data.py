@@ -12,6 +12,8 @@ from mathpost.errors import data_file
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl, selection
 
+SWING = 90.0  # degrees of C from one record to the next: more is a swing
+
 
 def data(path):
     """Return the path of a file of the course's data: above the working folder, or what came with the package."""
