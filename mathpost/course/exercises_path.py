@@ -1,12 +1,14 @@
-"""The exercises of lesson 06: the singular region."""
+"""The exercises of lessons 06 and 06b: the singular region, and the ways through it in real seconds."""
 
 import numpy as np
 
-from mathpost.course.answers import Number, Vector
+from mathpost.course.answers import Name, Number, Vector
 from mathpost.course.lesson_data import SWING, blade, largest_swing, load, with_travel
 from mathpost.course.verdict import define, slip
-from mathpost.post import selection, singular
+from mathpost.post import selection, singular, yu_dan
+from mathpost.post.between_blocks import deviation
 from mathpost.post.motion import equation_8, linearize
+from mathpost.post.ways import Crossing
 
 # 06 The singular region
 
@@ -26,6 +28,30 @@ def price(measure=singular.amplification):
     return measure(load("dmu50v"), tool)
 
 
+@define("06-speed", Number(decimals=2, unit="degrees"), hint="By which factor may C be faster than the tool?")
+@slip("That takes the sine for the angle itself. At this size the second decimal shows it.", inverse=lambda x: x)
+@slip("That takes the tangent. Near the pole C turns 1/sin d times as fast as the tool.", inverse=np.arctan)
+@slip("That is the angle from the equator: you took the cosine.", inverse=np.arccos)
+def speed(inverse=np.arcsin):
+    """C may be five times as fast as the tool, so sin d is one fifth."""
+    return np.degrees(inverse(12 / 60))
+
+
+@define(
+    "06-region", Number(decimals=2, unit="degrees"), hint="Which point of a great circle is nearest to the pole?"
+)
+@slip("That is the nearer of the two ends. Between them the tool comes nearer.", share=0)
+@slip("That is half way. The nearest point lies where the circle turns back from the pole.", share=0.5)
+def nearest(share=None):
+    """The circle stays in a plane; the pole is as far from it as it is from being square to the plane's normal."""
+    first, last = np.array([-0.05, 0.03, 1]), np.array([0.07, 0.03, 1])
+    if share is not None:
+        point = first + share * (last - first)
+        return np.degrees(np.arccos(point[2] / np.linalg.norm(point)))
+    normal = np.cross(first, last)
+    return np.degrees(np.arcsin(abs(normal[2]) / np.linalg.norm(normal)))
+
+
 @define("06-pieces", Number(decimals=0, tolerance=2.5), hint="How does the error fall with the number of pieces?")
 @slip(
     "A quarter of the error needs twice the pieces, not four times: the error falls with the square.",
@@ -38,14 +64,15 @@ def pieces(tolerance=0.0025):
     return len(linearize(load("dmu50v"), joints[1:3], tolerance).joints) - 1
 
 
-@define(
-    "06-yardstick", Number(decimals=1, unit="mm"), hint="Compare the tip on the way with the line of the CL data."
-)
+@define("06-yardstick", Number(decimals=1, unit="mm"), hint="Where is the tip half way, and where should it be?")
 @slip("That is what it claims, measured against its own chords. Where should the tip be?", measured=1)
-def yardstick(measured=2):
-    """All its points lie on the line that the control follows anyway. Measure against the CL data."""
-    start, end = selection.choose(load("dmu50v"), blade()).joints[1:3]
-    return equation_8(load("dmu50v"), start, end, 0.01)[measured]
+@slip("That takes the sagitta of the whole angle; the angle is halved first.", angle=240)
+@slip("That is the chord, not its distance from the arc.", lambda: 2 * 40 * np.sin(np.radians(60)))
+def yardstick(measured=2, angle=120):
+    """All its points lie on the line that the control follows anyway: r·(1 − cos 60°), however many there are."""
+    kin = load("dmu50v")
+    start, end = kin.close([40, 0, 0], np.radians([[0, 0], [0, angle]]))
+    return equation_8(kin, start, end, 0.05)[measured]
 
 
 def no_swing(limits):
@@ -61,3 +88,93 @@ def no_swing(limits):
 def limits():
     """Neither the first two records nor the last three may fit below zero; then A has to turn back at the pole."""
     return next((low, 120) for low in (-20, -10, -5, 0) if not no_swing((low, 120)))
+
+
+# 06b Through it
+
+ROWS = np.array([20.0, 24.0, 150.0, 153.0])  # C at four records, degrees
+STEPS = (0.5, 0.4)  # Δt₁ and Δt₂
+
+
+@define("06b-slopes", Vector(names="k1 k2", decimals=2), hint="Which two records does each slope belong to?")
+@slip("Those are the differences. Divide each by its Δt.", dt=(1, 1))
+@slip("Multiplied by Δt: a slope is a difference per time.", dt=(2, 2.5))
+@slip("That is the step across the region, not those before and after it.", records=((1, 2), (1, 2)))
+def slopes(dt=STEPS, records=((0, 1), (2, 3))):
+    """k₁ comes from the records before the region, k₂ from those after it."""
+    return [(ROWS[end] - ROWS[start]) / step for (start, end), step in zip(records, dt, strict=True)]
+
+
+@define("06b-cubic", Number(decimals=3, unit="degrees"), hint="Four conditions: both ends, both slopes.")
+@slip("That is the straight line.", lambda: ROWS[1] + 0.25 * (ROWS[2] - ROWS[1]))
+@slip("Both slopes are taken for 0. That curve stops at both ends.", dt=(np.inf, np.inf))
+@slip("The slopes are those for Δt = 1.", dt=(1, 1))
+@slip("That is at t = 0.75.", t=0.75)
+def cubic(t=0.25, dt=STEPS):
+    """A quarter of the time, and less than a quarter of the way: C is still gathering speed."""
+    return yu_dan.clamped(ROWS, 1.0, dt)(t)
+
+
+@define("06b-points", Number(decimals=0, tolerance=2), hint="How does the error fall with n?")
+@slip("The error falls with the square of n, not with n.", lambda: 5 * off(5) / 0.03)
+@slip("That is for 0.3 mm.", tolerance=0.3)
+def points(tolerance=0.03):
+    """Two points and an estimate by the square bring you near; then count."""
+    return next(n for n in range(1, 300) if off(n) <= tolerance)
+
+
+def off(n):
+    """How far the tip strays at most with n points of the cubic between records 2 and 3 of the blade, mm."""
+    kin, joints = load("dmu50v"), selection.choose(load("dmu50v"), blade()).joints
+    place, rows = yu_dan.smooth(kin, blade(), joints, (1, 2), n)
+    tips, _ = blade().at(place)
+    return deviation(kin, rows[:-1], rows[1:], tips=(tips[:-1], tips[1:]))[0].max()
+
+
+@define(
+    "06b-lift", Vector(decimals=3, unit="mm"), hint="Along which direction of the workpiece is the tool lifted?"
+)
+@slip("That is the machine's Z. The table is tilted: in the workpiece the tool leans.", lambda: [0, 0, 5])
+@slip("That is equation (10), which returns the tool.", clearance=-5)
+def lift(clearance=5):
+    """ΔA times the tool axis: along the tool, away from the part."""
+    kin = load("dmu50v")
+    pose = np.r_[10, 20, 30, np.radians([30, 60])]
+    return kin.forward(yu_dan.lifted(kin, pose, clearance))[0] - kin.forward(pose)[0]
+
+
+@define("06b-seconds", Vector(names="s60 s8", decimals=3, unit="s"), hint="Does C reach its rate on the way?")
+@slip("Those are the times at full speed. C has to speed up and to slow down.", acceleration=np.inf)
+@slip("On the 8° C never reaches 36°/s. The time of a triangle is 2·√(angle/acceleration).", triangle=False)
+def seconds(acceleration=100, triangle=True):
+    """From rest to rest: a trapezoid takes angle/rate + rate/acceleration, a triangle has no top."""
+    times = []
+    for angle in (60, 8):
+        reached = angle * acceleration >= 36**2
+        trapezoid = angle / 36 + 36 / acceleration
+        times.append(trapezoid if reached or not triangle else 2 * np.sqrt(angle / acceleration))
+    return times
+
+
+@define(
+    "06b-corner", Number(decimals=3), hint="By how much does the speed of C jump at w = 1, and how much may it?"
+)
+@slip("That counts the speed after the corner, not the jump.", before=0)
+@slip("Before the corner C turns the other way: the speeds add.", before=4)
+def corner(before=-4):
+    """The jump is the difference of two speeds with their signs; the override takes it down to what is allowed."""
+    return 100 * 0.02 / (32 - before)
+
+
+@define("06b-way", Name("direct linear cubic aside retract"), hint="Read the column of the axis error first.")
+@slip("It takes less time, and needs an axis tolerance of more than 2.6°.", "linear")
+@slip("It is smooth in virtual time. Its axis error is 1.55°.", "cubic")
+@slip("Its axis error is what you allowed it: 1°.", "aside")
+@slip("It keeps the tolerance, and takes longer than one other way that does.", "retract")
+def best_way():
+    """The tool axis stands still at the pole while C turns: the tolerances are kept, at a small cost of time."""
+    kin = load("dmu50v")
+    crossing = Crossing(kin, blade(), selection.choose(kin, blade()).joints, (1, 2))
+    ways = [crossing.way(name) for name in ("direct", "linear", "cubic", "aside", "retract")]
+    kept = [way for way in ways if way.axis_error <= np.radians(0.2) and way.tip_error <= 0.01]
+    return min(kept, key=lambda way: way.time).name

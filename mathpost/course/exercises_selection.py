@@ -143,7 +143,7 @@ def back(strategy="shortest", backwards=True):
     """Backwards the rule finds the best way. What it finds depends on the direction: it sees one step only."""
     order = slice(None, None, -1) if backwards else slice(None)
     path = cldata.from_arrays(blade().points[order], blade().axes[order])
-    return selection.choose(with_travel(load("dmu50v"), -5, 110), path, strategy).cost
+    return selection.choose(with_travel(load("dmu50v"), -5, 110), path, strategy, sway=np.inf).cost
 
 
 def steps():
@@ -179,7 +179,6 @@ def no_trap(tilts):
     axes = np.stack([np.sin(tilts), 0 * tilts, np.cos(tilts)], axis=1)
     path = cldata.from_arrays(np.tile(blade().points[0], (3, 1)), axes)
     kin = with_travel(load("dmu50v"), -25, 180)
-    # With any sway allowed, a swing costs time and breaks nothing.
     best, greedy = (selection.choose(kin, path, way, sway=np.inf).cost for way in ("optimal", "shortest"))
     if greedy > best + 0.1:
         return ""

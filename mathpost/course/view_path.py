@@ -96,13 +96,15 @@ def past_the_pole(kin):
 def travel_limit(kin, cl, records, high):
     """What each strategy chooses if the tilting axis, the first one, may go down to a slider's angle.
 
-    Any sway of the tool axis is allowed between two records. `high` is the other limit, degrees.
+    The tool may lean between two records, except on the way "kept", the best that keeps the tool axis. `high` is
+    the other limit, degrees.
     """
     both = np.degrees(kin.inverse(cl.points, cl.axes)[:, :, 3])
+    ways = {way: (way, np.inf) for way in selection.STRATEGIES} | {"kept": ("optimal", selection.SWAY)}
     lows = np.arange(-30.0, 1.0)
     found = [
-        {way: selection.choose(with_travel(kin, low, high), cl, way, sway=np.inf) for way in selection.STRATEGIES}
-        for low in lows
+        {name: selection.choose(limited, cl, way, sway=sway) for name, (way, sway) in ways.items()}
+        for limited in (with_travel(kin, low, high) for low in lows)
     ]
     name = kin.machine.joint_names[3]
 
@@ -116,7 +118,7 @@ def travel_limit(kin, cl, records, high):
         tilt.set_xticks(places, map(str, records))
         price.set(xlabel=f"{name} from, degrees", ylabel="seconds", ylim=(0, 6.5))
         lines, dots = {}, {}
-        for way in selection.STRATEGIES:
+        for way in ways:
             style = {"color": plot.COLOUR[way], "linestyle": plot.STYLE.get(way, "-")}
             price.plot(lows, [each[way].cost for each in found], **style, label=way)
             lines[way] = tilt.plot(places, places, linewidth=2.5, **style)[0]
@@ -126,7 +128,7 @@ def travel_limit(kin, cl, records, high):
         def update(low):
             chosen = found[int(np.abs(lows - low).argmin())]
             lowest.set_ydata([low, low])
-            for shift, way in enumerate(selection.STRATEGIES):
+            for shift, way in enumerate(ways):
                 lines[way].set_ydata(np.degrees(chosen[way].joints[:, 3]) + 0.5 * (1 - shift))
                 dots[way].set_data([low], [chosen[way].cost])
             return [f"{name} from {low:.0f}°: " + ", ".join(f"{way} {chosen[way].cost:.3f} s" for way in chosen)]
@@ -134,30 +136,3 @@ def travel_limit(kin, cl, records, high):
         return update
 
     return recorded(build, slider(f"{name} from", -30, 0, -5, step=1), size=(8.5, 4.2), height=520)
-
-
-def moved_aside(crossing, *, most=5.0):
-    """The outer axis through a singular region, with the tool axis moved aside by up to a slider's degrees."""
-    direct = crossing.way("direct")
-
-    def build(figure):
-        panel = figure.subplots()
-        plot.along(panel, direct.place + 1, np.degrees(direct.joints[:, crossing.outer]), "published", "as chosen")
-        (line,) = panel.plot([], [], color=plot.COLOUR["first branch"], label="tool axis moved aside")
-        panel.set(xlabel="record", ylabel=f"{crossing.kin.machine.joint_names[crossing.outer]}, degrees")
-        panel.legend()
-
-        def update(degrees):
-            way = crossing.way("aside", lean=np.radians(degrees))
-            if way.reason:
-                line.set_data([], [])
-                return [way.reason]
-            line.set_data(way.place + 1, np.degrees(way.joints[:, crossing.outer]))
-            return [
-                f"{way.time:.2f} s, peak {np.degrees(way.peak_speed):.0f}°/s, "
-                f"tool axis off by {np.degrees(way.axis_error):.2f}°, {way.blocks} blocks"
-            ]
-
-        return update
-
-    return recorded(build, slider("moved by", 0.1, most, 1.0, step=0.1))

@@ -26,7 +26,13 @@ COLOUR = {
     "optimal": "#e69f00",
     "shortest": "#56b4e9",
     "paper": "#000000",
+    "kept": "#d55e00",
     "forbidden": "#f0e442",
+    "direct": "#332288",
+    "linear": "#882255",
+    "cubic": "#44aa99",
+    "aside": "#999933",
+    "retract": "#aa4499",
 }
 STYLE = {
     "outer": "-",
@@ -36,6 +42,10 @@ STYLE = {
     "published": ":",
     "shortest": "-.",
     "paper": ":",
+    "kept": "--",
+    "linear": "--",
+    "aside": ":",
+    "retract": "-.",
 }
 
 
@@ -128,18 +138,23 @@ def pole_map(axes, kin, tool_axes, *, cone=None, role="tool", label=None):
 
     The pole is the middle; the singular cone of half angle `cone` (radians) is shaded.
     """
+    line = axes.plot(*on_pole_map(kin, tool_axes), "o-", color=COLOUR[role], label=label)
+    if cone is not None:
+        axes.add_patch(plt.Circle((0, 0), np.degrees(cone), color=COLOUR["forbidden"], alpha=0.6, zorder=0))
+    axes.plot(0, 0, "+", color=COLOUR["machine"], markersize=12)
+    axes.set(xlabel="degrees from the pole", aspect="equal")
+    return line[0]
+
+
+def on_pole_map(kin, tool_axes):
+    """Return where `pole_map` draws tool axes (n, 3): across and up, degrees, shape (n,) each."""
     pole = np.array(kin.inverse_symbolic.pole, dtype=float)
     side = np.eye(3)[np.abs(pole).argmin()]
     y = np.cross(pole, side) / np.linalg.norm(np.cross(pole, side))
     x = np.cross(y, pole)
     angle = np.degrees(np.arctan2(np.hypot(tool_axes @ x, tool_axes @ y), tool_axes @ pole))
     direction = np.arctan2(tool_axes @ y, tool_axes @ x)
-    line = axes.plot(angle * np.cos(direction), angle * np.sin(direction), "o-", color=COLOUR[role], label=label)
-    if cone is not None:
-        axes.add_patch(plt.Circle((0, 0), np.degrees(cone), color=COLOUR["forbidden"], alpha=0.6, zorder=0))
-    axes.plot(0, 0, "+", color=COLOUR["machine"], markersize=12)
-    axes.set(xlabel="degrees from the pole", aspect="equal")
-    return line[0]
+    return angle * np.cos(direction), angle * np.sin(direction)
 
 
 def tip_path(axes, kin, joints, *, role, label=None, samples=40):

@@ -53,10 +53,33 @@ BY_HAND = {
     "09-vertical": [0, 0, 0],
     "11-factor": 2.92,
     "11-psi": 90,
-    "12-steps": [5, 7, 9, 11],
+    "12-steps": [3, 4, 5],
     "13-sign": [0, -10, 0],
+    "13-ecc": -58.18,
     "14-post": -90,
 }
+AS_WRITTEN = [  # right, in words that a learner may choose
+    ("01-still", "z'"),
+    ("01-still", "the newest z axis"),
+    ("01-still", "Z 轴"),
+    ("02-order", "the fixed axes"),
+    ("03b-third", "434.46°"),
+    ("03b-third", "−285.54 deg"),
+    ("03b-choice", "A20 C270"),
+    ("04-lean", 353.44),
+    ("04-links", "the linear link and the tool link"),
+    ("04-links", "刀具、直线轴"),
+    ("05-angles", "B = 52.397, C = -24.624"),
+    ("05-angles", "B-52.397 C155.376"),
+    ("05-loop", "X-30.765 Y-33.049 Z11.736"),
+    ("05b-back", "5.599 s"),
+    ("05b-trap", (370, -5, 320)),
+    ("07-pivot", "row 80"),
+    ("09-missed", "0.05, -0.029, 0 mm"),
+    ("12-steps", "3，4 和 5"),
+    ("13-twins", "EXY EXZ, EXA and EXC"),
+    ("14-angles", (380, 35, -59)),
+]
 
 
 def flank(records, *, tcp=False, mirrored=1, singular=None):
@@ -92,13 +115,21 @@ JUDGED = [  # exercises with many solutions: an answer, and what is said of it
     ("07-alone", flank(np.arange(11), singular="retract"), RIGHT),
     ("07-alone", "HELLO", "cannot be used: your program, line 1"),
     ("07-alone", 5, "found something else"),
-    ("11-gouge", (Cutter.ball(12), Cutter.ball(11.8)), "does not gouge"),
-    ("11-gouge", (Cutter.ball(10), Cutter.flat(12)), "is not smaller"),
-    ("11-gouge", ((10, 9), (8, 1)), "cannot be used: cutter: expected a diameter above 0"),
+    ("11b-gouge", (Cutter.ball(12), Cutter.ball(11.8)), "does not gouge"),
+    ("11b-gouge", (Cutter.ball(10), Cutter.flat(12)), "is not smaller"),
+    ("11b-gouge", ((10, 9), (8, 1)), "cannot be used: cutter: expected a diameter above 0"),
     ("14-angles", (4, 35, 50), "The bar of"),
     ("14-angles", (20, 45, 50), "no multiples of 15"),
     ("14-angles", (20, 35), "Expected three numbers"),
 ]
+
+
+UNIT_WORDS = {
+    "degrees": ("deg", "degrees", "°", "度"),
+    "mm": ("mm", "毫米"),
+    "s": ("s", "seconds", "秒"),
+    "µm": ("µm", "μm", "um"),
+}
 
 
 def forms(kind, value):
@@ -121,6 +152,7 @@ def forms(kind, value):
     elif isinstance(kind, Names):
         yield from (value[::-1], tuple(value), set(value), np.array(value), ", ".join(value), "、".join(value))
         yield from (" and ".join(value), [f' "{each.upper()}" ' for each in value], dict.fromkeys(value, 1))
+        yield from ("和".join(value), f"the {'′, the '.join(value)} axes", [f"{each}'" for each in value])
         yield [said for said in kind.known if kind.known[said] in value]
     elif isinstance(kind, Name):
         yield from (f" {value}\n", f'"{value}"', f"‘{value}’", f"{value}'", value.upper(), [value], np.str_(value))
@@ -129,6 +161,9 @@ def forms(kind, value):
         numbers = np.asarray(value)
         yield from (numbers, sp.Matrix(numbers) if numbers.ndim else sp.Float(float(value), 15))
         if numbers.ndim:
+            names, unit = kind.names.split(), {"degrees": "°", "mm": " mm", "µm": " µm"}.get(kind.unit, "")
+            yield " ".join(f"{name}{each!r}{unit}" for name, each in zip(names, value, strict=True))
+            yield ", ".join(f"{name} = {each!r}{unit}" for name, each in zip(names, value, strict=True))
             yield from (
                 tuple(value),
                 numbers.reshape(-1, 1),
@@ -139,6 +174,7 @@ def forms(kind, value):
             yield dict(zip(kind.names.split(), value, strict=True))
         else:
             yield from (str(value), [value], np.array([[value]]), f" {value} ".replace("-", "−"))
+            yield from ([f"{value} {unit}" for unit in UNIT_WORDS[kind.unit]] if kind.unit else ())
         if kind.decimals is not None:
             yield from (numbers.round(kind.decimals), numbers.round(kind.decimals + 1), kind.show(value))
         if isinstance(kind, Angle):
@@ -171,6 +207,19 @@ def test_right_in_every_form_also_when_judged_anew(each):
 @pytest.mark.parametrize("name", BY_HAND)
 def test_right_by_hand(name):
     assert str(exercise.judge(name, BY_HAND[name])).startswith(f"{name} · {RIGHT}.")
+
+
+@pytest.mark.parametrize(("name", "answer"), AS_WRITTEN)
+def test_right_as_written(name, answer):
+    assert exercise.judge(name, answer).status == RIGHT
+
+
+@pytest.mark.parametrize("each", EACH)
+def test_what_any_answer_can_suffer_is_named(each):
+    for _, value in [] if each.complaint else each.common:
+        verdict = each.verdict(value)
+        assert verdict.status == WRONG
+        assert verdict.mixup, f"{value}: {verdict.why}"
 
 
 @pytest.mark.parametrize(("each", "sentence"), SLIPS)
