@@ -10,7 +10,8 @@ from importlib import metadata
 from pathlib import Path
 
 from mathpost import codegen, machine, workbook
-from mathpost.compensate.model import read_errors
+from mathpost.compensate.model import Structure, read_errors
+from mathpost.compensate.readings import METHODS, template
 from mathpost.detective.euler_angles import explain
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.errors import InputError, MathpostError, read_text, write_bytes, write_text
@@ -32,6 +33,7 @@ def main(arguments=None):
     parser.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
     commands = parser.add_subparsers(dest="command", required=True)
     _add_post(commands)
+    _add_calibrate(commands)
     _add_check(commands)
     _add_print(commands)
     _add_show(commands)
@@ -106,6 +108,47 @@ def _add_post(commands):
         "--ignore", type=_words, default=(), metavar="WORD,…", help="take these words of the CL file for comments"
     )
     post.add_argument("-o", "--output", type=Path, metavar="FILE", help="program; by default standard output")
+
+
+def _add_calibrate(commands):
+    calibrate = commands.add_parser(
+        "calibrate", help="readings to a machine file, its errors and a control's terms"
+    )
+    calibrate.set_defaults(run=_calibrate)
+    calibrate.add_argument(
+        "machine", type=Path, metavar="MACHINE", help="machine file, TOML, as the control has it"
+    )
+    calibrate.add_argument("readings", type=Path, nargs="*", metavar="READINGS", help="CSV files")
+    calibrate.add_argument("-o", "--output", type=Path, metavar="OUT", help="folder for what is found")
+    calibrate.add_argument("--template", choices=METHODS, help="print a file of readings to fill in")
+    calibrate.add_argument(
+        "--structure", metavar="CODE", help='such as "w C A b X Y Z t", if slides carry the table'
+    )
+    calibrate.add_argument("--squareness", action="store_true", help="seek it although no ballbar saw the slides")
+    for name in ("method", "unit", "axis", "positive", "sigma"):
+        calibrate.add_argument(f"--{name}", help="for the files that do not say it")
+
+
+def _calibrate(options):
+    """Print the estimate; write the machine, its errors and the terms."""
+    from mathpost.compensate import handover
+    from mathpost.compensate.calibrate import calibrate
+
+    setup = machine.load(options.machine)
+    if options.template:
+        print(template(options.template, setup), end="")
+        return 0
+    said = {name: getattr(options, name) for name in ("method", "unit", "axis", "positive", "sigma")}
+    said = {name: value for name, value in said.items() if value is not None}
+    if options.structure:
+        said["structure"] = Structure.parse(options.structure, setup, "--structure")
+    if not options.readings:
+        raise InputError("calibrate", "files of readings, or --template", "none")
+    found = calibrate(setup, options.readings, squareness=options.squareness or None, **said)
+    print(found)
+    if options.output:
+        handover.write(found, options.machine, options.output)
+    return 0
 
 
 def _words(text):

@@ -71,7 +71,7 @@ def angles(sequence, matrix, *, lock="third", degrees=False):
     Returns
     -------
     ndarray, shape (..., 3)
-        In the order of the sequence; radians, in [−π, π], unless `degrees`.
+        In the order of the sequence; radians, in (−π, π], unless `degrees`.
 
     Raises
     ------
@@ -85,32 +85,17 @@ def angles(sequence, matrix, *, lock="third", degrees=False):
     >>> angles("xyz", matrix("xyz", [40, 90, 25], degrees=True), degrees=True).round(9)
     array([15., 90., 0.])
     """
-    letters, step = _intrinsic(sequence)
+    _intrinsic(sequence)
     if lock not in ("first", "third"):
         raise InputError("lock", "'first' or 'third'", repr(lock))
-    entries, (first_angle, other_angles) = _entries(as_rotation(matrix, "matrix")), _kernels(letters)
-    sine, cosine = np.moveaxis(first_angle(*entries), -1, 0)
-    locked = np.hypot(sine, cosine) < LOCK
-    first = np.where(locked, 0.0, np.arctan2(sine + 0.0, cosine + 0.0))  # + 0.0: no −0, whose atan2 can be −180°
-    rest = other_angles(*entries, first)
-    if locked.any():
-        if (lock == "third") == (step > 0):  # the third angle of the intrinsic sequence is to be 0
-            # The matrix holds third ± first, with the sign of the first axis against the last.
-            i, k = ("XYZ".index(letter) for letter in (letters[0], letters[2]))
-            together = np.arctan2(rest[..., 2], rest[..., 3]) * np.sign(entries[3 * i + k])
-            first = np.where(locked, together, first)
-            rest[..., 2:] = np.where(locked[..., None], (0.0, 1.0), rest[..., 2:])
-        rest[..., :2] = np.where(locked[..., None], np.round(rest[..., :2]), rest[..., :2])
-    middle, third = np.moveaxis(np.arctan2(rest[..., 0::2] + 0.0, rest[..., 1::2] + 0.0), -1, 0)
-    found = np.stack([first, middle, third], axis=-1)[..., ::step]
+    found = _read(sequence, lock, as_rotation(matrix, "matrix"))[0]
     return np.rad2deg(found) if degrees else found
 
 
 def is_locked(sequence, matrix):
     """Return whether the first and the last axis of the sequence are parallel, shape (...)."""
-    letters, _ = _intrinsic(sequence)
-    first_angle, _ = _kernels(letters)
-    return np.hypot(*np.moveaxis(first_angle(*_entries(as_rotation(matrix, "matrix"))), -1, 0)) < LOCK
+    _intrinsic(sequence)
+    return _read(sequence, "third", as_rotation(matrix, "matrix"))[1] < LOCK
 
 
 def from_direction(sequence, direction, third=0.0, *, degrees=False):
@@ -147,11 +132,7 @@ def from_direction(sequence, direction, third=0.0, *, degrees=False):
     direction = unit(as_array(direction, 3, "direction"), "direction")
     columns = np.zeros((*direction.shape[:-1], 3, 3))
     columns[..., "XYZ".index(sequence[2])] = direction
-    entries, (first_angle, other_angles) = _entries(columns), _kernels(sequence)
-    sine, cosine = np.moveaxis(first_angle(*entries), -1, 0)
-    first = np.where(np.hypot(sine, cosine) < LOCK, 0.0, np.arctan2(sine + 0.0, cosine + 0.0))
-    sine, cosine, *_ = np.moveaxis(other_angles(*entries, first) + 0.0, -1, 0)
-    two = np.stack([first, np.arctan2(sine, cosine)])
+    two = np.moveaxis(_read(sequence, "first", columns)[0], -1, 0)[:2]
     found = np.broadcast_arrays(*(np.rad2deg(two) if degrees else two), np.asarray(third, dtype=float))
     return np.stack(found, axis=-1)
 
@@ -231,12 +212,43 @@ def arguments(sequence, matrix, first):
     ]
 
 
-@lru_cache(maxsize=12)
-def _kernels(letters):
-    """Compile the `arguments` of an intrinsic sequence: of the first angle, of the other two given the first."""
-    m, a = sp.Matrix(3, 3, sp.symbols("m:3:3", real=True)), sp.Symbol("a", real=True)
-    first, *rest = arguments(letters, m, a)
-    return numeric(first, tuple(m)), numeric(sum(rest, ()), (*m, a))
+def expressions(sequence, matrix, *, lock="third"):
+    """Return the angles of a symbolic matrix, the rule at the lock included: `angles` as sympy expressions.
+
+    Parameters are those of `angles`.
+
+    Returns
+    -------
+    tuple of 4 sympy expressions
+        The three angles in the order of the sequence, radians, and the sine that is zero at the lock.
+    """
+    letters, step = _intrinsic(sequence)
+    i, k = ("XYZ".index(letter) for letter in (letters[0], letters[2]))
+    first, middle, together = arguments(letters, matrix, 0)
+    sine, together = sp.sqrt(first[0] ** 2 + first[1] ** 2), sp.atan2(*together)
+    # At the lock the middle angle is 0° or 180°, or ±90°, and the matrix holds third ± first, with the sign of the
+    # first axis against the last.
+    middle = sp.pi / 2 * (1 - sp.sign(middle[1]) if i == k else sp.sign(middle[0]))
+    at_lock = (0, middle, together)
+    if (lock == "third") == (step > 0):  # the third angle of the intrinsic sequence is to be 0
+        at_lock = (together * sp.sign(matrix[i, k]), middle, 0)
+    found = [sp.Piecewise((at_lock[0], sine < LOCK), (sp.atan2(*first), True))]
+    rest = arguments(letters, matrix, found[0])[1:]
+    found += [sp.Piecewise((e, sine < LOCK), (sp.atan2(*a), True)) for e, a in zip(at_lock[1:], rest, strict=True)]
+    return (*found[::step], sine)
+
+
+@lru_cache(maxsize=48)
+def _compiled(sequence, lock):
+    m = sp.Matrix(3, 3, sp.symbols("m:3:3", real=True))
+    return numeric(expressions(sequence, m, lock=lock), tuple(m))
+
+
+def _read(sequence, lock, matrices):
+    """The angles, shape (..., 3), of matrices of shape (..., 3, 3), and the sine that is zero at the lock."""
+    found = _compiled(sequence, lock)(*_entries(matrices))
+    angles = found[..., :3]
+    return np.where(angles == -np.pi, np.pi, angles) + 0.0, found[..., 3]  # atan2 gives −180° for −0
 
 
 def _sine_and_cosine(angle, pattern, entries):

@@ -34,9 +34,9 @@ SETTINGS = {  # no news, and every cell in the page whether it is in sight or no
     "notebook-extension/tracker": '{"windowingMode": "none"}',
 }
 PATIENCE = 120_000  # ms, for a busy machine
-# JupyterLab's own: of what opens without a kernel, and of a kernel that is shut down before it has answered.
+# JupyterLab's own: of what opens without a kernel, and of what is closed before it has answered.
 NO_SESSION = "Cannot read properties of null (reading 'kernel')"
-SHUT_DOWN = "Canceled future for create_subshell_request"
+CLOSED = ("Canceled future for create_subshell_request", "Disposed")
 
 # Lessons with views.
 LIVE = [path.stem for path in NOTEBOOKS if "mathpost-live" in path.read_text(encoding="utf-8")]
@@ -136,7 +136,8 @@ def opened(browser, **size):
     page.on("console", lambda message: message.type == "error" and page.errors.append(message.text))
 
     def fault(error):
-        if SHUT_DOWN not in str(error) and not (page.kernelless and NO_SESSION in str(error)):
+        ours = not any(said in str(error) for said in CLOSED)
+        if ours and not (page.kernelless and NO_SESSION in str(error)):
             page.errors.append(str(error))
 
     page.on("pageerror", fault)

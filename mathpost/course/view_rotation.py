@@ -1,19 +1,13 @@
-"""Views with sliders for lessons 01 to 04: rotations, frames, the tilted plane, the chain."""
+"""Views with sliders for lessons 01 and 02: rotations and frames."""
 
 import numpy as np
 import sympy as sp
 
 from mathpost import angles as euler
-from mathpost import chain
 from mathpost.draw import plot
-from mathpost.draw.arrangement import tool_solids
-from mathpost.draw.chart import recorded
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import Label, Line, Scene, clearest
-from mathpost.draw.solid import Hull, block, ring
-from mathpost.plane import positioning
-from mathpost.plane.alignment import align
-from mathpost.plane.tilted_plane import NOTATIONS, Plane
+from mathpost.plane.tilted_plane import NOTATIONS
 from mathpost.rotation import ACTIVE, zxz_right, zxz_steps
 
 _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
@@ -105,8 +99,8 @@ def notations(angles=(135.0, 54.7356, -90.0)):
     text = ["axis ({0:4}, {1:4}, {2:4}), angle {3:3}° (dashed)", "quaternion ({4:4}, {5:4}, {6:4}, {7:4})"]
     for name in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
         about, n = NOTATIONS[name], len(numbers)
-        *found, locked = _read_back(about, F)
-        numbers += [*(angle * _DEGREES for angle in found), locked]
+        *found, sine = euler.expressions(about.sequence, F, lock=about.lock)
+        numbers += [*(angle * _DEGREES for angle in found), sp.Piecewise((1, sine < euler.LOCK), (0, True))]
         words = ", ".join(f"{word} {{{n + i}:3}}" for i, word in enumerate(about.words))
         text.append(f"{name}: {words}{{{n + 3}? (locked)}}")
     frame = euler.matrix("ZXZ", angles, degrees=True)
@@ -125,121 +119,4 @@ def notations(angles=(135.0, 54.7356, -90.0)):
         numbers=numbers,
         points=[-v, v, -1.25 * node, 1.25 * node],
         height=460,
-    )
-
-
-def _read_back(about, matrix):
-    """The three angles of a `Notation` as expressions, its rule at the lock included, and 1 where it locks."""
-    sequence, step = (about.sequence, 1) if about.sequence.isupper() else (about.sequence[::-1].upper(), -1)
-    first, *_ = euler.arguments(sequence, matrix, 0)
-    locked = sp.sqrt(first[0] ** 2 + first[1] ** 2) < euler.LOCK
-    together = sp.atan2(*euler.arguments(sequence, matrix, 0)[2])
-    if (about.lock == "third") == (step > 0):  # the last turn about a moving axis is to be 0
-        i, k = ("XYZ".index(letter) for letter in (sequence[0], sequence[2]))
-        at_lock = (together * sp.sign(matrix[i, k]), 0)
-    else:
-        at_lock = (0, together)
-    a = sp.Piecewise((at_lock[0], locked), (sp.atan2(*first), True))
-    _, middle, third = euler.arguments(sequence, matrix, a)
-    angles = [a, sp.atan2(*middle), sp.Piecewise((at_lock[1], locked), (sp.atan2(*third), True))]
-    return [*angles[::step], sp.Piecewise((1, locked), (0, True))]
-
-
-def third_angle(machine, i, j, *, radius=10.0, retract=1.0, run_out=0.02):
-    """Looking along Z onto a tilted plane: what the third angle, slider K, does to a boring bar and to a probe.
-
-    The spindle stops with the bar's tip along its own X, and the control retracts by `retract` against the
-    feature's X; a stylus runs out by `run_out` along the spindle's X, and the control corrects along the
-    feature's. Both are right only if the spindle's X is the feature's. The rotary axes go where SEQ+ sends them.
-    Lengths in mm, angles in degrees.
-    """
-    turn = np.linspace(0, 2 * np.pi, 61)
-    circle = np.stack([np.cos(turn), np.sin(turn)])
-
-    def build(figure):
-        bore, probe = figure.subplots(1, 2)
-        for axes, title in (
-            (bore, "boring bar, retracted along −X"),
-            (probe, "stylus ball, believed (dotted) and true"),
-        ):
-            axes.set(title=title, aspect="equal", xlim=(-1.55, 1.55), ylim=(-1.55, 1.55))
-            axes.set_axis_off()
-            for direction, label in zip(np.eye(2), "XY", strict=True):
-                axes.plot(*np.array([(0, 0), 1.3 * direction]).T, color=_WORKPIECE)
-                axes.text(*(1.42 * direction), label, color=_WORKPIECE, ha="center", va="center")
-        bore.plot(*circle, color=_WORKPIECE)
-        (bar,) = bore.fill([], [], color=_TOOL, alpha=0.35)
-        (tip,) = bore.plot([], [], color=_TOOL, lw=5)
-        (seen,) = probe.plot([], [], color=_WORKPIECE, ls=":")
-        (ball,) = probe.plot([], [], color=_TOOL)
-        arrows = [
-            (
-                axes.plot([], [], color=_MACHINE, lw=2)[0],
-                axes.text(0, 0, "", color=_MACHINE, ha="center", va="center"),
-            )
-            for axes in (bore, probe)
-        ]
-
-        def update(K):
-            plane = Plane("G68.2", [i, j, K])
-            choice = positioning.heidenhain(align(plane.frame, machine), (0, 0), seq="+")
-            angle = -np.deg2rad(choice.rho)  # from the feature's X to the spindle's
-            spindle = np.array([np.cos(angle), np.sin(angle)])
-            for line, text in arrows:
-                line.set_data(*np.stack([0.4 * spindle, 1.15 * spindle], axis=-1))
-                text.set(position=1.05 * spindle + 0.2 * spindle[::-1] * [1, -1], text="Xₛ")
-            shift = np.array([-0.25, 0])  # not to scale
-            bar.set_xy((0.6 * circle + shift[:, None]).T)
-            tip.set_data(*np.stack([0.6 * spindle + shift, spindle + shift], axis=-1))
-            clearance = radius - np.hypot(*(radius * spindle - [retract, 0]))
-            ball.set_data(*(0.3 * circle + 0.35 * spindle[:, None]))
-            seen.set_data(*(0.3 * circle + [[0.35], [0]]))
-            error = run_out * np.hypot(*(spindle - [1, 0]))
-            state = "clear of the wall" if clearance > 0 else "IN THE WALL"
-            angles = ", ".join(f"{r.name} {a:z.3f}" for r, a in zip(machine.rotary, choice.angles, strict=True))
-            return [
-                f"{angles}, ρ = {choice.rho:z.3f}",
-                f"tip after the retract: {clearance:z.3f} mm {state}",
-                f"centre measured by the probe: wrong by {1000 * error:.1f} µm",
-            ]
-
-        return update
-
-    return recorded(build, slider("K", -180, 180, -90, step=5.0), size=(7.0, 4.0), height=520)
-
-
-def carried(machine):
-    """What each rotary axis of a machine carries: sliders named after the two axes, buttons for the sense.
-
-    With sense −1 both axes turn against their programmed angle: a table taken for a head, or a head for a table.
-    Workpiece and tool are seen with their pivots together: what turns is in question here, not where.
-    """
-    names, sense = [rotary.name for rotary in machine.rotary], sp.Symbol("sense", real=True)
-    angles = chain.joint_symbols(machine)[3:]
-    signed = {angle: sense * angle for angle in angles}
-    bodies = dict(chain.bodies(machine))
-    workpiece, tool = (bodies[name][:3, :3].subs(signed, simultaneous=True) for name in ("workpiece", "tool"))
-    part = Hull("workpiece", _WORKPIECE, block([-50.0, -35, -40], [50, 35, 0]))
-    shapes = [part, *tool_solids(np.zeros(3), np.array([0.0, 0, 1]), 100.0, 90.0)]
-    around = np.concatenate([ring([0, 0, 10], normal, 85.0) for normal in np.eye(3)])
-    scene = Scene(["workpiece", "tool"], shapes, extent=around)
-    scene.triad("bed", "XYZ", length=80, colour=_MACHINE)
-    scene.triad("workpiece", "xyz", length=62, colour=_WORKPIECE, width=3)
-    outer = names[1 if machine.arrangement == "table-table" else 0]
-    sliders = [slider(name, -180, 180, 130 if name == outer else 30) for name in names]
-    start = dict(zip((*angles, sense), [*(np.radians(each["value"]) for each in sliders), 1], strict=True))
-    at_start = [np.array(matrix.subs(start).evalf(), dtype=float) for matrix in (workpiece, tool)]
-    axes = dict(zip("xyzn", [*at_start[0].T, at_start[1][:, 2]], strict=True)) | {
-        "X": np.eye(3)[0],
-        "Y": np.eye(3)[1],
-    }
-    return formula(
-        scene.frame(*clearest(axes)),
-        (*angles, sense),
-        [*sliders, slider("sense", -1, 1, 1, unit="", hidden=True)],
-        {"workpiece": workpiece, "tool": tool},
-        ["sense {3:0}: tool axis in the workpiece ({0:4}, {1:4}, {2:4})"],
-        numbers=[*(workpiece.T * tool)[:, 2], sense],
-        buttons=[("sense 1", [None, None, 1]), ("sense −1", [None, None, -1])],
-        height=400,
     )

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from mathpost import codegen
 from mathpost.draw.formula import written
@@ -110,7 +111,10 @@ def printed(build, symbols, sliders, text, *, size=(7.0, 4.2), height=460):
         numeric(tuple(flat), tuple(symbols))(*start).reshape(-1, 2), np.cumsum([len(points[a]) for a in order])[:-1]
     )
     for artist, end in zip(order, ends, strict=True):
-        artist.set_data(*end.T) if hasattr(artist, "set_data") else artist.set_xy(end)
+        if isinstance(artist, Text):
+            artist.set_position(end[0])
+        else:
+            artist.set_data(*end.T) if hasattr(artist, "set_data") else artist.set_xy(end)
     values = numeric(tuple(numbers), tuple(symbols))(*start)
     code = "\n".join(codegen.function(n, e, symbols) for n, e in (("points", flat), ("numbers", list(numbers))))
     state = {

@@ -185,11 +185,14 @@ class Scene {
     // Strong where nothing is before it, faint where something is.
     stroke(ink, line, points, open, dpr) {
         const runs = { true: new Path2D(), false: new Path2D() };
+        let before; // a path of thousands of loose pieces is slow to draw: what goes on goes on
         for (let i = 1; i < points.length; i++) {
             const [p, q] = [points[i - 1], points[i]], n = max(1, ceil(hypot(q[0] - p[0], q[1] - p[1]) / (8 * dpr)));
             for (let j = 0; j < n; j++) {
                 const at = (t) => p.map((x, k) => x + t * (q[k] - x)), run = runs[line.over || open(at((j + 0.5) / n))];
-                run.moveTo(...at(j / n)); run.lineTo(...at((j + 1) / n));
+                if (run !== before) run.moveTo(...at(j / n));
+                run.lineTo(...at((j + 1) / n));
+                before = run;
             }
         }
         const path = (run, colour, width, dash = []) => {

@@ -112,7 +112,7 @@ def _report(graph, statuses, faults, seen, warnings):
 def _ready_cells(graph, turning=()):
     """The option that says where angles, point and result stand, filled with what looks like them."""
     lines = []
-    for whole in dict.fromkeys(graph.component.values()):
+    for whole in graph.components:
         for n in (1, 2):
             for k in sorted({p[n] for p in whole}):
                 lines += [line for line in [[p for p in whole if p[n] == k]] if len(line) == 3]

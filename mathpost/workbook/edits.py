@@ -15,21 +15,10 @@ OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
 
 
 def repaired(graph, wanted, values, inputs=()):
-    """Find the single repair of a formula that gives the values `wanted` at every sample.
+    """Find the single repair of a formula that gives, with `values`, those `wanted`: place → array of shape (samples,).
 
-    Parameters
-    ----------
-    graph : mathpost.workbook.graph.Graph
-    wanted : dict of place → ndarray, shape (samples,)
-        Of one cell, or of several of one array formula.
-    values : dict
-        Place → value, of what the formula uses.
-    inputs : sequence of places, optional
-        Inputs that the formula may have meant, wherever they stand.
-
-    Returns
-    -------
-    (cause, sentence, tree) or None
+    The places are a cell, or several of one array formula; `inputs` may be meant wherever they stand.
+    Return cause, sentence and tree, or None.
     """
     place = next(iter(wanted))
     after = graph.downstream(wanted)

@@ -62,22 +62,9 @@ def area_of(places):
 
 
 def parse(text, sheet, names, sheets=None):
-    """Return the tree of a formula that stands in `sheet`.
+    """Return the tree of a formula, with its ``=``, that stands in `sheet`; raise `NotUnderstood` if it has none.
 
-    Parameters
-    ----------
-    text : str
-        With its ``=``.
-    sheet : str
-    names : dict
-        Name in upper case → `Area`.
-    sheets : dict, optional
-        Name in lower case → as it is written, of the sheets that are there; without it any may be.
-
-    Raises
-    ------
-    NotUnderstood
-        Names the first thing that is no formula of this grammar.
+    `names` has the `Area` of each name in upper case, `sheets`, if given, the sheets that are there, by lower case.
 
     Examples
     --------
@@ -237,13 +224,7 @@ def _within(tree, least):
 
 
 def fold(tree, leaf, functions):
-    """Return the value of a tree: `leaf(kind, content)` of its leaves, `functions` of its heads.
-
-    Raises
-    ------
-    NotUnderstood
-        Names the function or operator.
-    """
+    """Return the value of a tree: `leaf(kind, content)` of its leaves, `functions` of its heads."""
     head, *parts = tree
     if head in ("number", "text", "area"):
         return leaf(head, parts[0])

@@ -1,5 +1,6 @@
 """A workbook as one graph of cells: which cell uses which, and what all of them are at many inputs at once."""
 
+import re
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
@@ -8,27 +9,18 @@ import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.workbook.file import local_address
-from mathpost.workbook.formula import Area, NotUnderstood, areas, evaluate, parse, text_of, with_areas
+from mathpost.workbook.formula import Area, NotUnderstood, areas, evaluate, parse, text_of, walk, with_areas
 
 SAMPLES = 8
 CLOSE = 1e-8  # relative: what the arithmetic of a spreadsheet loses
 
 
 class Graph:
-    """The formulas of a workbook.
+    """The formulas of a workbook, by place: (sheet, row, column), rows and columns from 1.
 
-    Attributes
-    ----------
-    cells : dict
-        (sheet, row, column) → `mathpost.workbook.file.Cell`; rows and columns from 1.
-    trees : dict
-        Place → tree, of every formula that was understood; a cell of an array formula has the tree of the whole.
-    part : dict
-        Place of a cell of an array formula → its row and column in the array, from 0.
-    unread : dict
-        Place → what in its formula is not understood.
-    circular : set
-        Places that depend on themselves: one of each circle.
+    `cells` holds what stands there, `trees` every formula that was understood, `unread` what in the others is not;
+    `part` the row and column in its array, from 0, of a cell of an array formula, which has the tree of the whole.
+    `circular` has one place of each circle of formulas that depend on themselves.
     """
 
     def __init__(self, book):
@@ -49,7 +41,7 @@ class Graph:
                     parsed[key] = self.trees[place]
             except NotUnderstood as error:
                 self.unread[place] = str(error)
-            if cell.array:
+            if cell.anchor:
                 self.part[place] = place[1] - cell.anchor[0], place[2] - cell.anchor[1]
 
     def _parse(self, formula, sheet):
@@ -59,9 +51,11 @@ class Graph:
 
     def address(self, place):
         """Return a place as ``Sheet!B5``."""
-        return self.book.sheet(place[0]).address(place[1:])
+        quoted = f"'{place[0]}'" if re.search(r"[^\w.]", place[0]) else place[0]
+        return f"{quoted}!{self.short(place)}"
 
-    def short(self, place):
+    @staticmethod
+    def short(place):
         """Return a place as ``B5``."""
         return local_address(place[1:])
 
@@ -80,13 +74,7 @@ class Graph:
         return first if len(places) == 1 else f"{first}:{self.short(places[-1])}"
 
     def named(self, name, text):
-        """Return the `Area` of an address such as ``Sheet1!B2:B4`` that a caller gives; without a sheet, of the first.
-
-        Raises
-        ------
-        InputError
-            If it is no address, or of a sheet that is not there.
-        """
+        """Return the `Area` of an address such as ``Sheet1!B2:B4``; raise `InputError` if it is none."""
         try:
             (area,) = areas(self._parse(f"={text}", self.book.sheets[0].name))
         except (NotUnderstood, ValueError):
@@ -102,6 +90,12 @@ class Graph:
         """A key that sorts places by how many formulas in a chain lead to them, then as they are read."""
         return self.level.get(place, 0), self.reading_order(place)
 
+    def array(self, place):
+        """The cells of the array formula that a cell is of, itself first; or the cell alone."""
+        anchor = self.cells[place].anchor if place in self.part else None
+        mates = [p for p in self.part if anchor and p[0] == place[0] and self.cells[p].anchor == anchor]
+        return [place, *(p for p in mates if p != place and self.trees.get(p) is self.trees.get(place))]
+
     # Who uses whom.
 
     def value(self, place):
@@ -111,6 +105,11 @@ class Graph:
     def used_by(self, tree):
         """The places that a tree refers to."""
         return list(dict.fromkeys(place for area in areas(tree) for place in area.places))
+
+    @cached_property
+    def parts(self):
+        """The parts of all formulas, as `walk` yields them."""
+        return [part for tree in {id(t): t for t in self.trees.values()}.values() for part in walk(tree)]
 
     @cached_property
     def uses(self):
@@ -151,16 +150,20 @@ class Graph:
         return found
 
     @cached_property
-    def component(self):
-        """Place of a number or formula → all those that hang together with it edge to edge, as they are read."""
-        found = {}
-        left = {p for p, cell in self.cells.items() if cell.formula or cell.meant is not None}
-        while left:
-            near = _reached([next(iter(left))], lambda place, left=left: left.intersection(beside(place)))
-            left = left - near
-            near = tuple(sorted(near, key=self.reading_order))
-            found.update(dict.fromkeys(near, near))
+    def components(self):
+        """Numbers and formulas that hang together edge to edge, as they are read."""
+        found, left = [], {p for p, cell in self.cells.items() if cell.formula or cell.meant is not None}
+        for place in sorted(left, key=self.reading_order):
+            if place in left:
+                near = _reached([place], lambda p: left.intersection(beside(p)))
+                left -= near
+                found.append(tuple(sorted(near, key=self.reading_order)))
         return found
+
+    @cached_property
+    def component(self):
+        """Place of a number or formula → the component that it is of."""
+        return {place: component for component in self.components for place in component}
 
     def form(self, place):
         """The formula of a cell as text with all references of one size alike, or None."""
@@ -182,23 +185,10 @@ class Graph:
     # Values.
 
     def run(self, inputs, fixed=None, base=None, only=None):
-        """Evaluate the formulas.
+        """Evaluate the formulas, all or `only` some: place → array of shape (samples,).
 
-        Parameters
-        ----------
-        inputs : dict
-            Place → array of shape (samples,), for typed numbers; the others have the value of the file.
-        fixed : dict, optional
-            Place → array, for formulas that are not to be evaluated.
-        base : dict, optional
-            The result of an earlier run, of which the places not in `only` are kept.
-        only : set, optional
-            The formulas to evaluate; all without it.
-
-        Returns
-        -------
-        dict
-            Place → array of shape (samples,).
+        `inputs` are the values of typed numbers, of the others the file's count; those of `fixed` formulas are given;
+        `base` is an earlier run, of which the places not in `only` are kept.
         """
         fixed = fixed or {}
         values, arrays = {**(base or {}), **inputs, **fixed}, {}

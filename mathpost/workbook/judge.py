@@ -21,75 +21,83 @@ UNEXPLAINED, UNLIKELY = (
     3.0,
     2.0,
 )  # what a repair costs that no single change of the formula, or an odd one, explains
-ORDERS = ("the matrix should be transposed", "a factor of the product is transposed", "the product is transposed")
+SIZES = {9: 3, 16: 4, 3: 3, 4: 4}  # rows of so many cells
 
 
 class Judge:
     """Evaluate a recognised workbook at random inputs, compare, repair.
 
-    After `run`, `faults` are the wrong cells in order, and `fixed` says what was put in where.
+    After `run`, `faults` are the wrong cells in order, `fixed` says what was put in where, and `reading` names the
+    sequence and convention of a sheet that is of other axes than those that were asked for without a word.
     """
 
     def __init__(self, graph, found):
-        self.graph, self.found, self.inputs = graph, found, {}
-        self.faults, self.fixed, self.warnings, self.reading, self.whole = [], {}, [], None, None
+        self.graph, self.found, self.inputs, self.units = graph, found, {}, {}
+        self.faults, self.fixed, self.reading, self.whole = [], {}, None, None
         self.live = [c for c in found.calculations if not c.typed]
-        self.units, rng = self._units(), np.random.default_rng(SEED)
+        for calculation in self.live:
+            self._set_units(calculation.angles)
         spare = [] if found.task.machine else [Calculation((), tuple(found.angles), tuple(found.lengths))]
+        rng = np.random.default_rng(SEED)
         for calculation in (*spare, *self.live):
             self.inputs.update(calculation.draw(rng, self.units))
         for place, numbers in self.inputs.items():
             numbers[0] = found.number(place)
-        self.values = graph.run(self.inputs, self.inputs)
+        self.values = self._run()
 
-    def _units(self):
+    def _set_units(self, places):
         """Degrees or radians: whole turns of which unit leave more sines and cosines as they are."""
-        graph, units = self.graph, {}
-        for calculation in self.live:
-            places = calculation.angles
-            after = [p for p in graph.downstream(places) if heads(graph.trees.get(p, ("text",))) & {"SIN", "COS"}]
-            own = {p: np.array([self.found.number(p) + 0.3]) for p in places}
-            base, degrees, radians = (
-                graph.run(inputs, inputs)
-                for turn in (0, 720, 4 * np.pi)  # half angles turn half as fast
-                for inputs in [{p: number + turn for p, number in own.items()}]
-            )
-            votes = [sum(same(run[p], base[p], 1e-9) for p in after) for run in (degrees, radians)]
-            in_degrees = votes[0] > votes[1] or max([abs(n[0]) for n in own.values()], default=0) > LARGEST_RADIANS
-            units.update({p: np.pi / 180 if in_degrees else 1.0 for p in places})
-        return units
+        trees, own = self.graph.trees, {p: np.array([self.found.number(p) + 0.3]) for p in places}
+        after = [p for p in self.graph.downstream(places) if heads(trees.get(p, ("text",))) & {"SIN", "COS"}]
+        base, degrees, radians = (
+            self.graph.run({}, {p: number + turn for p, number in own.items()})
+            for turn in (0, 720, 4 * np.pi)  # half angles turn half as fast
+        )
+        votes = [sum(same(run[p], base[p], 1e-9) for p in after) for run in (degrees, radians)]
+        in_degrees = votes[0] > votes[1] or any(abs(number) > LARGEST_RADIANS for number in own.values())
+        self.units.update(dict.fromkeys(places, np.pi / 180 if in_degrees else 1.0))
 
     def now(self, place):
-        """What is in a cell at the samples: shape (samples,), or (1,) of a constant."""
-        if place in self.values:
-            return self.values[place]
+        """What is in a cell at the samples."""
         value = self.graph.value(place)
-        return np.full(1, np.nan if value is None else value)
+        return np.broadcast_to(self.values.get(place, np.nan if value is None else value), SAMPLES)
+
+    def block(self, places, option=()):
+        """What is in some cells, or what `option` puts there, shape (cells, samples)."""
+        return np.array([dict(option).get(p, self.now(p)) for p in places])
+
+    def bad(self, targets, values=None):
+        """The targets that are missed, now or with other values."""
+        values = values or {}
+        return [p for p, target in targets.items() if not same(values.get(p, self.now(p)), target)]
+
+    def _run(self, more=(), only=None):
+        """The values with all that was put in, and `more`."""
+        return self.graph.run({}, {**self.inputs, **self.fixed, **dict(more)}, only and self.values, only)
+
+    def _fault(self, place, cause, message):
+        self.faults.append(Fault(self.graph.address(place), cause, message, place))
 
     # The verdict.
 
     def run(self):
         """Judge every calculation; one that is wrong is repaired, so that the next ones are seen without it."""
         self._prepare(self.live)
-        rows = [c for c in self.found.calculations if isinstance(c, Words)]
-        live = [row for row in rows if not row.typed]
-        for row in live:  # once more, on the branch that the table is on
-            row.preferred = int(np.argmax(sum(r.votes for r in live)))
-        self._prepare(live)
+        rows = [row for row in self.live if isinstance(row, Words)]
+        for row in rows:  # once more, on the branch that the table is on
+            row.preferred = int(np.argmax(sum(r.votes for r in rows)))
+        self._prepare(rows)
         self.targets = {p: t for c in self.live for p, t in c.targets.items()}
         for calculation in self.found.calculations[:1]:
             self._compare_the_inputs(calculation)
-        bad = self.bad(self.targets)
-        self.said = self._as_the_labels_say() if bad else {}
-        if bad and not self.said and self.found.by == "source 000":
+        self.said = self._as_the_labels_say() if self.bad(self.targets) else {}
+        if self.bad(self.targets) and not self.said and self.found.by == "source 000":
             self.reading = self._other_reading()
         for calculation in () if self.reading else self.live:
             self._repair(calculation)
-        if typed := [row for row in rows if row.typed]:
+        if typed := [row for row in self.found.calculations if row.typed]:
             own = self.graph.run({})
-            own |= {
-                p: np.array([self.found.number(p)]) for r in typed for p in (*r.given, *r.results) if p not in own
-            }
+            own |= {p: [self.found.number(p)] for r in typed for p in (*r.given, *r.results) if p not in own}
             for place, cause, message in judge_numbers(typed, {p: float(v[0]) for p, v in own.items()}):
                 self._fault(place, cause, f"{self.graph.short(place)}: {message}")
         return self
@@ -101,71 +109,58 @@ class Judge:
 
     def _compare_the_inputs(self, calculation):
         """The numbers that the task gives, looked for in the input cells."""
-        for name in ("angles", "point", "origin"):
-            asked = getattr(self.found.task, name)
-            for place, wanted in zip(getattr(calculation, name), asked or (), strict=False):
-                number = self.found.number(place)
-                unit = np.rad2deg(self.units[place]) if name == "angles" else 1.0
-                half = 0.6 * 10.0 ** -min(written_decimals(number), 6) * unit + 1e-9
-                if abs(number * unit - wanted) > half:
-                    cause = "wrong value"
-                    if any(abs(number * unit - other) <= half for other in asked):
-                        cause = "wrong angle" if name == "angles" else "wrong point"
-                    cause = "sign" if abs(number * unit + wanted) <= half else cause
-                    text = f"{self.graph.short(place)} is {number * unit:.6g}, the task says {wanted:.6g}"
-                    self._fault(place, cause, text)
+        for name, other in (("angles", "wrong angle"), ("point", "wrong point"), ("origin", "wrong point")):
+            asked = getattr(self.found.task, name) or ()
+            for place, wanted in zip(getattr(calculation, name), asked, strict=False):
+                unit, number = np.rad2deg(self.units.get(place, np.pi / 180)), self.found.number(place)
+                half, number = 0.6 * 10.0 ** -min(written_decimals(number), 6) * unit + 1e-9, number * unit
+                if abs(number - wanted) > half:
+                    cause = other if any(abs(number - each) <= half for each in asked) else "wrong value"
+                    cause = "sign" if abs(number + wanted) <= half else cause
+                    self._fault(
+                        place, cause, f"{self.graph.short(place)} is {number:.6g}, the task says {wanted:.6g}"
+                    )
 
     def _other_reading(self):
         """The sequence of other axes, nowhere named, that all results are of; None if there is none."""
         turns = [c for c in self.live if isinstance(c, Turn) and not c.axis]
-        own = turns and (turns[0].sequence, turns[0].active)
-        for sequence in (s for letters in euler.SEQUENCES if letters != "ZXZ" for s in (letters, letters.lower())):
-            for active in (False, True):
-                for turn in turns:
-                    turn.sequence, turn.active = sequence, active
-                self._prepare(turns)
-                if turns and not any(self.bad(turn.targets) for turn in turns):
-                    return sequence, "active" if active else "passive"
-        for turn in turns:
-            turn.sequence, turn.active = own
-        self._prepare(turns)
+        readings = [(s, active) for n in euler.SEQUENCES[1:] for s in (n, n.lower()) for active in (False, True)]
+        for sequence, active in (*readings, ("ZXZ", self.found.active)) if turns else ():
+            for turn in turns:
+                turn.sequence, turn.active = sequence, active
+            self._prepare(turns)
+            if not any(self.bad(turn.targets) for turn in turns):
+                return sequence, "active" if active else "passive"
         return None
 
-    def bad(self, targets, values=None):
-        """The targets that are missed."""
-        look = self.now if values is None else lambda p: values.get(p, self.now(p))
-        return [p for p, target in targets.items() if not same(look(p), target)]
-
-    def _run(self, more=(), only=None):
-        """The values with all that was put in, and `more`."""
-        return self.graph.run(self.inputs, {**self.inputs, **self.fixed, **dict(more)}, only and self.values, only)
-
     def _repair(self, calculation):
-        own = calculation.targets
         for _ in range(12):
-            bad = self.bad(own)
+            bad = self.bad(calculation.targets)
             if not bad:
                 return
-            missed = set(self.bad(self.targets)) - set(own)
+            missed = set(self.bad(self.targets)) - calculation.targets.keys()
             targets = {p: t for p, t in self.targets.items() if p not in missed}
-            found = self._as_in_the_row_above(own, bad) or self._against_the_labels(calculation, bad)
-            found = found or self._earliest(calculation, targets, bad)
+            found = self._against_the_labels(calculation, bad) or self._earliest(calculation, targets, bad)
             if found is None:
                 found = {p: targets[p] for p in bad}
                 place = self._typed_over(bad)
-                if place is not None:
-                    self._fault(place, "typed over formula", self._typed_text(place))
-                else:
-                    text = "the result is not what the task asks for, and no single change makes it so"
-                    self._fault(min(bad, key=self.graph.calculation_order), "wrong value", text)
+                text = "the result is not what the task asks for, and no single change makes it so"
+                fault = place and ("typed over formula", self._typed_text(place))
+                self._fault(place or min(bad, key=self.graph.calculation_order), *(fault or ("wrong value", text)))
             self.fixed.update(found)
             self.values = self._run()
 
-    def _fault(self, place, cause, message):
-        self.faults.append(Fault(self.graph.address(place), cause, message, place))
-
     def _typed_text(self, place):
         return f"{self.graph.short(place)} is a number, {self.graph.value(place):g}, typed where a formula belongs"
+
+    def _typed_over(self, bad):
+        """The first number on the way to a wrong result that is no input, nor a constant such as 0, 1 or π."""
+        odd = self.graph.upstream(bad) & self.found.typed - self.graph.trees.keys()
+        odd -= {p for c in self.found.calculations for p in c.given}
+        odd -= self.graph.upstream(p for p in self.targets if p not in set(self.bad(self.targets)))
+        constants = np.array([0, 1, -1, *CONVERSIONS])
+        odd = [p for p in odd if (np.abs(self.graph.value(p) - constants) > 1e-3 * np.abs(constants)).all()]
+        return min(odd, key=self.graph.calculation_order, default=None)
 
     def _as_the_labels_say(self):
         """Place → its values, of the labelled cells, if the labels say a calculation that meets the targets."""
@@ -185,112 +180,81 @@ class Judge:
         units = [*self.found.windows, *self._lines(calculation, scope)]
         while wrong := {p for p in scope if self.bad({p: self.said[p]})}:
             first = [p for p in wrong if len(self.graph.upstream([p]) & wrong) == 1]
-            unit = (min(first, key=self.graph.calculation_order),)
-            unit = next((w for w in units if unit[0] in w), unit)
+            first = min(first, key=self.graph.calculation_order)
+            unit = next((unit for unit in units if first in unit), (first,))
             option = {p: self.said[p] for p in unit if p in wrong}
             faults += self._explain(calculation, unit, option)[1]
             put_in |= option
             self.values = self._run(put_in)
             if not self.bad({p: self.targets[p] for p in bad}):
-                for place, cause, text in self._one_convention(faults) if len(faults) >= 6 else faults:
-                    self._fault(place, cause, text)
+                for fault in _one_convention(faults) if len(faults) >= 6 else faults:
+                    self._fault(*fault)
                 return put_in
         self.values = before
         return None
 
-    @staticmethod
-    def _one_convention(faults):
-        """Faults that are all signs are those of the other convention."""
-        signs = {cause for _, cause, _ in faults} == {"sign"}
-        return [(p, "other convention", OTHER_CONVENTION) for p, *_ in faults] if signs else faults
-
-    def _as_in_the_row_above(self, own, bad):
-        """The same slip once more, one row further down: what was said there holds here."""
-        for place in sorted(bad, key=self.graph.calculation_order):
-            above = (place[0], place[1] - 1, place[2])
-            for fault in [f for f in self.faults if f.place == above and self._in_table(place)]:
-                if self.graph.form(above) == self.graph.form(place) is not None:
-                    self._fault(place, fault.cause, f"{self.graph.short(place)}: as in the row above")
-                    return {place: own[place]}
-        return None
-
-    def _in_table(self, place):
-        return len(self.graph.component.get(place, ())) > 9
-
-    def _typed_over(self, bad):
-        """The first number on the way to a wrong result that is no input, nor a constant such as 0, 1 or π."""
-        odd = self.graph.upstream(bad) & self.found.typed - self.graph.trees.keys()
-        odd -= {p for c in self.found.calculations for p in c.given}
-        odd -= self.graph.upstream(p for p in self.targets if p not in set(self.bad(self.targets)))
-        constants = np.array([0, 1, -1, *CONVERSIONS])
-        odd = [p for p in odd if not (np.abs(self.graph.value(p) - constants) <= 1e-3 * np.abs(constants)).any()]
-        return min(odd, key=self.graph.calculation_order, default=None)
-
     # What else there is.
 
     def judge_the_rest(self):
-        """Return all places to be judged, and those that could not be: they feed no result, and are nothing known."""
-        graph = self.graph
-        places = [p for p in graph.trees if p not in self.found.typed]
-        places += sorted(graph.unread, key=graph.reading_order)
-        places = [p for p in places if not self._is_text(p)]
-        judged = graph.upstream(p for c in self.found.calculations for p in c.results)
-        rest = sorted(set(places) - judged, key=graph.calculation_order)
-        return places, [p for p in rest if p in graph.unread or not self._is_check(p)]
+        """Return all places to judge, and those that could not be judged: no result needs them, they are not known."""
+        graph, places = self.graph, []
+        for place in [p for p in graph.trees if p not in self.found.typed] + [*graph.unread]:
+            cell, tree = graph.cells[place], graph.trees.get(place, ("number", 0))
+            message = (
+                "text" in heads(tree) if cell.value is None else isinstance(cell.value, str) and not cell.error
+            )
+            places += [place] * (not message)
+        rest = set(places) - graph.upstream(p for c in self.found.calculations for p in c.results)
+        known = [np.ones(SAMPLES), *(entry for c in self.live for _, entry in self._entries(c))]
+        for c in self.live:
+            known += [np.linalg.norm(vector, axis=0) for vector in c.known.get(3, ())]
+            for expected in graph.components if c.known.get(3) else ():
+                if len(expected) == 3 and self.found.typed.issuperset(expected):
+                    off = np.array([c.targets[p] for p in c.results[:3]]) - self.block(expected)
+                    known += [
+                        *off,
+                        *-off,
+                        np.linalg.norm(off, axis=0),
+                        off.max(0),
+                        (-off).max(0),
+                        np.abs(off).max(0),
+                    ]
+        return places, [p for p in rest if p in graph.unread or not self._is_check(p, known)]
 
-    def _is_text(self, place):
-        """Whether a formula only makes a message."""
-        cell = self.graph.cells[place]
-        if cell.value is None:
-            return "text" in heads(self.graph.trees.get(place, ("number", 0)))
-        return isinstance(cell.value, str) and not cell.error
-
-    def _is_check(self, place):
+    def _is_check(self, place, known):
         """Judge a cell beside the calculation: a determinant, a length, a difference, a largest one of them."""
-        value, functions = np.broadcast_to(self.now(place), SAMPLES), heads(self.graph.trees[place])
-        if "MDETERM" in functions:
-            return same(value, np.ones(SAMPLES))
+        value, functions = self.now(place), heads(self.graph.trees[place])
         if not np.abs(value[1:]).max() > 1e-9 and "-" not in functions:
             return False  # zero without a difference: something empty was taken
-        known = [np.ones(SAMPLES)]
-        for calculation in self.live:
-            known += [np.linalg.norm(vector, axis=0) for vector in calculation.known.get(3, ())]
-            known += self._differences(calculation)
-        return any(same(value, k) for k in known) or any(self._is_known(c, value) for c in self.live)
+        return any(same(value, each) for each in (known[:1] if "MDETERM" in functions else known))
 
-    def _differences(self, calculation):
-        """The differences of a result to the numbers that stand below or beside it, and the largest of them."""
-        for component in set(self.graph.component.values()) if calculation.known.get(3) else ():
-            if len(component) == 3 and self.found.typed.issuperset(component):
-                target = np.array([calculation.targets[p] for p in calculation.results[:3]])
-                off = target - np.array([np.broadcast_to(self.now(p), SAMPLES) for p in component])
-                yield from (*off, *-off, np.linalg.norm(off, axis=0))
-                yield from (each.max(axis=0) for each in (off, -off, np.abs(off)))
+    def _entries(self, calculation):
+        """What may stand in one cell, with the number of cells that it is one of."""
+        return [(n, entry) for n, known in calculation.known.items() for k in known for entry in k]
 
     # Where.
 
     def _earliest(self, calculation, targets, bad):
         """The earliest repair, recorded; returns what it puts where."""
-        best, scope = None, self.graph.upstream(bad)
-        for order, unit, options in sorted(self._candidates(calculation, targets, bad, scope), key=lambda c: c[0]):
+        best, candidates = None, self._candidates(calculation, targets, bad)
+        for order, unit, options in sorted(candidates, key=lambda candidate: candidate[0]):
             if best and best[0] == 0 and order > best[1]:
                 break
             for option in options:
                 cost, faults = self._explain(calculation, unit, option)
-                if best is None or (cost, order) < best[:2]:
-                    best = (cost, order, option, faults)
+                best = min(best or (99,), (cost, order, option, faults), key=lambda b: b[:2])
         if best is None or (best[0] >= UNEXPLAINED and self._typed_over(bad)):
             return None
         for fault in best[3]:
             self._fault(*fault)
         return best[2]
 
-    def _candidates(self, calculation, targets, bad, scope):
-        """(order, cells, what may belong there): matrices, vectors, a cosine with its sine, single cells, everything."""
-        graph, found = self.graph, self.found
-        blocks = [w for w in found.windows if not scope.isdisjoint(w)]
-        inside, pairs = {p for window in blocks for p in window}, {}
-        for place in scope & graph.trees.keys() - inside - self.inputs.keys():
+    def _candidates(self, calculation, targets, bad):
+        """(order, cells, what may belong there): matrices, vectors, a cosine with its sine, single cells, all cells."""
+        graph, found, scope = self.graph, self.found, self.graph.upstream(bad)
+        blocks, pairs = [w for w in found.windows if not scope.isdisjoint(w)], {}
+        formulas = scope & graph.trees.keys() - self.inputs.keys()
+        for place in formulas - {p for window in blocks for p in window}:
             if heads(graph.trees[place]) & {"SIN", "COS", "TAN"}:
                 pairs.setdefault(tuple(graph.uses[place]), []).append(place)
         blocks += [*self._lines(calculation, scope), *(tuple(pair) for pair in pairs.values() if len(pair) == 2)]
@@ -298,7 +262,7 @@ class Judge:
             order = min(map(graph.calculation_order, [p for p in block if p in graph.trees] or block))
             options = [dict(zip(block, known, strict=True)) for known in calculation.known.get(len(block), ())]
             yield (*order, len(block)), block, self._tried(options, targets)
-        for place in scope & (graph.trees.keys() | found.constants) - self.inputs.keys():
+        for place in formulas | (scope & found.constants):
             options = self._cell_options(calculation, place, targets, bad)
             yield (*graph.calculation_order(place), 0), (place,), options
         self.whole = tuple(sorted(scope & graph.trees.keys(), key=graph.calculation_order))
@@ -306,60 +270,49 @@ class Judge:
             yield (98, (0,), 0), self.whole, self._tried(self._everywhere(calculation), targets)
 
     def _lines(self, calculation, scope):
-        """Triples and quadruples of vector cells."""
-        lines = [calculation.results]
-        for component in {self.graph.component[p] for p in scope & self.found.vectors if p in self.graph.component}:
-            if len(component) in (3, 4) and len(self.found.vectors.intersection(component) & scope) >= 2:
-                lines.append(component)
-        return dict.fromkeys(lines[::-1])
+        """Triples and quadruples of vector cells, the results among them."""
+        vectors = self.found.vectors & scope
+        lines = {c for p in vectors for c in [self.graph.component[p]] if len(c) in (3, 4)}
+        return {line for line in lines if len(vectors.intersection(line)) >= 2} | {calculation.results}
 
     def _tried(self, options, targets):
         """Of the options (place → value) what they change, of those that meet the targets."""
-        return (changed for option in options if (changed := self._try(option, targets)))
-
-    def _try(self, option, targets):
-        changed = {p: value for p, value in option.items() if not same(self.now(p), value)}
-        affected = self.graph.downstream(changed)
-        if not changed or not affected.issuperset(self.bad(targets)):
-            return None
-        return None if self.bad(targets, self._run(changed, affected)) else changed
+        for option in options:
+            changed = {p: value for p, value in option.items() if not same(self.now(p), value)}
+            affected = self.graph.downstream(changed)
+            if changed and affected.issuperset(self.bad(targets)):
+                if not self.bad(targets, self._run(changed, affected)):
+                    yield changed
 
     def _cell_options(self, calculation, place, targets, bad):
-        wanted, linear = self._solve(place, targets, bad)
-        if wanted is not None:
-            yield {place: wanted}
-        elif not linear:
-            options = ({place: value} for value in self._plausible(calculation, place))
-            yield from islice(self._tried(options, targets), 1)
-
-    def _solve(self, place, targets, bad):
-        """The value of one cell that makes all targets right, or None; and whether they are linear in it."""
+        """The value of one cell that makes all targets right; solved for where they are linear in it, else guessed."""
         if place in targets:
-            return (targets[place] if self._try({place: targets[place]}, targets) else None), True
-        now = np.broadcast_to(self.now(place), SAMPLES)
-        now = now if np.isfinite(now[1:]).all() else np.zeros(SAMPLES)
-        affected = self.graph.downstream([place])
+            yield from self._tried([{place: targets[place]}], targets)
+            return
+        affected, now = self.graph.downstream([place]), self.now(place)
         if not affected.issuperset(bad):
-            return None, True
+            return
+        now = now if np.isfinite(now[1:]).all() else np.zeros(SAMPLES)
         runs = [self._run({place: now + step}, affected) for step in (0.0, 1.0, 2.0)]
-        wanted, steepest = np.array(now), np.full(SAMPLES, 1e-9)
+        wanted, steepest, linear = np.array(now), np.full(SAMPLES, 1e-9), True
         for target, value in targets.items():
-            f0, f1, f2 = (np.broadcast_to(run.get(target, self.now(target)), SAMPLES) for run in runs)
-            slope = f1 - f0
-            if not np.isfinite(slope[1:]).all() or not same(f2 - f1, slope, 1e-7):
-                return None, False
-            steeper = np.abs(slope) > steepest
+            f0, f1, f2 = (run.get(target, self.now(target)) for run in runs)
+            slope = np.broadcast_to(f1 - f0, SAMPLES)
+            linear &= bool(np.isfinite(slope[1:]).all()) and same(f2 - f1, slope, 1e-7)
             if target in bad:
+                steeper = np.abs(slope) > steepest
                 wanted = np.where(steeper, now + (value - f0) / np.where(steeper, slope, 1), wanted)
                 steepest = np.maximum(steepest, np.abs(slope))
         wanted[0] = np.nan if steepest[0] < 1e-8 else wanted[0]
-        return (wanted if self._try({place: wanted}, targets) else None), True
+        options = [wanted] if linear else self._plausible(calculation, place)
+        yield from islice(self._tried(({place: value} for value in options), targets), 1)
 
     def _plausible(self, calculation, place):
         """What a cell may have to hold on which results depend in a curved way: an angle, a repaired formula."""
         if place in self.found.turning:
-            for angle in calculation.radians.T:
-                yield from (s * a for a in (angle, np.rad2deg(angle)) for s in (1, -1))
+            yield from (
+                sign * a for angle in calculation.radians.T for a in (angle, np.rad2deg(angle)) for sign in (1, -1)
+            )
         seen = [self.now(place)]
         for _, _, tree in edits(self.graph, place) if place in self.graph.trees else ():
             value = np.broadcast_to(self.graph.cell(place, self.values, tree), SAMPLES)
@@ -372,23 +325,22 @@ class Judge:
             yield from (sign * entry for entry in calculation.scalars() for sign in (1, -1))
 
     def _everywhere(self, turn):
-        """The same slip in many places: all sines in degrees, all elementary matrices of the other convention."""
+        """The same slip in many places: all sines in degrees, elementary matrices of the other convention, or exchanged."""
         option = {}
-        for place in self.whole:
+        for place in [p for p in self.whole if heads(self.graph.trees[p]) & TRIGONOMETRY.keys()]:
             tree = self.graph.trees[place]
             for path, part in reversed(list(walk(tree))):
                 if part[0] in TRIGONOMETRY:
                     tree = put(tree, path, (part[0], ("RADIANS", part[1])))
             option[place] = np.broadcast_to(self.graph.cell(place, self.values, tree), SAMPLES)
-        yield {p: v for p, v in option.items() if heads(self.graph.trees[p]) & TRIGONOMETRY.keys()}
+        yield option
         elements = self._elements(turn)
         yield {p: v for window, (_, other) in elements.items() for p, v in _as_window(window, other).items()}
         for first, second in combinations(elements, 2):
-            for a in turn.elements:
-                for b in turn.elements:
-                    option = _as_window(first, a) | _as_window(second, b)
-                    if self.bad({p: option[p] for p in first}) and self.bad({p: option[p] for p in second}):
-                        yield option
+            for a, b in ((a, b) for a in turn.elements for b in turn.elements):
+                option = _as_window(first, a), _as_window(second, b)
+                if all(map(self.bad, option)):
+                    yield option[0] | option[1]
 
     def _elements(self, turn):
         """The windows that are elementary matrices now → their sense of rotation, and what the other would be."""
@@ -409,18 +361,17 @@ class Judge:
         if in_window and self.found.typed.issuperset(places):  # a typed matrix: what is wrong by its number first
             places.sort(key=lambda p: abs(option[p][0] - graph.value(p)) < 1e-9)
         elements = self._elements(calculation) if isinstance(calculation, Turn) else {}
-        whole = len(places) > 2 or (in_window and unit not in elements)
-        block = self._of_the_block(calculation, unit, option) if whole else None
+        is_block = len(unit) in SIZES and (len(places) > 2 or (in_window and unit not in elements))
+        block = self._of_the_block(calculation, unit, option) if is_block else None
         for place in places:
             if place not in done:
-                array = self._array(place)
+                array = graph.array(place)
                 done.update(array)
-                wanted = {p: option.get(p, self.now(p)) for p in array}
-                *fault, more = block or self._cause(calculation, place, wanted)
+                *fault, more = block or self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
                 cost = max(cost, more)
                 faults.append((place, *fault))
         if unit is self.whole:
-            return 0.0, self._one_convention(faults)
+            return 0.0, _one_convention(faults)
         if unit in elements and len(places) == 2:  # do the others turn the same way?
             senses = [sense for sense, _ in elements.values()]
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
@@ -430,19 +381,11 @@ class Judge:
             cost += 0.25 * (len(faults) - 1)
         return cost, faults
 
-    def _array(self, place):
-        """The cells of the array formula that a cell is of, itself first; or the cell alone."""
-        if place not in self.graph.part:
-            return [place]
-        anchor, tree = self.graph.cells[place].anchor, self.graph.trees.get(place)
-        mates = [p for p in self.graph.part if self.graph.cells[p].anchor == anchor and p[0] == place[0]]
-        return [place, *(p for p in mates if p != place and self.graph.trees.get(p) is tree)]
-
-    def _cause(self, calculation, place, wanted):
+    def _cause(self, calculation, wanted):
         """Cause, sentence and cost of one wrong cell, or of an array formula."""
-        graph, value = self.graph, wanted[place]
+        graph, (place, value) = self.graph, next(iter(wanted.items()))
         cell, short = graph.cells.get(place), graph.short(place)
-        known = place in self.targets or self._is_known(calculation, value)
+        known = place in self.targets or any(same(value, entry, 1e-7) for _, entry in self._entries(calculation))
         if cell is None:
             return "wrong value", f"{short} is empty", UNEXPLAINED
         if place not in graph.trees:
@@ -454,121 +397,99 @@ class Judge:
             known |= not abs(value[0] - cell.number) > 5e-3
             cost = 0.0 if known and cell.number not in (0, 1, -1) else UNLIKELY * 1.1
             return "typed over formula", self._typed_text(place), cost
-        found = repaired(graph, wanted, self.values, calculation.given)
-        if found is None:
-            found, cost = self._missing(calculation, place, value), 0.2
-            if found is None:
-                text, cost = (
-                    f"={text_of(graph.trees[place])} is not what belongs there",
-                    UNEXPLAINED + 9 * (not known),
-                )
-                found = "wrong value", text
-            return found[0], f"{short}: {found[1]}", cost
-        cause, sentence, tree = found
-        odd = cause == "sign" and self._looks_right(place, tree)
-        if cause == "wrong reference":
-            cause = self._reference_kind(place, tree)
-        return cause, f"{short}: {sentence}", UNLIKELY * odd
+        tree = graph.trees[place]
+        if found := repaired(graph, wanted, self.values, calculation.given):
+            cause, sentence, other = found
+            cost = UNLIKELY if cause == "sign" and self._looks_right(place, other) else 0.0
+            cause = self._reference_kind(place, other) if cause == "wrong reference" else cause
+            return cause, f"{short}: {sentence}", cost
+        if term := self._missing(calculation, place, value):
+            return "missing term", f"{short}: the term {term} is missing", 0.2
+        text = f"{short}: ={text_of(tree)} is not what belongs there"
+        return "wrong value", text, UNEXPLAINED + 9 * (not known)
 
     def _looks_right(self, place, other):
-        """Whether the sign of a formula is as one expects: those around it agree, or a minus before all would be odd."""
+        """Whether the sign of a formula is as one expects: as around it, or a minus before the whole would be odd."""
         tree, around = self.graph.trees[place], as_around(self.graph, place)
-        if around is not None and "minus" not in heads(other):
-            return around == tree
-        plain = tree[0] in ("+", "-") or ("minus" not in heads(tree) and (tree[0] != "area"))
-        return around == tree or (other == ("minus", tree) and plain)
+        plain = tree[0] in ("+", "-") or ("minus" not in heads(tree) and tree[0] != "area")
+        return around == tree or (plain and other == ("minus", tree))
 
     def _reference_kind(self, place, other):
         """Name a wrong reference: a missing $, a different angle, a different point, or just a different cell."""
-        old, new = next(
-            (a, b) for a, b in zip(*map(areas, (self.graph.trees[place], other)), strict=True) if a != b
-        )
-        above = self.graph.trees.get((place[0], place[1] - 1, place[2]), ("text", ""))
-        if old.top > new.top and not old.fixed[0] and self._in_table(place) and str(new) in map(str, areas(above)):
+        pairs = zip(*map(areas, (self.graph.trees[place], other)), strict=True)
+        old, new = next((a, b) for a, b in pairs if a != b)
+        above = areas(self.graph.trees.get((place[0], place[1] - 1, place[2]), ("text",)))
+        table = len(self.graph.component[place]) > 9
+        if table and old.top > new.top and not old.fixed[0] and str(new) in map(str, above):
             return "missing $"
         a, b = ((area.sheet, area.top, area.left) for area in (old, new))
         if b in self.found.angles:
             return "wrong angle"
         return "wrong point" if {a, b} <= self.found.lengths else "wrong reference"
 
-    def _is_known(self, calculation, value):
-        """Whether a value is an entry of one of the matrices or vectors that may stand in the sheet."""
-        return any(same(value, entry, 1e-7) for known in calculation.known.values() for k in known for entry in k)
-
     def _missing(self, calculation, place, value):
-        """A term that is missing from a sum: one like those of the cells around, or a product of cells."""
+        """A term that is missing from a sum: one of the formulas above or below, or a product of cells around."""
         graph, lacking, (sheet, row, column) = self.graph, value - self.now(place), place
         if not np.isfinite(lacking[1:]).all():
             return None
         around = graph.component[place]
         around = around if len(around) <= 16 else [p for p in around if p[1] == row]
-        trees, copies = [graph.trees[p] for p in around if p in graph.trees], []
+        pool = dict.fromkeys([*(s for p in around for s in graph.uses.get(p, ())), *calculation.given])
+        factors = [("area", Area(*p, *p[1:])) for p in pool if p in graph.cells]
+        formulas = [part for p in around if p in graph.trees for _, part in walk(graph.trees[p])]
+        factors += [part for part in formulas if part[0] in TRIGONOMETRY]
+        terms = [("number", float(lacking[1]))]
         for step in (-1, 1):
             near = graph.trees.get((sheet, row + step, column), ("text",))
             moved = [area if area.fixed[0] else area.moved(-step, 0) for area in areas(near)]
-            copies += [with_areas(near, moved)] * bool(moved and all(moved))
-        pool = dict.fromkeys([*(s for p in around for s in graph.uses.get(p, ())), *calculation.given])
-        factors = [("area", Area(*p, *p[1:])) for p in pool if p in graph.cells]
-        factors += [part for tree in trees for _, part in walk(tree) if part[0] in TRIGONOMETRY]
-        terms = [("number", float(lacking[1]))] + [term for tree in copies for _, term in flat(tree)]
-        single = {text_of(part): graph.calculate(part, self.values)[:, 0, 0] for part in factors}
-        named = {text_of(term): graph.calculate(term, self.values)[:, 0, 0] for term in terms}
+            terms += [term for _, term in flat(with_areas(near, moved))] if moved and all(moved) else []
+        single, named = (
+            {text_of(t): graph.calculate(t, self.values)[:, 0, 0] for t in ts} for ts in (factors, terms)
+        )
         for depth in (1, 2, 3, 4):
             for chosen in combinations(single, depth) if comb(len(single), depth) < 20_000 else ():
                 named["*".join(chosen)] = np.prod(np.broadcast_arrays(*map(single.get, chosen)), axis=0)
-        for text, number in named.items():
-            if same(lacking, number, 1e-7) or same(lacking, -number, 1e-7):
-                return "missing term", f"the term {text} is missing"
-        return None
+        return next((t for t, n in named.items() if same(lacking, n, 1e-7) or same(lacking, -n, 1e-7)), None)
 
     def _of_the_block(self, calculation, unit, option):
         """Why a whole matrix or vector is wrong, with the cost: it or a factor is transposed, the order of a product."""
-        size = {9: 3, 16: 4, 3: 3, 4: 4}.get(len(unit))
-        if size is None:
-            return None
-        now, wanted = self._block(unit, size), self._block(unit, size, option)
-        windows = {w: self._block(w, size) for w in self.found.windows if len(w) == size * size and w != unit}
-        if now.shape[2] == size and same(now, _turned(wanted)):
+        size = SIZES[len(unit)]
+
+        def matrix(places, *more):
+            return self.block(places, *more).T.reshape(SAMPLES, size, -1)
+
+        def turned(matrix):
+            return np.swapaxes(matrix, 1, 2)
+
+        now, wanted, square = matrix(unit), matrix(unit, option), len(unit) > 4
+        windows = {w: matrix(w) for w in self.found.windows if len(w) == size * size and w != unit}
+        if square and same(now, turned(wanted)):
             copy = all(self.graph.trees.get(p, ("",))[0] == "area" for p in unit)
             copy &= any(same(w, now) for w in windows.values())
-            known = [k for k in calculation.known.get(len(unit), ()) if same(k, self._cells(now))]
-            known += [
-                w for w in windows.values() if same(w, wanted) or any(same(w @ v, now) for v in windows.values())
-            ]
-            return "transposed", ORDERS[0], UNLIKELY * bool(known and not copy)
-        others = windows
-        if now.shape[2] == 1:
-            lines = {c for c in self.graph.component.values() if len(c) == size and c != unit}
-            others = {c: self._block(c, size) for c in lines}
-        for a, left in windows.items():
-            for b, right in others.items():
-                square = right.shape[2] == size
-                if not same(left @ right, wanted):
-                    continue
-                if same(_turned(left) @ right, now) or (square and same(left @ _turned(right), now)):
-                    return "transposed", ORDERS[1], 0.0
-                if square and same(right @ left, now):
-                    return (
-                        "order of product",
-                        f"the order is {self.graph.range(a)} times {self.graph.range(b)}",
-                        0.0,
-                    )
-                if square and same(_turned(right) @ _turned(left), now):
-                    return "transposed", ORDERS[2], 0.0
+            known = any(same(k, self.block(unit)) for k in calculation.known.get(len(unit), ()))
+            known |= any(
+                same(w, wanted) or any(same(w @ v, now) for v in windows.values()) for w in windows.values()
+            )
+            return "transposed", "the matrix should be transposed", UNLIKELY * (known and not copy)
+        lines = {c for c in self.graph.components if len(c) == size and c != unit}
+        for (a, left), (b, right) in (
+            (a, b) for a in windows.items() for b in (windows if square else {c: matrix(c) for c in lines}).items()
+        ):
+            if not same(left @ right, wanted):
+                continue
+            if same(turned(left) @ right, now) or (square and same(left @ turned(right), now)):
+                return "transposed", "a factor of the product is transposed", 0.0
+            if square and same(right @ left, now):
+                return "order of product", f"the order is {self.graph.range(a)} times {self.graph.range(b)}", 0.0
+            if square and same(turned(right) @ turned(left), now):
+                return "transposed", "the product is transposed", 0.0
         return None
 
-    def _block(self, places, size, option=()):
-        """Places as matrices, shape (samples, size, columns): their values, or what `option` puts there."""
-        parts = [np.broadcast_to(dict(option).get(p, self.now(p)), SAMPLES) for p in places]
-        return np.stack(parts, axis=-1).reshape(SAMPLES, size, -1)
 
-    @staticmethod
-    def _cells(matrix):
-        return matrix.reshape(SAMPLES, -1).T
-
-
-def _turned(matrix):
-    return np.swapaxes(matrix, 1, 2)
+def _one_convention(faults):
+    """Faults that are all signs are those of the other convention."""
+    signs = {cause for _, cause, _ in faults} == {"sign"}
+    return [(p, "other convention", OTHER_CONVENTION) for p, *_ in faults] if signs else faults
 
 
 def _as_window(window, matrix):

@@ -45,14 +45,9 @@ SPELLINGS = (  # brought to one: no blanks, one minus, one prime, Greek letters 
 class Role:
     """What a range holds.
 
-    Attributes
-    ----------
-    kind : str
-        ``"angle"``, ``"negated"``, ``"radians"``, ``"cos"``, ``"sin"``, ``"coordinate"``, ``"outcome"`` (one cell),
-        ``"angles"``, ``"point"``, ``"result"`` (three), ``"matrix"`` or ``"transposed"`` (nine).
-    word : tuple of int
-        Which angles (0 = α) or which coordinate (0 = x); of a matrix its product from left to right. Empty for the
-        whole vector, and for a matrix said to be the final one.
+    `kind` is angle, negated, radians, cos, sin, coordinate or outcome of one cell; angles, point or result of three;
+    matrix or transposed of nine. `word` says which angles (0 = α) or which coordinate (0 = x), of a matrix its
+    product from left to right; it is empty for a whole vector and for a matrix said to be the final one.
     """
 
     kind: str

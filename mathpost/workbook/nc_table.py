@@ -65,19 +65,9 @@ class Words(Calculation):
 
 
 def rows_of(graph, machine, cells=None):
-    """Return the rows of a table as `Words`.
+    """Return the rows of a table as `Words`; `cells` says where the columns stand if there are no headings.
 
-    Parameters
-    ----------
-    graph : mathpost.workbook.graph.Graph
-    machine : mathpost.machine.Machine, or path of a machine file
-    cells : dict, optional
-        Where the columns stand if there are no headings: ``{"tip": "A2:C6", "axis": "D2:F6", "joints": "G2:K6"}``.
-
-    Raises
-    ------
-    InputError
-        If the machine cannot be read or there is no table.
+    For example ``{"tip": "A2:C6", "axis": "D2:F6", "joints": "G2:K6"}``. Raise `InputError` if there is no table.
     """
     machine = machines.load(machine) if isinstance(machine, str) or hasattr(machine, "__fspath__") else machine
     kinematics, names = Kinematics(machine), machine.joint_names
@@ -148,14 +138,7 @@ def _columns(texts, names):
 
 
 def judge_numbers(rows, values):
-    """Yield (place, cause, sentence) of the words that are wrong as numbers, to the digits that are written.
-
-    Parameters
-    ----------
-    rows : list of `Words`
-    values : dict
-        Place → its number.
-    """
+    """Yield (place, cause, sentence) of the words that are wrong as numbers, place → number, to their digits."""
     kinematics = rows[0].kinematics
     words, tip, axis = (
         np.array([[values[p] for p in getattr(row, part)] for row in rows]) for part in ("results", "point", "axis")

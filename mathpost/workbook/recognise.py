@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections import Counter
 from dataclasses import dataclass, fields
+from itertools import product, takewhile
 from pathlib import Path
 
 import numpy as np
@@ -87,22 +88,9 @@ def task_file(path):
 class Recognised:
     """What is what in a workbook.
 
-    Attributes
-    ----------
-    typed : set
-        Places of numbers, and of formulas such as =RADIANS(20) that use no cell.
-    windows : list of tuples
-        Nine or sixteen places, row by row, of each matrix.
-    angles, lengths, constants : set
-        Places of typed numbers that some formula uses.
-    turning : set
-        Places that go into a sine or cosine, directly or converted.
-    vectors : set
-        Places of formulas that depend on lengths.
-    calculations : list of `mathpost.workbook.calculation.Calculation`
-    problems : list of str
-    by : str
-        Who says what was asked: ``"the task"``, ``"the text"`` or ``"source 000"``.
+    `typed` are the places of numbers, and of formulas such as =RADIANS(20) that use no cell; those that others use
+    are `angles`, `lengths` or `constants`. `turning` go into a sine or cosine, `vectors` depend on lengths; `windows`
+    are matrices, row by row. `by` says who names the reading: the task, the text, or source 000.
     """
 
     def __init__(self, graph, task):
@@ -112,7 +100,7 @@ class Recognised:
         self.typed = {p for p in graph.component if p not in graph.trees and graph.value(p) is not None}
         self.typed |= {p for p in graph.trees if not graph.uses[p] and p not in graph.part}
         self.windows, self.turning = self._windows(), self._turning()
-        self.constants = self._constants({p for window in self.windows for p in window})
+        self.constants = self._constants()
         inputs = {p for p in self.typed if p in graph.used} - self.constants
         self.angles, self.lengths = inputs & self.turning, inputs - self.turning
         self._read_the_reading()
@@ -139,150 +127,131 @@ class Recognised:
 
     def _windows(self):
         graph, found = self.graph, Counter()
-        for tree in {id(t): t for t in graph.trees.values()}.values():
-            for _, part in walk(tree):
-                if part[0] in ("MMULT", "TRANSPOSE", "MDETERM", "MINVERSE"):
-                    found.update(tuple(a.places) for a in areas(part) if a.shape in ((3, 3), (4, 4)))
-        for component in set(graph.component.values()):
-            rows, columns = ({p[n] for p in component} for n in (1, 2))
-            sides = len(rows), len(columns)
-            if len(component) != sides[0] * sides[1]:
-                continue
-            if sides in ((3, 3), (4, 4)):
+        for _, part in graph.parts:
+            if part[0] in ("MMULT", "TRANSPOSE", "MDETERM", "MINVERSE"):
+                found.update(tuple(a.places) for a in areas(part) if a.shape in ((3, 3), (4, 4)))
+        for component in graph.components:
+            sides = [len({p[n] for p in component}) for n in (1, 2)]
+            if sides in ([3, 3], [4, 4]) and len(component) == sides[0] ** 2:
                 found[component] = 99
-            elif sorted(sides) in ([3, 6], [3, 9]):
+            elif sorted(sides) in ([3, 6], [3, 9]) and len(component) == sides[0] * sides[1]:
                 along = 1 if sides[0] > 3 else 2
                 for k in range(0, max(sides), 3):
                     tile = tuple(p for p in component if 0 <= p[along] - component[0][along] - k < 3)
-                    if sum(p in graph.trees for p in tile) >= 2 and not self._points(tile):
+                    uses = [graph.uses[p] for p in tile if p in graph.trees]
+                    # Three points in rows use numbers typed in their own row; a matrix does not.
+                    own = [any(s[1] == p[1] and s in self.typed for s in graph.uses.get(p, [p])) for p in tile]
+                    if len(uses) >= 2 and not all(own):
                         found[tile] = 50
         for window, votes in list(found.items()):
             others = [o for o in found if o != window and found[o] >= votes and found[o] > 1]
-            if any(not set(window).isdisjoint(o) for o in others) or not graph.component.keys() >= set(window):
+            numbers = [graph.value(p) for p in window if p not in graph.trees]
+            # A matrix has formulas, or else numbers such as cosines and sines make: it is no table of points.
+            typed = len(numbers) == len(window) and None not in numbers
+            table = typed and (max(map(abs, numbers)) > 1 or all(n % 1 == 0 for n in numbers))
+            if (
+                table
+                or any(not set(window).isdisjoint(o) for o in others)
+                or not graph.component.keys() >= set(window)
+            ):
                 del found[window]
-        return sorted(filter(self._is_matrix, found), key=lambda w: graph.reading_order(w[0]))
-
-    def _points(self, tile):
-        """Whether every row of a tile uses numbers typed in its own row: three points, not a matrix."""
-        rows = [[s for s in self.graph.uses[p] if s[1] == p[1]] for p in tile if p in self.graph.trees]
-        return all(not self.typed.isdisjoint(row) for row in rows)
-
-    def _is_matrix(self, window):
-        """Whether a window has formulas, or else numbers such as cosines and sines make: no table of points."""
-        numbers = [self.graph.value(p) for p in window]
-        return any(p in self.graph.trees for p in window) or (
-            all(abs(n) <= 1 for n in numbers) and any(n % 1 for n in numbers)
-        )
+        return sorted(found, key=lambda w: graph.reading_order(w[0]))
 
     def _turning(self):
+        """What goes into a sine or cosine, directly or through cells that only convert or negate."""
         graph, found = self.graph, set()
-        stack = [
-            p
-            for t in graph.trees.values()
-            for _, part in walk(t)
-            if part[0] in (*TRIGONOMETRY, "TAN")
-            for p in graph.used_by(part)
-        ]
+        stack = [p for _, part in graph.parts if part[0] in (*TRIGONOMETRY, "TAN") for p in graph.used_by(part)]
         while stack:
             place = stack.pop()
             if place not in found:
                 found.add(place)
                 functions = {head for head in heads(graph.trees.get(place, ("text",))) if head.isupper()}
-                if functions <= PASSED_ON and len(graph.uses.get(place, ())) <= 2:
-                    stack += graph.uses.get(place, ())
+                sources = graph.uses.get(place, ())
+                stack += sources if functions <= PASSED_ON and len(sources) <= 2 else ()
         return found
 
-    def _constants(self, in_window):
+    def _constants(self):
         """Typed numbers that are not given: zeros and ones of matrices, numbers over formulas, conversions."""
-        graph, found = self.graph, self.typed & in_window
-        for place in self.typed - in_window:
-            value, whole = self.number(place), graph.component[place]
-            fourth = value == 1 and len(whole) == 4 and whole[-1] == place and self.typed.issuperset(whole)
-            beside_formulas = any(p in graph.trees and p not in self.typed for p in whole)
-            if (
-                fourth
-                or self._converts(place, value)
-                or (beside_formulas and not self._in_typed_line(place, whole))
-            ):
-                found.add(place)
+        graph, found = self.graph, self.typed & {p for window in self.windows for p in window}
+        for place in self.turning & self.typed:  # 180 or π multiplies or divides several others
+            users = graph.used.get(place, ())
+            partners = {s for user in users for s in graph.uses[user]} - {place}
+            near = (np.abs(self.number(place) - CONVERSIONS) < 1e-4 * CONVERSIONS).any()
+            found |= {place} if near and min(len(users), len(partners)) >= 2 else set()
+        for whole in graph.components:
+            if any(p in graph.trees and p not in self.typed for p in whole):
+                found |= {p for p in whole if p in self.typed - found and not self._in_typed_line(p, whole)}
+            elif len(whole) == 4 and self.number(whole[-1]) == 1:
+                found.add(whole[-1])  # the fourth coordinate
         return found
-
-    def _converts(self, place, value):
-        """Whether a typed number such as 180 or π multiplies or divides several others on their way into a sine."""
-        users = self.graph.used.get(place, ())
-        partners = {s for user in users for s in self.graph.uses[user]} - {place}
-        near = (np.abs(value - CONVERSIONS) < 1e-4 * CONVERSIONS).any()
-        return near and place in self.turning and min(len(users), len(partners)) >= 2
 
     def _in_typed_line(self, place, whole):
         """Whether a typed number among formulas is given, not typed over one: three of its kind stand in line."""
-        row = [p for p in whole if p[1] == place[1] and p != place]
-        mixed = len({p in self.typed for p in row}) == 2
         for down, right in ((1, 0), (0, 1)):
             line = [place]
             for sign in (1, -1):
                 near = place
-                while (near := (near[0], near[1] + sign * down, near[2] + sign * right)) in whole:
+                while self.graph.component.get(near := _at(near, sign * down, sign * right)) is whole:
                     line.append(near)
             typed = sum(p in self.typed for p in line)
-            if down and mixed and typed == 1 < len(line):
-                return False
+            if down and typed == 1 < len(line):
+                if len({p in self.typed for p in whole if p[1] == place[1] and p != place}) == 2:
+                    return False
             if typed >= 3:  # a quaternion of a turn about one axis has two zeros
-                zeros = sum(p in self.typed and self.number(p) == 0 for p in line)
-                return not (len(line) == 4 == typed + 1 and zeros >= 2)
+                return not (len(line) == 4 > typed and sum(self.graph.value(p) == 0 for p in line) >= 2)
             if len(line) in (3, 4) and sum(p in self.turning and p not in self.typed for p in line) >= 2:
                 return False
         return place in self.turning
 
     def lines(self, cells, least):
         """Triples of evenly spaced typed cells of which at least `least` are in `cells`, the fullest first."""
-        found = {}
-        for sheet, row, column in cells:
-            for step, k in ((s, k) for s in range(1, 5) for k in range(3)):
-                for down, right in ((step, 0), (0, step)):
-                    triple = tuple((sheet, row + (n - k) * down, column + (n - k) * right) for n in range(3))
-                    count = sum(p in cells for p in triple)
-                    if count >= least and self.typed.issuperset(triple):
-                        found[triple] = (-count, step, self.graph.reading_order(triple[0]))
+        found, steps = {}, [(step, 0) for step in range(1, 5)] + [(0, step) for step in range(1, 5)]
+        for place, (down, right), k in product(cells, steps, range(3)):
+            triple = tuple(_at(place, (n - k) * down, (n - k) * right) for n in range(3))
+            count = sum(p in cells for p in triple)
+            if count >= least and self.typed.issuperset(triple):
+                found[triple] = (-count, down + right, self.graph.reading_order(triple[0]))
         return sorted(found, key=found.get)
 
     def label(self, place):
         """The text to the left of a cell or above it, empty if there is none."""
-        sheet, row, column = place
-        for step, most in (((0, -1), 2), ((-1, 0), 60)):
-            for n in range(1, most + 1):
-                cell = self.graph.cells.get((sheet, row + n * step[0], column + n * step[1]))
-                if cell is not None and isinstance(cell.value, str) and not cell.formula:
-                    return cell.value
-                if (cell is None) == bool(step[0]):
-                    break
-        return ""
+        cells = self.graph.cells
+        left = [cells[p] for n in (1, 2) if (p := _at(place, 0, -n)) in cells][:1]
+        above = takewhile(lambda cell: cell, (cells.get(_at(place, -n, 0)) for n in range(1, 60)))
+        texts = (cell.value for cell in (*left, *above) if isinstance(cell.value, str) and not cell.formula)
+        return next(texts, "")
 
     # Which calculations there are.
 
     def _find_calculations(self):
-        graph, depends = self.graph, {}
+        graph, self.depends = self.graph, {}
         for place in graph.order:
             sources = graph.uses[place]
-            direct = {s for s in sources if s in self.angles or s in self.lengths}
-            depends[place] = frozenset(direct).union(*(depends.get(s, ()) for s in sources))
-        self.depends = depends
-        self.vectors = {p for p in graph.trees if p not in self.typed and depends[p] & self.lengths}
-        triples = self._triples()
-        finals = [t for t in triples if not self._is_difference(t) and self._turned(t)]
+            direct = frozenset(s for s in sources if s in self.angles or s in self.lengths)
+            self.depends[place] = direct.union(*(self.depends.get(s, ()) for s in sources))
+        self.vectors = {p for p in graph.trees if p not in self.typed and self.depends[p] & self.lengths}
+        finals = []
+        for triple in self._triples():
+            trees, up = [graph.trees.get(p, ("text",)) for p in triple], graph.upstream(triple)
+            # A result less what was expected, or than another result, is a check and not a step.
+            difference = all(t[0] == "-" and t[1][0] == t[2][0] == "area" for t in trees)
+            difference &= any(s in self.vectors for p in triple for s in graph.uses.get(p, ()))
+            turned = self._of(triple, self.angles) or any(up.issuperset(w) for w in self.windows)
+            finals += [triple] if turned and not difference else []
         used = {p for t in finals for p in graph.upstream(t) - set(t)}
         for triple in finals:
             if not used.issuperset(triple):
                 self._add_turn(triple)
-        if not self.calculations and not self.problems:
-            counts = {w: len(self._of(w, self.angles)) for w in self.windows}
-            for window, count in counts.items():
-                after = graph.downstream(window) - set(window)
-                later = any(not after.isdisjoint(w) for w in self.windows if w != window)
-                angles = self._three(self._of(window, self.angles)) if count == max(counts.values()) > 0 else None
-                if angles and not later:
-                    self._tell(Turn(window, self._in_order(angles)))
-        self._one_origin_for_a_table()
+        most = max((len(self._of(w, self.angles)) for w in self.windows), default=0)
+        for window in self.windows if not self.calculations and not self.problems else ():
+            own, after = self._of(window, self.angles), graph.downstream(window) - set(window)
+            last = all(after.isdisjoint(w) for w in self.windows if w != window)
+            if last and len(own) == most > 0 and (angles := self._three(own)):
+                self._tell(Turn(window, self._in_order(angles)))
+        for component in graph.components:  # the rows of a table have one origin, even if a $ is missing
+            rows = [c for c in self.calculations if graph.component[c.results[0]] is component]
+            for row in rows:
+                row.origin = Counter(each.origin for each in rows).most_common(1)[0][0]
 
     def _of(self, places, inputs):
         """The inputs that some places depend on, as they are read."""
@@ -291,117 +260,86 @@ class Recognised:
     def _triples(self):
         """Three cells, or four, in line that are a vector: they depend on the same lengths."""
         left, found = self.vectors - {p for window in self.windows for p in window}, {}
-        for place in left:
+        for place, (down, right), k in product(left, ((1, 0), (0, 1)), range(3)):
             whole = self.graph.component[place]
+            line = tuple(_at(place, (n - k) * down, (n - k) * right) for n in range(3))
             if len(whole) == 4 and 1 in (len({p[n] for p in whole}) for n in (1, 2)):
-                if len(left.intersection(whole)) >= 2:
-                    found[whole] = (0, 0)
-                continue
-            for k, (down, right) in ((k, step) for k in range(3) for step in ((1, 0), (0, 1))):
-                triple = tuple((place[0], place[1] + (n - k) * down, place[2] + (n - k) * right) for n in range(3))
-                inside = left.intersection(triple)
-                if len(inside) >= 2 and set(whole).issuperset(triple):
-                    sets = [self.depends[p] & self.lengths for p in inside]
-                    alike = len(frozenset.intersection(*sets)) / len(frozenset.union(*sets))
-                    found[triple] = (alike < 0.4, -len(inside))
-        runs = {t: (t[0][0], n, t[0][n]) for t in found for n in [1 if t[0][1] < t[1][1] else 2]}
+                line = whole
+            inside = left.intersection(line)
+            if len(inside) >= 2 and all(self.graph.component.get(p) is whole for p in line):
+                sets = [self.depends[p] & self.lengths for p in inside]
+                alike = len(frozenset.intersection(*sets)) / len(frozenset.union(*sets))
+                along = 1 if line[0][1] < line[1][1] else 2
+                found[line] = (alike < 0.4, -len(inside)), (line[0][0], along, line[0][along])
         aligned, taken, chosen = Counter(), set(), []
-        for triple, run in runs.items():
-            aligned[run] += found[triple][1]
-        for triple in sorted(found, key=lambda t: (*found[t], aligned[runs[t]], self.graph.reading_order(t[0]))):
-            if taken.isdisjoint(triple):
-                taken.update(triple)
-                chosen.append(triple)
+        for (_, inside), run in found.values():
+            aligned[run] += inside
+        for line in sorted(
+            found, key=lambda t: (found[t][0], aligned[found[t][1]], self.graph.reading_order(t[0]))
+        ):
+            if taken.isdisjoint(line):
+                taken.update(line)
+                chosen.append(line)
         return sorted(chosen, key=lambda t: self.graph.reading_order(t[0]))
-
-    def _is_difference(self, triple):
-        """Whether a triple is a result less what was expected, or than another result: a check, not a step."""
-        trees = [self.graph.trees.get(p, ("text",)) for p in triple]
-        return all(t[0] == "-" and t[1][0] == t[2][0] == "area" for t in trees) and any(
-            s in self.vectors for p in triple for s in self.graph.uses[p]
-        )
-
-    def _turned(self, triple):
-        """Whether a vector depends on angles, or on a matrix that somebody typed."""
-        up = self.graph.upstream(triple)
-        return bool(self._of(triple, self.angles)) or any(up.issuperset(w) for w in self.windows)
 
     def _add_turn(self, triple):
         angles, in_row = self._of(triple, self.angles), triple[0][1] == triple[1][1]
-        own = [p for p in angles if p[:2] == triple[0][:2]]
+        own = tuple(p for p in angles if p[:2] == triple[0][:2])
         angles = own if in_row and len(own) >= 2 and len(angles) > 3 else angles
-        vectors = self._vectors(self._of(triple, self.lengths), triple[0] if in_row else None)
+        vectors = self._vectors(self._of(triple, self.lengths), triple[0][:2] if in_row else None)
+        users = {v: [self.graph.trees[user] for p in v for user in self.graph.used.get(p, ())] for v in vectors}
         if len(angles) == 1 and len(vectors) == 2 and re.search(ABOUT_AN_AXIS, self.text, re.I):
-            axis = max(vectors, key=self._normalised)
-            self._tell(Turn(triple, tuple(angles), next(v for v in vectors if v != axis), axis=axis))
+            # The axis is the vector that is divided by its length.
+            axis = max(vectors, key=lambda v: any(t[0] == "/" or heads(t) & {"SUMSQ", "SQRT"} for t in users[v]))
+            self._tell(Turn(triple, angles, next(v for v in vectors if v != axis), axis=axis))
             return
         chosen = self._three(angles) or self._three(self.sorted(self.angles))
         if chosen is None or not vectors:
             what = "three angles" if chosen is None else "a point"
             self.problems.append(f"{self.graph.range(triple)}: {what} not found among its inputs")
             return
-        origin = max(vectors, key=lambda v: (self._subtracted(v), vectors.index(v))) if len(vectors) > 1 else ()
-        point = next(v for v in vectors if v != origin)
-        self._tell(Turn(triple, self._in_order(chosen), point, origin))
+
+        def subtracted(vector):
+            parts = [part[-1] for t in users[vector] for _, part in walk(t) if part[0] in ("-", "minus")]
+            return sum(not set(vector).isdisjoint(self.graph.used_by(part)) for part in parts), vectors.index(
+                vector
+            )
+
+        origin = max(vectors, key=subtracted) if len(vectors) > 1 else ()
+        self._tell(Turn(triple, self._in_order(chosen), next(v for v in vectors if v != origin), origin))
 
     def _three(self, cells):
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
-        if len(cells) == 3:
-            return tuple(cells)
-        lines = self.lines(set(cells), 2) or (self.lines(set(cells), 1) if len(cells) == 1 else [])
+        lines = [tuple(cells)] if len(cells) == 3 else self.lines(set(cells), 2)
+        lines = lines or (self.lines(set(cells), 1) if len(cells) == 1 else [])
         return lines[0] if lines else None
 
-    def _vectors(self, cells, of_row):
+    def _vectors(self, cells, row):
         """The triples of lengths that a result depends on; that in the row of a table first."""
         found, left = [], set(cells)
-        own = {p for p in left if of_row and p[:2] == of_row[:2]}
-        lines = [t for t in self.lines(own, 2) if t[0][1] == t[1][1]] or self.lines(left, 2)
+        own = self.lines({p for p in left if p[:2] == row}, 2)
+        lines = [t for t in own if t[0][1] == t[1][1]] or self.lines(left, 2)
         while lines:
             found.append(lines[0])
             left -= set(lines[0])
             lines = [t for t in self.lines(left, 2) if all(set(t).isdisjoint(f) for f in found)]
         return found
 
-    def _users(self, vector):
-        return [self.graph.trees[user] for place in vector for user in self.graph.used.get(place, ())]
-
-    def _normalised(self, vector):
-        """Whether a vector is divided by its length."""
-        return any(t[0] == "/" or heads(t) & {"SUMSQ", "SQRT"} for t in self._users(vector))
-
-    def _subtracted(self, vector):
-        """How often a vector is taken from another."""
-        parts = [part for tree in self._users(vector) for _, part in walk(tree) if part[0] in ("-", "minus")]
-        return sum(not set(vector).isdisjoint(self.graph.used_by(part[-1])) for part in parts)
-
     def _in_order(self, triple):
         """The angles α, β, γ: in reading order, unless their labels say otherwise."""
         names = [re.sub(r"[^a-zα-ω]", "", self.label(p).lower()) for p in triple]
-        for order in (("α", "β", "γ"), ("alpha", "beta", "gamma")):
-            if sorted(names) == list(order):
-                return tuple(triple[names.index(name)] for name in order)
-        return self.sorted(triple)
-
-    def _one_origin_for_a_table(self):
-        """The rows of a table have one origin: a reference that moves down with the rows does not make another."""
-        tables = {}
-        for calculation in self.calculations:
-            tables.setdefault(self.graph.component[calculation.results[0]], []).append(calculation)
-        for rows in tables.values():
-            ((origin, _),) = Counter(row.origin for row in rows).most_common(1)
-            for row in rows:
-                row.origin = origin
+        named = sorted(names) in (["α", "β", "γ"], ["alpha", "beta", "gamma"])
+        return tuple(p for _, p in sorted(zip(names, triple, strict=True))) if named else self.sorted(triple)
 
     def _as_the_caller_says(self, cells):
         """Take angles, point, origin and result from where the caller says that they stand."""
         given = {name: tuple(self.graph.named(name, text).places) for name, text in cells.items()}
-        sizes = {"angles": (3,), "point": (3,), "origin": (0, 3), "result": (3, 4, 9, 16)}
+        sizes = {"angles": (3,), "result": (3, 4, 9, 16), "origin": (0, 3)}
         sizes["point"] = (0, 3) if len(given["result"]) > 4 else (3,)
         for name, allowed in sizes.items():
             if len(given.get(name, ())) not in allowed:
                 raise InputError("cells", "angles, point and result of three cells each", f"no {name} of that size")
-        for name, places in given.items():
-            for place in set(places) - self.graph.component.keys():
+            for place in set(given.get(name, ())) - self.graph.component.keys():
                 raise InputError(f"cells, {name!r}", "numbers or formulas", f"none in {self.graph.address(place)}")
         self.vectors = set(given["result"])
         self._tell(Turn(given["result"], given["angles"], given.get("point", ()), given.get("origin", ())))
@@ -410,19 +348,22 @@ class Recognised:
 
     def _read_the_reading(self):
         """Sequence and convention: the task's, else what the texts say, else those of source 000."""
-        task, texts = self.task, self.text.splitlines()
-        turns = [text for text in texts if re.search(TURNS, text, re.I)]
+        task, turns = self.task, [t for t in self.text.splitlines() if re.search(TURNS, t, re.I)]
         said = {"".join(f.groups()).upper() for t in turns for f in SEQUENCE.finditer(t)} & set(euler.SEQUENCES)
-        sequence = said.pop() if len(said) == 1 else None
-        sequence = sequence and (sequence.lower() if re.search(FIXED, self.text, re.I) else sequence)
+        by_task = task.sequence or ("ZXZ" if task.kind == "zxz" else "")
+        by_text = "" if len(said) != 1 else said.pop()
+        by_text = by_text.lower() if re.search(FIXED, self.text, re.I) else by_text
         active, passive = (bool(re.search(pattern, self.text, re.I)) for pattern in (ACTIVE, PASSIVE))
-        by_task = task.sequence or ("ZXZ" if task.kind == "zxz" else None)
-        self.sequence = by_task or sequence or "ZXZ"
+        self.sequence = by_task or by_text or "ZXZ"
         self.active = task.convention == "active" if task.convention else active and not passive
-        self.by = "the task" if by_task else "the text" if sequence else "source 000"
+        self.by = "the task" if by_task else "the text" if by_text else "source 000"
 
     def _tell(self, calculation):
         calculation.sequence, calculation.active = self.sequence, self.active
         name = "a rotation about an axis" if calculation.axis else f"{self.sequence}, as {self.by} says"
         calculation.said = f"{'active' if self.active else 'passive'} rotation, {name}"
         self.calculations.append(calculation)
+
+
+def _at(place, down, right):
+    return place[0], place[1] + down, place[2] + right

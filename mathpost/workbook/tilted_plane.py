@@ -43,16 +43,9 @@ class Plane(Calculation):
 
 
 def planes_of(graph, found):
-    """Return the `Plane` calculations of a workbook.
-
-    Parameters
-    ----------
-    graph : mathpost.workbook.graph.Graph
-    found : mathpost.workbook.recognise.Recognised
-        Of which the lines of typed cells and the labels are used.
-    """
+    """Return the `Plane` calculations of a workbook, with the lines and labels that are `found` in it."""
     planes = []
-    for component in sorted(set(graph.component.values()), key=lambda c: graph.reading_order(c[0])):
+    for component in graph.components:
         own = [graph.trees[p] for p in component if p in graph.trees and heads(graph.trees[p]) & INVERSE]
         if len(component) != 3 or len(own) < 2:
             continue

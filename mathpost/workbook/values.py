@@ -39,15 +39,7 @@ class Block:
 
 
 def check_values(graph, cells=None):
-    """Judge the numbers of a workbook by its labels.
-
-    Returns
-    -------
-    statuses : dict
-        Place → ``"right"``, ``"wrong"`` or ``"consequence"``; empty if the labels say too little.
-    faults : list of `Fault`
-    seen : list of str
-    """
+    """Judge numbers by their labels: place → status, empty if these say too little; the faults; what was seen."""
     blocks, implied = read_labels(graph, cells)
     if not implied:
         return {}, [], []
@@ -93,7 +85,7 @@ def with_formulas(graph, implied):
     cells = {sheet.name: dict(sheet.cells) for sheet in graph.book.sheets}
     for (sheet, *place), (formula, anchor) in implied.items():
         old = cells[sheet].get(tuple(place), Cell(None))
-        cells[sheet][tuple(place)] = Cell(old.value, formula, "x" * bool(anchor), old.error, anchor)
+        cells[sheet][tuple(place)] = Cell(old.value, formula, old.error, anchor)
     sheets = tuple(replace(sheet, cells=cells[sheet.name]) for sheet in graph.book.sheets)
     return Graph(replace(graph.book, sheets=sheets))
 

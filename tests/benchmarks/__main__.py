@@ -2,10 +2,10 @@
 
 import argparse
 
-from tests.benchmarks import growth, kinematics, lessons, live, pipeline, proved, startup
+from tests.benchmarks import calibration, growth, kinematics, lessons, live, pipeline, proved, startup
 from tests.benchmarks.timing import computer
 
-MODULES = (kinematics, startup, pipeline, growth, lessons, live, proved)
+MODULES = (kinematics, startup, pipeline, growth, lessons, live, proved, calibration)
 PARTS = {part.__name__.rpartition(".")[2]: part for part in MODULES}
 
 

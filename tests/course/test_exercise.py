@@ -53,8 +53,9 @@ BY_HAND = {
     "09-vertical": [0, 0, 0],
     "11-factor": 2.92,
     "11-psi": 90,
-    "12-steps": [5, 7, 9, 11],
+    "12-steps": [3, 4, 5],
     "13-sign": [0, -10, 0],
+    "13-ecc": -58.18,
     "14-post": -90,
 }
 AS_WRITTEN = [  # right, in words that a learner may choose
@@ -75,7 +76,7 @@ AS_WRITTEN = [  # right, in words that a learner may choose
     ("05b-trap", (370, -5, 320)),
     ("07-pivot", "row 80"),
     ("09-missed", "0.05, -0.029, 0 mm"),
-    ("12-steps", "5，7、9 和 11"),
+    ("12-steps", "3，4 和 5"),
     ("13-twins", "EXY EXZ, EXA and EXC"),
     ("14-angles", (380, 35, -59)),
 ]
@@ -114,9 +115,9 @@ JUDGED = [  # exercises with many solutions: an answer, and what is said of it
     ("07-alone", flank(np.arange(11), singular="retract"), RIGHT),
     ("07-alone", "HELLO", "cannot be used: your program, line 1"),
     ("07-alone", 5, "found something else"),
-    ("11-gouge", (Cutter.ball(12), Cutter.ball(11.8)), "does not gouge"),
-    ("11-gouge", (Cutter.ball(10), Cutter.flat(12)), "is not smaller"),
-    ("11-gouge", ((10, 9), (8, 1)), "cannot be used: cutter: expected a diameter above 0"),
+    ("11b-gouge", (Cutter.ball(12), Cutter.ball(11.8)), "does not gouge"),
+    ("11b-gouge", (Cutter.ball(10), Cutter.flat(12)), "is not smaller"),
+    ("11b-gouge", ((10, 9), (8, 1)), "cannot be used: cutter: expected a diameter above 0"),
     ("14-angles", (4, 35, 50), "The bar of"),
     ("14-angles", (20, 45, 50), "no multiples of 15"),
     ("14-angles", (20, 35), "Expected three numbers"),

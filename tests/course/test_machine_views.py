@@ -183,19 +183,16 @@ def test_what_is_hidden_is_said(kin):
     assert "the workpiece is hidden" in below or "the tool is hidden" in below
 
 
-def test_frames_of_a_formula_stand_apart(kin):
+def test_frames_of_a_formula_stand_apart():
     point = view_rotation.turned_point((3, 4, 5))
     turned = point.places[0]["turned"][:3, :3]
     axes = dict(zip(("X", "Y", "Z", "X'", "Y'", "Z'"), [*np.eye(3), *turned.T], strict=True))
     turns, notations = view_rotation.turns((3, 4, 5), (135, 54.7356, -90)), view_rotation.notations()
-    sign = view_rotation.carried(kin.machine)
-    places = sign.places[0]
-    others = dict(zip("xyzn", [*places["workpiece"][:3, :3].T, places["tool"][:3, 2]], strict=True))
     half, named = (
         dict(zip("XYZxyz", [*np.eye(3), *view.places[0]["turned"][:3, :3].T], strict=True))
         for view in (turns, notations)
     )
-    for view, directions in ((point, axes), (sign, others), (turns, half), (notations, named)):
+    for view, directions in ((point, axes), (turns, half), (notations, named)):
         camera = Camera(view.scenes[0].azimuth, view.scenes[0].elevation)
         assert scene.together(directions, camera) == []
 

@@ -45,3 +45,22 @@ def test_the_gallery_turns_every_machine_by_its_own_chain():
         assert {part.body for part in drawn.solids} <= {"bed", *places}
         camera = Camera(drawn.azimuth, drawn.elevation)
         assert scene.together(dict(zip("xyz", own["workpiece"][:3, :3].T, strict=True)), camera) == []
+
+
+def test_the_sense_turns_both_axes_round():
+    solvers = [load("ac_table"), load("ac_head")]
+    view = view_plane.gallery(solvers, outer=40, inner=30, senses=True)
+    buttons = dict(view.state["places"])
+    assert buttons["sense −1"] == [None, None, -1] and "sense 1" in repr(view)
+    assert "senses" not in repr(view) and "sense −1" not in dict(view_plane.gallery(solvers).state["places"])
+
+
+@pytest.mark.parametrize(("k", "expected"), [(0, "1.000 mm clear"), (180, "-1.000 mm IN"), (-90, "-0.050 mm IN")])
+def test_third_angle_clears_the_wall(k, expected):
+    """The tip at the angle ρ = K, retracted by 1 mm in a bore of 10; a stylus that runs out by 20 µm."""
+    view = view_plane.third_angle(load("ac_table").machine, 135, BETA, k)
+    rho = np.radians(k)
+    clearance = 10 - abs(10 * np.exp(-1j * rho) - 1)
+    assert expected in repr(view) and f"{clearance:.3f} mm" in repr(view)
+    assert f"wrong by {40 * abs(np.sin(rho / 2)):.1f} µm" in repr(view)
+    assert "A 54.736, C 135.000" in repr(view)

@@ -1,20 +1,13 @@
-"""The sliders of lessons 01 to 04: they reach both ends, and the numbers under the picture are right."""
+"""The sliders of lessons 01 and 02: they reach both ends, and the numbers under the picture are right."""
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost import angles as euler
-from mathpost import machine
 from mathpost.course import view_rotation
-from mathpost.frame import Frame, machine_frames
+from mathpost.frame import Frame
 from mathpost.plane.tilted_plane import Plane
-from tests.conftest import DATA
-
-
-@pytest.fixture(scope="module")
-def trunnion():
-    return machine.load(DATA / "machines/ac_table.toml")
 
 
 def test_turned_point():
@@ -58,22 +51,3 @@ def test_notations_say_what_python_says(angles):
         plane = Plane.from_frame(frame, notation)
         words = ", ".join(f"{word} {value:z.3f}" for word, value in zip(plane.words, plane.values, strict=True))
         assert f"{notation}: {words}{' (locked)' * bool(plane.locked)}" in said
-
-
-@pytest.mark.parametrize(("k", "expected"), [(0, "1.000 mm clear"), (180, "-1.000 mm IN"), (-90, "-0.050 mm IN")])
-def test_third_angle_clears_the_wall(trunnion, k, expected):
-    view = view_rotation.third_angle(trunnion, 135, 54.7356)
-    slider = view.state["sliders"][0]
-    said = view.state["said"][round((k - slider["low"]) / slider["step"])]
-    assert expected in said[1]
-    assert f"wrong by {40 * abs(np.sin(np.radians(k / 2))):.1f} µm" in said[2]
-
-
-def test_carried_shows_the_tool_axis(kin):
-    view = view_rotation.carried(kin.machine)
-    angles = {slider["name"]: slider["value"] for slider in view.state["sliders"]}
-    joints = [0, 0, 0, *(angles[rotary.name] for rotary in kin.machine.rotary)]
-    workpiece, tool = machine_frames(kin.machine, joints, degrees=True)
-    x, y, z = (workpiece.inverse() @ tool).z
-    assert f"sense 1: tool axis in the workpiece ({x:z.4f}, {y:z.4f}, {z:z.4f})" in repr(view)
-    assert view.places[0]["workpiece"][:3, :3] == pytest.approx(workpiece.rotation)
