@@ -14,9 +14,9 @@ from mathpost.compensate.model import Structure, read_errors
 from mathpost.compensate.readings import METHODS, template
 from mathpost.detective.euler_angles import explain
 from mathpost.detective.rotary_axes import explain_joints
-from mathpost.errors import InputError, MathpostError, write_bytes, write_text
+from mathpost.errors import InputError, MathpostError, read_text, write_bytes, write_text
 from mathpost.kinematics import Kinematics
-from mathpost.post import CONE, TOLERANCE, cl, run
+from mathpost.post import AXIS_TOLERANCE, CONE, TOLERANCE, cl, run
 from mathpost.post.program import DIALECTS
 from mathpost.post.selection import STRATEGIES
 from mathpost.post.ways import Crossing
@@ -86,6 +86,10 @@ def _add_post(commands):
     post.add_argument("--dialect", choices=DIALECTS, default="heidenhain")
     post.add_argument("--tcp", action="store_true", help="let the control keep the tip: M128, G43.4, TRAORI")
     post.add_argument("--tolerance", type=float, default=TOLERANCE, metavar="MM", help="default %(default)s")
+    degrees = round(math.degrees(AXIS_TOLERANCE), 9)
+    post.add_argument(
+        "--axis-tolerance", type=float, default=degrees, metavar="DEG", help="of the tool axis; default %(default)s"
+    )
     post.add_argument("--selection", choices=STRATEGIES, default="optimal")
     post.add_argument("--singular", choices=Crossing.SAFE, default="direct", help="way through singular regions")
     post.add_argument("--cone", type=float, metavar="DEG", help="half angle of the singular region (default 1)")
@@ -168,6 +172,7 @@ def _post(options):
         strategy=options.selection,
         singular=options.singular,
         tolerance=options.tolerance,
+        axis_tolerance=math.radians(options.axis_tolerance),
         tcp=options.tcp,
         cone=CONE if options.cone is None else math.radians(options.cone),
         split=options.split,
@@ -421,15 +426,26 @@ def _add_assign(commands):
     assign.set_defaults(run=_assign)
     assign.add_argument("lessons", type=Path, metavar="LESSONS", help="a notebook, or a folder of notebooks")
     assign.add_argument("-o", "--output", type=Path, metavar="FOLDER", required=True)
+    assign.add_argument("--students", metavar="FILE", help="a name on each line: a copy for each, with own numbers")
 
 
 def _assign(options):
     """Write the copies, and say what they do not hide."""
     from mathpost.course import assign
+    from mathpost.course.verdict import EXERCISES
 
-    for path, names in assign.assign(options.lessons, options.output).items():
+    lines = read_text(options.students).splitlines() if options.students else ()
+    students = [line.strip() for line in lines if line.strip()]
+    asked = assign.assign(options.lessons, options.output, students)
+    for path, names in asked.items():
         print(f"{path}: {', '.join(names) or 'no exercises'}")
-    print("The numbers of these exercises are the same for all.", file=sys.stderr)
+    every = {name for names in asked.values() for name in names}
+    own = sorted(name for name in every & EXERCISES.keys() if EXERCISES[name].drawn)
+    said = f"Each student has numbers of their own in {', '.join(own) or 'no exercise'}; the" if students else "The"
+    print(
+        f"{said} numbers of {'the others' if students else 'these exercises'} are the same for all.",
+        file=sys.stderr,
+    )
     print("The package holds the solutions of its own exercises: who has it can read them.", file=sys.stderr)
     return 0
 

@@ -4,14 +4,14 @@ What is sought: where the rotary axes are and how they lean, named as in ISO 230
 spindle leans on a head (EA0S, EB0S), the squareness of the slides (EC0Y, EB0Z, EA0Z), and the positioning error of
 each axis that a laser has seen. All readings are predicted by the same chain, that of `mathpost.chain` with its
 numbers as unknowns: a rotary axis is a line in it, so that a calibrated machine is a machine file with other
-points. The workpiece is where probing finds it at rotary zero, as with any machine.
+points. The workpiece is where probing with the tool finds it at rotary zero, as with any machine.
 
 The variances of the methods are estimated with the unknowns, each from its own residuals. U is t·u, with
 Student's t for the degrees of freedom after Welch and Satterthwaite (GUM, annex G).
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -24,6 +24,7 @@ from mathpost.measure.fit import coverage_factor, least_squares
 from mathpost.measure.rotary_axis import square_to
 
 DEPENDENT = 1e-5  # of a column that others leave: below it the readings do not tell the unknown from theirs
+NOTHING = 1e-9  # length of a column without a trace of its unknown
 SMALL = 1e-3  # of a rotary axis' direction: a component that its positioning error need not have
 
 
@@ -69,7 +70,7 @@ class Calibration:
     def __getitem__(self, name):
         """Return the `Value` of one unknown."""
         index = list(self.values).index(name)
-        return self._value(self.values[name], np.eye(len(self.values))[index])
+        return self.value(self.values[name], np.eye(len(self.values))[index])
 
     def of(self, function):
         """Return any number of the calibrated machine as `Value`.
@@ -86,7 +87,7 @@ class Calibration:
                 for h in (1e-6, -1e-6)
             ]
             slopes.append((ends[0] - ends[1]) / 2e-6)
-        return self._value(float(function(self.machine)), np.array(slopes))
+        return self.value(float(function(self.machine)), np.array(slopes))
 
     @cached_property
     def machine(self):
@@ -109,7 +110,8 @@ class Calibration:
             tables.append(JointTable(each.joint, curves))
         return MachineErrors(self.machine, self.structure, constant, tuple(tables))
 
-    def _value(self, value, gradient):
+    def value(self, value, gradient):
+        """Return a number with its U as `Value`, given its derivatives by `values`, then by all table entries."""
         gradient = np.pad(gradient, (0, len(self.parts[0][0]) - len(gradient)))
         shares = np.array([gradient @ part @ gradient for part, _ in self.parts])
         variance, freedoms = shares.sum(), np.array([freedom for _, freedom in self.parts])
@@ -174,12 +176,12 @@ def calibrate(machine, paths, *, structure=DEFAULT, squareness=None, **settings)
     blocks = [each for each in read if isinstance(each, files.Readings)]
     if squareness is None:
         squareness = any(each.method == "ballbar" for each in blocks)
-    return _Problem(machine, blocks, seen, structure, squareness).solve()
+    return _Problem(machine, blocks, seen, squareness).solve(structure)
 
 
 def unknowns(machine):
     """Return the names of the geometry's unknowns, those first that are given up last."""
-    letters = [(each, square_to(each)[0]) for each in machine.rotary]
+    letters = [(each, _across(each)[0]) for each in machine.rotary]
     offsets = [f"E{direction}0{each.name}" for each, plane in letters for direction in plane]
     tilts = [f"E{_turn(direction)}0{each.name}" for each, plane in letters for direction in plane]
     spindle = ["EA0S", "EB0S"] if any(each.carries == "tool" for each in machine.rotary) else []
@@ -187,23 +189,36 @@ def unknowns(machine):
 
 
 def corrected(machine, values):
-    """Return `machine` with its axes, points and tool moved by `values`; squareness is not in a machine file."""
+    """Return `machine` with its axes, points and tool moved by `values`; squareness is not in a machine file.
+
+    Machine coordinates are those at which the tip of the machine's tool is displayed at rotary zero: if the spindle
+    leans, so does the tool, and a table is displayed beside where it is.
+    """
+    moved = _moved(machine, values)
+    aside = machine.tool_length * (np.array(moved.tool_axis) - files.unit(machine.tool_axis))
+    tables = [
+        replace(each, point=tuple((each.point + aside).tolist())) if each.carries == "workpiece" else each
+        for each in moved.rotary
+    ]
+    named = machine.programmed_point
+    if named != "tip" and aside.any():
+        named = tuple((np.zeros(3) if named == "nose" else np.array(named)) - aside)
+    return replace(moved, rotary=tuple(tables), programmed_point=named)
+
+
+def _moved(machine, values):
+    """The axes, points and tool of `machine` moved by `values`, in the coordinates of its slides."""
     rotary = []
     for each in machine.rotary:
-        names, plane = square_to(each)
-        plane = np.array(plane, dtype=float)
+        names, plane = _across(each)
         offset = plane @ [values.get(f"E{name}0{each.name}", 0.0) for name in names]
         tilt = plane @ [values.get(f"E{_turn(name)}0{each.name}", 0.0) for name in names]
-        axis, point = files.unit(each.axis), np.array(each.point) + offset
+        axis = files.unit(each.axis)
         axis = files.unit(axis + np.cross(tilt, axis))
-        rotary.append(replace(each, axis=tuple(axis.tolist()), point=tuple(point.tolist())))
+        rotary.append(replace(each, axis=tuple(axis.tolist()), point=tuple((each.point + offset).tolist())))
     tool = files.unit(machine.tool_axis)
-    tilted = files.unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
-    named = machine.programmed_point
-    if named != "tip" and not np.array_equal(tilted, tool):  # the tip stays where probing finds it at rotary zero
-        point = np.zeros(3) if named == "nose" else np.array(named)
-        named = tuple((point + machine.tool_length * (tool - tilted)).tolist())
-    return replace(machine, rotary=tuple(rotary), tool_axis=tuple(tilted.tolist()), programmed_point=named)
+    tool = files.unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
+    return replace(machine, rotary=tuple(rotary), tool_axis=tuple(tool.tolist()))
 
 
 def columns(machine, structure, positioning):
@@ -218,156 +233,151 @@ def columns(machine, structure, positioning):
 
 
 class _Problem:
-    """All readings as one function of all unknowns."""
+    """All readings as one function of all unknowns: geometry, tables' entries, each ball's place and zero."""
 
-    def __init__(self, machine, blocks, tables, structure, squareness):
-        self.squareness = squareness
-        self.machine, self.blocks, self.tables, self.structure = machine, blocks, tables, structure
-        self.geometry = unknowns(machine)
-        nuisances = []
-        for number, block in enumerate(blocks):
-            for setup in np.unique(block.setup):
-                nuisances += [f"zero {number} {setup}"] * block.zeroed
-                nuisances += [f"ball {number} {setup} {axis}" for axis in range(3)]
-        nodes = [f"table {n} {row}" for n, each in enumerate(tables) for row in range(len(each.at))]
-        self.names = [*nodes, *nuisances, *self.geometry]
-        self.kept = list(range(len(self.names)))
-        sizes = [len(block.value) for block in blocks] + [len(each.at) for each in tables]
+    def __init__(self, machine, blocks, tables, squareness):
+        self.machine, self.blocks, self.tables, self.squareness = machine, blocks, tables, squareness
+        self.names = unknowns(machine)
+        self.first = len(self.names) + np.cumsum([0, *(len(each.at) for each in tables)])
+        self.count, setups = int(self.first[-1]), []
+        for block in blocks:
+            setups.append(self.count + 4 * block.setup)
+            self.count += 4 * (int(block.setup.max()) + 1)
+        self.kept = list(range(self.count))
+        sizes = [len(each.value) for each in (*blocks, *tables)]
         self.group = np.repeat(np.arange(len(sizes)), sizes)
         self.observed = np.concatenate([each.value for each in (*blocks, *tables)])
-        start = files.parameters(machine)
-        self.moves = {}  # of the machine's parameters, for one unit of each unknown
-        for name in self.geometry:
-            step = (files.parameters(corrected(machine, {name: h})) for h in (1e-5, -1e-5))
-            self.moves[name] = (next(step) - next(step)) / 2e-5
-        self.start = start
+        self.moves = np.zeros((18, len(self.names)))  # of the machine's axes, points and tool
+        for column, name in enumerate(self.names):
+            ends = [files.parameters(_moved(machine, {name: h}), 0.0)[:18] for h in (1e-5, -1e-5)]
+            self.moves[:, column] = np.subtract(*ends) / 2e-5
+        self.poses = []  # joints, rows of the readings, what each table's entries weigh there
+        if blocks:
+            self.setup, self.zeroed = (
+                np.concatenate(setups),
+                np.concatenate([b.zeroed + 0 * b.setup for b in blocks]),
+            )
+            self.target, self.direction, self.length, joints, reference = (
+                np.concatenate([getattr(block, name) for block in blocks])
+                for name in ("target", "direction", "length", "joints", "reference")
+            )
+            zeroed = np.flatnonzero(~np.isnan(reference[:, 0]))
+            for at, rows in ((joints, np.arange(len(joints))), (reference[zeroed], zeroed)):
+                self.poses.append((at, rows, [_basis(each, self._position(at, each)) for each in tables]))
 
-    def solve(self):
+    def solve(self, structure):
         """Estimate unknowns and noise in turn until neither changes."""
         reasons = self._keep_apart()
-        count = len(self.kept)
         sigmas = [np.full(len(b.value), 1e-3 if np.isnan(b.sigma) else b.sigma) for b in self.blocks]
         sigmas = np.concatenate(sigmas + [each.sigma for each in self.tables])
         freedom = [np.inf] * len(self.blocks) + [each.freedom for each in self.tables]
-        where = self.blocks[0].where if self.blocks else self.tables[0].where
+        where, x = (*self.blocks, *self.tables)[0].where, np.zeros(len(self.kept))
         for _ in range(100):
-            x, covariance, residuals = least_squares(self._evaluate, self.observed, sigmas, count, where)
-            rows = self._evaluate(x)[1] / sigmas[:, None]
-            leverage = np.einsum("ij,jk,ik->i", rows, covariance, rows)
+            x, covariance, residuals, rows = least_squares(self._evaluate, self.observed, sigmas, x, where)
+            spare = 1 - np.einsum("ij,jk,ik->i", rows, covariance, rows)
             before = sigmas.copy()
             for number, block in enumerate(self.blocks):
+                own = self.group == number
                 if np.isnan(block.sigma):
-                    own = self.group == number
-                    freedom[number] = own.sum() - leverage[own].sum()
+                    freedom[number] = spare[own].sum()
                     if freedom[number] < 0.5:
-                        expected = (
-                            "more readings than unknowns, or a line # sigma = standard deviation of a reading"
-                        )
+                        expected = "more readings than unknowns, or a line # sigma = deviation of a reading"
                         raise InputError(block.where, expected, f"{own.sum()} readings, none to spare")
-                    sigmas[own] = max(np.sqrt((residuals[own] ** 2).sum() / freedom[number]), 1e-9)
-            if np.allclose(before, sigmas, rtol=1e-4):
+                    sigmas[own] = max(np.sqrt((residuals[own] ** 2).sum() / freedom[number]), files.ROUNDING)
+            if np.allclose(before, sigmas, rtol=1e-3):
                 break
-        order = [self.kept.index(self.names.index(name)) for name in self.geometry if name not in reasons]
-        order += [index for index in range(count) if index not in order]
-        parts = []
-        for number, free in enumerate(freedom):
-            own = rows[self.group == number]
-            parts.append(((covariance @ own.T @ own @ covariance)[np.ix_(order, order)], free))
-        values = {self.names[self.kept[index]]: float(x[index]) for index in order}
-        noise = {b.where: (float(sigmas[self.group == n][0]), freedom[n]) for n, b in enumerate(self.blocks)}
-        nodes = np.concatenate([[0], np.cumsum([len(each.at) for each in self.tables])]).astype(int)
-        deviations = np.sqrt(np.diag(covariance))
-        tables = [
-            replace(each, value=x[nodes[n] : nodes[n + 1]], sigma=deviations[nodes[n] : nodes[n + 1]])
-            for n, each in enumerate(self.tables)
-        ]
-        found = {name: values[name] for name in self.geometry if name in values}
-        return Calibration(self.machine, found, tuple(tables), tuple(parts), reasons, noise, self.structure)
+        gain = covariance @ rows.T
+        parts = [(gain[:, own] @ gain[:, own].T, free) for own, free in zip(self._groups(), freedom, strict=True)]
+        full, deviations = np.zeros(self.count), np.zeros(self.count)
+        full[self.kept], deviations[self.kept] = x, np.sqrt(np.diag(covariance))
+        values = {name: float(full[n]) for n, name in enumerate(self.names) if name not in reasons}
+        tables = tuple(
+            replace(each, value=full[start:stop], sigma=deviations[start:stop])
+            for each, start, stop in zip(self.tables, self.first, self.first[1:], strict=False)
+        )
+        noise = {
+            each.where: (float(sigmas[own][0]), free)
+            for each, own, free in zip(self.blocks, self._groups(), freedom, strict=False)
+        }
+        return Calibration(self.machine, values, tables, tuple(parts), reasons, noise, structure)
+
+    def _groups(self):
+        """Which readings came from each file."""
+        return [self.group == number for number in range(len(self.blocks) + len(self.tables))]
 
     def _keep_apart(self):
-        """Keep the unknowns that the readings tell from those before them; return the reasons of the others."""
-        matrix = self._evaluate(np.zeros(len(self.names)))[1]
+        """Keep the unknowns that the readings tell from those before them; return the reasons of the others.
+
+        Where a ball stands and what the laser has seen come first, then the geometry in the order of `unknowns`.
+        """
+        matrix, geometry = self._evaluate(np.zeros(self.count))[1], len(self.names)
         kept, basis, reasons = [], np.empty((len(matrix), 0)), {}
-        for index, column in enumerate(matrix.T):
-            left = column - basis @ (basis.T @ column)
+        for index in (*range(geometry, self.count), *range(geometry)):
+            column = matrix[:, index]
+            length, left = np.linalg.norm(column), column - basis @ (basis.T @ column)
             left -= basis @ (basis.T @ left)
-            length = np.linalg.norm(column)
-            if not self.squareness and self.names[index] in SQUARENESS:
+            if index < geometry and self.names[index] in SQUARENESS and not self.squareness:
                 reasons[self.names[index]] = "not sought, since no ballbar saw the slides: taken for square"
-            elif length > 1e-9 and np.linalg.norm(left) > DEPENDENT * length:
+            elif length > NOTHING and np.linalg.norm(left) > DEPENDENT * length:
                 kept.append(index)
                 basis = np.column_stack([basis, left / np.linalg.norm(left)])
-            elif self.names[index] in self.geometry:
+            elif index < geometry:
                 reasons[self.names[index]] = "not measured: as in the machine file"
-                if length > 1e-9:
+                if length > NOTHING:
                     share = np.linalg.lstsq(matrix[:, kept], column, rcond=None)[0]
                     share = np.abs(share) * np.linalg.norm(matrix[:, kept], axis=0) > SMALL * length
-                    among = [self.names[n] for n, each in zip(kept, share, strict=True) if each]
-                    others = (
-                        " and ".join(name for name in among if name in self.geometry) or "where the ball stands"
-                    )
+                    among = [self.names[n] for n, each in zip(kept, share, strict=True) if each and n < geometry]
+                    others = " and ".join(among) or "where the ball stands"
                     reasons[self.names[index]] = f"not told from {others} by these readings: as in the machine file"
-        self.kept = kept
+        self.kept = sorted(kept)
         return reasons
 
     def _evaluate(self, x):
         """The predicted readings and their derivatives by the unknowns that are kept."""
-        full = np.zeros(len(self.names))
-        full[self.kept if len(x) < len(full) else slice(None)] = x
-        values = dict(zip(self.names, full, strict=True))
-        predicted, rows = [], []
-        for number, block in enumerate(self.blocks):
-            gap, derivatives = self._gap(number, block, block.joints, values)
-            if block.reference is not None:
-                before, their = self._gap(number, block, block.reference, values)
-                gap, derivatives = gap - before, derivatives - their
-            if block.zeroed:
-                for setup in np.unique(block.setup):
-                    name = f"zero {number} {setup}"
-                    gap = gap + (block.setup == setup) * values[name]
-                    derivatives[:, self.names.index(name)] = block.setup == setup
-            predicted.append(gap)
-            rows.append(derivatives)
-        nodes = sum(len(each.at) for each in self.tables)
-        predicted.append(full[:nodes])
-        rows.append(np.eye(nodes, len(self.names)))
-        return np.concatenate(predicted), np.concatenate(rows)[:, self.kept]
+        full, entries = np.zeros(self.count), slice(self.first[0], self.first[-1])
+        full[self.kept] = x
+        gaps, derivatives = np.zeros(0), np.zeros((0, self.count))
+        if self.poses:
+            gaps, derivatives = self._gap(full, *self.poses[0])
+            rows = self.poses[1][1]
+            if len(rows):
+                before, their = self._gap(full, *self.poses[1])
+                gaps[rows] -= before
+                derivatives[rows] -= their
+            gaps += self.zeroed * full[self.setup + 3]
+            derivatives[np.arange(len(gaps)), self.setup + 3] += self.zeroed
+        eye = np.eye(self.count)[entries]
+        return np.concatenate([gaps, full[entries]]), np.vstack([derivatives, eye])[:, self.kept]
 
-    def _gap(self, number, block, joints, values):
-        """How far the ball stands from the tip along the reading's direction; its derivatives by all unknowns."""
-        start = self.start + sum(values[name] * move for name, move in self.moves.items())
-        slides = joints[:, :3] + self.machine.origin
-        turned = {
-            name: np.cross(np.eye(3)["ABC".index(name[1])], np.eye(3)["XYZ".index(name[3])]) for name in SQUARENESS
-        }
-        paths = {name: slides[:, ["XYZ".index(name[3])]] * way for name, way in turned.items()}
-        actual = joints.copy()
-        actual[:, :3] += sum(values[name] * path for name, path in paths.items())
-        bases = []
-        for n, each in enumerate(self.tables):
-            at = np.rad2deg(joints[:, each.joint]) if each.joint > 2 else slides[:, each.joint]
-            bases.append(_basis(each, at))
-            actual[:, each.joint] += bases[-1] @ [values[f"table {n} {row}"] for row in range(len(each.at))]
-        tip, by = (kernel(*actual.T, *start, block.length) for kernel in files.kernels(self.machine))
-        tip, turn = tip[..., 0], np.swapaxes(by[..., :3], 1, 2)
-        along = np.einsum("ni,nij->nj", block.direction, turn)  # the direction in the workpiece
-        derivatives = np.zeros((len(joints), len(self.names)))
-        ball = np.zeros_like(tip)
-        for setup in np.unique(block.setup):
-            own = block.setup == setup
-            for axis in range(3):
-                name = f"ball {number} {setup} {axis}"
-                ball[own, axis] = values[name]
-                derivatives[own, self.names.index(name)] = along[own, axis]
-        for name, move in self.moves.items():
-            derivatives[:, self.names.index(name)] = -np.einsum("ni,nij,j->n", along, by[..., 5:], move)
+    def _gap(self, x, joints, rows, bases):
+        """How far the ball stands from the tip along each reading's direction; its derivatives by all unknowns."""
+        values = dict(zip(self.names, x[: len(self.names)], strict=True))
+        numbers = files.parameters(self.machine, self.length[rows])
+        numbers[:18] = files.parameters(_moved(self.machine, values), 0.0)[:18]
+        slides, actual, paths = joints[:, :3] + self.machine.origin, joints.copy(), {}
+        for name in SQUARENESS:
+            turned, slide = np.eye(3)["ABC".index(name[1])], "XYZ".index(name[3])
+            paths[name] = np.outer(slides[:, slide], np.cross(turned, np.eye(3)[slide]))
+            actual[:, :3] += values[name] * paths[name]
+        for each, basis, start in zip(self.tables, bases, self.first, strict=False):
+            actual[:, each.joint] += basis @ x[start : start + len(each.at)]
+        tip, by = (kernel(*actual.T, *numbers, self.length[rows]) for kernel in files.kernels(self.machine))
+        along = np.einsum("ni,nji->nj", self.direction[rows], by[..., :3])  # the direction, in the workpiece
+        slopes = -np.einsum("ni,nij->nj", along, by)
+        derivatives = np.zeros((len(joints), self.count))
+        derivatives[:, : len(self.names)] = slopes[:, 5:23] @ self.moves
         for name, path in paths.items():
-            derivatives[:, self.names.index(name)] = -np.einsum("ni,nij,nj->n", along, by[..., :3], path)
-        for n, (each, basis) in enumerate(zip(self.tables, bases, strict=True)):
-            first = self.names.index(f"table {n} 0")
-            moved = -np.einsum("ni,ni->n", along, by[..., each.joint])
-            derivatives[:, first : first + len(each.at)] = moved[:, None] * basis
-        return np.einsum("ni,ni->n", along, block.target + ball - tip), derivatives
+            derivatives[:, self.names.index(name)] += (slopes[:, :3] * path).sum(axis=1)
+        for each, basis, start in zip(self.tables, bases, self.first, strict=False):
+            derivatives[:, start : start + len(each.at)] = slopes[:, [each.joint]] * basis
+        ball = self.setup[rows][:, None] + np.arange(3)
+        np.put_along_axis(derivatives, ball, along, axis=1)
+        return np.einsum("ni,ni->n", along, self.target[rows] + x[ball] - tip[..., 0]), derivatives
+
+    def _position(self, joints, table):
+        """Positions as a table has them: degrees, or mm in machine coordinates."""
+        joint = joints[:, table.joint]
+        return np.rad2deg(joint) if table.joint > 2 else joint + self.machine.origin[table.joint]
 
 
 def _basis(table, at):
@@ -381,6 +391,12 @@ def _basis(table, at):
             f"{table.where}: {at.min():g} to {at.max():g} is needed, {table.at[0]:g} to {table.at[-1]:g} measured"
         )
     return CubicSpline(table.at, eye)(at)
+
+
+@lru_cache(maxsize=64)
+def _across(rotary):
+    names, plane = square_to(rotary)
+    return names, np.array(plane, dtype=float)
 
 
 def _turn(direction):

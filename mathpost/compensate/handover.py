@@ -9,7 +9,7 @@ import tomllib
 
 import numpy as np
 
-from mathpost.compensate.calibrate import columns
+from mathpost.compensate.calibrate import SMALL, columns
 from mathpost.compensate.model import SQUARENESS
 from mathpost.compensate.readings import unit
 from mathpost.errors import read_text, write_text
@@ -51,7 +51,7 @@ def machine_file(calibration, path):
     content["tool"]["axis"] = list(machine.tool_axis)
     if not isinstance(machine.programmed_point, str):
         content["tool"]["programmed_point"] = list(machine.programmed_point)
-    return _toml(content)
+    return toml(content)
 
 
 def error_files(calibration):
@@ -73,7 +73,7 @@ def error_files(calibration):
         lines = ["# source: calibrated from readings; degrees or mm, µm, µrad", ",".join(["position", *found])]
         lines += [",".join(f"{number:.6f}" for number in row) for row in rows]
         files[entry["file"]] = "\n".join(lines) + "\n"
-    return {"errors.toml": _toml(content), **files}
+    return {"errors.toml": toml(content), **files}
 
 
 def terms(calibration):
@@ -122,6 +122,8 @@ def _entries(nominal, values):
     for index in heads:
         axis, tool = unit(nominal.rotary[index].axis), unit(nominal.tool_axis)
         swing, pivot = np.cross(tool, axis), np.array(nominal.rotary[index].point)
+        if np.linalg.norm(swing) < SMALL:  # it turns the tool about itself
+            continue
 
         def alpha(machine, axis=axis, tool=tool):
             return np.cross(tool, unit(machine.tool_axis)) @ axis / (1 - (axis @ tool) ** 2)
@@ -181,7 +183,7 @@ def _entries(nominal, values):
     yield f"Fanuc, tool centre point control, 19680 = {FANUC[kind]}, 19666 = 0", rows
 
 
-def _toml(content):
+def toml(content):
     """A machine's or an errors' content as TOML: keys, tables and lists of tables."""
     plain = {key: value for key, value in content.items() if not _is_table(value)}
     lines = [f"{key} = {_value(value)}" for key, value in plain.items()]

@@ -22,6 +22,7 @@ from mathpost.rotation import numeric
 
 MOST_RUNS = 50
 LARGEST = 5  # mm: of a reading that is no position
+ROUNDING = 1e-9  # mm or radians: no reading scatters less
 POSITIONING = ("laser", "autocollimator")
 # For each method: what its columns are, and an example; {axis} is a rotary axis of the machine.
 METHODS = {
@@ -74,8 +75,8 @@ class Readings:
     method : str
     joints : ndarray, shape (n, 5)
         As programmed, mm and radians.
-    reference : ndarray, shape (n, 5), or None
-        Joints at which the reading was zeroed.
+    reference : ndarray, shape (n, 5)
+        Joints at which the reading was zeroed; NaN if it was not.
     target, direction : ndarray, shape (n, 3)
         mm in the workpiece; along the machine's axes.
     length : ndarray, shape (n,)
@@ -93,7 +94,7 @@ class Readings:
     where: str
     method: str
     joints: np.ndarray
-    reference: np.ndarray | None
+    reference: np.ndarray
     target: np.ndarray
     direction: np.ndarray
     length: np.ndarray
@@ -175,9 +176,9 @@ def read(path, machine, **settings):
     """
     rotary = [each.name for each in machine.rotary]
     runs = [f"{side}{run}" for run in range(1, MOST_RUNS + 1) for side in ("up", "down")]
-    names = {name for columns in READ.values() for name in columns} | {"R", "L", "length", "run", "setup"}
-    names |= {"angle", "position", "reading", "forth", "back", *rotary, *runs}
-    table = csv_table.read(path, [], optional=sorted(names | set("XYZ")))
+    names = [name for columns in READ.values() for name in columns]
+    names += ["angle", *rotary, *"XYZ", "R", "L", "length", "setup", "run", "position", "reading", "forth", "back"]
+    table = csv_table.read(path, [], optional=list(dict.fromkeys(names + runs)))
     for key, value in settings.items():
         table.settings.setdefault(key, value)
     method = table.settings.get("method", "").casefold()
@@ -209,7 +210,7 @@ def _readings(table, machine, method, where):
 
     place = _place(table, machine, method, axis, where)
     keys = [table[name] for name in ("setup",) if name in table] + [length]
-    keys += [] if method == "probe" else [*place.T]
+    keys += [*place.T] if method == "ball" else []
     _, first, setup = np.unique(np.column_stack(keys), axis=0, return_index=True, return_inverse=True)
     setup = setup.ravel()
     target = place - machine.origin
@@ -222,7 +223,7 @@ def _readings(table, machine, method, where):
             name: values[name] - machine.origin[index] - joints[:, index] for index, name in _indices(columns)
         }
     directions = {name: np.tile(np.eye(3)[index], (len(table), 1)) for index, name in _indices(columns)}
-    reference = None
+    reference = np.full((len(table) * len(columns), 5), np.nan)
     if method == "dial":
         directions["dial"] = -turn @ np.array(square_to(axis)[1], dtype=float)[:, 0]
     elif method == "ballbar":
@@ -292,7 +293,7 @@ def _positioning(table, machine, where):
         if not freedom:
             raise InputError(where, "two runs, or a line # sigma = standard deviation of a reading", "neither")
         squares = sum(((runs - runs.mean()) ** 2).sum() for pair in groups for runs in pair)
-        sigma = np.sqrt(squares / freedom)
+        sigma = max(np.sqrt(squares / freedom), ROUNDING)
     else:
         freedom = np.inf
     means = np.array([np.mean([runs.mean() for runs in pair]) for pair in groups])
@@ -316,26 +317,30 @@ def held(machine, target, angles, length):
 
 def tips(machine, joints, length):
     """Return the tip in the workpiece, shape (n, 3), at `joints` (n, 5) with tools of any `length` (n,)."""
-    return kernels(machine)[0](*np.transpose(joints), *parameters(machine), length)[..., 0]
+    return kernels(machine)[0](*np.transpose(joints), *parameters(machine, length), length)[..., 0]
 
 
-def parameters(machine):
-    """The numbers of a machine in the order of `kernels`: axes, points, origin, tool axis, programmed point."""
+def parameters(machine, length):
+    """The numbers of a machine with tools of `length` in the order of `kernels`: 21, each a number or shape (n,).
+
+    Axes, points, origin, tool axis; last the point of the head that X Y Z name: where the tip would be if the
+    spindle were as the machine file has it, since that is what the control reckons with.
+    """
+    tool = unit(machine.tool_axis)
+    named = {"tip": -np.multiply.outer(tool, length), "nose": np.zeros(3)}.get(machine.programmed_point)
+    named = machine.programmed_point if named is None else named
     axes = [unit(each.axis) for each in machine.rotary]
-    named = () if isinstance(machine.programmed_point, str) else machine.programmed_point
-    points = (each.point for each in machine.rotary)
-    return np.concatenate([*axes, *points, machine.origin, unit(machine.tool_axis), named])
+    return [*np.concatenate([*axes, *(each.point for each in machine.rotary), machine.origin, tool]), *named]
 
 
 def kernels(machine):
-    """The tip as a function of joints, `parameters` and tool length, (n, 3, 1), and its derivatives, (n, 3, 5 + …).
+    """The tip of joints, `parameters` and tool length, shape (n, 3, 1), and its derivatives, (n, 3, 5 + 21).
 
     Compiled once for all machines of one arrangement, since the numbers are arguments.
     """
-    named = machine.programmed_point if isinstance(machine.programmed_point, str) else (0.0, 0.0, 0.0)
     joints = tuple(replace(each, axis=(1, 0, 0), point=(0, 0, 0), limits=ENDLESS) for each in machine.rotary)
     linear = tuple(Linear(name) for name in "XYZ")
-    return _compiled(Machine("", "", joints, linear, (0, 0, 0), (0, 0, 1), 0.0, named))
+    return _compiled(Machine("", "", joints, linear, (0, 0, 0), (0, 0, 1), 0.0, (0.0, 0.0, 0.0)))
 
 
 @lru_cache(maxsize=32)

@@ -1,5 +1,7 @@
 """The exercises of lessons 01 to 04: rotations, Euler angles, the tilted plane, the chain."""
 
+from itertools import permutations
+
 import numpy as np
 import sympy as sp
 
@@ -10,19 +12,19 @@ from mathpost.course.lesson_data import load
 from mathpost.course.verdict import define, slip
 from mathpost.detective.euler_angles import explain
 from mathpost.frame import Frame
-from mathpost.plane import positioning
+from mathpost.plane import blocks, positioning
 from mathpost.plane.alignment import align
 from mathpost.plane.tilted_plane import Plane
 from mathpost.rotation import ACTIVE, wrap, zxz_right, zxz_steps
 
 POINT = (3, 4, 5)
-PRINTED = (135, 54.7356, -90)
-ACTIVE_POINT = (-4.490731, 4.949747, 2.309402)  # what the colleague of 01-slip shows; lesson 01 computes it
+SLIP = ((20, 70, 50), (3.278276, -0.856658, 6.206371))  # angles, and the point that the colleague of 01-slip shows
 AXES = Name({"x": ["x axis", "X轴"], "y": ["y axis", "Y轴"], "z": ["z axis", "Z轴"]})
 KINDS = Name({"active": ["active matrix", "主动", "主动矩阵"], "passive": ["passive matrix", "被动", "被动矩阵"]})
 TURNS = Name(
     {"moving": ["intrinsic", "动轴", "动坐标系"], "fixed": ["extrinsic", "定轴", "固定", "固定轴", "静轴"]}
 )
+ORDERS = Name({"".join(order): [] for order in permutations("XYZ")})
 LINKS = Names(
     {"workpiece": ["工件"], "C": [], "A": [], "linear": ["直线轴"], "tool": ["刀具"]},
     about={
@@ -63,11 +65,12 @@ def point(angles=(30, 90, 0), degrees=True):
     return zxz_right(*angles, degrees=degrees) @ POINT
 
 
-@define("01-slip", KINDS, given=lambda: ACTIVE_POINT)
-@slip("Both kinds make the recipes agree; the passive kind gives another point. See the audit.", "passive")
+@define("01-slip", KINDS, given=lambda: SLIP)
+@slip("Both kinds make the recipes agree; the passive kind gives a different point. Try it.", "passive")
 def kind_of_matrix():
     """So look at the first elementary matrix: the minus before the sine is in the wrong place, in all six."""
-    return explain(PRINTED, POINT, ACTIVE_POINT).misreadings[0].kinds[0]
+    angles, shown = SLIP
+    return explain(angles, POINT, shown).misreadings[0].kinds[0]
 
 
 @define("01-still", AXES)
@@ -141,20 +144,55 @@ def plane():
     return Plane("PLANE SPATIAL", [0, 30, 0]).to("G68.2").values
 
 
-@define("03-third", Angle(decimals=2), hint="What does ρ say of the position that is within the travel?")
+@define("03-face", Pose(), hint="z gives I and J. Which K leaves x in the horizontal plane?")
+@slip("x points straight down the slope here. The drawing has it horizontal.", x=(2, -1, -2.5))
+@slip("x is horizontal, but along it X and Y become smaller.", x=(-1, -2, 0))
+@slip("The angles are those of the transposed matrix, which goes from the workpiece to the face.", inverted=True)
+def face_angles(x=(1, 2, 0), inverted=False):
+    """Z × z is horizontal and lies in the face: it is (1, 2, 0). The frame on it has K = 0."""
+    frame = Frame.from_axes([2, -1, 2], x)
+    return Plane.from_frame(frame.inverse() if inverted else frame, "G68.2").values
+
+
+@define("03-mode", ORDERS, hint="Write 39 in bits, and take two at a time from the right.")
+@slip("You read the bits from the left. The first axis stands in the lowest bits.", lambda: mode_39()[::-1])
+def mode_39():
+    """39 is 10 01 11 in bits. From the right: 3 is Z, 1 is X, 2 is Y."""
+    return blocks.MODES[39].split()[1]
+
+
+# 03b The tool on the tilted plane
+
+
+@define(
+    "03b-rho",
+    Angle(decimals=1),
+    drawn=lambda rng: {"i": rng.randrange(10, 80, 5), "j": rng.randrange(20, 60, 5), "k": rng.randrange(5, 60, 5)},
+    hint="Which K would leave ρ = 0 on this machine?",
+)
+@slip("Right size, wrong sense: ρ counts from the spindle's X to the feature's X.", lambda k: -90 - k)
+@slip("That is ρ on an A-C table, whose third angle is 0.", name="ac_table")
+def rho(i=20, j=35, k=10, name="bc_table"):
+    """The third angle of a B-C table is -90, and each degree of K beyond it is one degree of ρ: K + 90."""
+    return align(Plane("G68.2", [i, j, k]).frame, load(name).machine).solutions[0].rho
+
+
+@define("03b-third", Angle(decimals=2), hint="What does ρ say of the position that is within the travel?")
 @slip(
     "This is what is left (ρ). The third angle must take it away, so it has the other sign.",
     lambda: align(Plane("G68.2", [60, 30, 0]).frame, load("dmu50v").machine).solutions[0].rho,
 )
 @slip("0 is the third angle of an A-C table. This table tilts about an axis at 45°.", name="ac_table")
 def third(name="dmu50v"):
-    """Only one position is within the travel of B, and on a 45° table K is another for every plane."""
+    """Only one position is within the travel of B, and on a 45° table every plane needs a K of its own."""
     solutions = align(Plane("G68.2", [60, 30, 0]).frame, load(name).machine).solutions
     return next(solution.third_angle() for solution in solutions if not solution.reason)
 
 
 def same_choice(present):
     """Say which position Fanuc and Heidenhain both take from here for SPB+45 on the A-C table."""
+    if np.allclose(present, (20, -60)):
+        return "That is the case of the lesson. Find one of your own."
     tilted = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, load("ac_table").machine)
     one, other = positioning.fanuc(tilted, present), positioning.heidenhain(tilted, present)
     if np.abs(wrap(np.subtract(one.angles, other.angles))).max() > 1e-6:
@@ -163,7 +201,7 @@ def same_choice(present):
     return f"Both go to A{a:+.0f} C{c:+.0f} from there (Fanuc: {one.why}; Heidenhain: {other.why})."
 
 
-@define("03-choice", Vector(names="A C", decimals=None, unit="degrees"), complaint=same_choice)
+@define("03b-choice", Vector(names="A C", decimals=None, unit="degrees"), complaint=same_choice)
 def choice():
     """Fanuc asks only how far A has to go; Heidenhain adds the way of C."""
     tried = ((a, c) for a in (0, 20) for c in range(-90, 91, 30))
@@ -182,6 +220,20 @@ def links():
     longer = model.with_setup(tool_length=model.tool_length + 20)
     pairs = zip(chain.links(model), chain.links(longer), strict=True)
     return {one.name for one, other in pairs if one.matrix != other.matrix}
+
+
+@define(
+    "04-same",
+    Angle(decimals=1),
+    drawn=lambda rng: {"a": rng.randrange(20, 65, 5), "c": rng.randrange(10, 80, 5)},
+    hint="Write down both tool axes, and compare the first two components.",
+)
+@slip("The head over the table tilts about Y, not about X: the same C turns the tool elsewhere.", lambda c: c)
+@slip("Right size of the step, wrong way: there the tool leans to the opposite side.", lambda c: c + 90)
+def same_axis(a=35, c=20):
+    """sin B cos C' = sin A sin C and sin B sin C' = -sin A cos C: with B = A it is C' = C - 90."""
+    _tip, axis = load("ac_table").forward([0, 0, 0, a, c], degrees=True)
+    return load("head_b_table_c").inverse([0, 0, 0], axis, degrees=True)[0, 3]
 
 
 @define(
@@ -205,11 +257,16 @@ def lean(inverse=np.arcsin):
     return -np.degrees(inverse(40 / pivot_to_tip))
 
 
-@define("04-sign", Number(), hint="Turn the table with your hand: where does the tool point, seen from the part?")
+@define(
+    "04-sign",
+    Number(),
+    drawn=lambda rng: {"a": rng.choice([20, 25, 35, 40, 50, 55])},
+    hint="Turn the table with your hand: where does the tool point, seen from the part?",
+)
 @slip(
     "Right size, wrong sign: this table turns as a head does. By ISO 841 the *tool* turns right-handed "
     "about X, seen from the part.",
-    a=-30,
+    lambda a: table_sign(-a),
 )
 @slip("That is the component along Z, the cosine.", component=2)
 def table_sign(a=30, component=1):

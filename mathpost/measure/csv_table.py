@@ -44,6 +44,7 @@ UNITS = {
     ("mrad",): ("angle", 1e-3),
     ("µrad", "μrad", "urad"): ("angle", 1e-6),
 }
+SHOWN = 30  # columns that a message lists
 KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre")  # settings that a comment may make
 
 
@@ -209,7 +210,8 @@ def _text(path):
     marked = content.startswith((b"\xff\xfe", b"\xfe\xff"))
     # Chinese letters are two bytes of which the second is high, too, in all but rare ones; µ and ° stand alone.
     eastern = re.search(rb"[\x81-\xfe]{2}", content)
-    for encoding in ("utf-16" if marked else "utf-8-sig", "gb18030" if eastern else "cp1252"):
+    encodings = ("utf-16",) if marked else ("utf-8-sig", "gb18030" if eastern else "cp1252")
+    for encoding in encodings:
         try:
             return content.decode(encoding)
         except UnicodeDecodeError as error:
@@ -235,7 +237,8 @@ def _check_names(cells, columns, wanted, also, settings, where):
         if names.count(name) > 1:
             raise InputError(where, "every column once", f"{name!r} {names.count(name)} times")
         if name not in wanted and name.casefold() not in REMARKS:
-            raise InputError(where, f"no columns but {', '.join(wanted)}", repr(name))
+            others = ", ".join(wanted[:SHOWN]) + ", …" * (len(wanted) > SHOWN)
+            raise InputError(where, f"no columns but {others}", repr(name))
     return names
 
 

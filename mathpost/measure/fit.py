@@ -127,7 +127,7 @@ class Measurement:
         return dict(zip(self.readings, np.moveaxis(predicted, -1, 0), strict=True))
 
     def read(self, path):
-        """Read settings and at least one reading from a CSV file, angles in degrees.
+        """Read settings and at least one reading from a CSV file: degrees, and mm unless it names a unit.
 
         The first setting must increase from line to line while the others, and a column ``run`` if there is
         one, stay the same.
@@ -143,13 +143,15 @@ class Measurement:
             For every fault `mathpost.measure.csv_table.read` knows, suspected units, and settings that
             do not increase.
         """
-        columns = csv_table.read(path, self._names, optional=[*self.readings, "run"])
+        also = dict.fromkeys("ABC", "angle") if "angle" in self._names else {}
+        columns = csv_table.read(path, self._names, optional=[*self.readings, "run"], also=also)
         if not any(name in columns for name in self.readings):
             raise InputError(str(path), f"a column of readings: {', '.join(self.readings)}", "none")
         for name in self.angles:
             columns.check_angles(name)
         for name in self.readings:
             if name in columns:
+                columns.columns[name] = columns.unit(name, "length", default="mm") * columns[name]
                 columns.require(name, np.abs(columns[name]) <= self.largest, f"mm within ±{self.largest:g} (µm?)")
         groups = [name for name in (*self._names[1:], "run") if name in columns]
         columns.check_increasing(self._names[0], within=groups)
@@ -207,7 +209,9 @@ class Measurement:
 
         if undetermined(evaluate(np.zeros(len(sought)))[1], sought):
             raise self._undetermined(where, used, sought, known, settings, readings)
-        x, covariance, residuals = least_squares(evaluate, readings.ravel(), sigmas, len(sought), where)
+        x, covariance, residuals, _ = least_squares(
+            evaluate, readings.ravel(), sigmas, np.zeros(len(sought)), where
+        )
         spare = readings.size - len(sought)
         noise = float(np.linalg.norm(residuals / sigmas) / np.sqrt(spare)) if spare else np.nan
         return Estimate(
@@ -300,21 +304,22 @@ def coverage_factor(freedom, coverage=0.95):
     return float(stdtrit(freedom, (1 + coverage) / 2) if freedom < 1e6 else ndtri((1 + coverage) / 2))
 
 
-def least_squares(evaluate, readings, sigmas, count, where):
-    """Return the least-squares values of `count` unknowns, their covariance and the residuals.
+def least_squares(evaluate, readings, sigmas, start, where):
+    """Return the values of the unknowns, their covariance, the residuals, and the weighted derivatives.
 
-    Gauss and Newton from 0: formulas of small errors are nearly linear, and two or three steps do.
+    Gauss and Newton: formulas of small errors are nearly linear, and two or three steps do.
 
     Parameters
     ----------
     evaluate : callable
-        Takes the values; returns the predicted readings, shape (n,), and their derivatives, shape (n, count).
+        Takes the values; returns the predicted readings, shape (n,), and their derivatives, shape (n, unknowns).
     readings, sigmas : ndarray, shape (n,)
         With the standard deviation of each.
+    start : ndarray, shape (unknowns,)
     where : str
         Begins the message of the `InputError` if the steps do not end.
     """
-    x = np.zeros(count)
+    x = start
     for _ in range(50):
         predicted, derivatives = evaluate(x)
         jacobian = derivatives / sigmas[:, None]
@@ -324,9 +329,9 @@ def least_squares(evaluate, readings, sigmas, count, where):
             break
         step = vt.T @ ((u.T @ ((readings - predicted) / sigmas)) / singular) / lengths
         x = x + step
-        if np.abs(derivatives @ step).max() <= 1e-11 * max(1e-3, np.abs(readings).max()):
+        if np.abs(derivatives @ step).max() <= 1e-10 * max(1e-2, np.abs(readings).max()):
             inverse = vt.T / singular / lengths[:, None]
-            return x, inverse @ inverse.T, readings - evaluate(x)[0]
+            return x, inverse @ inverse.T, readings - predicted - derivatives @ step, jacobian
     raise InputError(where, "readings that a machine can explain", "readings that fit no values")
 
 

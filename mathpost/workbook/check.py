@@ -1,10 +1,11 @@
 """The check of one file: its formulas as functions, or, where there are none, its values."""
 
 import numpy as np
-from openpyxl.utils import get_column_letter
 
+from mathpost.workbook.edits import as_around
 from mathpost.workbook.file import read
-from mathpost.workbook.graph import Graph
+from mathpost.workbook.formula import areas
+from mathpost.workbook.graph import Graph, same
 from mathpost.workbook.judge import Judge
 from mathpost.workbook.nc_table import looked_at
 from mathpost.workbook.recognise import Recognised, Task
@@ -50,40 +51,50 @@ def check_file(path, task=None):
     judge = Judge(graph, found).run()
     if not found.calculations and (report := _by_values(graph, task)).cells:
         return report
-    unjudged = judge.judge_the_rest()
-    statuses = dict.fromkeys(judge.all_places, RIGHT)
-    statuses |= dict.fromkeys((p for p in graph.downstream(judge.fixed) if p in statuses), CONSEQUENCE)
+    places, unjudged = judge.judge_the_rest()
+    typed = [c for c in found.calculations if c.typed]
+    after = graph.downstream(judge.fixed)
+    statuses = {p: CONSEQUENCE if p in after else RIGHT for p in places} | dict.fromkeys(unjudged, UNCLEAR)
+    statuses |= {p: RIGHT for c in typed for p in c.results}
     # An input that is not the task's is wrong, though it is none of the cells that follow from the inputs.
-    statuses |= dict.fromkeys(unjudged, UNCLEAR) | {fault.place: WRONG for fault in judge.faults}
-    seen = [f"{found.place_text(c.results)}: {c.said}" for c in found.calculations]
-    judge.warnings += [
-        f"{graph.address(p)} depends on itself" for p in sorted(graph.circular, key=graph.reading_order)
-    ]
-    typed = [c for c in found.calculations if getattr(c, "typed", False)]
-    places = {p: RIGHT for c in typed for p in c.results}
-    statuses = places | {p: s for p, s in statuses.items() if p not in places}
     statuses |= {fault.place: WRONG for fault in judge.faults}
     now = graph.run({})
-    stale = [p for p in graph.order if graph.cells[p].number is not None and not _as_stored(graph, p, now)]
-    if stale:
-        judge.warnings.append(
-            f"stored values are not what the formulas give: {', '.join(ranges(graph, stale[:6]))}"
-        )
-    if typed:
-        judge.warnings.append(LUCKY)
-    report = _report(graph, statuses, judge.faults, [*seen, *found.problems], judge.warnings)
+    own = {p: float(values[0]) for p, values in now.items()}
+    stored = {p: graph.cells[p].number for p in graph.order if graph.cells[p].number is not None}
+    stale = [
+        p for p, number in stored.items() if np.isfinite(own[p]) and not same(now[p], np.array([number]), 1e-6)
+    ]
+    warnings = [f"{graph.address(p)} depends on itself" for p in sorted(graph.circular, key=graph.reading_order)]
+    warnings += [f"stored values are not what the formulas give: {', '.join(graph.ranges(stale[:6]))}"] * bool(
+        stale
+    )
+    warnings += [LUCKY] * bool(typed)
     if task.machine is not None:
-        own = graph.run({})
-        words = [[own.get(p, judge.constant(p))[0] for p in row.results] for row in found.calculations]
-        report.warnings += looked_at(found.calculations, np.array(words, dtype=float))
-    if not report.faults and (not found.calculations or found.problems):
+        words = {p: own[p] if p in own else graph.value(p) for c in found.calculations for p in c.results}
+        warnings += looked_at(found.calculations, {p: np.nan if n is None else n for p, n in words.items()})
+    elif not judge.faults:
+        warnings += _lucky_references(graph, judge)
+    seen = [f"{graph.range(c.results)}: {c.said}" for c in found.calculations]
+    if judge.reading:
+        sequence, convention = judge.reading
+        axes = "turned" if sequence.isupper() else "fixed"
+        seen = [
+            f"it is {sequence} about {axes} axes, {convention}; no text says so, and source 000 has ZXZ, passive",
+            f"if that was asked, add --sequence {sequence} --convention {convention}",
+            *(graph.range(c.results) for c in found.calculations),
+        ]
+    report = _report(graph, statuses, judge.faults, [*seen, *found.problems], warnings)
+    if not report.faults and (not found.calculations or found.problems or judge.reading):
         report.verdict = UNCLEAR
+        report.seen += [] if judge.reading or task.machine else [_ready_cells(graph, found.turning)]
     return report
 
 
 def _by_values(graph, task):
     statuses, faults, seen = check_values(graph, task.cells)
-    return _report(graph, statuses, faults, seen or ["no angles, point or matrices by their labels"], [LUCKY])
+    if not statuses:
+        seen = ["no angles, point or matrices by their labels", _ready_cells(graph)]
+    return _report(graph, statuses, faults, seen, [LUCKY])
 
 
 def _report(graph, statuses, faults, seen, warnings):
@@ -93,23 +104,41 @@ def _report(graph, statuses, faults, seen, warnings):
         written = None if cell is None else cell.number if cell.number is not None else cell.value
         report.cells.append(Judgement(graph.address(place), place, status, written, cell.formula if cell else ""))
     unjudged = [place for place, status in statuses.items() if status == UNCLEAR]
-    report.not_checked = list(ranges(graph, unjudged))
+    report.not_checked = list(graph.ranges(unjudged))
     report.verdict = WRONG if faults else UNCLEAR if unjudged or not statuses else RIGHT
     return report
 
 
-def _as_stored(graph, place, values):
-    """Whether the file holds the value that the formula has; what is not a number is not compared."""
-    value, stored = values[place][0], graph.cells[place].number
-    return not np.isfinite(value) or abs(value - stored) <= 1e-6 * (1 + abs(stored))
+def _ready_cells(graph, turning=()):
+    """The option that says where angles, point and result stand, filled with what looks like them."""
+    lines = []
+    for whole in graph.components:
+        for n in (1, 2):
+            for k in sorted({p[n] for p in whole}):
+                lines += [line for line in [[p for p in whole if p[n] == k]] if len(line) == 3]
+    lines.sort(key=lambda line: graph.reading_order(line[0]))
+    given = [line for line in lines if not any(p in graph.trees for p in line)] or [None]
+    angles = next((line for line in given if set(line or ()) & set(turning)), given[0])
+    point = next((line for line in given if line != angles), None)
+    result = next((line for line in lines[::-1] if line not in (angles, point)), None)
+    named = {"angles": angles, "point": point, "result": result}
+    text = ",".join(f"{name}={graph.range(line) if line else 'A1:A3'}" for name, line in named.items())
+    return f"where it stands can be said: --cells {text!r}"
 
 
-def ranges(graph, places):
-    """Write places as addresses, runs in a column as ranges."""
-    left = sorted(places, key=lambda p: (graph.reading_order(p)[0], p[2], p[1]))
-    while left:
-        run = [left.pop(0)]
-        while left and left[0] == (run[-1][0], run[-1][1] + 1, run[-1][2]):
-            run.append(left.pop(0))
-        last = f":{get_column_letter(run[-1][2])}{run[-1][1]}" if len(run) > 1 else ""
-        yield graph.address(run[0]) + last
+def _lucky_references(graph, judge):
+    """References to a cell that always has the value of the one to which the formulas around point."""
+    for place in graph.order:
+        around = None if place in graph.part else as_around(graph, place)
+        if (
+            around is None
+            or around == graph.trees[place]
+            or not same(judge.now(place), graph.cell(place, judge.values, around))
+        ):
+            continue
+        for a, b in zip(areas(graph.trees[place]), areas(around), strict=True):
+            if a != b and same(graph.look(a, judge.values), graph.look(b, judge.values)):
+                yield (
+                    f"{graph.address(place)} refers to {a}, which always has the value of {b}; "
+                    f"the formulas around it ask for {b}"
+                )

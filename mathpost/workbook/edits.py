@@ -1,232 +1,184 @@
 """Single repairs of a formula: what somebody may have meant, as (cause, sentence, tree), the likeliest first."""
 
-from mathpost.workbook.formula import POWER, Area, areas, put, text_of, walk
-from mathpost.workbook.graph import at, same
+from collections import Counter
+
+import numpy as np
+
+from mathpost.workbook.formula import Area, areas, put, text_of, walk, with_areas
+from mathpost.workbook.graph import same
 
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
+ROUNDING = {"ROUND", "ROUNDDOWN", "ROUNDUP", "TRUNC", "INT"}
+CONVERSIONS = np.array([np.pi, np.pi / 180, 180 / np.pi, 180.0, 2 * np.pi, 200 / np.pi])
+OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
 
 
-def repaired(graph, place, wanted, values, kinds=None, inputs=()):
-    """Find the single repair of the formula in `place` that gives the value `wanted` at every sample.
+def repaired(graph, wanted, values, inputs=()):
+    """Find the single repair of a formula that gives, with `values`, those `wanted`: place → array of shape (samples,).
 
-    Parameters
-    ----------
-    graph : mathpost.workbook.graph.Graph
-    place : tuple
-        Of a formula; for an array formula, `wanted` and the comparison are of this one cell.
-    wanted : ndarray, shape (samples,), or dict of place → ndarray
-        The latter for several cells of one array formula.
-    values : dict
-        Place → value, of what the formula uses.
-    inputs : sequence of places, optional
-        Inputs that the formula may have meant, wherever they stand.
-    kinds : callable, optional
-        ``kinds(place)`` is ``"angle"``, ``"point"`` or None, to name a wrong reference.
-
-    Returns
-    -------
-    (cause, sentence) or None
+    The places are a cell, or several of one array formula; `inputs` may be meant wherever they stand.
+    Return cause, sentence and tree, or None.
     """
-    tree = graph.trees.get(place)
-    if tree is None:
-        return None
-    wanted = wanted if isinstance(wanted, dict) else {place: wanted}
+    place = next(iter(wanted))
     after = graph.downstream(wanted)
-    for cause, sentence, other in edits(graph, place, tree, inputs):
-        if cause == "wrong reference" and not after.isdisjoint(graph.used_by(other)):
+    for cause, sentence, tree in edits(graph, place, inputs) if place in graph.trees else ():
+        if cause == "wrong reference" and not after.isdisjoint(graph.used_by(tree)):
             continue
-        if _gives(graph, other, wanted, values):
-            if cause == "wrong reference" and kinds:
-                cause = kinds(place, tree, other) or cause
-            return cause, sentence or f"={text_of(tree)} should be ={text_of(other)}"
+        if all(same(graph.cell(p, values, tree), value) for p, value in wanted.items()):
+            return cause, sentence or f"={text_of(graph.trees[place])} should be ={text_of(tree)}", tree
     return None
 
 
-def _gives(graph, tree, wanted, values):
-    result = graph.calculate(tree, values)
-    return all(same(at(result, graph.part.get(place, (0, 0))), value, 1e-8) for place, value in wanted.items())
-
-
-def edits(graph, place, tree, inputs=()):
-    """Yield (cause, sentence, tree) for every single repair."""
+def edits(graph, place, inputs=()):
+    """Yield (cause, sentence, tree) for every single repair of the formula in `place`."""
+    tree = graph.trees[place]
     parts = list(walk(tree))
-    yield from _all_units(tree)
+    whole = [part for part in parts if part[1][0] in TRIGONOMETRY]
+    for cause, function, text in (
+        ("degrees for radians", "RADIANS", "the angles are in degrees, not in radians"),
+        ("radians for degrees", "DEGREES", "the angles are in radians already, and converted once more"),
+    ):
+        other = tree
+        for path, part in whole:
+            other = put(other, path, (part[0], (function, part[1])))
+        if len(whole) > 1:
+            yield cause, text, other
+    for kind in (_functions, _signs):
+        for path, part in parts:
+            for cause, sentence, new in kind(path, part):
+                yield cause, sentence, put(tree, path, new)
+    references = [(path, part[1]) for path, part in parts if part[0] == "area"]
+    for path, area in references:
+        if area.shape != (1, 1):
+            yield "transposed", f"{area} must be transposed", put(tree, path, ("TRANSPOSE", ("area", area)))
+    for (path, area), new in zip(references, areas(as_around(graph, place) or ("text",)), strict=False):
+        if new != area:
+            yield "wrong reference", f"{area} should be {new}", put(tree, path, ("area", new))
+    for reach in (1, 2, 3, 4):
+        for path, area in references:
+            for new in _moved(area, reach):
+                if place not in new.places:
+                    yield "wrong reference", f"{area} should be {new}", put(tree, path, ("area", new))
+    for path, area in references:
+        others = [Area(*p, *p[1:]) for p in inputs if area.shape == (1, 1)]
+        for new in others + [area.moved(-up, 0) for up in range(5, min(area.top, 60)) if not area.fixed[0]]:
+            yield "wrong reference", f"{area} should be {new}", put(tree, path, ("area", new))
     for path, part in parts:
-        yield from _units(tree, path, part)
-        yield from _functions(tree, path, part)
-    yield from _signs(tree, parts)
-    yield from _references(graph, place, tree, parts)
-    for path, part in parts:
-        for sheet, row, column in inputs if part[0] == "area" and part[1].shape == (1, 1) else ():
-            area = Area(sheet, row, column, row, column)
-            yield "wrong reference", f"{part[1]} should be {area}", put(tree, path, ("area", area))
-    for path, part in parts:
-        if part[0] == "call" and part[1] in ("ROUND", "ROUNDDOWN", "ROUNDUP", "TRUNC", "INT"):
-            yield "rounded early", f"{text_of(part)} is rounded too early", put(tree, path, part[2][0])
+        text = f"{text_of(part)} is rounded too early"
+        if part[0] in ROUNDING:
+            yield "rounded early", text, put(tree, path, part[1])
         if part[0] == "number":
-            for near in (3.141592653589793, 57.29577951308232, 0.017453292519943295):
-                if part[1] != near and abs(part[1] - near) < 0.01 * near:
-                    yield "rounded early", f"{part[1]:g} is rounded too early", put(tree, path, ("number", near))
+            for near in CONVERSIONS[np.abs(part[1] - CONVERSIONS) < 0.01 * CONVERSIONS]:
+                yield "rounded early", text, put(tree, path, ("number", float(near)))
     if tree[0] in ("+", "-") and tree[2][0] == "number":
         yield "offset", f"{tree[0]}{text_of(tree[2])} is added to it", tree[1]
     yield from _terms(tree)
     for path, part in parts:
-        if part[0] in "*/":
-            other = {"*": "/", "/": "*"}[part[0]]
-            yield "wrong value", f"{part[0]} should be {other}", put(tree, path, (other, *part[1:]))
+        if part[0] in ("*", "/"):
+            text = f"{part[0]} should be {OTHER[part[0]]}"
+            yield "wrong value", text, put(tree, path, (OTHER[part[0]], *part[1:]))
 
 
-def _all_units(tree):
-    """Every sine and cosine of the formula at once."""
-    calls = [(path, part) for path, part in walk(tree) if part[0] == "call" and part[1] in TRIGONOMETRY]
-    if len(calls) > 1:
-        for cause, function, text in (
-            ("degrees for radians", "RADIANS", "the angles are in degrees, not in radians"),
-            ("radians for degrees", "DEGREES", "the angles are in radians already, and converted once more"),
-        ):
-            other = tree
-            for path, part in calls:
-                other = put(other, path, ("call", part[1], (("call", function, part[2]),)))
-            yield cause, text, other
-
-
-def _units(tree, path, part):
-    if part[0] == "call" and part[1] in (*TRIGONOMETRY, "TAN"):
-        inner = part[2][0]
-        wrapped = ("call", "RADIANS", (inner,))
-        text = f"{part[1]} takes radians: {text_of(inner)} is in degrees"
-        yield "degrees for radians", text, put(tree, path, ("call", part[1], (wrapped,)))
-        wrapped = ("call", "DEGREES", (inner,))
-        text = f"{text_of(inner)} is in radians already, and converted once more"
-        yield "radians for degrees", text, put(tree, path, ("call", part[1], (wrapped,)))
-    if part[0] == "call" and part[1] == "RADIANS":
-        yield "radians for degrees", f"{text_of(part)} is converted once more", put(tree, path, part[2][0])
-    if part[0] == "call" and part[1] in INVERSE:
-        text = f"{text_of(part)} is in radians where degrees belong"
-        yield "radians for degrees", text, put(tree, path, ("call", "DEGREES", (part,)))
-    if part[0] == "call" and part[1] == "DEGREES":
-        yield "degrees for radians", f"{text_of(part)} is converted once more", put(tree, path, part[2][0])
-    if part[0] == "area" and not path:
-        yield "degrees for radians", f"{text_of(part)} is in degrees", ("call", "RADIANS", (part,))
-        yield "radians for degrees", f"{text_of(part)} is in radians", ("call", "DEGREES", (part,))
-
-
-def _functions(tree, path, part):
-    if part[0] != "call":
-        return
-    name, arguments = part[1], part[2]
+def _functions(path, part):
+    """Units, and one function for another."""
+    name, *inner = part
+    text = text_of(part)
+    if name in TRIGONOMETRY or name == "TAN":
+        said = f"{name} takes radians: {text_of(inner[0])} is in degrees"
+        yield "degrees for radians", said, (name, ("RADIANS", inner[0]))
+        said = f"{text_of(inner[0])} is in radians already, and converted once more"
+        yield "radians for degrees", said, (name, ("DEGREES", inner[0]))
+    if name in ("RADIANS", "DEGREES"):
+        cause = "radians for degrees" if name == "RADIANS" else "degrees for radians"
+        yield cause, f"{text} is converted once more", inner[0]
+    if name in INVERSE:
+        yield "radians for degrees", f"{text} is in radians where degrees belong", ("DEGREES", part)
+    if name == "area" and not path:
+        yield "degrees for radians", f"{text} is in degrees", ("RADIANS", part)
+        yield "radians for degrees", f"{text} is in radians", ("DEGREES", part)
     if name in TRIGONOMETRY:
-        other = ("call", TRIGONOMETRY[name], arguments)
-        yield "sin and cos exchanged", f"{name} should be {TRIGONOMETRY[name]}", put(tree, path, other)
+        said = f"{name} should be {TRIGONOMETRY[name]}"
+        yield "sin and cos exchanged", said, (TRIGONOMETRY[name], *inner)
     if name == "ATAN2":
-        text = "ATAN2 takes x first, then y"
-        yield "atan2 order", text, put(tree, path, ("call", name, arguments[::-1]))
-    if name == "ATAN" and arguments[0][0] == "/":
-        text = "ATAN loses the quadrant that ATAN2 keeps"
-        y, x = arguments[0][1:]
-        yield "atan for atan2", text, put(tree, path, ("call", "ATAN2", (x, y)))
-        minus = ("call", "ATAN2", (("minus", x), ("minus", y)))
-        yield "atan for atan2", text, put(tree, path, minus)
-    if name == "TRANSPOSE":
-        yield "transposed", f"{text_of(arguments[0])} must not be transposed", put(tree, path, arguments[0])
+        yield "atan2 order", "ATAN2 takes x first, then y", (name, *inner[::-1])
+    if name == "ATAN" and inner[0][0] == "/":
+        _, y, x = inner[0]
+        for x_y in ((x, y), (("minus", x), ("minus", y))):
+            yield "atan for atan2", "ATAN loses the quadrant that ATAN2 keeps", ("ATAN2", *x_y)
+    if name in ("TRANSPOSE", "MINVERSE"):
+        yield "transposed", f"{text_of(inner[0])} must not be transposed", inner[0]
     if name == "MMULT":
-        a, b = arguments
-        text = f"the order is {text_of(b)} times {text_of(a)}"
-        yield "order of product", text, put(tree, path, ("call", name, (b, a)))
-        for n, argument in enumerate(arguments):
-            if argument[:2] == ("call", "TRANSPOSE"):
-                continue
-            turned = list(arguments)
-            turned[n] = ("call", "TRANSPOSE", (argument,))
-            text = f"{text_of(argument)} must be transposed"
-            yield "transposed", text, put(tree, path, ("call", name, tuple(turned)))
+        a, b = inner
+        yield "order of product", f"the order is {text_of(b)} times {text_of(a)}", (name, b, a)
+        for n, factor in enumerate(inner):
+            if factor[0] != "TRANSPOSE":
+                said = f"{text_of(factor)} must be transposed"
+                yield "transposed", said, put(part, (n + 1,), ("TRANSPOSE", factor))
     if not path and name in ("MMULT", "TRANSPOSE"):
-        yield "transposed", "the whole must be transposed", ("call", "TRANSPOSE", (tree,))
+        yield "transposed", "the whole must be transposed", ("TRANSPOSE", part)
 
 
-def _signs(tree, parts):
-    for path, part in parts:
-        if part[0] == "minus":
-            yield "sign", f"the minus of {text_of(part)} is one too many", put(tree, path, part[1])
-        if part[0] in "+-" and len(part) == 3:
-            other = {"+": "-", "-": "+"}[part[0]]
-            yield (
-                "sign",
-                f"{part[0]}{text_of(part[2])} should be {other}{text_of(part[2])}",
-                put(tree, path, (other, *part[1:])),
-            )
-    for path, part in parts:
-        if part[0] in ("area", "call") or not path:
-            yield "sign", f"a minus is lost: {text_of(part)} should be negative", put(tree, path, ("minus", part))
+def _signs(path, part):
+    if part[0] == "minus":
+        yield "sign", f"the minus of {text_of(part)} is one too many", part[1]
+    if part[0] in ("+", "-"):
+        term, other = text_of(part[2]), OTHER[part[0]]
+        yield "sign", f"{part[0]}{term} should be {other}{term}", (other, *part[1:])
+    if part[0] == "area" or part[0].isupper() or not path:
+        yield "sign", f"a minus is lost: {text_of(part)} should be negative", ("minus", part)
 
 
-def _references(graph, place, tree, parts):
-    """Neighbours first, then a little further, then the formulas of the cells around, copied here."""
-    for reach in (1, 2, 3, 4):
-        for path, part in parts:
-            if part[0] != "area":
-                continue
-            for rows in range(-reach, reach + 1):
-                for columns in range(-reach, reach + 1):
-                    if max(abs(rows), abs(columns)) == reach:
-                        area = part[1].moved(rows, columns)
-                        if area and place not in area.places:
-                            text = f"{part[1]} should be {area}"
-                            yield "wrong reference", text, put(tree, path, ("area", area))
-    for path, part in parts:
-        if part[0] == "area" and not part[1].fixed[0]:
-            for up in range(5, min(place[1], 60)):
-                area = part[1].moved(-up, 0)
-                if area:
-                    yield "wrong reference", f"{part[1]} should be {area}", put(tree, path, ("area", area))
-    for path, part in parts:
-        if part[0] == "area" and part[1].shape != (1, 1):
-            yield "transposed", f"{part[1]} must be transposed", put(tree, path, ("call", "TRANSPOSE", (part,)))
+def _moved(area, reach):
+    """The areas of the same size that lie `reach` rows or columns away."""
+    around = range(-reach, reach + 1)
+    found = [area.moved(r, c) for r in around for c in around if max(abs(r), abs(c)) == reach]
+    return [each for each in found if each]
+
+
+def as_around(graph, place):
+    """The formula of a cell if it went on as those around it do, of the same form; None if they do not say."""
+    form, found = graph.form(place), []
+    around = {p: areas(graph.trees[p]) for p in graph.component[place] if p != place and graph.form(p) == form}
+    for k in range(len(areas(graph.trees[place]))):
+        votes = Counter()
+        for down, right in ((1, 0), (0, 1)):
+            pairs = [(p, (p[0], p[1] + down, p[2] + right)) for p in around]
+            steps = Counter(_step(around[p][k], around[q][k]) for p, q in pairs if q in around)
+            for step, _ in steps.most_common(1):
+                for sign in (1, -1):
+                    near = around.get((place[0], place[1] - sign * down, place[2] - sign * right))
+                    votes[near and near[k].moved(sign * step[0], sign * step[1])] += near is not None
+        best = votes.most_common(1)
+        if not best or best[0][0] is None:
+            return None
+        found.append(best[0][0])
+    return with_areas(graph.trees[place], found) if found else None
+
+
+def _step(a, b):
+    return b.top - a.top, b.left - a.left
 
 
 def _terms(tree):
     """A term more: those that continue the pattern of the terms that are there."""
     terms = list(flat(tree))
-    for n, first in enumerate(terms):
-        for second in terms[n + 1 :]:
-            a, b = areas(first[1]), areas(second[1])
-            if not a or len(a) != len(b):
-                continue
-            for factor in (2, -1, 0.5):
-                moved = [_between(x, y, factor) for x, y in zip(a, b, strict=True)]
-                if all(moved):
-                    term = _with_areas(first[1], moved)
-                    yield "missing term", f"the term {text_of(term)} is missing", ("+", tree, term)
-                    yield "missing term", f"the term -{text_of(term)} is missing", ("-", tree, term)
-
-
-def _between(a, b, factor):
-    rows, columns = (b.top - a.top) * factor, (b.left - a.left) * factor
-    if rows != int(rows) or columns != int(columns):
-        return None
-    return a.moved(int(rows), int(columns))
-
-
-def _with_areas(tree, new):
-    new = iter(new)
-    for path, part in list(walk(tree)):
-        if part[0] == "area":
-            tree = put(tree, path, ("area", next(new)))
-    return tree
-
-
-def replaced(tree, old, new):
-    """Return the tree with a cell, given as area, replaced everywhere by the one at the place `new`."""
-    for path, part in list(walk(tree)):
-        if part == ("area", old):
-            tree = put(tree, path, ("area", Area(new[0], new[1], new[2], new[1], new[2])))
-    return tree
+    for n, (_, first) in enumerate(terms):
+        for _, second in terms[n + 1 :]:
+            a, b = areas(first), areas(second)
+            for factor in (2, -1, 0.5) if a and len(a) == len(b) else ():
+                steps = [np.multiply(_step(x, y), factor) for x, y in zip(a, b, strict=True)]
+                if any((step % 1).any() for step in steps):
+                    continue
+                moved = [x.moved(*map(int, step)) for x, step in zip(a, steps, strict=True)]
+                for sign in "+-" if all(moved) else "":
+                    term = with_areas(first, moved)
+                    yield "missing term", f"the term {sign}{text_of(term)} is missing", (sign, tree, term)
 
 
 def flat(tree, sign=1):
     """The terms of a sum as (sign, tree)."""
-    if tree[0] in ("+", "-") and tree[0] in POWER:
+    if tree[0] in ("+", "-"):
         yield from flat(tree[1], sign)
         yield from flat(tree[2], sign if tree[0] == "+" else -sign)
     elif tree[0] == "minus":

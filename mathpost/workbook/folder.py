@@ -18,42 +18,22 @@ from openpyxl.utils.cell import coordinate_to_tuple
 from mathpost.errors import InputError, OutputError, write_bytes
 from mathpost.workbook.check import check_file
 from mathpost.workbook.file import read
-from mathpost.workbook.report import RIGHT, STATUS_COLOUR, UNCLEAR, WRONG
-from mathpost.workbook.safety import PART_LIMIT, inspect
+from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, WRONG
+from mathpost.workbook.safety import MEGABYTE, inspect
 
 DAMAGED = "not read"
 SUFFIXES = {".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ".et", ".csv", ".xlsx.part"}
-FILL = {status: PatternFill("solid", fgColor=colour[1:].upper()) for status, colour in STATUS_COLOUR.items()}
+MARKED_LIMIT = 4 * MEGABYTE
 HEADS = {
     "en": ("file", "verdict", "checked", "first wrong cell", "cause", "why"),
     "zh": ("文件", "结论", "已检查", "第一个错误单元格", "原因", "说明"),
 }
-CHINESE = {
-    "right": "正确",
-    "wrong": "错误",
-    "unclear": "未能判定",
-    DAMAGED: "无法读取",
-    "wrong reference": "引用错误",
-    "missing $": "缺少$",
-    "typed over formula": "公式被数字覆盖",
-    "degrees for radians": "角度未化为弧度",
-    "radians for degrees": "弧度误作角度",
-    "atan2 order": "ATAN2参数顺序",
-    "atan for atan2": "应为ATAN2",
-    "sign": "符号",
-    "transposed": "转置",
-    "order of product": "矩阵乘积顺序",
-    "sin and cos exchanged": "正弦余弦互换",
-    "rounded early": "过早取整",
-    "missing term": "缺少一项",
-    "wrong angle": "角度用错",
-    "wrong point": "坐标用错",
-    "other convention": "约定不同（主动/被动）",
-    "offset": "恒定偏移",
-    "branch": "另一分支",
-    "travel": "超出行程",
-    "wrong value": "数值错误",
-}
+CHINESE = """right=正确 wrong=错误 unclear=未能判定 not_read=无法读取 wrong_reference=引用错误 missing_$=缺少$
+typed_over_formula=公式被数字覆盖 degrees_for_radians=角度未化为弧度 radians_for_degrees=弧度误作角度
+atan2_order=ATAN2参数顺序 atan_for_atan2=应为ATAN2 sign=符号 transposed=转置 order_of_product=矩阵乘积顺序
+sin_and_cos_exchanged=正弦余弦互换 rounded_early=过早取整 missing_term=缺少一项 wrong_angle=角度用错 branch=另一分支
+wrong_point=坐标用错 other_convention=约定不同（主动/被动） offset=恒定偏移 travel=超出行程 wrong_value=数值错误"""
+CHINESE = dict(pair.replace("_", " ").split("=") for pair in CHINESE.split())
 
 
 @dataclass(frozen=True)
@@ -75,7 +55,7 @@ class Summary:
     @property
     def right(self):
         """Whether every file is right."""
-        return all(row[1] == RIGHT for row in self.rows)
+        return self.status == 0
 
     @property
     def status(self):
@@ -83,25 +63,18 @@ class Summary:
         verdicts = {row[1] for row in self.rows}
         return 2 if verdicts & {DAMAGED, UNCLEAR} else int(WRONG in verdicts)
 
-    def counts(self):
-        """Return how many files have each verdict, and how many each cause."""
-        return Counter(row[1] for row in self.rows), Counter(row[4] for row in self.rows if row[4])
-
     @property
     def table(self):
         """Head and rows in the language asked for."""
-        say = CHINESE.get if self.language == "zh" else lambda text, _: text
-        rows = [tuple(say(text, text) for text in row) for row in self.rows]
-        return [HEADS[self.language], *rows]
+        say = CHINESE if self.language == "zh" else {}
+        return [HEADS[self.language], *(tuple(say.get(text, text) for text in row) for row in self.rows)]
 
     def __str__(self):
         widths = [max(_width(row[n]) for row in self.table) for n in range(5)]
-        lines = [
-            "  ".join([*(row[n] + " " * (widths[n] - _width(row[n])) for n in range(5)), row[5]]).rstrip()
-            for row in self.table
-        ]
+        padded = [[row[n] + " " * (widths[n] - _width(row[n])) for n in range(5)] + [row[5]] for row in self.table]
         counts = Counter(row[1] for row in self.table[1:])
-        return "\n".join([*lines, ", ".join(f"{count} {verdict}" for verdict, count in sorted(counts.items()))])
+        total = ", ".join(f"{count} {verdict}" for verdict, count in sorted(counts.items()))
+        return "\n".join([*("  ".join(row).rstrip() for row in padded), total])
 
     def to_csv(self):
         """Return the table as CSV, with a mark that tells spreadsheet programs the encoding."""
@@ -114,13 +87,12 @@ class Summary:
         return f"<!DOCTYPE html><meta charset='utf-8'><title>mathpost check</title>{self._repr_html_()}\n"
 
     def _repr_html_(self):
-        head, *rows = self.table
-        body = [
-            f"<tr style='background:{STATUS_COLOUR.get(plain[1], STATUS_COLOUR[UNCLEAR])};color:black'>"
-            + "".join(f"<td>{html.escape(text)}" for text in row)
-            for row, plain in zip(rows, self.rows, strict=True)
-        ]
-        return f"<table><tr>{''.join(f'<th>{text}' for text in head)}{''.join(body)}</table>"
+        colours = ["none", *(STATUS_COLOUR.get(row[1], STATUS_COLOUR[UNCLEAR]) for row in self.rows)]
+        lines = "".join(
+            f"<tr style='background:{colour};color:black'>{''.join(f'<td>{html.escape(text)}' for text in row)}"
+            for colour, row in zip(colours, self.table, strict=True)
+        )
+        return f"<table>{lines}</table>"
 
 
 def _width(text):
@@ -155,16 +127,15 @@ def check_folder(folder, task=None, *, marked=None, language="en", progress=None
     OutputError
         If a marked copy cannot be written.
     """
-    folder = Path(folder)
+    folder, rows = Path(folder), []
     if not folder.is_dir():
         raise InputError(str(folder), "a folder", "none")
     paths = [path for path in sorted(folder.rglob("*")) if path.suffix.lower() in SUFFIXES and path.is_file()]
-    paths = [path for path in paths if not path.name.startswith(("~$", ".~lock", "."))]
+    paths = [path for path in paths if not path.name.startswith(("~$", "."))]
     if marked is not None:
         paths = [path for path in paths if Path(marked).resolve() not in path.resolve().parents]
     if not paths:
         raise InputError(str(folder), "spreadsheets", "none")
-    rows = []
     for done, path in enumerate(paths, 1):
         name = str(path.relative_to(folder))
         try:
@@ -172,18 +143,21 @@ def check_folder(folder, task=None, *, marked=None, language="en", progress=None
         except InputError as error:
             rows.append((name, DAMAGED, "", "", "", str(error)))
         else:
-            first = report.faults[0] if report.faults else None
-            why = first.message if first else "; ".join(report.seen[:1] if report.verdict == UNCLEAR else [])
-            if report.not_checked:
-                why += f" (not checked: {', '.join(report.not_checked[:4])}{', …' * (len(report.not_checked) > 4)})"
-            counted = f"{report.checked} of {report.total}"
-            found = (first.cell, first.cause) if first else ("", "")
-            rows.append((name, report.verdict, counted, *found, why.strip()))
+            rows.append((name, *_row(report)))
             if marked is not None and path.suffix.lower() == ".xlsx":
                 mark(report, Path(marked) / name)
         if progress is not None:
             progress(done, len(paths), path)
     return Summary(tuple(rows), language)
+
+
+def _row(report):
+    first = report.faults[0] if report.faults else None
+    why = first.message if first else "; ".join(report.seen[: report.verdict == UNCLEAR])
+    if report.not_checked:
+        why += f" (not checked: {', '.join(report.not_checked[:4])}{', …' * (len(report.not_checked) > 4)})"
+    found = (first.cell, first.cause) if first else ("", "")
+    return report.verdict, f"{report.checked} of {report.total}", *found, why.strip()
 
 
 def mark(report, out):
@@ -208,25 +182,23 @@ def mark(report, out):
     if out.exists() and os.path.samefile(out, report.path):
         raise OutputError(f"{out}: not written, it is the original")
     inspect(report.path)
-    if report.path.stat().st_size > PART_LIMIT // 8:
-        raise InputError(str(report.path), f"at most {PART_LIMIT // 8 // 2**20} MB to mark", "a larger workbook")
-    book = openpyxl.load_workbook(report.path)
+    if report.path.stat().st_size > MARKED_LIMIT:
+        raise InputError(str(report.path), f"at most {MARKED_LIMIT // MEGABYTE} MB to mark", "a larger workbook")
+    book, content = openpyxl.load_workbook(report.path), io.BytesIO()
     messages = {fault.cell: f"{fault.cause}: {fault.message}" for fault in report.faults}
     for judged in report.cells:
         sheet, row, column = judged.place
         cell = book[sheet].cell(row, column)
-        cell.fill = FILL[judged.status]
+        cell.fill = PatternFill("solid", fgColor=STATUS_COLOUR[judged.status][1:].upper())
         if judged.cell in messages:
             before = f"{cell.comment.text}\n— mathpost: " if cell.comment else ""
             cell.comment = Comment(before + messages[judged.cell], cell.comment.author if before else "mathpost")
-    content = io.BytesIO()
     book.save(content)
-    content = _with_values(content, read(report.path))
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"{out}: not written, {error.strerror or error}") from None
-    write_bytes(out, content.getvalue())
+    write_bytes(out, _with_values(content, read(report.path)))
 
 
 def _with_values(content, original):
@@ -246,4 +218,4 @@ def _with_values(content, original):
                 pattern = r'(<c r="([A-Z]+\d+)"[^>]*><f[^>]*>[^<]*</f>)<v\s*/?>(?:</v>)?</c>'
                 data = re.sub(pattern, fill, data.decode()).encode()
             target.writestr(name, data)
-    return result
+    return result.getvalue()

@@ -1,8 +1,8 @@
 """Spreadsheet formulas as trees, evaluated at many inputs at once.
 
-A tree is a tuple: ``("number", 2.0)``, ``("text", "a")``, ``("area", area)``, ``("call", "SIN", arguments)``,
-``("minus", tree)``, ``("percent", tree)``, ``("+", left, right)``, ``("rows", rows)``. Values are arrays of shape
-(samples, rows, columns), so a scalar is (samples, 1, 1), and one evaluation covers all the samples.
+A tree is a tuple of a head and its parts: ``("number", 2.0)``, ``("text", "a")``, ``("area", area)``, and of trees
+``("SIN", tree)``, ``("minus", tree)``, ``("+", left, right)``. Values are arrays of shape (samples, rows, columns):
+a scalar is (samples, 1, 1), and one evaluation covers all the samples.
 """
 
 import re
@@ -14,6 +14,7 @@ from openpyxl.utils import column_index_from_string, get_column_letter
 
 POWER = {"^": 5, "*": 4, "/": 4, "+": 3, "-": 3, "&": 2, "=": 1, "<>": 1, "<": 1, ">": 1, "<=": 1, ">=": 1}
 AREA = re.compile(r"(\$?)([A-Z]{1,3})(\$?)(\d+)(?::(\$?)([A-Z]{1,3})(\$?)(\d+))?$", re.IGNORECASE)
+LARGEST = 20_000  # cells of a range
 
 
 class NotUnderstood(ValueError):
@@ -22,9 +23,9 @@ class NotUnderstood(ValueError):
 
 @dataclass(frozen=True)
 class Area:
-    """Cells that a formula refers to: the sheet's name, corners from 1, and which of them a $ holds.
+    """Cells that a formula refers to: the sheet's name and corners from 1.
 
-    `fixed` tells of the first row and the first column whether a copied formula keeps them.
+    `fixed` tells of the first row and the first column whether a $ keeps them when the formula is copied.
     """
 
     sheet: str
@@ -37,8 +38,8 @@ class Area:
     @property
     def places(self):
         """The (sheet, row, column) of the cells, row by row."""
-        rows, columns = range(self.top, self.bottom + 1), range(self.left, self.right + 1)
-        return [(self.sheet, row, column) for row in rows for column in columns]
+        columns = range(self.left, self.right + 1)
+        return [(self.sheet, row, column) for row in range(self.top, self.bottom + 1) for column in columns]
 
     @property
     def shape(self):
@@ -47,10 +48,8 @@ class Area:
 
     def moved(self, rows, columns):
         """Return the area `rows` further down and `columns` further right; None if it leaves the sheet."""
-        top, left = self.top + rows, self.left + columns
-        if top < 1 or left < 1:
-            return None
-        return Area(self.sheet, top, left, self.bottom + rows, self.right + columns, self.fixed)
+        corners = self.top + rows, self.left + columns, self.bottom + rows, self.right + columns
+        return Area(self.sheet, *corners, self.fixed) if min(corners) > 0 else None
 
     def __str__(self):
         first, last = f"{get_column_letter(self.left)}{self.top}", f"{get_column_letter(self.right)}{self.bottom}"
@@ -59,51 +58,42 @@ class Area:
 
 def area_of(places):
     """Return the `Area` from the first to the last of `places`."""
-    (sheet, top, left), (_, bottom, right) = places[0], places[-1]
-    return Area(sheet, top, left, bottom, right)
+    return Area(*places[0], *places[-1][1:])
 
 
-def parse(text, sheet, names):
-    """Return the tree of a formula that stands in `sheet`.
+def parse(text, sheet, names, sheets=None):
+    """Return the tree of a formula, with its ``=``, that stands in `sheet`; raise `NotUnderstood` if it has none.
 
-    Parameters
-    ----------
-    text : str
-        With its ``=``.
-    sheet : str
-    names : dict
-        Name in upper case → `Area`, or a formula's text.
-
-    Raises
-    ------
-    NotUnderstood
-        Names the first thing that is no formula of this grammar.
+    `names` has the `Area` of each name in upper case, `sheets`, if given, the sheets that are there, by lower case.
 
     Examples
     --------
-    >>> parse("=-B2^2+SIN($C3)", "S", {})[0]
-    '+'
+    >>> parse("=-B2^2+SIN(3)", "S", {})[2]
+    ('SIN', ('number', 3.0))
     """
     try:
         tokens = [t for t in Tokenizer(text).items if t.type != "WHITE-SPACE"]
     except Exception as error:  # the tokenizer raises what it meets
         raise NotUnderstood(str(error)) from None
-    reader = _Reader(tokens, sheet, names)
+    reader = _Reader(tokens[::-1], sheet, names, sheets)
     tree = reader.expression(0)
     if reader.tokens:
         raise NotUnderstood(reader.tokens[-1].value)
     return tree
 
 
+@dataclass
 class _Reader:
     """Precedence climbing over the tokens of openpyxl, which are taken from the end of a reversed list."""
 
-    def __init__(self, tokens, sheet, names):
-        self.tokens, self.sheet, self.names = tokens[::-1], sheet, names
+    tokens: list
+    sheet: str
+    names: dict
+    sheets: dict | None
 
-    def take(self, kind=None):
-        if not self.tokens or (kind and self.tokens[-1].type != kind):
-            raise NotUnderstood(self.tokens[-1].value if self.tokens else "the end of the formula")
+    def take(self):
+        if not self.tokens:
+            raise NotUnderstood("the end of the formula")
         return self.tokens.pop()
 
     def expression(self, least):
@@ -127,65 +117,54 @@ class _Reader:
         if token.type == "OPERATOR-PREFIX":
             inner = self.expression(5)  # a sign binds closer than a power: -2^2 is 4
             return inner if token.value == "+" else ("minus", inner)
-        if token.type == "PAREN":
-            inner = self.expression(0)
-            self.take("PAREN")
-            return inner
-        if token.type == "FUNC":
-            return ("call", token.value[:-1].upper().replace("_XLFN.", "").replace("_XLWS.", ""), self.arguments())
-        if token.type == "ARRAY":
-            rows = [[]]
-            while (token := self.take()).type != "ARRAY":
-                if token.type == "SEP" and token.subtype == "ROW":
-                    rows.append([])
-                elif token.type == "OPERAND":
-                    rows[-1].append(self.constant(token))
-                elif token.type == "OPERATOR-PREFIX":
-                    rows[-1].append(("minus", self.constant(self.take())))
-                elif token.type not in ("ARRAYROW", "SEP"):
-                    raise NotUnderstood(token.value)
-            return ("rows", tuple(tuple(row) for row in rows if row))
-        return self.constant(token)
-
-    def arguments(self):
-        found = []
-        while True:
-            if self.tokens and self.tokens[-1].type == "FUNC" and self.tokens[-1].subtype == "CLOSE":
-                self.take()
-                return tuple(found)
-            if self.tokens and self.tokens[-1].type == "SEP":
-                self.take()
-                continue
-            found.append(self.expression(0))
-
-    def constant(self, token):
-        if token.type != "OPERAND":
-            raise NotUnderstood(token.value)
-        if token.subtype == "NUMBER":
-            return ("number", float(token.value))
-        if token.subtype == "TEXT":
-            return ("text", token.value[1:-1].replace('""', '"'))
-        if token.subtype == "LOGICAL":
-            return ("number", float(token.value.upper() == "TRUE"))
-        if token.subtype == "RANGE":
-            return self.reference(token.value)
+        if token.type == "PAREN" and token.subtype == "OPEN":
+            return self.until_close()[0][0]
+        if token.type == "FUNC" and token.subtype == "OPEN":
+            name = token.value[:-1].upper().replace("_XLFN.", "").replace("_XLWS.", "")
+            return (name, *self.until_close()[0])
+        if token.type == "ARRAY" and token.subtype == "OPEN":
+            return ("rows", *(("row", *row) for row in self.until_close()))
+        if token.type == "OPERAND":
+            if token.subtype == "NUMBER":
+                return ("number", float(token.value))
+            if token.subtype == "TEXT":
+                return ("text", token.value[1:-1].replace('""', '"'))
+            if token.subtype == "LOGICAL":
+                return ("number", float(token.value.upper() == "TRUE"))
+            if token.subtype == "RANGE":
+                return self.reference(token.value)
         raise NotUnderstood(token.value)
+
+    def until_close(self):
+        """The rows of expressions up to a closing parenthesis or brace; 0 where one is left out."""
+        rows, left_out = [[]], True
+        while (token := self.take()).subtype != "CLOSE":
+            if token.type == "SEP":
+                rows[-1] += [("number", 0.0)] * left_out
+                rows += [[] for _ in range(token.subtype == "ROW")]
+            else:
+                self.tokens.append(token)
+                rows[-1].append(self.expression(0))
+            left_out = token.type == "SEP"
+        return rows
 
     def reference(self, text):
         sheet, _, local = text.rpartition("!")
-        known = self.names.get(local.upper())
-        if isinstance(known, Area):
-            return ("area", known)
-        if known:
-            return parse(known, self.sheet, {k: v for k, v in self.names.items() if k != local.upper()})
+        if local.upper() in self.names:
+            return ("area", self.names[local.upper()])
         found = AREA.match(local)
         if not found:
             raise NotUnderstood(text)
         name = sheet.strip("'").replace("''", "'") or self.sheet
-        left, top = column_index_from_string(found[2].upper()), int(found[4])
-        right = column_index_from_string(found[6].upper()) if found[6] else left
-        bottom = int(found[8]) if found[8] else top
-        return ("area", Area(name, top, left, bottom, right, (bool(found[3]), bool(found[1]))))
+        if self.sheets is not None and name.lower() not in self.sheets:
+            raise NotUnderstood(f"the sheet {name}, which is not there")
+        name = name if self.sheets is None else self.sheets[name.lower()]
+        top, left = int(found[4]), column_index_from_string(found[2].upper())
+        bottom, right = (int(found[8]), column_index_from_string(found[6].upper())) if found[6] else (top, left)
+        area = Area(name, top, left, bottom, right, (bool(found[3]), bool(found[1])))
+        if area.shape[0] * area.shape[1] > LARGEST:
+            raise NotUnderstood(f"the large range {area}")
+        return ("area", area)
 
 
 def walk(tree, path=()):
@@ -193,27 +172,29 @@ def walk(tree, path=()):
     yield path, tree
     for position, child in enumerate(tree):
         if isinstance(child, tuple):
-            if tree[0] in ("call", "rows") and position == len(tree) - 1:
-                for n, argument in enumerate(child):
-                    if tree[0] == "call":
-                        yield from walk(argument, (*path, position, n))
-                    else:
-                        for k, entry in enumerate(argument):
-                            yield from walk(entry, (*path, position, n, k))
-            else:
-                yield from walk(child, (*path, position))
+            yield from walk(child, (*path, position))
 
 
 def put(tree, path, new):
     """Return the tree with the part at `path` replaced."""
-    if not path:
-        return new
-    return (*tree[: path[0]], put(tree[path[0]], path[1:], new), *tree[path[0] + 1 :])
+    return (*tree[: path[0]], put(tree[path[0]], path[1:], new), *tree[path[0] + 1 :]) if path else new
 
 
 def areas(tree):
     """Return the areas in a tree, in their order."""
     return [part[1] for _, part in walk(tree) if part[0] == "area"]
+
+
+def with_areas(tree, new):
+    """Return the tree with the areas `new` in place of its own, in their order."""
+    for (path, _), area in zip([each for each in walk(tree) if each[1][0] == "area"], new, strict=True):
+        tree = put(tree, path, ("area", area))
+    return tree
+
+
+def heads(tree):
+    """Return the functions, operators and kinds of leaves in a tree."""
+    return {part[0] for _, part in walk(tree)}
 
 
 def text_of(tree):
@@ -224,31 +205,37 @@ def text_of(tree):
     >>> text_of(parse("=-(A1+2)*SUM(B1:B3)", "S", {}))
     '-(A1+2)*SUM(B1:B3)'
     """
-    kind = tree[0]
-    if kind == "number":
-        return f"{tree[1]:.15g}"
-    if kind == "text":
-        return f'"{tree[1]}"'
-    if kind == "area":
-        return str(tree[1])
-    if kind == "call":
-        return f"{tree[1]}({','.join(map(text_of, tree[2]))})"
-    if kind == "rows":
-        return "{" + ";".join(",".join(map(text_of, row)) for row in tree[1]) + "}"
-    if kind == "minus":
-        return f"-{_within(tree[1], 4)}"
-    if kind == "percent":
-        return f"{_within(tree[1], 6)}%"
-    own = POWER[kind]
-    return f"{_within(tree[1], own - 1)}{kind}{_within(tree[2], own)}"
+    head, *parts = tree
+    if head in ("number", "text", "area"):
+        return {"number": "{:.15g}", "text": '"{}"', "area": "{}"}[head].format(parts[0])
+    if head in ("minus", "percent"):
+        return f"-{_within(parts[0], 4)}" if head == "minus" else f"{_within(parts[0], 6)}%"
+    if head in POWER:
+        return f"{_within(parts[0], POWER[head] - 1)}{head}{_within(parts[1], POWER[head])}"
+    inner = (";" if head == "rows" else ",").join(map(text_of, parts))
+    return {"rows": f"{{{inner}}}", "row": inner}.get(head, f"{head}({inner})")
 
 
 def _within(tree, least):
-    text = text_of(tree)
-    return f"({text})" if tree[0] in POWER and POWER[tree[0]] <= least else text
+    return f"({text_of(tree)})" if POWER.get(tree[0], 9) <= least else text_of(tree)
 
 
 # Evaluation.
+
+
+def fold(tree, leaf, functions):
+    """Return the value of a tree: `leaf(kind, content)` of its leaves, `functions` of its heads."""
+    head, *parts = tree
+    if head in ("number", "text", "area"):
+        return leaf(head, parts[0])
+    if head not in functions or (head in COMPARISONS and "text" in (part[0] for part in parts)):
+        raise NotUnderstood(f"the operator {head}" if head in POWER else head)
+    values = [fold(part, leaf, functions) for part in parts]
+    try:
+        return functions[head](*values)
+    except (TypeError, ValueError, IndexError, np.linalg.LinAlgError):
+        sizes = ", ".join("×".join(map(str, np.shape(value)[1:])) for value in values)
+        raise NotUnderstood(f"{head} of {sizes or 'nothing'}") from None
 
 
 def evaluate(tree, look):
@@ -256,127 +243,74 @@ def evaluate(tree, look):
 
     Wrong arguments, such as a root of a negative number, are NaN, as an error value is.
     """
-    kind = tree[0]
-    if kind == "number":
-        return np.full((1, 1, 1), tree[1])
-    if kind == "area":
-        return look(tree[1])
-    if kind == "call":
-        return _call(tree[1], tree[2], look)
-    if kind == "minus":
-        return -evaluate(tree[1], look)
-    if kind == "percent":
-        return evaluate(tree[1], look) / 100
-    if kind == "rows":
-        return np.array([[evaluate(entry, look)[0, 0, 0] for entry in row] for row in tree[1]])[None]
-    if kind in OPERATORS:
-        left, right = evaluate(tree[1], look), evaluate(tree[2], look)
-        if kind in "+-*/^" or "text" not in (tree[1][0], tree[2][0]):
-            return OPERATORS[kind](left, right) * 1.0
-    if kind == "text":
-        return np.full((1, 1, 1), np.nan)
-    raise NotUnderstood(f"the operator {kind}")
 
+    def leaf(kind, content):
+        return look(content) if kind == "area" else np.full((1, 1, 1), np.nan if kind == "text" else content)
 
-def _call(name, arguments, look):
-    if name == "IF":
-        test, *branches = (evaluate(argument, look) for argument in arguments)
-        return np.where(test != 0, branches[0], branches[1] if len(branches) > 1 else 0.0)
-    if name == "IFERROR":
-        value = evaluate(arguments[0], look)
-        return np.where(np.isfinite(value), value, evaluate(arguments[1], look))
-    if name == "INDEX":
-        area, *at = (evaluate(argument, look) for argument in arguments)
-        at = [int(position[0, 0, 0]) for position in at]
-        if len(at) == 1:
-            at = [1, at[0]] if area.shape[1] == 1 else [at[0], 1]
-        if not (1 <= at[0] <= area.shape[1] and 1 <= at[1] <= area.shape[2]):
-            raise NotUnderstood("INDEX beyond its range")
-        return area[:, at[0] - 1 : at[0], at[1] - 1 : at[1]]
-    if name in PLAIN:
-        values = [evaluate(argument, look) for argument in arguments]
-        try:
-            return PLAIN[name](*values)
-        except (TypeError, ValueError, IndexError, np.linalg.LinAlgError):
-            sizes = ", ".join("×".join(map(str, value.shape[1:])) for value in values)
-            raise NotUnderstood(f"{name} of {sizes or 'nothing'}") from None
-    raise NotUnderstood(name)
+    return fold(tree, leaf, FUNCTIONS) * 1.0
 
 
 def _rounded(how):
-    def function(x, digits=None):
-        scale = 10.0 ** (0 if digits is None else digits)
+    def function(x, digits=0):
+        scale = 10.0**digits
         return np.sign(x) * how(np.abs(x) * scale) / scale
 
     return function
 
 
-def _total(reduce):
+def _total(reduce, each=lambda value: value):
     def function(*values):
-        parts = [value.reshape(len(value), -1) for value in values]
-        samples = max(map(len, parts))
-        whole = np.concatenate([np.broadcast_to(p, (samples, p.shape[1])) for p in parts], axis=1)
-        return reduce(whole, axis=1)[:, None, None]
+        samples = max(map(len, values))
+        parts = [np.broadcast_to(v.reshape(len(v), -1), (samples, v[0].size)) for v in map(each, values)]
+        return reduce(np.concatenate(parts, axis=1), axis=1)[:, None, None]
 
     return function
 
 
+def _index(area, row, column=None):
+    row = int(row.flat[0])
+    row, column = (row, int(column.flat[0])) if column is not None else (1, row) if len(area[0]) == 1 else (row, 1)
+    if not (1 <= row <= area.shape[1] and 1 <= column <= area.shape[2]):
+        raise IndexError
+    return area[:, row - 1 : row, column - 1 : column]
+
+
 def _sum_of_products(*values):
     if len({value.shape[1:] for value in values}) > 1:
-        raise ValueError("shapes")
+        raise ValueError
     return np.prod(np.broadcast_arrays(*values), axis=0).sum(axis=(1, 2), keepdims=True)
 
 
-def _either(*values):
-    return (_total(np.max)(*[(value != 0) * 1.0 for value in values])) * 1.0
-
-
-def _finite_inverse(matrix):
-    return np.linalg.inv(np.where(np.isfinite(matrix), matrix, 0.0))
-
-
-PLAIN = {
-    **{name: getattr(np, name.lower()) for name in ("SIN", "COS", "TAN", "SQRT", "EXP", "SIGN")},
-    **{f"A{name}": getattr(np, f"arc{name.lower()}") for name in ("SIN", "COS", "TAN")},
-    "ATAN2": lambda x, y: np.where(
-        (x == 0) & (y == 0), np.nan, np.arctan2(y, x)
-    ),  # the spreadsheet's order is x, y
-    "RADIANS": np.deg2rad,
-    "DEGREES": np.rad2deg,
-    "PI": lambda: np.full((1, 1, 1), np.pi),
-    "ABS": np.abs,
-    "INT": np.floor,
-    "LN": np.log,
-    "POWER": np.power,
-    "MOD": lambda x, n: x - n * np.floor(x / n),
-    "ROUND": _rounded(lambda x: np.floor(x + 0.5)),
-    "ROUNDDOWN": _rounded(np.floor),
-    "ROUNDUP": _rounded(np.ceil),
-    "TRUNC": _rounded(np.floor),
-    "SUM": _total(np.sum),
-    "PRODUCT": _total(np.prod),
-    "AVERAGE": _total(np.mean),
-    "MAX": _total(np.max),
-    "MIN": _total(np.min),
-    "AND": lambda *v: _total(np.min)(*[(x != 0) * 1.0 for x in v]),
-    "OR": _either,
-    "NOT": lambda x: (x == 0) * 1.0,
-    "SUMSQ": lambda *v: _total(np.sum)(*[x * x for x in v]),
-    "SUMPRODUCT": _sum_of_products,
-    "SUMXMY2": lambda a, b: ((a - b) ** 2).sum(axis=(1, 2), keepdims=True),
-    "MMULT": np.matmul,
-    "TRANSPOSE": lambda a: np.swapaxes(a, 1, 2),
-    "MINVERSE": _finite_inverse,
-    "MDETERM": lambda a: np.linalg.det(a)[:, None, None],
-    "SINGLE": lambda a: a[:, :1, :1],
-    "N": lambda a: a,
-}
 COMPARISONS = {
-    "=": np.equal,
-    "<>": np.not_equal,
-    "<": np.less,
-    ">": np.greater,
-    "<=": np.less_equal,
-    ">=": np.greater_equal,
+    **{"=": np.equal, "<>": np.not_equal, "<": np.less},
+    **{">": np.greater, "<=": np.less_equal, ">=": np.greater_equal},
 }
-OPERATORS = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "^": np.power, **COMPARISONS}
+FUNCTIONS = (
+    COMPARISONS
+    | {
+        **{"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "^": np.power, "POWER": np.power},
+        **{"minus": np.negative, "percent": lambda x: x / 100},
+        **{name: getattr(np, name.lower()) for name in ("SIN", "COS", "TAN", "SQRT", "EXP", "SIGN", "ABS")},
+        **{f"A{name}": getattr(np, f"arc{name.lower()}") for name in ("SIN", "COS", "TAN")},
+        "ATAN2": lambda x, y: np.where(
+            (x == 0) & (y == 0), np.nan, np.arctan2(y, x)
+        ),  # the spreadsheet's order is x, y
+        **{"RADIANS": np.deg2rad, "DEGREES": np.rad2deg, "PI": lambda: np.full((1, 1, 1), np.pi)},
+        **{"INT": np.floor, "LN": np.log, "MOD": lambda x, n: x - n * np.floor(x / n)},
+        **{"ROUND": _rounded(lambda x: np.floor(x + 0.5)), "ROUNDUP": _rounded(np.ceil)},
+        **{name: _rounded(np.floor) for name in ("ROUNDDOWN", "TRUNC")},
+        **{"SUM": _total(np.sum), "PRODUCT": _total(np.prod), "AVERAGE": _total(np.mean)},
+        **{"MAX": _total(np.max), "MIN": _total(np.min), "SUMSQ": _total(np.sum, np.square)},
+        **{"AND": _total(np.all), "OR": _total(np.any), "NOT": lambda x: x == 0},
+        "IF": lambda test, yes, no=0.0: np.where(test != 0, yes, no),
+        "IFERROR": lambda value, other: np.where(np.isfinite(value), value, other),
+        **{"INDEX": _index, "SUMPRODUCT": _sum_of_products},
+        "SUMXMY2": lambda a, b: ((a - b) ** 2).sum(axis=(1, 2), keepdims=True),
+        **{"MMULT": np.matmul, "TRANSPOSE": lambda a: np.swapaxes(a, 1, 2)},
+        "MINVERSE": lambda a: np.linalg.inv(np.where(np.isfinite(a), a, 0.0)),
+        "MDETERM": lambda a: np.linalg.det(a)[:, None, None],
+        **{"SINGLE": lambda a: a[:, :1, :1], "N": lambda a: a},
+        "rows": lambda *rows: np.concatenate(rows, axis=1),
+        "row": lambda *entries: np.concatenate(entries, axis=2),
+    }
+)

@@ -1,97 +1,121 @@
 """A workbook as one graph of cells: which cell uses which, and what all of them are at many inputs at once."""
 
-from dataclasses import replace
+import re
 from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
+from itertools import pairwise
 
 import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.workbook.file import local_address
-from mathpost.workbook.formula import Area, NotUnderstood, areas, evaluate, parse, put, walk
+from mathpost.workbook.formula import Area, NotUnderstood, areas, evaluate, parse, text_of, walk, with_areas
 
 SAMPLES = 8
-CLOSE = 1e-9  # relative: what the arithmetic of a spreadsheet loses
+CLOSE = 1e-8  # relative: what the arithmetic of a spreadsheet loses
 
 
 class Graph:
-    """The formulas of a workbook.
+    """The formulas of a workbook, by place: (sheet, row, column), rows and columns from 1.
 
-    Attributes
-    ----------
-    cells : dict
-        (sheet, row, column) → `mathpost.workbook.file.Cell`; rows and columns from 1.
-    trees : dict
-        Place → tree, of every formula that was understood; a cell of an array formula has the tree of the whole.
-    part : dict
-        Place of a cell of an array formula → its row and column in the array, from 0.
-    unread : dict
-        Place → what in its formula is not understood.
+    `cells` holds what stands there, `trees` every formula that was understood, `unread` what in the others is not;
+    `part` the row and column in its array, from 0, of a cell of an array formula, which has the tree of the whole.
+    `circular` has one place of each circle of formulas that depend on themselves.
     """
 
     def __init__(self, book):
-        self.book = book
+        self.book, self.trees, self.part, self.unread = book, {}, {}, {}
         self.cells = {(sheet.name, *place): cell for sheet in book.sheets for place, cell in sheet.cells.items()}
         self.sheets = {sheet.name.lower(): sheet.name for sheet in book.sheets}
-        self.trees, self.part, self.unread = {}, {}, {}
-        names = {
+        self.numbers = {sheet.name: n for n, sheet in enumerate(book.sheets)}
+        self.names = {
             name.upper(): Area(self.sheets.get(sheet.lower(), sheet), *first, *last, (True, True))
             for name, (sheet, first, last) in book.names.items()
         }
-        parsed = {}
+        parsed, self._forms = {}, {}
         for place, cell in self.cells.items():
-            if not cell.formula:
-                continue
-            key = (place[0], cell.formula)
+            key = place[0], cell.formula
             try:
-                if key not in parsed:
-                    parsed[key] = self._known_sheets(parse(cell.formula, place[0], names))
-                self.trees[place] = parsed[key]
+                if cell.formula:
+                    self.trees[place] = parsed.get(key) or self._parse(cell.formula, place[0])
+                    parsed[key] = self.trees[place]
             except NotUnderstood as error:
                 self.unread[place] = str(error)
-            if cell.array:
-                row, column = cell.anchor
-                self.part[place] = (place[1] - row, place[2] - column)
+            if cell.anchor:
+                self.part[place] = place[1] - cell.anchor[0], place[2] - cell.anchor[1]
 
-    def _known_sheets(self, tree):
-        """Return the tree with the names of sheets as they are written in the workbook."""
-        for path, part in list(walk(tree)):
-            if part[0] != "area":
-                continue
-            area = part[1]
-            if area.sheet.lower() not in self.sheets:
-                raise NotUnderstood(f"the sheet {area.sheet}, which is not there")
-            if area.sheet != self.sheets[area.sheet.lower()]:
-                tree = put(tree, path, ("area", replace(area, sheet=self.sheets[area.sheet.lower()])))
-            if (area.bottom - area.top + 1) * (area.right - area.left + 1) > 20_000:
-                raise NotUnderstood(f"the large range {area}")
-        return tree
+    def _parse(self, formula, sheet):
+        return parse(formula, sheet, self.names, self.sheets)
+
+    # Places.
 
     def address(self, place):
         """Return a place as ``Sheet!B5``."""
-        return self.book.sheet(place[0]).address(place[1:])
+        quoted = f"'{place[0]}'" if re.search(r"[^\w.]", place[0]) else place[0]
+        return f"{quoted}!{self.short(place)}"
 
-    def short(self, place):
+    @staticmethod
+    def short(place):
         """Return a place as ``B5``."""
         return local_address(place[1:])
 
+    def ranges(self, places):
+        """Write places as addresses, runs in a row or a column as ranges."""
+        left = sorted(places, key=lambda p: (self.reading_order(p)[0], p[2], p[1]))
+        while left:
+            run = [left.pop(0)]
+            while left and left[0] == (run[-1][0], run[-1][1] + 1, run[-1][2]):
+                run.append(left.pop(0))
+            yield self.range(run)
+
+    def range(self, places):
+        """The first and the last of some places, as ``Sheet!B2:B4``."""
+        first = self.address(places[0])
+        return first if len(places) == 1 else f"{first}:{self.short(places[-1])}"
+
+    def named(self, name, text):
+        """Return the `Area` of an address such as ``Sheet1!B2:B4``; raise `InputError` if it is none."""
+        try:
+            (area,) = areas(self._parse(f"={text}", self.book.sheets[0].name))
+        except (NotUnderstood, ValueError):
+            known = f"an address such as B2:B4 or Sheet1!B2, sheets {', '.join(self.numbers)}"
+            raise InputError(f"cells, {name!r}", known, repr(text)) from None
+        return area
+
+    def reading_order(self, place):
+        """A key that sorts places by sheet, row and column."""
+        return (self.numbers[place[0]], *place[1:])
+
+    def calculation_order(self, place):
+        """A key that sorts places by how many formulas in a chain lead to them, then as they are read."""
+        return self.level.get(place, 0), self.reading_order(place)
+
+    def array(self, place):
+        """The cells of the array formula that a cell is of, itself first; or the cell alone."""
+        anchor = self.cells[place].anchor if place in self.part else None
+        mates = [p for p in self.part if anchor and p[0] == place[0] and self.cells[p].anchor == anchor]
+        return [place, *(p for p in mates if p != place and self.trees.get(p) is self.trees.get(place))]
+
+    # Who uses whom.
+
     def value(self, place):
         """The number in a cell as the file holds it, texts such as 54,7356 included, or None."""
-        cell = self.cells.get(place)
-        return None if cell is None else cell.meant
-
-    @cached_property
-    def uses(self):
-        """Place of a formula → the places it refers to, in order and without repetition."""
-        seen, found = {}, {}
-        for place, tree in self.trees.items():
-            if id(tree) not in seen:
-                seen[id(tree)] = self.used_by(tree)
-            found[place] = seen[id(tree)]
-        return found
+        return self.cells[place].meant if place in self.cells else None
 
     def used_by(self, tree):
         """The places that a tree refers to."""
         return list(dict.fromkeys(place for area in areas(tree) for place in area.places))
+
+    @cached_property
+    def parts(self):
+        """The parts of all formulas, as `walk` yields them."""
+        return [part for tree in {id(t): t for t in self.trees.values()}.values() for part in walk(tree)]
+
+    @cached_property
+    def uses(self):
+        """Place of a formula → the places it refers to, in order and without repetition."""
+        found = {id(tree): self.used_by(tree) for tree in {id(t): t for t in self.trees.values()}.values()}
+        return {place: found[id(tree)] for place, tree in self.trees.items()}
 
     @cached_property
     def used(self):
@@ -104,103 +128,85 @@ class Graph:
 
     @cached_property
     def order(self):
-        """The places of the formulas, each after what it uses; `circular` are those for which there is no order."""
-        state, order, circular = {}, [], set()
-        for start in sorted(self.trees, key=self.reading_order):
-            stack = [(start, iter(self.uses[start]))]
-            if start in state:
-                continue
-            state[start] = 1
-            while stack:
-                place, rest = stack[-1]
-                for source in rest:
-                    if source in self.trees and state.get(source) != 2:
-                        if state.get(source) == 1:
-                            circular.add(place)
-                        else:
-                            state[source] = 1
-                            stack.append((source, iter(self.uses[source])))
-                            break
-                else:
-                    state[place] = 2
-                    order.append(place)
-                    stack.pop()
-        self.circular = circular
-        return order
-
-    def reading_order(self, place):
-        """A key that sorts places by sheet, row and column."""
-        return (list(self.sheets.values()).index(place[0]), *place[1:])
+        """The formulas, each after those that it uses."""
+        links = {place: [s for s in sources if s in self.trees] for place, sources in self.uses.items()}
+        self.circular = set()
+        while True:
+            try:
+                return list(TopologicalSorter(links).static_order())
+            except CycleError as error:
+                circle = error.args[1]
+                order = self.reading_order
+                source, user = next((s, u) for s, u in pairwise(circle) if order(s) >= order(u))
+                links[user] = [each for each in links[user] if each != source]
+                self.circular.add(user)
 
     @cached_property
-    def leaves(self):
-        """The typed numbers that some formula uses."""
-        return [
-            p
-            for p in sorted(self.used, key=self.reading_order)
-            if p not in self.trees and self.value(p) is not None
-        ]
+    def level(self):
+        """Place of a formula → the length of the longest chain of formulas that leads to it."""
+        found = {}
+        for place in self.order:
+            found[place] = 1 + max((found.get(source, 0) for source in self.uses[place]), default=0)
+        return found
+
+    @cached_property
+    def components(self):
+        """Numbers and formulas that hang together edge to edge, as they are read."""
+        found, left = [], {p for p, cell in self.cells.items() if cell.formula or cell.meant is not None}
+        for place in sorted(left, key=self.reading_order):
+            if place in left:
+                near = _reached([place], lambda p: left.intersection(beside(p)))
+                left -= near
+                found.append(tuple(sorted(near, key=self.reading_order)))
+        return found
+
+    @cached_property
+    def component(self):
+        """Place of a number or formula → the component that it is of."""
+        return {place: component for component in self.components for place in component}
+
+    def form(self, place):
+        """The formula of a cell as text with all references of one size alike, or None."""
+        if place not in self.trees:
+            return None
+        tree = self.trees[place]
+        if id(tree) not in self._forms:
+            self._forms[id(tree)] = text_of(with_areas(tree, [area.shape for area in areas(tree)]))
+        return self._forms[id(tree)]
 
     def upstream(self, places):
         """Everything that `places` depend on, themselves included."""
-        found, stack = set(), list(places)
-        while stack:
-            place = stack.pop()
-            if place not in found:
-                found.add(place)
-                stack += self.uses.get(place, ())
-        return found
+        return _reached(places, lambda place: self.uses.get(place, ()))
 
     def downstream(self, places):
         """Everything that depends on `places`, themselves included."""
-        found, stack = set(), list(places)
-        while stack:
-            place = stack.pop()
-            if place not in found:
-                found.add(place)
-                stack += self.used.get(place, ())
-        return found
+        return _reached(places, lambda place: self.used.get(place, ()))
 
     # Values.
 
     def run(self, inputs, fixed=None, base=None, only=None):
-        """Evaluate the formulas.
+        """Evaluate the formulas, all or `only` some: place → array of shape (samples,).
 
-        Parameters
-        ----------
-        inputs : dict
-            Place → array of shape (samples,), for typed numbers; the others have the value of the file.
-        fixed : dict, optional
-            Place → array, for formulas that are not to be evaluated.
-        base : dict, optional
-            The result of an earlier run, of which the places not in `only` are kept.
-        only : set, optional
-            The formulas to evaluate; all without it.
-
-        Returns
-        -------
-        dict
-            Place → array of shape (samples,).
+        `inputs` are the values of typed numbers, of the others the file's count; those of `fixed` formulas are given;
+        `base` is an earlier run, of which the places not in `only` are kept.
         """
         fixed = fixed or {}
-        values = dict(base or {})
-        values.update(inputs)
-        values.update(fixed)
-        arrays = {}
-        with np.errstate(all="ignore"):
-            for place in self.order:
-                if place in fixed or (only is not None and place not in only):
-                    continue
-                values[place] = self._cell(place, self.trees[place], values, arrays)
+        values, arrays = {**(base or {}), **inputs, **fixed}, {}
+        for place in self.order:
+            if place in fixed or (only is not None and place not in only):
+                continue
+            if place in self.part:
+                key = id(self.trees[place]), self.cells[place].anchor
+                if key not in arrays:
+                    arrays[key] = self.calculate(self.trees[place], values)
+                values[place] = at(arrays[key], self.part[place])
+            else:
+                values[place] = self.calculate(self.trees[place], values)[:, 0, 0]
         return values
 
-    def _cell(self, place, tree, values, arrays):
-        if place not in self.part:
-            return self.calculate(tree, values)[:, 0, 0]
-        key = (id(tree), self.cells[place].anchor)
-        if key not in arrays:
-            arrays[key] = self.calculate(tree, values)
-        return at(arrays[key], self.part[place])
+    def cell(self, place, values, tree=None):
+        """What the formula of a cell gives, or `tree` in its place: shape (samples,) or (1,)."""
+        return at(self.calculate(tree or self.trees[place], values), self.part.get(place, (0, 0)))
 
     def calculate(self, tree, values):
         """Return the value of a tree, shape (samples, rows, columns), from those of the cells; NaN if none."""
@@ -212,12 +218,10 @@ class Graph:
 
     def look(self, area, values):
         """The values of an area, shape (samples, rows, columns)."""
-        if area.top == area.bottom and area.left == area.right:
+        if area.shape == (1, 1):
             return self.number((area.sheet, area.top, area.left), values)[:, None, None]
-        numbers = [self.number(place, values) for place in area.places]
-        samples = max(map(len, numbers))
-        stacked = np.stack([np.broadcast_to(n, (samples,)) for n in numbers], axis=-1)
-        return stacked.reshape(samples, *area.shape)
+        stacked = np.stack(np.broadcast_arrays(*(self.number(p, values) for p in area.places)), axis=-1)
+        return stacked.reshape(-1, *area.shape)
 
     def number(self, place, values):
         """The value of one cell, shape (samples,) or (1,): 0 for an empty one, NaN for text."""
@@ -226,33 +230,31 @@ class Graph:
         cell = self.cells.get(place)
         if cell is None or (cell.value is None and not cell.formula):
             return np.zeros(1)
-        if place in self.trees or cell.meant is None:
-            return np.full(1, np.nan)
-        return np.array([cell.meant])
+        return np.full(1, np.nan if place in self.trees or cell.meant is None else cell.meant)
 
 
-def area_named(graph, name, text):
-    """Return the `Area` that a caller means by an address such as ``Sheet1!B2:B4``; of the first sheet without one.
+def _reached(places, links):
+    """The places that one comes to from some, themselves included; `links(place)` are the next ones."""
+    found, stack = set(), list(places)
+    while stack:
+        place = stack.pop()
+        if place not in found:
+            found.add(place)
+            stack += links(place)
+    return found
 
-    Raises
-    ------
-    InputError
-        If it is no address, or of a sheet that is not there.
-    """
-    try:
-        (area,) = areas(parse(f"={text}", graph.book.sheets[0].name, {}))
-    except (NotUnderstood, ValueError):
-        raise InputError(f"cells, {name!r}", "an address such as B2:B4 or Sheet1!B2", repr(text)) from None
-    return replace(area, sheet=graph.book.sheet(area.sheet).name)
+
+def beside(place):
+    """The four places beside a place."""
+    sheet, row, column = place
+    return [(sheet, row + down, column + right) for down, right in ((1, 0), (-1, 0), (0, 1), (0, -1))]
 
 
 def at(array, index):
     """The entry of an array formula's value in one of its cells; a single row or column is repeated."""
-    row = index[0] if array.shape[1] > 1 else 0
-    column = index[1] if array.shape[2] > 1 else 0
-    if row >= array.shape[1] or column >= array.shape[2]:
-        return np.full(len(array), np.nan)
-    return array[:, row, column]
+    row, column = (i if size > 1 else 0 for i, size in zip(index, array.shape[1:], strict=True))
+    inside = row < array.shape[1] and column < array.shape[2]
+    return array[:, row, column] if inside else np.full(len(array), np.nan)
 
 
 def same(a, b, tolerance=CLOSE):
@@ -264,7 +266,6 @@ def same(a, b, tolerance=CLOSE):
     True
     """
     fine = np.abs(a - b) <= tolerance * (1 + np.abs(b))
-    if len(fine) > 1 and not fine[0].all():
-        unknown = ~np.isfinite(a + b)[0]
-        return bool((fine[0] | unknown).all() and fine[1:].all())
+    if len(fine) > 1:
+        fine[0] |= ~np.isfinite(a + b)[0]
     return bool(fine.all())

@@ -7,21 +7,17 @@ import re
 import unicodedata
 from dataclasses import dataclass
 
-SHAPES = {"matrix": (3, 3), "transposed": (3, 3), "angles": (3,), "point": (3,), "result": (3,)}
 VECTORS = {
     "angles": "angles angle 角度 欧拉角 eulerangles zxzangles zxz欧拉角 zxz givenangles α,β,γ",
-    "point": (
-        "p point 点 点坐标 坐标 初始坐标 原坐标 初始点 原始点 原点坐标 初始坐标点 初始点坐标 原始坐标 p0 xyz x,y,z "
-        "originalpoint coordinates givenpoint pointcoordinates"
-    ),
-    "result": (
-        "p' result 结果 新坐标 新点 新坐标点 点' 新点坐标 计算结果 最终坐标 变换后坐标 旋转后坐标 "
-        "x'y'z' x',y',z' p1 point' newpoint newcoordinates rotatedpoint answer transformedpoint finalpoint output"
-    ),
+    "point": "p point 点 点坐标 坐标 初始坐标 原坐标 初始点 原始点 原点坐标 初始坐标点 初始点坐标 原始坐标 p0 xyz x,y,z "
+    "originalpoint coordinates givenpoint pointcoordinates",
+    "result": "p' result 结果 新坐标 新点 新坐标点 点' 新点坐标 计算结果 最终坐标 变换后坐标 旋转后坐标 "
+    "x'y'z' x',y',z' p1 point' newpoint newcoordinates rotatedpoint answer transformedpoint finalpoint output",
     "matrix": "r m",
     "transposed": "rt mt r^t m^t",
 }
 VECTORS = {name: kind for kind, names in VECTORS.items() for name in names.split()}
+SINGLE = {"angles": "angle", "point": "coordinate", "result": "outcome"}  # what one cell of a vector is
 UNIT_WORDS = {"=", ":", "°", "deg", "degree", "degrees", "度", "mm", "rad", "弧度", "->", "→", "："}
 NOISE = re.compile(
     r"坐标变换矩阵|变换矩阵|旋转矩阵|转置矩阵|矩阵|乘积|最终|elementary|passive|active|rotation|matrix|product|final|"
@@ -32,39 +28,36 @@ COORDINATE = re.compile(
     r"(新|new|result|ergebnis|结果|旋转后|最终点?)?(?:p|点|原|初始|原始)?([xyz])(?:coordinate|坐标|轴|0|1|alt|cl)?"
     r"('+|new|neu|p|rot|rotated|2|nc|m)?(?:coordinate|坐标)?"
 )
-NUMBERED = re.compile(r"(?:旋转角|角|angle|winkel|drehwinkel)([123])|(φ|phi|θ|theta|ψ|psi)(?:rad)?")
+NUMBERED = re.compile(r"(?:旋转角|角|angle|winkel|drehwinkel)([123])|(?:(φ|phi)|(θ|theta)|(ψ|psi))(?:rad)?")
+SPELLINGS = (  # brought to one: no blanks, one minus, one prime, Greek letters for their names
+    ("[′’‘`´ʹ＇]", "'"),
+    ("[−–—‐]|负|minus|negative|neg(?=_)", "-"),
+    (r"[_\s]*prime", "'"),
+    (r"^(矩阵|matrix|m|total|product|产品|乘积|中间矩阵|最终矩阵|produkt|zwischenergebnis)\d$", "r"),
+    *(("alpha|ɑ|а", "α"), ("beta|ß", "β"), ("gamma", "γ")),
+    (r"\((?:rad(?:ians)?|弧度)\)|\[rad\]", "rad"),
+    (r"\((?:deg|degrees?|°|度|mm)\)|\[(?:deg|°|mm)\]|[\s°_]", ""),
+    *(("[，、]", ","), ("^[=:：]+|[=:：]+$", ""), (r"^\(([^()]*)\)$", r"\1")),
+)
 
 
 @dataclass(frozen=True, order=True)
 class Role:
     """What a range holds.
 
-    Attributes
-    ----------
-    kind : str
-        ``"angle"``, ``"negated"``, ``"radians"``, ``"cos"``, ``"sin"``, ``"coordinate"``, ``"outcome"`` (one cell),
-        ``"angles"``, ``"point"``, ``"result"`` (three), ``"matrix"`` or ``"transposed"`` (nine).
-    word : tuple of int
-        Which angles (0 = α) or which coordinate (0 = x); of a matrix its product from left to right. Empty for the
-        whole vector, and for a matrix said to be the final one.
+    `kind` is angle, negated, radians, cos, sin, coordinate or outcome of one cell; angles, point or result of three;
+    matrix or transposed of nine. `word` says which angles (0 = α) or which coordinate (0 = x), of a matrix its
+    product from left to right; it is empty for a whole vector and for a matrix said to be the final one.
     """
 
     kind: str
     word: tuple = ()
 
-    @property
-    def shape(self):
-        return SHAPES.get(self.kind, ())
-
     def __str__(self):
         if self.kind in ("coordinate", "outcome"):
-            return "xyz"[self.word[0]] + ("'" if self.kind == "outcome" else "")
+            return "xyz"[self.word[0]] + "'" * (self.kind == "outcome")
         name = "".join("αβγ"[n] for n in self.word)
-        plain = {"matrix": "final matrix", "transposed": "transposed matrix"}
-        if not name:
-            return plain.get(self.kind, self.kind)
-        prefix = {"angle": "", "negated": "−", "radians": "radians of "}.get(self.kind, f"{self.kind} ")
-        return prefix + name
+        return {"angle": "", "negated": "−", "radians": "radians of "}.get(self.kind, f"{self.kind} ") + name
 
 
 def read_label(text):
@@ -79,66 +72,40 @@ def read_label(text):
     >>> read_label("ZXZ欧拉角α，β，γ的旋转") is None
     True
     """
-    text = _plain(text)
+    text = unicodedata.normalize("NFKC", str(text).replace("ᵀ", "^t")).lower().strip()
+    for pattern, plain in SPELLINGS:
+        text = re.sub(pattern, plain, text)
     if not text or len(text) > 40:
         return None
     if text in VECTORS:
         return Role(VECTORS[text])
-    if found := re.fullmatch(r"(cos|sin)(-?)([αβγ])", text):
-        return Role(found[1], ("αβγ".index(found[3]),))
-    if found := re.fullmatch(r"(?:rad|弧度|radians)(-?)([αβγ])|(-?)([αβγ])(?:rad|弧度|inrad|radians)", text):
-        return Role("radians", ("αβγ".index(found[2] or found[4]),))
+    if found := re.fullmatch(r"(cos|sin)-?([αβγ])", text):
+        return Role(found[1], ("αβγ".index(found[2]),))
+    if found := re.fullmatch(r"(?:rad|弧度|radians)-?([αβγ])|-?([αβγ])(?:rad|弧度|inrad|radians)", text):
+        return Role("radians", ("αβγ".index(found[1] or found[2]),))
     if found := re.fullmatch(r"(?:角度?|angle|eulerangle|欧拉角)?(-?)([αβγ])(?:角度?|deg|degrees|度|angle)?", text):
         return Role("negated" if found[1] else "angle", ("αβγ".index(found[2]),))
     if found := NUMBERED.fullmatch(text):
-        number = "123".find(found[1]) if found[1] else ("φ", "phi", "θ", "theta", "ψ", "psi").index(found[2]) // 2
-        return Role("angle", (number,))
+        return Role("angle", (int(found[1]) - 1 if found[1] else found.lastindex - 2,))
     if found := COORDINATE.fullmatch(text):
         return Role("outcome" if found[1] or found[3] else "coordinate", ("xyz".index(found[2]),))
-    if text in ("u", "v", "w"):
-        return Role("outcome", ("uvw".index(text),))
-    if found := re.fullmatch(r"\(([xyz])\)'", text):
-        return Role("outcome", ("xyz".index(found[1]),))
+    if found := re.fullmatch(r"([uvw])|\(([xyz])\)'", text):
+        return Role("outcome", ("uvwxyz".index(found[found.lastindex]) % 3,))
     return _matrix_label(text)
 
 
 def _matrix_label(text):
     transposed = re.search(r"转置|transpos|\)t|\^t|\)'|[αβγ]{2}[t']$", text)
+    kind = "transposed" if transposed else "matrix"
     said = next((part for part in text.split("=") if re.search("[αβγ]", part)), text)
     if re.search(r"[,，、;]", said):
         return None
-    said = NOISE.sub("", said)
-    said = re.sub(r"[\s()\[\]{}·*×⋅.∙_^:/&|]|^\d+", "", said)
+    said = re.sub(r"[\s()\[\]{}·*×⋅.∙_^:/&|]|^\d+", "", NOISE.sub("", said))
     if not said and re.search("矩阵|matrix|转置|transpos", text):
-        return Role("transposed" if transposed else "matrix")
-    if not WORD.fullmatch(said):
-        return None
+        return Role(kind)
     letters = re.sub("[^αβγ]", "", said)
     half = letters[: len(letters) // 2]
     letters = half if half and letters == half * 2 else letters
-    if len(letters) > 3 or len(set(letters)) < len(letters):
+    if not WORD.fullmatch(said) or len(letters) > 3 or len(set(letters)) < len(letters):
         return None
-    return Role("transposed" if transposed else "matrix", tuple("αβγ".index(letter) for letter in letters))
-
-
-def _plain(text):
-    """Bring the spellings of a label to one: no blanks, one minus, one prime, Greek letters for their names."""
-    text = str(text).replace("ᵀ", "^t")
-    text = unicodedata.normalize("NFKC", text).lower().strip()
-    text = re.sub("[′’‘`´ʹ＇]", "'", text)
-    text = re.sub("[−–—‐]|负|minus|negative|neg(?=_)", "-", text)
-    text = re.sub(r"[_\s]*prime", "'", text)
-    if re.fullmatch(r"(矩阵|matrix|m|total|product|产品|乘积|中间矩阵|最终矩阵|produkt|zwischenergebnis)\d", text):
-        text = "r"  # a matrix of some name
-    for name, letter in (("alpha", "α"), ("beta", "β"), ("gamma", "γ"), ("ɑ", "α"), ("а", "α"), ("ß", "β")):
-        text = text.replace(name, letter)
-    text = re.sub(
-        r"\((?:deg|degrees?|°|度|mm|rad(?:ians)?|弧度)\)|\[(?:deg|°|mm|rad)\]",
-        lambda m: "rad" * ("rad" in m[0] or "弧" in m[0]),
-        text,
-    )
-    text = re.sub(r"[\s°_]", "", text)
-    text = re.sub("[，、]", ",", text)
-    text = text.strip("=:：")
-    bracketed = re.fullmatch(r"\(([^()]*)\)", text)
-    return bracketed[1] if bracketed else text
+    return Role(kind, tuple("αβγ".index(letter) for letter in letters))

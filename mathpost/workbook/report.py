@@ -5,12 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 RIGHT, WRONG, CONSEQUENCE, UNCLEAR = "right", "wrong", "consequence", "unclear"
-STATUS_COLOUR = {  # a spreadsheet's green, red and amber; what was not judged is grey
-    RIGHT: "#c6efce",
-    WRONG: "#ffc7ce",
-    CONSEQUENCE: "#ffeb9c",
-    UNCLEAR: "#d9d9d9",
-}
+# A spreadsheet's green, red and amber; what was not judged is grey.
+STATUS_COLOUR = {RIGHT: "#c6efce", WRONG: "#ffc7ce", CONSEQUENCE: "#ffeb9c", UNCLEAR: "#d9d9d9"}
 
 
 @dataclass(frozen=True)
@@ -26,17 +22,7 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Fault:
-    """A wrong cell.
-
-    Attributes
-    ----------
-    cell : str
-        Its address.
-    cause : str
-        The kind of slip, such as ``"sign"`` or ``"wrong reference"``.
-    message : str
-        A sentence in terms of the formula.
-    """
+    """A wrong cell: its address, the kind of slip, such as ``"sign"``, and a sentence in terms of the formula."""
 
     cell: str
     cause: str
@@ -87,8 +73,7 @@ class FileReport:
     @property
     def first(self):
         """The judgement of the first wrong cell, or None."""
-        wrong = [cell for cell in self.cells if self.faults and cell.cell == self.faults[0].cell]
-        return wrong[0] if wrong else None
+        return next((cell for cell in self.cells if self.faults and cell.cell == self.faults[0].cell), None)
 
     @property
     def status(self):
@@ -97,24 +82,20 @@ class FileReport:
 
     def __str__(self):
         lines = [f"{self.path.name}: {self.verdict}, checked {self.checked} of {self.total}"]
-        if self.faults:
-            lines.append(f"first wrong: {self.faults[0]}")
-            lines += [f"wrong as well: {fault}" for fault in self.faults[1:6]]
-            lines += [f"… and {len(self.faults) - 6} more"] * (len(self.faults) > 6)
-            follow = sum(cell.status == CONSEQUENCE for cell in self.cells)
-            lines += [f"{follow} cells follow from that"] * bool(follow)
-        if self.not_checked:
-            more = ", …" * (len(self.not_checked) > 12)
-            lines.append(f"not checked: {', '.join(self.not_checked[:12])}{more}")
+        lines += [f"first wrong: {fault}" for fault in self.faults[:1]]
+        lines += [f"wrong as well: {fault}" for fault in self.faults[1:6]]
+        lines += [f"… and {len(self.faults) - 6} more"] * (len(self.faults) > 6)
+        follow = sum(cell.status == CONSEQUENCE for cell in self.cells)
+        lines += [f"{follow} cells follow from that"] * bool(follow and self.faults)
+        some = self.not_checked[:12] + ["…"] * (len(self.not_checked) > 12)
+        lines += [f"not checked: {', '.join(some)}"] * bool(some)
         lines += [f"seen: {text}" for text in self.seen[:8]]
         return "\n".join([*lines, *(f"warning: {text}" for text in self.warnings[:8])])
 
     def _repr_html_(self):
+        style, rows = f"background:{STATUS_COLOUR[WRONG]};color:black", ["<tr><th>cell<th>cause<th>why"]
+        for fault in self.faults:
+            texts = (html.escape(text) for text in (fault.cell, fault.cause, fault.message))
+            rows.append(f"<tr style='{style}'>{''.join(f'<td>{text}' for text in texts)}")
         summary = "<br>".join(map(html.escape, str(self).splitlines()))
-        rows = [
-            f"<tr style='background:{STATUS_COLOUR[WRONG]};color:black'>"
-            + "".join(f"<td>{html.escape(text)}" for text in (fault.cell, fault.cause, fault.message))
-            for fault in self.faults
-        ]
-        head = "<tr><th>cell<th>cause<th>why"
-        return f"<p>{summary}</p>" + (f"<table>{head}{''.join(rows)}</table>" if rows else "")
+        return f"<p>{summary}</p>" + f"<table>{''.join(rows)}</table>" * bool(self.faults)

@@ -15,15 +15,13 @@ MEMBER_LIMIT = 2000
 FORMULA = re.compile(
     r"(?:<(?:\w+:)?(?:f|definedName)\b[^>]*>|table:formula=\"|table:expression=\")([^<\"]*(?:\"[^<]*)?)"
 )
-OUTSIDE = re.compile(
-    r"WEBSERVICE|\bDDE\s*\(|\w\|\s*'|\[[^\]]*\.(?:xls|ods|csv)|\[\d+\]|'(?:file|https?):", re.IGNORECASE
-)
-FORBIDDEN = (
-    (re.compile(r"vbaProject|macrosheets/|^Basic/|^Scripts/", re.IGNORECASE), "no macros"),
-    (re.compile(r"externalLinks/", re.IGNORECASE), "no links to other files"),
-    (re.compile(r"xl/(connections|queryTables)", re.IGNORECASE), "no data connections"),
-    (re.compile(r"xl/(embeddings|activeX|ctrlProps)/", re.IGNORECASE), "no embedded objects"),
-)
+OUTSIDE = re.compile(r"WEBSERVICE|\bDDE\s*\(|\w\|\s*'|\[[^\]]*\.(?:xls|ods|csv)|\[\d+\]|'(?:file|https?):", re.I)
+FORBIDDEN = {
+    "no macros": re.compile(r"vbaProject|macrosheets/|^Basic/|^Scripts/", re.I),
+    "no links to other files": re.compile(r"externalLinks/", re.I),
+    "no data connections": re.compile(r"xl/(connections|queryTables)", re.I),
+    "no embedded objects": re.compile(r"xl/(embeddings|activeX|ctrlProps)/", re.I),
+}
 
 
 def inspect(path):
@@ -36,32 +34,37 @@ def inspect(path):
     """
     try:
         with open(path, "rb") as file:
-            start = file.read(8)
-            if start == bytes.fromhex("d0cf11e0a1b11ae1"):
-                return _inspect_binary(path, start + file.read(PART_LIMIT))
-            if start[:2] != b"PK":
-                return _inspect_text(path, start + file.read(PART_LIMIT))
-    except OSError as error:
-        raise InputError(str(path), "a readable file", error.strerror or str(error)) from None
-    try:
+            start = file.read(PART_LIMIT)
+        if start[:8] == bytes.fromhex("d0cf11e0a1b11ae1"):
+            return _inspect_binary(path, start)
+        if start[:2] != b"PK":
+            return _inspect_text(path, start)
         with zipfile.ZipFile(path) as archive:
             return _inspect_members(path, archive)
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(str(path), "a readable file", error.strerror or str(error)) from None
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
         raise InputError(str(path), "an .xlsx workbook", f"a damaged file ({error})") from None
 
 
 def _inspect_binary(path, content):
     """An old workbook: refused if it is encrypted, or holds macros or names of what reaches outside."""
-    wide = lambda text: text.encode("utf-16-le")  # noqa: E731
-    if wide("EncryptedPackage") in content or wide("EncryptionInfo") in content:
-        raise InputError(str(path), "a spreadsheet", "an encrypted file: save it without a password")
-    if wide("_VBA_PROJECT") in content or b"_VBA_PROJECT" in content:
-        raise InputError(str(path), "no macros", "a workbook with macros")
-    if any(form(word) in content for word in ("WEBSERVICE", "DDE(") for form in (wide, str.encode)):
-        raise InputError(str(path), "no links to outside", "WEBSERVICE or DDE")
-    if wide("Workbook") not in content and wide("Book") not in content:
+
+    def holds(*words):
+        return any(
+            form(word) in content for word in words for form in (str.encode, lambda w: w.encode("utf-16-le"))
+        )
+
+    for found, expected, words in (
+        ("an encrypted file: save it without a password", "a spreadsheet", ("EncryptedPackage", "EncryptionInfo")),
+        ("a workbook with macros", "no macros", ("_VBA_PROJECT",)),
+        ("WEBSERVICE or DDE", "no links to outside", ("WEBSERVICE", "DDE(")),
+    ):
+        if holds(*words):
+            raise InputError(str(path), expected, found)
+    if not holds("Workbook", "Book"):
         raise InputError(str(path), "a spreadsheet", "another kind of file, or a damaged one")
     return "xls"
 
@@ -87,50 +90,31 @@ def _inspect_members(path, archive):
         found = f"{len(members)} parts, unpacked {unpacked / MEGABYTE:.0f} MB"
         raise InputError(str(path), f"at most {MEMBER_LIMIT} parts and {WHOLE_LIMIT // MEGABYTE} MB", found)
     for member in members:
-        in_memory = not member.filename.startswith("xl/worksheets/")
-        limit = PART_LIMIT if in_memory else max(PART_LIMIT, RATIO_LIMIT * member.compress_size)
+        is_sheet, where = member.filename.startswith("xl/worksheets/"), f"{path}, {member.filename}"
+        limit = max(PART_LIMIT, RATIO_LIMIT * member.compress_size * is_sheet)
         if member.file_size > limit:
-            where, found = (
-                f"{path}, {member.filename}",
-                f"{member.file_size / MEGABYTE:.0f} MB unpacked, a zip bomb?",
-            )
+            found = f"{member.file_size / MEGABYTE:.0f} MB unpacked, a zip bomb?"
             raise InputError(where, f"at most {limit / MEGABYTE:.0f} MB", found)
-        for pattern, expected in FORBIDDEN:
+        for expected, pattern in FORBIDDEN.items():
             if pattern.search(member.filename):
-                raise InputError(str(path), expected, _describe(archive, member))
+                raise InputError(str(path), expected, member.filename)
         if member.filename.endswith((".xml", ".rels")):
-            _inspect_part(path, archive, member)
-    types = archive.read("[Content_Types].xml") if "[Content_Types].xml" in names else b""
-    if b"macroEnabled" in types:
+            _inspect_part(where, archive, member)
+    if "[Content_Types].xml" in names and b"macroEnabled" in archive.read("[Content_Types].xml"):
         raise InputError(str(path), "no macros", "a macro-enabled workbook")
     return "xlsx" if "xl/workbook.xml" in names else "ods"
 
 
-def _inspect_part(path, archive, member):
+def _inspect_part(where, archive, member):
     """Look at all of a part, piece by piece: for a document type, and for formulas and names that reach outside."""
-    before, first = b"", True
+    before = b""
     with archive.open(member) as part:
         while piece := part.read(MEGABYTE):
-            if first and b"<!DOCTYPE" in piece[:4096]:
-                raise InputError(f"{path}, {member.filename}", "no document type", "<!DOCTYPE")
+            if not before and b"<!DOCTYPE" in piece[:4096]:
+                raise InputError(where, "no document type", "<!DOCTYPE")
             text = html.unescape((before + piece).decode("utf-8", "replace"))
             for found in FORMULA.finditer(text):
                 if OUTSIDE.search(found[1]):
                     cells = re.findall(r'<(?:\w+:)?c [^>]*?r="([A-Z]+\d+)"', text[: found.start()])
-                    where = f"{path}, {member.filename}" + (f", {cells[-1]}" if cells else "")
-                    raise InputError(where, "no links to outside", found[1][:80])
-            before, first = piece[-8192:], False
-
-
-def _describe(archive, member):
-    """Name what was found: of a link to another file, the file."""
-    if "externalLinks/" in member.filename:
-        rels = [name for name in archive.namelist() if "externalLinks/_rels/" in name]
-        targets = [
-            t
-            for name in rels
-            for t in re.findall(r'Target="([^"]*)"', archive.read(name).decode("utf-8", "replace"))
-        ]
-        if targets:
-            return f"a link to {', '.join(targets)}"
-    return member.filename
+                    raise InputError(", ".join([where, *cells[-1:]]), "no links to outside", found[1][:80])
+            before = piece[-8192:]

@@ -1,30 +1,23 @@
 """Cells of a spreadsheet as sympy expressions of its inputs."""
 
+import operator
 from functools import reduce
 
 import sympy as sp
 
 from mathpost.errors import InputError
 from mathpost.workbook.file import read
-from mathpost.workbook.graph import Graph, area_named
+from mathpost.workbook.formula import NotUnderstood, fold
+from mathpost.workbook.graph import Graph
 
 FUNCTIONS = {
     **{name: getattr(sp, name.lower()) for name in ("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT")},
-    "ATAN2": lambda x, y: sp.atan2(y, x),
-    "RADIANS": lambda x: x * sp.pi / 180,
-    "DEGREES": lambda x: x * 180 / sp.pi,
-    "PI": lambda: sp.pi,
-    "MMULT": lambda a, b: a * b,
-    "TRANSPOSE": lambda a: a.T,
+    **{"ATAN2": lambda x, y: sp.atan2(y, x), "PI": lambda: sp.pi},
+    **{"RADIANS": lambda x: x * sp.pi / 180, "DEGREES": lambda x: x * 180 / sp.pi},
+    **{"MMULT": operator.mul, "TRANSPOSE": lambda a: a.T, "minus": operator.neg, "^": operator.pow},
+    **{"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv},
     "SUM": lambda *values: sum(sum(v) if isinstance(v, sp.MatrixBase) else v for v in values),
     "SUMPRODUCT": lambda *values: sum(reduce(lambda a, b: a.multiply_elementwise(b), values)),
-}
-OPERATORS = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: a / b,
-    "^": lambda a, b: a**b,
 }
 
 
@@ -55,30 +48,23 @@ def symbolic(path, cells, symbols):
     Matrix([[cos(pi*alpha/180), sin(pi*alpha/180)]])
     """
     graph = Graph(read(path))
-    known = {area_named(graph, "symbols", address).places[0]: symbol for address, symbol in symbols.items()}
+    known = {graph.named("symbols", address).places[0]: symbol for address, symbol in symbols.items()}
 
     def of_cell(place):
         if place not in known:
-            number = graph.value(place)
-            known[place] = of_tree(graph.trees[place]) if place in graph.trees else sp.nsimplify(number or 0)
-            if place in graph.part:
-                known[place] = known[place][graph.part[place]]
+            tree = graph.trees.get(place, ("number", graph.value(place) or 0))
+            found = fold(tree, of_leaf, FUNCTIONS)
+            known[place] = found[graph.part[place]] if place in graph.part else found
         return known[place]
 
-    def of_tree(tree):
-        kind = tree[0]
-        if kind == "number":
-            return sp.nsimplify(tree[1])
+    def of_leaf(kind, content):
         if kind == "area":
-            entries = [of_cell(place) for place in tree[1].places]
-            return entries[0] if len(entries) == 1 else sp.Matrix(*tree[1].shape, entries)
-        if kind == "minus":
-            return -of_tree(tree[1])
-        if kind == "call" and tree[1] in FUNCTIONS:
-            return FUNCTIONS[tree[1]](*map(of_tree, tree[2]))
-        if kind in OPERATORS:
-            return OPERATORS[kind](of_tree(tree[1]), of_tree(tree[2]))
-        raise InputError(str(path), "functions with a sympy form", tree[1] if kind == "call" else kind)
+            entries = [of_cell(place) for place in content.places]
+            return entries[0] if len(entries) == 1 else sp.Matrix(*content.shape, entries)
+        return sp.nsimplify(content)
 
-    area = area_named(graph, "cells", cells)
-    return sp.Matrix(*area.shape, [of_cell(place) for place in area.places])
+    area = graph.named("cells", cells)
+    try:
+        return sp.Matrix(*area.shape, [of_cell(place) for place in area.places])
+    except NotUnderstood as error:
+        raise InputError(str(path), "functions with a sympy form", str(error)) from None

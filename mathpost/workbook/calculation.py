@@ -1,0 +1,135 @@
+"""What some cells ought to be: a calculation's inputs by their roles, its results, and what may stand on the way."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mathpost.angles import from_axis_angle
+from mathpost.detective.misreadings import elementary
+from mathpost.workbook.graph import SAMPLES
+
+LARGEST_RADIANS = 6.3  # an angle beyond a turn in radians is in degrees
+
+
+@dataclass
+class Calculation:
+    """Inputs and results are places.
+
+    `known` holds, by their number, what may stand in so many cells together on the way, each of shape
+    (cells, samples): matrices in 9 or 16, vectors in 3 or 4, cosine and sine in 2.
+    """
+
+    results: tuple
+    angles: tuple = ()
+    point: tuple = ()
+    origin: tuple = ()
+    axis: tuple = ()
+    said: str = ""
+    typed: bool = False  # whether results are numbers, so that only the sheet's own can be judged
+    known: dict = field(default_factory=dict)
+    targets: dict = field(default_factory=dict)
+
+    @property
+    def given(self):
+        """All inputs."""
+        return (*self.angles, *self.point, *self.origin, *self.axis)
+
+    def draw(self, rng, units):
+        """Place of an input → samples at random."""
+        limits = {p: 3.0 if units.get(p, 1.0) == 1.0 else 170.0 for p in self.angles}
+        return {p: rng.uniform(-limits.get(p, 60), limits.get(p, 60), SAMPLES) for p in self.given}
+
+    def should_be(self, places, expected):
+        """Set the targets: what must stand in `places`, shape (samples, len(places))."""
+        self.targets = dict(zip(places, expected.T, strict=False))
+
+
+@dataclass
+class Turn(Calculation):
+    """A rotation of a point, about an origin where there is one, by three angles in sequence or about an axis."""
+
+    sequence: str = "ZXZ"
+    active: bool = False
+
+    def prepare(self, values, units):
+        """Compute, for the samples in `values`, what may stand in the sheet."""
+        self.radians = look(values, self.angles) * [units[p] for p in self.angles]
+        elements = self._elements(values)
+        shift = np.tile(np.eye(4), (SAMPLES, 1, 1))
+        shift[:, :3, 3] -= look(values, self.origin) if self.origin else 0.0
+        words, ends = [], []
+        for first in range(len(elements)):
+            product = np.eye(4)
+            for element in elements[first:]:
+                product = product @ np.pad(element, ((0, 0), (0, 1), (0, 1)))
+                product[:, 3, 3] = 1.0
+                words.append(product)
+            ends.append(product)
+        self.elements = [*elements, *(np.swapaxes(e, 1, 2) for e in elements)]
+        both = [m for word in words for m in (word, np.swapaxes(word, 1, 2))]
+        moved = [m for word in (shift, *(end @ shift for end in ends)) for m in (word, np.linalg.inv(word))]
+        pairs = [(np.cos(a), np.sin(a)) for a in self.radians.T]
+        self.known = {
+            9: [_cells(m[:, :3, :3]) for m in both],
+            16: [_cells(m) for m in (*both, *moved * bool(self.origin))],
+            2: [np.array(each) for c, s in pairs for each in ((c, s), (s, c), (c, -s), (-s, c))],
+        }
+        target = ends[0] @ shift if len(self.results) == 16 else ends[0]
+        if self.point:
+            point = np.concatenate([look(values, self.point), np.ones((SAMPLES, 1))], axis=1)[..., None]
+            vectors = [shift @ point, *(end @ shift @ point for end in ends), point]
+            self.known |= {n: [_cells(v[:, :n]) for v in vectors] for n in (3, 4)}
+            target = vectors[1] if len(self.results) < 9 else target
+        size = {9: 3, 3: 3}.get(len(self.results), 4)
+        self.should_be(self.results, _cells(target[:, :size, :size]).T)
+
+    def _elements(self, values):
+        """The elementary matrices from left to right, each of shape (samples, 3, 3)."""
+        if self.axis:
+            return [from_axis_angle(look(values, self.axis), self.radians[:, 0] * (1 if self.active else -1))]
+        sign = -1 if self.active else 1
+        order = [elementary(*each) for each in zip(self.sequence.upper(), sign * self.radians.T, strict=True)]
+        return order[::-1] if self.sequence.isupper() != self.active else order
+
+    def scalars(self):
+        """What may stand in one cell: cosine and sine of an angle and of its half, entries of quaternions."""
+        pairs = [np.array([np.cos(a), np.sin(a)]) for a in (*self.radians.T, *self.radians.T / 2)]
+        yield from (entry for pair in pairs for entry in pair)
+        if self.axis:
+            return
+        letters = ["XYZ".index(letter) + 1 for letter in self.sequence.upper()]
+        turns = [{0: c, n: s} for n, (c, s) in zip(letters, pairs[3:], strict=True)]
+        turns = [np.array([turn.get(k, np.zeros(SAMPLES)) for k in range(4)]) for turn in turns]
+        a, b, c = turns if self.sequence.isupper() else turns[::-1]
+        for product in (_hamilton(a, b), _hamilton(b, c), _hamilton(_hamilton(a, b), c)):
+            yield from product
+
+
+def look(values, places):
+    """The values of some places, shape (samples, len(places))."""
+    return np.stack([np.broadcast_to(values[p], SAMPLES) for p in places], axis=-1)
+
+
+def nearest(now, both, degrees=True, preferred=None):
+    """Of two solutions, shape (samples, 2, angles), the one with more of the angles that there are, and the votes.
+
+    An angle that is right is so with its own whole turns; of equally good solutions the preferred one counts.
+    """
+    turn = 360.0 if degrees else 2 * np.pi
+    off = np.abs((now[:, None] - both + turn / 2) % turn - turn / 2)
+    fits = (off < 1e-6).sum(axis=-1)
+    votes = fits.sum(axis=0)
+    better = int(np.argmax(votes)) if preferred is None else preferred
+    branch = np.where(fits[:, 1 - better] > fits[:, better], 1 - better, better)
+    n = np.arange(len(now))
+    found = both[n, branch]
+    return found + turn * np.where(off[n, branch] < 1e-6, np.round((now - found) / turn), 0), votes
+
+
+def _cells(matrix):
+    return matrix.reshape(SAMPLES, -1).T
+
+
+def _hamilton(p, q):
+    vector = p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:], axis=0)
+    return np.array([p[0] * q[0] - (p[1:] * q[1:]).sum(axis=0), *vector])
