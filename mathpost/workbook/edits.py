@@ -15,10 +15,9 @@ OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
 
 
 def repaired(graph, wanted, values, inputs=()):
-    """Find the single repair of a formula that gives, with `values`, those `wanted`: place → array of shape (samples,).
+    """Return (cause, sentence, tree) of the single repair of a formula that gives, with `values`, those `wanted`.
 
-    The places are a cell, or several of one array formula; `inputs` may be meant wherever they stand.
-    Return cause, sentence and tree, or None.
+    These are of a cell, or of several of one array formula; `inputs` may be meant wherever they stand.
     """
     place = next(iter(wanted))
     after = graph.downstream(wanted)
