@@ -225,8 +225,7 @@ def path_change(column=1, tilt=20):
 )
 @slip("That is with forgetting 0.5.", forgetting=0.5)
 @slip("That is with forgetting 0.9.", forgetting=0.9)
-@slip("That is when half of the jump is left.", left=0.005)
-def drift_parts(forgetting=0.8, left=0.001):
+def drift_parts(forgetting=0.8):
     """Each part leaves the share 0.8 of what was left: 0.8 to the tenth is still more than a tenth."""
     poses = np.zeros((5, 5))
     poses[:, :3], poses[:, 3:] = [40, 20, 0], np.radians([[0, 0], [0, 120], [60, 0], [60, 180], [-60, 90]])
@@ -235,7 +234,7 @@ def drift_parts(forgetting=0.8, left=0.001):
     )
     for part in range(-40, 200):
         tracker.update(tracker.predict([0.010 * (part >= 0), 0]))
-        if part >= 0 and 0.010 - tracker.values[0] < left:
+        if part >= 0 and 0.010 - tracker.values[0] < 0.001:
             return part + 1
 
 

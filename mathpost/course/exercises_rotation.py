@@ -19,7 +19,7 @@ from mathpost.rotation import ACTIVE, wrap, zxz_right, zxz_steps
 
 POINT = (3, 4, 5)
 SLIP = ((20, 70, 50), (3.278276, -0.856658, 6.206371))  # angles, and the point that the colleague of 01-slip shows
-AXES = Name({"x": ["x axis", "X轴"], "y": ["y axis", "Y轴"], "z": ["z axis", "Z轴"]})
+AXES = Name({axis: [f"{axis} axis", f"{axis}轴", f"{axis}坐标"] for axis in "xyz"})
 KINDS = Name({"active": ["active matrix", "主动", "主动矩阵"], "passive": ["passive matrix", "被动", "被动矩阵"]})
 TURNS = Name(
     {"moving": ["intrinsic", "动轴", "动坐标系"], "fixed": ["extrinsic", "定轴", "固定", "固定轴", "静轴"]}
@@ -96,9 +96,10 @@ def still():
     lambda: euler.from_direction("ZXZ", [0, 1, 0], degrees=True),
 )
 @slip("z and x are exchanged: `from_axes` takes z first.", z=[0, 0, -1], x=[0, 1, 0])
-def frame(z=(0, 1, 0), x=(0, 0, -1)):
+@slip("These are ZYZ angles. The middle turn of I J K is about the new X.", sequence="ZYZ")
+def frame(z=(0, 1, 0), x=(0, 0, -1), sequence="ZXZ"):
     """Z alone gives I and J; X, along the slope, gives K. The twin with -J would have been right too."""
-    return euler.angles("ZXZ", Frame.from_axes(z, x).rotation, degrees=True)
+    return euler.angles(sequence, Frame.from_axes(z, x).rotation, degrees=True)
 
 
 @define("02-twin", Angle(decimals=2), hint="Is a twin a different rotation?")
@@ -115,6 +116,8 @@ def twin(angles=(20, 30, 40)):
     "That is where ZXZ locks (G68.2), whose first and third axis are the same. Here they are X and Z.",
     sequence="ZXZ",
 )
+@slip("That is the second place where ZXZ locks (G68.2). Here the first and the third axis are X and Z.", 180)
+@slip("PLANE SPATIAL locks there too. The question is about SPB between 0° and 180°.", -90)
 @slip("Between them stands B: at which B does it lay X onto Z?", 45)
 def lock(sequence="xyz"):
     """SPB = 90° lays the part's X onto the fixed Z, about which SPC turns: only SPA - SPC is left."""
@@ -125,7 +128,7 @@ def lock(sequence="xyz"):
 @define("02-order", TURNS, given=lambda: "F = Rz(c) @ Ry(b) @ Rx(a)")
 @slip("About moving axes the later turns stand further *right*: Rx(a)·Ry(b)·Rz(c). Here they stand left.", "moving")
 def order():
-    """About the fixed X, the fixed Y, the fixed Z. His words need Rx(a)·Ry(b)·Rz(c), in SciPy's spelling XYZ."""
+    """About the fixed X, the fixed Y, the fixed Z. The comment needs Rx(a)·Ry(b)·Rz(c), in SciPy's spelling XYZ."""
     a, b, c = sp.symbols("a b c")
     program = ACTIVE["Z"](c) * ACTIVE["Y"](b) * ACTIVE["X"](a)
     spellings = {"moving": "XYZ", "fixed": "xyz"}

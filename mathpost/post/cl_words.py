@@ -128,7 +128,7 @@ class Statements(Lines):
         self.circle_, self.arc_before = None, None  # what is known of the arc that comes, and of one that went
         self.table, self.turned = np.zeros(3), np.eye(3)  # by ROTABL: A, B, C, and the axes of the coordinates
         self.unconfirmed = False  # whether the tool axis must still say that this is the way it turned
-        self.remarks, self.counts = [], Counter()
+        self.remarks, self.counts, self.normals = [], Counter(), {}
 
     def takes_plain(self):
         """Whether a GOTO is now nothing but a move to where it says."""
@@ -168,9 +168,11 @@ class Statements(Lines):
 
     def goto(self, line, words, statement):
         values = self.numbers(words)
-        if len(values) not in (3, 6):
-            raise Wrong("3 or 6 numbers", f"{len(values)}")
-        point, axis = [value * self.scale for value in values[:3]], values[3:] or self.axis
+        if len(values) not in (3, 6, 9):
+            raise Wrong("3, 6 or 9 numbers", f"{len(values)}")
+        point, axis = [value * self.scale for value in values[:3]], values[3:6] or self.axis
+        if values[6:]:
+            self.contact(line, axis, values[6:])
         self.confirm_turn(axis)
         if self.incremental:
             point = self.shifted(point)
@@ -190,6 +192,14 @@ class Statements(Lines):
             self.drill(line, point, axis)
             return
         self.go(line, point, axis)
+
+    def contact(self, line, axis, normal):
+        """Keep the surface's normal where the tool touches it: for tools other than that of the CL data."""
+        if abs(np.linalg.norm(normal) - 1) > UNIT_TOLERANCE or np.dot(normal, axis) < -UNIT_TOLERANCE:
+            raise Wrong("a unit contact normal out of the part, within 90° of the tool axis", f"{normal}")
+        if self.circle_ is not None or self.cycle is not None:
+            raise Wrong("contact normals of single points only", "an arc or a cycle")
+        self.normals[line] = self.placed(normal)
 
     def godlta(self, line, words, statement):
         values = [value * self.scale for value in self.numbers(words)]

@@ -127,18 +127,11 @@ def _ready_cells(graph, turning=()):
 
 
 def _lucky_references(graph, judge):
-    """References to a cell that always has the value of the one to which the formulas around point."""
+    """References that are not those to which the formulas around point, though the value is always the same."""
     for place in graph.order:
         around = None if place in graph.part else as_around(graph, place)
-        if (
-            around is None
-            or around == graph.trees[place]
-            or not same(judge.now(place), graph.cell(place, judge.values, around))
-        ):
-            continue
-        for a, b in zip(areas(graph.trees[place]), areas(around), strict=True):
-            if a != b and same(graph.look(a, judge.values), graph.look(b, judge.values)):
-                yield (
-                    f"{graph.address(place)} refers to {a}, which always has the value of {b}; "
-                    f"the formulas around it ask for {b}"
-                )
+        if around and same(judge.now(place), graph.cell(place, judge.values, around)):
+            for a, b in zip(areas(graph.trees[place]), areas(around), strict=True):
+                if a != b:
+                    text = f"{graph.address(place)} refers to {a} where the formulas around it ask for {b}"
+                    yield f"{text}; it is always the same here"

@@ -196,7 +196,7 @@ class Judge:
     # What else there is.
 
     def judge_the_rest(self):
-        """Return all places to judge, and those that could not be judged: no result needs them, they are not known."""
+        """Return all places to judge, and those that could not be: no result needs them, and they are not known."""
         graph, places = self.graph, []
         for place in [p for p in graph.trees if p not in self.found.typed] + [*graph.unread]:
             cell, tree = graph.cells[place], graph.trees.get(place, ("number", 0))
@@ -250,7 +250,7 @@ class Judge:
         return best[2]
 
     def _candidates(self, calculation, targets, bad):
-        """(order, cells, what may belong there): matrices, vectors, a cosine with its sine, single cells, all cells."""
+        """(order, cells, what may belong there): matrices, vectors, a cosine with its sine, single cells, all."""
         graph, found, scope = self.graph, self.found, self.graph.upstream(bad)
         blocks, pairs = [w for w in found.windows if not scope.isdisjoint(w)], {}
         formulas = scope & graph.trees.keys() - self.inputs.keys()
@@ -280,12 +280,12 @@ class Judge:
         for option in options:
             changed = {p: value for p, value in option.items() if not same(self.now(p), value)}
             affected = self.graph.downstream(changed)
-            if changed and affected.issuperset(self.bad(targets)):
-                if not self.bad(targets, self._run(changed, affected)):
-                    yield changed
+            hopeful = changed and affected.issuperset(self.bad(targets))
+            if hopeful and not self.bad(targets, self._run(changed, affected)):
+                yield changed
 
     def _cell_options(self, calculation, place, targets, bad):
-        """The value of one cell that makes all targets right; solved for where they are linear in it, else guessed."""
+        """The value of one cell that makes all targets right: solved where they are linear in it, or guessed."""
         if place in targets:
             yield from self._tried([{place: targets[place]}], targets)
             return
@@ -325,7 +325,7 @@ class Judge:
             yield from (sign * entry for entry in calculation.scalars() for sign in (1, -1))
 
     def _everywhere(self, turn):
-        """The same slip in many places: all sines in degrees, elementary matrices of the other convention, or exchanged."""
+        """The same slip in many places: sines in degrees, the other convention, matrices exchanged."""
         option = {}
         for place in [p for p in self.whole if heads(self.graph.trees[p]) & TRIGONOMETRY.keys()]:
             tree = self.graph.trees[place]
@@ -409,7 +409,7 @@ class Judge:
         return "wrong value", text, UNEXPLAINED + 9 * (not known)
 
     def _looks_right(self, place, other):
-        """Whether the sign of a formula is as one expects: as around it, or a minus before the whole would be odd."""
+        """Whether the sign of a formula is as around it, or a minus before the whole would be odd."""
         tree, around = self.graph.trees[place], as_around(self.graph, place)
         plain = tree[0] in ("+", "-") or ("minus" not in heads(tree) and tree[0] != "area")
         return around == tree or (plain and other == ("minus", tree))
@@ -452,7 +452,7 @@ class Judge:
         return next((t for t, n in named.items() if same(lacking, n, 1e-7) or same(lacking, -n, 1e-7)), None)
 
     def _of_the_block(self, calculation, unit, option):
-        """Why a whole matrix or vector is wrong, with the cost: it or a factor is transposed, the order of a product."""
+        """Why a matrix or vector is wrong, with the cost: it or a factor is transposed, or a product reversed."""
         size = SIZES[len(unit)]
 
         def matrix(places, *more):

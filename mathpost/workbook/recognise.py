@@ -88,9 +88,9 @@ def task_file(path):
 class Recognised:
     """What is what in a workbook.
 
-    `typed` are the places of numbers, and of formulas such as =RADIANS(20) that use no cell; those that others use
-    are `angles`, `lengths` or `constants`. `turning` go into a sine or cosine, `vectors` depend on lengths; `windows`
-    are matrices, row by row. `by` says who names the reading: the task, the text, or source 000.
+    `typed` are the places of numbers, and of formulas such as =RADIANS(20) that use no cell; those that others
+    use are `angles`, `lengths` or `constants`. `turning` go into a sine or cosine, `vectors` depend on lengths;
+    `windows` are matrices, row by row. `by` says who names the reading: the task, the text, or source 000.
     """
 
     def __init__(self, graph, task):
@@ -194,9 +194,9 @@ class Recognised:
                 while self.graph.component.get(near := _at(near, sign * down, sign * right)) is whole:
                     line.append(near)
             typed = sum(p in self.typed for p in line)
-            if down and typed == 1 < len(line):
-                if len({p in self.typed for p in whole if p[1] == place[1] and p != place}) == 2:
-                    return False
+            row = {p in self.typed for p in whole if p[1] == place[1] and p != place} if down else ()
+            if typed == 1 < len(line) and len(row) == 2:
+                return False
             if typed >= 3:  # a quaternion of a turn about one axis has two zeros
                 return not (len(line) == 4 > typed and sum(self.graph.value(p) == 0 for p in line) >= 2)
             if len(line) in (3, 4) and sum(p in self.turning and p not in self.typed for p in line) >= 2:

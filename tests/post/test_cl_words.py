@@ -262,7 +262,7 @@ def test_coolant_without_a_common_word_is_a_comment_and_said():
 
 def test_all_problems_are_listed_with_their_counts():
     message = refused("GOTO/1,2\nROTHED/1\nGOTO/1,2,3\nROTHED/2\nHOCUS/1\nGOTO/1,2,3,0,0,2")
-    assert message.startswith("part.cl, line 4, GOTO: expected 3 or 6 numbers, found 2")
+    assert message.startswith("part.cl, line 4, GOTO: expected 3, 6 or 9 numbers, found 2")
     for words in (
         "line 5, ROTHED",
         "(2 times, up to line 7)",
