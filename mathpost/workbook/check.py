@@ -61,13 +61,10 @@ def check_file(path, task=None):
     now = graph.run({})
     own = {p: float(values[0]) for p, values in now.items()}
     stored = {p: graph.cells[p].number for p in graph.order if graph.cells[p].number is not None}
-    stale = [
-        p for p, number in stored.items() if np.isfinite(own[p]) and not same(now[p], np.array([number]), 1e-6)
-    ]
+    stale = [p for p, n in stored.items() if np.isfinite(own[p]) and not same(now[p], np.array([n]), 1e-6)]
+    stale = ", ".join(graph.ranges(stale[:6]))
     warnings = [f"{graph.address(p)} depends on itself" for p in sorted(graph.circular, key=graph.reading_order)]
-    warnings += [f"stored values are not what the formulas give: {', '.join(graph.ranges(stale[:6]))}"] * bool(
-        stale
-    )
+    warnings += [f"stored values are not what the formulas give: {stale}"] * bool(stale)
     warnings += [LUCKY] * bool(typed)
     if task.machine is not None:
         words = {p: own[p] if p in own else graph.value(p) for c in found.calculations for p in c.results}

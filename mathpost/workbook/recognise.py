@@ -149,11 +149,8 @@ class Recognised:
             # A matrix has formulas, or else numbers such as cosines and sines make: it is no table of points.
             typed = len(numbers) == len(window) and None not in numbers
             table = typed and (max(map(abs, numbers)) > 1 or all(n % 1 == 0 for n in numbers))
-            if (
-                table
-                or any(not set(window).isdisjoint(o) for o in others)
-                or not graph.component.keys() >= set(window)
-            ):
+            overlaps = any(not set(window).isdisjoint(other) for other in others)
+            if table or overlaps or not graph.component.keys() >= set(window):
                 del found[window]
         return sorted(found, key=lambda w: graph.reading_order(w[0]))
 
@@ -274,13 +271,12 @@ class Recognised:
         aligned, taken, chosen = Counter(), set(), []
         for (_, inside), run in found.values():
             aligned[run] += inside
-        for line in sorted(
-            found, key=lambda t: (found[t][0], aligned[found[t][1]], self.graph.reading_order(t[0]))
-        ):
+        order = self.graph.reading_order
+        for line in sorted(found, key=lambda t: (found[t][0], aligned[found[t][1]], order(t[0]))):
             if taken.isdisjoint(line):
                 taken.update(line)
                 chosen.append(line)
-        return sorted(chosen, key=lambda t: self.graph.reading_order(t[0]))
+        return sorted(chosen, key=lambda t: order(t[0]))
 
     def _add_turn(self, triple):
         angles, in_row = self._of(triple, self.angles), triple[0][1] == triple[1][1]
@@ -301,9 +297,8 @@ class Recognised:
 
         def subtracted(vector):
             parts = [part[-1] for t in users[vector] for _, part in walk(t) if part[0] in ("-", "minus")]
-            return sum(not set(vector).isdisjoint(self.graph.used_by(part)) for part in parts), vectors.index(
-                vector
-            )
+            count = sum(not set(vector).isdisjoint(self.graph.used_by(part)) for part in parts)
+            return count, vectors.index(vector)
 
         origin = max(vectors, key=subtracted) if len(vectors) > 1 else ()
         self._tell(Turn(triple, self._in_order(chosen), next(v for v in vectors if v != origin), origin))
