@@ -1,5 +1,7 @@
 """The check of one file: its formulas as functions, or, where there are none, its values."""
 
+from itertools import product
+
 import numpy as np
 
 from mathpost.workbook.edits import as_around
@@ -108,12 +110,12 @@ def _report(graph, statuses, faults, seen, warnings):
 
 def _ready_cells(graph, turning=()):
     """The option that says where angles, point and result stand, filled with what looks like them."""
-    lines = []
-    for whole in graph.components:
-        for n in (1, 2):
-            for k in sorted({p[n] for p in whole}):
-                lines += [line for line in [[p for p in whole if p[n] == k]] if len(line) == 3]
-    lines.sort(key=lambda line: graph.reading_order(line[0]))
+    lines = {}
+    for n, place in product((1, 2), graph.component):
+        lines.setdefault((graph.component[place][0], n, place[n]), []).append(place)
+    lines = sorted(
+        (line for line in lines.values() if len(line) == 3), key=lambda line: graph.reading_order(line[0])
+    )
     given = [line for line in lines if not any(p in graph.trees for p in line)] or [None]
     angles = next((line for line in given if set(line or ()) & set(turning)), given[0])
     point = next((line for line in given if line != angles), None)
