@@ -2,6 +2,7 @@
 
 from functools import cache
 
+import math
 import numpy as np
 
 from mathpost import machine
@@ -102,7 +103,7 @@ def steps(share=0.5, teeth=30):
 # 13 Systematic errors
 
 
-MICRORADIANS = 1e6 * np.radians(1) / 3600  # of a second of arc
+MICRORADIANS = 1e6 * math.radians(1) / 3600  # of a second of arc
 ERRORS = (*(f"E{part}{joint}" for joint in "XYZAC" for part in COMPONENTS), *SQUARENESS)
 
 
