@@ -1,8 +1,8 @@
 """The exercises of lessons 12 to 14: angular error, systematic errors, the spreadsheet."""
 
+import math
 from functools import cache
 
-import math
 import numpy as np
 
 from mathpost import machine
