@@ -102,7 +102,7 @@ def steps(share=0.5, teeth=30):
 # 13 Systematic errors
 
 
-MICRORADIANS = 1e6 * np.radians(1) / 3600  # of a second of arc
+MICRORADIANS = float(1e6 * np.radians(1) / 3600)  # of a second of arc
 ERRORS = (*(f"E{part}{joint}" for joint in "XYZAC" for part in COMPONENTS), *SQUARENESS)
 
 
