@@ -27,6 +27,7 @@ UNITS = {  # how many of what an answer may be in stand for one of what was aske
     "radians": {"degrees": np.rad2deg(1)},
     "mm": {"µm": 1e3, "inches": 1 / 25.4},
     "µm": {"mm": 1e-3},
+    "µrad": {"radians": 1e-6},
 }
 
 WRITTEN = {  # what may stand behind a number, as a pattern
@@ -34,6 +35,7 @@ WRITTEN = {  # what may stand behind a number, as a pattern
     "radians": "radians?|rad|弧度",
     "mm": "mm|毫米",
     "µm": "μm|um|微米",
+    "µrad": "μrad|urad|微弧度",
     "s": "seconds?|sec|s|秒",
 }
 

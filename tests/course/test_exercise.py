@@ -129,6 +129,7 @@ UNIT_WORDS = {
     "mm": ("mm", "毫米"),
     "s": ("s", "seconds", "秒"),
     "µm": ("µm", "μm", "um"),
+    "µrad": ("µrad", "μrad", "urad"),
 }
 
 
