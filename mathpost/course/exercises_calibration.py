@@ -162,3 +162,13 @@ def gouge():
 def length(told="length offset"):
     """The difference of two directions 40° apart: 2·sin 20° times the length."""
     return 1e3 * np.linalg.norm(cutter.tip_shift(load("ac_head"), [0, 0, 0, 0, 40], -0.25, told, degrees=True))
+
+
+@define("11b-stock", Number(decimals=1, unit="µm"), hint="Compare the tips of both balls for one contact.")
+@slip("That is the difference of the radii: it is left where the wall is upright.", slope=90)
+@slip("That is sideways. Stock is measured along the normal.", lambda: 150 * np.sin(np.radians(35)))
+@slip("The difference of the *radii* counts, not that of the diameters.", diameters=(32, 31.4))
+def stock(slope=35, diameters=(16, 15.7)):
+    """The middles of the balls are 0.15 mm apart along the tool; along the normal 0.15·(1 − cos 35°) is missing."""
+    normal = [np.sin(np.radians(slope)), 0, np.cos(np.radians(slope))]
+    return 1e3 * cutter.stock_left(normal, [0, 0, 1], *map(cutter.Cutter.ball, diameters))

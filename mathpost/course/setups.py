@@ -33,7 +33,7 @@ def datum():
         ("turn", (centre, 2.12, 81, 170), "tool", "table: B+", (-3.0, 1.6)),
         ("point", centre, "machine", "c", (-1.8, -1.2)),
         ("point", w, "workpiece", "w (G54)", (0.6, 0.6)),
-        ("point", moved, "workpiece", "w′ = ?", (-1.2, -1.2)),
+        ("point", moved, "workpiece", "w′ = ?", (-2.0, -1.6)),
         ("body", _box(0, 3.6, 0.25, 0.5), "tool", "spindle", (3.4, 0.2)),
         ("arrow", [(-3.2, -2.6), (-2.2, -2.6)], "machine", "X"),
         ("arrow", [(-3.2, -2.6), (-3.2, -1.6)], "machine", "Z"),
@@ -68,7 +68,7 @@ def head_from_above():
         ]
         parts += [("body", box, "tool", ""), ("line", [point, 0.5 * direction], "tool", "")]
         parts += [("arrow", [0.9 * across, arm * direction + 0.9 * across], "published", f"U at {angle}°", shift)]
-        parts += [("point", arm * direction, "machine", f"head, {angle}°: Z′", (1.6, -1.6))]
+        parts += [("point", arm * direction, "machine", f"head, {angle}°", (2.4, -1.8))]
     return "seen from above: the tips of all heads touch one point", [
         *parts,
         ("ring", (point, 0.45), "machine", "vertical head", (-3.6, 1.2)),
@@ -164,7 +164,7 @@ def ball():
 
 def bar():
     """Lesson 11: a bar in a head that tilts by ψ, the dial at its tip."""
-    return "test bar: what the control believes (grey), what hangs there", [
+    return "test bar: believed (grey) and true", [
         ("dashed", [(0, 0), (0, -3)], "machine", "L", (-0.9, 0)),
         ("line", [(0, 0), (0.35, 0.02)], "tool", "dy", (0, 1.0)),
         ("line", [(0.35, 0.02), (0.75, -3.35)], "tool", ""),
@@ -184,7 +184,7 @@ def tilted_head():
     """Lesson 11: RTCP holds the believed tip; the small vector (u, w) turns with the head."""
     psi, pivot = np.radians(40), np.array([-1.93, 2.3])
     u, w = 0.75 * np.array([np.cos(psi), np.sin(psi)]), 0.35 * np.array([np.sin(psi), -np.cos(psi)])
-    return "tilted by ψ: RTCP holds the grey point, (u, w) has turned", [
+    return "tilted by ψ: (u, w) turns with the head", [
         ("dashed", [pivot, (0, 0)], "machine", "L", (-1.0, -0.4)),
         ("dashed", [pivot, pivot - [0, 2.6]], "machine", ""),
         ("turn", (pivot, 1.4, -90, -50), "tool", "ψ", (0, -0.8)),
@@ -220,10 +220,10 @@ def error_frame():
     """Lesson 13: the six errors of one joint."""
     x, y, z = np.array([1.0, -0.28]), np.array([0.75, 0.55]), np.array([0.0, 1.0])
     parts = [("body", [-1.6 * x - y, 1.6 * x - y, 1.6 * x + y, -1.6 * x + y], "workpiece", "table C", (-6.0, -1.6))]
-    for name, direction, shift in (("X", x, (1.4, -0.4)), ("Y", y, (1.2, 0.4)), ("Z", z, (0, 0.6))):
+    for name, direction, shift in (("X", x, (1.4, -0.4)), ("Y", y, (1.2, 0.4)), ("Z", z, (1.4, -0.4))):
         parts += [("arrow", [(0, 0), 1.9 * direction], "tool", f"E{name}C", shift)]
         place, tilt = 1.35 * direction, "ABC"["XYZ".index(name)]
-        parts += [("turn", (place, 0.3, -150, 120), "second branch", f"E{tilt}C", (-2.0, 1.3))]
+        parts += [("turn", (place, 0.3, -150, 120), "second branch", f"E{tilt}C", (-3.0, 1.3))]
     return "six errors of one joint, seen in the body before it", parts
 
 
