@@ -399,9 +399,9 @@ def _numbers(answer, asked, unit="", names=()):
     """An answer as an array of finite floats, or `InputError`; in a text, names before and units after a number."""
     if isinstance(answer, str):
         bare = unicodedata.normalize("NFKC", answer).replace("−", "-").strip("[](){} ")
-        before = "|".join(re.escape(unicodedata.normalize("NFKC", name)) for name in names) or "$."
-        bare = re.sub(rf"(?<![\w.])(?:{before})['\"]?\s*[=:]?\s*(?=[-+.\d])", "", bare, flags=re.IGNORECASE)
-        bare = re.sub(rf"(?<=[\d.])\s*(?:{WRITTEN.get(unit, '°')})(?!\w)", "", bare, flags=re.IGNORECASE)
+        *before, behind = (re.escape(unicodedata.normalize("NFKC", word)) for word in (*names, unit or "°"))
+        named = rf"(?<![\w.])(?:{'|'.join(before) or '$.'})'?\s*[=:]?\s*(?=[-+.\d])"
+        bare = re.sub(rf"{named}|(?<=[\d.])\s*(?:{WRITTEN.get(unit, behind)})(?!\w)", "", bare, flags=re.IGNORECASE)
         answer = re.split(r"[,;、\s]+", bare)
     if isinstance(answer, (list, tuple)):
         answer = [astuple(each) if is_dataclass(each) else each for each in answer]

@@ -1,5 +1,6 @@
 """The exercises of lessons 12 to 14: angular error, systematic errors, the spreadsheet."""
 
+import math
 from functools import cache
 
 import numpy as np
@@ -102,7 +103,7 @@ def steps(share=0.5, teeth=30):
 # 13 Systematic errors
 
 
-MICRORADIANS = float(1e6 * np.radians(1) / 3600)  # of a second of arc
+MICRORADIANS = 1e6 * math.radians(1) / 3600  # of a second of arc
 ERRORS = (*(f"E{part}{joint}" for joint in "XYZAC" for part in COMPONENTS), *SQUARENESS)
 
 
@@ -112,10 +113,18 @@ def trunnion_model():
     return ErrorModel(load("ac_table").machine)
 
 
-@define("13-sign", Vector(decimals=1, unit="µm"), hint="First in the machine, then seen from the turned workpiece.")
-@slip("That is where the table goes. The tool stays, so *seen from the workpiece* it goes the other way.", size=-10)
+@define(
+    "13-sign",
+    Vector(decimals=1, unit="µm"),
+    drawn=lambda rng: {"size": rng.randrange(4, 25)},
+    hint="First in the machine, then seen from the turned workpiece.",
+)
+@slip(
+    "That is where the table goes. The tool stays, so *seen from the workpiece* it goes the other way.",
+    lambda size: error_sign(-size),
+)
 @slip("That is in the machine's directions. At C90 the workpiece has turned: which of its axes is along X?", c=0)
-@slip("That is where the table goes, in the machine's directions.", size=-10, c=0)
+@slip("That is where the table goes, in the machine's directions.", lambda size: error_sign(-size, 0))
 def error_sign(size=10, c=90):
     """The table goes to +X, so the tool goes to -X seen from it; and at C90 the machine's X is the part's Y."""
     model = trunnion_model()
@@ -123,13 +132,18 @@ def error_sign(size=10, c=90):
     return size * sensitivity(0, 0, 0, 0, np.radians(c))[:3, 0]
 
 
-@define("13-ecc", Number(decimals=2, unit="µrad"), hint="About which axis does a positive C turn this table?")
+@define(
+    "13-ecc",
+    Number(decimals=2, unit="µrad"),
+    drawn=lambda rng: {"seconds": rng.randrange(5, 20)},
+    hint="About which axis does a positive C turn this table?",
+)
 @slip("That is right on a table whose axis is [0, 0, 1]. Which axis has this one?", z=+1)
 @slip("That is the number in seconds of arc, with the right sign. One second is 4.848 µrad.", unit=1)
 @slip("Right sign, wrong size: an error in µrad is not multiplied by its angle.", unit=90 * MICRORADIANS)
-def ecc(z=-1, unit=MICRORADIANS):
-    """The error turns about the axis of the file, [0, 0, -1]: ECC = -12 arcsec."""
-    return z * 12 * unit
+def ecc(z=-1, seconds=12, unit=MICRORADIANS):
+    """The error turns about the axis of the file, [0, 0, -1]: ECC is minus what the autocollimator shows."""
+    return z * seconds * unit
 
 
 def unlike_exx(name):

@@ -19,7 +19,7 @@ from mathpost.rotation import ACTIVE, wrap, zxz_right, zxz_steps
 
 POINT = (3, 4, 5)
 SLIP = ((20, 70, 50), (3.278276, -0.856658, 6.206371))  # angles, and the point that the colleague of 01-slip shows
-AXES = Name({"x": ["x axis", "X轴"], "y": ["y axis", "Y轴"], "z": ["z axis", "Z轴"]})
+AXES = Name({axis: [f"{axis} axis", f"{axis}轴", f"{axis}坐标"] for axis in "xyz"})
 KINDS = Name({"active": ["active matrix", "主动", "主动矩阵"], "passive": ["passive matrix", "被动", "被动矩阵"]})
 TURNS = Name(
     {"moving": ["intrinsic", "动轴", "动坐标系"], "fixed": ["extrinsic", "定轴", "固定", "固定轴", "静轴"]}
@@ -37,32 +37,38 @@ LINKS = Names(
 # 01 Rotating a point
 
 
-@define("01-sign", Vector(), hint="Where do the new X and the new Y point?")
+def drawn_point(rng):
+    """Three different coordinates that are easy to turn in the head."""
+    return {"point": tuple(rng.sample(range(2, 10), 3))}
+
+
+@define("01-sign", Vector(), drawn=drawn_point, hint="Where do the new X and the new Y point?")
 @slip("This turns the point (an active matrix). The frame turns: look from its new axes.", angle=-90)
 @slip("This is the point before the turn.", angle=0)
-def sign(angle=90):
+def sign(angle=90, point=POINT):
     """The new X stands where Y was, so x' is the old y; the new Y points along -X, so y' is minus the old x."""
-    return zxz_right(angle, 0, 0, degrees=True) @ POINT
+    return zxz_right(angle, 0, 0, degrees=True) @ point
 
 
 @define(
     "01-point",
     Vector(),
-    detective=lambda answer: explain((30, 90, 0), POINT, np.round(answer, 6)),
+    detective=lambda answer, point: explain((30, 90, 0), point, np.round(answer, 6)),
+    drawn=drawn_point,
     hint="Write the new axes as three vectors, then take three dot products.",
 )
 @slip(
     "These are active matrices: they turn the point. Coordinates in a turned frame take the passive ones.",
-    lambda: zxz_steps("right", (30, 90, 0), POINT, elementary=ACTIVE, degrees=True)[-1].value,
+    lambda angles, point: zxz_steps("right", angles, point, elementary=ACTIVE, degrees=True)[-1].value,
 )
 @slip(
     "The factors stand in the order of turning; the first turn must act first, at the right end.",
     angles=(0, 90, 30),
 )
 @slip("The angles went in as degrees where the function expects radians; say degrees=True.", degrees=False)
-def point(angles=(30, 90, 0), degrees=True):
+def by_hand(angles=(30, 90, 0), point=POINT, degrees=True):
     """X' = (cos 30°, sin 30°, 0), Y' = (0, 0, 1), Z' = (sin 30°, -cos 30°, 0): three dot products."""
-    return zxz_right(*angles, degrees=degrees) @ POINT
+    return zxz_right(*angles, degrees=degrees) @ point
 
 
 @define("01-slip", KINDS, given=lambda: SLIP)
@@ -96,14 +102,23 @@ def still():
     lambda: euler.from_direction("ZXZ", [0, 1, 0], degrees=True),
 )
 @slip("z and x are exchanged: `from_axes` takes z first.", z=[0, 0, -1], x=[0, 1, 0])
-def frame(z=(0, 1, 0), x=(0, 0, -1)):
+@slip("These are ZYZ angles. The middle turn of I J K is about the new X.", sequence="ZYZ")
+def frame(z=(0, 1, 0), x=(0, 0, -1), sequence="ZXZ"):
     """Z alone gives I and J; X, along the slope, gives K. The twin with -J would have been right too."""
-    return euler.angles("ZXZ", Frame.from_axes(z, x).rotation, degrees=True)
+    return euler.angles(sequence, Frame.from_axes(z, x).rotation, degrees=True)
 
 
-@define("02-twin", Angle(decimals=2), hint="Is a twin a different rotation?")
-@slip("That is the turn the other way round. A twin is the same rotation under another name.", lambda: -twin())
-@slip("The three angles are about different axes, so they do not add up.", 20 + 30 + 40)
+@define(
+    "02-twin",
+    Angle(decimals=2),
+    drawn=lambda rng: {"angles": tuple(rng.sample(range(15, 60, 5), 3))},
+    hint="Is a twin a different rotation?",
+)
+@slip(
+    "That is the turn the other way round. A twin is the same rotation under another name.",
+    lambda angles: -twin(angles),
+)
+@slip("The three angles are about different axes, so they do not add up.", lambda angles: sum(angles))
 def twin(angles=(20, 30, 40)):
     """The same as before: a twin is another name of the same rotation, and the axis with its angle has no names."""
     twin = euler.twin("ZXZ", angles, degrees=True)
@@ -115,6 +130,8 @@ def twin(angles=(20, 30, 40)):
     "That is where ZXZ locks (G68.2), whose first and third axis are the same. Here they are X and Z.",
     sequence="ZXZ",
 )
+@slip("That is the second place where ZXZ locks (G68.2). Here the first and the third axis are X and Z.", 180)
+@slip("PLANE SPATIAL locks there too. The question is about SPB between 0° and 180°.", -90)
 @slip("Between them stands B: at which B does it lay X onto Z?", 45)
 def lock(sequence="xyz"):
     """SPB = 90° lays the part's X onto the fixed Z, about which SPC turns: only SPA - SPC is left."""
@@ -125,7 +142,7 @@ def lock(sequence="xyz"):
 @define("02-order", TURNS, given=lambda: "F = Rz(c) @ Ry(b) @ Rx(a)")
 @slip("About moving axes the later turns stand further *right*: Rx(a)·Ry(b)·Rz(c). Here they stand left.", "moving")
 def order():
-    """About the fixed X, the fixed Y, the fixed Z. His words need Rx(a)·Ry(b)·Rz(c), in SciPy's spelling XYZ."""
+    """About the fixed X, the fixed Y, the fixed Z. The comment needs Rx(a)·Ry(b)·Rz(c), in SciPy's spelling XYZ."""
     a, b, c = sp.symbols("a b c")
     program = ACTIVE["Z"](c) * ACTIVE["Y"](b) * ACTIVE["X"](a)
     spellings = {"moving": "XYZ", "fixed": "xyz"}
@@ -239,22 +256,23 @@ def same_axis(a=35, c=20):
 @define(
     "04-lean",
     Angle(decimals=2),
+    drawn=lambda rng: {"radius": rng.randrange(20, 80, 5)},
     hint="Draw the pivot above the tip: when does it stand over the middle of the ring?",
 )
-@slip("Leaning outwards makes the ring of the pivot wider. It must lean inwards.", lambda: -lean())
+@slip("Leaning outwards makes the ring of the pivot wider. It must lean inwards.", lambda radius: -lean(radius))
 @slip(
     "The pivot is L along the *tool*: it is the sine of the lean that carries it sideways, not the tangent.",
     inverse=np.arctan,
 )
 @slip(
     "The pivot lies not at the spindle nose but further up: add both lengths of the file.",
-    lambda: -np.degrees(np.arcsin(40 / load("ac_head").machine.tool_length)),
+    lambda radius: -np.degrees(np.arcsin(radius / load("ac_head").machine.tool_length)),
 )
-def lean(inverse=np.arcsin):
+def lean(radius=40, inverse=np.arcsin):
     """The pivot stands over the middle: radius + L·sin(lean) = 0."""
     model = load("ac_head").machine
     pivot_to_tip = model.tool_length + model.programmed_point[2]
-    return -np.degrees(inverse(40 / pivot_to_tip))
+    return -np.degrees(inverse(radius / pivot_to_tip))
 
 
 @define(

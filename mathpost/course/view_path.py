@@ -9,9 +9,11 @@ from mathpost.draw.chart import printed, recorded
 from mathpost.draw.formula import slider
 from mathpost.post import selection
 
+KEPT = np.radians(0.05)  # from the pole: where the branch may change if the tool axis is to be kept
+
 
 def inner_and_outer(kin):
-    """One tool axis seen from the side and along the outer axis, which is Z: sliders inner and outer angle.
+    """One tool axis seen from the side and along the outer axis, which is Z: sliders outer and inner angle.
 
     From the side one sees what the inner angle alone decides, along the axis what the outer angle does.
     """
@@ -47,8 +49,8 @@ def inner_and_outer(kin):
 
     return printed(
         build,
-        (inner, outer),
-        [slider(f"{inner}", -90, 90, 50), slider(f"{outer}", -180, 180, 125)],
+        (outer, inner),
+        [slider(f"{outer}", -180, 180, 125), slider(f"{inner}", -90, 90, 50)],
         ["i = {0:4}, j = {1:4}, k = {2:4}", "sine product {3:4}, cosine product {4:4}, atan2 of the two {5:2}°"],
         size=(8.0, 4.4),
         height=530,
@@ -100,7 +102,7 @@ def travel_limit(kin, cl, records, high):
     the other limit, degrees.
     """
     both = np.degrees(kin.inverse(cl.points, cl.axes)[:, :, 3])
-    ways = {way: (way, np.inf) for way in selection.STRATEGIES} | {"kept": ("optimal", selection.SWAY)}
+    ways = {way: (way, np.inf) for way in selection.STRATEGIES} | {"kept": ("optimal", KEPT)}
     lows = np.arange(-30.0, 1.0)
     found = [
         {name: selection.choose(limited, cl, way, sway=sway) for name, (way, sway) in ways.items()}

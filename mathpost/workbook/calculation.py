@@ -1,4 +1,4 @@
-"""What some cells ought to be: a calculation's inputs by their roles, its results, and what may stand on the way."""
+"""What some cells ought to be: the inputs of a calculation by their roles, its results, what may stand between."""
 
 from dataclasses import dataclass, field
 

@@ -1,5 +1,7 @@
 """The check of one file: its formulas as functions, or, where there are none, its values."""
 
+from itertools import product
+
 import numpy as np
 
 from mathpost.workbook.edits import as_around
@@ -61,13 +63,10 @@ def check_file(path, task=None):
     now = graph.run({})
     own = {p: float(values[0]) for p, values in now.items()}
     stored = {p: graph.cells[p].number for p in graph.order if graph.cells[p].number is not None}
-    stale = [
-        p for p, number in stored.items() if np.isfinite(own[p]) and not same(now[p], np.array([number]), 1e-6)
-    ]
+    stale = [p for p, n in stored.items() if np.isfinite(own[p]) and not same(now[p], np.array([n]), 1e-6)]
+    stale = ", ".join(graph.ranges(stale[:6]))
     warnings = [f"{graph.address(p)} depends on itself" for p in sorted(graph.circular, key=graph.reading_order)]
-    warnings += [f"stored values are not what the formulas give: {', '.join(graph.ranges(stale[:6]))}"] * bool(
-        stale
-    )
+    warnings += [f"stored values are not what the formulas give: {stale}"] * bool(stale)
     warnings += [LUCKY] * bool(typed)
     if task.machine is not None:
         words = {p: own[p] if p in own else graph.value(p) for c in found.calculations for p in c.results}
@@ -111,12 +110,12 @@ def _report(graph, statuses, faults, seen, warnings):
 
 def _ready_cells(graph, turning=()):
     """The option that says where angles, point and result stand, filled with what looks like them."""
-    lines = []
-    for whole in graph.components:
-        for n in (1, 2):
-            for k in sorted({p[n] for p in whole}):
-                lines += [line for line in [[p for p in whole if p[n] == k]] if len(line) == 3]
-    lines.sort(key=lambda line: graph.reading_order(line[0]))
+    lines = {}
+    for n, place in product((1, 2), graph.component):
+        lines.setdefault((graph.component[place][0], n, place[n]), []).append(place)
+    lines = sorted(
+        (line for line in lines.values() if len(line) == 3), key=lambda line: graph.reading_order(line[0])
+    )
     given = [line for line in lines if not any(p in graph.trees for p in line)] or [None]
     angles = next((line for line in given if set(line or ()) & set(turning)), given[0])
     point = next((line for line in given if line != angles), None)
@@ -127,18 +126,11 @@ def _ready_cells(graph, turning=()):
 
 
 def _lucky_references(graph, judge):
-    """References to a cell that always has the value of the one to which the formulas around point."""
+    """References that are not those to which the formulas around point, though the value is always the same."""
     for place in graph.order:
         around = None if place in graph.part else as_around(graph, place)
-        if (
-            around is None
-            or around == graph.trees[place]
-            or not same(judge.now(place), graph.cell(place, judge.values, around))
-        ):
-            continue
-        for a, b in zip(areas(graph.trees[place]), areas(around), strict=True):
-            if a != b and same(graph.look(a, judge.values), graph.look(b, judge.values)):
-                yield (
-                    f"{graph.address(place)} refers to {a}, which always has the value of {b}; "
-                    f"the formulas around it ask for {b}"
-                )
+        if around and same(judge.now(place), graph.cell(place, judge.values, around)):
+            for a, b in zip(areas(graph.trees[place]), areas(around), strict=True):
+                if a != b:
+                    text = f"{graph.address(place)} refers to {a} where the formulas around it ask for {b}"
+                    yield f"{text}; it is always the same here"

@@ -1,6 +1,7 @@
 """Single repairs of a formula: what somebody may have meant, as (cause, sentence, tree), the likeliest first."""
 
 from collections import Counter
+from itertools import product
 
 import numpy as np
 
@@ -15,10 +16,9 @@ OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
 
 
 def repaired(graph, wanted, values, inputs=()):
-    """Find the single repair of a formula that gives, with `values`, those `wanted`: place → array of shape (samples,).
+    """Return (cause, sentence, tree) of the single repair of a formula that gives, with `values`, those `wanted`.
 
-    The places are a cell, or several of one array formula; `inputs` may be meant wherever they stand.
-    Return cause, sentence and tree, or None.
+    These are of a cell, or of several of one array formula; `inputs` may be meant wherever they stand.
     """
     place = next(iter(wanted))
     after = graph.downstream(wanted)
@@ -56,10 +56,13 @@ def edits(graph, place, inputs=()):
         if new != area:
             yield "wrong reference", f"{area} should be {new}", put(tree, path, ("area", new))
     for reach in (1, 2, 3, 4):
-        for path, area in references:
-            for new in _moved(area, reach):
-                if place not in new.places:
-                    yield "wrong reference", f"{area} should be {new}", put(tree, path, ("area", new))
+        steps = [
+            (r, c) for r in range(-reach, reach + 1) for c in range(-reach, reach + 1) if reach in map(abs, (r, c))
+        ]
+        for (path, area), step in product(references, steps):
+            new = area.moved(*step)
+            if new and place not in new.places:
+                yield "wrong reference", f"{area} should be {new}", put(tree, path, ("area", new))
     for path, area in references:
         others = [Area(*p, *p[1:]) for p in inputs if area.shape == (1, 1)]
         for new in others + [area.moved(-up, 0) for up in range(5, min(area.top, 60)) if not area.fixed[0]]:
@@ -129,17 +132,12 @@ def _signs(path, part):
         yield "sign", f"a minus is lost: {text_of(part)} should be negative", ("minus", part)
 
 
-def _moved(area, reach):
-    """The areas of the same size that lie `reach` rows or columns away."""
-    around = range(-reach, reach + 1)
-    found = [area.moved(r, c) for r in around for c in around if max(abs(r), abs(c)) == reach]
-    return [each for each in found if each]
-
-
 def as_around(graph, place):
     """The formula of a cell if it went on as those around it do, of the same form; None if they do not say."""
-    form, found = graph.form(place), []
-    around = {p: areas(graph.trees[p]) for p in graph.component[place] if p != place and graph.form(p) == form}
+    (sheet, row, column), form, found = place, graph.form(place), []
+    near = [(sheet, row + r, column + c) for r in range(-3, 4) for c in range(-3, 4) if r or c]
+    near = [p for p in near if graph.component.get(p) is graph.component[place] and graph.form(p) == form]
+    around = {p: areas(graph.trees[p]) for p in near}
     for k in range(len(areas(graph.trees[place]))):
         votes = Counter()
         for down, right in ((1, 0), (0, 1)):
@@ -147,8 +145,8 @@ def as_around(graph, place):
             steps = Counter(_step(around[p][k], around[q][k]) for p, q in pairs if q in around)
             for step, _ in steps.most_common(1):
                 for sign in (1, -1):
-                    near = around.get((place[0], place[1] - sign * down, place[2] - sign * right))
-                    votes[near and near[k].moved(sign * step[0], sign * step[1])] += near is not None
+                    beside = around.get((sheet, row - sign * down, column - sign * right))
+                    votes[beside and beside[k].moved(sign * step[0], sign * step[1])] += beside is not None
         best = votes.most_common(1)
         if not best or best[0][0] is None:
             return None

@@ -100,16 +100,14 @@ class _Reader:
         left = self.operand()
         while self.tokens and self.tokens[-1].type.startswith("OPERATOR"):
             operator = self.tokens[-1].value
-            if self.tokens[-1].type == "OPERATOR-POSTFIX":
-                self.take()
-                left = ("percent", left)
-            elif operator not in POWER:
-                raise NotUnderstood(operator.strip() or "an intersection of ranges")
-            elif POWER[operator] <= least:
+            if POWER.get(operator, 9) <= least:
                 break
-            else:
-                self.take()
+            if self.take().type == "OPERATOR-POSTFIX":
+                left = ("percent", left)
+            elif operator in POWER:
                 left = (operator, left, self.expression(POWER[operator]))
+            else:
+                raise NotUnderstood(operator.strip() or "an intersection of ranges")
         return left
 
     def operand(self):
@@ -124,15 +122,12 @@ class _Reader:
             return (name, *self.until_close()[0])
         if token.type == "ARRAY" and token.subtype == "OPEN":
             return ("rows", *(("row", *row) for row in self.until_close()))
-        if token.type == "OPERAND":
-            if token.subtype == "NUMBER":
-                return ("number", float(token.value))
-            if token.subtype == "TEXT":
-                return ("text", token.value[1:-1].replace('""', '"'))
-            if token.subtype == "LOGICAL":
-                return ("number", float(token.value.upper() == "TRUE"))
-            if token.subtype == "RANGE":
-                return self.reference(token.value)
+        if token.type == "OPERAND" and token.subtype in ("NUMBER", "LOGICAL"):
+            return ("number", float({"TRUE": 1, "FALSE": 0}.get(token.value.upper(), token.value)))
+        if token.type == "OPERAND" and token.subtype == "TEXT":
+            return ("text", token.value[1:-1].replace('""', '"'))
+        if token.type == "OPERAND" and token.subtype == "RANGE":
+            return self.reference(token.value)
         raise NotUnderstood(token.value)
 
     def until_close(self):

@@ -155,7 +155,7 @@ class Graph:
         found, left = [], {p for p, cell in self.cells.items() if cell.formula or cell.meant is not None}
         for place in sorted(left, key=self.reading_order):
             if place in left:
-                near = _reached([place], lambda p: left.intersection(beside(p)))
+                near = _reached([place], lambda p, left=left: left.intersection(beside(p)))
                 left -= near
                 found.append(tuple(sorted(near, key=self.reading_order)))
         return found
@@ -187,8 +187,8 @@ class Graph:
     def run(self, inputs, fixed=None, base=None, only=None):
         """Evaluate the formulas, all or `only` some: place → array of shape (samples,).
 
-        `inputs` are the values of typed numbers, of the others the file's count; those of `fixed` formulas are given;
-        `base` is an earlier run, of which the places not in `only` are kept.
+        `inputs` are values of typed numbers, in place of the file's, and `fixed` those of formulas; `base` is an
+        earlier run, of which the places not in `only` are kept.
         """
         fixed = fixed or {}
         values, arrays = {**(base or {}), **inputs, **fixed}, {}

@@ -1,6 +1,6 @@
 """Right or wrong, and where: the earliest place where putting in the right thing makes all that follows right."""
 
-from itertools import combinations, islice
+from itertools import combinations, islice, product
 from math import comb
 
 import numpy as np
@@ -49,11 +49,9 @@ class Judge:
         """Degrees or radians: whole turns of which unit leave more sines and cosines as they are."""
         trees, own = self.graph.trees, {p: np.array([self.found.number(p) + 0.3]) for p in places}
         after = [p for p in self.graph.downstream(places) if heads(trees.get(p, ("text",))) & {"SIN", "COS"}]
-        base, degrees, radians = (
-            self.graph.run({}, {p: number + turn for p, number in own.items()})
-            for turn in (0, 720, 4 * np.pi)  # half angles turn half as fast
-        )
-        votes = [sum(same(run[p], base[p], 1e-9) for p in after) for run in (degrees, radians)]
+        turns = (0, 720, 4 * np.pi)  # half angles turn half as fast
+        runs = [self.graph.run({}, {p: number + turn for p, number in own.items()}) for turn in turns]
+        votes = [sum(same(run[p], runs[0][p], 1e-9) for p in after) for run in runs[1:]]
         in_degrees = votes[0] > votes[1] or any(abs(number) > LARGEST_RADIANS for number in own.values())
         self.units.update(dict.fromkeys(places, np.pi / 180 if in_degrees else 1.0))
 
@@ -117,9 +115,8 @@ class Judge:
                 if abs(number - wanted) > half:
                     cause = other if any(abs(number - each) <= half for each in asked) else "wrong value"
                     cause = "sign" if abs(number + wanted) <= half else cause
-                    self._fault(
-                        place, cause, f"{self.graph.short(place)} is {number:.6g}, the task says {wanted:.6g}"
-                    )
+                    text = f"{self.graph.short(place)} is {number:.6g}, the task says {wanted:.6g}"
+                    self._fault(place, cause, text)
 
     def _other_reading(self):
         """The sequence of other axes, nowhere named, that all results are of; None if there is none."""
@@ -196,14 +193,12 @@ class Judge:
     # What else there is.
 
     def judge_the_rest(self):
-        """Return all places to judge, and those that could not be judged: no result needs them, they are not known."""
+        """Return all places to judge, and those that could not be: no result needs them, and they are not known."""
         graph, places = self.graph, []
         for place in [p for p in graph.trees if p not in self.found.typed] + [*graph.unread]:
             cell, tree = graph.cells[place], graph.trees.get(place, ("number", 0))
-            message = (
-                "text" in heads(tree) if cell.value is None else isinstance(cell.value, str) and not cell.error
-            )
-            places += [place] * (not message)
+            message = isinstance(cell.value, str) and not cell.error
+            places += [place] * (not (message or (cell.value is None and "text" in heads(tree))))
         rest = set(places) - graph.upstream(p for c in self.found.calculations for p in c.results)
         known = [np.ones(SAMPLES), *(entry for c in self.live for _, entry in self._entries(c))]
         for c in self.live:
@@ -211,14 +206,8 @@ class Judge:
             for expected in graph.components if c.known.get(3) else ():
                 if len(expected) == 3 and self.found.typed.issuperset(expected):
                     off = np.array([c.targets[p] for p in c.results[:3]]) - self.block(expected)
-                    known += [
-                        *off,
-                        *-off,
-                        np.linalg.norm(off, axis=0),
-                        off.max(0),
-                        (-off).max(0),
-                        np.abs(off).max(0),
-                    ]
+                    known += [*off, *-off, np.linalg.norm(off, axis=0)]
+                    known += [each.max(axis=0) for each in (off, -off, np.abs(off))]
         return places, [p for p in rest if p in graph.unread or not self._is_check(p, known)]
 
     def _is_check(self, place, known):
@@ -250,7 +239,7 @@ class Judge:
         return best[2]
 
     def _candidates(self, calculation, targets, bad):
-        """(order, cells, what may belong there): matrices, vectors, a cosine with its sine, single cells, all cells."""
+        """(order, cells, what may belong there): matrices, vectors, a cosine with its sine, single cells, all."""
         graph, found, scope = self.graph, self.found, self.graph.upstream(bad)
         blocks, pairs = [w for w in found.windows if not scope.isdisjoint(w)], {}
         formulas = scope & graph.trees.keys() - self.inputs.keys()
@@ -280,12 +269,12 @@ class Judge:
         for option in options:
             changed = {p: value for p, value in option.items() if not same(self.now(p), value)}
             affected = self.graph.downstream(changed)
-            if changed and affected.issuperset(self.bad(targets)):
-                if not self.bad(targets, self._run(changed, affected)):
-                    yield changed
+            hopeful = changed and affected.issuperset(self.bad(targets))
+            if hopeful and not self.bad(targets, self._run(changed, affected)):
+                yield changed
 
     def _cell_options(self, calculation, place, targets, bad):
-        """The value of one cell that makes all targets right; solved for where they are linear in it, else guessed."""
+        """The value of one cell that makes all targets right: solved where they are linear in it, or guessed."""
         if place in targets:
             yield from self._tried([{place: targets[place]}], targets)
             return
@@ -310,9 +299,8 @@ class Judge:
     def _plausible(self, calculation, place):
         """What a cell may have to hold on which results depend in a curved way: an angle, a repaired formula."""
         if place in self.found.turning:
-            yield from (
-                sign * a for angle in calculation.radians.T for a in (angle, np.rad2deg(angle)) for sign in (1, -1)
-            )
+            for angle in calculation.radians.T:
+                yield from (angle, -angle, np.rad2deg(angle), -np.rad2deg(angle))
         seen = [self.now(place)]
         for _, _, tree in edits(self.graph, place) if place in self.graph.trees else ():
             value = np.broadcast_to(self.graph.cell(place, self.values, tree), SAMPLES)
@@ -325,7 +313,7 @@ class Judge:
             yield from (sign * entry for entry in calculation.scalars() for sign in (1, -1))
 
     def _everywhere(self, turn):
-        """The same slip in many places: all sines in degrees, elementary matrices of the other convention, or exchanged."""
+        """The same slip in many places: sines in degrees, the other convention, matrices exchanged."""
         option = {}
         for place in [p for p in self.whole if heads(self.graph.trees[p]) & TRIGONOMETRY.keys()]:
             tree = self.graph.trees[place]
@@ -337,7 +325,7 @@ class Judge:
         elements = self._elements(turn)
         yield {p: v for window, (_, other) in elements.items() for p, v in _as_window(window, other).items()}
         for first, second in combinations(elements, 2):
-            for a, b in ((a, b) for a in turn.elements for b in turn.elements):
+            for a, b in product(turn.elements, turn.elements):
                 option = _as_window(first, a), _as_window(second, b)
                 if all(map(self.bad, option)):
                     yield option[0] | option[1]
@@ -409,7 +397,7 @@ class Judge:
         return "wrong value", text, UNEXPLAINED + 9 * (not known)
 
     def _looks_right(self, place, other):
-        """Whether the sign of a formula is as one expects: as around it, or a minus before the whole would be odd."""
+        """Whether the sign of a formula is as around it, or a minus before the whole would be odd."""
         tree, around = self.graph.trees[place], as_around(self.graph, place)
         plain = tree[0] in ("+", "-") or ("minus" not in heads(tree) and tree[0] != "area")
         return around == tree or (plain and other == ("minus", tree))
@@ -452,7 +440,7 @@ class Judge:
         return next((t for t, n in named.items() if same(lacking, n, 1e-7) or same(lacking, -n, 1e-7)), None)
 
     def _of_the_block(self, calculation, unit, option):
-        """Why a whole matrix or vector is wrong, with the cost: it or a factor is transposed, the order of a product."""
+        """Why a matrix or vector is wrong, with the cost: it or a factor is transposed, or a product reversed."""
         size = SIZES[len(unit)]
 
         def matrix(places, *more):
@@ -467,14 +455,12 @@ class Judge:
             copy = all(self.graph.trees.get(p, ("",))[0] == "area" for p in unit)
             copy &= any(same(w, now) for w in windows.values())
             known = any(same(k, self.block(unit)) for k in calculation.known.get(len(unit), ()))
-            known |= any(
-                same(w, wanted) or any(same(w @ v, now) for v in windows.values()) for w in windows.values()
-            )
+            known |= any(same(w, wanted) for w in windows.values())
+            known |= any(same(v @ w, now) for v, w in product(windows.values(), repeat=2))
             return "transposed", "the matrix should be transposed", UNLIKELY * (known and not copy)
         lines = {c for c in self.graph.components if len(c) == size and c != unit}
-        for (a, left), (b, right) in (
-            (a, b) for a in windows.items() for b in (windows if square else {c: matrix(c) for c in lines}).items()
-        ):
+        others = windows if square else {c: matrix(c) for c in lines}
+        for (a, left), (b, right) in product(windows.items(), others.items()):
             if not same(left @ right, wanted):
                 continue
             if same(turned(left) @ right, now) or (square and same(left @ turned(right), now)):

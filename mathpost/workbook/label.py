@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 VECTORS = {
     "angles": "angles angle 角度 欧拉角 eulerangles zxzangles zxz欧拉角 zxz givenangles α,β,γ",
-    "point": "p point 点 点坐标 坐标 初始坐标 原坐标 初始点 原始点 原点坐标 初始坐标点 初始点坐标 原始坐标 p0 xyz x,y,z "
-    "originalpoint coordinates givenpoint pointcoordinates",
+    "point": "p point 点 点坐标 坐标 初始坐标 原坐标 初始点 原始点 原点坐标 初始坐标点 初始点坐标 原始坐标 p0 "
+    "xyz x,y,z originalpoint coordinates givenpoint pointcoordinates",
     "result": "p' result 结果 新坐标 新点 新坐标点 点' 新点坐标 计算结果 最终坐标 变换后坐标 旋转后坐标 "
     "x'y'z' x',y',z' p1 point' newpoint newcoordinates rotatedpoint answer transformedpoint finalpoint output",
     "matrix": "r m",
@@ -45,8 +45,8 @@ SPELLINGS = (  # brought to one: no blanks, one minus, one prime, Greek letters 
 class Role:
     """What a range holds.
 
-    `kind` is angle, negated, radians, cos, sin, coordinate or outcome of one cell; angles, point or result of three;
-    matrix or transposed of nine. `word` says which angles (0 = α) or which coordinate (0 = x), of a matrix its
+    `kind` is angle, negated, radians, cos, sin, coordinate or outcome of one cell; angles, point or result of
+    three; matrix or transposed of nine. `word` says which angles (0 = α) or coordinate (0 = x), of a matrix its
     product from left to right; it is empty for a whole vector and for a matrix said to be the final one.
     """
 

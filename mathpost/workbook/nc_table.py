@@ -6,7 +6,7 @@ bring the tip into place with the rotary words that are demanded.
 
 import re
 from dataclasses import dataclass
-from itertools import takewhile
+from itertools import dropwhile, takewhile
 
 import numpy as np
 
@@ -75,8 +75,7 @@ def rows_of(graph, machine, cells=None):
         blocks = [_column_block(graph, name, cells) for name in COLUMNS]
         found = list(zip(*blocks, strict=False))
     else:
-        tables = (_below_headings(graph, sheet, names) for sheet in graph.numbers)
-        found = next((table for table in tables if table), [])
+        found = [row for sheet in graph.numbers for row in _below_headings(graph, sheet, names)]
     if not found:
         raise InputError(str(graph.book.path), f"headings x y z i j k {' '.join(names)}", "none")
     said = "NC words, each against tool tip and tool axis"
@@ -98,20 +97,22 @@ def _column_block(graph, name, cells):
 
 
 def _below_headings(graph, sheet, names):
-    """The rows below a row of headings, down to the first empty one."""
-    texts = {}
+    """The rows below each row of headings, down to the first empty one."""
+    texts, found = {}, []
     for place, cell in graph.cells.items():
         if place[0] == sheet and isinstance(cell.value, str) and not cell.formula:
             texts.setdefault(place[1], {})[place[2]] = cell.value.strip()
     last = max(place[1] for place in graph.cells)
+
+    def full(places):
+        return sum(p in graph.trees or graph.value(p) is not None for p in places) >= 8
+
     for row, headings in sorted(texts.items()):
         if columns := _columns(headings, names):
-            rows = [[(sheet, below, column) for column in columns] for below in range(row + 1, last + 1)]
-            full = [sum(p in graph.trees or graph.value(p) is not None for p in places) >= 8 for places in rows]
-            if True in full:
-                rows = takewhile(lambda each: each[1], list(zip(rows, full, strict=True))[full.index(True) :])
-                return [(tuple(p[:3]), tuple(p[3:6]), tuple(p[6:])) for p, _ in rows]
-    return []
+            rows = [tuple((sheet, below, column) for column in columns) for below in range(row + 1, last + 1)]
+            rows = dropwhile(lambda places: not full(places), rows)
+            found += [(places[:3], places[3:6], places[6:]) for places in takewhile(full, rows)]
+    return found
 
 
 def _columns(texts, names):
@@ -147,7 +148,8 @@ def judge_numbers(rows, values):
     half_angle = _half_digit(words[:, 3:])
     half_axis = 0.0 if (axis % 1 == 0).all() else _half_digit(axis)
     case = JointCase(kinematics, axis, words[:, 3:], half_angle + 1e-9, half_axis)
-    both, slack = case.both_branches(axis)
+    both, spread = case.both_branches(axis)
+    slack = spread + case.half_digit
     off = (words[:, None, 3:] - both + 180) % 360 - 180
     fits = np.abs(off) <= slack
     branch = (fits.sum(axis=2) - np.nan_to_num(np.abs(off).max(axis=2), nan=999) / 1e4).argmax(axis=1)

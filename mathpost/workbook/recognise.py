@@ -88,9 +88,9 @@ def task_file(path):
 class Recognised:
     """What is what in a workbook.
 
-    `typed` are the places of numbers, and of formulas such as =RADIANS(20) that use no cell; those that others use
-    are `angles`, `lengths` or `constants`. `turning` go into a sine or cosine, `vectors` depend on lengths; `windows`
-    are matrices, row by row. `by` says who names the reading: the task, the text, or source 000.
+    `typed` are the places of numbers, and of formulas such as =RADIANS(20) that use no cell; those that others
+    use are `angles`, `lengths` or `constants`. `turning` go into a sine or cosine, `vectors` depend on lengths;
+    `windows` are matrices, row by row. `by` says who names the reading: the task, the text, or source 000.
     """
 
     def __init__(self, graph, task):
@@ -149,11 +149,8 @@ class Recognised:
             # A matrix has formulas, or else numbers such as cosines and sines make: it is no table of points.
             typed = len(numbers) == len(window) and None not in numbers
             table = typed and (max(map(abs, numbers)) > 1 or all(n % 1 == 0 for n in numbers))
-            if (
-                table
-                or any(not set(window).isdisjoint(o) for o in others)
-                or not graph.component.keys() >= set(window)
-            ):
+            overlaps = any(not set(window).isdisjoint(other) for other in others)
+            if table or overlaps or not graph.component.keys() >= set(window):
                 del found[window]
         return sorted(found, key=lambda w: graph.reading_order(w[0]))
 
@@ -194,9 +191,9 @@ class Recognised:
                 while self.graph.component.get(near := _at(near, sign * down, sign * right)) is whole:
                     line.append(near)
             typed = sum(p in self.typed for p in line)
-            if down and typed == 1 < len(line):
-                if len({p in self.typed for p in whole if p[1] == place[1] and p != place}) == 2:
-                    return False
+            row = {p in self.typed for p in whole if p[1] == place[1] and p != place} if down else ()
+            if typed == 1 < len(line) and len(row) == 2:
+                return False
             if typed >= 3:  # a quaternion of a turn about one axis has two zeros
                 return not (len(line) == 4 > typed and sum(self.graph.value(p) == 0 for p in line) >= 2)
             if len(line) in (3, 4) and sum(p in self.turning and p not in self.typed for p in line) >= 2:
@@ -274,13 +271,12 @@ class Recognised:
         aligned, taken, chosen = Counter(), set(), []
         for (_, inside), run in found.values():
             aligned[run] += inside
-        for line in sorted(
-            found, key=lambda t: (found[t][0], aligned[found[t][1]], self.graph.reading_order(t[0]))
-        ):
+        order = self.graph.reading_order
+        for line in sorted(found, key=lambda t: (found[t][0], aligned[found[t][1]], order(t[0]))):
             if taken.isdisjoint(line):
                 taken.update(line)
                 chosen.append(line)
-        return sorted(chosen, key=lambda t: self.graph.reading_order(t[0]))
+        return sorted(chosen, key=lambda t: order(t[0]))
 
     def _add_turn(self, triple):
         angles, in_row = self._of(triple, self.angles), triple[0][1] == triple[1][1]
@@ -301,9 +297,8 @@ class Recognised:
 
         def subtracted(vector):
             parts = [part[-1] for t in users[vector] for _, part in walk(t) if part[0] in ("-", "minus")]
-            return sum(not set(vector).isdisjoint(self.graph.used_by(part)) for part in parts), vectors.index(
-                vector
-            )
+            count = sum(not set(vector).isdisjoint(self.graph.used_by(part)) for part in parts)
+            return count, vectors.index(vector)
 
         origin = max(vectors, key=subtracted) if len(vectors) > 1 else ()
         self._tell(Turn(triple, self._in_order(chosen), next(v for v in vectors if v != origin), origin))

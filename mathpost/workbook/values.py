@@ -5,8 +5,9 @@ what follows from it; but a slip that is lucky at these numbers cannot be seen.
 """
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import reduce
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -24,8 +25,7 @@ EXACT, FULL = 1e-9, 9  # what a spreadsheet's arithmetic may lose; decimals of a
 OPPOSITE = {"degrees for radians": "radians for degrees", "radians for degrees": "degrees for radians"}
 
 
-@dataclass(frozen=True)
-class Block:
+class Block(NamedTuple):
     """A role and the places of its cells: one, or nine row by row."""
 
     role: Role
@@ -105,12 +105,10 @@ def _judged(graph, blocks, implied):
         lost = graph.cells[place].error if written is None else not np.isfinite(local)
         if written is not None and abs(written - float(ideal[place][0])) <= allowed + slack[place]:
             statuses[place] = RIGHT
-        elif spoilt and (
-            (lost and not np.isfinite(local)) or (written is not None and abs(written - local) <= allowed)
-        ):
-            statuses[place] = CONSEQUENCE
         else:
-            statuses[place] = WRONG
+            follows = written is not None and abs(written - local) <= allowed
+            follows |= bool(lost) and not np.isfinite(local)
+            statuses[place] = CONSEQUENCE if spoilt and follows else WRONG
     wrong = [p for p, status in statuses.items() if status == WRONG]
     for place in wrong:
         mates = [p for b in blocks if place in b.places for p in b.places if p in wrong]
@@ -141,14 +139,13 @@ def _why(graph, place, mates, own, slack):
     if written is None:
         return "wrong value", f"{short} holds {graph.cells[place].value!r} where a number belongs"
     expected = _calculated(graph, place, own)
-    array = [p for p in mates if graph.trees[p] is graph.trees[place] and graph.value(p) is not None]
+    known = [p for p in mates if graph.value(p) is not None]
+    array = [p for p in known if graph.trees[p] is graph.trees[place]]
 
     def is_written(p, value):
         return abs(value - graph.value(p)) <= 2e-7 * max(1, abs(value)) + 2 * slack.get(p, 0)
 
-    if len(mates) == 2 and all(
-        is_written(p, -_calculated(graph, p, own)) for p in mates if graph.value(p) is not None
-    ):
+    if len(mates) == 2 and all(is_written(p, -_calculated(graph, p, own)) for p in known):
         return "other convention", f"{short} and 1 more: other convention"
     for group in (array, [place]) if len(array) > 1 else ([place],):
         for cause, _, tree in edits(graph, place):

@@ -2,13 +2,14 @@
 
 import json
 import math
+import random
 import re
 
 import pytest
 
 from mathpost.__main__ import main
 from mathpost.course import answers, exercise
-from mathpost.course.assign import OWN, SAME, assign
+from mathpost.course.assign import DRAWN, OWN, SAME, assign
 from mathpost.course.grade import grade
 from mathpost.course.verdict import EXERCISES
 from mathpost.errors import InputError, OutputError
@@ -120,7 +121,7 @@ def drawing_lesson():
         question,
         cell("answer = None\nexercise.check('my-slope', answer)"),
         other,
-        cell("exercise.check('01-sign', None)"),
+        cell("exercise.check('01-still', None)"),
     )
 
 
@@ -166,3 +167,15 @@ def test_names_that_are_no_folders_are_refused(tmp_path, names):
     with pytest.raises(InputError, match="students"):
         assign(tmp_path / "in", tmp_path / "out", names)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", [name for name, each in sorted(EXERCISES.items()) if each.drawn])
+def test_what_a_question_says_is_what_its_check_has(name):
+    """The numbers in the lesson are those of the exercise; drawn ones have a solution and slips that differ."""
+    text = "".join("".join(each["source"]) for path in LESSONS for each in exercise.cells(path))
+    stated = {argument: value for own, argument, value in DRAWN.findall(text) if own == name}
+    here = EXERCISES[name]
+    assert stated == {argument: str(here.arguments[argument]) for argument in here.drawn(random.Random(0))}
+    for student in ("Ada", "王芳", "Ben"):
+        own = here.of(student)
+        assert own.verdict(own.solution).status == "right" and len(own.mixed_up) == len(here.mixed_up)

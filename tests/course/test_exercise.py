@@ -175,7 +175,7 @@ def forms(kind, value):
             yield dict(zip(kind.names.split(), value, strict=True))
         else:
             yield from (str(value), [value], np.array([[value]]), f" {value} ".replace("-", "−"))
-            yield from ([f"{value} {unit}" for unit in UNIT_WORDS[kind.unit]] if kind.unit else ())
+            yield from ([f"{value} {unit}" for unit in UNIT_WORDS.get(kind.unit, [kind.unit])] if kind.unit else ())
         if kind.decimals is not None:
             yield from (numbers.round(kind.decimals), numbers.round(kind.decimals + 1), kind.show(value))
         if isinstance(kind, Angle):

@@ -154,7 +154,7 @@ def test_remarks_become_comments(dmu50v):
     cl = cldata.parse("SPINDL/3000,RPM,CLW\nGOTO/1,2,3,0,0,1\nCOOLNT/ON\nGOTO/2,2,3,0.1,0,0.994987\nFINI\n")
     lines = post.run(cl, dmu50v.machine).program.splitlines()
     kinds = [re.sub(r"^\d+ ", "", line).split()[0] for line in lines]
-    assert kinds[:5] == ["BEGIN", "TOOL", "M3", "L", "M8"] and kinds[-2:] == [";", "END"]
+    assert kinds[:6] == ["BEGIN", ";", "TOOL", "M3", "L", "M8"] and kinds[-2:] == [";", "END"]
 
 
 def test_tool_length_and_origin_matter(blade):
@@ -260,7 +260,7 @@ def test_records_that_repeat_the_one_before(dmu50v):
     first, second, third = (f"GOTO/{x},2,3,0,0,1\n" for x in (1, 4, 5))
     cl = cldata.parse("FEDRAT/500\n" + first + remark + second * 30 + third + remark)
     lines = post.run(cl, dmu50v.machine).program.splitlines()
-    assert [line.split()[1] for line in lines[1:-1]] == ["L", ";", "L", "L", ";"]
+    assert [line.split()[1] for line in lines[2:-1]] == ["L", ";", "L", "L", ";"]
     assert post.run(cl.part(0, 1), dmu50v.machine).report.worst_record == 1
     assert post.run(cl.part(0, 1), dmu50v.machine, tcp=True).report.path_tip_error == 0
 
