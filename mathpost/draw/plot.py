@@ -181,13 +181,6 @@ def turned_point(axes, path, centre, *, names, colour=COLOUR["workpiece"]):
     axes.set(xlabel=f"{names[0]} (mm)", ylabel=f"{names[1]} (mm)", aspect="equal")
 
 
-def magnified_circle(axes, radius, angles, deviations, factor, *style, **options):
-    """Draw a circle whose radial deviations, shape (n,) at `angles` (radians), are shown `factor` too large."""
-    radii = radius + factor * np.asarray(deviations)
-    axes.plot(radii * np.cos(angles), radii * np.sin(angles), *style, **options)
-    axes.set_aspect("equal")
-
-
 def ellipse(axes, centre, covariance, *, scale=3, **style):
     """Draw the ellipse of `scale` standard deviations of a covariance, shape (2, 2), about `centre`."""
     values, directions = np.linalg.eigh(covariance)
