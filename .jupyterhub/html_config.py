@@ -12,8 +12,6 @@ from nbconvert.preprocessors import Preprocessor, TagRemovePreprocessor
 
 c = get_config()  # noqa: F821
 
-WIDGET = "application/vnd.jupyter.widget-view+json"  # dead without a kernel; the picture beside it is shown instead
-
 
 class Offline(Preprocessor):
     """Turn links to neighbouring notebooks into links to pages, and formulas of outputs into MathML."""
@@ -23,7 +21,6 @@ class Offline(Preprocessor):
             cell.source = self.relink(cell.source)
         for output in cell.get("outputs", []):
             data = output.get("data", {})
-            data.pop(WIDGET, None)
             for kind in {"text/html", "text/markdown"} & data.keys():
                 data[kind] = self.relink(data[kind])
             if "text/latex" in data:

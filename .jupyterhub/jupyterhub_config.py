@@ -122,6 +122,7 @@ c.Authenticator.allow_existing_users = False  # who is struck off the list is ou
 c.JupyterHub.spawner_class = "simple"
 c.SimpleLocalProcessSpawner.home_dir_template = str(HOMES / "{username}")
 c.LocalProcessSpawner.interrupt_timeout = 3  # seconds; then SIGTERM
+c.Spawner.start_timeout = c.Spawner.http_timeout = 180  # forty who log in at once wait for one another
 c.Spawner.pre_spawn_hook = own_home
 c.Spawner.cmd = [sys.executable, str(STUDENT)]
 c.Spawner.args = [

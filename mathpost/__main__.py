@@ -10,12 +10,13 @@ from importlib import metadata
 from pathlib import Path
 
 from mathpost import codegen, machine, workbook
-from mathpost.compensate.model import read_errors
+from mathpost.compensate.model import Structure, read_errors
+from mathpost.compensate.readings import METHODS, template
 from mathpost.detective.euler_angles import explain
 from mathpost.detective.rotary_axes import explain_joints
-from mathpost.errors import InputError, MathpostError, write_bytes, write_text
+from mathpost.errors import InputError, MathpostError, read_text, write_bytes, write_text
 from mathpost.kinematics import Kinematics
-from mathpost.post import CONE, TOLERANCE, cl, run
+from mathpost.post import AXIS_TOLERANCE, CONE, TOLERANCE, cl, run
 from mathpost.post.program import DIALECTS
 from mathpost.post.selection import STRATEGIES
 from mathpost.post.ways import Crossing
@@ -32,6 +33,7 @@ def main(arguments=None):
     parser.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
     commands = parser.add_subparsers(dest="command", required=True)
     _add_post(commands)
+    _add_calibrate(commands)
     _add_check(commands)
     _add_print(commands)
     _add_show(commands)
@@ -84,6 +86,10 @@ def _add_post(commands):
     post.add_argument("--dialect", choices=DIALECTS, default="heidenhain")
     post.add_argument("--tcp", action="store_true", help="let the control keep the tip: M128, G43.4, TRAORI")
     post.add_argument("--tolerance", type=float, default=TOLERANCE, metavar="MM", help="default %(default)s")
+    degrees = round(math.degrees(AXIS_TOLERANCE), 9)
+    post.add_argument(
+        "--axis-tolerance", type=float, default=degrees, metavar="DEG", help="of the tool axis; default %(default)s"
+    )
     post.add_argument("--selection", choices=STRATEGIES, default="optimal")
     post.add_argument("--singular", choices=Crossing.SAFE, default="direct", help="way through singular regions")
     post.add_argument("--cone", type=float, metavar="DEG", help="half angle of the singular region (default 1)")
@@ -102,6 +108,47 @@ def _add_post(commands):
         "--ignore", type=_words, default=(), metavar="WORD,…", help="take these words of the CL file for comments"
     )
     post.add_argument("-o", "--output", type=Path, metavar="FILE", help="program; by default standard output")
+
+
+def _add_calibrate(commands):
+    calibrate = commands.add_parser(
+        "calibrate", help="readings to a machine file, its errors and a control's terms"
+    )
+    calibrate.set_defaults(run=_calibrate)
+    calibrate.add_argument(
+        "machine", type=Path, metavar="MACHINE", help="machine file, TOML, as the control has it"
+    )
+    calibrate.add_argument("readings", type=Path, nargs="*", metavar="READINGS", help="CSV files")
+    calibrate.add_argument("-o", "--output", type=Path, metavar="OUT", help="folder for what is found")
+    calibrate.add_argument("--template", choices=METHODS, help="print a file of readings to fill in")
+    calibrate.add_argument(
+        "--structure", metavar="CODE", help='such as "w C A b X Y Z t", if slides carry the table'
+    )
+    calibrate.add_argument("--squareness", action="store_true", help="seek it although no ballbar saw the slides")
+    for name in ("method", "unit", "axis", "positive", "sigma"):
+        calibrate.add_argument(f"--{name}", help="for the files that do not say it")
+
+
+def _calibrate(options):
+    """Print the estimate; write the machine, its errors and the terms."""
+    from mathpost.compensate import handover
+    from mathpost.compensate.calibrate import calibrate
+
+    setup = machine.load(options.machine)
+    if options.template:
+        print(template(options.template, setup), end="")
+        return 0
+    said = {name: getattr(options, name) for name in ("method", "unit", "axis", "positive", "sigma")}
+    said = {name: value for name, value in said.items() if value is not None}
+    if options.structure:
+        said["structure"] = Structure.parse(options.structure, setup, "--structure")
+    if not options.readings:
+        raise InputError("calibrate", "files of readings, or --template", "none")
+    found = calibrate(setup, options.readings, squareness=options.squareness or None, **said)
+    print(found)
+    if options.output:
+        handover.write(found, options.machine, options.output)
+    return 0
 
 
 def _words(text):
@@ -125,6 +172,7 @@ def _post(options):
         strategy=options.selection,
         singular=options.singular,
         tolerance=options.tolerance,
+        axis_tolerance=math.radians(options.axis_tolerance),
         tcp=options.tcp,
         cone=CONE if options.cone is None else math.radians(options.cone),
         split=options.split,
@@ -378,15 +426,26 @@ def _add_assign(commands):
     assign.set_defaults(run=_assign)
     assign.add_argument("lessons", type=Path, metavar="LESSONS", help="a notebook, or a folder of notebooks")
     assign.add_argument("-o", "--output", type=Path, metavar="FOLDER", required=True)
+    assign.add_argument("--students", metavar="FILE", help="a name on each line: a copy for each, with own numbers")
 
 
 def _assign(options):
     """Write the copies, and say what they do not hide."""
     from mathpost.course import assign
+    from mathpost.course.verdict import EXERCISES
 
-    for path, names in assign.assign(options.lessons, options.output).items():
+    lines = read_text(options.students).splitlines() if options.students else ()
+    students = [line.strip() for line in lines if line.strip()]
+    asked = assign.assign(options.lessons, options.output, students)
+    for path, names in asked.items():
         print(f"{path}: {', '.join(names) or 'no exercises'}")
-    print("The numbers of these exercises are the same for all.", file=sys.stderr)
+    every = {name for names in asked.values() for name in names}
+    own = sorted(name for name in every & EXERCISES.keys() if EXERCISES[name].drawn)
+    said = f"Each student has numbers of their own in {', '.join(own) or 'no exercise'}; the" if students else "The"
+    print(
+        f"{said} numbers of {'the others' if students else 'these exercises'} are the same for all.",
+        file=sys.stderr,
+    )
     print("The package holds the solutions of its own exercises: who has it can read them.", file=sys.stderr)
     return 0
 

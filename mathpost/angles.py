@@ -71,7 +71,7 @@ def angles(sequence, matrix, *, lock="third", degrees=False):
     Returns
     -------
     ndarray, shape (..., 3)
-        In the order of the sequence; radians, in [−π, π], unless `degrees`.
+        In the order of the sequence; radians, in (−π, π], unless `degrees`.
 
     Raises
     ------
@@ -85,32 +85,17 @@ def angles(sequence, matrix, *, lock="third", degrees=False):
     >>> angles("xyz", matrix("xyz", [40, 90, 25], degrees=True), degrees=True).round(9)
     array([15., 90., 0.])
     """
-    letters, step = _intrinsic(sequence)
+    _intrinsic(sequence)
     if lock not in ("first", "third"):
         raise InputError("lock", "'first' or 'third'", repr(lock))
-    entries, (first_angle, other_angles) = _entries(as_rotation(matrix, "matrix")), _kernels(letters)
-    sine, cosine = np.moveaxis(first_angle(*entries), -1, 0)
-    locked = np.hypot(sine, cosine) < LOCK
-    first = np.where(locked, 0.0, np.arctan2(sine + 0.0, cosine + 0.0))  # + 0.0: no −0, whose atan2 can be −180°
-    rest = other_angles(*entries, first)
-    if locked.any():
-        if (lock == "third") == (step > 0):  # the third angle of the intrinsic sequence is to be 0
-            # The matrix holds third ± first, with the sign of the first axis against the last.
-            i, k = ("XYZ".index(letter) for letter in (letters[0], letters[2]))
-            together = np.arctan2(rest[..., 2], rest[..., 3]) * np.sign(entries[3 * i + k])
-            first = np.where(locked, together, first)
-            rest[..., 2:] = np.where(locked[..., None], (0.0, 1.0), rest[..., 2:])
-        rest[..., :2] = np.where(locked[..., None], np.round(rest[..., :2]), rest[..., :2])
-    middle, third = np.moveaxis(np.arctan2(rest[..., 0::2] + 0.0, rest[..., 1::2] + 0.0), -1, 0)
-    found = np.stack([first, middle, third], axis=-1)[..., ::step]
+    found = _read(sequence, lock, as_rotation(matrix, "matrix"))[0]
     return np.rad2deg(found) if degrees else found
 
 
 def is_locked(sequence, matrix):
     """Return whether the first and the last axis of the sequence are parallel, shape (...)."""
-    letters, _ = _intrinsic(sequence)
-    first_angle, _ = _kernels(letters)
-    return np.hypot(*np.moveaxis(first_angle(*_entries(as_rotation(matrix, "matrix"))), -1, 0)) < LOCK
+    _intrinsic(sequence)
+    return _read(sequence, "third", as_rotation(matrix, "matrix"))[1] < LOCK
 
 
 def from_direction(sequence, direction, third=0.0, *, degrees=False):
@@ -147,11 +132,7 @@ def from_direction(sequence, direction, third=0.0, *, degrees=False):
     direction = unit(as_array(direction, 3, "direction"), "direction")
     columns = np.zeros((*direction.shape[:-1], 3, 3))
     columns[..., "XYZ".index(sequence[2])] = direction
-    entries, (first_angle, other_angles) = _entries(columns), _kernels(sequence)
-    sine, cosine = np.moveaxis(first_angle(*entries), -1, 0)
-    first = np.where(np.hypot(sine, cosine) < LOCK, 0.0, np.arctan2(sine + 0.0, cosine + 0.0))
-    sine, cosine, *_ = np.moveaxis(other_angles(*entries, first) + 0.0, -1, 0)
-    two = np.stack([first, np.arctan2(sine, cosine)])
+    two = np.moveaxis(_read(sequence, "first", columns)[0], -1, 0)[:2]
     found = np.broadcast_arrays(*(np.rad2deg(two) if degrees else two), np.asarray(third, dtype=float))
     return np.stack(found, axis=-1)
 
@@ -195,22 +176,79 @@ def _entries(matrices):
     return np.moveaxis(matrices.reshape(*matrices.shape[:-2], 9), -1, 0)
 
 
-@lru_cache(maxsize=12)
-def _kernels(letters):
-    """Compile, for an intrinsic sequence, (sine, cosine) of the first angle, and of the other two given the first.
+def arguments(sequence, matrix, first):
+    """Return what stands in the three atan2 that read the angles of an intrinsic sequence off a matrix.
 
     With M = R_i(a)·R_j(b)·R_k(c): the column k of M is R_i(a)·R_j(b)·e_k, in which a stands beside one factor
     that is sin b or cos b, and not negative. N = R_i(−a)·M = R_j(b)·R_k(c) then shows b in its column k and c in
     its row j.
+
+    Parameters
+    ----------
+    sequence : str
+        One of `SEQUENCES`.
+    matrix : sympy.Matrix, shape (3, 3)
+    first : sympy expression
+        The first angle, which the other two need.
+
+    Returns
+    -------
+    list of 3 pairs of sympy expressions
+        Sine and cosine of each angle, both times one factor that is not negative; zero at the lock.
+
+    Examples
+    --------
+    >>> arguments("ZXZ", sp.Matrix(3, 3, sp.symbols("m:3:3")), sp.Symbol("I"))[0]
+    (m02, -m12)
     """
     a, b, c = sp.symbols("a b c", real=True)
-    i, j, k = (ACTIVE[letter] for letter in letters)
-    row, column = "XYZ".index(letters[1]), "XYZ".index(letters[2])
+    i, j, k = (ACTIVE[letter] for letter in sequence)
+    row, column = "XYZ".index(sequence[1]), "XYZ".index(sequence[2])
+    rest = i(-first) * matrix
+    return [
+        _sine_and_cosine(a, (i(a) * j(b))[:, column], matrix[:, column]),
+        _sine_and_cosine(b, j(b)[:, column], rest[:, column]),
+        _sine_and_cosine(c, k(c)[row, :], rest[row, :]),
+    ]
+
+
+def expressions(sequence, matrix, *, lock="third"):
+    """Return the angles of a symbolic matrix, the rule at the lock included: `angles` as sympy expressions.
+
+    Parameters are those of `angles`.
+
+    Returns
+    -------
+    tuple of 4 sympy expressions
+        The three angles in the order of the sequence, radians, and the sine that is zero at the lock.
+    """
+    letters, step = _intrinsic(sequence)
+    i, k = ("XYZ".index(letter) for letter in (letters[0], letters[2]))
+    first, middle, together = arguments(letters, matrix, 0)
+    sine, together = sp.sqrt(first[0] ** 2 + first[1] ** 2), sp.atan2(*together)
+    # At the lock the middle angle is 0° or 180°, or ±90°, and the matrix holds third ± first, with the sign of the
+    # first axis against the last.
+    middle = sp.pi / 2 * (1 - sp.sign(middle[1]) if i == k else sp.sign(middle[0]))
+    at_lock = (0, middle, together)
+    if (lock == "third") == (step > 0):  # the third angle of the intrinsic sequence is to be 0
+        at_lock = (together * sp.sign(matrix[i, k]), middle, 0)
+    found = [sp.Piecewise((at_lock[0], sine < LOCK), (sp.atan2(*first), True))]
+    rest = arguments(letters, matrix, found[0])[1:]
+    found += [sp.Piecewise((e, sine < LOCK), (sp.atan2(*a), True)) for e, a in zip(at_lock[1:], rest, strict=True)]
+    return (*found[::step], sine)
+
+
+@lru_cache(maxsize=48)
+def _compiled(sequence, lock):
     m = sp.Matrix(3, 3, sp.symbols("m:3:3", real=True))
-    n = i(-a) * m
-    first = _sine_and_cosine(a, (i(a) * j(b))[:, column], m[:, column])
-    rest = _sine_and_cosine(b, j(b)[:, column], n[:, column]) + _sine_and_cosine(c, k(c)[row, :], n[row, :])
-    return numeric(first, tuple(m)), numeric(rest, (*m, a))
+    return numeric(expressions(sequence, m, lock=lock), tuple(m))
+
+
+def _read(sequence, lock, matrices):
+    """The angles, shape (..., 3), of matrices of shape (..., 3, 3), and the sine that is zero at the lock."""
+    found = _compiled(sequence, lock)(*_entries(matrices))
+    angles = found[..., :3]
+    return np.where(angles == -np.pi, np.pi, angles) + 0.0, found[..., 3]  # atan2 gives −180° for −0
 
 
 def _sine_and_cosine(angle, pattern, entries):
@@ -312,7 +350,7 @@ def from_quaternion(quaternion):
     array([0., 1., 0.])
     """
     quaternion = unit(as_array(quaternion, 4, "quaternion"), "quaternion")
-    return numeric(_QUATERNION_MATRIX, _QUATERNION)(*np.moveaxis(quaternion, -1, 0))
+    return numeric(QUATERNION_MATRIX, QUATERNION)(*np.moveaxis(quaternion, -1, 0))
 
 
 def to_quaternion(matrix):
@@ -336,9 +374,9 @@ def to_quaternion(matrix):
     return quaternion * np.sign(first)
 
 
-_QUATERNION = sp.symbols("w x y z", real=True)
-_QUATERNION_MATRIX = sp.ImmutableMatrix(
-    sp.Quaternion(*_QUATERNION).to_rotation_matrix(homogeneous=True).subs(sum(q**2 for q in _QUATERNION), 1)
+QUATERNION = sp.symbols("w x y z", real=True)
+QUATERNION_MATRIX = sp.ImmutableMatrix(
+    sp.Quaternion(*QUATERNION).to_rotation_matrix(homogeneous=True).subs(sum(q**2 for q in QUATERNION), 1)
 )  # of length 1
 _ENTRIES = sp.symbols("m:3:3", real=True)
 
@@ -346,9 +384,9 @@ _ENTRIES = sp.symbols("m:3:3", real=True)
 @lru_cache(maxsize=1)
 def _quaternion_products():
     """4·q·qᵀ in the nine entries of the matrix of q, found by comparing coefficients."""
-    q = sp.Matrix(_QUATERNION)
+    q = sp.Matrix(QUATERNION)
     products = list(q * q.T)
     names = {product: sp.Symbol(f"q{n}") for n, product in enumerate(dict.fromkeys(products))}
-    known = [q.dot(q) - 1, *(_QUATERNION_MATRIX - sp.Matrix(3, 3, _ENTRIES))]
+    known = [q.dot(q) - 1, *(QUATERNION_MATRIX - sp.Matrix(3, 3, _ENTRIES))]
     found = sp.solve([sp.expand(equation).subs(names) for equation in known], list(names.values()), dict=True)[0]
     return sp.ImmutableMatrix(4, 4, [4 * found[names[product]] for product in products])

@@ -9,6 +9,7 @@ from functools import lru_cache, reduce
 
 import sympy as sp
 
+from mathpost.machine import LETTERS
 from mathpost.rotation import about
 
 
@@ -124,10 +125,10 @@ def links(machine, parameters=False):
 def bodies(machine):
     """Return where each body of the machine stands: pairs of its name and the 4×4 matrix machine_from_body.
 
-    First what the rotary joints between bed and workpiece carry, then the workpiece, the three slides and what the
-    joints between slides and tool carry, named after the joints; last the tool. A body on the workpiece side has
-    machine coordinates at rotary zero, the workpiece and the tool their own frames, the others count from the nose.
-    The machine file does not say which slide carries which; all three stand on the tool's side.
+    First what the joints between bed and workpiece carry, then the workpiece, and what the joints between bed and
+    tool carry, named after the joints; last the tool. A body on the workpiece side has machine coordinates at joint
+    zero, the workpiece and the tool their own frames, the others count from the nose. Which slides stand on which
+    side, and which carries which, is `Machine.slides_that_carry`.
 
     Examples
     --------
@@ -136,19 +137,24 @@ def bodies(machine):
     ['C', 'workpiece', 'X', 'Y', 'Z', 'B', 'tool']
     """
     first, *rest = links(machine)
-    x, y, z, *angles = joint_symbols(machine)
+    symbols = dict(zip(machine.joint_names, joint_symbols(machine), strict=True))
     cut = [link.name for link in rest].index("linear")
-    found, place = [], sp.ImmutableMatrix(sp.eye(4))
-    for link in reversed(rest[:cut]):  # a turn run through backwards is the turn by minus the angle
-        place = place * link.matrix.subs({angle: -angle for angle in angles})
-        found.append((link.name, place))
     slides, *heads = rest[cut:]
-    found += [
-        ("workpiece", place * first.matrix.inv()),
-        (str(x), slides.matrix.subs({y: 0, z: 0})),
-        (str(y), slides.matrix.subs({z: 0})),
-        (str(z), place := slides.matrix),
-    ]
+    standing = dict.fromkeys((symbols[name] for name in machine.slide_order), 0)
+    found, place = [], sp.ImmutableMatrix(sp.eye(4))
+    for name in machine.slides_that_carry("workpiece"):  # the word X+ moves the workpiece towards X-
+        direction = sp.Matrix([int(name == letter) for letter in LETTERS])
+        place = place * homogeneous(sp.eye(3), -symbols[name] * direction)
+        found.append((name, place))
+    for link in reversed(rest[:cut]):  # a turn run through backwards is the turn by minus the angle
+        place = place * link.matrix.subs({symbols[link.name]: -symbols[link.name]})
+        found.append((link.name, place))
+    found.append(("workpiece", place * first.matrix.inv()))
+    place = slides.matrix.subs(standing)
+    for name in machine.slides_that_carry("tool"):
+        del standing[symbols[name]]
+        place = slides.matrix.subs(standing)
+        found.append((name, place))
     for link in heads:
         place = place * link.matrix
         found.append((link.name, place))

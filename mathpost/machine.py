@@ -15,6 +15,7 @@ import numpy as np
 from mathpost.errors import InputError, as_array, data_file, read_text
 
 PROGRAM = {"program_head": "head", "program_foot": "foot", "tool_change": "tool_change"}  # keys of [program]
+LETTERS = ("X", "Y", "Z")
 LARGEST = 1e9  # of any number
 ENDLESS = (-math.inf, math.inf)
 
@@ -36,8 +37,8 @@ class Rotary:
         spindle nose on the tool side.
     limits : tuple of 2 floats
         Travel in radians; infinite if endless.
-    max_rate : float or None
-        Radians per second.
+    max_rate, max_acceleration : float or None
+        Radians per second, and per second squared.
     """
 
     name: str
@@ -46,15 +47,21 @@ class Rotary:
     point: tuple
     limits: tuple = ENDLESS
     max_rate: float | None = None
+    max_acceleration: float | None = None
 
 
 @dataclass(frozen=True)
 class Linear:
-    """Travel (mm) and greatest rate (mm/s) of a linear axis."""
+    """Travel (mm), greatest rate (mm/s) and acceleration (mm/s²) of a linear axis, and what its slide carries.
+
+    `carries` matters to drawings only: the words move the tool in the workpiece, whichever of them moves.
+    """
 
     name: str
     limits: tuple = ENDLESS
     max_rate: float | None = None
+    max_acceleration: float | None = None
+    carries: str = "tool"
 
 
 @dataclass(frozen=True)
@@ -78,6 +85,8 @@ class Machine:
     limits_of : str
         What the limits of X Y Z count: ``"slides"``, in machine coordinates (a slide stands at its word, plus the
         origin, plus the tool where the word names the tip), or ``"words"``.
+    slide_order : tuple of 3 str
+        The slides from the bed outwards, on either side: which carries which in a drawing.
     program_head, program_foot, tool_change : tuple of str
         Lines of a program, in the words of its control: before and after the moves, and instead of the control's
         own tool call. ``{name}`` in them is the name of the program, ``{tool}`` the number of the tool.
@@ -92,6 +101,7 @@ class Machine:
     tool_length: float
     programmed_point: str | tuple
     limits_of: str = "slides"
+    slide_order: tuple = ("X", "Y", "Z")
     program_head: tuple = ()
     program_foot: tuple = ()
     tool_change: tuple = ()
@@ -100,6 +110,11 @@ class Machine:
     def joint_names(self):
         """Names of the five joints, in joint order."""
         return tuple(joint.name for joint in (*self.linear, *self.rotary))
+
+    def slides_that_carry(self, side):
+        """Return the names of the slides on the side of ``"workpiece"`` or ``"tool"``, from the bed outwards."""
+        sides = {joint.name: joint.carries for joint in self.linear}
+        return tuple(name for name in self.slide_order if sides[name] == side)
 
     @property
     def slides(self):
@@ -119,8 +134,12 @@ class Machine:
     @property
     def max_rates(self):
         """Greatest rates of the five joints, shape (5,): mm/s and rad/s, NaN where not stated."""
-        rates = [joint.max_rate for joint in (*self.linear, *self.rotary)]
-        return np.array([math.nan if rate is None else rate for rate in rates])
+        return np.array([joint.max_rate for joint in (*self.linear, *self.rotary)], dtype=float)
+
+    @property
+    def max_accelerations(self):
+        """Greatest accelerations of the five joints, shape (5,): mm/s² and rad/s², NaN where not stated."""
+        return np.array([joint.max_acceleration for joint in (*self.linear, *self.rotary)], dtype=float)
 
     @property
     def arrangement(self):
@@ -189,11 +208,13 @@ def from_dict(content, where="machine"):
         raise InputError(f"{where}, [[rotary]]", "exactly two rotary axes", f"{len(rotary)}")
     workpiece, tool = file.table("workpiece"), file.table("tool")
     linear = file.table("linear", optional=True)
+    slide_order = tuple(dict.fromkeys([*(key for key in linear.content if key in LETTERS), *LETTERS]))
     machine = Machine(
         name=file.take("name", _text, "a name in quotes"),
         source=file.take("source", _text, "a source in quotes"),
         rotary=tuple(_rotary(TomlTable(entry, f"{where}, rotary {n}")) for n, entry in enumerate(rotary, 1)),
-        linear=tuple(_linear(linear, name) for name in "XYZ"),
+        linear=tuple(_linear(linear, name) for name in LETTERS),
+        slide_order=slide_order,
         origin=workpiece.take("origin", _vector, "[x, y, z] in mm"),
         tool_axis=tool.take("axis", _direction, "[x, y, z], not all zero"),
         tool_length=tool.take("length", _length, "a length in mm, not negative", 0.0),
@@ -214,16 +235,19 @@ def from_dict(content, where="machine"):
 def _rotary(table):
     name = table.take("name", _address, "a word address such as A, B or C, not X, Y or Z")
     table.where += f" ({name})"
+    expected = {"max_rate": "a rate in degrees per second above 0"}
+    expected["max_acceleration"] = "degrees per second squared above 0"
+    rates = {key: table.take(key, _positive, text, None) for key, text in expected.items()}
     joint = Rotary(
         name=name,
         carries=table.take("carries", _side, '"workpiece" or "tool"'),
         axis=table.take("axis", _direction, "[x, y, z], not all zero"),
         point=table.take("point", _vector, "[x, y, z] in mm"),
         limits=tuple(map(math.radians, table.take("limits", _limits, "[low, high] in degrees", ENDLESS))),
-        max_rate=table.take("max_rate", _positive, "a rate in degrees per second above 0", None),
+        **{key: rate if rate is None else math.radians(rate) for key, rate in rates.items()},
     )
     table.done()
-    return joint if joint.max_rate is None else replace(joint, max_rate=math.radians(joint.max_rate))
+    return joint
 
 
 def _linear(tables, name):
@@ -232,6 +256,8 @@ def _linear(tables, name):
         name=name,
         limits=table.take("limits", _limits, "[low, high] in mm", ENDLESS),
         max_rate=table.take("max_rate", _positive, "a rate in mm per second above 0", None),
+        max_acceleration=table.take("max_acceleration", _positive, "mm per second squared above 0", None),
+        carries=table.take("carries", _side, '"workpiece" or "tool"', "tool"),
     )
     table.done()
     return joint

@@ -23,6 +23,7 @@ def test_units_are_converted_once():
     dmu = machine.load(DATA / "machines/dmu50v.toml")
     assert dmu.rotary[0].limits == (0, math.pi)
     assert dmu.rotary[0].max_rate == pytest.approx(math.radians(36))
+    assert dmu.max_accelerations == pytest.approx([2000, 2000, 2000, math.radians(200), math.radians(200)])
     assert dmu.rotary[1].limits == machine.ENDLESS
     assert dmu.linear[0].limits == (-250, 250)
     assert dmu.limits.shape == (5, 2)
@@ -69,6 +70,8 @@ def edit(path, value):
         (["rotary", 0, "limits"], [10, -10], ["'limits'", "[10, -10]"]),
         (["rotary", 0, "limits"], 90, ["'limits'", "90"]),
         (["rotary", 0, "max_rate"], 0, ["'max_rate'", "above 0"]),
+        (["rotary", 1, "max_acceleration"], -1, ["'max_acceleration'", "above 0"]),
+        (["linear"], {"X": {"max_acceleration": "2"}}, ["'max_acceleration'", "mm per second squared"]),
         (["rotary", 0, "offset"], 1, ["'offset'", "no such key"]),
         (["workpiece"], None, ["[workpiece]"]),
         (["workpiece", "origin"], True, ["'origin'", "True"]),
@@ -77,6 +80,7 @@ def edit(path, value):
         (["tool", "axis"], [1, 0, 0], ["cannot tilt the tool"]),
         (["tool", "programmed_point"], "pivot", ["'programmed_point'", "'pivot'"]),
         (["linear"], {"X": {"limits": [1]}}, ["[linear], [X]", "'limits'"]),
+        (["linear"], {"X": {"carries": "bed"}}, ["[linear], [X]", "'carries'"]),
         (["linear"], {"U": {}}, ["[linear]", "'U'", "no such key"]),
         (["colour"], "red", ["'colour'", "no such key"]),
     ],
@@ -89,6 +93,14 @@ def test_wrong_files_are_refused(path, value, words):
     assert "expected" in message and "found" in message
     for word in words:
         assert word in message
+
+
+def test_the_slides_stand_in_the_order_of_the_file():
+    slides = {"Y": {"carries": "workpiece"}, "Z": {}, "X": {"carries": "workpiece"}}
+    made = machine.from_dict(edit(["linear"], slides))
+    assert made.slides_that_carry("workpiece") == ("Y", "X") and made.slides_that_carry("tool") == ("Z",)
+    assert made.joint_names[:3] == ("X", "Y", "Z")
+    assert machine.from_dict(edit(["linear"], {"Z": {}})).slide_order == ("Z", "X", "Y")
 
 
 def test_unreadable_files_are_refused(tmp_path):

@@ -4,18 +4,20 @@ Every entry is a mistake that learners and manuals make, under its name. The che
 package: they turn vectors with SciPy and take dot products.
 """
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine
+from mathpost import machine, rotation
 from mathpost.frame import CsyTransform, Frame
 from mathpost.kinematics import Kinematics
 from mathpost.plane.alignment import align
 from mathpost.plane.tilted_plane import Plane
 from mathpost.rotation import ACTIVE, PASSIVE, zxz_left_transposed, zxz_right
+from tests.conftest import ROOT
 
 POINT = np.array([3.0, 4.0, 5.0])
 PRINTED = np.deg2rad([135, 54.7356, -90])
@@ -41,6 +43,21 @@ def check_zxz(matrix, angles):
 def passive(a, b, c, order="ZXZ"):
     """E(c)·E(b)·E(a), the right one."""
     return element(PASSIVE, order[2], c) @ element(PASSIVE, order[1], b) @ element(PASSIVE, order[0], a)
+
+
+@pytest.mark.parametrize("derivation", ["v.cross(point)", "point.cross(v)"])
+def test_lesson_01_fails_if_about_turns_as_the_left_hand_does(monkeypatch, derivation):
+    """Also if the derivation in the lesson is turned with it: the quarter turns of the learner's hand remain."""
+    about = rotation.about
+    monkeypatch.setattr(rotation, "about", lambda axis, angle: about(axis, -angle))
+    path, space = ROOT / "notebooks/01_rotating_a_point.ipynb", {}
+    cells = [cell for cell in json.loads(path.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]
+    for source in ("".join(cell["source"]) for cell in cells):
+        if "about(e[axis]" in source:
+            with pytest.raises(AssertionError):
+                exec(source.replace("v.cross(point)", derivation), space)
+            return
+        exec(source, space)
 
 
 # name: (the mistake, what it makes of the point (3, 4, 5))

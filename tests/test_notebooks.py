@@ -64,3 +64,10 @@ def test_the_readme_and_ci_run_the_same_line():
     line = "python3 -m venv .venv && .venv/bin/pip install -r environment.txt && .venv/bin/pytest"
     assert line in README.splitlines()
     assert line in (ROOT / ".ci/run").read_text(encoding="utf-8").splitlines()
+
+
+def test_the_first_lesson_and_the_readme_have_the_same_syllabus():
+    rows = [line.split("|")[1:-2] for line in README.splitlines() if line.startswith("| [")]
+    shown = [[cell.strip().replace("(notebooks/", "(") for cell in row] for row in rows]
+    table = "".join("".join(cell["source"]) for cell in read(LESSONS[0])["cells"])
+    assert [name for name, source, after in shown[1:] if f"| {name} | {after} | {source} |" not in table] == []

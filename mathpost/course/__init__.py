@@ -2,5 +2,5 @@
 
 Read `verdict` first (one exercise and its mix-ups), `answers` (what may be asked for) and `exercise` (as the
 learner meets it); then `exercises_rotation` and the others, by lesson, and the views likewise, from
-`view_rotation` on.
+`view_rotation` on; `drawings` has the still pictures of lessons 00 and 01.
 """

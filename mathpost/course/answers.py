@@ -27,6 +27,16 @@ UNITS = {  # how many of what an answer may be in stand for one of what was aske
     "radians": {"degrees": np.rad2deg(1)},
     "mm": {"µm": 1e3, "inches": 1 / 25.4},
     "µm": {"mm": 1e-3},
+    "µrad": {"radians": 1e-6},
+}
+
+WRITTEN = {  # what may stand behind a number, as a pattern
+    "degrees": "°|degrees?|deg|度",
+    "radians": "radians?|rad|弧度",
+    "mm": "mm|毫米",
+    "µm": "μm|um|微米",
+    "µrad": "μrad|urad|微弧度",
+    "s": "seconds?|sec|s|秒",
 }
 
 
@@ -80,6 +90,8 @@ class Number(Kind):
     'one number in mm, to 2 decimals'
     >>> Number(decimals=2).same(74.46, 74.4577), Number(decimals=2).same(74.5, 74.4577)
     (True, False)
+    >>> Number(unit="mm").read("−77.7 mm"), Vector(names="B C", unit="degrees").read("B52.4° C = -24.6°")
+    (-77.7, [52.4, -24.6])
     """
 
     decimals: int | None = 3
@@ -107,7 +119,7 @@ class Number(Kind):
         names = self.names.split()
         if isinstance(answer, dict) and set(answer) == set(names):
             answer = [answer[name] for name in names]
-        array = _numbers(answer, self.asked)
+        array = _numbers(answer, self.asked, self.unit, names)
         if array.size != (len(names) or 1):
             raise InputError("answer", self.asked, _counted(array.size))
         return array.ravel().tolist() if names else array.item()  # a row or a column matrix will do
@@ -245,7 +257,7 @@ class Pose(Number):
     def read(self, answer):
         if isinstance(answer, Frame):
             answer = answer.matrix if self.origin else answer.rotation
-        array = _numbers(answer.as_matrix() if hasattr(answer, "as_matrix") else answer, self.asked)
+        array = _numbers(answer.as_matrix() if hasattr(answer, "as_matrix") else answer, self.asked, "degrees")
         array = array.ravel() if array.size < 5 else array
         if array.shape not in ([(4, 4)] if self.origin else [(3,), (4,), (3, 3)]):
             raise InputError("answer", self.asked, f"numbers of shape {array.shape}")
@@ -322,10 +334,8 @@ class Name(Kind):
     def read(self, answer):
         if isinstance(answer, (list, tuple)) and len(answer) == 1:
             (answer,) = answer
-        if _bare(answer) in self.known:
-            return self.known[_bare(answer)]
-        words = {_bare(word) for word in str(answer).split()}  # "the z axis"
-        found = {self.known[word] for word in words if word in self.known}
+        words = {_bare(answer)} if _bare(answer) in self.known else {_bare(word) for word in str(answer).split()}
+        found = {self.known[word] for word in words if word in self.known}  # "the z axis"
         plain = all(word.isalpha() for word in words - set(self.known)) and not {"not", "no", "nor"} & words
         if len(found) == 1 and plain:
             return found.pop()
@@ -358,15 +368,14 @@ class Names(Name):
 
     def read(self, answer):
         if isinstance(answer, str):
-            answer = [each for each in re.split(r"[\s,;，、；/]+|\band\b|和|与", answer.strip("[](){} ")) if each]
+            parts = re.split(r"[,;，、；/]+|\band\b|和|与", answer.strip("[](){} "))
+            listed = [part.split() if {*map(_bare, part.split())} <= set(self.known) else [part] for part in parts]
+            answer = [name for names in listed for name in names if _bare(name)]
         try:
             said = list(np.asarray(list(answer), dtype=object).ravel())
         except (TypeError, ValueError):
             raise InputError("answer", self.asked, brief(answer)) from None
-        for each in said:
-            if _bare(each) not in self.known:
-                raise InputError("answer", self.asked, brief(each))
-        found = {self.known[_bare(each)] for each in said}
+        found = {super(Names, self).read(each) for each in said}
         return [name for name in self.listed if name in found]
 
     def mixups(self, target):
@@ -386,11 +395,14 @@ def _counted(size):
     return f"{COUNTED[size] if size < len(COUNTED) else size} number{'' if size == 1 else 's'}"
 
 
-def _numbers(answer, asked):
-    """An answer as an array of finite floats, or `InputError`."""
+def _numbers(answer, asked, unit="", names=()):
+    """An answer as an array of finite floats, or `InputError`; in a text, names before and units after a number."""
     if isinstance(answer, str):
-        bare = unicodedata.normalize("NFKC", answer).replace("−", "-").strip("[]() ")
-        answer = [each.rstrip("°") for each in re.split(r"[,;、\s]+", bare)]
+        bare = unicodedata.normalize("NFKC", answer).replace("−", "-").strip("[](){} ")
+        *before, behind = (re.escape(unicodedata.normalize("NFKC", word)) for word in (*names, unit or "°"))
+        named = rf"(?<![\w.])(?:{'|'.join(before) or '$.'})'?\s*[=:]?\s*(?=[-+.\d])"
+        bare = re.sub(rf"{named}|(?<=[\d.])\s*(?:{WRITTEN.get(unit, behind)})(?!\w)", "", bare, flags=re.IGNORECASE)
+        answer = re.split(r"[,;、\s]+", bare)
     if isinstance(answer, (list, tuple)):
         answer = [astuple(each) if is_dataclass(each) else each for each in answer]
     try:

@@ -2,8 +2,11 @@
 
 What is taken out are the cells that show solutions and everything that checks and solutions have printed. The
 package itself stays what it is: who has it installed can read the sources of its exercises, or call
-`exercise.solution`. Exercises of a teacher's own, in a file that students do not get, have no such way in. The
-numbers of an exercise stand in its text and are the same for everybody.
+`exercise.solution`. Exercises of a teacher's own, in a file that students do not get, have no such way in.
+
+With the names of students there is a copy for each, in a folder of the name: exercises that draw numbers
+(`verdict.define`) have the student's own, in their text and in their check, and every question says whether its
+numbers are.
 """
 
 import copy
@@ -18,10 +21,12 @@ from mathpost.errors import InputError, OutputError, write_text
 CALLS = re.compile(r"exercise\.(check|solution|progress)\s*\(")
 DEFINES = re.compile(r"@?\bexercise\.define\s*\(")
 SHOWN = re.compile(r"Solution of|Hint for")
+DRAWN = re.compile(r"<!--drawn:([\w-]+):(\w+)-->(.*?)<!--/drawn-->", re.DOTALL)
+OWN, SAME = "*These numbers are yours alone.*", "*The same for everybody.*"
 
 
-def assign(lessons, folder):
-    """Write the student copy.
+def assign(lessons, folder, students=()):
+    """Write the student copy, or one for each student.
 
     Parameters
     ----------
@@ -29,6 +34,8 @@ def assign(lessons, folder):
         A notebook, or a folder of notebooks.
     folder : str or Path
         Made where it is missing; a notebook that is there already is not overwritten.
+    students : sequence of str
+        Names, each also that of a folder.
 
     Returns
     -------
@@ -38,7 +45,8 @@ def assign(lessons, folder):
     Raises
     ------
     InputError
-        If there are no notebooks, one holds an answer, or one defines an exercise and with it a solution.
+        If there are no notebooks, one holds an answer, or one defines an exercise and with it a solution; if a
+        name stands twice or is none of a folder.
     OutputError
         If a copy is there already or cannot be written.
     """
@@ -46,15 +54,22 @@ def assign(lessons, folder):
     paths = [lessons] if lessons.is_file() else sorted(lessons.glob("*.ipynb"))
     if not paths:
         raise InputError(str(lessons), "a notebook or a folder of notebooks", "none")
-    copies = {folder / path.name: _student_copy(path) for path in paths}
+    for number, name in enumerate(students):
+        if not name.strip() or name in students[:number] or re.search(r'[\\/:*?"<>|\x00-\x1f]|^\.+$', name):
+            raise InputError("students", "different names, each that of a folder", repr(name))
+    common = {path.name: _student_copy(path) for path in paths}
+    copies = {folder / name: made for name, made in common.items()}
+    if students:
+        pairs = [(student, name) for student in students for name in common]
+        copies = {folder / who / name: (_personal(common[name][0], who), common[name][1]) for who, name in pairs}
     for path in copies:
         if path.exists():
             raise OutputError(f"{path}: not written, it is there already")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: not made, {error.strerror or error}") from None
     for path, (page, _) in copies.items():
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(f"{path.parent}: not made, {error.strerror or error}") from None
         write_text(path, json.dumps(page, indent=1, ensure_ascii=False) + "\n")
     return {path: names for path, (_, names) in copies.items()}
 
@@ -82,6 +97,34 @@ def _student_copy(path):
     page["cells"] = cells
     _make_sure(page, names, path)
     return page, names
+
+
+def _personal(page, student):
+    """A student copy with the student's own numbers, and whose they are said to its checks."""
+    page = copy.deepcopy(page)
+    question, cells = None, []
+    for cell in page["cells"]:
+        source = "".join(cell["source"])
+        if cell["cell_type"] == "markdown":
+            cell["source"] = DRAWN.sub(lambda mark: _number(*mark.groups(), student), source)
+            question = cell
+        elif question is not None and (names := [name for name in exercise.asked(source) if name in EXERCISES]):
+            own = EXERCISES[names[0]].of(student).student
+            question["source"] += f"\n\n{OWN if own else SAME}"
+            question = None
+        cells.append(cell)
+        if cell["cell_type"] == "code" and re.search(r"import.*\bexercise\b", source):
+            told = {"cell_type": "code", "execution_count": None, "id": "student", "metadata": {}, "outputs": []}
+            cells.append(told | {"source": f"exercise.student({json.dumps(student, ensure_ascii=False)})"})
+    page["cells"] = cells
+    return page
+
+
+def _number(name, argument, stated, student):
+    """A number of a question as it was drawn; what the lesson states if the exercise does not draw it."""
+    if name not in EXERCISES or argument not in (arguments := EXERCISES[name].of(student).arguments):
+        raise InputError(f"<!--drawn:{name}:{argument}-->", "an exercise, and an argument that it draws", stated)
+    return str(arguments[argument])
 
 
 def _make_sure(page, names, path):

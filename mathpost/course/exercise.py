@@ -16,19 +16,48 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from mathpost.course import (
-    exercises_calibration,  # noqa: F401  imported for their entries in EXERCISES
+    exercises_blade,  # noqa: F401  imported for their entries in EXERCISES
+    exercises_calibration,  # noqa: F401
     exercises_compensation,  # noqa: F401
     exercises_datum,  # noqa: F401
     exercises_path,  # noqa: F401
     exercises_rotation,  # noqa: F401
+    exercises_selection,  # noqa: F401
 )
 from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Verdict, define, slip
 from mathpost.errors import InputError, read_text
 
-__all__ = ["answered", "check", "define", "given", "judge", "progress", "saved", "slip", "solution"]
+__all__ = [
+    "answered",
+    "check",
+    "define",
+    "given",
+    "judge",
+    "progress",
+    "reveal",
+    "saved",
+    "slip",
+    "solution",
+    "student",
+]
 MARKS = {RIGHT: "●", WRONG: "◐", OPEN: "○"}
 SAID = re.compile(rf"^([\w-]+) · ({RIGHT}|{WRONG}|{OPEN})\.", re.MULTILINE)
 _tried = set()  # exercises of which an attempt was checked in this session
+_numbers = {"of": ""}  # the student whose numbers hold in this session
+
+
+def student(name):
+    """From here on the exercises have the numbers that were drawn for a student, where they draw any.
+
+    Examples
+    --------
+    >>> student("Ada")
+    The numbers of Ada.
+    >>> student("")
+    The numbers of the lesson.
+    """
+    _numbers["of"] = str(name)
+    print(f"The numbers of {name or 'the lesson'}.")
 
 
 def check(name, answer):
@@ -105,11 +134,28 @@ def given(name):
     Examples
     --------
     >>> given("01-slip")
-    (-4.490731, 4.949747, 2.309402)
+    ((20, 70, 50), (3.278276, -0.856658, 6.206371))
     """
     if _named(name).given is None:
         raise InputError("exercise", "one that hands something out", repr(name))
-    return _named(name).given()
+    return _named(name).handed_out()
+
+
+def reveal(guess, truth):
+    """Answer what the learner predicted in the lesson: say what is true, and whether it was guessed.
+
+    Examples
+    --------
+    >>> reveal(None, "negative")
+    The answer: negative. You have not guessed: write a guess down before you go on, even a wild one.
+    >>> reveal(1, -1)
+    The answer: -1. You guessed 1. Find out why before you go on.
+    """
+    same = str(guess).strip().casefold() == str(truth).casefold()
+    said = "You guessed it." if same else f"You guessed {guess}. Find out why before you go on."
+    if guess is None:
+        said = "You have not guessed: write a guess down before you go on, even a wild one."
+    print(f"The answer: {truth}. {said}")
 
 
 def saved(path):
@@ -221,25 +267,28 @@ def _named(name):
     if name not in EXERCISES:
         near = get_close_matches(str(name), EXERCISES, n=1, cutoff=0)
         raise InputError("exercise", f"the name of one, such as {near[0]!r}", repr(name))
-    return EXERCISES[name]
+    return EXERCISES[name].of(_numbers["of"])
 
 
-def _anew(name, said, stored):
+def _anew(name, said, stored, whose):
     if name not in EXERCISES:
         return Verdict(name, said, "This exercise is not defined here.", stored)
-    verdict = EXERCISES[name].anew(json.dumps(stored))
+    verdict = EXERCISES[name].of(whose).anew(json.dumps(stored))
     return replace(verdict, edited=verdict.status != said)
 
 
 def _checked(cells, where):
-    """Name, status as said, and stored answer of every check in a saved notebook."""
+    """Name, status as said, stored answer and whose numbers, of every check in a saved notebook."""
     found = []
     try:
         for cell in cells:
             if cell["cell_type"] == "code" and "exercise.check(" in "".join(cell["source"]):
                 for shown in (output.get("data", {}) for output in cell["outputs"]):
-                    stored = shown.get(MIME, {}).get("answer")
-                    found += [(*said, stored) for said in SAID.findall("".join(shown.get("text/plain", "")))]
+                    stored, whose = (shown.get(MIME, {}).get(key) for key in ("answer", "student"))
+                    found += [
+                        (*said, stored, str(whose or ""))
+                        for said in SAID.findall("".join(shown.get("text/plain", "")))
+                    ]
     except (KeyError, TypeError, AttributeError):
         raise InputError(str(where), "a notebook", "something else") from None
     return found

@@ -6,7 +6,7 @@ import numpy as np
 
 from mathpost import machine
 from mathpost.course.answers import Names, Number, Vector
-from mathpost.course.lesson_data import data
+from mathpost.course.lesson_data import data, load
 from mathpost.course.verdict import define, slip
 from mathpost.measure import cutter, rotary_axis
 
@@ -14,16 +14,18 @@ from mathpost.measure import cutter, rotary_axis
 
 
 @define(
-    "10-oval", Vector(names="ex ey", decimals=4, unit="mm"), hint="Add the wave to all eight readings, and fit."
+    "10-square", Vector(names="ex ey", decimals=4, unit="mm"), hint="Add the wave to all eight readings, and fit."
 )
-@slip("This is a wave of one period in a turn, which *is* an offset. An oval has two.", waves=1)
-@slip("Only one of four readings at 90° sees it like this; use all eight.", lambda: np.add(oval(), [0.005, -0.005]))
-def oval(waves=2):
-    """The centre does not move: opposite readings feel the oval alike. Only `noise` shows it."""
+@slip("This is a wave of one period in a turn, which *is* an offset. Out of square has two.", waves=1)
+@slip("Only four of the eight readings are in this; fit all of them.", rows=slice(0, 8, 2))
+@slip("The dial's sense is reversed: it reads more when the spindle moves away from C.", sense=-1)
+def square(waves=2, rows=slice(None), sense=1):
+    """The centre does not move: an offset has one period in a turn, the wave two. Only `noise` shows it."""
     dial = rotary_axis.dial_circle()
     table = dial.read(data("measurements/dial_circle.csv"))
-    wave = 0.005 * np.cos(waves * np.radians(table["angle"]))
-    found = dial.identify({"angle": table["angle"], "R": table["R"], "dial": table["dial"] + wave}, degrees=True)
+    wave = -0.5 * 80e-6 * table["R"] * np.sin(waves * np.radians(table["angle"]))
+    read = {"angle": table["angle"], "R": table["R"], "dial": sense * (table["dial"] + wave)}
+    found = dial.identify({name: column[rows] for name, column in read.items()}, degrees=True)
     return [found["ex"], found["ey"]]
 
 
@@ -143,7 +145,30 @@ def no_gouge(pair):
     return ""
 
 
-@define("11-gouge", Vector(names="D₁ r₁ D₂ r₂", decimals=None, said="two cutters, old and new"), complaint=no_gouge)
+@define(
+    "11b-gouge", Vector(names="D₁ r₁ D₂ r₂", decimals=None, said="two cutters, old and new"), complaint=no_gouge
+)
 def gouge():
     """The flat of a bull nose reaches further out at the bottom than the ball did, though it is thinner."""
     return cutter.Cutter.ball(10), cutter.Cutter(diameter=8, rim=1)
+
+
+@define("11b-length", Number(decimals=1, unit="µm"), hint="The offset is along the tool as it stands at A0.")
+@slip("That is when nobody told the control: the whole length along the tool.", told="nothing")
+@slip(
+    "The offset moves along Z only; what is missing along Z is not all.", lambda: 250 * (1 - np.cos(np.radians(40)))
+)
+@slip("That is sideways only.", lambda: 250 * np.sin(np.radians(40)))
+def length(told="length offset"):
+    """The difference of two directions 40° apart: 2·sin 20° times the length."""
+    return 1e3 * np.linalg.norm(cutter.tip_shift(load("ac_head"), [0, 0, 0, 0, 40], -0.25, told, degrees=True))
+
+
+@define("11b-stock", Number(decimals=1, unit="µm"), hint="Compare the tips of both balls for one contact.")
+@slip("That is the difference of the radii: it is left where the wall is upright.", slope=90)
+@slip("That is sideways. Stock is measured along the normal.", lambda: 150 * np.sin(np.radians(35)))
+@slip("The difference of the *radii* counts, not that of the diameters.", diameters=(32, 31.4))
+def stock(slope=35, diameters=(16, 15.7)):
+    """The middles of the balls are 0.15 mm apart along the tool; along the normal 0.15·(1 − cos 35°) is missing."""
+    normal = [np.sin(np.radians(slope)), 0, np.cos(np.radians(slope))]
+    return 1e3 * cutter.stock_left(normal, [0, 0, 1], *map(cutter.Cutter.ball, diameters))

@@ -1,12 +1,14 @@
 """The exercises of lessons 12 to 14: angular error, systematic errors, the spreadsheet."""
 
+import math
 from functools import cache
 
 import numpy as np
 
 from mathpost import machine
 from mathpost.compensate.compensation import Compensator, total_differential
-from mathpost.compensate.model import COMPONENTS, SQUARENESS, ErrorModel, read_errors
+from mathpost.compensate.drift import Tracker
+from mathpost.compensate.model import COMPONENTS, SQUARENESS, ErrorModel, constant_errors, read_errors
 from mathpost.course.answers import Angle, Name, Names, Number, Vector
 from mathpost.course.lesson_data import data, load
 from mathpost.course.verdict import define, slip
@@ -34,7 +36,7 @@ def table_error():
 @slip("That is what you want, uncorrected.", sign=0)
 def command(sign=-1, seconds=3600):
     """Command = target - error, both in degrees."""
-    return 90 + sign * table_error()(90) / seconds
+    return 250 + sign * table_error()(250) / seconds
 
 
 @cache
@@ -74,29 +76,34 @@ def knots(tolerance=0.2):
     return len(spline.adaptive(spline.points(angles, errors), tolerance).knots)
 
 
-def ripple_seen(step):
-    """The greatest share of a ripple of 18 waves that measuring at multiples of `step` shows."""
-    return np.abs(np.sin(np.radians(18 * np.arange(0, 360, int(step))))).max()
+@cache
+def ripple_left(step, teeth=30):
+    """The part of a ripple that the spline through targets `step` apart leaves, in its worst phase."""
+    at, fine = np.arange(0, 360, float(step)), np.arange(0, 360, 0.05)
+    waves = [lambda degrees, wave=wave: wave(np.radians(teeth * degrees)) for wave in (np.sin, np.cos)]
+    fitted = [spline.through_all(spline.points(at, wave(at), period=360)) for wave in waves]
+    return np.hypot(*(wave(fine) - curve(fine) for wave, curve in zip(waves, fitted, strict=True))).max()
 
 
 @define(
     "12-steps",
     Names(
-        "5 6 7 8 9 10 11 12", about=lambda step: f"A step of {step}° sees {ripple_seen(step):.0%} of the ripple."
+        "3 4 5 6 7 8 9 11", about=lambda step: f"A step of {step}° leaves {ripple_left(step):.0%} of the ripple."
     ),
-    hint="18 times which steps is an odd multiple of 90°?",
+    hint="Its period is 12°. What does Nyquist ask for, and what does the spline need besides?",
 )
-@slip("10° is the blind one: 18 teeth repeat every 20°.", "10")
-@slip("Finer is not the point. Which steps meet a crest at all?", "5")
-@slip("The even steps miss the crests a little: they see 95 %.", share=0.5)
-def steps(share=0.999):
-    """The odd ones: 18 times an odd number of degrees can be an odd multiple of 90°."""
-    return {step for step in range(5, 13) if ripple_seen(step) > share}
+@slip("These *see* the ripple, since they do not divide its period. Do they resolve it?", "5 7 8 9 11")
+@slip("Half of the period is Nyquist's limit itself. There the whole ripple is left.", "3 4 5 6")
+@slip("That is for 18 teeth, whose period is 20°.", teeth=18)
+def steps(share=0.5, teeth=30):
+    """Below half of the period, and not just below: near the limit the spline still leaves much of the wave."""
+    return {step for step in (3, 4, 5, 6, 7, 8, 9, 11) if ripple_left(step, teeth) <= share}
 
 
 # 13 Systematic errors
 
 
+MICRORADIANS = 1e6 * math.radians(1) / 3600  # of a second of arc
 ERRORS = (*(f"E{part}{joint}" for joint in "XYZAC" for part in COMPONENTS), *SQUARENESS)
 
 
@@ -106,15 +113,37 @@ def trunnion_model():
     return ErrorModel(load("ac_table").machine)
 
 
-@define("13-sign", Vector(decimals=1, unit="µm"), hint="First in the machine, then seen from the turned workpiece.")
-@slip("That is where the table goes. The tool stays, so *seen from the workpiece* it goes the other way.", size=-10)
+@define(
+    "13-sign",
+    Vector(decimals=1, unit="µm"),
+    drawn=lambda rng: {"size": rng.randrange(4, 25)},
+    hint="First in the machine, then seen from the turned workpiece.",
+)
+@slip(
+    "That is where the table goes. The tool stays, so *seen from the workpiece* it goes the other way.",
+    lambda size: error_sign(-size),
+)
 @slip("That is in the machine's directions. At C90 the workpiece has turned: which of its axes is along X?", c=0)
-@slip("That is where the table goes, in the machine's directions.", size=-10, c=0)
+@slip("That is where the table goes, in the machine's directions.", lambda size: error_sign(-size, 0))
 def error_sign(size=10, c=90):
     """The table goes to +X, so the tool goes to -X seen from it; and at C90 the machine's X is the part's Y."""
     model = trunnion_model()
     sensitivity = numeric(model.sensitivity("EXC").as_immutable(), model.joints)
     return size * sensitivity(0, 0, 0, 0, np.radians(c))[:3, 0]
+
+
+@define(
+    "13-ecc",
+    Number(decimals=2, unit="µrad"),
+    drawn=lambda rng: {"seconds": rng.randrange(5, 20)},
+    hint="About which axis does a positive C turn this table?",
+)
+@slip("That is right on a table whose axis is [0, 0, 1]. Which axis has this one?", z=+1)
+@slip("That is the number in seconds of arc, with the right sign. One second is 4.848 µrad.", unit=1)
+@slip("Right sign, wrong size: an error in µrad is not multiplied by its angle.", unit=90 * MICRORADIANS)
+def ecc(z=-1, seconds=12, unit=MICRORADIANS):
+    """The error turns about the axis of the file, [0, 0, -1]: ECC is minus what the autocollimator shows."""
+    return z * seconds * unit
 
 
 def unlike_exx(name):
@@ -152,7 +181,7 @@ def worse_at(tilt):
 
 
 @define(
-    "13-tilt",
+    "13b-tilt",
     Number(decimals=3, tolerance=2e-3, unit="degrees"),
     hint="If the ratio is r at 0.01°, at which tilt is it 1?",
 )
@@ -161,6 +190,66 @@ def worse_at(tilt):
 def tilt(falls=np.sqrt):
     """The rest falls with the square of the tilt; bisection finds the same to a few thousandths of a degree."""
     return 0.01 * falls(worse_at(0.01))
+
+
+TWO_ERRORS, AT = {"EYA": 0.025, "EBC": -50e-6}, (20, 60, -10, -40, 15)
+
+
+@define(
+    "13b-inverse", Vector(decimals=4, unit="mm"), hint="Take the ideal pose, and give it to the calibrated inverse."
+)
+@slip("That is the ideal machine: it would miss the pose.", errors={})
+@slip("The errors are compensated with the wrong sign.", errors={"EYA": -0.025, "EBC": 50e-6})
+@slip("EYA alone. What does the tilt of C do, 60 mm from its axis?", errors={"EYA": 0.025})
+@slip("EBC alone. Where is the axis of A?", errors={"EBC": -50e-6})
+def exact_inverse(errors=TWO_ERRORS):
+    """Both are constants: the machine with the moved axes has its own closed-form inverse."""
+    compensator = Compensator(constant_errors(machine.load(data("errors/bohez_machine.toml")), errors))
+    joints = np.array([*AT[:3], *np.radians(AT[3:])])
+    both = compensator.calibrated.inverse(*compensator.wanted(joints))
+    return min(both, key=lambda branch: abs(branch[3] - joints[3]))[:3]
+
+
+@cache
+def compensated_turn(tilt):
+    """The trunnion with its errors, C turning once at X60 Y0 Z0: joints and their `Compensated`."""
+    joints = np.array([(60, 0, 0, np.radians(tilt), np.radians(c)) for c in range(360)])
+    compensator = Compensator(read_errors(data("errors/ac_table.toml"), load("ac_table").machine))
+    return joints, compensator.compensate(joints)
+
+
+@define(
+    "13b-path", Number(decimals=1, unit="µm"), hint="Compare `real.compensate(…).joints` with what was programmed."
+)
+@slip(
+    "That is how far the tip was off before. How far does *Y* move?",
+    lambda: 1e3 * compensated_turn(20)[1].before.tip.max(),
+)
+@slip("That is X.", column=0)
+@slip("That is Z.", column=2)
+@slip("That is at A0, not at A20.", tilt=0)
+def path_change(column=1, tilt=20):
+    """Y takes back what the errors do along it, and follows the small turns of A and C besides."""
+    joints, result = compensated_turn(tilt)
+    return 1e3 * np.abs(result.joints - joints)[:, column].max()
+
+
+@define(
+    "13b-drift", Number(decimals=0), hint="In the steady state each part takes away the same share of what is left."
+)
+@slip("That is with forgetting 0.5.", forgetting=0.5)
+@slip("That is with forgetting 0.9.", forgetting=0.9)
+def drift_parts(forgetting=0.8):
+    """Each part leaves the share 0.8 of what was left: 0.8 to the tenth is still more than a tenth."""
+    poses = np.zeros((5, 5))
+    poses[:, :3], poses[:, 3:] = [40, 20, 0], np.radians([[0, 0], [0, 120], [60, 0], [60, 180], [-60, 90]])
+    tracker = Tracker(
+        trunnion_model(), ("EYA", "EZA"), poses, sigma=0.001, expected=0.03, forgetting=forgetting, gate=np.inf
+    )
+    for part in range(-40, 200):
+        tracker.update(tracker.predict([0.010 * (part >= 0), 0]))
+        if part >= 0 and 0.010 - tracker.values[0] < 0.001:
+            return part + 1
 
 
 # 14 Check a spreadsheet

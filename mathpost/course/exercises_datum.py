@@ -12,7 +12,7 @@ from mathpost.measure.horizontal_head import VERTICAL
 
 CENTRES = {"centre_a": (0, -200, -850), "centre_b": (-350, 0, -900)}
 G54 = (-300, -250, -600)
-SET_UP, NEW = {"A": 20, "B": -40}, {"A": -30, "B": 10}
+SET_UP, NEW = {"A": 15, "B": -50}, {"A": -20, "B": 30}
 QUARTERS = {"B": 90, "C": 90}
 CALL = "G65P9795X0Y0Z0A0B0D-30.E10.S55"
 NORMALS = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}
@@ -47,13 +47,13 @@ def face(b=90):
 
 @define("08-datum", Vector(unit="mm"), hint="Carry the datum back to A0 B0 first, then forward.")
 @slip(
-    "This is from A0 B0. The part was set up at A20 B-40: carry its datum back to zero first.",
+    "This is from A0 B0. The part was set up at A15 B-50: carry its datum back to zero first.",
     start={"A": 0, "B": 0},
 )
 @slip(
-    "The differences of the angles are not enough: B is carried back at A20 and forward at A-30.",
+    "The differences of the angles are not enough: B is carried back at A15 and forward at A-20.",
     start={"A": 0, "B": 0},
-    end={"A": -50, "B": 50},
+    end={"A": -35, "B": 80},
 )
 @slip("This is the stack order BA; here A stands on the bed and carries B.", order="BA")
 @slip("Both axes turn the other way round: right size of the angles, wrong sign. Table or head?", iso=False)
@@ -138,9 +138,9 @@ def wrapped():
 @slip("That is at 45°, from the lesson.", angle=45)
 @slip(
     "These are the arms only; the head vectors differ in direction.",
-    lambda: np.linalg.norm(horizontal_head.fit_head(head()).head().vector(135)) - np.linalg.norm(head().vector(0)),
+    lambda: np.linalg.norm(horizontal_head.fit_head(head()).head().vector(205)) - np.linalg.norm(head().vector(0)),
 )
-def unlisted(angle=135):
+def unlisted(angle=205):
     """It falls through to the first label and uses U_0, almost two arm lengths away."""
     wanted = horizontal_head.fit_head(head()).head().vector(angle)
     return np.linalg.norm(wanted - head().vector(0))

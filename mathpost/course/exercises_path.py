@@ -1,116 +1,14 @@
-"""The exercises of lessons 05 to 07: inverse and selection, the singular region, the blade."""
-
-from dataclasses import replace
-from functools import cache
+"""The exercises of lessons 06 and 06b: the singular region, and the ways through it in real seconds."""
 
 import numpy as np
 
-from mathpost.course.answers import Angle, Joints, Name, Number, Vector
-from mathpost.course.lesson_data import blade, data, load
+from mathpost.course.answers import Name, Number, Vector
+from mathpost.course.lesson_data import SWING, blade, largest_swing, load, with_travel
 from mathpost.course.verdict import define, slip
-from mathpost.detective.rotary_axes import explain_joints
-from mathpost.kinematics import Kinematics
-from mathpost.post import cl as cldata
-from mathpost.post import program, run, selection, singular
+from mathpost.post import selection, singular, yu_dan
+from mathpost.post.between_blocks import deviation
 from mathpost.post.motion import equation_8, linearize
-from mathpost.rotation import wrap
-
-ROWS = (40, 50, 60, 70, 80)
-SWING = 90.0  # degrees from one record to the next: more is a swing
-BLOCK = 13  # the block of 07-block that is spoilt
-
-
-def with_travel(kin, low, high):
-    """The kinematics of the same machine with other limits, in degrees, of its first rotary axis."""
-    first, second = kin.machine.rotary
-    limited = replace(first, limits=(np.radians(low), np.radians(high)))
-    return Kinematics(replace(kin.machine, rotary=(limited, second)))
-
-
-def rotary_angles(kin, strategy="optimal"):
-    """The rotary angles chosen for the blade, in degrees, shape (5, 2)."""
-    return np.degrees(selection.choose(kin, blade(), strategy).joints[:, 3:])
-
-
-def largest_swing(kin):
-    """How far C turns at most from one record of the blade to the next, degrees."""
-    return np.abs(np.diff(rotary_angles(kin)[:, 1])).max()
-
-
-# 05 The inverse, and which solution to take
-
-
-def two_positions(axis):
-    """Say why this tool axis is none at which the branches of the DMU 50V are one position."""
-    first, second = load("dmu50v").inverse([0, 0, 0], axis, degrees=True)[:, 3]
-    if np.isnan(first):
-        return "This tool axis is out of reach: it points below the horizontal."
-    if axis[2] > 0.999 * np.linalg.norm(axis):
-        return "That is straight up. There is another place."
-    if abs(wrap(first - second)) > 0.01:
-        return f"There B is {first:.3f} on one branch and {second:.3f} on the other: two positions. Tilt further."
-    return ""
-
-
-@define("05-meet", Vector(names="i j k", decimals=None), complaint=two_positions)
-def meet():
-    """B = 180° and B = -180° are one place of the table. It lays the tool flat, in any direction that C likes."""
-    return load("dmu50v").forward([0, 0, 0, 180, 0], degrees=True)[1]
-
-
-@define(
-    "05-angles",
-    Joints(kinematics=lambda: load("dmu50v"), unit="degrees"),
-    detective=lambda angles: explain_joints(load("dmu50v"), blade().axes[3].round(6), np.round(angles, 3)),
-    hint="Send your angles through the forward kinematics: do they make the tool axis of record 4?",
-)
-@slip(
-    "That stands in table 2 of the paper. Send it through the forward kinematics and compare the tool axis.",
-    lambda: np.loadtxt(data("tables/yu_dan_table_2.csv"), delimiter=",", skiprows=2)[3, 4:],
-)
-@slip("That is record 3: the first record is number 1.", record=3)
-@slip("That is record 5: Python counts from 0.", record=5)
-def record_4(record=4):
-    """Either branch is right, and C may stand whole turns away: what counts is the tool axis that they make."""
-    tip, axis = blade().points[record - 1], blade().axes[record - 1]
-    return load("dmu50v").inverse(tip, axis, degrees=True)[0, 3:]
-
-
-@define("05-count", Number(decimals=0), hint="How many branches, and how many windings of each?")
-@slip("Two branches, yes; but C may also stand a whole turn away from either.", 2)
-@slip("Some of these are outside the travel of C, -360° to 360°.", travel=False)
-def count(travel=True):
-    """Two branches, and for each of them C and C less (or more) one whole turn."""
-    found = selection.candidates(load("ac_head"), blade().points, blade().axes)
-    return int(found.inside[0].sum()) if travel else found.joints.shape[1]
-
-
-@define("05-jump", Angle(decimals=2), hint="Follow B of both branches through records 1, 2 and 3.")
-@slip("That is the paper's choice, the smaller step of B; C pays for it with half a turn.", strategy="paper")
-@slip("That is record 2.", record=2)
-def jump(record=3, strategy="optimal"):
-    """Through zero and on: the other branch continues where this one would turn back."""
-    return rotary_angles(with_travel(load("dmu50v"), -25, 180), strategy)[record - 1, 0]
-
-
-def no_trap(tilts):
-    """Say why the shortest next move is no trap for three tool axes (sin t, 0, cos t)."""
-    tilts = np.radians(tilts)
-    axes = np.stack([np.sin(tilts), 0 * tilts, np.cos(tilts)], axis=1)
-    path = cldata.from_arrays(np.tile(blade().points[0], (3, 1)), axes)
-    kin = with_travel(load("dmu50v"), -25, 180)
-    # With any sway allowed, a swing costs time and breaks nothing.
-    best, greedy = (selection.choose(kin, path, way, sway=np.inf).cost for way in ("optimal", "shortest"))
-    if greedy > best + 0.1:
-        return ""
-    return f"Both cost {best:.2f} s here. What if the good way in turns out to be a dead end at the third?"
-
-
-@define("05-trap", Vector(names="t1 t2 t3", decimals=None, unit="degrees"), complaint=no_trap)
-def trap():
-    """Beyond 25° on that side B cannot go below zero, so the branch that was nearest at first has to be left."""
-    return (10, -5, -40)
-
+from mathpost.post.ways import Crossing
 
 # 06 The singular region
 
@@ -130,6 +28,30 @@ def price(measure=singular.amplification):
     return measure(load("dmu50v"), tool)
 
 
+@define("06-speed", Number(decimals=2, unit="degrees"), hint="By which factor may C be faster than the tool?")
+@slip("That takes the sine for the angle itself. At this size the second decimal shows it.", inverse=lambda x: x)
+@slip("That takes the tangent. Near the pole C turns 1/sin d times as fast as the tool.", inverse=np.arctan)
+@slip("That is the angle from the equator: you took the cosine.", inverse=np.arccos)
+def speed(inverse=np.arcsin):
+    """C may be five times as fast as the tool, so sin d is one fifth."""
+    return np.degrees(inverse(12 / 60))
+
+
+@define(
+    "06-region", Number(decimals=2, unit="degrees"), hint="Which point of a great circle is nearest to the pole?"
+)
+@slip("That is the nearer of the two ends. Between them the tool comes nearer.", share=0)
+@slip("That is half way. The nearest point lies where the circle turns back from the pole.", share=0.5)
+def nearest(share=None):
+    """The circle stays in a plane; the pole is as far from it as it is from being square to the plane's normal."""
+    first, last = np.array([-0.05, 0.03, 1]), np.array([0.07, 0.03, 1])
+    if share is not None:
+        point = first + share * (last - first)
+        return np.degrees(np.arccos(point[2] / np.linalg.norm(point)))
+    normal = np.cross(first, last)
+    return np.degrees(np.arcsin(abs(normal[2]) / np.linalg.norm(normal)))
+
+
 @define("06-pieces", Number(decimals=0, tolerance=2.5), hint="How does the error fall with the number of pieces?")
 @slip(
     "A quarter of the error needs twice the pieces, not four times: the error falls with the square.",
@@ -142,14 +64,15 @@ def pieces(tolerance=0.0025):
     return len(linearize(load("dmu50v"), joints[1:3], tolerance).joints) - 1
 
 
-@define(
-    "06-yardstick", Number(decimals=1, unit="mm"), hint="Compare the tip on the way with the line of the CL data."
-)
+@define("06-yardstick", Number(decimals=1, unit="mm"), hint="Where is the tip half way, and where should it be?")
 @slip("That is what it claims, measured against its own chords. Where should the tip be?", measured=1)
-def yardstick(measured=2):
-    """All its points lie on the line that the control follows anyway. Measure against the CL data."""
-    start, end = selection.choose(load("dmu50v"), blade()).joints[1:3]
-    return equation_8(load("dmu50v"), start, end, 0.01)[measured]
+@slip("That takes the sagitta of the whole angle; the angle is halved first.", angle=240)
+@slip("That is the chord, not its distance from the arc.", lambda: 2 * 40 * np.sin(np.radians(60)))
+def yardstick(measured=2, angle=120):
+    """All its points lie on the line that the control follows anyway: r·(1 − cos 60°), however many there are."""
+    kin = load("dmu50v")
+    start, end = kin.close([40, 0, 0], np.radians([[0, 0], [0, angle]]))
+    return equation_8(kin, start, end, 0.05)[measured]
 
 
 def no_swing(limits):
@@ -167,68 +90,91 @@ def limits():
     return next((low, 120) for low in (-20, -10, -5, 0) if not no_swing((low, 120)))
 
 
-# 07 The blade
+# 06b Through it
+
+ROWS = np.array([20.0, 24.0, 150.0, 153.0])  # C at four records, degrees
+STEPS = (0.5, 0.4)  # Δt₁ and Δt₂
+
+
+@define("06b-slopes", Vector(names="k1 k2", decimals=2), hint="Which two records does each slope belong to?")
+@slip("Those are the differences. Divide each by its Δt.", dt=(1, 1))
+@slip("Multiplied by Δt: a slope is a difference per time.", dt=(2, 2.5))
+@slip("That is the step across the region, not those before and after it.", records=((1, 2), (1, 2)))
+def slopes(dt=STEPS, records=((0, 1), (2, 3))):
+    """k₁ comes from the records before the region, k₂ from those after it."""
+    return [(ROWS[end] - ROWS[start]) / step for (start, end), step in zip(records, dt, strict=True)]
+
+
+@define("06b-cubic", Number(decimals=3, unit="degrees"), hint="Four conditions: both ends, both slopes.")
+@slip("That is the straight line.", lambda: ROWS[1] + 0.25 * (ROWS[2] - ROWS[1]))
+@slip("Both slopes are taken for 0. That curve stops at both ends.", dt=(np.inf, np.inf))
+@slip("The slopes are those for Δt = 1.", dt=(1, 1))
+@slip("That is at t = 0.75.", t=0.75)
+def cubic(t=0.25, dt=STEPS):
+    """A quarter of the time, and less than a quarter of the way: C is still gathering speed."""
+    return yu_dan.clamped(ROWS, 1.0, dt)(t)
+
+
+@define("06b-points", Number(decimals=0, tolerance=2), hint="How does the error fall with n?")
+@slip("The error falls with the square of n, not with n.", lambda: 5 * off(5) / 0.03)
+@slip("That is for 0.3 mm.", tolerance=0.3)
+def points(tolerance=0.03):
+    """Two points and an estimate by the square bring you near; then count."""
+    return next(n for n in range(1, 300) if off(n) <= tolerance)
+
+
+def off(n):
+    """How far the tip strays at most with n points of the cubic between records 2 and 3 of the blade, mm."""
+    kin, joints = load("dmu50v"), selection.choose(load("dmu50v"), blade()).joints
+    place, rows = yu_dan.smooth(kin, blade(), joints, (1, 2), n)
+    tips, _ = blade().at(place)
+    return deviation(kin, rows[:-1], rows[1:], tips=(tips[:-1], tips[1:]))[0].max()
 
 
 @define(
-    "07-pivot", Name("40 50 60 70 80"), hint="By how much does a turn by B move a point whose pivot is shifted?"
+    "06b-lift", Vector(decimals=3, unit="mm"), hint="Along which direction of the workpiece is the tool lifted?"
 )
-@slip("Nearest to the pole, where angles are uncertain. But a shifted pivot moves what B turns *far*.", "60")
-@slip("Second: which row has the greatest B?", "40")
-def pivot():
-    """The tip moves by 2·sin(B/2) times the shift, so the row with the greatest B moves furthest."""
+@slip("That is the machine's Z. The table is tilted: in the workpiece the tool leans.", lambda: [0, 0, 5])
+@slip("That is equation (10), which returns the tool.", clearance=-5)
+def lift(clearance=5):
+    """ΔA times the tool axis: along the tool, away from the part."""
     kin = load("dmu50v")
-    tilting, turning = kin.machine.rotary
-    moved = Kinematics(replace(kin.machine, rotary=(replace(tilting, point=(50.1, 0, 0)), turning)))
-    rotary = kin.inverse(blade().points, blade().axes)[:, 0, 3:]
-    shift = moved.close(blade().points, rotary) - kin.close(blade().points, rotary)
-    return ROWS[np.linalg.norm(shift[:, :3], axis=1).argmax()]
+    pose = np.r_[10, 20, 30, np.radians([30, 60])]
+    return kin.forward(yu_dan.lifted(kin, pose, clearance))[0] - kin.forward(pose)[0]
 
 
-@cache
-def spoilt_program():
-    """The blade's program, B from -25°, with two decimals of one C word exchanged: enough to miss the part."""
-    lines = run(blade(), with_travel(load("dmu50v"), -25, 180).machine).program.splitlines()
-    line = next(number for number, text in enumerate(lines) if text.startswith(f"{BLOCK} "))
-    head, word = lines[line].rsplit("C", 1)
-    lines[line] = f"{head}C{word[:6]}{word[7]}{word[6]}{word[8:]}"
-    return "\n".join(lines) + "\n"
+@define("06b-seconds", Vector(names="s60 s8", decimals=3, unit="s"), hint="Does C reach its rate on the way?")
+@slip("Those are the times at full speed. C has to speed up and to slow down.", acceleration=np.inf)
+@slip("On the 8° C never reaches 36°/s. The time of a triangle is 2·√(angle/acceleration).", triangle=False)
+def seconds(acceleration=100, triangle=True):
+    """From rest to rest: a trapezoid takes angle/rate + rate/acceleration, a triangle has no top."""
+    times = []
+    for angle in (60, 8):
+        reached = angle * acceleration >= 36**2
+        trapezoid = angle / 36 + 36 / acceleration
+        times.append(trapezoid if reached or not triangle else 2 * np.sqrt(angle / acceleration))
+    return times
 
 
 @define(
-    "07-block",
-    Number(decimals=0),
-    given=spoilt_program,
-    hint="Read the program back: in which block do tip and tool axis leave the CL data?",
+    "06b-corner", Number(decimals=3), hint="By how much does the speed of C jump at w = 1, and how much may it?"
 )
-@slip("You count from 0, the control's blocks from 1.", lambda: block() - 1)
-@slip(
-    "That is the block after: its move starts from the wrong place, but it ends in the right one.",
-    lambda: block() + 1,
-)
-def block():
-    """In one block only the tip leaves the CL data, by a tenth of a millimetre; no glance at the words shows it."""
-    kin = with_travel(load("dmu50v"), -25, 180)
-    tips, _ = kin.forward(program.read(spoilt_program(), kin.machine).joints)
-    middle = np.median(tips, axis=0)  # the blade's five tips are all within 0.01 mm
-    return int(np.linalg.norm(tips - middle, axis=1).argmax()) + 1
+@slip("That counts the speed after the corner, not the jump.", before=0)
+@slip("Before the corner C turns the other way: the speeds add.", before=4)
+def corner(before=-4):
+    """The jump is the difference of two speeds with their signs; the override takes it down to what is allowed."""
+    return 100 * 0.02 / (32 - before)
 
 
-def not_lowest(low):
-    """Say why B from `low` does not avoid the swing, or that less travel does, too."""
-    if not -180 <= low <= 180:
-        return "Give a limit of B in degrees, between -180 and 180."
-    swing, swing_with_less = (largest_swing(with_travel(load("dmu50v"), bound, 180)) for bound in (low, low + 0.02))
-    if swing > SWING:
-        return f"With B from {low:g} C still swings by {swing:.1f}°."
-    if swing_with_less <= SWING:
-        return "No swing, but B need not go so far: the path may also begin on the other branch."
-    return ""
-
-
-@define("07-lowest", Number(decimals=2, unit="degrees"), complaint=not_lowest)
-def lowest():
-    """One half of the swing of the tool must be made with B below zero: take the smaller half."""
-    b = rotary_angles(load("dmu50v"))[:, 0]
-    before, after = b[:2].max(), b[2:].max()
-    return -min(before, after) - 1e-3
+@define("06b-way", Name("direct linear cubic aside retract"), hint="Read the column of the axis error first.")
+@slip("It takes less time, and needs an axis tolerance of more than 2.6°.", "linear")
+@slip("It is smooth in virtual time. Its axis error is 1.55°.", "cubic")
+@slip("Its axis error is what you allowed it: 1°.", "aside")
+@slip("It keeps the tolerance, and takes longer than one other way that does.", "retract")
+def best_way():
+    """The tool axis stands still at the pole while C turns: the tolerances are kept, at a small cost of time."""
+    kin = load("dmu50v")
+    crossing = Crossing(kin, blade(), selection.choose(kin, blade()).joints, (1, 2))
+    ways = [crossing.way(name) for name in ("direct", "linear", "cubic", "aside", "retract")]
+    kept = [way for way in ways if way.axis_error <= np.radians(0.2) and way.tip_error <= 0.01]
+    return min(kept, key=lambda way: way.time).name

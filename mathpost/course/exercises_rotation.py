@@ -1,5 +1,7 @@
 """The exercises of lessons 01 to 04: rotations, Euler angles, the tilted plane, the chain."""
 
+from itertools import permutations
+
 import numpy as np
 import sympy as sp
 
@@ -10,19 +12,19 @@ from mathpost.course.lesson_data import load
 from mathpost.course.verdict import define, slip
 from mathpost.detective.euler_angles import explain
 from mathpost.frame import Frame
-from mathpost.plane import positioning
+from mathpost.plane import blocks, positioning
 from mathpost.plane.alignment import align
 from mathpost.plane.tilted_plane import Plane
 from mathpost.rotation import ACTIVE, wrap, zxz_right, zxz_steps
 
 POINT = (3, 4, 5)
-PRINTED = (135, 54.7356, -90)
-ACTIVE_POINT = (-4.490731, 4.949747, 2.309402)  # what the colleague of 01-slip shows; lesson 01 computes it
-AXES = Name({"x": ["x axis", "X轴"], "y": ["y axis", "Y轴"], "z": ["z axis", "Z轴"]})
+SLIP = ((20, 70, 50), (3.278276, -0.856658, 6.206371))  # angles, and the point that the colleague of 01-slip shows
+AXES = Name({axis: [f"{axis} axis", f"{axis}轴", f"{axis}坐标"] for axis in "xyz"})
 KINDS = Name({"active": ["active matrix", "主动", "主动矩阵"], "passive": ["passive matrix", "被动", "被动矩阵"]})
 TURNS = Name(
     {"moving": ["intrinsic", "动轴", "动坐标系"], "fixed": ["extrinsic", "定轴", "固定", "固定轴", "静轴"]}
 )
+ORDERS = Name({"".join(order): [] for order in permutations("XYZ")})
 LINKS = Names(
     {"workpiece": ["工件"], "C": [], "A": [], "linear": ["直线轴"], "tool": ["刀具"]},
     about={
@@ -35,39 +37,46 @@ LINKS = Names(
 # 01 Rotating a point
 
 
-@define("01-sign", Vector(), hint="Where do the new X and the new Y point?")
+def drawn_point(rng):
+    """Three different coordinates that are easy to turn in the head."""
+    return {"point": tuple(rng.sample(range(2, 10), 3))}
+
+
+@define("01-sign", Vector(), drawn=drawn_point, hint="Where do the new X and the new Y point?")
 @slip("This turns the point (an active matrix). The frame turns: look from its new axes.", angle=-90)
 @slip("This is the point before the turn.", angle=0)
-def sign(angle=90):
+def sign(angle=90, point=POINT):
     """The new X stands where Y was, so x' is the old y; the new Y points along -X, so y' is minus the old x."""
-    return zxz_right(angle, 0, 0, degrees=True) @ POINT
+    return zxz_right(angle, 0, 0, degrees=True) @ point
 
 
 @define(
     "01-point",
     Vector(),
-    detective=lambda answer: explain((30, 90, 0), POINT, np.round(answer, 6)),
+    detective=lambda answer, point: explain((30, 90, 0), point, np.round(answer, 6)),
+    drawn=drawn_point,
     hint="Write the new axes as three vectors, then take three dot products.",
 )
 @slip(
     "These are active matrices: they turn the point. Coordinates in a turned frame take the passive ones.",
-    lambda: zxz_steps("right", (30, 90, 0), POINT, elementary=ACTIVE, degrees=True)[-1].value,
+    lambda angles, point: zxz_steps("right", angles, point, elementary=ACTIVE, degrees=True)[-1].value,
 )
 @slip(
     "The factors stand in the order of turning; the first turn must act first, at the right end.",
     angles=(0, 90, 30),
 )
 @slip("The angles went in as degrees where the function expects radians; say degrees=True.", degrees=False)
-def point(angles=(30, 90, 0), degrees=True):
+def by_hand(angles=(30, 90, 0), point=POINT, degrees=True):
     """X' = (cos 30°, sin 30°, 0), Y' = (0, 0, 1), Z' = (sin 30°, -cos 30°, 0): three dot products."""
-    return zxz_right(*angles, degrees=degrees) @ POINT
+    return zxz_right(*angles, degrees=degrees) @ point
 
 
-@define("01-slip", KINDS, given=lambda: ACTIVE_POINT)
-@slip("Both kinds make the recipes agree; the passive kind gives another point. See the audit.", "passive")
+@define("01-slip", KINDS, given=lambda: SLIP)
+@slip("Both kinds make the recipes agree; the passive kind gives a different point. Try it.", "passive")
 def kind_of_matrix():
     """So look at the first elementary matrix: the minus before the sine is in the wrong place, in all six."""
-    return explain(PRINTED, POINT, ACTIVE_POINT).misreadings[0].kinds[0]
+    angles, shown = SLIP
+    return explain(angles, POINT, shown).misreadings[0].kinds[0]
 
 
 @define("01-still", AXES)
@@ -93,14 +102,23 @@ def still():
     lambda: euler.from_direction("ZXZ", [0, 1, 0], degrees=True),
 )
 @slip("z and x are exchanged: `from_axes` takes z first.", z=[0, 0, -1], x=[0, 1, 0])
-def frame(z=(0, 1, 0), x=(0, 0, -1)):
+@slip("These are ZYZ angles. The middle turn of I J K is about the new X.", sequence="ZYZ")
+def frame(z=(0, 1, 0), x=(0, 0, -1), sequence="ZXZ"):
     """Z alone gives I and J; X, along the slope, gives K. The twin with -J would have been right too."""
-    return euler.angles("ZXZ", Frame.from_axes(z, x).rotation, degrees=True)
+    return euler.angles(sequence, Frame.from_axes(z, x).rotation, degrees=True)
 
 
-@define("02-twin", Angle(decimals=2), hint="Is a twin a different rotation?")
-@slip("That is the turn the other way round. A twin is the same rotation under another name.", lambda: -twin())
-@slip("The three angles are about different axes, so they do not add up.", 20 + 30 + 40)
+@define(
+    "02-twin",
+    Angle(decimals=2),
+    drawn=lambda rng: {"angles": tuple(rng.sample(range(15, 60, 5), 3))},
+    hint="Is a twin a different rotation?",
+)
+@slip(
+    "That is the turn the other way round. A twin is the same rotation under another name.",
+    lambda angles: -twin(angles),
+)
+@slip("The three angles are about different axes, so they do not add up.", lambda angles: sum(angles))
 def twin(angles=(20, 30, 40)):
     """The same as before: a twin is another name of the same rotation, and the axis with its angle has no names."""
     twin = euler.twin("ZXZ", angles, degrees=True)
@@ -112,6 +130,8 @@ def twin(angles=(20, 30, 40)):
     "That is where ZXZ locks (G68.2), whose first and third axis are the same. Here they are X and Z.",
     sequence="ZXZ",
 )
+@slip("That is the second place where ZXZ locks (G68.2). Here the first and the third axis are X and Z.", 180)
+@slip("PLANE SPATIAL locks there too. The question is about SPB between 0° and 180°.", -90)
 @slip("Between them stands B: at which B does it lay X onto Z?", 45)
 def lock(sequence="xyz"):
     """SPB = 90° lays the part's X onto the fixed Z, about which SPC turns: only SPA - SPC is left."""
@@ -122,7 +142,7 @@ def lock(sequence="xyz"):
 @define("02-order", TURNS, given=lambda: "F = Rz(c) @ Ry(b) @ Rx(a)")
 @slip("About moving axes the later turns stand further *right*: Rx(a)·Ry(b)·Rz(c). Here they stand left.", "moving")
 def order():
-    """About the fixed X, the fixed Y, the fixed Z. His words need Rx(a)·Ry(b)·Rz(c), in SciPy's spelling XYZ."""
+    """About the fixed X, the fixed Y, the fixed Z. The comment needs Rx(a)·Ry(b)·Rz(c), in SciPy's spelling XYZ."""
     a, b, c = sp.symbols("a b c")
     program = ACTIVE["Z"](c) * ACTIVE["Y"](b) * ACTIVE["X"](a)
     spellings = {"moving": "XYZ", "fixed": "xyz"}
@@ -141,20 +161,55 @@ def plane():
     return Plane("PLANE SPATIAL", [0, 30, 0]).to("G68.2").values
 
 
-@define("03-third", Angle(decimals=2), hint="What does ρ say of the position that is within the travel?")
+@define("03-face", Pose(), hint="z gives I and J. Which K leaves x in the horizontal plane?")
+@slip("x points straight down the slope here. The drawing has it horizontal.", x=(2, -1, -2.5))
+@slip("x is horizontal, but along it X and Y become smaller.", x=(-1, -2, 0))
+@slip("The angles are those of the transposed matrix, which goes from the workpiece to the face.", inverted=True)
+def face_angles(x=(1, 2, 0), inverted=False):
+    """Z × z is horizontal and lies in the face: it is (1, 2, 0). The frame on it has K = 0."""
+    frame = Frame.from_axes([2, -1, 2], x)
+    return Plane.from_frame(frame.inverse() if inverted else frame, "G68.2").values
+
+
+@define("03-mode", ORDERS, hint="Write 39 in bits, and take two at a time from the right.")
+@slip("You read the bits from the left. The first axis stands in the lowest bits.", lambda: mode_39()[::-1])
+def mode_39():
+    """39 is 10 01 11 in bits. From the right: 3 is Z, 1 is X, 2 is Y."""
+    return blocks.MODES[39].split()[1]
+
+
+# 03b The tool on the tilted plane
+
+
+@define(
+    "03b-rho",
+    Angle(decimals=1),
+    drawn=lambda rng: {"i": rng.randrange(10, 80, 5), "j": rng.randrange(20, 60, 5), "k": rng.randrange(5, 60, 5)},
+    hint="Which K would leave ρ = 0 on this machine?",
+)
+@slip("Right size, wrong sense: ρ counts from the spindle's X to the feature's X.", lambda k: -90 - k)
+@slip("That is ρ on an A-C table, whose third angle is 0.", name="ac_table")
+def rho(i=20, j=35, k=10, name="bc_table"):
+    """The third angle of a B-C table is -90, and each degree of K beyond it is one degree of ρ: K + 90."""
+    return align(Plane("G68.2", [i, j, k]).frame, load(name).machine).solutions[0].rho
+
+
+@define("03b-third", Angle(decimals=2), hint="What does ρ say of the position that is within the travel?")
 @slip(
     "This is what is left (ρ). The third angle must take it away, so it has the other sign.",
     lambda: align(Plane("G68.2", [60, 30, 0]).frame, load("dmu50v").machine).solutions[0].rho,
 )
 @slip("0 is the third angle of an A-C table. This table tilts about an axis at 45°.", name="ac_table")
 def third(name="dmu50v"):
-    """Only one position is within the travel of B, and on a 45° table K is another for every plane."""
+    """Only one position is within the travel of B, and on a 45° table every plane needs a K of its own."""
     solutions = align(Plane("G68.2", [60, 30, 0]).frame, load(name).machine).solutions
     return next(solution.third_angle() for solution in solutions if not solution.reason)
 
 
 def same_choice(present):
     """Say which position Fanuc and Heidenhain both take from here for SPB+45 on the A-C table."""
+    if np.allclose(present, (20, -60)):
+        return "That is the case of the lesson. Find one of your own."
     tilted = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, load("ac_table").machine)
     one, other = positioning.fanuc(tilted, present), positioning.heidenhain(tilted, present)
     if np.abs(wrap(np.subtract(one.angles, other.angles))).max() > 1e-6:
@@ -163,7 +218,7 @@ def same_choice(present):
     return f"Both go to A{a:+.0f} C{c:+.0f} from there (Fanuc: {one.why}; Heidenhain: {other.why})."
 
 
-@define("03-choice", Vector(names="A C", decimals=None, unit="degrees"), complaint=same_choice)
+@define("03b-choice", Vector(names="A C", decimals=None, unit="degrees"), complaint=same_choice)
 def choice():
     """Fanuc asks only how far A has to go; Heidenhain adds the way of C."""
     tried = ((a, c) for a in (0, 20) for c in range(-90, 91, 30))
@@ -185,31 +240,51 @@ def links():
 
 
 @define(
+    "04-same",
+    Angle(decimals=1),
+    drawn=lambda rng: {"a": rng.randrange(20, 65, 5), "c": rng.randrange(10, 80, 5)},
+    hint="Write down both tool axes, and compare the first two components.",
+)
+@slip("The head over the table tilts about Y, not about X: the same C turns the tool elsewhere.", lambda c: c)
+@slip("Right size of the step, wrong way: there the tool leans to the opposite side.", lambda c: c + 90)
+def same_axis(a=35, c=20):
+    """sin B cos C' = sin A sin C and sin B sin C' = -sin A cos C: with B = A it is C' = C - 90."""
+    _tip, axis = load("ac_table").forward([0, 0, 0, a, c], degrees=True)
+    return load("head_b_table_c").inverse([0, 0, 0], axis, degrees=True)[0, 3]
+
+
+@define(
     "04-lean",
     Angle(decimals=2),
+    drawn=lambda rng: {"radius": rng.randrange(20, 80, 5)},
     hint="Draw the pivot above the tip: when does it stand over the middle of the ring?",
 )
-@slip("Leaning outwards makes the ring of the pivot wider. It must lean inwards.", lambda: -lean())
+@slip("Leaning outwards makes the ring of the pivot wider. It must lean inwards.", lambda radius: -lean(radius))
 @slip(
     "The pivot is L along the *tool*: it is the sine of the lean that carries it sideways, not the tangent.",
     inverse=np.arctan,
 )
 @slip(
     "The pivot lies not at the spindle nose but further up: add both lengths of the file.",
-    lambda: -np.degrees(np.arcsin(40 / load("ac_head").machine.tool_length)),
+    lambda radius: -np.degrees(np.arcsin(radius / load("ac_head").machine.tool_length)),
 )
-def lean(inverse=np.arcsin):
+def lean(radius=40, inverse=np.arcsin):
     """The pivot stands over the middle: radius + L·sin(lean) = 0."""
     model = load("ac_head").machine
     pivot_to_tip = model.tool_length + model.programmed_point[2]
-    return -np.degrees(inverse(40 / pivot_to_tip))
+    return -np.degrees(inverse(radius / pivot_to_tip))
 
 
-@define("04-sign", Number(), hint="Turn the table with your hand: where does the tool point, seen from the part?")
+@define(
+    "04-sign",
+    Number(),
+    drawn=lambda rng: {"a": rng.choice([20, 25, 35, 40, 50, 55])},
+    hint="Turn the table with your hand: where does the tool point, seen from the part?",
+)
 @slip(
     "Right size, wrong sign: this table turns as a head does. By ISO 841 the *tool* turns right-handed "
     "about X, seen from the part.",
-    a=-30,
+    lambda a: table_sign(-a),
 )
 @slip("That is the component along Z, the cosine.", component=2)
 def table_sign(a=30, component=1):

@@ -91,6 +91,8 @@ class Result:
         Exercises that are not defined here, to what the notebook says of them; they give no points.
     reran : dict
         Exercises to the status that they have when the notebook is run, where that is not the saved one.
+    numbers : set of str
+        Whose numbers the exercises had that draw some; "" is the lesson's.
     """
 
     name: str
@@ -102,6 +104,7 @@ class Result:
     lessons: set = field(default_factory=set)
     unknown: dict = field(default_factory=dict)
     reran: dict = field(default_factory=dict)
+    numbers: set = field(default_factory=set)
     notebooks: int = 0
 
     def status(self, name):
@@ -198,9 +201,21 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
         slow = sum(len(each.workbooks) + len(each.notebooks) * bool(rerun) for each in students)
         step = _Counter(slow, progress)
         results = [_student(each, same, rerun, step) for each in students]
+    _say_whose_numbers(results)
     missing = set(rules.students) - {each.name for each in results}
     results = sorted([*results, *map(Result, missing)], key=lambda each: each.name)
     return Class(results, _asked(rules, results), rules, same.groups(len(students)))
+
+
+def _say_whose_numbers(results):
+    """Where a class has numbers of its own: who answered with those of the lesson, or with the same as others."""
+    owners = Counter(name for result in results for name in result.numbers)
+    for result in results if any(owners) else ():
+        for name in sorted(result.numbers):
+            if not name:
+                result.trouble.append(("", "answered with the numbers of the lesson, not with their own"))
+            elif owners[name] > 1:
+                result.trouble.append(("", f"answered with the numbers of {name}, as {owners[name] - 1} more did"))
 
 
 def read_rules(path):
@@ -328,7 +343,8 @@ def _notebook(result, path, same):
     result.notebooks += 1
     if not any("".join(cell["source"]).strip() for cell in cells):
         result.trouble.append((path.name, "no cell has anything in it"))
-    names = {name for source in _sources(cells) for name in exercise.asked(source)}
+    sources = _sources(cells)
+    names = {name for source in sources for name in exercise.asked(source)}
     for name in (names | {each.name for each in verdicts}) & EXERCISES.keys():
         result.lessons.add(name.split("-")[0])
     for each in verdicts:
@@ -336,11 +352,13 @@ def _notebook(result, path, same):
             result.edited.append(each.name)
         if each.mixup:
             result.mixups.add((each.name, each.mixup))
+        if each.name in EXERCISES and EXERCISES[each.name].drawn:
+            result.numbers.add(each.student)
         if each.name not in EXERCISES:
             result.unknown[each.name] = each.status
         elif each.name not in result.verdicts or _better(each, result.verdicts[each.name]):
             result.verdicts[each.name] = each
-    same.notebook(result.name, path, cells, verdicts)
+    same.notebook(result.name, path, sources, verdicts)
 
 
 def _better(one, other):
@@ -375,7 +393,7 @@ def _workbook(result, path, same):
 
 def _sources(cells):
     """What stands in the cells, without spaces at the ends of lines."""
-    return [re.sub(r"[ \t]+$", "", "".join(cell["source"]), flags=re.MULTILINE).strip() for cell in cells]
+    return ["\n".join(map(str.rstrip, "".join(cell["source"]).split("\n"))).strip() for cell in cells]
 
 
 class _Same:
@@ -390,11 +408,11 @@ class _Same:
     def handed_out(self, path):
         return digest(path) in self.course
 
-    def notebook(self, student, path, cells, verdicts):
+    def notebook(self, student, path, sources, verdicts):
         if (bytes_ := digest(path)) in self.course:
             return
         answers = json.dumps([(each.name, each.answer) for each in verdicts if each.status != OPEN])
-        sources = [source for source in _sources(cells) if source and source not in self.own]
+        sources = [source for source in sources if source and source not in self.own]
         if sources or answers != "[]":
             self.files[bytes_].append((student, path.name))
             self.works.append((student, path.name, answers, sources))

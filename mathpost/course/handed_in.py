@@ -165,7 +165,7 @@ def _without_lesson(stem, lessons):
     for lesson in sorted(lessons, key=len, reverse=True):
         if lesson in stem:
             return stem.replace(lesson, "").strip(SEPARATORS)
-    return re.sub(r"(^|[ _-])\d\d_\w+$", "", stem, flags=re.ASCII).strip(SEPARATORS) or stem
+    return re.sub(r"(^|[ _-])\d\d[a-z]?_\w+$", "", stem, flags=re.ASCII).strip(SEPARATORS) or stem
 
 
 def _belongs(stem, name):

@@ -1,13 +1,18 @@
 """What the exercises and views of the lessons load: data of the course, from any folder below it, once."""
 
 import os
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
+
+import numpy as np
 
 from mathpost import machine
 from mathpost.errors import data_file
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl
+from mathpost.post import cl, selection
+
+SWING = 90.0  # degrees of C from one record to the next: more is a swing
 
 
 def data(path):
@@ -28,3 +33,15 @@ def load(name):
 def blade():
     """Table 1 of source 002."""
     return cl.read(data("cl/blade.cl"))
+
+
+def with_travel(kin, low, high):
+    """The kinematics of the same machine with other limits, in degrees, of its first rotary axis."""
+    first, second = kin.machine.rotary
+    limited = replace(first, limits=(np.radians(low), np.radians(high)))
+    return Kinematics(replace(kin.machine, rotary=(limited, second)))
+
+
+def largest_swing(kin):
+    """How far C turns at most from one record of the blade to the next, degrees."""
+    return np.abs(np.degrees(np.diff(selection.choose(kin, blade()).joints[:, 4]))).max()

@@ -19,7 +19,6 @@ from mathpost.errors import InputError, MathpostError, write_text
 NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.\d*|\.\d+|\d+)(?:[eE][-+]?\d+)?")
 VIEW = re.compile(r'<div class="mathpost-live".*?</iframe></div>', re.DOTALL)
 TIMEOUT = 120  # s for a cell
-LIVE = "application/vnd.jupyter.widget-view+json"  # numbers of this run; the picture beside it stays
 
 
 @dataclass(frozen=True)
@@ -64,7 +63,7 @@ def rerun(path, *, accept=False):
     ----------
     path : str or path-like
     accept : bool
-        Whether the new outputs are written to the file, without numbers of this run and without times.
+        Whether the new outputs are written to the file, without times.
 
     Raises
     ------
@@ -84,7 +83,7 @@ def rerun(path, *, accept=False):
         kernel_name="python3",
         resources={"metadata": {"path": str(path.parent)}},
         record_timing=False,
-        store_widget_state=False,
+        coalesce_streams=True,
         extra_arguments=["--log-level=ERROR"],
     )
     try:
@@ -97,9 +96,6 @@ def rerun(path, *, accept=False):
         for pair in _differences(_text(old), _text(new))
     ]
     if accept:
-        for cell in _code(after):
-            for output in cell.outputs:
-                output.get("data", {}).pop(LIVE, None)
         write_text(path, nbformat.writes(after))
     return changes
 

@@ -7,10 +7,11 @@ them through `mathpost.course.exercise`, and so does a teacher who writes one.
 import ast
 import inspect
 import json
+import random
 import re
 import textwrap
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 
 from mathpost.course.answers import brief
@@ -41,6 +42,8 @@ class Verdict:
         Whether the saved notebook said something else of this answer.
     mixup : str
         The sentence that names the mix-up, where one gives the answer.
+    student : str
+        Whose numbers it was judged by; "" for those that stand in the lesson.
     """
 
     name: str
@@ -49,15 +52,14 @@ class Verdict:
     answer: object = None
     edited: bool = False
     mixup: str = ""
+    student: str = ""
 
     def __str__(self):
         return f"{self.name} · {self.status}." + (f" {self.why}" if self.why else "")
 
     def _repr_mimebundle_(self, include=None, exclude=None):
-        return {
-            "text/plain": str(self),
-            MIME: {"answer": self.answer, "exercise": self.name},
-        }  # as sorted in a file
+        data = {"answer": self.answer, "exercise": self.name}  # as sorted in a file
+        return {"text/plain": str(self), MIME: data | ({"student": self.student} if self.student else {})}
 
 
 @dataclass(frozen=True)
@@ -74,8 +76,10 @@ class Exercise:
         Returns the solution. Its docstring says what the exercise teaches; its source is shown.
     slips : dict
         The sentence that names a mix-up, to the function that computes the answer to which it leads; see `slip`.
-    complaint, detective, given, hint
+    complaint, detective, given, drawn, hint
         As in `define`.
+    student : str
+        For whom its numbers were drawn; "" where they are those of the lesson.
     """
 
     name: str
@@ -85,13 +89,34 @@ class Exercise:
     complaint: Callable | None = None
     detective: Callable | None = None
     given: Callable | None = None
+    drawn: Callable | None = None
     hint: str = ""
+    student: str = ""
+
+    @cached_property
+    def of(self):
+        """The exercise with a student's own numbers, remembered; itself if all have the same."""
+        return cache(lambda student: replace(self, student=student) if student and self.drawn else self)
+
+    @cached_property
+    def arguments(self):
+        """The arguments of the solution: as it states them, or as they are drawn for the student."""
+        stated = inspect.signature(self.solve).parameters.items()
+        found = {name: each.default for name, each in stated if each.default is not each.empty}
+        return found | (self.drawn(random.Random(f"{self.name} {self.student}")) if self.student else {})
+
+    def _with_arguments(self, function, *values):
+        """Call what belongs to the exercise with the arguments of the solution that it names."""
+        named = inspect.signature(function).parameters
+        every = any(each.kind is each.VAR_KEYWORD for each in named.values())
+        taken = list(named)[len(values) :]
+        return function(*values, **{key: value for key, value in self.arguments.items() if every or key in taken})
 
     @cached_property
     def solution(self):
         """The solution as data, computed once, and right in its own eyes."""
-        value = self.kind.read(self.solve())
-        if self.complaint and (why := self.complaint(value)):
+        value = self.kind.read(self._with_arguments(self.solve))
+        if self.complaint and (why := self._with_arguments(self.complaint, value)):
             raise InputError(f"exercise {self.name}", "a solution that has nothing wrong", f"{value}: {why}")
         return value
 
@@ -100,7 +125,7 @@ class Exercise:
         """What each slip gives, as data: pairs of a sentence and a value."""
         found = []
         for sentence, computed in self.slips.items():
-            value = self.kind.read(computed())
+            value = self.kind.read(self._with_arguments(computed))
             if not self.complaint and self.kind.same(value, self.solution):
                 raise InputError(
                     f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {sentence}"
@@ -113,6 +138,10 @@ class Exercise:
         """What the mix-ups give that any answer of its kind can suffer."""
         found = self.kind.mixups(self.solution)
         return [(sentence, value) for sentence, value in found if not self.kind.same(value, self.solution)]
+
+    def handed_out(self):
+        """What the question hands out."""
+        return self._with_arguments(self.given)
 
     @property
     def source(self):
@@ -131,13 +160,17 @@ class Exercise:
     @property
     def shown_solution(self):
         """The lines that solve it, and what they give."""
-        return f"{self.source}\n# gives {self.kind.show(self.solution)}"
+        own = "".join(f"\n# {name} = {self.arguments[name]}" for name in self.arguments if self.student)
+        return f"{self.source}{own}\n# gives {self.kind.show(self.solution)}"
 
     def verdict(self, answer):
         """Judge an answer, also one that was stored.
 
         Whatever the answer is, nothing is raised; what the exercise itself cannot compute raises its own error.
         """
+        return replace(self._judged(answer), student=self.student)
+
+    def _judged(self, answer):
         if (
             answer is None
             or answer is ...
@@ -174,16 +207,20 @@ class Exercise:
         return Verdict(self.name, WRONG, why, {UNREADABLE: found})
 
     def _solves(self, value):
-        return not self.complaint(value) if self.complaint else self.kind.same(value, self.solution)
+        return (
+            not self._with_arguments(self.complaint, value)
+            if self.complaint
+            else self.kind.same(value, self.solution)
+        )
 
     def _mixup(self, value):
         """The sentence of the first mix-up that gives the value: a named one, the detective's, or a common one."""
         if self.complaint:
-            return self.complaint(value)
+            return self._with_arguments(self.complaint, value)
         for sentence, mistaken in self.mixed_up:
             if self.kind.same(value, mistaken):
                 return sentence
-        found = self.detective(value) if self.detective else None
+        found = self._with_arguments(self.detective, value) if self.detective else None
         if found and found.explained and not found.right:
             sentence = str(found.misreadings[0])
             return f"{sentence[0].upper()}{sentence[1:]}."
@@ -210,6 +247,10 @@ def define(name, kind, **how):
         Returns a `mathpost.detective.misreadings.Explanation` of an answer that none of the slips gives.
     given : callable, keyword only
         Returns what the question hands out, such as a program with an error in it.
+    drawn : callable, keyword only
+        ``drawn(rng)`` returns arguments of the solution as a dict, drawn for one student from a `random.Random`; a
+        slip, complaint, detective or `given` that names one of them as an argument gets it. In the question they
+        stand as ``<!--drawn:01-sign:angle-->90<!--/drawn-->``.
     hint : str, keyword only
         What to say if no mix-up gives the answer.
 
@@ -253,14 +294,16 @@ def slip(sentence, answer=None, **changed):
     ----------
     sentence : str
     answer : object, optional
-        The answer to which it leads, or a function that computes it.
+        The answer to which it leads, or a function that computes it, of arguments of the solution that it names.
     **changed
         In place of `answer`: the arguments with which the *solution* gives it.
     """
 
     def enter(solve):
-        leads_to = answer if callable(answer) else lambda: solve(**changed) if answer is None else answer
-        solve.slips = {sentence: leads_to} | getattr(solve, "slips", {})
+        def leads_to(**arguments):
+            return solve(**arguments | changed) if answer is None else answer
+
+        solve.slips = {sentence: answer if callable(answer) else leads_to} | getattr(solve, "slips", {})
         return solve
 
     return enter

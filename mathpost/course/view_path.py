@@ -1,77 +1,140 @@
 """Views with sliders for lessons 05 to 07: paths past the pole."""
 
 import numpy as np
+import sympy as sp
 
+from mathpost.course.lesson_data import with_travel
 from mathpost.draw import plot
-from mathpost.draw.chart import recorded
+from mathpost.draw.chart import printed, recorded
 from mathpost.draw.formula import slider
+from mathpost.post import selection
+
+KEPT = np.radians(0.05)  # from the pole: where the branch may change if the tool axis is to be kept
+
+
+def inner_and_outer(kin):
+    """One tool axis seen from the side and along the outer axis, which is Z: sliders outer and inner angle.
+
+    From the side one sees what the inner angle alone decides, along the axis what the outer angle does.
+    """
+    inner, outer = kin.inverse_symbolic.inner, kin.inverse_symbolic.outer
+    n = kin.forward_symbolic()[:3, 2]
+    w = n.subs(outer, 0)
+    products = (w[0] * n[1] - w[1] * n[0], w[0] * n[0] + w[1] * n[1])
+
+    def build(figure):
+        side, top = figure.subplots(1, 2)
+        turn = np.linspace(0, 2 * np.pi, 37)
+        side.plot(np.cos(turn), np.sin(turn), color=plot.COLOUR["machine"], linewidth=0.8)
+        side.plot([0, 0], [-1.2, 1.2], color=plot.COLOUR["machine"])
+        side.set(xlabel="from the side: across the outer axis", ylabel="k, along the outer axis")
+        top.set(xlabel="along the outer axis: i", ylabel="j")
+        for panel in (side, top):
+            panel.set(xlim=(-1.25, 1.25), ylim=(-1.25, 1.25), aspect="equal")
+        colour, points = plot.COLOUR, {}
+
+        def line(panel, at, tint, label=None, **style):
+            points[panel.plot([], [], color=colour[tint], label=label, **style)[0]] = at
+
+        ends = [(-w[1], w[2]), (w[1], w[2])]
+        line(side, ends, "published", linestyle=":")
+        line(side, [(0, 0), ends[0]], "first branch", f"{inner}", linewidth=2.5)
+        line(side, [(0, 0), ends[1]], "second branch", f"−{inner}", linewidth=2.5, linestyle="--")
+        line(top, [tuple(n.subs(outer, angle)[:2]) for angle in turn], "published", "same k", linestyle=":")
+        line(top, [tuple(n.subs(outer, outer * m / 18)[:2, 0] / 2) for m in range(19)], "workpiece", f"{outer}")
+        line(top, [(0, 0), tuple(w[:2])], "machine", f"w, at {outer} = 0", linewidth=2.5)
+        line(top, [(0, 0), tuple(n[:2])], "tool", "n, the tool axis", linewidth=2.5)
+        figure.legend(loc="outside lower center", ncols=6, fontsize=8)
+        return points, [*n, *products, sp.deg(sp.atan2(*products))]
+
+    return printed(
+        build,
+        (outer, inner),
+        [slider(f"{outer}", -180, 180, 125), slider(f"{inner}", -90, 90, 50)],
+        ["i = {0:4}, j = {1:4}, k = {2:4}", "sine product {3:4}, cosine product {4:4}, atan2 of the two {5:2}°"],
+        size=(8.0, 4.4),
+        height=530,
+    )
 
 
 def past_the_pole(kin):
     """A tool that tilts over in a plane at a distance from the pole: both branches of both rotary axes."""
-    tilt = np.radians(np.linspace(-20, 20, 201))
-    pole = np.array(kin.inverse_symbolic.pole, dtype=float)
+    tilts = np.sort(np.r_[20 * np.linspace(-1, 1, 41) ** 3, -0.5, 0.5])  # dense where the outer axis turns
+    pole, names = np.array(kin.inverse_symbolic.pole, dtype=float), kin.machine.joint_names[3:]
     side = np.eye(3)[np.abs(pole).argmin()]
     across = np.cross(pole, side)
-    names = kin.machine.joint_names[3:]
+    inner = names.index(str(kin.inverse_symbolic.inner))
 
     def build(figure):
         panels = figure.subplots(2, 1, sharex=True)
         lines = {}
         for axis, panel in enumerate(panels):
             for branch, role in enumerate(("first branch", "second branch")):
-                (lines[axis, branch],) = panel.plot(
-                    np.degrees(tilt[::2]),
-                    tilt[::2],
-                    color=plot.COLOUR[role],
-                    linestyle=plot.STYLE[role],
-                    label=role,
-                )
-            panel.set(ylabel=f"{names[axis]}, degrees", ylim=(-200, 200) if axis else (-60, 60))
-        inner = names.index(str(kin.inverse_symbolic.inner))
-        panels[inner].set_ylim(-60, 60)
-        panels[1 - inner].set_ylim(-400, 400)
-        panels[0].legend(loc="upper right")
+                style = {"color": plot.COLOUR[role], "linestyle": plot.STYLE[role], "label": role}
+                lines[axis, branch] = panel.plot(tilts, tilts, **style)[0]
+            panel.set(ylabel=f"{names[axis]}, degrees", ylim=(-60, 60) if axis == inner else (-280, 280))
+        panels[0].legend(loc="upper center", ncols=2)
         panels[1].set_xlabel("tilt of the tool in its plane, degrees")
 
         def update(distance):
             plane = np.cos(np.radians(distance)) * pole + np.sin(np.radians(distance)) * across
-            axes = np.cos(tilt)[:, None] * plane + np.sin(tilt)[:, None] * side
-            angles = np.unwrap(kin.inverse([0, 0, 0], axes)[..., 3:], axis=0)
+            axes = np.outer(np.cos(np.radians(tilts)), plane) + np.outer(np.sin(np.radians(tilts)), side)
+            angles = np.degrees(np.unwrap(kin.inverse([0, 0, 0], axes)[..., 3:], axis=0))
+            angles -= 360 * np.rint(angles[len(tilts) // 2] / 360)
             for (axis, branch), line in lines.items():
-                line.set_ydata(np.degrees(angles[::2, branch, axis]))
-            fastest = np.abs(np.diff(angles[:, 0, 1 - inner])).max() / (tilt[1] - tilt[0])
+                line.set_ydata(angles[:, branch, axis])
+            turned = np.abs(np.diff(angles[:, 0, 1 - inner]))
+            middle = turned[(tilts[:-1] >= -0.5) & (tilts[1:] <= 0.5)].sum()
             return [
-                f"at {distance:.2f}° from the pole the outer axis turns up to {fastest:.1f}° per degree of tilt"
+                f"{distance:.1f}° from the pole: {names[1 - inner]} turns by {turned.sum():.1f}°, "
+                f"by {middle:.1f}° of it while the tool tilts by 1°"
             ]
 
         return update
 
-    return recorded(build, slider("distance", 0.1, 10.0, 3.0, step=0.1), size=(7.0, 4.6), height=520)
+    return recorded(build, slider("distance", 0.1, 6.0, 3.0, step=0.1), size=(7.0, 4.6), height=520)
 
 
-def moved_aside(crossing, *, most=5.0):
-    """The outer axis through a singular region, with the tool axis moved aside by up to a slider's degrees."""
-    direct = crossing.way("direct")
+def travel_limit(kin, cl, records, high):
+    """What each strategy chooses if the tilting axis, the first one, may go down to a slider's angle.
+
+    The tool may lean between two records, except on the way "kept", the best that keeps the tool axis. `high` is
+    the other limit, degrees.
+    """
+    both = np.degrees(kin.inverse(cl.points, cl.axes)[:, :, 3])
+    ways = {way: (way, np.inf) for way in selection.STRATEGIES} | {"kept": ("optimal", KEPT)}
+    lows = np.arange(-30.0, 1.0)
+    found = [
+        {name: selection.choose(limited, cl, way, sway=sway) for name, (way, sway) in ways.items()}
+        for limited in (with_travel(kin, low, high) for low in lows)
+    ]
+    name = kin.machine.joint_names[3]
 
     def build(figure):
-        panel = figure.subplots()
-        plot.along(panel, direct.place + 1, np.degrees(direct.joints[:, crossing.outer]), "published", "as chosen")
-        (line,) = panel.plot([], [], color=plot.COLOUR["first branch"], label="tool axis moved aside")
-        panel.set(xlabel="record", ylabel=f"{crossing.kin.machine.joint_names[crossing.outer]}, degrees")
-        panel.legend()
+        tilt, price = figure.subplots(1, 2)
+        places = np.arange(len(records))
+        for branch, role in enumerate(("first branch", "second branch")):
+            tilt.plot(places, both[:, branch], "o", color=plot.COLOUR[role], label=role)
+        lowest = tilt.plot(places[[0, -1]], [0, 0], color=plot.COLOUR["machine"], label=f"{name} from")[0]
+        tilt.set(xlabel="row", ylabel=f"{name}, degrees", ylim=(-32, 32))
+        tilt.set_xticks(places, map(str, records))
+        price.set(xlabel=f"{name} from, degrees", ylabel="seconds", ylim=(0, 6.5))
+        lines, dots = {}, {}
+        for way in ways:
+            style = {"color": plot.COLOUR[way], "linestyle": plot.STYLE.get(way, "-")}
+            price.plot(lows, [each[way].cost for each in found], **style, label=way)
+            lines[way] = tilt.plot(places, places, linewidth=2.5, **style)[0]
+            dots[way] = price.plot([], [], "o", color=plot.COLOUR[way])[0]
+        figure.legend(loc="outside lower center", ncols=6, fontsize=8)
 
-        def update(degrees):
-            way = crossing.way("aside", lean=np.radians(degrees))
-            if way.reason:
-                line.set_data([], [])
-                return [way.reason]
-            line.set_data(way.place + 1, np.degrees(way.joints[:, crossing.outer]))
-            return [
-                f"peak {np.degrees(way.peak_rate):.0f}° per {'record' if way.per_record else 's'}, "
-                f"tool axis off by {np.degrees(way.axis_error):.2f}°, {way.blocks} blocks"
-            ]
+        def update(low):
+            chosen = found[int(np.abs(lows - low).argmin())]
+            lowest.set_ydata([low, low])
+            for shift, way in enumerate(ways):
+                lines[way].set_ydata(np.degrees(chosen[way].joints[:, 3]) + 0.5 * (1 - shift))
+                dots[way].set_data([low], [chosen[way].cost])
+            return [f"{name} from {low:.0f}°: " + ", ".join(f"{way} {chosen[way].cost:.3f} s" for way in chosen)]
 
         return update
 
-    return recorded(build, slider("moved by", 0.1, most, 1.0, step=0.1))
+    return recorded(build, slider(f"{name} from", -30, 0, -5, step=1), size=(8.5, 4.2), height=520)

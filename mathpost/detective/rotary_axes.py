@@ -144,13 +144,13 @@ class JointCase:
     def explain(self, shape):
         tried, matches, alone = 0, [], [[], []]
         for axis_slips, components, signs in _axis_misreadings():
-            values, tolerance = self.both_branches(self.axis[:, components] * signs)
+            values, spread = self.both_branches(self.axis[:, components] * signs)
             if np.isnan(values).any():
                 continue
             for exchanged in (False, True):
                 given = self.given[:, ::-1] if exchanged else self.given
                 slips = [*axis_slips, *_exchange_slip(exchanged, self.names)]
-                fits = [self.fits(values, tolerance, given, joint) for joint in range(2)]
+                fits = [self.fits(values, spread, given, joint) for joint in range(2)]
                 tried += len(_changes("")) ** 2
                 for first, second in product(*fits):
                     branches, extra = self.branches(fits[0][first], fits[1][second])
@@ -177,7 +177,7 @@ class JointCase:
         joints = self.kinematics.inverse(np.zeros(3), near, degrees=True)[..., 3:]
         values = joints[:, 0]
         spread = np.abs(wrap(joints - values[:, None]))
-        return values, np.nan_to_num(spread).max(axis=1) + self.half_digit
+        return values, np.nan_to_num(spread).max(axis=1)
 
     def not_normalised(self, axis):
         """The unit vectors with the component along the outer axis that `axis` has as printed, not normalised."""
@@ -191,12 +191,12 @@ class JointCase:
         is_rounded = np.abs(np.linalg.norm(axis, axis=1, keepdims=True) - 1) < 4 * self.axis_half_digit
         return np.where(is_rounded & (length > 0), printed, axis)
 
-    def fits(self, values, tolerance, given, joint):
+    def fits(self, values, spread, given, joint):
         """The changes of one angle that give what was written, with the rows and branches where they do, (n, 2)."""
         found = {}
         for change in _changes(self.names[joint]):
             off = wrap(given[:, None, joint] / change.factor - change.sign * values[..., joint] - change.offset)
-            fit = np.abs(off) <= tolerance[..., joint] / change.factor
+            fit = np.abs(off) <= spread[..., joint] + self.half_digit / change.factor
             if fit.any(axis=1).all():
                 found[change] = fit
         return found

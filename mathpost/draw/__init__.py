@@ -2,5 +2,5 @@
 
 Read `plot` for figures. For machines that move: `solid` and `arrangement` (the bodies), `scene` (what a picture is
 made of), `formula` and `live` (how it moves in a page), `picture` (how it stands still).
-Curves move by `chart`; `widget` has sliders for what only Python can draw.
+Curves move by `chart`.
 """

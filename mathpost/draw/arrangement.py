@@ -14,11 +14,19 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.draw.plot import COLOUR
-from mathpost.draw.solid import Hull, Turned, block, ring
+from mathpost.draw.solid import Hull, Lofted, Turned, block, ring
 from mathpost.rotation import numeric, unit
 
 UP = np.array([0.0, 0.0, 1.0])
 ACROSS = 0.5  # an axis at more than 60 degrees from what it carries gets a bearing on both sides
+RING, LEVELS = 24, 9  # points of a blade's outline, and outlines that it is drawn by
+BLADE = [
+    (0.0, 0.07),
+    (0.5, 0.055),
+    (0.93, 0.035),
+    (0.98, 0.025),
+]  # height and half width of a blade that is made up
+BLADE_COLOUR = "#62a9d4"  # the workpiece's, lighter
 GREYS = {  # the machine's role, one shade a body
     "bed": "#9aa3aa",
     "first": "#b3bcc4",
@@ -82,6 +90,8 @@ def arrange(kin, cl=None):
     origin = np.array(machine.origin)
     stock = block(origin + low, origin + high)
     made.solids.append(Hull("workpiece", COLOUR["workpiece"], stock))
+    if cl is not None and len(rings := _blade(size, cl, high[2])):
+        made.solids.append(Lofted("workpiece", BLADE_COLOUR, [origin + ring for ring in rings]))
     made.plate = _workpiece_side(made, machine, stock)
     _tool_side(made, machine, origin + start + lift * tool_axis, tool_axis, made.plate)
     places = placing(machine)(home)
@@ -105,13 +115,48 @@ def _size(machine, cl):
 
 
 def _workpiece(size, cl):
-    """Opposite corners of the workpiece in its own frame; a path lies on its top."""
+    """Opposite corners of the workpiece in its own frame: a path lies on its top, a blade stands on it."""
     if cl is None:
         return size * np.array([-0.5, -0.35, -0.4]), size * np.array([0.5, 0.35, 0.0])
     low, high = cl.points.min(axis=0), cl.points.max(axis=0)
     middle, half = (low + high)[:2] / 2, np.maximum((high - low)[:2] / 2 + 0.08 * size, 0.3 * size)
-    bottom = min(0.0, low[2] - 0.3 * size)
-    return np.array([*(middle - half), bottom]), np.array([*(middle + half), low[2]])
+    top = low[2] - (0.5 * size if _is_point(size, cl) else 0.0)
+    bottom = min(0.0, top - 0.3 * size)
+    return np.array([*(middle - half), bottom]), np.array([*(middle + half), top])
+
+
+def _is_point(size, cl):
+    return np.ptp(cl.points, axis=0).max() < 0.01 * size
+
+
+def _blade(size, cl, root):
+    """The rings of what stands on the block at the height `root`: a blade if the path winds up it, or is a point.
+
+    The rings of a path are its outlines, level by level. Of a path that is a point no more is known than that the
+    tool fans over an edge there: the blade is made up, as high as the tip, with its edge square to the fan.
+    """
+    turn = np.linspace(0, 2 * np.pi, RING, endpoint=False)
+    around = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    if _is_point(size, cl):
+        tip, fan = cl.points.mean(axis=0), np.ptp(cl.axes[:, :2], axis=0)
+        across = unit(fan) if np.hypot(*fan) > 1e-9 else np.array([1.0, 0.0])
+        along = np.array([-across[1], across[0]])
+        rings, camber = [], 0.06 * size * around[:, 1:] ** 2
+        for height, width in BLADE:
+            flat = (width * around[:, :1] * size + camber) * across + 0.3 * size * around[:, 1:] * along
+            level = np.full(RING, root + height * (tip[2] - root))
+            rings.append(np.column_stack([tip[:2] + flat, level]))
+        return [*rings, tip[None]]
+    levels = np.linspace(root, cl.points[:, 2].max(), LEVELS)
+    if levels[-1] - levels[0] < 0.3 * size:
+        return []
+    rings = []
+    for level in levels:
+        near = cl.points[np.abs(cl.points[:, 2] - level) <= (levels[1] - levels[0]) / 2]
+        if len(near):
+            outline = near[(near[:, :2] @ around.T).argmax(axis=0), :2]
+            rings.append(np.column_stack([outline, np.full(RING, level)]))
+    return [*rings, rings[-1].mean(axis=0)[None]] if rings else []
 
 
 def _workpiece_side(made, machine, stock):
@@ -140,18 +185,21 @@ def _workpiece_side(made, machine, stock):
         made.lines[cradle.name] = _line(bearings, axis, size)
         lowest = min(foot[2] - 0.8 * max(np.linalg.norm(stock - foot, axis=1).max(), radius), lowest)
         carried = bearings
-    floor = lowest - 0.15 * size
+    floor, half = lowest - 0.15 * size, 1.55 * max(radius, 0.6 * size)
+    bed, slides = "bed", machine.slides_that_carry("workpiece")
     for bearing in carried:
         middle, reach = bearing.mean(axis=0)[:2], np.ptp(bearing, axis=0).max() / 2
         foot = block([*(middle - reach), floor], [*(middle + reach), floor + 0.01 * size])
         if np.ptp(bearing[:, 2]) < 1e-6:  # a column under a table or a vice
             foot = ring([*middle, floor], UP, 1.1 * reach, count=24)
             bearing = ring(bearing.mean(axis=0), UP, reach, count=24)
-        made.solids.append(Hull("bed", GREYS["bed"], np.concatenate([bearing, foot])))
-    half = 1.55 * max(radius, 0.6 * size)
+        made.solids.append(Hull([bed, *slides][-1], GREYS["bed"], np.concatenate([bearing, foot])))
     (left, front), (right, back) = stock.mean(axis=0)[:2] - half, stock.mean(axis=0)[:2] + half
-    plate = block([left, front, floor - 0.12 * size], [right, back, floor])
-    made.solids.append(Hull("bed", GREYS["bed"], plate))
+    for name in [*reversed(slides), bed]:  # a plate for each slide under the workpiece, then the bed's
+        plate = block([left, front, floor - 0.12 * size], [right, back, floor])
+        made.solids.append(Hull(name, GREYS["bed" if name == bed else "first"], plate))
+        floor, left, right = floor - 0.12 * size, left - 0.1 * size, right + 0.1 * size
+    floor, left = floor + 0.12 * size, left + 0.1 * size  # those of the bed
     made.corner = np.array([left, front, floor])
     return plate
 
@@ -162,7 +210,8 @@ def _tool_side(made, machine, tip, tool_axis, plate):
     nose = tip + machine.tool_length * tool_axis
     face = tip + max(machine.tool_length, 0.45 * size) * tool_axis  # a tool of no length is drawn all the same
     made.solids += tool_solids(tip, tool_axis, size, np.linalg.norm(face - tip))
-    slide, heads = machine.linear[2].name, [r for r in machine.rotary if r.carries == "tool"]
+    slides, heads = machine.slides_that_carry("tool"), [r for r in machine.rotary if r.carries == "tool"]
+    slides = [*["bed"] * (3 - len(slides)), *slides]
     spindle = ring(face, tool_axis, width)
     if heads:  # the spindle's housing is one body, what carries it may have two arms
         swivel, axis = heads[-1], _along(heads[-1], tool_axis)
@@ -175,7 +224,7 @@ def _tool_side(made, machine, tip, tool_axis, plate):
     else:
         carried = [ring(face + 0.5 * size * tool_axis, tool_axis, width)]
         profile = [(0, 0), (0.8 * width, 0), (width, 0.12 * size), (width, 0.5 * size), (0, 0.5 * size)]
-        made.solids.append(Turned(slide, GREYS["second"], profile, face, tool_axis))
+        made.solids.append(Turned(slides[2], GREYS["second"], profile, face, tool_axis))
     if len(heads) == 2:
         turning, across = heads[0], axis
         axis, middle = _along(heads[0], tool_axis), np.concatenate(carried).mean(axis=0)
@@ -193,13 +242,13 @@ def _tool_side(made, machine, tip, tool_axis, plate):
     wide = 1.1 * width * np.array([1, 1, 0])
     ram = block(foot - wide, foot + wide + 3 * size * UP)
     shade = GREYS["first" if heads else "second"]
-    _join(made, slide, carried, [ram[ram[:, 2] < foot[2] + 1e-9]], shade)
-    made.solids.append(Hull(slide, shade, ram))
-    _slides(made, machine, foot, width, plate)
+    _join(made, slides[2], carried, [ram[ram[:, 2] < foot[2] + 1e-9]], shade)
+    made.solids.append(Hull(slides[2], shade, ram))
+    _slides(made, slides, foot, width, plate)
 
 
-def _slides(made, machine, foot, width, plate):
-    """The X slide on a wall behind the bed, and the beam of the Y slide, with the ram of Z at its end."""
+def _slides(made, slides, foot, width, plate):
+    """The outer slide on a wall behind the bed, and the beam of the next, with the ram of the last at its end."""
     size, (left, _, floor), (right, back, _) = made.size, plate.min(axis=0), plate.max(axis=0)
     back, bottom = max(back, foot[1] + 0.6 * size), foot[2] + 0.45 * size
     rail, behind = bottom - 0.12 * size, back + 0.4 * size
@@ -210,8 +259,8 @@ def _slides(made, machine, foot, width, plate):
         [foot[0] + 0.25 * size, behind + 0.1 * size, bottom + 0.35 * size],
     )
     made.solids.append(Hull("bed", GREYS["wall"], wall))
-    made.solids.append(Hull(machine.linear[0].name, GREYS["first"], x))
-    made.solids.append(Hull(machine.linear[1].name, GREYS["second"], y))
+    made.solids.append(Hull(slides[0], GREYS["first"], x))
+    made.solids.append(Hull(slides[1], GREYS["second"], y))
 
 
 def _bearings(foot, axis, carried_axis, *, clear, thin, radius):

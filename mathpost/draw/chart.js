@@ -1,5 +1,5 @@
 // Curves in panels: positions of one slider as Python recorded them, or printed functions of several sliders.
-import { KINDS, fit, fixed, later, make, max, min, PI, round, stage } from "./live.js";
+import { KINDS, fit, fixed, later, make, max, min, PI, round, stage, written } from "./live.js";
 
 class Panel {
     constructor(spec, parent) {
@@ -100,7 +100,7 @@ Object.assign(KINDS, {
             if (m) {
                 const q = controls.values.map((x, i) => x * state.sliders[i].factor), flat = [...m.points(q)], numbers = m.numbers(q);
                 moving.forEach((artist, i) => { artist.points = flat.splice(0, 2 * state.counts[i]); });
-                said = state.text.map((text) => text.replace(/\{(\d+):(\d+)\}/g, (_, i, digits) => fixed(numbers[i], Number(digits))));
+                said = written(state.text, numbers);
             } else { // what is between two recorded positions is not known
                 const { low, high, step } = state.sliders[0], i = round((max(low, min(high, controls.values[0])) - low) / step);
                 controls.rows[0].box.value = fixed(low + i * step, 3);

@@ -9,9 +9,10 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from mathpost import codegen
-from mathpost.draw.formula import NUMBER
+from mathpost.draw.formula import written
 from mathpost.draw.live import Live
 from mathpost.rotation import numeric
 
@@ -110,9 +111,11 @@ def printed(build, symbols, sliders, text, *, size=(7.0, 4.2), height=460):
         numeric(tuple(flat), tuple(symbols))(*start).reshape(-1, 2), np.cumsum([len(points[a]) for a in order])[:-1]
     )
     for artist, end in zip(order, ends, strict=True):
-        artist.set_data(*end.T) if hasattr(artist, "set_data") else artist.set_xy(end)
+        if isinstance(artist, Text):
+            artist.set_position(end[0])
+        else:
+            artist.set_data(*end.T) if hasattr(artist, "set_data") else artist.set_xy(end)
     values = numeric(tuple(numbers), tuple(symbols))(*start)
-    said = [NUMBER.sub(lambda m: f"{values[int(m[1])]:z.{m[2]}f}", line) for line in text]
     code = "\n".join(codegen.function(n, e, symbols) for n, e in (("points", flat), ("numbers", list(numbers))))
     state = {
         "sliders": [each | {"factor": factor} for each, factor in zip(sliders, factors, strict=True)],
@@ -120,7 +123,7 @@ def printed(build, symbols, sliders, text, *, size=(7.0, 4.2), height=460):
         "counts": [len(points[artist]) for artist in order],
     }
     state |= _spec(figure, [artist in points for artist in artists])
-    return Chart(figure, state, [code], ("points", "numbers"), "; ".join(said), height=height)
+    return Chart(figure, state, [code], ("points", "numbers"), "; ".join(written(text, values)), height=height)
 
 
 def _figure(size):

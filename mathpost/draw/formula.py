@@ -9,7 +9,7 @@ from mathpost import codegen
 from mathpost.draw.live import Live
 from mathpost.rotation import numeric
 
-NUMBER = re.compile(r"\{(\d+):(\d+)\}")
+NUMBER = re.compile(r"\{(\d+)(?::(\d+)|\?([^}]*))\}")
 
 
 def slider(name, low, high, value, *, step=1.0, unit="°", **more):
@@ -17,7 +17,25 @@ def slider(name, low, high, value, *, step=1.0, unit="°", **more):
     return {"name": name, "low": low, "high": high, "value": value, "step": step, "unit": unit} | more
 
 
-def formula(scene, symbols, sliders, places, text, *, numbers=(), points=(), buttons=(), **options):
+def written(text, numbers):
+    """Return the lines of `text` with these numbers in their places.
+
+    Examples
+    --------
+    >>> written(["tilt {0:2}{1? (locked)}"], [0.5, 0])
+    ['tilt 0.50']
+    """
+
+    def filled(found):
+        index, digits, words = found.groups()
+        return f"{numbers[int(index)]:z.{digits}f}" if digits else words * bool(numbers[int(index)])
+
+    return [NUMBER.sub(filled, line) for line in text]
+
+
+def formula(
+    scene, symbols, sliders, places, text, *, numbers=(), points=(), buttons=(), beside=(), play=None, **options
+):
     """Make a view of a scene that moves by printed expressions.
 
     Parameters
@@ -31,12 +49,17 @@ def formula(scene, symbols, sliders, places, text, *, numbers=(), points=(), but
     places : dict
         Name of each of the scene's bodies to a matrix in the symbols: 3×3 a rotation, 4×4 a transform.
     text : sequence of str
-        Lines under the picture; ``{0:4}`` is the first of the numbers with four decimals.
+        Lines under the picture; ``{0:4}`` is the first of the numbers with four decimals, ``{1?words}`` shows the
+        words where the second is not 0.
     numbers : sequence of sympy expressions
     points : sequence of 3×1 sympy matrices
         In the coordinates of the body of the line that runs through them.
     buttons : sequence of (str, list)
         Label of a button and the values that it sets, None where a slider stays.
+    play : int, optional
+        The slider that buttons play, pause and step move.
+    beside : sequence of Scene
+        More pictures of the same bodies.
     **options
         Of `Live`.
 
@@ -58,12 +81,14 @@ def formula(scene, symbols, sliders, places, text, *, numbers=(), points=(), but
     factors = [np.pi / 180 if each["unit"] == "°" else 1.0 for each in sliders]
     state = {"kind": "formula", "text": list(text), "places": [list(button) for button in buttons]}
     state["sliders"] = [each | {"factor": factor} for each, factor in zip(sliders, factors, strict=True)]
+    if play is not None:
+        state["play"] = play
     start = [each["value"] * factor for each, factor in zip(sliders, factors, strict=True)]
     at = {name: numeric(sp.ImmutableMatrix(m), symbols)(*start) for name, m in zip(places, placed, strict=True)}
     ends = numeric(tuple(functions["points"]), symbols)(*start).reshape(-1, 3) if points else np.zeros((0, 3))
-    for line in scene.lines:
-        if line.name:
-            line.parts = [ends[slice(*line.span)]]
+    scenes = [scene, *beside]
+    for line in (line for each in scenes for line in each.lines if line.name):
+        line.parts = [ends[slice(*line.span)]]
     values = numeric(tuple(numbers), symbols)(*start) if numbers else ()
-    said = [NUMBER.sub(lambda m: f"{values[int(m[1])]:z.{m[2]}f}", line) for line in text]
-    return Live(state, [code], tuple(functions), [scene], [{"bed": np.eye(4)} | at], "; ".join(said), **options)
+    said = "; ".join(written(text, values))
+    return Live(state, [code], tuple(functions), scenes, [{"bed": np.eye(4)} | at] * len(scenes), said, **options)

@@ -10,6 +10,9 @@ const length = (a) => hypot(...a);
 const unit = (a) => a.map((x) => x / length(a));
 const angle = (a, b) => 2 * atan2(length(minus(a, b)), length(plus(a, 1, b)));
 const fixed = (x, digits) => { const s = x.toFixed(digits); return Number(s) === 0 ? s.replace("-", "") : s; };
+// Lines of text: {0:4} is a number with four decimals, {1?words} are words that stand there if a number is not 0.
+const written = (text, numbers) => text.map((line) => line.replace(/\{(\d+)(?::(\d+)|\?([^}]*))\}/g, (_, i, digits, words) =>
+    digits ? fixed(numbers[i], Number(digits)) : numbers[i] ? words : ""));
 const list = (values, digits) => [...values].map((x) => fixed(x, digits)).join(" ");
 const apply = (m, k, p) => [0, 4, 8].map((r) => m[k + r] * p[0] + m[k + r + 1] * p[1] + m[k + r + 2] * p[2] + m[k + r + 3]);
 const across = (a) => { const x = unit(cross(a, abs(a[0]) < 0.6 ? [1, 0, 0] : [0, 1, 0])); return [x, cross(unit(a), x)]; };
@@ -18,15 +21,15 @@ const WORLD = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
 // A solid as triangles: corner x y z and its normal, rounded where faces meet at less than 37 degrees.
 function mesh(solid) {
     const { profile, from, along, corners, faces } = solid, found = [];
-    if (profile) {
-        const n = 40, [x, y] = across(along);
-        const rings = profile.map(([r, h]) => Array.from({ length: n }, (_, i) => {
+    if (!faces) {
+        const n = profile ? 40 : max(...solid.rings.map((ring) => ring.length)), [x, y] = profile ? across(along) : [];
+        const rings = solid.rings || profile.map(([r, h]) => Array.from({ length: n }, (_, i) => {
             const c = r * cos(2 * PI * i / n), s = r * sin(2 * PI * i / n);
             return from.map((o, k) => o + h * along[k] + c * x[k] + s * y[k]);
         }));
         for (let k = 1; k < rings.length; k++) for (let i = 0; i < n; i++) {
-            const [a, b, j] = [rings[k - 1], rings[k], (i + 1) % n];
-            found.push([a[i], a[j], b[j]], [a[i], b[j], b[i]]);
+            const at = (ring, j) => ring[j % ring.length], [a, b] = [rings[k - 1], rings[k]];
+            found.push([at(a, i), at(a, i + 1), at(b, i + 1)], [at(a, i), at(b, i + 1), at(b, i)]);
         }
     } else for (const face of faces) found.push(face.map((i) => corners[i]));
     const flat = found.map((t) => ({ t, n: cross(minus(t[1], t[0]), minus(t[2], t[0])) })).filter((f) => length(f.n) > 1e-9);
@@ -182,11 +185,14 @@ class Scene {
     // Strong where nothing is before it, faint where something is.
     stroke(ink, line, points, open, dpr) {
         const runs = { true: new Path2D(), false: new Path2D() };
+        let before; // a path of thousands of loose pieces is slow to draw: what goes on goes on
         for (let i = 1; i < points.length; i++) {
             const [p, q] = [points[i - 1], points[i]], n = max(1, ceil(hypot(q[0] - p[0], q[1] - p[1]) / (8 * dpr)));
             for (let j = 0; j < n; j++) {
                 const at = (t) => p.map((x, k) => x + t * (q[k] - x)), run = runs[line.over || open(at((j + 0.5) / n))];
-                run.moveTo(...at(j / n)); run.lineTo(...at((j + 1) / n));
+                if (run !== before) run.moveTo(...at(j / n));
+                run.lineTo(...at((j + 1) / n));
+                before = run;
             }
         }
         const path = (run, colour, width, dash = []) => {
@@ -331,6 +337,7 @@ const KINDS = {
         const buttons = make("div", ui.side, { className: "buttons" });
         for (const [label, at] of state.places || []) button(buttons, label, () => { at.forEach((x, i) => { if (x !== null) controls.values[i] = x; }); update(); });
         button(buttons, "reset view", () => scenes.forEach((scene) => { scene.reset(); scene.draw(); }));
+        if (state.play !== undefined) ui.player(controls, state.play);
         function update() {
             const q = controls.values.map((x, i) => x * state.sliders[i].factor), numbers = m.numbers ? m.numbers(q) : [], points = m.points ? m.points(q) : [];
             controls.show();
@@ -341,7 +348,7 @@ const KINDS = {
                 }
                 scene.show(m.places(q));
             }
-            ui.say(state.text.map((text) => text.replace(/\{(\d+):(\d+)\}/g, (_, i, digits) => fixed(numbers[i], Number(digits)))));
+            ui.say(written(state.text, numbers));
         }
         return update;
     },
@@ -349,7 +356,7 @@ const KINDS = {
 
 function start(root, state, machines) {
     root.className = `live ${state.layout}`;
-    const panes = make("div", root, { className: "panes" }), side = make("div", root, { className: "side" });
+    const panes = make("div", root, { className: state.scenes.length > 3 ? "panes many" : "panes" }), side = make("div", root, { className: "side" });
     const holder = make("div", side), said = make("output", make("div", root, { className: "said" }));
     let plots;
     const ui = {
@@ -387,5 +394,5 @@ function start(root, state, machines) {
 }
 export {
     DEGREE, KINDS, Scene, across, angle, button, ceil, cos, fit, fixed, floor, later, length,
-    list, make, max, min, minus, outOfTravel, PI, pose, round, sin, singular, stage, words, start,
+    list, make, max, min, minus, outOfTravel, PI, pose, round, sin, singular, stage, words, written, start,
 };

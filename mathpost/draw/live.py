@@ -14,6 +14,7 @@ from mathpost.draw.picture import png
 from mathpost.errors import write_text
 
 HERE = Path(__file__).parent
+COLUMNS = 3  # pictures beside each other
 MODULES = {
     "machine": ("live.js",),
     "formula": ("live.js",),
@@ -69,8 +70,8 @@ class Live:
     def picture(self):
         """Return the start as a PNG file, bytes."""
         width = 480 if self.layout == "row" else 720
-        high = 400 if len(self.scenes) == 1 else 300
-        return png(self.scenes, self.places, high, [width // len(self.scenes)] * len(self.scenes))
+        high, columns = 400 if len(self.scenes) == 1 else 300, min(len(self.scenes), COLUMNS)
+        return png(self.scenes, self.places, (width // columns, high), columns)
 
     def save(self, path, title="mathpost"):
         """Write the view as a page that stands alone; `OutputError` if that fails."""

@@ -124,14 +124,16 @@ def _light(normals, camera):
     return np.minimum(1 + 200 * (0.6 + 0.42 * light + 0.1 * back) + 40 * gloss, 254)
 
 
-def png(scenes, places, height, widths):
-    """Return the pictures of several scenes beside each other as a small PNG file, bytes."""
-    whole = Image.new("RGB", (FINE * sum(widths), FINE * height), "white")
-    left = 0
-    for scene, at, width in zip(scenes, places, widths, strict=True):
-        whole.paste(View(scene, at, (FINE * width, FINE * height)).draw(), (left, 0))
-        left += FINE * width
-    whole = whole.resize((sum(widths), height), Image.Resampling.BOX)
+def png(scenes, places, size, columns):
+    """Return the pictures of several scenes, `columns` beside each other, as a small PNG file, bytes."""
+    width, height = size
+    whole = Image.new("RGB", (FINE * width * columns, FINE * height * -(-len(scenes) // columns)), "white")
+    for number, (scene, at) in enumerate(zip(scenes, places, strict=True)):
+        row, column = divmod(number, columns)
+        whole.paste(
+            View(scene, at, (FINE * width, FINE * height)).draw(), (FINE * width * column, FINE * height * row)
+        )
+    whole = whole.resize((whole.width // FINE, whole.height // FINE), Image.Resampling.BOX)
     file = io.BytesIO()
     whole.quantize(64, dither=Image.Dither.NONE).save(file, format="PNG", optimize=True)
     return file.getvalue()

@@ -18,12 +18,35 @@ COLOUR = {
     "machine": "#7f7f7f",
     "workpiece": "#0072b2",
     "tool": "#d55e00",
+    "outer": "#56b4e9",
+    "inner": "#e69f00",
     "first branch": "#009e73",
     "second branch": "#cc79a7",
     "published": "#000000",
+    "optimal": "#e69f00",
+    "shortest": "#56b4e9",
+    "paper": "#000000",
+    "kept": "#d55e00",
     "forbidden": "#f0e442",
+    "direct": "#332288",
+    "linear": "#882255",
+    "cubic": "#44aa99",
+    "aside": "#999933",
+    "retract": "#aa4499",
 }
-STYLE = {"first branch": "-", "second branch": "--", "published": ":"}
+STYLE = {
+    "outer": "-",
+    "inner": "--",
+    "first branch": "-",
+    "second branch": "--",
+    "published": ":",
+    "shortest": "-.",
+    "paper": ":",
+    "kept": "--",
+    "linear": "--",
+    "aside": ":",
+    "retract": "-.",
+}
 
 
 def figure(rows=1, columns=1, *, size=(7.0, 4.2), three_d=False):
@@ -77,23 +100,61 @@ def travel(axes, low, high):
     axes.set_ylim(bottom, top)
 
 
+def trellis(axes, records, words, inside, seconds, ways=None):
+    """Draw the candidates of records, n of m each, and what the moves between them cost.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    records : sequence of n names
+    words : n lists of m str
+        What stands at each candidate; first and second branch in turn.
+    inside : array_like of bool, shape (n, m)
+        Which of them are inside travel; the others are open, and no move leads there.
+    seconds : array_like, shape (n - 1, m, m)
+    ways : dict, optional
+        Role, one of `COLOUR`, to the number of the candidate at each record.
+    """
+    for (at, row), fits in np.ndenumerate(inside):
+        colour = COLOUR[("first branch", "second branch")[row % 2]]
+        axes.plot(at, -row, "o", color=colour, fillstyle="full" if fits else "none", markersize=9, zorder=3)
+        axes.text(at, -row + (0.22 if row == 0 else -0.22), words[at][row], ha="center", va="center", fontsize=8)
+    for (at, i, j), cost in np.ndenumerate(seconds):
+        if inside[at][i] and inside[at + 1][j]:
+            axes.plot([at, at + 1], [-i, -j], color=COLOUR["machine"], linewidth=0.8, zorder=0)
+            white = {"facecolor": "white", "edgecolor": "none", "pad": 1}
+            axes.text(at + 0.3, -i - 0.3 * (j - i), f"{cost:.2f}", ha="center", va="center", fontsize=8, bbox=white)
+    for number, (role, way) in enumerate((ways or {}).items()):
+        along(axes, range(len(records)), 0.05 * (1 - number) - np.array(way), role)
+    if ways:
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=len(ways))
+    axes.set_xticks(range(len(records)), map(str, records))
+    axes.set(xlabel="row", xlim=(-0.4, len(records) - 0.6), ylim=(0.4 - len(words[0]), 0.6))
+    axes.set_yticks([])
+
+
 def pole_map(axes, kin, tool_axes, *, cone=None, role="tool", label=None):
     """Draw tool axes (n, 3) as seen along the outer axis: distance from the middle is the angle from the pole.
 
     The pole is the middle; the singular cone of half angle `cone` (radians) is shaded.
     """
+    line = axes.plot(*on_pole_map(kin, tool_axes), "o-", color=COLOUR[role], label=label)
+    if cone is not None:
+        axes.add_patch(plt.Circle((0, 0), np.degrees(cone), color=COLOUR["forbidden"], alpha=0.6, zorder=0))
+    axes.plot(0, 0, "+", color=COLOUR["machine"], markersize=12)
+    axes.set(xlabel="degrees from the pole", aspect="equal")
+    return line[0]
+
+
+def on_pole_map(kin, tool_axes):
+    """Return where `pole_map` draws tool axes (n, 3): across and up, degrees, shape (n,) each."""
     pole = np.array(kin.inverse_symbolic.pole, dtype=float)
     side = np.eye(3)[np.abs(pole).argmin()]
     y = np.cross(pole, side) / np.linalg.norm(np.cross(pole, side))
     x = np.cross(y, pole)
     angle = np.degrees(np.arctan2(np.hypot(tool_axes @ x, tool_axes @ y), tool_axes @ pole))
     direction = np.arctan2(tool_axes @ y, tool_axes @ x)
-    line = axes.plot(angle * np.cos(direction), angle * np.sin(direction), "o-", color=COLOUR[role], label=label)
-    if cone is not None:
-        axes.add_patch(plt.Circle((0, 0), np.degrees(cone), color=COLOUR["forbidden"], alpha=0.6, zorder=0))
-    axes.plot(0, 0, "+", color=COLOUR["machine"], markersize=12)
-    axes.set(xlabel="degrees from the pole", aspect="equal")
-    return line[0]
+    return angle * np.cos(direction), angle * np.sin(direction)
 
 
 def tip_path(axes, kin, joints, *, role, label=None, samples=40):
@@ -201,34 +262,6 @@ def space(axes, radius, *, centre=(0.0, 0.0, 0.0), elevation=22.0, azimuth=-55.0
     axes.set_box_aspect((1, 1, 1), zoom=1.25)
     axes.view_init(elevation, azimuth)
     axes.set_axis_off()
-
-
-class Wire:
-    """A line through points of a child frame, shape (n, 3), that moves with the frame; NaN rows break it."""
-
-    def __init__(self, axes, points, **style):
-        self.points = np.asarray(points, dtype=float)
-        (self.line,) = axes.plot(*self.points.T, **style)
-
-    def move(self, frame):
-        """Redraw at a `mathpost.frame.Frame`; return the points in its parent."""
-        moved = self.points @ frame.rotation.T + frame.origin
-        self.line.set_data_3d(*moved.T)
-        return moved
-
-
-class Triad:
-    """A frame's three axes with their labels, as artists that move."""
-
-    def __init__(self, axes, *, colour, length=1.0, labels="XYZ", **style):
-        self.wires = [Wire(axes, [np.zeros(3), length * e], color=colour, **style) for e in np.eye(3)]
-        self.texts = [axes.text(0, 0, 0, label, color=colour, ha="center", va="center") for label in labels]
-
-    def move(self, frame):
-        """Redraw at a `mathpost.frame.Frame`."""
-        for wire, text in zip(self.wires, self.texts, strict=True):
-            start, end = wire.move(frame)
-            text.set_position_3d(start + 1.15 * (end - start))
 
 
 # Spreadsheets

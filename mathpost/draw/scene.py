@@ -119,10 +119,12 @@ def machine(kin, cl=None, *, title="", colour=DARK):
     made = arrange(kin, cl)
     scene = Scene(list(placing(kin.machine)(made.home))[1:], made.solids, title=title, colour=colour)
     tables = [rotary.name for rotary in kin.machine.rotary if rotary.carries == "workpiece"]
+    inner = str(kin.inverse_symbolic.inner)
     for name, ends in made.lines.items():
-        scene.lines.append(Line(name, [ends], DARK, 1.2, dash=True, over=True))
+        colour = COLOUR["inner" if name == inner else "outer"]
+        scene.lines.append(Line(name, [ends], colour, 2.2, dash=name == inner, halo=True, over=True))
         # The turntable's name stands under it, not on the workpiece.
-        scene.labels.append(Label(name, ends[0 if [name] == tables[-1:] else 1], name, DARK))
+        scene.labels.append(Label(name, ends[0 if [name] == tables[-1:] else 1], name, colour))
     arm = 0.42 * made.size
     scene.triad("bed", "XYZ", length=0.7 * arm, colour=DARK, origin=made.corner)
     scene.triad("workpiece", "xyz", length=arm, colour=COLOUR["workpiece"])

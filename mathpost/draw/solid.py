@@ -1,4 +1,4 @@
-"""Solids of a picture in space, small enough to travel with it: profiles that turn about an axis, convex hulls.
+"""Solids of a picture in space, small enough to travel with it: turned profiles, joined rings, convex hulls.
 
 A solid stays in the coordinates of the body that it belongs to. `triangles` makes faces of it, the same that the
 module in the browser makes.
@@ -40,11 +40,29 @@ class Turned:
         turn = np.linspace(0, 2 * np.pi, SIDES, endpoint=False)[:, None]
         x, y = _across(self.along)
         around = np.cos(turn) * x + np.sin(turn) * y
-        rings = np.array([self.origin + h * self.along + r * around for r, h in self.profile])
-        a, b = rings[:-1], rings[1:]
-        following = np.roll(rings, -1, axis=1)
-        quads = [(a, following[:-1], following[1:]), (a, following[1:], b)]
-        return np.concatenate([np.stack(corners, axis=-2).reshape(-1, 3, 3) for corners in quads])
+        return _between([self.origin + h * self.along + r * around for r, h in self.profile])
+
+
+@dataclass
+class Lofted:
+    """A solid through `rings`, shape (n, 3), counterclockwise seen from the last one; a ring may be one point."""
+
+    body: str
+    colour: str
+    rings: list
+
+    def moved(self, matrix):
+        """Return the same solid in other coordinates, by a 4×4 matrix."""
+        return Lofted(self.body, self.colour, [ring @ matrix[:3, :3].T + matrix[:3, 3] for ring in self.rings])
+
+    def state(self):
+        """The solid as the browser has it."""
+        return {"rings": [[_short(point) for point in ring] for ring in self.rings]}
+
+    def triangles(self):
+        """Return triangles, shape (n, 3, 3), counterclockwise seen from outside."""
+        count = max(map(len, self.rings))
+        return _between([np.broadcast_to(ring, (count, 3)) for ring in self.rings])
 
 
 @dataclass
@@ -105,6 +123,14 @@ def ring(centre, normal, radius, count=12):
 def block(low, high):
     """The corners of a box between two points."""
     return np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 3)
+
+
+def _between(rings):
+    """Triangles between each ring of points and the next."""
+    rings = np.asarray(rings)
+    a, b, following = rings[:-1], rings[1:], np.roll(rings, -1, axis=1)
+    quads = [(a, following[:-1], following[1:]), (a, following[1:], b)]
+    return np.concatenate([np.stack(corners, axis=-2).reshape(-1, 3, 3) for corners in quads])
 
 
 def _across(axis):

@@ -13,6 +13,7 @@ from mathpost.measure import csv_table, spline
 
 ARCSECONDS = 3600  # in a degree
 MOST_RUNS = 50
+SMALLEST = 0.05  # seconds of arc: a table whose errors are all smaller was given in another unit
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def read_runs(path):
     Parameters
     ----------
     path : str or path-like
-        Angles in degrees, increasing; errors in seconds of arc.
+        Angles in degrees, increasing; errors in seconds of arc unless it names another unit.
 
     Returns
     -------
@@ -95,7 +96,7 @@ def read_runs(path):
     ------
     InputError
         If a column is missing, angles do not increase, or a number suggests other units: an angle beyond a
-        turn, an error beyond a degree. The message names file, line and column.
+        turn, an error beyond a degree, none beyond 0.05″. The message names file, line and column.
 
     Examples
     --------
@@ -104,14 +105,20 @@ def read_runs(path):
     ((37, 5), array([ 0., 10., 20.]))
     """
     names = [f"{side}{run}" for run in range(1, MOST_RUNS + 1) for side in ("up", "down")]
-    read = csv_table.read(path, ["angle", *names[:4]], optional=names[4:])
+    also = dict.fromkeys(("A", "B", "C", "position"), "angle")
+    read = csv_table.read(path, ["angle", *names[:4]], optional=names[4:], also=also)
     runs = (sum(name in read for name in names) + 1) // 2
     for name in names[: 2 * runs]:
         if name not in read:
             raise InputError(
                 read.path, f"as many runs down as up: up1, down1, … up{runs}, down{runs}", f"no {name!r}"
             )
+        size = read.unit(name, "angle", default="arcsec")
+        read.columns[name] = np.rad2deg(size) * ARCSECONDS * read[name]
         read.require(name, np.abs(read[name]) <= ARCSECONDS, "seconds of arc, less than a degree (other units?)")
+    most = max(np.abs(read[name]).max() for name in names[: 2 * runs])
+    if 0 < most < SMALLEST and "unit" not in read.settings:
+        raise InputError(read.where(0, "up1"), "a unit, in a line such as # unit = deg", f"{most:g}″ at most")
     read.check_angles("angle")
     read.check_increasing("angle")
     up, down = (np.column_stack([read[name] for name in names[side : 2 * runs : 2]]) for side in (0, 1))

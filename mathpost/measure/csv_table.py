@@ -1,21 +1,51 @@
 """Tables of readings: CSV files with named columns, whose errors name the file and the line.
 
-A file begins with a comment that names its source, then the column names, then one reading to a line::
+A file begins with comments that name its source and what is known of the readings, then the column names, then one
+reading to a line::
 
     # source: Huang et al. (source 001), section 4
-    angle,x,y
-    0,0.016,0.004
+    # unit = µm
+    angle,x,y,remark
+    0,16,4,table warm
 
-Angles in a file are degrees, lengths mm unless its reader says otherwise.
+Files are read as programs write them: with a byte order mark, in UTF-8, GBK or the letters of Windows, with commas,
+or with semicolons or tabs and decimal commas; a column of remarks is left out. Angles are degrees, lengths mm
+unless the file or its reader says otherwise.
 """
 
 import csv
 import math
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 
-from mathpost.errors import InputError, read_text
+from mathpost.errors import NUMBER, InputError, read_bytes
+
+OTHER_WORDS = {  # what people call a column
+    "angle": ("角度", "转角", "winkel"),
+    "position": ("位置", "目标位置", "target"),
+    "dial": ("reading", "读数", "千分表"),
+    "forth": ("forward", "正向", "去程"),
+    "back": ("backward", "反向", "回程"),
+    "run": ("次数",),
+}
+REMARKS = ("remark", "remarks", "comment", "note", "备注", "说明", "bemerkung")
+# What a unit measures, and its size in mm or radians.
+UNITS = {
+    ("mm", "毫米"): ("length", 1.0),
+    ("µm", "μm", "um", "微米"): ("length", 1e-3),
+    ("in", "inch"): ("length", 25.4),
+    ("deg", "degree", "degrees", "°", "度"): ("angle", math.radians(1)),
+    ("arcmin", "′", "'"): ("angle", math.radians(1 / 60)),
+    ("arcsec", "″", '"', "''", "角秒", "秒"): ("angle", math.radians(1 / 3600)),
+    ("rad",): ("angle", 1.0),
+    ("mrad",): ("angle", 1e-3),
+    ("µrad", "μrad", "urad"): ("angle", 1e-6),
+}
+SHOWN = 30  # columns that a message lists
+KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre")  # settings that a comment may make
 
 
 @dataclass(frozen=True)
@@ -26,16 +56,19 @@ class Table:
     ----------
     path : str
     source : str
-        The comment before the column names, without "source:"; empty if the file has none.
+        The comment before the column names, without "source:" and settings; empty if the file has none.
     columns : dict
         Name to a float array, shape (rows,), or to a list of strings for a text column.
     lines : tuple of ints
+    settings : dict
+        What comments such as ``# unit = µm`` say, and ``"unit x"`` for the unit in a column's name, ``x (µm)``.
     """
 
     path: str
     source: str
     columns: dict
     lines: tuple
+    settings: dict = field(default_factory=dict)
 
     def __getitem__(self, name):
         return self.columns[name]
@@ -76,8 +109,33 @@ class Table:
                 expected = f"more than {values[row - 1]:.10g}, which stands on line {self.lines[row - 1]}"
                 raise InputError(self.where(row, name), expected, f"{values[row]:.10g}, {what}")
 
+    def unit(self, name, kind, default=None):
+        """Return the size of the unit of column `name`, in mm or radians; of a dial division if that is stated.
 
-def read(path, columns, *, optional=(), text=()):
+        Parameters
+        ----------
+        name : str
+        kind : str
+            ``"length"`` or ``"angle"``.
+        default : str, optional
+            The unit if the file states none. Without a default it is asked for.
+        """
+        stated = self.settings.get(f"unit {name}") or self.settings.get("unit") or default
+        where = f"{self.path}, line {self.lines[0]}, column {name!r}"
+        units = ", ".join(each[0] for each, (measures, _) in UNITS.items() if measures == kind)
+        expected = f"its unit, in a line such as # unit = {units.split(', ')[1]}: one of {units}"
+        if kind == "length":
+            expected += ", or the size of a dial's division, # unit = 0.002 mm"
+        if stated is None:
+            raise InputError(where, expected, "none")
+        size, word = re.fullmatch(rf"({NUMBER})?\s*(.*)", stated.strip()).groups()
+        for words, (measures, factor) in UNITS.items():
+            if word.strip().casefold() in words and measures == kind and (size is None or float(size) > 0):
+                return factor * float(size or 1)
+        raise InputError(where, expected, repr(stated))
+
+
+def read(path, columns, *, optional=(), text=(), also=MappingProxyType({})):
     """Read a CSV file.
 
     Parameters
@@ -89,6 +147,8 @@ def read(path, columns, *, optional=(), text=()):
         Names of those that may be there.
     text : sequence of str, keyword only
         Which of all these hold words instead of numbers.
+    also : mapping, keyword only
+        Other headers, such as ``"C"``, to the columns that they mean.
 
     Returns
     -------
@@ -106,16 +166,25 @@ def read(path, columns, *, optional=(), text=()):
     >>> len(table), table["y"][1].item(), table.where(1, "y")
     (4, -378.873, "data/measurements/five_face_head.csv, line 4, column 'y'")
     """
-    comments, names, rows, lines = [], None, [], []
-    for number, line in enumerate(read_text(path).splitlines(), 1):
-        if line.lstrip().startswith("#"):
-            comments.append(line.lstrip("# \t").rstrip())
+    comments, settings, names, rows, lines = [], {}, None, [], []
+    wanted = (*columns, *optional)
+    for number, line in enumerate(_text(path).splitlines(), 1):
+        if line.lstrip(' "').startswith("#"):
+            comment = line.strip(' "#\t;,').rstrip()
+            key, _, value = (part.strip() for part in comment.partition("="))
+            if key in KNOWN and value:
+                settings[key] = value
+            else:
+                comments.append(comment)
             continue
-        cells = [cell.strip() for entry in csv.reader([line], skipinitialspace=True) for cell in entry]
+        if names is None:
+            delimiter = max(",;\t", key=lambda mark: (line.count(mark), mark == ","))
+        entries = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
+        cells = [cell.strip() for cell in next(entries, [])]
         if not any(cells):
             continue
         if names is None:
-            names = _check_names(cells, columns, optional, f"{path}, line {number}")
+            names = _check_names(cells, columns, wanted, also, settings, f"{path}, line {number}")
         elif len(cells) != len(names):
             raise InputError(f"{path}, line {number}", f"{len(names)} entries", f"{len(cells)}")
         else:
@@ -123,30 +192,60 @@ def read(path, columns, *, optional=(), text=()):
             lines.append(number)
     if not rows:
         raise InputError(str(path), f"the columns {', '.join(columns)} and rows of readings", "no readings")
-    table = Table(str(path), " ".join(comments).removeprefix("source:").strip(), {}, tuple(lines))
+    source = " ".join(comments).removeprefix("source:").strip()
+    table = Table(str(path), source, {}, tuple(lines), settings)
+    numbers = [column for column, name in enumerate(names) if name in wanted and name not in text]
+    commas = delimiter != "," and not any("." in row[column] for row in rows for column in numbers)
     for name, entries in zip(names, zip(*rows, strict=True), strict=True):
-        table.columns[name] = list(entries)
-        if name not in text:
-            table.columns[name] = np.array([_number(table, row, name) for row in range(len(entries))])
+        if name in wanted:
+            table.columns[name] = list(entries)
+        if name in wanted and name not in text:
+            table.columns[name] = np.array([_number(table, row, name, commas) for row in range(len(entries))])
     return table
 
 
-def _check_names(names, columns, optional, where):
+def _text(path):
+    """The text of a file in UTF-8 or UTF-16 with its mark, in UTF-8, in GBK, or in the letters of Windows."""
+    content = read_bytes(path)
+    marked = content.startswith((b"\xff\xfe", b"\xfe\xff"))
+    # Chinese letters are two bytes of which the second is high, too, in all but rare ones; µ and ° stand alone.
+    eastern = re.search(rb"[\x81-\xfe]{2}", content)
+    encodings = ("utf-16",) if marked else ("utf-8-sig", "gb18030" if eastern else "cp1252")
+    for encoding in encodings:
+        try:
+            return content.decode(encoding)
+        except UnicodeDecodeError as error:
+            line = content[: error.start].count(b"\n") + 1
+    raise InputError(f"{path}, line {line}", "text in UTF-8 or GBK", "other bytes")
+
+
+def _check_names(cells, columns, wanted, also, settings, where):
+    """The names of the columns; a unit in brackets behind a name goes to the settings."""
+    words = {word: name for name in wanted for word in (name.casefold(), *OTHER_WORDS.get(name, ()))}
+    words |= {word.casefold(): name for word, name in also.items()}
+    names = []
+    for cell in cells:
+        name, unit = re.fullmatch(r"(.*?)\s*(?:[(\[（](.*)[)\]）])?", cell).groups()
+        name = name if name in wanted else words.get(name.casefold(), name)
+        if unit:
+            settings[f"unit {name}"] = unit
+        names.append(name)
     missing = [name for name in columns if name not in names]
     if missing:
         raise InputError(where, f"the columns {', '.join(columns)}", f"{', '.join(names)}: no {missing[0]!r}")
     for name in names:
         if names.count(name) > 1:
             raise InputError(where, "every column once", f"{name!r} {names.count(name)} times")
-        if name not in (*columns, *optional):
-            raise InputError(where, f"no columns but {', '.join((*columns, *optional))}", repr(name))
+        if name not in wanted and name.casefold() not in REMARKS:
+            others = ", ".join(wanted[:SHOWN]) + ", …" * (len(wanted) > SHOWN)
+            raise InputError(where, f"no columns but {others}", repr(name))
     return names
 
 
-def _number(table, row, name):
+def _number(table, row, name, commas):
     entry = table[name][row]
     try:
-        number = float(entry)
+        number = float((entry.replace(",", ".") if commas else entry).replace("−", "-"))
     except ValueError:
         number = math.nan
     if not math.isfinite(number):

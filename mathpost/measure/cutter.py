@@ -11,7 +11,6 @@ import numpy as np
 import sympy as sp
 
 from mathpost.errors import InputError, as_array
-from mathpost.measure import csv_table
 from mathpost.rotation import numeric, unit
 
 NORMAL, AXIS = sp.symbols("n_x n_y n_z", real=True), sp.symbols("i j k", real=True)
@@ -146,39 +145,6 @@ def stock_left(normal, axis, old, new, *, longer=0.0):
     n, a = unit(as_array(normal, 3, "normal"), "normal"), unit(as_array(axis, 3, "axis"))
     short = tip_from_contact(old, n, a) - tip_from_contact(new, n, a) - np.asarray(longer)[..., None] * a
     return (short * n).sum(axis=-1)
-
-
-def read_contacts(path):
-    """Read CL data that carry contact normals from a CSV file.
-
-    Columns: x y z of the tip, mm; i j k of the tool axis; nx ny nz of the surface normal, out of the part.
-
-    Returns
-    -------
-    tip, axis, normal : ndarrays, shape (n, 3)
-        Axis and normal of length 1.
-
-    Raises
-    ------
-    InputError
-        If the file has a fault, a direction has no length, or a normal points away from the tool; names the line.
-
-    Examples
-    --------
-    >>> tip, axis, normal = read_contacts("data/cl/dome_contacts.csv")
-    >>> tip.shape, normal[0].round(4)
-    ((13, 3), array([-0.7682,  0.    ,  0.6402]))
-    """
-    names = (("x", "y", "z"), ("i", "j", "k"), ("nx", "ny", "nz"))
-    columns = csv_table.read(path, [name for group in names for name in group])
-    tip, axis, normal = (np.column_stack([columns[name] for name in group]) for group in names)
-    for group, vectors in zip(names[1:], (axis, normal), strict=True):
-        long_enough = np.linalg.norm(vectors, axis=1) > 1e-9
-        columns.require(group[0], long_enough, f"a direction {' '.join(group)}, not all zero")
-    axis, normal = unit(axis), unit(normal)
-    towards = (axis * normal).sum(axis=1) > -1e-9
-    columns.require("nx", towards, "a normal out of the part, within 90° of the tool axis")
-    return tip, axis, normal
 
 
 def tip_shift(kin, joints, longer, told, *, degrees=False):

@@ -10,6 +10,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 import sympy as sp
 from scipy.sparse.csgraph import connected_components
+from scipy.special import ndtri, stdtrit
 
 from mathpost.errors import InputError
 from mathpost.measure import csv_table
@@ -36,6 +37,8 @@ class Estimate:
     noise : float
         Standard deviation of a reading as the residuals show it, NaN without spare readings. In units of the
         stated sigma if one was stated: well above 1 means that something is not in the model.
+    freedom : ndarray, shape (unknowns,), or float
+        Degrees of freedom of the standard deviations: infinite if sigma was stated, else the spare readings.
     """
 
     values: dict
@@ -43,6 +46,7 @@ class Estimate:
     residuals: dict
     spare: int
     noise: float
+    freedom: np.ndarray | float = np.inf
 
     def __getitem__(self, name):
         return self.values[name]
@@ -51,6 +55,12 @@ class Estimate:
         """The standard deviation of one value."""
         index = list(self.values).index(name)
         return float(np.sqrt(self.covariance[index, index]))
+
+    def expanded(self, name, coverage=0.95):
+        """The expanded uncertainty U of one value, its factor k (Student's t) and its degrees of freedom."""
+        freedom = float(np.broadcast_to(self.freedom, len(self.values))[list(self.values).index(name)])
+        k = coverage_factor(freedom, coverage)
+        return k * self.deviation(name), k, freedom
 
 
 @dataclass(frozen=True)
@@ -117,7 +127,7 @@ class Measurement:
         return dict(zip(self.readings, np.moveaxis(predicted, -1, 0), strict=True))
 
     def read(self, path):
-        """Read settings and at least one reading from a CSV file, angles in degrees.
+        """Read settings and at least one reading from a CSV file: degrees, and mm unless it names a unit.
 
         The first setting must increase from line to line while the others, and a column ``run`` if there is
         one, stay the same.
@@ -133,13 +143,15 @@ class Measurement:
             For every fault `mathpost.measure.csv_table.read` knows, suspected units, and settings that
             do not increase.
         """
-        columns = csv_table.read(path, self._names, optional=[*self.readings, "run"])
+        also = dict.fromkeys("ABC", "angle") if "angle" in self._names else {}
+        columns = csv_table.read(path, self._names, optional=[*self.readings, "run"], also=also)
         if not any(name in columns for name in self.readings):
             raise InputError(str(path), f"a column of readings: {', '.join(self.readings)}", "none")
         for name in self.angles:
             columns.check_angles(name)
         for name in self.readings:
             if name in columns:
+                columns.columns[name] = columns.unit(name, "length", default="mm") * columns[name]
                 columns.require(name, np.abs(columns[name]) <= self.largest, f"mm within ±{self.largest:g} (µm?)")
         groups = [name for name in (*self._names[1:], "run") if name in columns]
         columns.check_increasing(self._names[0], within=groups)
@@ -187,36 +199,29 @@ class Measurement:
         readings = np.stack([np.broadcast_to(array, length) for array in arrays], axis=-1)
         degrees = degrees or isinstance(data, csv_table.Table)
         settings = [np.broadcast_to(s, length) for s in self._settings(data, degrees, length)]
-        weights = 1 / np.broadcast_to(_sigmas(sigma, used), readings.shape).ravel()
+        sigmas = np.broadcast_to(_sigmas(sigma, used), readings.shape).ravel()
         predict, derive = self._evaluate(used, sought)
 
-        def arguments(x):
+        def evaluate(x):
             values = dict(zip(map(str, sought), x, strict=True)) | known
-            return [*(values.get(str(symbol), 0.0) for symbol in self.unknowns), *settings]
+            arguments = [*(values.get(str(symbol), 0.0) for symbol in self.unknowns), *settings]
+            return predict(*arguments).ravel(), derive(*arguments).reshape(-1, len(sought))
 
-        # Gauss and Newton: all formulas are nearly linear in the unknowns, and two or three steps do.
-        x = np.zeros(len(sought))
-        for _ in range(50):
-            misses = (readings - predict(*arguments(x))).ravel() * weights
-            jacobian = derive(*arguments(x)).reshape(-1, len(sought)) * weights[:, None]
-            lengths = _lengths(jacobian)
-            u, singular, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
-            if len(singular) < len(sought) or singular[-1] <= SINGULAR * max(1.0, singular[0]):
-                raise self._undetermined(where, used, sought, known, settings, readings)
-            step = vt.T @ ((u.T @ misses) / singular) / lengths
-            x = x + step
-            if np.abs(jacobian @ step / weights).max() <= 1e-11 * max(1e-3, np.abs(readings).max()):
-                break
-        else:
-            raise InputError(where, f"readings that {self.name} can explain", "readings that fit no values")
-
-        values = dict(zip(map(str, sought), x.tolist(), strict=True))
-        residuals = readings - predict(*arguments(x))
+        if undetermined(evaluate(np.zeros(len(sought)))[1], sought):
+            raise self._undetermined(where, used, sought, known, settings, readings)
+        x, covariance, residuals, _ = least_squares(
+            evaluate, readings.ravel(), sigmas, np.zeros(len(sought)), where
+        )
         spare = readings.size - len(sought)
-        noise = float(np.linalg.norm(residuals.ravel() * weights) / np.sqrt(spare)) if spare else np.nan
-        inverse = vt.T / singular / lengths[:, None]
-        covariance = inverse @ inverse.T * (noise**2 if sigma is None else 1.0)
-        return Estimate(values, covariance, dict(zip(used, residuals.T, strict=True)), spare, noise)
+        noise = float(np.linalg.norm(residuals / sigmas) / np.sqrt(spare)) if spare else np.nan
+        return Estimate(
+            dict(zip(map(str, sought), x.tolist(), strict=True)),
+            covariance * (noise**2 if sigma is None else 1.0),
+            dict(zip(used, residuals.reshape(readings.shape).T, strict=True)),
+            spare,
+            noise,
+            float(spare) if sigma is None else np.inf,
+        )
 
     def simulate(self, values, settings, *, sigma, seed, degrees=False):
         """Return settings and noisy readings, to be given to `identify`; arguments as in `predict`.
@@ -240,7 +245,7 @@ class Measurement:
             return rows.reshape(-1, len(sought))
 
         def opened(rows):
-            return undetermined(rows / _lengths(rows), [str(symbol) for symbol in sought])
+            return undetermined(rows, [str(symbol) for symbol in sought])
 
         rows, found = jacobian(used, {}), f"{readings.size} of {', '.join(used)}"
         missing = opened(rows)
@@ -288,13 +293,55 @@ class Measurement:
                 raise InputError(self.name, f"unknowns among {', '.join(names)}", repr(name))
 
 
+def coverage_factor(freedom, coverage=0.95):
+    """Student's t for the degrees of `freedom`, 1.96 if they are infinite.
+
+    Examples
+    --------
+    >>> round(coverage_factor(5), 3), round(coverage_factor(np.inf), 3)
+    (2.571, 1.96)
+    """
+    return float(stdtrit(freedom, (1 + coverage) / 2) if freedom < 1e6 else ndtri((1 + coverage) / 2))
+
+
+def least_squares(evaluate, readings, sigmas, start, where):
+    """Return the values of the unknowns, their covariance, the residuals, and the weighted derivatives.
+
+    Gauss and Newton: formulas of small errors are nearly linear, and two or three steps do.
+
+    Parameters
+    ----------
+    evaluate : callable
+        Takes the values; returns the predicted readings, shape (n,), and their derivatives, shape (n, unknowns).
+    readings, sigmas : ndarray, shape (n,)
+        With the standard deviation of each.
+    start : ndarray, shape (unknowns,)
+    where : str
+        Begins the message of the `InputError` if the steps do not end.
+    """
+    x = start
+    for _ in range(50):
+        predicted, derivatives = evaluate(x)
+        jacobian = derivatives / sigmas[:, None]
+        lengths = _lengths(jacobian)
+        u, singular, vt = np.linalg.svd(jacobian / lengths, full_matrices=False)
+        if singular[-1] <= SINGULAR * singular[0]:
+            break
+        step = vt.T @ ((u.T @ ((readings - predicted) / sigmas)) / singular) / lengths
+        x = x + step
+        if np.abs(derivatives @ step).max() <= 1e-10 * max(1e-2, np.abs(readings).max()):
+            inverse = vt.T / singular / lengths[:, None]
+            return x, inverse @ inverse.T, readings - predicted - derivatives @ step, jacobian
+    raise InputError(where, "readings that a machine can explain", "readings that fit no values")
+
+
 def undetermined(matrix, names):
     """Return the unknowns that readings leave open, in groups whose members can stand in for each other.
 
     Parameters
     ----------
     matrix : ndarray, shape (readings, unknowns)
-        Derivatives of the readings, with each unknown in a unit that makes its column some 1 long or longer.
+        Derivatives of the readings.
     names : sequence of str
         Of the unknowns.
 
@@ -308,7 +355,7 @@ def undetermined(matrix, names):
     >>> undetermined(np.array([[1.0, 1, 0, 0], [2, 2, 0, 1]]), "abcd")
     [['a', 'b'], ['c']]
     """
-    _, singular, vt = np.linalg.svd(matrix, full_matrices=True)
+    _, singular, vt = np.linalg.svd(matrix / _lengths(matrix), full_matrices=True)
     rank = int((singular > SINGULAR * max(1.0, singular.max(initial=0.0))).sum())
     # The projector on the null space: 1 on the diagonal for an unknown that leaves no trace at all, less for one
     # that others can stand in for, 0 for one that is determined. Off the diagonal: by which.

@@ -150,39 +150,6 @@ def ball(rotary, *, ball_unknown=False):
     )
 
 
-@lru_cache(maxsize=32)
-def centre_line(rotary):
-    """The rotation centre found at two or more heights gives the tilt of the axis.
-
-    Setting: `height` along the axis above `rotary.point`, counted towards the machine's positive direction.
-    Readings: the centre at that height minus where the control believes it, `x` and `y` for C (`1` and `2` for an
-    axis along none of the machine's). Unknowns as in `ball`: BOC = dx/dh and AOC = −dy/dh.
-
-    Examples
-    --------
-    >>> from mathpost.machine import Rotary
-    >>> c = centre_line(Rotary("C", "workpiece", axis=(0, 0, -1), point=(0, 0, 0)))
-    >>> estimate = c.identify({"height": [50, 350], "x": [0.012, 0.024], "y": [-0.0045, 0.0045]})
-    >>> f"{1e6 * estimate['AOC']:.1f} {1e6 * estimate['BOC']:.1f} {estimate['XOC']:.3f} {estimate['YOC']:.3f}"
-    '-30.0 40.0 0.010 -0.006'
-    """
-    whole = ball(rotary)
-    names, plane = square_to(rotary)
-    height = sp.Symbol("height", real=True)
-    axis = exact_unit(rotary.axis)
-    up = axis if max(axis, key=abs) > 0 else -axis
-    offset, tilt = whole.unknowns[:2], whole.unknowns[2:]
-    centre = sp.Matrix(offset) + height * plane.T * (plane * sp.Matrix(tilt)).cross(up)
-    return Measurement(
-        name=f"centres along {rotary.name}",
-        unknowns=whole.unknowns,
-        settings=(height,),
-        readings=dict(zip((name.lower() for name in names), centre, strict=True)),
-        more={"a second height": {height: height + 200}},
-        largest=5,
-    )
-
-
 @lru_cache(maxsize=1)
 def rtcp_zero():
     """The tip of a head tilted by ±ψ under RTCP, with two tool lengths: the head's zero angle and its pivot.
@@ -296,16 +263,18 @@ def corrected(rotary, estimate):
     Parameters
     ----------
     rotary : mathpost.machine.Rotary
-        As it was given to `ball`, `centre_line` or `probing`.
+        As it was given to `ball` or `probing`.
     estimate : mathpost.measure.fit.Estimate
 
     Examples
     --------
     >>> from mathpost.machine import Rotary
     >>> c = Rotary("C", "workpiece", axis=(0, 0, -1), point=(0, 0, -50))
-    >>> found = centre_line(c).identify({"height": [0, 300], "x": [0.010, 0.022], "y": [0, 0]})
-    >>> corrected(c, found).axis, corrected(c, found).point
-    ((-4e-05, 0.0, -1.0), (0.01, 0.0, -50.0))
+    >>> turn = {"angle": [0, 90, 180, 270] * 2, "x": 150, "y": 0, "z": [0] * 4 + [300] * 4}
+    >>> read = ball(c).predict({"XOC": 0.010, "BOC": 4e-5}, turn, degrees=True)
+    >>> found = corrected(c, ball(c).identify(turn | read, degrees=True))
+    >>> tuple(round(x, 6) + 0.0 for x in (*found.axis, *found.point))
+    (-4e-05, 0.0, -1.0, 0.01, 0.0, -50.0)
     """
     _, plane = square_to(rotary)
     plane, point = np.array(plane, dtype=float), np.array(rotary.point)

@@ -43,16 +43,10 @@ class Solution:
     reason: str = ""
 
     @property
-    def zxz(self):
-        """The ZXZ angles I J K that leave ρ = 0: those of the spindle's own axes, degrees, shape (3,)."""
-        return euler.angles("ZXZ", self.spindle, degrees=True)
-
-    @property
     def parallel(self):
         """Pairs of a linear axis and the feature's axis that it is parallel to, such as ("X", "Y").
 
-        Source 000 asks for one with X or Y of the feature: on it rest the retract after fine boring and the
-        correction of a probe's ball.
+        Source 000 asks for one with X or Y of the feature.
         """
         return [
             (linear, axis)
@@ -60,10 +54,6 @@ class Solution:
             for axis, direction in zip("XYZ", self.feature.rotation.T, strict=True)
             if np.linalg.norm(np.cross(slide, direction)) < PARALLEL
         ]
-
-    def tilt(self, axis):
-        """The angle between a linear axis, "X", "Y" or "Z", and the feature's plane, degrees."""
-        return abs(float(np.degrees(np.arcsin(np.clip(self._slide(axis) @ self.feature.z, -1, 1)))))
 
     def third_angle(self, along="spindle", feature="X"):
         """Return the third ZXZ angle K that lays the feature's X or Y along a machine direction.
@@ -86,21 +76,19 @@ class Solution:
         ReachError
             If the linear axis does not lie in the feature's plane: no third angle makes them parallel.
         """
-        if feature not in ("X", "Y"):
-            raise InputError("feature", "'X' or 'Y'", repr(feature))
-        direction = self.spindle[:, 0] if along == "spindle" else self._slide(along)
-        if abs(direction @ self.feature.z) > PARALLEL:
+        directions = dict(zip("XYZ", self.slides.T, strict=True)) | {"spindle": self.spindle[:, 0]}
+        if along not in directions or feature not in ("X", "Y"):
+            raise InputError(
+                "along, feature", "'spindle', 'X', 'Y' or 'Z', and 'X' or 'Y'", f"{along!r}, {feature!r}"
+            )
+        direction = directions[along]
+        if abs(out_of_plane := direction @ self.feature.z) > PARALLEL:
             raise ReachError(
-                f"no third angle lays the feature's {feature} along the machine's {along}, "
-                f"which stands {self.tilt(along):.3f} degrees out of the plane"
+                f"no third angle lays the feature's {feature} along the machine's {along}, which stands "
+                f"{np.degrees(np.arcsin(min(abs(out_of_plane), 1.0))):.3f} degrees out of the plane"
             )
         third = euler.angles("ZXZ", self.feature.rotation, degrees=True)[2]
         return float(wrap(third - _turn(direction, self.feature) - (90 if feature == "Y" else 0)))
-
-    def _slide(self, axis):
-        if axis not in ("X", "Y", "Z"):
-            raise InputError("linear axis", "'X', 'Y' or 'Z'", repr(axis))
-        return self.slides[:, "XYZ".index(axis)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,8 +122,7 @@ class Alignment:
 def align(feature, machine):
     """Find both positions of the rotary axes that put the tool along the feature's Z.
 
-    Two rotary axes place the tool axis and nothing else: the angle ρ about it is what the machine leaves. It is
-    reported for each solution, with the third angle that removes it.
+    Two rotary axes place the tool axis and nothing else: `Solution.rho` is the angle left about it.
 
     Parameters
     ----------

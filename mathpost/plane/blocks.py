@@ -58,15 +58,15 @@ def to_text(plane, *, decimals=4, positioning="STAY", swivel_data="TC1", directi
     kind, _, variant = plane.notation.partition(" ")
     origin = dict(zip("XYZ", plane.origin, strict=True))
     values = dict(zip(plane.words, plane.values, strict=True))
-    if kind == "G68.2":
-        return f"G68.2 {_pointed({**origin, **values}, decimals)}"
+    if kind == "G68.2":  # every number with its decimal point, or it counts increments
+        return f"G68.2 {_written(origin | values, decimals, point='.')}"
+    plus, shifted = "+" if kind == "PLANE" else "", "TRANS DATUM AXIS" if kind == "PLANE" else "TRANS"
+    shift = f"{shifted} {_written(origin, decimals, plus)}\n" if plane.origin.any() else ""
     if kind == "PLANE":
-        shift = [f"TRANS DATUM AXIS {_signed(origin, decimals)}"] if plane.origin.any() else []
-        words = _signed(values, VECTOR_DECIMALS if variant == "VECTOR" else decimals)
-        return "\n".join([*shift, f"PLANE {variant} {words} {positioning}"])
+        words = _written(values, VECTOR_DECIMALS if variant == "VECTOR" else decimals, plus)
+        return f"{shift}{plane.notation} {words} {positioning}"
     if kind == "AROT":
-        shift = [f"TRANS {_plain(origin, decimals)}"] if plane.origin.any() else []
-        return "\n".join([*shift, f"AROT {_plain(values, decimals)}"])
+        return f"{shift}AROT {_written(values, decimals)}"
     solid = variant == "solid"
     angles = [*plane.values[:2], 0.0] if solid else plane.values
     numbers = ",".join(_number(value, decimals) for value in (*plane.origin, *angles, 0, 0, 0))
@@ -175,17 +175,10 @@ def _number(value, decimals):
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def _plain(values, decimals):
-    return " ".join(f"{word}{_number(value, decimals)}" for word, value in values.items())
-
-
-def _signed(values, decimals):
-    """Heidenhain: every number with its sign."""
+def _written(values, decimals, plus="", point=""):
+    """Words with their values; `plus` before a number without a sign, `point` behind one without a point."""
     texts = {word: _number(value, decimals) for word, value in values.items()}
-    return " ".join(f"{word}{'' if text.startswith('-') else '+'}{text}" for word, text in texts.items())
-
-
-def _pointed(values, decimals):
-    """Fanuc: every number with its decimal point, or it counts increments."""
-    texts = {word: _number(value, decimals) for word, value in values.items()}
-    return " ".join(f"{word}{text}{'' if '.' in text else '.'}" for word, text in texts.items())
+    return " ".join(
+        f"{word}{'' if text.startswith('-') else plus}{text}{'' if '.' in text else point}"
+        for word, text in texts.items()
+    )

@@ -73,17 +73,13 @@ def fanuc(alignment, present, *, master=None):
     >>> fanuc(tilted, [20, -60]).angles.round(6), fanuc(tilted, [20, -60], master="C").angles.round(6)
     (array([45., 90.]), array([-45., -90.]))
     """
-    first = _joint(alignment, master or alignment.machine.rotary[0].name)
-    names = [joint.name for joint in alignment.machine.rotary]
-    candidates = _within_travel(alignment, _present(present))
-    order = (first, 1 - first)
-
-    def keys(angles):
-        motion, distance = np.abs(angles - _present(present)), np.abs(wrap(angles))
-        return [motion[order[0]], motion[order[1]], distance[order[0]], distance[order[1]]]
-
-    clauses = [f"smallest motion of {names[n]}" for n in order] + [f"{names[n]} nearest to 0" for n in order]
-    return _smallest(alignment, candidates, keys, clauses)
+    names, present = _names(alignment), _present(present)
+    first = _joint(alignment, master or names[0])
+    motions = {
+        f"smallest motion of {names[n]}": lambda angles, n=n: abs(angles - present)[n] for n in (first, 1 - first)
+    }
+    zeros = {f"{names[n]} nearest to 0": lambda angles, n=n: abs(wrap(angles))[n] for n in (first, 1 - first)}
+    return _choose(alignment, present, motions | zeros)
 
 
 def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD"):
@@ -113,38 +109,23 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
     ------
     ReachError
         If the position asked for is not within travel ("Entered angle not permitted" on the control).
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> from mathpost.plane.alignment import align
-    >>> from mathpost.plane.tilted_plane import Plane
-    >>> trunnion = machine.load("data/machines/ac_table.toml")
-    >>> tilted = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, trunnion)
-    >>> heidenhain(tilted, [0, -105]).angles.round(6), heidenhain(tilted, [0, -105], seq="+").angles.round(6)
-    (array([-45., -90.]), array([45., 90.]))
     """
-    if seq and sym:
-        raise InputError("seq, sym", "one of the two", f"seq={seq!r}, sym={sym!r}")
+    if (seq and sym) or seq not in ("", "+", "-") or sym not in ("", "+", "-"):
+        raise InputError("seq, sym", "'+' or '-' for one of the two, or nothing", f"seq={seq!r}, sym={sym!r}")
     if rot not in ("COORD", "TABLE"):
         raise InputError("rot", "'COORD' or 'TABLE'", repr(rot))
-    master, side = alignment.inner, seq or sym
-    reference = symmetry if sym else 0.0
-    if side not in ("", "+", "-"):
-        raise InputError("seq, sym", "'+', '-' or nothing", repr(side))
-
-    name, word = alignment.machine.rotary[master].name, f"{'SYM' if sym else 'SEQ'}{side}"
+    present, master, side = _present(present), alignment.inner, seq or sym
+    name, word = _names(alignment)[master], f"{'SYM' if sym else 'SEQ'}{side}"
 
     def refuse(angles):
-        above = wrap(angles[master] - reference) * (-1 if side == "-" else 1)
+        above = wrap(angles[master] - (symmetry if sym else 0.0)) * (-1 if side == "-" else 1)
         return f"{name} at {angles[master]:.4f} is not {word}" if side and above < -TIE else ""
 
-    def keys(angles):
-        return [np.hypot(*(angles - _present(present))), -angles[master]]
-
-    candidates = _within_travel(alignment, _present(present), refuse, turn_table=rot == "TABLE")
-    clauses = ["shortest path", f"higher {name}"]
-    return _smallest(alignment, candidates, keys, clauses, alone=word if side else ALONE)
+    clauses = {
+        "shortest path": lambda angles: np.hypot(*(angles - present)),
+        f"higher {name}": lambda angles: -angles[master],
+    }
+    return _choose(alignment, present, clauses, refuse, turn_table=rot == "TABLE", alone=word if side else ALONE)
 
 
 def siemens(alignment, present, direction, *, reference=None):
@@ -172,68 +153,56 @@ def siemens(alignment, present, direction, *, reference=None):
     """
     if direction not in (-1, 1):
         raise InputError("direction", "-1 or +1", repr(direction))
-    axis = alignment.inner if reference is None else _joint(alignment, reference)
-    candidates = _within_travel(alignment, _present(present))
-    name = alignment.machine.rotary[axis].name
-    clauses = [f"{'higher' if direction > 0 else 'lower'} {name}", "smallest motion"]
-    return _smallest(
-        alignment,
-        candidates,
-        lambda angles: [-direction * wrap(angles[axis]), np.hypot(*(angles - _present(present)))],
-        clauses,
-    )
+    axis, present = alignment.inner if reference is None else _joint(alignment, reference), _present(present)
+    clauses = {
+        f"{'higher' if direction > 0 else 'lower'} {_names(alignment)[axis]}": lambda angles: (
+            -direction * wrap(angles[axis])
+        ),
+        "smallest motion": lambda angles: np.hypot(*(angles - present)),
+    }
+    return _choose(alignment, present, clauses)
 
 
-def _within_travel(alignment, present, refuse=lambda angles: "", turn_table=False):
-    """The solutions that nothing refuses, within travel, by index; each moved by whole turns towards `present`."""
-    candidates, reasons = {}, []
+def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table=False, alone=ALONE):
+    """The position with the least of the first clause, a dict from its words to what it measures, that differs.
+
+    Positions are moved by whole turns towards `present`; `alone` says why, if nothing else is left to choose from.
+    """
+    left, reasons = {}, []
     for index, solution in enumerate(alignment.solutions):
         angles = solution.angles.copy()
-        if alignment.free:
-            angles[alignment.outer] = _free_angle(alignment, solution, present, turn_table)
-        reason = refuse(angles) or beyond_travel(alignment.machine, angles)
-        if reason:
+        if alignment.free:  # it stays where it stands, or turns until ρ is 0: one degree shows which way ρ goes
+            angles[alignment.outer] = 1.0
+            slope = np.sign(wrap(alignment.at(angles).rho - solution.rho))
+            angles[alignment.outer] = -slope * solution.rho if turn_table else present[alignment.outer]
+        if reason := refuse(angles) or beyond_travel(alignment.machine, angles):
             reasons.append(reason)
         else:
-            pairs = zip(alignment.machine.rotary, angles, present, strict=True)
-            candidates[index] = np.array([nearest_turn(*pair) for pair in pairs])
-    if not candidates:
+            left[index] = np.array(
+                [nearest_turn(*p) for p in zip(alignment.machine.rotary, angles, present, strict=True)]
+            )
+    if not left:
         raise ReachError(f"{alignment.machine.name}: entered angle not permitted ({'; '.join(reasons)})")
-    return candidates
-
-
-def _free_angle(alignment, solution, present, turn_table):
-    """A free outer axis stays where it stands, or turns until ρ is 0."""
-    if not turn_table:
-        return present[alignment.outer]
-    angles = solution.angles.copy()
-    angles[alignment.outer] = 1.0  # one degree shows which way ρ goes
-    slope = wrap(alignment.at(angles).rho - solution.rho)
-    return -np.sign(slope) * solution.rho
-
-
-def _smallest(alignment, candidates, keys, clauses, alone=ALONE):
-    """The candidate with the smallest keys, the first that differs deciding; `alone` says why there was but one."""
-    left, why = dict(candidates), alone
-    table = {index: keys(angles) for index, angles in candidates.items()}
-    for column, clause in enumerate(clauses):
-        if len(left) == 1:
-            break
-        least = min(table[index][column] for index in left)
-        nearest = {index: left[index] for index in left if table[index][column] <= least + TIE}
-        why = clause if len(nearest) < len(left) else "both are one position"
-        left = nearest
+    why = alone
+    for clause, measure in clauses.items():
+        if len(left) > 1:
+            least = min(map(measure, left.values())) + TIE
+            nearest = {index: angles for index, angles in left.items() if measure(angles) <= least}
+            why, left = clause if len(nearest) < len(left) else "both are one position", nearest
     index = min(left)
     endless = [np.isinf(rotary.limits).all() for rotary in alignment.machine.rotary]
     angles = np.where(endless, wrap(left[index]), left[index])
     return Choice(index, angles, alignment.at(angles).rho, why)
 
 
+def _names(alignment):
+    return [rotary.name for rotary in alignment.machine.rotary]
+
+
 def _joint(alignment, name):
-    names = [joint.name for joint in alignment.machine.rotary]
-    if name not in names:
-        raise InputError("rotary axis", f"one of {', '.join(names)}", repr(name))
-    return names.index(name)
+    if name not in _names(alignment):
+        raise InputError("rotary axis", f"one of {', '.join(_names(alignment))}", repr(name))
+    return _names(alignment).index(name)
 
 
 def _present(present):

@@ -1,12 +1,14 @@
 """From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
 Read `run` first, then `cl` (with `cl_words` and `arcs`), `planning`, `selection` (beside it `bellman`, `travel` and
-`yu_dan`), `singular` (and `ways` through it), `between_blocks`, `program` (with `controls` and `text`), `proof`.
+`yu_dan`), `singular` (and `ways` through it), `between_blocks`, `time_law`, `program` (with `controls` and `text`),
+`proof`.
 """
 
 from collections import Counter
 from dataclasses import dataclass
 from functools import partial
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +16,11 @@ import numpy as np
 from mathpost.compensate.compensation import Compensator
 from mathpost.errors import InputError, MathpostError
 from mathpost.post import controls, program, selection
-from mathpost.post.planning import plan
+from mathpost.post.bellman import UNITS
+from mathpost.post.between_blocks import deviation
+from mathpost.post.planning import AXIS_DIGITS, plan
 from mathpost.post.proof import Report, worst_of
-from mathpost.post.ways import CLEARANCE, LEAN, Crossing, refuse_nonsense
+from mathpost.post.ways import AXIS_TOLERANCE, CLEARANCE, LEAN, Crossing, refuse_nonsense
 
 TOLERANCE = 0.01  # mm
 CONE = np.radians(1.0)  # about the singular tool axes
@@ -54,6 +58,7 @@ def run(
     dialect="heidenhain",
     tcp=False,
     tolerance=TOLERANCE,
+    axis_tolerance=AXIS_TOLERANCE,
     strategy="optimal",
     start=None,
     prefer=None,
@@ -65,6 +70,7 @@ def run(
     errors=None,
     compare=False,
     progress=None,
+    **unknown,
 ):
     """Post-process CL data into a verified program.
 
@@ -84,6 +90,9 @@ def run(
     tolerance : float
         mm; how far the tip may be from the CL path, everything included. Without TCP the moves are divided until
         they keep it.
+    axis_tolerance : float
+        Radians; how far the tool axis may be from its great circle between two records, everything included. Moves
+        in cut are divided until they keep it; a way that leaves the circle on purpose is refused if it needs more.
     strategy, start, prefer, split
         As in `mathpost.post.selection.choose`; at a split the tool is retracted, unwound and returned.
     singular : str
@@ -107,7 +116,7 @@ def run(
     ------
     InputError
         If an option is not known, the errors are those of another machine, or the printed digits alone may use up
-        the tolerance.
+        a tolerance.
     ReachError
         If the tool axis, a joint, or a way through a singular region is out of reach, with the record.
     MathpostError
@@ -120,16 +129,22 @@ def run(
     >>> result = run(cldata.read("data/cl/blade.cl"), machine.load("data/machines/dmu50v.toml"))
     >>> print("\\n".join(result.program.splitlines()[:4]))
     0 BEGIN PGM BLADE MM
-    1 L X-36.7809 Y-68.5751 Z+66.1338 B+11.8172 C+175.8146
-    2 L X-38.5803 Y-67.4446 Z+64.5272 B+10.3971 C+176.3180
-    3 L X-40.3337 Y-66.2876 Z+62.8983 B+8.9770 C+176.8215
+    1 ; MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT
+    2 L X-36.7809 Y-68.5751 Z+66.1338 B+11.8172 C+175.8146
+    3 L X-38.5803 Y-67.4446 Z+64.5272 B+10.3971 C+176.3180
     >>> result.report.tip_error < 0.01
     True
     """
+    if unknown:
+        known = [name for name, each in signature(run).parameters.items() if each.kind is each.KEYWORD_ONLY]
+        raise InputError("run", f"the options {', '.join(known)}", ", ".join(unknown))
     if singular not in Crossing.SAFE:
         raise InputError("singular", " or ".join(Crossing.SAFE), repr(singular))
     if not 0 < tolerance < np.inf:
         raise InputError("tolerance", "mm above 0", repr(tolerance))
+    if not 2 * AXIS_DIGITS <= axis_tolerance < np.inf:
+        expected = f"at least {np.degrees(2 * AXIS_DIGITS):.4f}°, for words of {controls.DECIMALS} decimals"
+        raise InputError("axis_tolerance", expected, f"{np.degrees(axis_tolerance):g}°")
     if cone is not None and not 0 < cone < np.pi:
         raise InputError("cone", "radians above 0 and below π, or none", repr(cone))
     if errors is not None and errors.machine != machine:
@@ -145,10 +160,12 @@ def run(
     for part, length in tools:
         setup = machine if length is None else machine.with_setup(tool_length=length)
         begin = plans[-1].chosen.joints[-1] if plans else start
-        chosen = partial(selection.choose, strategy=strategy, start=begin, prefer=prefer, split=split)
-        first = part.first - cl.first
-        made = plan(part, first, setup, chosen, real, tcp, tolerance, singular, cone, lean, clearance, progress)
-        plans.append(made)
+        options = {"start": begin, "prefer": prefer, "sway": axis_tolerance / 2}
+        chosen = partial(selection.choose, strategy=strategy, split=split, **options)
+        first, tolerances = part.first - cl.first, (tolerance, axis_tolerance)
+        plans.append(
+            plan(part, first, setup, chosen, real, tcp, *tolerances, singular, cone, lean, clearance, progress)
+        )
 
     progress("writing")
     text = program.write(program.joined([each.blocks for each in plans]), machine, dialect, name=name)
@@ -161,20 +178,23 @@ def run(
     if ends[-1] != len(blocks.words):
         raise MathpostError(f"{ends[-1]} blocks were written and {len(blocks.words)} read back")
     read = [blocks[end - len(each.blocks.words) : end] for each, end in zip(plans, ends, strict=True)]
-    proofs = [each.proved(part, tolerance, real) for each, part in zip(plans, read, strict=True)]
+    proofs = [each.proved(part, tolerance, axis_tolerance, real) for each, part in zip(plans, read, strict=True)]
     before = None if real is None else worst_of([each.uncompensated(real) for each in plans])
 
     strategies, through = (), {}
     if compare:
         progress("comparing")
-        strategies = tuple(_strategies(plans, start, prefer))
+        strategies = tuple(_strategies(plans, start, prefer, axis_tolerance / 2))
         through = {region: ways for each in plans for region, ways in each.compared(lean, clearance)}
     report = Report(
         **vars(worst_of(proofs)),
         settings=dict(_settings(cl, machine, plans))
-        | {"tolerance": f"{tolerance:g} mm", "program": f"{len(blocks.words)} moves, TCP {'on' if tcp else 'off'}"}
+        | {"tolerance": f"{tolerance:g} mm, tool axis {np.degrees(axis_tolerance):g}°"}
+        | {"program": f"{len(blocks.words)} moves, TCP {'on' if tcp else 'off'}"}
         | dict(_said(cl)),
-        time=sum(each.seconds for each in plans),
+        time=sum(each.law.seconds[-1] for each in plans),
+        peaks=_peaks(machine, plans),
+        slowest=max((each.slowest for each in plans if each.slowest), key=lambda at: at[2] - at[1], default=None),
         warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
         uncompensated=before,
         strategies=strategies,
@@ -199,6 +219,15 @@ def _settings(cl, machine, plans):
     yield "branches", f"first {first_branch}, second {len(cl) - first_branch}"
     yield "splits", ", ".join(f"before record {record + 1}" for record in breaks) or "none"
     yield "singular", f"records {_ranges(found)}: {plans[0].singular}" if found else "no region"
+
+
+def _peaks(machine, plans):
+    """`Report.peaks`."""
+    speeds, accelerations = (
+        np.max([getattr(each.law, name) for each in plans], axis=0) * UNITS
+        for name in ("peak_speeds", "peak_accelerations")
+    )
+    return {joint: pair for joint, *pair in zip(machine.joint_names, speeds, accelerations, strict=True)}
 
 
 def _said(cl):
@@ -237,16 +266,22 @@ def _warnings(each):
     if swings.max(initial=0) > 90:
         record = each.first + int(swings.argmax())
         yield f"a rotary axis swings {swings.max():.1f}° from record {record + 1} to the next"
+    rapid = np.flatnonzero(each.motion.in_cut & ~each.motion.at_feed(cl))
+    (before, after), place = (each.motion.joints[rapid + end] for end in (0, 1)), each.motion.place
+    axes = [cl.at(place[rapid + end])[1] for end in (0, 1)]
+    strays = np.degrees(deviation(each.kin, before, after, axes=axes)[1].max(initial=0))
+    if strays > 0.1:
+        yield f"rapid moves take the tool axis up to {strays:.1f}° off its great circle"
     yield from each.cautions
 
 
-def _strategies(plans, start, prefer):
+def _strategies(plans, start, prefer, sway):
     """The rows of `Report.strategies`."""
     for name in selection.STRATEGIES:
         cost, swings, begin = 0.0, np.zeros(2), start
         try:
             for each in plans:
-                chosen = selection.choose(each.kin, each.cl, name, start=begin, prefer=prefer)
+                chosen = selection.choose(each.kin, each.cl, name, start=begin, prefer=prefer, sway=sway)
                 steps = np.degrees(np.abs(np.diff(chosen.joints[:, 3:], axis=0)).max(axis=0, initial=0))
                 cost, swings, begin = cost + chosen.cost, np.maximum(swings, steps), chosen.joints[-1]
         except MathpostError as error:

@@ -18,7 +18,7 @@ QUANTA = 2.0**40  # costs are rounded to multiples of 1/QUANTA: their sums are e
 LONG = 100_000  # moves to compare; with more of them it pays to load Numba
 
 
-def best_way(solved, turns, limits, endless, beginning, price, slowest, tool_axis, axes, rapid, sway, greedy):
+def best_way(solved, turns, limits, endless, beginning, price, slowest, meeting, rapid, greedy):
     """Find the candidate of each record: with the fewest breaks on the way, and among those of the least cost.
 
     Bellman's recursion: the best way to a candidate goes by the best way to one of the record before it.
@@ -36,12 +36,9 @@ def best_way(solved, turns, limits, endless, beginning, price, slowest, tool_axi
         What it costs to begin with each candidate.
     price, slowest
         What a move costs, see `cost`.
-    tool_axis, axes : ndarrays, shape (3, 3, 3) and (3, n)
-        As `sways_off` takes them.
-    rapid : ndarray of bool, shape (n,)
-        Moves in rapid traverse; they never break the path.
-    sway : float
-        Radians; see `mathpost.post.selection.choose`.
+    meeting, rapid : ndarrays of bool, shape (n,)
+        Moves to each record on which the branches meet, so that it may change, and those in rapid traverse, which
+        never break the path.
     greedy : bool
         Whether only the best candidate of each record is kept: the shortest next move.
 
@@ -87,14 +84,13 @@ def best_way(solved, turns, limits, endless, beginning, price, slowest, tool_axi
                     step[joint] = joints[now, j, joint] - joints[before, i, joint]
                     if endless[joint]:
                         step[joint] = nearest(step[joint])
-                breaking = cut and max(abs(step[3]), abs(step[4])) > HALF_TURN
+                changed = (numbers[now, j] // windings - numbers[before, i] // windings) % 2 == 1
+                too_far = max(abs(step[3]), abs(step[4])) > HALF_TURN
+                breaking = cut and (too_far or (changed and not meeting[record]))
                 if breaks[before, i] + breaking > breaks[now, j]:
                     continue
                 move = cost(step, price, slowest) + TIE * cost(step, UNITS, False)
                 way = costs[before, i] + np.rint(move * QUANTA)
-                would_win = (breaks[before, i] + breaking, way) < (breaks[now, j], costs[now, j])
-                if would_win and cut and not breaking:  # only then look at the tool axis, which takes longest
-                    breaking = sways_off(joints[before, i], step, tool_axis, axes, record, sway)
                 if (breaks[before, i] + breaking, way) < (breaks[now, j], costs[now, j]):
                     breaks[now, j], costs[now, j] = breaks[before, i] + breaking, way
                     came_from[record, numbers[now, j]] = numbers[before, i]
@@ -151,43 +147,22 @@ def cost(steps, price, slowest):
     return total
 
 
-def sways_off(joints, step, tool_axis, axes, record, sway):
-    """Return whether the tool axis strays off its great circle on the way to a record. What it does half way tells.
-
-    There it may be away from the middle of the chord between the two axes by `sway` and half of that chord. The
-    tool axis of the machine is Σ tool_axis[a, b]·f_a(first angle)·f_b(second angle) with f = 1, cos, sin.
-    """
-    if abs(step[3]) + abs(step[4]) <= sway:
-        return False
-    first, second = joints[3] + step[3] / 2, joints[4] + step[4] / 2
-    waves, other_waves = (1.0, np.cos(first), np.sin(first)), (1.0, np.cos(second), np.sin(second))
-    off = chord = 0.0
-    for k in range(3):
-        half_way = 0.0
-        for a in range(3):
-            for b in range(3):
-                half_way += tool_axis[a, b, k] * waves[a] * other_waves[b]
-        off += (half_way - (axes[k, record - 1] + axes[k, record]) / 2) ** 2
-        chord += (axes[k, record] - axes[k, record - 1]) ** 2
-    return np.sqrt(off) > sway + np.sqrt(chord) / 2
-
-
 @cache
-def compiled():
-    """`best_way` as machine code, kept for all sessions if there is a folder for it; as it stands without Numba."""
+def compiled(loop, *helpers):
+    """A loop as machine code, kept for all sessions if there is a folder for it; as it stands without Numba."""
     try:
         from numba import njit
         from numba.extending import register_jitable
     except ImportError:
-        return best_way
-    for function in (within_travel, nearest, cost, sways_off):
+        return loop
+    for function in helpers:
         register_jitable(function)
     try:
-        return njit(cache=True)(best_way)
+        return njit(cache=True)(loop)
     except RuntimeError:  # neither here nor in the home folder
-        return njit()(best_way)
+        return njit()(loop)
 
 
 def loop(moves):
     """`best_way` as it suits so many moves."""
-    return compiled() if moves > LONG else best_way
+    return compiled(best_way, within_travel, nearest, cost) if moves > LONG else best_way

@@ -11,8 +11,9 @@ import numpy as np
 from mathpost.rotation import slices
 
 RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
+LEVER = 50.0  # mm; the least lever that samples are counted for, for the sake of the tool axis
+AXIS_RESOLUTION = RESOLUTION / LEVER  # radians; what they may miss of the tool axis
 FIRST = 64  # one of so many moves, those with the greatest bounds, is looked at before the others
-CREST = 9 / 8  # how high above all of three values from 0 on a parabola through them may rise
 
 
 def deviation(kin, start, end, *, tips=None, axes=None, samples=None, least=2):
@@ -68,6 +69,18 @@ def tip_deviation(kin, start, end):
     for moves, _, tip, _ in sampled(kin, start, end):
         error[moves] = _peak(from_segment(tip, tip[0], tip[-1]))
     return error
+
+
+def axis_lag(kin, cl, start, end, place, place_after):
+    """Return how far the tool axis is at most, radians, from where `cl` has it at the same part of each move.
+
+    It is no less than the angle from the great circle, `deviation`: along it, too, the tool axis keeps up.
+    """
+    error = np.zeros(len(start))
+    for moves, t, _, axis in sampled(kin, start, end):
+        _, wanted = cl.at(place[moves] + t * (place_after - place)[moves])
+        error[moves] = 2 * np.arcsin(np.minimum(_peak(np.linalg.norm(axis - wanted, axis=-1)) / 2, 1))
+    return error + AXIS_RESOLUTION
 
 
 def sampled(kin, start, end, samples=None, least=2):
@@ -138,25 +151,27 @@ def largest(kind, kin, joints, path, most, *, least=2):
     Returns
     -------
     error : float
-        mm or radians.
+        mm or radians; what the samples may miss is added.
     move : int
         The first move that strays as far as that; -1 if there is none.
     """
     if not len(most):
         return 0.0, -1
-    found = np.zeros(len(most))
+    found, bound = np.zeros(len(most)), np.maximum(most, 0)
 
     def look(moves):
         for some, _, *tool in sampled(kin, joints[moves], joints[moves + 1], least=least):
             at = moves[some]
-            found[at] = _peak((from_segment, from_arc)[kind](tool[kind], path[at], path[at + 1]))
+            peak = _peak((from_segment, from_arc)[kind](tool[kind], path[at], path[at + 1]))
+            found[at] = np.minimum(peak, bound[at])
 
     few = len(most) // FIRST + 1
     promising = np.argpartition(most, -few)[-few:]
     look(promising[most[promising] >= 0])
     most[promising] = -1
     look(np.flatnonzero(most > found.max()))
-    return float(found.max()), int(found.argmax())
+    error = min(found.max() + (RESOLUTION, AXIS_RESOLUTION)[kind], bound.max())
+    return float(error), int(found.argmax())
 
 
 def bounds(machine, joints, tips, axes, reached):
@@ -188,7 +203,7 @@ def bounds(machine, joints, tips, axes, reached):
         turn = np.abs(np.diff(joints[poses, 3:], axis=0)).sum(axis=1)
         axis = axis_off + (turn**2 + (turn + np.pi * axis_off) ** 2) / 8
         result[:, rows] = tip_off + bend[rows], 2 * np.arcsin(np.minimum(axis / 2, 1))
-    return CREST * result
+    return result
 
 
 def derivative(machine, start, end, order):
@@ -202,7 +217,7 @@ def derivative(machine, start, end, order):
         step = np.abs(end[rows] - start[rows])
         turn, travel = step[:, 3:].sum(axis=1), step[:, :3].sum(axis=1)
         lever = offsets + np.maximum(*(np.abs(at[rows, :3]).sum(axis=1) for at in (start, end)))
-        result[rows] = turn ** (order - 1) * (turn * lever + order * travel)
+        result[rows] = turn ** (order - 1) * (turn * np.maximum(lever, LEVER) + order * travel)
     return result
 
 

@@ -7,7 +7,7 @@ chosen. What its statements mean is said in `mathpost.post.cl_words`.
 import codecs
 import math
 from bisect import bisect_left
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from operator import itemgetter
 
@@ -47,6 +47,9 @@ class CLData:
         The file, for error messages.
     first : int
         Number of records of the file before these.
+    normals : ndarray, shape (n, 3), or None
+        Unit normals out of the part where the tool touches it, the last three of nine numbers; NaN where a record
+        has none. With them `mathpost.measure.cutter.compensated` makes the path of a different cutter.
 
     The memory of `points` and `axes` holds one component after the other.
     """
@@ -60,6 +63,7 @@ class CLData:
     name: str = "CL data"
     first: int = 0
     notes: tuple = ()
+    normals: np.ndarray | None = None
 
     def __len__(self):
         return len(self.points)
@@ -81,6 +85,7 @@ class CLData:
             self.name,
             self.first + start,
             self.notes,
+            None if self.normals is None else self.normals[start:stop],
         )
 
     def by_tool(self):
@@ -171,7 +176,14 @@ def _parsed(content, name, tolerance, ignored):
         statements.records(), sorted(statements.remarks, key=itemgetter(0)), statements.counts
     )
     notes = [f"{what} {detail}: {count}".replace(" :", ":") for (what, detail), count in statements.counts.items()]
-    return _made(*records, tuple(remarks), name, tuple(notes))
+    made = _made(*records, tuple(remarks), name, tuple(notes))
+    if not statements.normals:
+        return made
+    normals = np.full(made.points.shape, math.nan)
+    last = {line: record for record, line in enumerate(made.lines.tolist())}
+    for line, normal in statements.normals.items():
+        normals[last[line]] = normal
+    return replace(made, normals=normals)
 
 
 def _turned_over(records, remarks, counts):
@@ -219,7 +231,8 @@ def to_text(cl, *, title=None, decimals=6):
         elif cl.feeds[record] != feed and not math.isnan(cl.feeds[record]):
             feed = cl.feeds[record]
             lines.append(f"FEDRAT/{feed:g},MMPM")
-        numbers = [f"{value:z.{decimals}f}" for value in point] + [f"{value:z.9f}" for value in axis]
+        normal = [] if cl.normals is None or np.isnan(cl.normals[record, 0]) else cl.normals[record].tolist()
+        numbers = [f"{value:z.{decimals}f}" for value in point] + [f"{value:z.9f}" for value in [*axis, *normal]]
         lines.append("GOTO/" + ",".join(numbers))
     return "\n".join([*lines, *remarks.get(len(cl), [])]) + "\n"
 

@@ -127,6 +127,13 @@ class Lines:
         self.count += count
         self.rapid = False
 
+    def placed(self, direction):
+        """A direction in the coordinate system of the records."""
+        if self.system is None:
+            return direction
+        column = np.array([[0, 0, 0, *direction]], dtype=float).T
+        return _placed(self.system, self.first_system, column)[3:, 0].tolist()
+
     def records(self):
         """Return points and axes, shape (3, n), feeds, rapid and lines.
 

@@ -21,6 +21,7 @@ import numpy as np
 from mathpost.errors import InputError
 from mathpost.post.arcs import Cycle, arc
 from mathpost.post.cl_lines import REAL, UNIT_TOLERANCE, Lines, Wrong
+from mathpost.rotation import about, wrap
 
 MM_PER_INCH = 25.4
 LEAST_FEED = 0.001  # mm/min, which programs print
@@ -30,7 +31,7 @@ FREE_TEXT = "PARTNO PPRINT REMARK INSERT TPRINT CATPROCESS CATPRODUCT OP_NAME PR
 NAMES = "TOOL PATH/END-OF-PATH/SETUP/BOX/OPFEATSTART/OPFEATEND/MACHIN/MACHINE/SEQNO/FINI/END".split("/")
 SETTINGS = (
     "TLDATA CUTTER TOOLNO SELECT SELCTL SELECTL MULTAX INTOL OUTTOL TOLER LINTOL CLEARP CLRSRF OPSKIP LEADER "
-    "REWIND CHECK SAFETY TMARK PLABEL AUTOPS PSIS SWITCH ARCSLP DISPLY PAINT"
+    "REWIND CHECK SAFETY TMARK PLABEL AUTOPS PSIS SWITCH ARCSLP DISPLY PAINT MOVE_ATTRIB MILL"
 )
 INERT = frozenset([*FREE_TEXT.split(), *NAMES, *SETTINGS.split()])
 INERT_FAMILIES = ("CSI_",)  # beginnings of words
@@ -50,7 +51,10 @@ MODELLED = {
     "MSYS": "msys",
     "CSYS": "csys",
     "TRNTYP": "trntyp",
+    "ORIGIN": "origin",
+    "ROTABL": "rotabl",
     "CIRCLE": "circle",
+    "MOVARC": "movarc",
     "INDIRV": "indirv",
     "TLON": "tlon",
     "GOFWD": "tlon",
@@ -66,10 +70,8 @@ MODELLED = {
     "DWELL": "delay",
 }
 HAZARDS = {
-    "ROTABL": "it turns the table itself; let the CAM system write tool axes instead (multi-axis output)",
     "ROTHED": "it turns the head itself; let the CAM system write tool axes instead (multi-axis output)",
     "ROTATE": "it turns an axis itself; let the CAM system write tool axes instead (multi-axis output)",
-    "ORIGIN": "it shifts the coordinates; let the CAM system write them shifted",
     "TRANS": "it shifts the coordinates; let the CAM system write them shifted",
     "TRACUT": "it transforms the coordinates; let the CAM system write them transformed",
     "COPY": "it repeats moves; let the CAM system write all of them",
@@ -124,12 +126,15 @@ class Statements(Lines):
         self.turns, self.turning = None, None  # of the spindle
         self.home, self.tangent, self.cycle = None, None, None
         self.circle_, self.arc_before = None, None  # what is known of the arc that comes, and of one that went
-        self.remarks, self.counts = [], Counter()
+        self.table, self.turned = np.zeros(3), np.eye(3)  # by ROTABL: A, B, C, and the axes of the coordinates
+        self.unconfirmed = False  # whether the tool axis must still say that this is the way it turned
+        self.remarks, self.counts, self.normals = [], Counter(), {}
 
     def takes_plain(self):
         """Whether a GOTO is now nothing but a move to where it says."""
         special = self.circle_, self.arc_before, self.cycle
-        return super().takes_plain() and not self.incremental and all(each is None for each in special)
+        plain = not self.incremental and not self.unconfirmed and all(each is None for each in special)
+        return plain and super().takes_plain()
 
     def take(self, line, statement):
         """Take one statement."""
@@ -163,15 +168,20 @@ class Statements(Lines):
 
     def goto(self, line, words, statement):
         values = self.numbers(words)
-        if len(values) not in (3, 6):
-            raise Wrong("3 or 6 numbers", f"{len(values)}")
-        point, axis = [value * self.scale for value in values[:3]], values[3:] or self.axis
+        if len(values) not in (3, 6, 9):
+            raise Wrong("3, 6 or 9 numbers", f"{len(values)}")
+        point, axis = [value * self.scale for value in values[:3]], values[3:6] or self.axis
+        if values[6:]:
+            self.contact(line, axis, values[6:])
+        self.confirm_turn(axis)
         if self.incremental:
             point = self.shifted(point)
         arc_before, self.arc_before = self.arc_before, None
         if self.circle_ is not None:
-            centre, normal, turns, goes_on = self.circle_
+            centre, normal, turns, goes_on, angle = self.circle_
             self.circle_ = None
+            if angle is not None:
+                normal = self.sense(point, centre, normal, angle)
             self.sweep(line, point, axis, centre, normal, turns)
             self.arc_before = (centre, normal) if goes_on else None
             return
@@ -182,6 +192,14 @@ class Statements(Lines):
             self.drill(line, point, axis)
             return
         self.go(line, point, axis)
+
+    def contact(self, line, axis, normal):
+        """Keep the surface's normal where the tool touches it: for tools other than that of the CL data."""
+        if abs(np.linalg.norm(normal) - 1) > UNIT_TOLERANCE or np.dot(normal, axis) < -UNIT_TOLERANCE:
+            raise Wrong("a unit contact normal out of the part, within 90° of the tool axis", f"{normal}")
+        if self.circle_ is not None or self.cycle is not None:
+            raise Wrong("contact normals of single points only", "an arc or a cycle")
+        self.normals[line] = self.placed(normal)
 
     def godlta(self, line, words, statement):
         values = [value * self.scale for value in self.numbers(words)]
@@ -219,14 +237,18 @@ class Statements(Lines):
             raise Wrong("TLAXIS/ 3 numbers", f"{len(values)}")
         if not abs(math.hypot(*values) - 1) <= UNIT_TOLERANCE:
             raise Wrong(f"a unit tool axis (to {UNIT_TOLERANCE})", f"length {math.hypot(*values):.6g}")
-        self.axis = values
+        self.axis = (self.turned.T @ values).tolist()  # the table turns, the tool axis is said in the part
+        self.unconfirmed = bool(self.table.any())
 
     def mode(self, line, words, statement):
         if statement.upper().startswith("SET"):
             words = words[1:] if words[:1] == ["MODE"] else ["?"]
-        if words not in (["INCR"], ["ABSOL"]):
-            raise Wrong("INCR or ABSOL", repr(statement[:40]))
-        self.incremental = words == ["INCR"]
+        if words == ["MILL"]:
+            self.remarks.append((self.count, statement))
+        elif words in (["INCR"], ["ABSOL"]):
+            self.incremental = words == ["INCR"]
+        else:
+            raise Wrong("INCR, ABSOL or MILL", repr(statement[:40]))
 
     def rapid_(self, line, words, statement):
         if words:  # such as MODAL, or a feed that the control does not take from the program
@@ -254,10 +276,31 @@ class Statements(Lines):
             raise Wrong("CIRCLE after a move, in absolute coordinates and outside a cycle", repr(statement[:40]))
         centre = [value * self.scale for value in values[:3]]
         sign = turned or (-1 if len(values) == 11 else 1)
-        self.circle_ = centre, [sign * value for value in values[3:6]], int(turns) - 1, len(values) == 7
+        self.circle_ = centre, [sign * value for value in values[3:6]], int(turns) - 1, len(values) == 7, None
         radius = math.dist(*(np.cross(values[3:6], each) for each in (self.point, centre)))
         if len(values) > 6 and abs(radius - values[6] * self.scale) > 0.02:
             raise Wrong(f"a start {values[6] * self.scale:g} mm from the centre", f"{radius:.4f}")
+
+    def movarc(self, line, words, statement):
+        """The arc of ISO 4343, as Autodesk writes it: centre, axis, radius, ANGLE and how far it turns."""
+        values = self.numbers(words[:7])
+        if len(values) != 7 or words[7:-1] != ["ANGLE"]:
+            raise Wrong("MOVARC/ 7 numbers, ANGLE and a number", repr(statement[:60]))
+        self.circle(line, words[:7], statement)
+        angle = self.number(words[8])
+        centre, normal, *_ = self.circle_
+        self.circle_ = centre, normal, int(max(angle - 1e-3, 0) // 360), False, angle
+
+    def sense(self, point, centre, normal, angle):
+        """The axis about which the tool turns right-handed by `angle` (degrees) from where it is to a point."""
+        start, end = np.array(self.point) - centre, np.array(point) - centre
+        turned = math.degrees(
+            math.atan2(np.cross(start, end) @ normal, np.cross(normal, start) @ np.cross(normal, end))
+        )
+        for sign in (1, -1):
+            if abs(wrap(sign * turned - angle)) < 0.1:
+                return [sign * component for component in normal]
+        raise Wrong(f"an arc of {angle:g} degrees to its end", f"{turned % 360:.3f}")
 
     def may_go_on(self, point, centre, normal):
         """Whether a point is on the circle of the arc that ended, and a chord to it would not do."""
@@ -409,17 +452,63 @@ class Statements(Lines):
             if self.count:
                 raise Wrong("the first coordinate system before the first move", "moves before it")
             self.first_system = system
-        same = all(np.allclose(one, other, atol=1e-9) for one, other in zip(system, self.first_system, strict=True))
-        if not same:
+        if not _same(system, self.system or self.first_system):
             self.counts["changes of the coordinate system, brought into the first", ""] += 1
-        here = self.system or self.first_system
-        if not all(np.allclose(one, other, atol=1e-9) for one, other in zip(system, here, strict=True)):
             self.point = None  # nobody has said it in these coordinates
-        self.system = None if same else system
+        self.system = None if _same(system, self.first_system) else system
+
+    def rotabl(self, line, words, statement):
+        """The table turns, and the points that follow are in coordinates that stand still while the part turns.
+
+        SolidWorks writes TABLE, and radians from the zero of the table: with CCLW the coordinates turn right-handed
+        in the part (in its files TLAXIS is their Z). Others write degrees, from the zero with ATANGL.
+        """
+        known = {"TABLE", "CCLW", "CLW", "ATANGL", "INCR"}
+        axes = [word for word in words if word in ("AAXIS", "BAXIS", "CAXIS")]
+        numbers = [word for word in words if REAL.fullmatch(word)]
+        if len(axes) != 1 or len(numbers) != 1 or {*words} - {*axes, *numbers} - known:
+            raise Wrong("ROTABL/ an angle, AAXIS, BAXIS or CAXIS, and CLW or CCLW", repr(statement[:60]))
+        if self.incremental or self.cycle is not None:
+            raise Wrong("ROTABL in absolute coordinates and outside a cycle", repr(statement[:40]))
+        angle = self.number(numbers[0]) * (-1 if "CLW" in words else 1)
+        axis, before = "ABC".index(axes[0][0]), self.turned
+        from_zero = {"TABLE", "ATANGL"} & {*words} and "INCR" not in words
+        self.table[axis] = (0 if from_zero else self.table[axis]) + (
+            angle if "TABLE" in words else math.radians(angle)
+        )
+        a, b, c = (about(direction, angle) for direction, angle in zip(np.eye(3), self.table, strict=True))
+        self.turned, self.unconfirmed = np.array(a * b * c, dtype=float), True
+        self.axis = (self.turned.T @ before @ self.axis).tolist()
+        origin, standing = self.system or self.first_system or (np.zeros(3), np.eye(3))
+        self.first_system = self.first_system or (origin, standing)
+        self.use_system(origin / self.scale, standing @ before.T @ self.turned)
+
+    def confirm_turn(self, axis):
+        """Refuse a move after ROTABL if its tool axis does not say which way the table has turned."""
+        turned = ~np.isclose(self.table, 0, atol=UNIT_TOLERANCE)
+        if self.unconfirmed and turned.any():
+            z, said = self.turned[:, 2], self.turned @ axis
+            if turned.sum() > 1:
+                raise Wrong("one axis of the table turned by ROTABL: nothing says which carries which", "several")
+            if turned[2]:
+                raise Wrong("ROTABL across the tool: of a turn about the tool nothing says the sense", "CAXIS")
+            if not np.allclose(said, z, atol=UNIT_TOLERANCE):
+                z, said = (",".join(f"{value:z.4f}" for value in each) for each in (z, said))
+                raise Wrong(
+                    f"TLAXIS/{z} of the part, along Z of the table that ROTABL has turned", f"TLAXIS/{said}"
+                )
+        self.unconfirmed = False
 
     def trntyp(self, line, words, statement):
         if words[:1] != ["WORLD"] or any(self.numbers(words[1:])):
             raise Wrong("TRNTYP/WORLD,0,0,0, which changes nothing", repr(statement[:40]))
+        self.remarks.append((self.count, statement))
+
+    def origin(self, line, words, statement):
+        if any(self.numbers(words)):
+            raise Wrong(
+                "ORIGIN/0,0,0, which changes nothing; let the CAM system write it shifted", repr(statement[:40])
+            )
         self.remarks.append((self.count, statement))
 
     # Feeds, and what the control shall do
@@ -489,12 +578,16 @@ class Statements(Lines):
 
     def coolnt(self, line, words, statement):
         kind = {"ON": "FLOOD", "FLOOD": "FLOOD", "MIST": "MIST", "OFF": "OFF"}.get(words[0] if words else "")
-        if kind is None:
-            raise Wrong("COOLNT/ON, FLOOD, MIST or OFF", repr(statement[:40]))
-        self.command("coolant", kind, statement=statement)
+        if words[:1] in (["THRU"], ["AIR"]):  # every machine has its own M word for it
+            self.counts["coolant that stays off: a comment tells which", words[0]] += 1
+            self.remarks.append((self.count, statement))
+        elif kind is None:
+            raise Wrong("COOLNT/ON, FLOOD, MIST, THRU, AIR or OFF", repr(statement[:40]))
+        else:
+            self.command("coolant", kind, statement=statement)
 
     def cutcom(self, line, words, statement):
-        side = words[0] if words else ""
+        side = next((word for word in words if word in ("LEFT", "RIGHT", "OFF")), *words[:1] or [""])
         if side == "ON":  # goes on as before; the side follows
             self.remarks.append((self.count, statement))
         elif side in ("LEFT", "RIGHT", "OFF"):
@@ -515,3 +608,7 @@ class Statements(Lines):
                 raise Wrong("SPINDL with turns per minute before a delay in turns", "none")
             seconds *= 60 / self.turns
         self.command("dwell", seconds, statement=statement)
+
+
+def _same(system, other):
+    return all(np.allclose(*each, atol=1e-9) for each in zip(system, other, strict=True))

@@ -1,8 +1,9 @@
-"""The motion of a machine along a CL path: its poses, the time they take, and enough of them to keep a tolerance.
+"""The motion of a machine along a CL path: its poses, the time they take, and enough of them for both tolerances.
 
-Linearization (线性化) divides a move in the *workpiece*: tip on the CL segment, rotary angles in equal steps, X Y Z
-recomputed. Equation (8) of source 002 divides it in the joints, which puts the new points on the very line that the
-control follows anyway.
+First the tool axis: `follow` puts poses on its great circle. Then the tip: linearization (线性化) divides a move in
+the *workpiece*, tip on the CL segment, rotary angles in equal steps, which leaves the tool axis where it went, and
+X Y Z recomputed. Equation (8) of source 002 divides it in the joints, which puts the new points on the very line
+that the control follows anyway.
 """
 
 from dataclasses import dataclass
@@ -10,7 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.errors import ReachError
-from mathpost.post.between_blocks import derivative, deviation, from_segment, tip_deviation
+from mathpost.post import singular
+from mathpost.post.bellman import nearest
+from mathpost.post.between_blocks import axis_lag, derivative, deviation, from_segment, tip_deviation
+
+STILL = 0.01  # of the axis tolerance: where the great circle passes a singular axis as near as that, it meets it
+LOST = 1 / 8  # of the axis tolerance: a move that spans less and strays more does not go along its great circle
 
 
 @dataclass(frozen=True)
@@ -49,6 +55,88 @@ class Motion:
     def in_cut(self):
         """Whether each move is in cut, both ends on the part, shape (m - 1,)."""
         return ~(self.lifted[:-1] | self.lifted[1:])
+
+    def at_feed(self, cl):
+        """Whether each move is in cut and not rapid, so that its tool axis counts, shape (m - 1,)."""
+        return self.in_cut & ~cl.rapid[np.ceil(self.place[1:]).astype(int)]
+
+
+def follow(kin, cl, motion, tolerance, *, free=False):
+    """Divide every move in cut along the CL path until the tool axis keeps `tolerance` of its great circle.
+
+    Moves are halved on the great circle. Where it meets a singular tool axis there is a pose just before and one
+    just after it: the outer axis turns while the tool axis all but stands still.
+
+    Parameters
+    ----------
+    kin : Kinematics
+    cl : CLData
+    motion : Motion
+        With its poses in cut on the path.
+    tolerance : float
+        Radians.
+    free : array_like of bool, shape (n - 1,), optional
+        The moves that need not follow, besides those that are lifted or rapid.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    ReachError
+        If the joints do not go along the great circle, as where they change the branch; names the record.
+    """
+    joints, place, lifted = motion.joints, motion.place, motion.lifted
+    # An axis turned by Ω leaves its chord by at most Ω²/8, and so does the great circle: few need a closer look.
+    turned = np.abs(np.diff(joints[:, 3:], axis=0)).sum(axis=1)
+    todo = motion.at_feed(cl) & ~np.asarray(free) & (turned**2 / 4 > tolerance)
+    while True:
+        moves = np.flatnonzero(todo)
+        error = np.zeros(len(todo))
+        error[moves] = axis_lag(kin, cl, joints[moves], joints[moves + 1], place[moves], place[moves + 1])
+        todo = error > tolerance
+        if not todo.any():
+            return Motion(joints, place, lifted)
+        moves = np.flatnonzero(todo)
+        start, end = (cl.at(place[at])[1] for at in (moves, moves + 1))
+        lost = moves[np.linalg.norm(end - start, axis=1) < LOST * tolerance]
+        if lost.size:
+            raise ReachError(
+                f"{cl.where(int(np.ceil(place[lost[0] + 1])))}: on its way there the tool axis strays "
+                f"{np.degrees(error[lost[0]]):.3f}° from its great circle, more than {np.degrees(tolerance):.2g}°, "
+                "however often the move is divided"
+            )
+        of, at, beside = _cuts(kin, joints[moves], joints[moves + 1], start, end, STILL * tolerance)
+        of, at = moves[of], place[moves[of]] + at * np.diff(place)[moves[of]]
+        joints = np.insert(joints, of + 1, _pose(kin, cl, at, beside), axis=0)
+        place, lifted = np.insert(place, of + 1, at), np.insert(lifted, of + 1, False)
+        todo = np.insert(todo, of, True)
+
+
+def _cuts(kin, start, end, start_axis, end_axis, still):
+    """Of which move each cut is, at which part of it, and the joints to go on from: those of an end, or of both."""
+    t, distance = singular.nearest(kin, start_axis, end_axis)
+    aside = 2 * still / np.maximum(np.linalg.norm(end_axis - start_axis, axis=1), 1e-300)
+    meets = distance < still
+    part = np.where(meets, [t - aside, t + aside], 0.5)
+    beside = np.where(meets[:, None], [start, end], (start + end) / 2)
+    move, side = np.nonzero(((part > 0) & (part < 1) & [np.ones_like(meets), meets]).T)
+    return move, part[side, move], beside[side, move]
+
+
+def _pose(kin, cl, place, beside):
+    """Joints on the CL path, on the branch and in the windings of those beside them."""
+    derived = kin.inverse_symbolic
+    inner = beside[:, kin.symbols.index(derived.inner)]
+    second = np.sin(inner - float(sum(derived.solutions) / 2)) < 0
+    joints = kin.inverse(*cl.at(place))[np.arange(len(place)), second.astype(int)]
+    if (lost := np.isnan(joints).any(axis=1)).any():
+        raise ReachError(
+            f"{cl.where(int(np.ceil(place[lost.argmax()])))}: on its way there the tool axis is out of reach"
+        )
+    joints[:, 3:] = beside[:, 3:] + nearest(joints[:, 3:] - beside[:, 3:])
+    return joints
 
 
 def feed_times(tip, feeds):

@@ -9,16 +9,19 @@ from mathpost.compensate.compensation import Compensated, PoseError
 from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.post import program, travel
-from mathpost.post.between_blocks import levers
+from mathpost.post.between_blocks import AXIS_RESOLUTION, RESOLUTION, levers
 from mathpost.post.cl import OPPOSITE, CLData
 from mathpost.post.controls import Blocks
-from mathpost.post.motion import Motion, block_times, linearize
+from mathpost.post.motion import Motion, block_times, feed_times, follow, linearize
 from mathpost.post.proof import measured, prove
 from mathpost.post.selection import Selection
 from mathpost.post.singular import regions
-from mathpost.post.ways import Crossing
+from mathpost.post.time_law import TimeLaw, slow_down, time_law
+from mathpost.post.ways import Crossing, in_the_air
 from mathpost.rotation import slices
 
+# Radians; how far the printed digits of both rotary axes may turn the tool axis, and what samples miss.
+AXIS_DIGITS = np.radians(10.0**-program.DECIMALS) + AXIS_RESOLUTION
 TRAVEL_TOLERANCE = 0.01  # mm; between the blocks travel is looked at to this, whatever the tolerance of the tip
 
 
@@ -44,8 +47,10 @@ class Plan:
         Where the machine goes, and where it would go if nothing had been measured on it.
     blocks : Blocks
         To be written.
-    seconds : float
-        That the moves take.
+    law : TimeLaw
+        Of the moves.
+    slowest : (int, float, float) or None
+        Where the tip loses most time, from `mathpost.post.time_law.slow_down`.
     cautions : tuple of str
     """
 
@@ -59,17 +64,18 @@ class Plan:
     motion: Motion
     ideal: Motion
     blocks: Blocks
-    seconds: float
+    law: TimeLaw
+    slowest: tuple | None
     cautions: tuple
 
     def uncompensated(self, real):
         """Return as `Proof` what the real machine would do if nothing had been measured."""
-        motion, blocks, _ = _blocks(self.kin, self.cl, self.ideal, self.blocks.tcp)
+        motion, blocks, *_ = _blocks(self.kin, self.cl, self.ideal, self.blocks.tcp)
         return self._counted(measured(self.kin, self.cl, blocks, motion, real=real))
 
-    def proved(self, blocks, tolerance, real):
+    def proved(self, blocks, tolerance, axis_tolerance, real):
         """Return the `Proof` of the blocks that were read back, or refuse them."""
-        return self._counted(prove(self.kin, self.cl, blocks, self.motion, tolerance, real=real))
+        return self._counted(prove(self.kin, self.cl, blocks, self.motion, tolerance, axis_tolerance, real=real))
 
     def _counted(self, proof):
         return replace(proof, worst_record=self.first + proof.worst_record)
@@ -81,7 +87,9 @@ class Plan:
             yield (self.first + first, self.first + last), through
 
 
-def plan(cl, first, machine, choose, real, tcp, tolerance, singular, cone, lean, clearance, progress):
+def plan(
+    cl, first, machine, choose, real, tcp, tolerance, axis_tolerance, singular, cone, lean, clearance, progress
+):
     """Return the `Plan` of CL data with one tool.
 
     Parameters
@@ -94,7 +102,7 @@ def plan(cl, first, machine, choose, real, tcp, tolerance, singular, cone, lean,
     choose : callable
         `mathpost.post.selection.choose` with its options.
     real : Compensator or None
-    tcp, tolerance, singular, cone, lean, clearance, progress
+    tcp, tolerance, axis_tolerance, singular, cone, lean, clearance, progress
         As in `mathpost.post.run`.
     """
     turned = np.flatnonzero(np.linalg.norm(cl.axes[1:] + cl.axes[:-1], axis=1) < OPPOSITE)
@@ -107,13 +115,18 @@ def plan(cl, first, machine, choose, real, tcp, tolerance, singular, cone, lean,
     chosen = choose(kin, cl)
     found = regions(kin, cl, chosen.joints, cone=cone)
     progress("planning")
-    crossing = partial(Crossing, kin, cl, chosen.joints, tolerance=tolerance / 2)
+    room = axis_tolerance - AXIS_DIGITS
+    crossing = partial(Crossing, kin, cl, chosen.joints, tolerance=tolerance / 2, axis_tolerance=room)
     options = {"lean": lean, "clearance": clearance}
     passed = _unbroken(found, chosen.breaks) if singular != "direct" else ()
     ways = [crossing(region).possible(singular, **options) for region in passed]
     ways += [crossing((record - 1, record)).possible("retract", **options) for record in chosen.breaks]
     motion = _through_the_records(chosen.joints, ways)
-    divided = _divided(kin, cl, motion, tolerance, tcp)
+    taken = np.zeros(len(cl), bool)  # by a way that goes as it does
+    for way in ways:
+        taken[int(way.place[0]) : int(way.place[-1])] = True
+    motion = follow(kin, cl, motion, room, free=taken[np.floor(motion.place[:-1]).astype(int)])
+    divided = _divided(kin, cl, motion, tolerance, tcp, clearance)
     between = divided if tolerance <= TRAVEL_TOLERANCE else _linearized(kin, cl, motion, TRAVEL_TOLERANCE)
     _refuse_out_of_travel(machine, cl, between)
     ideal, cautions = motion if tcp else divided, ()
@@ -121,9 +134,12 @@ def plan(cl, first, machine, choose, real, tcp, tolerance, singular, cone, lean,
     if real is not None:
         motion, cautions = _compensated(real, motion)
         _refuse_out_of_travel(machine, cl, motion)
-    motion, blocks, seconds = _blocks(kin, cl, motion, tcp)
+    motion, blocks, asked, by_feed = _blocks(kin, cl, motion, tcp)
     _refuse_turning_compensation(cl, machine, blocks)
-    return Plan(kin, cl, first, chosen, found, singular, crossing, motion, ideal, blocks, seconds, cautions)
+    law, moving = time_law(machine, motion.joints, asked), asked > 0
+    record = np.ceil(motion.place[1:]).astype(int)
+    slowest = slow_down(first + record[moving], np.diff(law.seconds), by_feed[moving])
+    return Plan(kin, cl, first, chosen, found, singular, crossing, motion, ideal, blocks, law, slowest, cautions)
 
 
 def _unbroken(regions, breaks):
@@ -148,18 +164,19 @@ def _through_the_records(joints, ways):
     return Motion.joined([*parts, Motion.on_part(joints[record:], place[record:])])
 
 
-def _divided(kin, cl, motion, tolerance, tcp):
-    """The motion with its moves divided until the tip keeps the tolerance, the printed digits included.
+def _divided(kin, cl, motion, tolerance, tcp, clearance):
+    """The motion with its moves divided until the tip keeps the tolerance, digits and what samples miss included.
 
     With TCP the digits of the angles do not move the tip.
     """
     tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
     lever = (levers(kin.machine) + np.linalg.norm(tip, axis=1)) * (not tcp)
-    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever)  # by the digits alone
+    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever) + RESOLUTION
     if (worst := moved.max()) > tolerance / 2:
         expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
         raise InputError("tolerance", expected, f"{tolerance}")
-    return _linearized(kin, cl, motion, tolerance - np.maximum(moved[:-1], moved[1:]))
+    keep = tolerance - np.maximum(moved[:-1], moved[1:])
+    return _linearized(kin, cl, motion, in_the_air(motion, keep, clearance))
 
 
 def _linearized(kin, cl, motion, tolerance):
@@ -189,9 +206,10 @@ def _compensated(real, motion):
 
 
 def _blocks(kin, cl, motion, tcp):
-    """What a program says of a motion: `program.Blocks`, the poses they end at, and the time they take in s.
+    """What a program says of a motion: the poses, the `program.Blocks` that end at them, and seconds of the moves.
 
-    A pose that repeats all words of the one before is left out.
+    The seconds are those that feed and rates ask for, and those of the feed alone, NaN where it does not count. A
+    pose that repeats all words of the one before is left out.
     """
     joints = motion.joints
     words = np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1) if tcp else joints
@@ -208,7 +226,8 @@ def _blocks(kin, cl, motion, tcp):
     before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
     remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
     planned = program.Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)
-    return motion, planned, float(seconds[1:].sum())
+    fed = np.where(motion.in_cut & ~rapid[1:], feed_times(tip, feeds[1:]), np.nan)
+    return motion, planned, seconds[1:], fed
 
 
 def _refuse_turning_compensation(cl, machine, blocks):

@@ -29,6 +29,7 @@ from mathpost.post.text import Column, Item, Pattern
 
 __all__ = ["DECIMALS", "DIALECTS", "SHORTEST_TIME", "Blocks", "joined", "read", "rounded", "write"]
 
+MOTION_ONLY = "MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT"  # a program says so before its first move
 RAPID, TIME, FEED = " FMAX", " FT", " F"
 FEED_WORD = re.compile(rf"(FMAX|FT|F)({NUMBER})?")
 BLOCK = 2**19  # bytes that are read at once: what is made of them fits the processor's cache
@@ -74,14 +75,17 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     >>> two = Blocks(words, np.full(2, 500.0), np.full(2, np.nan), np.array([True, False]))
     >>> print(write(two, dmu, name="demo"), end="")
     0 BEGIN PGM DEMO MM
-    1 L X+1.0000 Y+2.0000 Z+3.0000 B+4.0000 C+5.0000 FMAX
-    2 L Z+3.5000 F500
-    3 END PGM DEMO MM
+    1 ; MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT
+    2 L X+1.0000 Y+2.0000 Z+3.0000 B+4.0000 C+5.0000 FMAX
+    3 L Z+3.5000 F500
+    4 END PGM DEMO MM
     """
     control, name = control_for(machine, dialect), re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
     rows = len(blocks.words)
     between, changes, switches = _between(control, machine, blocks)
-    between[0][:0] = [line.replace("{name}", name) for line in (*control.head, *machine.program_head)]
+    bare = not (machine.program_head or machine.program_foot)
+    own = [_comment(control, MOTION_ONLY)] if bare else machine.program_head
+    between[0][:0] = [line.replace("{name}", name) for line in (*control.head, *own)]
     foot = [line.replace("{name}", name) for line in (*machine.program_foot, *control.foot)]
     between[rows] += [control.tcp_off] * blocks.tcp + foot
     places = np.array(list(between))

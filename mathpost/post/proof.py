@@ -25,8 +25,8 @@ class Proof:
     tip_error, axis_error : float
         Largest distance of the tip (mm) and angle of the tool axis (degrees) at the records.
     path_tip_error, path_axis_error : float
-        The same along the path that the joints run between the blocks, for the moves in cut: distance from the CL
-        segment, angle from the great circle.
+        No less than these anywhere on the path that the joints run between the blocks, for the moves in cut: the
+        distance from the CL segment, and the angle from the great circle, where a rapid move does not count.
     worst_record : int
         The record (from 1) that the largest tip error of the path comes before or at.
     """
@@ -38,26 +38,29 @@ class Proof:
     worst_record: int
 
 
-def prove(kin, cl, blocks, motion, tolerance, *, real=None):
+def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None):
     """Return the `Proof` of a program, or refuse the program.
 
     Parameters
     ----------
     kin, cl, blocks, motion, real
         As in `measured`.
-    tolerance : float
-        mm.
+    tolerance, axis_tolerance : float
+        mm and radians.
 
     Raises
     ------
     MathpostError
-        If the tip is off the CL path by more than the tolerance, or below the part on a lifted move, or if a block
-        has another feed than the CL data, or less time than its feed and the rates of the machine allow.
+        If the tip or the tool axis is off the CL path by more than its tolerance, or the tip below the part on a
+        lifted move, or if a block has another feed than the CL data, or less time than its feed and the rates of
+        the machine allow.
     """
     proof = measured(kin, cl, blocks, motion, real=real)
-    worst = max(proof.tip_error, proof.path_tip_error)
-    if not worst <= tolerance:
-        raise MathpostError(f"{cl.name}: the program is {worst:.6f} mm off the CL path, more than {tolerance} mm")
+    tip, axis = max(proof.tip_error, proof.path_tip_error), max(proof.axis_error, proof.path_axis_error)
+    if not tip <= tolerance:
+        raise MathpostError(f"{cl.name}: the program is {tip:.6f} mm off the CL path, more than {tolerance} mm")
+    if not axis <= (granted := np.degrees(axis_tolerance)):
+        raise MathpostError(f"{cl.name}: the tool axis is {axis:.4f}° off its great circle, more than {granted:g}°")
     _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real)
     _refuse_other_feeds(cl, blocks, motion)
     _refuse_too_fast(kin.machine, cl, blocks, motion)
@@ -91,6 +94,7 @@ def measured(kin, cl, blocks, motion, *, real=None):
         if not real:
             most[:, rows] = bounds(kin.machine, joints[poses], tips[poses], axes[poses], reached)
     off[~motion.in_cut], most[:, ~motion.in_cut] = 0, -1
+    most[1, ~motion.at_feed(cl)] = -1
     path_axis, _ = largest(1, machine, joints, axes, most[1], least=least)
     if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
         path_tip, worst = off.max(initial=0), int(off.argmax()) if moves else -1
@@ -194,7 +198,12 @@ class Report(Proof):
     settings : dict
         What the program was made with, as text.
     time : float
-        Seconds; 0 if neither feed nor rates are known.
+        Seconds, by `mathpost.post.time_law`; 0 if neither feed nor rates are known.
+    peaks : dict
+        Of each axis its greatest speed and acceleration, mm or degrees per s and s²; NaN an acceleration without a
+        limit.
+    slowest : (int, float, float) or None
+        The record (from 0) before which the tip loses most time; seconds that the feed asks, and that it takes.
     warnings : tuple of str
     uncompensated : Proof or None
         What the calibrated machine would do with the program, had it not been compensated for.
@@ -206,15 +215,31 @@ class Report(Proof):
 
     settings: dict
     time: float
+    peaks: dict
+    slowest: tuple | None
     warnings: tuple
     uncompensated: Proof | None
     strategies: tuple
     ways: dict
 
+    def _peaks(self):
+        """Greatest speed and acceleration of each axis that moves, as text."""
+        for name, (speed, acceleration) in self.peaks.items():
+            unit = "mm" if name in "XYZ" else "°"
+            if speed > 0:
+                pulled = "" if np.isnan(acceleration) else f" {acceleration:.0f} {unit}/s²"
+                yield f"{name} {speed:.1f} {unit}/s{pulled}"
+
     def __str__(self):
         lines = [f"{key:<12} {value}" for key, value in self.settings.items()]
         if self.time > 0:
             lines.append(f"{'time':<12} {self.time:.2f} s")
+            lines += [f"{'peaks':<12} {', '.join(self._peaks())}"]
+        if self.slowest:
+            record, asked, taken = self.slowest
+            lines.append(
+                f"{'slow-down':<12} before record {record + 1}: {taken:.3f} s, the feed asks {asked:.3f} s"
+            )
         lines += [
             f"{'tip error':<12} {self.tip_error:.4f} mm at the records, "
             f"{self.path_tip_error:.4f} mm along the path (most before record {self.worst_record})",

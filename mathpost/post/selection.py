@@ -6,17 +6,18 @@ the whole path by dynamic programming (动态规划, R. Bellman 1957), the short
 source 002.
 """
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from mathpost.errors import InputError, ReachError, as_array
-from mathpost.post import bellman, travel, yu_dan
+from mathpost.post import bellman, singular, travel, yu_dan
 from mathpost.post.bellman import UNITS
 
 STRATEGIES = ("optimal", "shortest", "paper")
-SWAY = np.radians(5.0)  # how far the tool axis may stray between two records in cut, besides half of its own turn
+SWAY = np.radians(5.0)  # for choices alone; a program's may leave the great circle by half of its axis tolerance
 POLE = 1e-10  # radians from the pole, within which every outer angle is right
 PREFERENCE = 1e-6  # cost of beginning on the other branch than the preferred one
 
@@ -125,8 +126,8 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         The preferred direction of the tilting axis, the paper's dominant range (优势区间): to begin on among
         equals, and in its case (2). By default the longer side of its travel.
     sway : float
-        Radians; in cut, a move is no choice if it takes the tool axis further than this, and half of its own turn,
-        off the great circle between two records, as a change of branch away from the pole does.
+        Radians; in cut, the branch may change only where the tool axis, on its great circle between two records,
+        comes nearer than this to a singular one: it has to leave the circle by as much to get there.
 
     Returns
     -------
@@ -167,6 +168,14 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         joints, branch = yu_dan.choose(kin, cl, prefer)
         return Selection(joints, branch, travel.path_cost(machine, joints, weights, start), (), strategy)
 
+    if (loose := travel.without_far_limits(machine)) != machine:  # hundreds of windings that hardly ever matter
+        without = copy(kin)
+        without.machine = loose
+        options = {"weights": weights, "start": start, "split": split, "prefer": prefer, "sway": sway}
+        chosen = choose(without, cl, strategy, **options)
+        if travel.all_within(machine, chosen.joints).all():  # the best way without a limit, and inside it
+            return chosen
+
     solved, turns = _solutions(kin, cl.points, cl.axes), _turns(machine)
     first = _explained(kin, solved[..., :1])
     price, slowest = travel.rates_or_weights(machine, weights)
@@ -177,7 +186,7 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         beginning = travel.move_costs(machine, travel.short_way(machine, first.joints[0] - start), weights)
     picks, broken, unreachable, stuck = bellman.loop(len(cl) * len(first.branch) ** 2)(
         solved, turns, machine.limits, travel.endless(machine), beginning, price, slowest,
-        _tool_axis(kin), np.array(cl.axes.T, order="C"), np.array(cl.rapid), float(sway), strategy == "shortest",
+        np.r_[False, singular.near(kin, cl, sway)], np.array(cl.rapid), strategy == "shortest",
     )  # fmt: skip
     if unreachable >= 0:
         rows = _explained(kin, solved[..., unreachable, None]).table(0)
@@ -234,19 +243,6 @@ def _explained(kin, solved):
     turns = _turns(kin.machine)
     joints = (solved[:, :, None] + turns[:, None, :, None]).reshape(5, -1, solved.shape[2])
     return Candidates(kin, joints.T, np.repeat(np.arange(solved.shape[1]) % 2, turns.shape[1]))
-
-
-def _tool_axis(kin):
-    """The tool axis as Σ t[a, b]·f_a(first angle)·f_b(second angle) with f = 1, cos, sin: t, shape (3, 3, 3).
-
-    Every turn is linear in the cosine and the sine of its angle, so that the forward kinematics at 0°, 90° and 180°
-    of both axes say it all.
-    """
-    angles = np.array([0, np.pi / 2, np.pi])
-    joints = np.zeros((3, 3, 5))
-    joints[..., 3], joints[..., 4] = angles[:, None], angles
-    waves = np.linalg.inv(np.stack([np.ones(3), np.cos(angles), np.sin(angles)], axis=1))
-    return np.einsum("ai,bj,ijk->abk", waves, waves, kin.forward(joints)[1])
 
 
 def _longer_side(kin):

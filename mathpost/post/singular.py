@@ -9,9 +9,7 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.errors import InputError
-from mathpost.rotation import about, slices, unit
-
-ARC_SAMPLES = 33
+from mathpost.rotation import about, unit
 
 
 def measure(kin):
@@ -81,22 +79,40 @@ def regions(kin, cl, joints, *, cone=None):
     InputError
         If `cone` is not given and the CL data state no feed or the machine no rate.
     """
-    singular = _too_fast(kin.machine, cl, np.asarray(joints)) if cone is None else _inside_cone(kin, cl, cone)
+    singular = _too_fast(kin.machine, cl, np.asarray(joints)) if cone is None else near(kin, cl, cone)
     edges = np.flatnonzero(np.diff(np.r_[False, singular, False]))
     return [(int(first), int(last)) for first, last in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _inside_cone(kin, cl, cone):
-    """Whether the tool axis comes nearer than `cone` to a singular one, for each move."""
+def near(kin, cl, cone):
+    """Return whether the tool axis comes nearer than `cone` (radians) to a singular one, for each move."""
     # On its way it comes nearer than at the ends by no more than half of its turn: most moves need no closer look.
     ends, turn = distance(kin, cl.axes), np.linalg.norm(np.diff(cl.axes, axis=0), axis=1)
     inside = np.minimum(ends[:-1], ends[1:]) - np.pi / 4 * turn < cone
-    near = np.flatnonzero(inside)
-    for rows in slices((len(near), ARC_SAMPLES)):
-        moves = near[rows]
-        place = moves + np.linspace(0, 1, ARC_SAMPLES)[:, None]
-        inside[moves] = distance(kin, cl.at(place)[1]).min(axis=0) < cone
+    moves = np.flatnonzero(inside)
+    inside[moves] = nearest(kin, cl.axes[moves], cl.axes[moves + 1])[1] < cone
     return inside
+
+
+def nearest(kin, start, end):
+    """Return where the great circle between tool axes (n, 3) comes nearest to a singular one, and how near.
+
+    Returns
+    -------
+    t, distance : ndarray, shape (n,)
+        From 0 to 1 along the arc, and radians.
+    """
+    along = end - start  # of neighbours only the difference keeps its digits
+    across = along - np.vecdot(along, start)[:, None] * start
+    across /= np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
+    arc = 2 * np.arcsin(np.minimum(np.linalg.norm(along, axis=1) / 2, 1))
+    pole = np.array(kin.inverse_symbolic.pole, dtype=float)
+    # The ends of reach lie round the outer axis: nearest to one of them is what is nearest to an end of it.
+    turn = [np.arctan2(across @ end, start @ end) for end in (pole, -pole)]
+    turn = np.clip([*turn, np.zeros(len(arc)), arc], 0, arc)
+    found = distance(kin, np.cos(turn)[..., None] * start + np.sin(turn)[..., None] * across)
+    pick = found.argmin(axis=0), np.arange(len(start))
+    return turn[pick] / np.maximum(arc, 1e-300), found[pick]
 
 
 def _too_fast(machine, cl, joints):

@@ -3,9 +3,14 @@
 The elementary functions stand in `bellman`; these take a machine and whole paths.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
+from mathpost.machine import ENDLESS
 from mathpost.post.bellman import TURN, UNITS, cost, nearest, within_travel
+
+MANY = 10  # turns of travel
 
 
 def all_within(machine, joints):
@@ -36,6 +41,23 @@ def out_of_travel(machine, joints):
 def endless(machine):
     """Return which of the five joints are rotary axes without an end of travel, shape (5,)."""
     return ~np.isfinite(machine.limits).all(axis=1) & (np.arange(5) > 2)
+
+
+def without_far_limits(machine):
+    """Return the machine with its rotary axes endless that have room for more than `MANY` turns.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> dmu50v = machine.load("data/machines/dmu50v.toml")
+    >>> without_far_limits(dmu50v) == dmu50v
+    True
+    """
+    rotary = (
+        replace(joint, limits=ENDLESS) if joint.limits[1] - joint.limits[0] > MANY * TURN else joint
+        for joint in machine.rotary
+    )
+    return replace(machine, rotary=tuple(rotary))
 
 
 def windings(low, high):

@@ -1,25 +1,30 @@
 """Ways through a singular region, each with the same figures, so that they can be compared.
 
-Among them are the two cubics that source 002 means (the one its table 3 was made with, and the one its equation (7)
-describes); they interpolate X Y Z together with the angles, so the tip leaves the part, and are here for the audit.
+Among them are the two cubics of source 002 that interpolate X Y Z together with the angles, for the audit.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post import cl as cldata
-from mathpost.post import selection, travel
+from mathpost.post import selection, travel, yu_dan
 from mathpost.post.between_blocks import deviation
-from mathpost.post.motion import Motion, block_times, feed_times, linearize
+from mathpost.post.motion import Motion, block_times, follow, linearize
 from mathpost.post.singular import distance
+from mathpost.post.time_law import TimeLaw, time_law
+from mathpost.post.yu_dan import paper_clamped, paper_cubic
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline
 ASIDE_NODES = 181  # nodes of a path moved aside
+# As much as a flank 6 mm above the tip strays by 0.01 mm; what Siemens' CYCLE832 sets for finishing, too: 10° for
+# each mm of the tolerance of the contour.
+AXIS_TOLERANCE = np.radians(0.1)
 LEAN = np.radians(1.0)
 CLEARANCE = 20.0  # mm
+AIR = 0.1  # of the clearance, how far a lifted tip may stray
+NEAR = 50  # records on both sides of a region that its ways are run with
 
 
 @dataclass(frozen=True)
@@ -31,25 +36,28 @@ class Way(Motion):
     joints, place, lifted
         As in `Motion`.
     name : str
-    peak_rate : float
-        Largest rate that the outer rotary axis needs in cut to keep the stated feed, rad/s.
-    per_record : bool
-        Whether no feed is stated and `peak_rate` is in rad per record, the paper's virtual time, instead.
+    law : TimeLaw or None
+        From rest `NEAR` records before the region to rest as many after it, the way between.
+    peak_speed, peak_acceleration : float
+        Of the outer rotary axis meanwhile, radians per s and s²; NaN an acceleration without a limit.
     tip_error, axis_error : float
-        Largest distance (mm) and angle (radians) of the moves in cut from the CL data.
-    time : float
-        Seconds, the slowest axis waited for; what feed or rates are known counts.
+        Largest distance (mm) and angle (radians) of the moves in cut from the CL data: what the way needs.
     reason : str
         Why the way is not possible, or "".
     """
 
     name: str
-    peak_rate: float = np.nan
+    law: TimeLaw | None = None
+    peak_speed: float = np.nan
+    peak_acceleration: float = np.nan
     tip_error: float = np.nan
     axis_error: float = np.nan
-    time: float = np.nan
-    per_record: bool = False
     reason: str = ""
+
+    @property
+    def time(self):
+        """Seconds that `law` takes."""
+        return self.law.seconds[-1] if self.law else np.nan
 
     @property
     def blocks(self):
@@ -70,13 +78,17 @@ class Crossing:
         First and last record (from 0), as `mathpost.post.singular.regions` gives them.
     tolerance : float
         mm; how near the tip must stay to the CL data in the ways that recompute X Y Z.
+    axis_tolerance : float
+        Radians; how near the tool axis must stay to its great circle in those that follow it, `FOLLOWING`.
     """
 
+    FOLLOWING = ("direct", "other branch", "retract")
     SAFE = ("direct", "other branch", "linear", "cubic", "aside", "retract")
     WAYS = (*SAFE, "paper cubic", "paper clamped")
 
-    def __init__(self, kin, cl, joints, region, *, tolerance=0.01):
-        self.kin, self.cl, self.joints, self.tolerance = kin, cl, np.asarray(joints, dtype=float), tolerance
+    def __init__(self, kin, cl, joints, region, *, tolerance=0.01, axis_tolerance=AXIS_TOLERANCE):
+        self.kin, self.cl, self.joints = kin, cl, np.asarray(joints, dtype=float)
+        self.tolerance, self.axis_tolerance = tolerance, axis_tolerance
         self.first, self.last = region
         if not 0 <= self.first < self.last < len(self.joints):
             raise InputError("region", f"two records from 0 to {len(self.joints) - 1}", repr(tuple(region)))
@@ -88,11 +100,15 @@ class Crossing:
         return [self.way(name, **options) for name in self.WAYS]
 
     def possible(self, name, **options):
-        """Return one way, or raise `ReachError` if it is not possible."""
+        """Return one way, or raise `ReachError` if it is not possible or leaves the great circle too far."""
         way = self.way(name, **options)
-        if way.reason:
-            first, last = self.first + 1, self.last + 1
-            raise ReachError(f"{self.cl.name}: no way {name!r} from record {first} to {last}: {way.reason}")
+        reason = way.reason
+        if way.axis_error > self.axis_tolerance:
+            needed = np.degrees(way.axis_error) + 0.001
+            reason = f"it needs an axis tolerance of {needed:.3f}°, more than was granted"
+        if reason:
+            first, last = self.cl.first + self.first + 1, self.cl.first + self.last + 1
+            raise ReachError(f"{self.cl.name}: no way {name!r} from record {first} to {last}: {reason}")
         return way
 
     def way(self, name, *, lean=LEAN, clearance=CLEARANCE, points=5):
@@ -101,11 +117,11 @@ class Crossing:
         Parameters
         ----------
         name : str
-            ``"direct"``: as chosen, one block from record to record. ``"other branch"``: on the other solution
-            from the largest swing on. ``"linear"``: rotary angles in proportion, X Y Z recomputed. ``"cubic"``:
-            clamped cubic in the rotary angles, X Y Z recomputed. ``"aside"``: the tool axis moved aside by at
-            most `lean`. ``"retract"``: at the largest swing lifted by `clearance` along the tool axis,
-            swung, and returned, so that no record is left uncut.
+            The tool axis follows its great circle in ``"direct"``: as chosen; in ``"other branch"``: on the other
+            solution from the largest swing on; and in ``"retract"``: at the largest swing lifted by `clearance`
+            along the tool axis, swung, and returned, so that no record is left uncut. It leaves the circle in
+            ``"linear"``: rotary angles in proportion, X Y Z recomputed; in ``"cubic"``: clamped cubic in the rotary
+            angles, X Y Z recomputed; and in ``"aside"``: moved aside by at most `lean`.
             ``"paper cubic"`` and ``"paper clamped"``: all five coordinates, for the audit.
         lean : float
             Radians.
@@ -129,6 +145,10 @@ class Crossing:
             raise InputError("way", " or ".join(ways), repr(name))
         try:
             motion = ways[name]()
+            if name in self.FOLLOWING:
+                motion = follow(self.kin, self.cl, motion, self.axis_tolerance)
+                keep = in_the_air(motion, self.tolerance, clearance)
+                motion = linearize(self.kin, motion.joints, keep, place=motion.place, lifted=motion.lifted)
         except MathpostError as error:
             none = Motion.on_part(np.empty((0, 5)), [])
             return Way(**vars(none), name=name, reason=str(error))
@@ -158,12 +178,10 @@ class Crossing:
         return self._with_tip_kept(self.records, start + t * (end - start))
 
     def _cubic(self):
-        start, end = self._end_slopes()
-        ends = self.joints[[self.first, self.last], 3:]
-        spline = CubicSpline([self.first, self.last], ends, bc_type=((1, start[3:]), (1, end[3:])))
-        steps = int(np.ceil(np.abs(np.diff(ends, axis=0)).max() / STEP / (self.last - self.first))) + 1
-        place = np.linspace(self.first, self.last, steps * (self.last - self.first) + 1)
-        return self._with_tip_kept(place, spline(place))
+        span, swing = self.last - self.first, np.ptp(self.joints[[self.first, self.last], 3:], axis=0).max()
+        n = (int(np.ceil(swing / STEP / span)) + 1) * span - 1  # a point at each record, and others evenly between
+        place, joints = yu_dan.smooth(self.kin, self.cl, self.joints, (self.first, self.last), n)
+        return linearize(self.kin, joints, self.tolerance, place=place)
 
     def _aside(self, lean):
         place = np.unique(np.r_[np.linspace(self.first, self.last, ASIDE_NODES), self.records])
@@ -194,29 +212,19 @@ class Crossing:
 
     def _retract(self, clearance):
         swing, on_part = self._largest_swing(), self._direct()
-        ends = slice(swing, swing + 2)
-        lifted = self.cl.points[ends] + clearance * self.cl.axes[ends]
-        over = self.kin.close(lifted, self.joints[ends, 3:])
-        swung = linearize(self.kin, over, self.tolerance, place=[swing, swing + 1], lifted=[True, True])
+        over = yu_dan.lifted(self.kin, self.joints[swing : swing + 2], clearance)
+        swung = Motion(over, np.array([swing, swing + 1.0]), np.ones(2, bool))
         before = swing + 1 - self.first
         return Motion.joined([on_part[:before], swung, on_part[before:]])
 
     def _paper(self, cubic, points):
-        self._end_slopes()
-        rows = self.joints[[self.first - 1, self.first, self.last, self.last + 1]]
+        rows = yu_dan.four_records(self.joints, (self.first, self.last))
         t = np.linspace(0, 1, points + 2)
         return Motion.on_part(cubic(rows, t), self.first + t * (self.last - self.first))
 
     def _with_tip_kept(self, place, rotary):
         """Close the loop at each node and divide the moves until the tip keeps the tolerance."""
         return linearize(self.kin, self.kin.close(self.cl.at(place)[0], rotary), self.tolerance, place=place)
-
-    def _end_slopes(self):
-        """Change of the joints per record before and after the region, equation (7) with Δt = 1."""
-        if self.first == 0 or self.last == len(self.joints) - 1:
-            raise MathpostError("a spline needs a record before the region and one after it")
-        before = self.joints[self.first] - self.joints[self.first - 1]
-        return before, self.joints[self.last + 1] - self.joints[self.last]
 
     def _largest_swing(self):
         """The record that the outer axis swings from."""
@@ -229,19 +237,27 @@ class Crossing:
         tip_error, axis_error = deviation(
             self.kin, joints[:-1], joints[1:], tips=(tips[:-1], tips[1:]), axes=(axes[:-1], axes[1:])
         )
-        reached, feeds = self.kin.forward(joints)[0], self.cl.feeds[np.ceil(place[1:]).astype(int)]
-        seconds = feed_times(reached, feeds)
-        interval = np.where(np.isnan(seconds), np.diff(place), seconds)
-        swing = np.abs(np.diff(joints[:, self.outer]))
-        rate = np.divide(swing, interval, out=np.full(len(swing), np.inf), where=interval > 1e-9)
-        rate[swing < 1e-12] = 0
+        law = self._law(motion)
         return {
-            "peak_rate": rate[in_cut].max(initial=0),
+            "law": law,
+            "peak_speed": law.peak_speeds[self.outer],
+            "peak_acceleration": law.peak_accelerations[self.outer],
             "tip_error": tip_error[in_cut].max(initial=0),
-            "axis_error": axis_error[in_cut].max(initial=0),
-            "time": block_times(self.kin.machine, joints, reached, feeds, in_cut).sum(),
-            "per_record": bool(np.isnan(seconds).any()),
+            "axis_error": axis_error[motion.at_feed(self.cl)].max(initial=0),
         }
+
+    def _law(self, motion):
+        before, after = np.arange(max(self.first - NEAR, 0), self.first), np.arange(self.last + 1, len(self.joints))
+        run = [Motion.on_part(self.joints[near], near) for near in (before, after[:NEAR])]
+        run = Motion.joined([run[0], motion, run[1]])
+        tips, feeds = self.kin.forward(run.joints)[0], self.cl.feeds[np.ceil(run.place[1:]).astype(int)]
+        machine = self.kin.machine
+        return time_law(machine, run.joints, block_times(machine, run.joints, tips, feeds, run.in_cut))
+
+
+def in_the_air(motion, tolerance, clearance):
+    """Return the tolerance of the tip (mm) for each move, more for those that are lifted."""
+    return np.where(motion.in_cut, tolerance, np.maximum(tolerance, AIR * clearance))
 
 
 def refuse_nonsense(lean, clearance):
@@ -255,21 +271,8 @@ def refuse_nonsense(lean, clearance):
 def comparison(region, ways):
     """Yield the lines of a table that compares the ways through a singular region."""
     yield f"singular region, records {region[0] + 1} to {region[1] + 1}"
-    per = "rec" if any(way.per_record for way in ways) else "s"
-    yield f"{'way':<14}{'peak °/' + per:>12}{'tip mm':>10}{'axis °':>9}{'blocks':>8}{'time s':>8}"
+    yield f"{'way':<14}{'time s':>8}{'peak °/s':>10}{'°/s²':>7}{'tip mm':>10}{'axis °':>9}{'blocks':>8}"
     for way in ways:
-        figures = f"{np.degrees(way.peak_rate):12.1f}{way.tip_error:10.4f}{np.degrees(way.axis_error):9.4f}"
-        yield f"{way.name:<14}" + (way.reason or f"{figures}{way.blocks:8d}{way.time:8.2f}")
-
-
-def paper_cubic(rows, t):
-    """The cubic of table 3 of source 002: one polynomial through four records at −1, 0, 1, 2, all five joints.
-
-    The source does not say so; all 25 printed numbers do. `rows` has shape (4, 5), `t` runs from 0 to 1.
-    """
-    return CubicSpline([-1, 0, 1, 2], rows, bc_type="not-a-knot")(t)
-
-
-def paper_clamped(rows, t):
-    """The cubic of the text of source 002: between the middle two of four records, end slopes by equation (7)."""
-    return CubicSpline([0, 1], rows[1:3], bc_type=((1, rows[1] - rows[0]), (1, rows[3] - rows[2])))(t)
+        speed, acceleration, axis = np.degrees([way.peak_speed, way.peak_acceleration, way.axis_error])
+        figures = f"{way.time:8.2f}{speed:10.1f}{acceleration:7.0f}{way.tip_error:10.4f}{axis:9.4f}{way.blocks:8d}"
+        yield f"{way.name:<14}" + (way.reason or figures)

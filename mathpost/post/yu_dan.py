@@ -1,72 +1,262 @@
-"""The rules of source 002, section 1.2, by which it chooses the rotary angles, word for word."""
+"""The method of source 002 (Yu Dan et al.), step by step; each step returns what it decides by.
+
+Section 1.2 chooses the rotary angles: `cases`, `turns`, and `choose` by both. Section 1.3 smooths them through a
+singular region: `end_slopes`, `hermite` or `clamped`, `smooth`, and `lifted` for the retract.
+"""
+
+from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
+import sympy as sp
+from scipy.interpolate import CubicSpline
 
-from mathpost.errors import InputError, ReachError
+from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post.travel import TURN, all_within, out_of_travel, within_travel
 
 
-def choose(kin, cl, prefer):
-    """Return joints (n, 5) and branches (n,) by cases (1) to (3), (6) and the C ± 2π rule, for comparison.
+@dataclass(frozen=True)
+class Case:
+    """What section 1.2 says of the tilting angle of one record.
 
-    The result may swing the long way round.
+    Attributes
+    ----------
+    number : int
+        1: outside travel. 2: only one sign is inside, equation (5). 3: both are, the smaller step is taken.
+    size : float
+        |θ|, radians; NaN where the tool axis is out of reach.
+    kappa : int or None
+        The κ of (−1)^κ·|θ| that is taken; None in case (1).
+    steps : tuple of 2 floats
+        In case (3) the steps from the record before, radians, for κ = 0 and κ = 1; else empty.
+    """
+
+    number: int
+    size: float
+    kappa: int | None
+    steps: tuple = ()
+
+    @property
+    def angle(self):
+        """The angle (−1)^κ·|θ|, radians; NaN in case (1)."""
+        return np.nan if self.kappa is None else float((-1) ** self.kappa * self.size)
+
+    def __str__(self):
+        if self.kappa is None:
+            return f"case (1): |θ| = {np.degrees(self.size):.3f}° is outside travel"
+        steps = " and ".join(f"{np.degrees(step):.3f}°" for step in self.steps)
+        taken = f"case ({self.number}): κ = {self.kappa}, {np.degrees(self.angle):.3f}°"
+        return taken + f", steps {steps} for κ = 0 and 1" * bool(steps)
+
+
+@dataclass(frozen=True)
+class Turn:
+    """What the C ± 2π rule compares for one record: Δ₁ for its angle, Δ₂ for that a turn away; radians."""
+
+    angle: float
+    turned: float
+    delta_1: float
+    delta_2: float
+
+    @property
+    def taken(self):
+        """The angle that the rule takes."""
+        return self.angle if self.delta_1 <= self.delta_2 else self.turned
+
+
+def cases(kin, cl, prefer):
+    """Return the `Case` of each record.
 
     Parameters
     ----------
     kin : Kinematics
     cl : CLData
     prefer : {1, -1}
-        The preferred direction of the tilting axis, the paper's dominant range (优势区间).
+        The sign of the dominant range (优势区间) of the tilting axis, for case (2) and the ties of case (3). The
+        record before the first is taken to stand at 0.
 
     Raises
     ------
     InputError
         If the two solutions of the machine are not opposite angles.
-    ReachError
-        If the rules lead out of travel.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> from mathpost.kinematics import Kinematics
+    >>> from mathpost.post import cl
+    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
+    >>> print(cases(kin, cl.read("data/cl/blade.cl"), 1)[0])
+    case (2): κ = 0, 11.817°
     """
     derived = kin.inverse_symbolic
     if derived.solutions[0] != -derived.solutions[1]:
         found = f"{kin.machine.name}, where it is elsewhere"
         raise InputError("strategy 'paper'", f"a machine whose two solutions are ±{derived.inner}", found)
-    both = kin.inverse(cl.points, cl.axes)
-    branch = _branches(kin, cl, both[:, 0, kin.symbols.index(derived.inner)], prefer)
-    joints = both[np.arange(len(branch)), branch]
-    outer = kin.symbols.index(derived.outer)
-    joints[:, outer] = _turned(joints[:, outer].tolist())
-    out = np.flatnonzero(~all_within(kin.machine, joints))
-    if out.size:
-        sentences = out_of_travel(kin.machine, joints[out[0]])
-        raise ReachError(f"{cl.where(int(out[0]))}: {'; '.join(sentences)}")
-    return joints, branch
+    tilting = kin.symbols.index(derived.inner)
+    near, far = sorted(np.abs(kin.machine.limits[tilting]))
+    dominant = 0 if prefer > 0 else 1
+    found, before = [], 0.0
+    for size in np.abs(kin.inverse(cl.points, cl.axes)[:, 0, tilting]).tolist():
+        if not within_travel(size, 0.0, far):
+            found.append(Case(1, size, None))
+            continue
+        if within_travel(size, 0.0, near):
+            steps = abs(size - before), abs(-size - before)
+            found.append(Case(3, size, min((dominant, 1 - dominant), key=lambda kappa: steps[kappa]), steps))
+        else:
+            found.append(Case(2, size, dominant))
+        before = found[-1].angle
+    return found
 
 
-def _branches(kin, cl, solution, prefer):
-    """The branch of each record, by cases (1) to (3) on the size of the tilting angle, radians."""
-    inner = kin.inverse_symbolic.inner
-    near, far = sorted(np.abs(kin.machine.limits[kin.symbols.index(inner)]))
-    signs, before = [], 0.0
-    for record, tilt in enumerate(np.abs(solution).tolist()):
-        if not within_travel(tilt, 0.0, far):  # case (1), and out of reach
-            raise ReachError(f"{cl.where(record)}: |{inner}| {np.degrees(tilt):.3f}° is outside travel, case (1)")
-        sign = prefer  # case (2), equation (5)
-        if tilt <= near:  # case (3): the smaller step
-            sign = min((prefer, -prefer), key=lambda sign: abs(sign * tilt - before))
-        signs.append(sign)
-        before = sign * tilt
-    return np.where(np.array(signs) > 0, 0, 1)
+def turns(angles):
+    """Return the `Turn` of each outer angle (radians) between the first and the last.
 
-
-def _turned(angles):
-    """The outer angles, a list of radians, after the C ± 2π rule.
-
-    Each angle between the first and the last takes a turn off if that brings it nearer to both neighbours together.
-    The neighbour behind it has not been corrected by then, as the paper has it: an even walk across ±180° stays
-    broken.
+    The neighbour behind an angle has not been corrected by then, as the paper has it: an even walk across ±180°
+    stays broken.
     """
+    angles, found = [float(angle) for angle in angles], []
     for record in range(1, len(angles) - 1):
         before, angle, after = angles[record - 1 : record + 2]
         turned = angle - TURN * np.sign(angle)
-        if abs(turned - before) + abs(turned - after) < abs(angle - before) + abs(angle - after):
-            angles[record] = turned
-    return angles
+        deltas = (abs(each - before) + abs(each - after) for each in (angle, turned))
+        found.append(Turn(angle, turned, *deltas))
+        angles[record] = found[-1].taken
+    return found
+
+
+def choose(kin, cl, prefer):
+    """Return joints (n, 5) and branches (n,) by `cases`, equation (6) and `turns`; it may swing the long way round.
+
+    Raises
+    ------
+    InputError
+        As `cases`.
+    ReachError
+        If the rules lead out of travel.
+    """
+    found = cases(kin, cl, prefer)
+    for record, case in enumerate(found):
+        if case.kappa is None:
+            raise ReachError(f"{cl.where(record)}: {kin.inverse_symbolic.inner}: {case}")
+    branch = np.array([case.kappa for case in found])  # the first branch is the positive one
+    joints = kin.inverse(cl.points, cl.axes)[np.arange(len(branch)), branch]
+    outer = kin.symbols.index(kin.inverse_symbolic.outer)
+    joints[1:-1, outer] = [turn.taken for turn in turns(joints[:, outer])]
+    out = np.flatnonzero(~all_within(kin.machine, joints))
+    if out.size:
+        raise ReachError(f"{cl.where(int(out[0]))}: {'; '.join(out_of_travel(kin.machine, joints[out[0]]))}")
+    return joints, branch
+
+
+def four_records(joints, region):
+    """Return the joints, shape (4, 5), of the records s − 1, s, e, e + 1 about the region (s, e).
+
+    Raises
+    ------
+    MathpostError
+        If no record stands before or after the region.
+    """
+    first, last = region
+    if not 0 < first < last < len(joints) - 1:
+        raise MathpostError("a spline needs a record before the region and one after it")
+    return np.asarray(joints, dtype=float)[[first - 1, first, last, last + 1]]
+
+
+def end_slopes(rows, dt=(1.0, 1.0)):
+    """Return k₁ and k₂ of equation (7), what changes per unit of the virtual time into and out of the region.
+
+    Parameters
+    ----------
+    rows : array_like, shape (4, ...)
+        M, from `four_records`.
+    dt : tuple of 2 floats
+        Δt₁ and Δt₂, the virtual time from s − 1 to s and from e to e + 1; by default one per record.
+    """
+    rows = np.asarray(rows, dtype=float)
+    return (rows[1] - rows[0]) / dt[0], (rows[3] - rows[2]) / dt[1]
+
+
+@cache
+def hermite():
+    """Return the cubic that equation (7) clamps, in t from 0 to T, derived from its four conditions.
+
+    Returns
+    -------
+    sympy expression
+        In the symbols t, T, M_s, M_e, k_1, k_2.
+
+    Examples
+    --------
+    >>> hermite().subs({"t": "T/2", "k_1": 0, "k_2": 0})
+    M_e/2 + M_s/2
+    """
+    t, span, start, end, k_1, k_2 = sp.symbols("t T M_s M_e k_1 k_2")
+    unknown = sp.symbols("a:4")
+    cubic = sum(a * t**power for power, a in enumerate(unknown))
+    slope = cubic.diff(t)
+    conditions = (cubic.subs(t, 0) - start, cubic.subs(t, span) - end)
+    conditions += (slope.subs(t, 0) - k_1, slope.subs(t, span) - k_2)
+    return cubic.subs(sp.solve(conditions, unknown))
+
+
+def clamped(rows, span=1.0, dt=(1.0, 1.0)):
+    """Return the same cubic as a SciPy `CubicSpline` from 0 to `span`; `rows` and `dt` as in `end_slopes`."""
+    k_1, k_2 = end_slopes(rows, dt)
+    return CubicSpline([0, span], [rows[1], rows[2]], bc_type=((1, k_1), (1, k_2)))
+
+
+def paper_clamped(rows, t):
+    """The cubic of the text, in all five joints as the text has it: X Y Z leave the part. `t` runs from 0 to 1."""
+    return clamped(rows)(t)
+
+
+def paper_cubic(rows, t):
+    """The cubic of table 3: one polynomial through the four records at t = −1, 0, 1, 2, all five joints.
+
+    The source does not say so; all 25 printed numbers do.
+    """
+    return CubicSpline([-1, 0, 1, 2], rows, bc_type="not-a-knot")(t)
+
+
+def smooth(kin, cl, joints, region, n, *, dt=(1.0, 1.0)):
+    """Put `n` points into a region: the rotary angles on the clamped cubic, X Y Z recomputed from them.
+
+    Parameters
+    ----------
+    kin : Kinematics
+    cl : CLData
+    joints : array_like, shape (m, 5)
+        Chosen for all records, mm and radians.
+    region : (int, int)
+        First and last record, from 0.
+    n : int
+        Points, even in the virtual time.
+    dt : tuple of 2 floats
+        As in `end_slopes`.
+
+    Returns
+    -------
+    place : ndarray, shape (n + 2,)
+        The virtual time: 2.25 is a quarter of the way from record 2 to record 3, counted from 0.
+    joints : ndarray, shape (n + 2, 5)
+
+    Raises
+    ------
+    MathpostError
+        As `four_records`.
+    """
+    first, last = region
+    curve = clamped(four_records(joints, region)[:, 3:], last - first, dt)
+    place = np.linspace(first, last, n + 2)
+    return place, kin.close(cl.at(place)[0], curve(place - first))
+
+
+def lifted(kin, joints, clearance):
+    """Return joints (..., 5) with the tip moved by `clearance` (ΔA, mm) along the tool axis, equation (9).
+
+    The negative of it is equation (10).
+    """
+    tip, axis = kin.forward(joints)
+    return kin.close(tip + clearance * axis, np.asarray(joints)[..., 3:])

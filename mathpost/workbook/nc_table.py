@@ -150,7 +150,8 @@ def judge_numbers(rows, values):
     half_angle = _half_digit(words[:, 3:])
     half_axis = 0.0 if (axis % 1 == 0).all() else _half_digit(axis)
     case = JointCase(kinematics, axis, words[:, 3:], half_angle + 1e-9, half_axis)
-    both, slack = case.both_branches(axis)
+    both, spread = case.both_branches(axis)
+    slack = spread + case.half_digit
     off = (words[:, None, 3:] - both + 180) % 360 - 180
     fits = np.abs(off) <= slack
     branch = (fits.sum(axis=2) - np.nan_to_num(np.abs(off).max(axis=2), nan=999) / 1e4).argmax(axis=1)

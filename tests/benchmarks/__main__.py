@@ -2,10 +2,11 @@
 
 import argparse
 
-from tests.benchmarks import growth, kinematics, lessons, live, pipeline, startup
+from tests.benchmarks import calibration, growth, kinematics, lessons, live, pipeline, proved, startup
 from tests.benchmarks.timing import computer
 
-PARTS = {part.__name__.rpartition(".")[2]: part for part in (kinematics, startup, pipeline, growth, lessons, live)}
+MODULES = (kinematics, startup, pipeline, growth, lessons, live, proved, calibration)
+PARTS = {part.__name__.rpartition(".")[2]: part for part in MODULES}
 
 
 def main():

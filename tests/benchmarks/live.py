@@ -1,12 +1,11 @@
-"""From a slider to the finished frame, for every kind of view that moves, in a page without a network."""
+"""From a slider to the finished frame, for every view of the lessons, in a page without a network."""
 
+import html
+import json
+import re
 import tempfile
 from pathlib import Path
 
-from mathpost import machine
-from mathpost.course import view_machine, view_rotation
-from mathpost.kinematics import Kinematics
-from mathpost.post import cl
 from tests.benchmarks.timing import row
 
 CHROMIUM = Path("/usr/bin/chromium")
@@ -41,16 +40,14 @@ MEASURE = """async count => {
 
 
 def views():
-    kins = {
-        name: Kinematics(machine.load(f"data/machines/{name}.toml")) for name in ("dmu50v", "ac_table", "ac_head")
-    }
-    blade = cl.read("data/cl/blade.cl")
-    yield from ((f"machine, {name}", view_machine.machine(kin)) for name, kin in kins.items())
-    yield "both solutions", view_machine.tool_axis(kins["dmu50v"])
-    yield "walk", view_machine.walk(kins["dmu50v"], blade)
-    yield "walk, two machines", view_machine.walk(kins["dmu50v"], blade, second=kins["ac_head"])
-    yield "turned point", view_rotation.turned_point((3, 4, 5))
-    yield "signs", view_rotation.carried(kins["ac_table"].machine)
+    """Name and page of every view that the lessons hold."""
+    for path in sorted(Path("notebooks").glob("[0-9]*.ipynb")):
+        outputs = [
+            output for cell in json.loads(path.read_text("utf-8"))["cells"] for output in cell.get("outputs", [])
+        ]
+        shown = ("".join(output.get("data", {}).get("text/html", "")) for output in outputs)
+        for number, page in enumerate(re.findall("srcdoc='(.*?)'></iframe>", "".join(shown), re.DOTALL), start=1):
+            yield f"{path.stem}, view {number}", html.unescape(page)
 
 
 def run():
@@ -63,7 +60,7 @@ def run():
         page = browser.new_page(viewport={"width": 980, "height": 470})
         for name, view in views():
             path = Path(folder, "view.html")
-            view.save(path)
+            path.write_text(view, encoding="utf-8")
             page.goto(path.as_uri())
             page.locator(".said div").first.wait_for()
             median, late, rate = page.evaluate(MEASURE, FRAMES)

@@ -1,13 +1,16 @@
 """The student copy: every exercise, no solution."""
 
 import json
+import math
+import random
 import re
 
 import pytest
 
 from mathpost.__main__ import main
-from mathpost.course import exercise
-from mathpost.course.assign import assign
+from mathpost.course import answers, exercise
+from mathpost.course.assign import DRAWN, OWN, SAME, assign
+from mathpost.course.grade import grade
 from mathpost.course.verdict import EXERCISES
 from mathpost.errors import InputError, OutputError
 from tests.conftest import LESSONS
@@ -85,3 +88,94 @@ def test_the_command(tmp_path, capsys):
     said = capsys.readouterr()
     assert "01-sign, 01-point" in said.out and "same for all" in said.err and "can read them" in said.err
     assert main(["assign", str(tmp_path / "none"), "-o", str(tmp_path)]) == 2
+
+
+@pytest.fixture
+def bevel():
+    """An exercise that draws its numbers, with slips that follow them."""
+
+    def draw(rng):
+        return {"angle": rng.randrange(10, 80, 5)}
+
+    @exercise.define("my-slope", answers.Number(), drawn=draw, given=lambda angle: f"{angle} degrees")
+    @exercise.slip("That is the sine.", lambda angle: math.sin(math.radians(angle)))
+    @exercise.slip("That is of radians.", unit=1)
+    def solve(angle=30, unit=math.pi / 180):
+        """The tangent."""
+        return math.tan(angle * unit)
+
+    yield EXERCISES["my-slope"]
+    del EXERCISES["my-slope"]
+    exercise.student("")
+
+
+def drawing_lesson():
+    question = {
+        "cell_type": "markdown",
+        "metadata": {},
+        "source": "Bevel <!--drawn:my-slope:angle-->30<!--/drawn-->°.",
+    }
+    other = {"cell_type": "markdown", "metadata": {}, "source": "Turn."}
+    return page_of(
+        cell("from mathpost.course import exercise"),
+        question,
+        cell("answer = None\nexercise.check('my-slope', answer)"),
+        other,
+        cell("exercise.check('01-still', None)"),
+    )
+
+
+def test_each_student_has_numbers_of_their_own(tmp_path, bevel, capsys):
+    write(tmp_path / "in" / "a.ipynb", drawing_lesson())
+    (tmp_path / "class.txt").write_text("Ada\n王芳\n\n")
+    arguments = [str(tmp_path / "in"), "-o", str(tmp_path / "out"), "--students", str(tmp_path / "class.txt")]
+    assert main(["assign", *arguments]) == 0
+    assert "numbers of their own in my-slope" in capsys.readouterr().err
+    angles = []
+    for name in ("Ada", "王芳"):
+        copy = tmp_path / "out" / name / "a.ipynb"
+        sources = ["".join(each["source"]) for each in exercise.cells(copy)]
+        assert sources[1] == f"exercise.student({json.dumps(name, ensure_ascii=False)})"
+        angles.append(int(re.fullmatch(rf"Bevel (\d+)°\.\n\n{re.escape(OWN)}", sources[2])[1]))
+        assert sources[4] == f"Turn.\n\n{SAME}"
+        exercise.student(name)
+        own = math.tan(math.radians(angles[-1]))
+        assert exercise.given("my-slope") == f"{angles[-1]} degrees"
+        assert exercise.judge("my-slope", own).status == "right"
+        assert exercise.judge("my-slope", math.sin(math.radians(angles[-1]))).mixup == "That is the sine."
+        assert exercise.judge("my-slope", math.tan(angles[-1])).mixup == "That is of radians."
+    assert angles[0] != angles[1]  # so that answers cannot be passed on
+    assert exercise.judge("my-slope", math.tan(math.radians(angles[0]))).status == "not yet"
+    assert bevel.verdict(math.tan(math.radians(30))).status == "right"  # the lesson itself stays as it is
+
+
+def test_whose_numbers_an_answer_had_is_kept_and_told(tmp_path, bevel):
+    for student, whose in {"Ada": "Ada", "Ben": "Ada", "Cao": "Cao", "Dan": ""}.items():
+        verdict = bevel.of(whose).verdict(math.tan(math.radians(bevel.of(whose).arguments["angle"])))
+        output = {"output_type": "display_data", "metadata": {}, "data": verdict._repr_mimebundle_()}
+        write(tmp_path / student / "a.ipynb", page_of(cell("exercise.check('my-slope', answer)", output)))
+    graded = grade(tmp_path, lessons=tmp_path)
+    said = {result.name: [why for _, why in result.trouble] for result in graded.results}
+    assert all(result.verdicts["my-slope"].status == "right" for result in graded.results)
+    assert said["Cao"] == [] and said["Dan"] == ["answered with the numbers of the lesson, not with their own"]
+    assert said["Ada"] == said["Ben"] == ["answered with the numbers of Ada, as 1 more did"]
+
+
+@pytest.mark.parametrize("names", [["Ada", "Ada"], ["a/b"], [".."], ["x:y"]])
+def test_names_that_are_no_folders_are_refused(tmp_path, names):
+    write(tmp_path / "in" / "a.ipynb", drawing_lesson())
+    with pytest.raises(InputError, match="students"):
+        assign(tmp_path / "in", tmp_path / "out", names)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", [name for name, each in sorted(EXERCISES.items()) if each.drawn])
+def test_what_a_question_says_is_what_its_check_has(name):
+    """The numbers in the lesson are those of the exercise; drawn ones have a solution and slips that differ."""
+    text = "".join("".join(each["source"]) for path in LESSONS for each in exercise.cells(path))
+    stated = {argument: value for own, argument, value in DRAWN.findall(text) if own == name}
+    here = EXERCISES[name]
+    assert stated == {argument: str(here.arguments[argument]) for argument in here.drawn(random.Random(0))}
+    for student in ("Ada", "王芳", "Ben"):
+        own = here.of(student)
+        assert own.verdict(own.solution).status == "right" and len(own.mixed_up) == len(here.mixed_up)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mathpost.course import view_calibration as views
-from mathpost.course import view_path, view_workbook
+from mathpost.course import view_workbook
 from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.machine import Rotary
 from mathpost.measure import horizontal_head, rotary_axis, work_offset
@@ -65,9 +65,3 @@ def test_a_head_recorded_says_its_block(pytestconfig):
     kinds = [said[-1].split(";")[0] for said in view.state["said"]]
     assert kinds.count("measured") == 5 and len(kinds) == 145  # 0, 90, 180, 270 and 360 degrees
     assert all(len(frame) == 3 for frame in view.state["frames"])  # the arm and two axes
-
-
-def test_both_branches_are_recorded_past_the_pole(dmu50v):
-    view = view_path.past_the_pole(dmu50v)
-    assert len(view.state["frames"]) == 100 and all(len(frame) == 4 for frame in view.state["frames"])
-    assert "widget" not in view._repr_html_() and len(view._repr_html_()) < 450_000

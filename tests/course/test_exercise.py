@@ -15,13 +15,16 @@ from nbclient.exceptions import CellExecutionError
 from scipy.spatial.transform import Rotation
 
 from mathpost import angles as euler
+from mathpost import post
 from mathpost.course import exercise
 from mathpost.course.answers import Angle, Joints, Name, Names, Number, Pose, Vector
+from mathpost.course.lesson_data import load
 from mathpost.course.verdict import EXERCISES, MIME, NO_MIXUP, OPEN, RIGHT, UNREADABLE, WRONG, Exercise
 from mathpost.detective.misreadings import Explanation, Misreading
 from mathpost.errors import InputError, read_text
 from mathpost.frame import Frame
 from mathpost.measure.cutter import Cutter
+from mathpost.post import cl, program, selection
 from tests.conftest import LESSONS, ROOT
 
 OURS = {name: each for name, each in EXERCISES.items() if each.solve.__module__.startswith("mathpost.course")}
@@ -40,35 +43,94 @@ BY_HAND = {
     "03-plane": Rotation.from_euler("y", 30, degrees=True),
     "04-sign": -0.5,
     "05-meet": [1, 0, 0],
-    "05-count": 4,
+    "05-reach": 100,
+    "05b-case": [2, 3, 3, 3, 2],
+    "05b-turns": [150, -190, -175, -155],
+    "05b-count": 5,
+    "05b-best": 5,
+    "07-way": "retract",
     "08-words": "A, B",
     "09-vertical": [0, 0, 0],
     "11-factor": 2.92,
     "11-psi": 90,
-    "12-steps": [5, 7, 9, 11],
+    "12-steps": [3, 4, 5],
     "13-sign": [0, -10, 0],
+    "13-ecc": -58.18,
     "14-post": -90,
 }
+AS_WRITTEN = [  # right, in words that a learner may choose
+    ("01-still", "z'"),
+    ("01-still", "the newest z axis"),
+    ("01-still", "Z 轴"),
+    ("02-order", "the fixed axes"),
+    ("03b-third", "434.46°"),
+    ("03b-third", "−285.54 deg"),
+    ("03b-choice", "A20 C270"),
+    ("04-lean", 353.44),
+    ("04-links", "the linear link and the tool link"),
+    ("04-links", "刀具、直线轴"),
+    ("05-angles", "B = 52.397, C = -24.624"),
+    ("05-angles", "B-52.397 C155.376"),
+    ("05-loop", "X-30.765 Y-33.049 Z11.736"),
+    ("05b-back", "5.599 s"),
+    ("05b-trap", (370, -5, 320)),
+    ("07-pivot", "row 80"),
+    ("09-missed", "0.05, -0.029, 0 mm"),
+    ("12-steps", "3，4 和 5"),
+    ("13-twins", "EXY EXZ, EXA and EXC"),
+    ("14-angles", (380, 35, -59)),
+]
+
+
+def flank(records, *, tcp=False, mirrored=1, singular=None):
+    """A program for 07-alone: its records and nothing between them, or what `run` makes of them."""
+    kin, path = load("bc_table"), cl.parse(exercise.given("07-alone"))
+    if singular:
+        return post.run(path, kin.machine, singular=singular).program
+    joints = selection.choose(kin, path).joints[records] * [1, 1, 1, 1, mirrored]
+    words = program.rounded(np.c_[kin.forward(joints)[0], joints[:, 3:]] if tcp else joints)
+    count = len(words)
+    blocks = program.Blocks(words, np.full(count, 800.0), np.full(count, np.nan), np.zeros(count, bool), tcp)
+    return program.write(blocks, kin.machine)
+
+
 JUDGED = [  # exercises with many solutions: an answer, and what is said of it
-    ("03-choice", (0, -105), "Both go to A-45 C-90"),
+    ("03b-choice", (0, -105), "Both go to A-45 C-90"),
     ("05-meet", (0, 0, 1), "straight up"),
     ("05-meet", (1, 0, 1), "two positions"),
     ("05-meet", (0, 0, -1), "out of reach"),
     ("05-meet", (0, -5, 0), RIGHT),
-    ("05-trap", (10, 5, 3), "Both cost"),
+    ("05b-trap", (10, 5, 3), "Both cost"),
     ("06-limits", (-10, 120), "no swing"),
     ("06-limits", (0, 5), "cannot be used: data/cl/blade.cl, line 2, record 1: no solution inside travel"),
     ("06-limits", (5, 0), "lower and the upper"),
     ("07-lowest", -5, "C still swings"),
-    ("07-lowest", -25, "need not go so far"),
+    ("07-lowest", -25, "the path may also begin on the other branch"),
+    ("07-lowest", -12, "the first record, which is the deepest below zero then, needs -11.82° only"),
     ("07-lowest", 300, "between -180 and 180"),
-    ("11-gouge", (Cutter.ball(12), Cutter.ball(11.8)), "does not gouge"),
-    ("11-gouge", (Cutter.ball(10), Cutter.flat(12)), "is not smaller"),
-    ("11-gouge", ((10, 9), (8, 1)), "cannot be used: cutter: expected a diameter above 0"),
+    ("07-alone", flank(np.arange(11)), "Between records 1 and 2 the tip strays by 0.019 mm"),
+    ("07-alone", flank(np.arange(11), tcp=True), "Between records 5 and 6 the tool axis strays by 0.140°"),
+    ("07-alone", flank([0, *range(2, 11)]), "No block ends at record 2, in its turn"),
+    ("07-alone", flank(np.arange(11), mirrored=-1), "with the tool axis 1.200° off"),
+    ("07-alone", flank(np.arange(11), singular="retract"), RIGHT),
+    ("07-alone", "HELLO", "cannot be used: your program, line 1"),
+    ("07-alone", 5, "found something else"),
+    ("11b-gouge", (Cutter.ball(12), Cutter.ball(11.8)), "does not gouge"),
+    ("11b-gouge", (Cutter.ball(10), Cutter.flat(12)), "is not smaller"),
+    ("11b-gouge", ((10, 9), (8, 1)), "cannot be used: cutter: expected a diameter above 0"),
     ("14-angles", (4, 35, 50), "The bar of"),
     ("14-angles", (20, 45, 50), "no multiples of 15"),
     ("14-angles", (20, 35), "Expected three numbers"),
 ]
+
+
+UNIT_WORDS = {
+    "degrees": ("deg", "degrees", "°", "度"),
+    "mm": ("mm", "毫米"),
+    "s": ("s", "seconds", "秒"),
+    "µm": ("µm", "μm", "um"),
+    "µrad": ("µrad", "μrad", "urad"),
+}
 
 
 def forms(kind, value):
@@ -91,6 +153,7 @@ def forms(kind, value):
     elif isinstance(kind, Names):
         yield from (value[::-1], tuple(value), set(value), np.array(value), ", ".join(value), "、".join(value))
         yield from (" and ".join(value), [f' "{each.upper()}" ' for each in value], dict.fromkeys(value, 1))
+        yield from ("和".join(value), f"the {'′, the '.join(value)} axes", [f"{each}'" for each in value])
         yield [said for said in kind.known if kind.known[said] in value]
     elif isinstance(kind, Name):
         yield from (f" {value}\n", f'"{value}"', f"‘{value}’", f"{value}'", value.upper(), [value], np.str_(value))
@@ -99,6 +162,9 @@ def forms(kind, value):
         numbers = np.asarray(value)
         yield from (numbers, sp.Matrix(numbers) if numbers.ndim else sp.Float(float(value), 15))
         if numbers.ndim:
+            names, unit = kind.names.split(), {"degrees": "°", "mm": " mm", "µm": " µm"}.get(kind.unit, "")
+            yield " ".join(f"{name}{each!r}{unit}" for name, each in zip(names, value, strict=True))
+            yield ", ".join(f"{name} = {each!r}{unit}" for name, each in zip(names, value, strict=True))
             yield from (
                 tuple(value),
                 numbers.reshape(-1, 1),
@@ -109,6 +175,7 @@ def forms(kind, value):
             yield dict(zip(kind.names.split(), value, strict=True))
         else:
             yield from (str(value), [value], np.array([[value]]), f" {value} ".replace("-", "−"))
+            yield from ([f"{value} {unit}" for unit in UNIT_WORDS.get(kind.unit, [kind.unit])] if kind.unit else ())
         if kind.decimals is not None:
             yield from (numbers.round(kind.decimals), numbers.round(kind.decimals + 1), kind.show(value))
         if isinstance(kind, Angle):
@@ -141,6 +208,19 @@ def test_right_in_every_form_also_when_judged_anew(each):
 @pytest.mark.parametrize("name", BY_HAND)
 def test_right_by_hand(name):
     assert str(exercise.judge(name, BY_HAND[name])).startswith(f"{name} · {RIGHT}.")
+
+
+@pytest.mark.parametrize(("name", "answer"), AS_WRITTEN)
+def test_right_as_written(name, answer):
+    assert exercise.judge(name, answer).status == RIGHT
+
+
+@pytest.mark.parametrize("each", EACH)
+def test_what_any_answer_can_suffer_is_named(each):
+    for _, value in [] if each.complaint else each.common:
+        verdict = each.verdict(value)
+        assert verdict.status == WRONG
+        assert verdict.mixup, f"{value}: {verdict.why}"
 
 
 @pytest.mark.parametrize(("each", "sentence"), SLIPS)
@@ -308,7 +388,7 @@ def test_the_detective_names_a_mix_up_that_no_list_foresees():
     assert "β" in exercise.judge("01-point", [4.598076, -5.0, 1.964102]).why
     b, c = EXERCISES["05-angles"].solution
     assert "sign of C" in exercise.judge("05-angles", [b, -c]).why
-    assert "off by +90" in exercise.judge("05-angles", [b, c + 90]).why
+    assert "off by -90" in exercise.judge("05-angles", [b, c - 90]).why
     assert "as far as its digits go" in exercise.judge("05-angles", [round(b, 2), round(c, 2)]).why
 
 

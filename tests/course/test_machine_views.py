@@ -2,22 +2,21 @@
 
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from matplotlib.figure import Figure
 from PIL import Image
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from mathpost import rotation
 from mathpost.course import view_machine, view_rotation
 from mathpost.draw import scene
 from mathpost.draw.arrangement import arrange, placing
 from mathpost.draw.picture import Camera, View, spread
 from mathpost.draw.scene import Scene
-from mathpost.draw.solid import Hull, Turned, block, smooth
-from mathpost.draw.widget import View as Sliders
+from mathpost.draw.solid import Hull, Lofted, Turned, block, ring, smooth
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl
 from mathpost.rotation import unit
@@ -41,6 +40,27 @@ def test_bodies_stand_where_the_chain_has_tool_and_workpiece(kin):
         assert placed[kin.machine.linear[1].name][:2, 3] - places(0 * joints)["Y"][:2, 3] == pytest.approx(
             joints[:2]
         )
+
+
+@pytest.mark.parametrize("under", ["", "X", "YX", "ZY", "XYZ"])
+def test_slides_that_carry_the_workpiece_move_it_the_other_way(kin, under):
+    """The tool goes through the workpiece as before; each slide moves what stands on it, and nothing else."""
+    linear = tuple(
+        replace(slide, carries="workpiece" if slide.name in under else "tool") for slide in kin.machine.linear
+    )
+    order = (*under, *(name for name in "ZXY" if name not in under))
+    shown = replace(kin.machine, linear=linear, slide_order=order)
+    places, before = placing(shown), placing(kin.machine)
+    for joints in random_joints(kin, 5, seed=3):
+        here, there = places(joints), before(joints)
+        seen, expected = (np.linalg.inv(each["workpiece"]) @ each["tool"] for each in (here, there))
+        assert seen == pytest.approx(expected, abs=1e-9)
+        for number, name in enumerate("XYZ"):
+            step = np.eye(5)[number] * 7
+            moved = [body for body, place in places(joints + step).items() if not np.allclose(place, here[body])]
+            way = [*order[: len(under)], "workpiece"] if name in under else [*order[len(under) :], "tool"]
+            assert set(moved) & {*"XYZ", "workpiece", "tool", "bed"} == {*way[way.index(name) :]}
+    assert len(arrange(Kinematics(shown)).solids) >= len(arrange(kin).solids)
 
 
 def test_a_carried_body_turns_about_its_own_axis(kin):
@@ -87,6 +107,7 @@ def test_faces_look_outwards_and_normals_are_theirs():
     for solid in (
         Turned("a", "#000000", [(0, 0), (5, 0), (3, 8), (0, 8)], along, along),
         Hull("a", "#000000", block([0, 0, 0], [1.0, 2, 3])),
+        Lofted("a", "#000000", [np.zeros((1, 3)), ring([0, 0, 0], [0, 0, 1], 5), ring([0, 0, 8], [0, 0, 1], 3)]),
     ):
         triangles = solid.triangles()
         middle = triangles.reshape(-1, 3).mean(axis=0)
@@ -138,6 +159,20 @@ def test_a_walk_starts_where_everything_is_seen(kin, blade):
     assert scene.hidden(kin, view.scenes[0], start) == []
 
 
+def test_a_blade_stands_under_its_path(blade, twisted, dmu50v):
+    """The twisted one has the outline of its records at every level; the edge of the other is at its tip."""
+    (solid,) = [each for each in arrange(dmu50v, twisted).solids if isinstance(each, Lofted)]
+    for level in solid.rings[:-1]:
+        near = twisted.points[np.abs(twisted.points[:, 2] - level[0, 2]) < 3]
+        drawn, real = ConvexHull(level[:, :2]), ConvexHull(near[:, :2])
+        assert np.ptp(level[:, 2]) < 1e-9 and drawn.volume == pytest.approx(real.volume, rel=0.15)
+    (solid,) = [each for each in arrange(dmu50v, blade).solids if isinstance(each, Lofted)]
+    assert solid.rings[-1] == pytest.approx(blade.points.mean(axis=0)[None])
+    fan = np.ptp(blade.axes[:, :2], axis=0)
+    edge = solid.rings[0] - solid.rings[0].mean(axis=0)
+    assert np.ptp(edge[:, :2] @ unit(fan)) < 0.4 * np.ptp(edge[:, :2] @ unit(fan)[::-1])
+
+
 def test_what_is_hidden_is_said(kin):
     """Seen along the tool, or from under the bed, something is wrong."""
     drawn, made = scene.machine(kin)
@@ -148,14 +183,16 @@ def test_what_is_hidden_is_said(kin):
     assert "the workpiece is hidden" in below or "the tool is hidden" in below
 
 
-def test_frames_of_a_formula_stand_apart(kin):
+def test_frames_of_a_formula_stand_apart():
     point = view_rotation.turned_point((3, 4, 5))
     turned = point.places[0]["turned"][:3, :3]
     axes = dict(zip(("X", "Y", "Z", "X'", "Y'", "Z'"), [*np.eye(3), *turned.T], strict=True))
-    sign = view_rotation.carried(kin.machine)
-    places = sign.places[0]
-    others = dict(zip("xyzn", [*places["workpiece"][:3, :3].T, places["tool"][:3, 2]], strict=True))
-    for view, directions in ((point, axes), (sign, others)):
+    turns, notations = view_rotation.turns((3, 4, 5), (135, 54.7356, -90)), view_rotation.notations()
+    half, named = (
+        dict(zip("XYZxyz", [*np.eye(3), *view.places[0]["turned"][:3, :3].T], strict=True))
+        for view in (turns, notations)
+    )
+    for view, directions in ((point, axes), (turns, half), (notations, named)):
         camera = Camera(view.scenes[0].azimuth, view.scenes[0].elevation)
         assert scene.together(directions, camera) == []
 
@@ -225,72 +262,3 @@ def test_a_page_stands_alone(dmu50v, tmp_path):
     output = view._repr_html_()
     assert output.count('sandbox="allow-scripts"') == 1 and 'src="data:image/png;base64,' in output
     assert len(view.picture()) < 20_000
-
-
-VIEWS = {
-    "notations": lambda kin: view_rotation.notations(),
-}
-
-
-@pytest.fixture(scope="module", params=VIEWS)
-def view(request, dmu50v):
-    return VIEWS[request.param](dmu50v)
-
-
-def test_a_slider_that_snaps_does_not_round(view):
-    """JupyterLab sends a value back at the nearest step, as if the slider had been moved there."""
-    for name, slider in view.sliders.items():
-        exact = slider.min + 0.3712345 * (slider.max - slider.min)
-        view.boxes[name].value = exact
-        steps = round((exact - slider.min) / slider.step)
-        slider.value = slider.min + steps * slider.step
-        assert view.values[name] == exact
-        slider.value = slider.min + (steps + 1) * slider.step
-        assert view.values[name] == pytest.approx(slider.value, abs=1e-9)
-
-
-def test_one_step_of_a_slider_is_little_work(view, monkeypatch):
-    """What costs time is bounded, not the time: one picture, nothing compiled, laid out or made anew."""
-
-    def forbidden(*_, **__):
-        raise AssertionError("too much work for a slider")
-
-    for slider in view.sliders.values():  # by now the view knows what moves
-        slider.value = slider.max
-        slider.value = slider.min
-    monkeypatch.setattr(rotation.sp, "lambdify", forbidden)
-    monkeypatch.setattr(Figure, "draw", forbidden)
-    artists = len(view.figure.findobj())
-    for slider in view.sliders.values():
-        draws = view.draws
-        slider.value = (slider.min + slider.max) / 2
-        assert view.draws == draws + 1
-    assert len(view.figure.findobj()) == artists
-    assert len(view.image.value) < 150_000
-
-
-def differing(first, second):
-    """The share of pixels that look different in two pictures."""
-    return (np.abs(np.asarray(first, dtype=float) - np.asarray(second, dtype=float)).max(axis=-1) > 40).mean()
-
-
-def test_a_picture_drawn_in_part_is_the_whole_picture(view):
-    rng = np.random.default_rng(11)
-    for _ in range(3):
-        for slider in view.sliders.values():
-            slider.value = rng.uniform(slider.min, slider.max)
-        shown = Image.open(io.BytesIO(view.image.value)).convert("RGB")
-        view._still = None  # draw all of it
-        whole = Image.open(io.BytesIO(view._over_what_stands_still())).convert("RGB")
-        assert differing(shown, whole) < 2e-3
-
-
-def test_a_view_without_animated_artists_is_drawn_whole():
-    def build(figure):
-        (line,) = figure.subplots().plot([0, 1], [0, 0])
-        return lambda height: line.set_ydata([0, height])
-
-    view = Sliders(build, {"height": (0, 1, 0.5)})
-    before = view.image.value
-    view.sliders["height"].value = 1.0
-    assert view.values == {"height": 1.0} and view.image.value != before

@@ -1,28 +1,13 @@
-"""The sliders of lessons 01 to 04: they reach both ends, and the numbers under the picture are right."""
+"""The sliders of lessons 01 and 02: they reach both ends, and the numbers under the picture are right."""
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from mathpost import machine
+from mathpost import angles as euler
 from mathpost.course import view_rotation
-from mathpost.frame import machine_frames
-from tests.conftest import DATA
-
-
-def to_both_ends(view):
-    """Move every slider to its ends and back; return the number of different pictures."""
-    pictures = set()
-    for slider in view.sliders.values():
-        start = slider.value
-        for value in (slider.min, slider.max, start):
-            slider.value = value
-            pictures.add(view.image.value)
-    return len(pictures)
-
-
-@pytest.fixture(scope="module")
-def trunnion():
-    return machine.load(DATA / "machines/ac_table.toml")
+from mathpost.frame import Frame
+from mathpost.plane.tilted_plane import Plane
 
 
 def test_turned_point():
@@ -34,34 +19,35 @@ def test_turned_point():
     assert view.state["sliders"][1]["value"] == 54.7356
 
 
-def test_notations_say_where_they_lock():
-    view = view_rotation.notations()
-    assert "locked" not in view.numbers.value
-    view.sliders["J"].value = 0
-    assert "G68.2: I 45.000, J 0.000, K 0.000 (locked)" in view.numbers.value
-    view.sliders["J"].value, view.sliders["K"].value = 90, 90
-    assert "PLANE SPATIAL" in view.numbers.value and view.numbers.value.count("(locked)") == 2
-    assert to_both_ends(view) >= 4  # −180 and 180 look alike
+def test_turns_are_about_the_axes_as_they_stand():
+    """Half way, the second of three turns is half made; SciPy says where the frame is."""
+    view = view_rotation.turns((3, 4, 5), (135, 54.7356, -90))
+    assert "β 27.3678°, γ 0.0000°; now it turns about the new X" in repr(view)
+    turned = Rotation.from_euler("ZX", [135, 27.3678], degrees=True).as_matrix()
+    assert view.places[0]["turned"][:3, :3] == pytest.approx(turned, abs=1e-12)
+    (axis,) = [line for line in view.scenes[0].lines if line.name]
+    assert np.cross(axis.parts[0][1], turned[:, 0]) == pytest.approx([0, 0, 0], abs=1e-9)
 
 
-@pytest.mark.parametrize(("k", "expected"), [(0, "1.000 mm clear"), (180, "-1.000 mm IN"), (-90, "-0.050 mm IN")])
-def test_third_angle_clears_the_wall(trunnion, k, expected):
-    view = view_rotation.third_angle(trunnion, 135, 54.7356)
-    slider = view.state["sliders"][0]
-    said = view.state["said"][round((k - slider["low"]) / slider["step"])]
-    assert expected in said[1]
-    assert f"wrong by {40 * abs(np.sin(np.radians(k / 2))):.1f} µm" in said[2]
-
-
-def test_carried_shows_the_tool_axis(kin):
-    view = view_rotation.carried(kin.machine)
-    angles = {slider["name"]: slider["value"] for slider in view.state["sliders"]}
-    joints = [0, 0, 0, *(angles[rotary.name] for rotary in kin.machine.rotary)]
-    workpiece, tool = machine_frames(kin.machine, joints, degrees=True)
-    x, y, z = (workpiece.inverse() @ tool).z
-    assert f"sense 1: tool axis in the workpiece ({x:z.4f}, {y:z.4f}, {z:z.4f})" in repr(view)
-    assert view.places[0]["workpiece"][:3, :3] == pytest.approx(workpiece.rotation)
-
-
-def test_a_view_keeps_its_picture_for_readers_without_a_kernel():
-    assert "image/png" in view_rotation.notations()._repr_mimebundle_()
+@pytest.mark.parametrize(
+    "angles",
+    [
+        (0, 0, 0),
+        (20, 0, 35),
+        (20, 180, 35),
+        (30, 90, 90),
+        (30, 90, -90),
+        *np.random.default_rng(5).uniform(0, 180, (3, 3)),
+    ],
+)
+def test_notations_say_what_python_says(angles):
+    """The printed expressions, locks included, against the package's readings of the matrix."""
+    frame = Frame(euler.matrix("ZXZ", angles, degrees=True))
+    said = repr(view_rotation.notations(angles))
+    axis, angle = euler.to_axis_angle(frame.rotation, degrees=True)
+    assert f"axis ({', '.join(f'{x:z.4f}' for x in axis)}), angle {angle:.3f}°" in said
+    assert f"quaternion ({', '.join(f'{x:z.4f}' for x in euler.to_quaternion(frame.rotation))})" in said
+    for notation in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
+        plane = Plane.from_frame(frame, notation)
+        words = ", ".join(f"{word} {value:z.3f}" for word, value in zip(plane.words, plane.values, strict=True))
+        assert f"{notation}: {words}{' (locked)' * bool(plane.locked)}" in said

@@ -225,6 +225,13 @@ def test_mixed_branches_exchange_and_radians_are_named(kin):
     assert set(explain_joints(kin, axes, np.deg2rad(first).round(5), decimals=5).misreadings[0].kinds) == {"unit"}
 
 
+def test_degrees_are_not_taken_for_radians_because_the_tool_axis_is_rounded(kin):
+    axis, angles = np.round([(0.6, -0.35, 0.7194)], 2), [(40.125, 60.875)]
+    if np.isfinite(_angles(kin, axis)).all():
+        found = explain_joints(kin, axis, angles, decimals=3).misreadings
+        assert not any("unit" in reading.kinds for reading in found)
+
+
 def test_table_2_of_source_002_has_no_reading(dmu50v):
     axis = [(0.145196, 0, 0.989403), (0.05817, 0, 0.998307), (-0.028804, 0, 0.999585), (-0.114263, 0, 0.993451),
             (-0.275502, 0, 0.9613)]  # fmt: skip

@@ -120,6 +120,27 @@ def test_files_that_are_refused(tmp_path, text, message):
         angular_error.read_runs(path)
 
 
+@pytest.mark.parametrize(
+    ("head", "factor"),
+    [
+        ("angle,up1,down1,up2,down2", 1),
+        ("# unit = deg\nC,up1,down1,up2,down2", 3600),
+        ("角度,up1,down1,up2,down2", 1),
+    ],
+)
+def test_units_and_headers(tmp_path, head, factor):
+    path = tmp_path / "runs.csv"
+    path.write_text(f"{head}\n0,0,0,0,0\n90,{9 / factor},{8 / factor},0,0\n", encoding="gbk")
+    assert angular_error.read_runs(path).up[1, 0] == pytest.approx(9)
+
+
+def test_degrees_are_not_taken_for_seconds_of_arc(tmp_path):
+    path = tmp_path / "runs.csv"
+    path.write_text("angle,up1,down1,up2,down2\n0,0,0,0,0\n90,0.0025,0.0022,0.0024,0.002\n", encoding="utf-8")
+    with pytest.raises(InputError, match="line 2, column 'up1'.*# unit = deg"):
+        angular_error.read_runs(path)
+
+
 def test_arrays_that_are_refused():
     with pytest.raises(InputError, match="two runs or more"):
         angular_error.from_arrays([0, 90], [[1], [1]], [[1], [1]])

@@ -1,5 +1,6 @@
 """Other tools on the same CL data: contact against a sampled cutter, length errors against the chain."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.measure import cutter as tool
 from mathpost.measure.cutter import Cutter
+from mathpost.post import cl
 
 DATA = Path(__file__).parent.parent.parent / "data"
 CUTTERS = {"ball": Cutter.ball(12), "bull": Cutter(12, 2), "flat": Cutter.flat(12)}
@@ -118,23 +120,29 @@ def test_what_the_control_was_told_is_one_of_three(dmu50v):
 
 
 @pytest.mark.parametrize(
-    ("row", "message"),
+    ("statement", "message"),
     [
-        ("0,0,0,0,0,0,0,0,1", "line 3, column 'i': expected a direction i j k, not all zero"),
-        ("0,0,0,0,0,1,0,0,0", "line 3, column 'nx': expected a direction nx ny nz"),
-        ("0,0,0,0,0,1,0,1,-1", "line 3, column 'nx': expected a normal out of the part"),
-        ("0,0,0,0,0,1,0,0", "line 3: expected 9 entries, found 8"),
+        ("GOTO/0,0,0,0,0,1,0,0,2", "line 2, GOTO: expected a unit contact normal out of the part"),
+        ("GOTO/0,0,0,0,0,1,0,0,-1", "line 2, GOTO: expected a unit contact normal out of the part"),
+        ("GOTO/0,0,0,0,0,1,0,0", "line 2, GOTO: expected 3, 6 or 9 numbers, found 8"),
     ],
 )
-def test_faulty_contact_files(tmp_path, row, message):
-    path = tmp_path / "contacts.csv"
-    path.write_text(f"x,y,z,i,j,k,nx,ny,nz\n0,0,0,0,0,1,0,0,1\n{row}\n")
-    with pytest.raises(InputError) as error:
-        tool.read_contacts(path)
-    assert f"{path}, {message}" in str(error.value)
+def test_faulty_contact_normals(statement, message):
+    with pytest.raises(InputError, match=re.escape(message)):
+        cl.parse(f"GOTO/0,0,0,0,0,1,0,0,1\n{statement}\n")
+
+
+def test_normals_stay_with_their_records():
+    text = "GOTO/0,0,0,0,0,1\nGOTO/1,0,0,0,0,1,0.6,0,0.8\nGOTO/2,0,0\nGOTO/3,0,0,0,0,1,0,0,1\n"
+    path = cl.parse(text)
+    np.testing.assert_array_equal(np.isnan(path.normals[:, 0]), [True, False, True, False])
+    np.testing.assert_array_equal(path.part(1, 3).normals[0], [0.6, 0, 0.8])
+    again = cl.parse(cl.to_text(path))
+    np.testing.assert_array_equal(again.normals, path.normals)
+    assert cl.parse("GOTO/0,0,0").normals is None
 
 
 def test_the_shipped_contacts_lie_on_their_dome():
-    tip, axis, normal = tool.read_contacts(DATA / "cl/dome_contacts.csv")
-    contact = tip - tool.tip_from_contact(Cutter.ball(10), normal, axis)
+    path = cl.read(DATA / "cl/dome.cl")
+    contact = path.points - tool.tip_from_contact(Cutter.ball(10), path.normals, path.axes)
     np.testing.assert_allclose(contact[:, 2], -(contact[:, 0] ** 2) / 40, atol=2e-6)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from mathpost.post import between_blocks as module
 from mathpost.post.between_blocks import (
-    CREST,
+    AXIS_RESOLUTION,
     RESOLUTION,
     _intervals,
     bounds,
@@ -93,7 +93,8 @@ def test_the_largest_is_that_of_all_moves(kin, turn, off):
             wanted = np.where(most[kind] < 0, 0, expected[kind])
             for known in (most[kind], np.where(most[kind] < 0, -1, np.inf)):
                 error, move = largest(kind, kin, joints, path, known.copy())
-                assert (error, move) == (pytest.approx(wanted.max(), rel=1e-12), wanted.argmax())
+                assert wanted.max() * (1 - 1e-9) <= error <= wanted.max() + (RESOLUTION, AXIS_RESOLUTION)[kind]
+                assert move == wanted.argmax()
 
 
 def test_few_moves_are_looked_at(dmu50v, monkeypatch):
@@ -106,13 +107,6 @@ def test_few_moves_are_looked_at(dmu50v, monkeypatch):
     )
     largest(0, dmu50v, joints, tips, most[0])
     assert len(joints) == 400 and len(looked) == 2 and sum(looked) < 100
-
-
-def test_how_high_a_parabola_rises_above_its_samples():
-    values = np.random.default_rng(1).random((3, 10_000))
-    values[:, 0] = 0, 1, 1
-    peak = module._peak(values)
-    assert (peak <= CREST * values.max(axis=0) * (1 + 1e-12)).all() and peak[0] == pytest.approx(CREST)
 
 
 def test_no_moves_counted(dmu50v):

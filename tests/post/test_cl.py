@@ -75,7 +75,7 @@ def test_text_reads_back():
     [
         ("", None, "at least one GOTO"),
         ("$$ only a comment\n", None, "at least one GOTO"),
-        ("GOTO/1,2,3,0,1\n", 1, "3 or 6 numbers, found 5"),
+        ("GOTO/1,2,3,0,1\n", 1, "3, 6 or 9 numbers, found 5"),
         ("GOTO/1,2,3\nGOTO/1,2\n", 2, "found 2"),
         ("GOTO/1,2,3,0,0,0\n", 1, "unit tool axis"),
         ("GOTO/1,2,3,0,0,0.99\n", 1, "length 0.99"),

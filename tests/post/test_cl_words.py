@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from mathpost import machine
 from mathpost.errors import InputError, ReachError
@@ -127,6 +128,7 @@ def test_feeds(text, feeds):
         ("CUTCOM/LEFT,XYPLAN", "compensation", ("LEFT",)),
         ("CUTCOM/RIGHT,1", "compensation", ("RIGHT",)),
         ("CUTCOM/OFF", "compensation", ("OFF",)),
+        ("CUTCOM/ON, LEFT, 3", "compensation", ("LEFT",)),
         ("STOP", "stop", ()),
         ("OPSTOP", "optional stop", ()),
         ("DELAY/2.5", "dwell", (2.5,)),
@@ -159,10 +161,19 @@ def test_inert_words_are_comments(text):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("ROTABL/ATANGL,90,CLW", "tool axes"),
+        ("ROTHED/ATANGL,90,CLW", "tool axes"),
+        ("ROTABL/ATANGL,90,CLW", "AAXIS, BAXIS or CAXIS"),
+        ("ROTABL/ATANGL,90,AAXIS", "TLAXIS/0.0000,-1.0000,0.0000 of the part"),
+        ("TLAXIS/0,1,0\nROTABL/90,AAXIS,CCLW", "found TLAXIS/0.0000,1.0000,0.0000"),
+        ("TLAXIS/0,-1,0\nROTABL/90,AAXIS,TABLE,CCLW", "TLAXIS/"),  # degrees where radians stand
+        ("ROTABL/90,CAXIS,CLW", "nothing says the sense"),
+        ("TLAXIS/0,-1,0\nROTABL/ATANGL,90,AAXIS\nROTABL/ATANGL,90,CAXIS", "which carries which"),
+        ("MODE/INCR\nROTABL/90,AAXIS", "absolute"),
         ("TRNTYP/WORLD,1,0,0", "changes nothing"),
         ("RAPID/MODAL", "RAPID"),
-        ("MODE/MILL", "INCR or ABSOL"),
+        ("MODE/TURN", "INCR, ABSOL or MILL"),
+        ("ORIGIN/0,0,5", "changes nothing"),
+        ("GOTO/5,0,0\nMOVARC/0,0,0,0,0,1,5,ANGLE,80\nGOTO/0,5,0", "an arc of 80 degrees"),
         ("NONSENSE/1", "known"),
         ("CALSUB/1", "moves that are not in this file"),
         ("PPWORD/G91", "words into the program"),
@@ -184,7 +195,7 @@ def test_inert_words_are_comments(text):
         ("TLAXIS/1,1,1", "unit tool axis"),
         ("LOADTL/2,150.5", "LENGTH"),
         ("SPINDL/500,SFM,CLW", "SFM"),
-        ("COOLNT/THRU", "COOLNT"),
+        ("COOLNT/TAPKUL", "COOLNT"),
         ("MSYS/0,0,0,1,0,0,0,2,0", "right-handed"),
         ("GOTO/1,2,3\nMSYS/0,0,0,1,0,0,0,1,0", "before the first move"),
         ("FEDRAT/0", "above 0"),
@@ -204,11 +215,56 @@ def test_a_feed_per_turn_needs_turns():
         cldata.parse("UNITS/MM\nFEDRAT/0.1,MMPR\nGOTO/1,2,3\n")
 
 
+def test_a_table_that_turns():
+    """The words of a published SolidWorks file: holes in the face −Y of a block, and back to its face +Z."""
+    back = "ROTABL/ 0.0,AAXIS,TABLE,CCLW\n"
+    there = "ROTABL/ 1.570796,AAXIS,TABLE,CCLW\nROTABL/ -0.0,BAXIS,TABLE,CCLW\nROTABL/ 0.0,CAXIS,TABLE,CCLW\n"
+    holes = f"TLAXIS/0,-1,0\n{there}GOTO/67.5,120.5,25\n{there}GOTO/67.5,120.5,5\n"
+    cl = read(f"GOTO/1,2,3\n{holes}{back}TLAXIS/0,0,1\nGOTO/4,5,6\n")
+    np.testing.assert_allclose(cl.points, [[1, 2, 3], [67.5, -25, 120.5], [67.5, -5, 120.5], [4, 5, 6]], atol=1e-4)
+    np.testing.assert_allclose(cl.axes, [[0, 0, 1], [0, -1, 0], [0, -1, 0], [0, 0, 1]], atol=1e-6)
+    assert cl.notes == ("changes of the coordinate system, brought into the first: 2",)
+
+
+@pytest.mark.parametrize("axis", "AB")
+@pytest.mark.parametrize("sense", ["CCLW", "CLW"])
+@pytest.mark.parametrize("form", ["ATANGL,{},{}AXIS,{}", "INCR,{},{}AXIS,{}", "{},{}AXIS,{}"])
+def test_turns_of_a_table_in_degrees(axis, sense, form):
+    """Against SciPy, in coordinates of MSYS that lean; two turns add up, two ATANGL do not."""
+    lean, about = Rotation.from_euler("x", 30, degrees=True), {"A": "x", "B": "y"}[axis]
+    angle = (40 if "ATANGL" in form else 65) * (1 if sense == "CCLW" else -1)
+    whole = Rotation.from_euler(about, angle, degrees=True)
+    i, j, k = whole.apply([0, 0, 1])
+    words = "\n".join("ROTABL/" + form.format(angle, axis, sense) for angle in (25, 40))
+    x, y = lean.apply([[1, 0, 0], [0, 1, 0]]).tolist()
+    msys = "MSYS/" + ",".join(map(str, [5, 6, 7, *x, *y]))
+    cl = read(f"MSYS/0,0,0,1,0,0,0,1,0\nGOTO/0,0,0\n{msys}\nTLAXIS/{i},{j},{k}\n{words}\nGOTO/1,2,3\nGOTO/3,2,1")
+    points = lean.apply(whole.apply([[1, 2, 3], [3, 2, 1]]))
+    np.testing.assert_allclose(cl.points[1:] - [5, 6, 7], points, atol=1e-9)
+    np.testing.assert_allclose(cl.axes[1:], lean.apply([[i, j, k]] * 2), atol=1e-9)
+
+
+@pytest.mark.parametrize(("axis", "angle"), [(1, 90), (-1, 270), (1, 450), (1, 270), (-1, 90)])
+def test_arcs_of_autodesk(axis, angle):
+    """MOVARC: of the two ways to the end the one that is as long as it says, whatever way the axis points."""
+    cl = read(f"MODE/MILL\nORIGIN/0,0,0\nGOTO/5,0,2\nMOVARC/0,0,2,0,0,{axis},5,ANGLE,{angle}\nGOTO/0,5,2")
+    np.testing.assert_allclose(np.hypot(*cl.points.T[:2]), 5, atol=1e-12)
+    turned = np.unwrap(np.arctan2(cl.points[:, 1], cl.points[:, 0]))
+    assert abs(np.degrees(turned[-1] - turned[0])) == pytest.approx(angle) and (np.abs(np.diff(turned)) < 1).all()
+
+
+def test_coolant_without_a_common_word_is_a_comment_and_said():
+    cl = read("COOLNT/THRU\nGOTO/1,2,3\nCOOLNT/OFF\nGOTO/1,2,4")
+    result = run(cl, TABLE)
+    assert "; COOLNT/THRU" in result.program and "M9" in result.program and "M8" not in result.program
+    assert "stays off: a comment tells which THRU: 1" in str(result.report)
+
+
 def test_all_problems_are_listed_with_their_counts():
-    message = refused("GOTO/1,2\nROTABL/1\nGOTO/1,2,3\nROTABL/2\nHOCUS/1\nGOTO/1,2,3,0,0,2")
-    assert message.startswith("part.cl, line 4, GOTO: expected 3 or 6 numbers, found 2")
+    message = refused("GOTO/1,2\nROTHED/1\nGOTO/1,2,3\nROTHED/2\nHOCUS/1\nGOTO/1,2,3,0,0,2")
+    assert message.startswith("part.cl, line 4, GOTO: expected 3, 6 or 9 numbers, found 2")
     for words in (
-        "line 5, ROTABL",
+        "line 5, ROTHED",
         "(2 times, up to line 7)",
         "'HOCUS/1'",
         "line 9, GOTO: expected a unit",
@@ -218,9 +274,9 @@ def test_all_problems_are_listed_with_their_counts():
 
 
 def test_a_word_may_be_ignored_and_that_is_said():
-    cl = read("GOTO/1,2,3\nROTABL/1\nROTABL/2\n", ignored=["rotabl"])
-    assert cl.notes == ("ignored as asked ROTABL: 2",)
-    assert "ignored as asked ROTABL: 2" in str(run(cl, TABLE).report)
+    cl = read("GOTO/1,2,3\nROTHED/1\nROTHED/2\n", ignored=["rothed"])
+    assert cl.notes == ("ignored as asked ROTHED: 2",)
+    assert "ignored as asked ROTHED: 2" in str(run(cl, TABLE).report)
 
 
 @pytest.mark.parametrize(

@@ -93,6 +93,17 @@ def test_programs_written_by_hand(dialect):
     np.testing.assert_array_equal(read.seconds, [np.nan, np.nan, 0.25])
 
 
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_program_without_head_and_foot_says_so_before_its_first_move(dialect):
+    def before(machine):
+        lines = program.write(blocks(), machine, dialect).splitlines()
+        return "\n".join(lines[: next(row for row, line in enumerate(lines) if " X" in line)])
+
+    assert "MOTION ONLY" in before(DMU)
+    assert "MOTION ONLY" not in before(replace(DMU, program_foot=("M9",)))
+    assert "MOTION ONLY" not in before(replace(DMU, program_head=("M8",)))
+
+
 def test_modal_words_are_left_out():
     text = program.write(blocks(), DMU, "fanuc")
     moves = [line for line in text.splitlines() if " X" in line]
@@ -310,7 +321,7 @@ def test_block_numbers_begin_again(dialect):
 
 def test_lines_of_a_heidenhain_program_are_all_numbered():
     text = program.write(blocks(12_000), DMU)
-    assert [int(line.split()[0]) for line in text.splitlines()] == list(range(12_000 + 5))
+    assert [int(line.split()[0]) for line in text.splitlines()] == list(range(12_000 + 6))
 
 
 @pytest.mark.parametrize("used", [True, False])
@@ -319,9 +330,9 @@ def test_numbers_of_any_size_are_written(used):
     nan = np.full(3, np.nan)
     with machine_code(used):
         lines = program.write(program.Blocks(words, nan, nan, np.zeros(3, bool)), DMU).splitlines()
-    assert lines[1] == "1 L X+1000000000.0000 Y-2.5000 Z+0.0000 B+0.0000 C+0.0000"
-    assert lines[2] == "2 L X+10000000000000.0000 Y+123456789.1235 C+1.0000"
-    assert lines[3] == f"3 L X{-1e300:.4f} Y+0.0000 C-1.0000"
+    assert lines[2] == "2 L X+1000000000.0000 Y-2.5000 Z+0.0000 B+0.0000 C+0.0000"
+    assert lines[3] == "3 L X+10000000000000.0000 Y+123456789.1235 C+1.0000"
+    assert lines[4] == f"4 L X{-1e300:.4f} Y+0.0000 C-1.0000"
 
 
 def test_words_lie_axis_by_axis():

@@ -9,8 +9,9 @@ from mathpost import machine, post
 from mathpost.errors import InputError, MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
-from mathpost.post import motion, planning, program, proof, ways
+from mathpost.post import motion, planning, program, proof, singular, ways
 from mathpost.post.motion import Motion
+from mathpost.post.ways import AXIS_TOLERANCE
 from tests.conftest import DATA
 
 
@@ -41,9 +42,9 @@ def on_path(result):
 def refused(kin, cl, result, match, along=None, **changes):
     """Whether a program with something changed in it is refused, and the one without is not."""
     along = along or on_path(result)
-    proof.prove(kin, cl, result.blocks, along, 0.01)
+    proof.prove(kin, cl, result.blocks, along, 0.01, AXIS_TOLERANCE)
     with pytest.raises(MathpostError, match=match):
-        proof.prove(kin, cl, replace(result.blocks, **changes), along, 0.01)
+        proof.prove(kin, cl, replace(result.blocks, **changes), along, 0.01, AXIS_TOLERANCE)
 
 
 @pytest.mark.parametrize("tcp", [False, True])
@@ -53,6 +54,23 @@ def test_a_wrong_digit(dmu50v, by_the_pole, program_of, tcp):
         words = result.blocks.words.copy()
         words[40, axis] += 0.05
         refused(dmu50v, by_the_pole, result, "mm off the CL path, more than 0.01 mm", words=words)
+
+
+def test_an_axis_too_far(dmu50v, by_the_pole, program_of):
+    """X Y Z keep the tip, so that nothing but the tool axis is wrong: beside the pole C by 30° is 0.15°."""
+    result = program_of(dmu50v.machine)
+    closest = int(singular.distance(dmu50v, by_the_pole.at(result.place)[1]).argmin())
+    words = result.blocks.words.copy()
+    words[closest, 4] += 30
+    tip = by_the_pole.at(result.place[closest])[0]
+    words[[closest]] = program.rounded(dmu50v.close(tip, np.radians(words[[closest], 3:])))
+    free = replace(result.blocks, words=words)
+    along = on_path(result)
+    wrong = proof.measured(dmu50v, by_the_pole, free, along)
+    assert wrong.tip_error < 2e-4 and wrong.path_axis_error == pytest.approx(0.15, abs=0.03)
+    with pytest.raises(MathpostError, match=r"tool axis is 0\.\d+° off its great circle, more than 0.1°"):
+        proof.prove(dmu50v, by_the_pole, free, along, 1.0e3, AXIS_TOLERANCE)
+    proof.prove(dmu50v, by_the_pole, replace(free, seconds=np.full(len(words), 99.0)), along, 1e3, 0.01)
 
 
 def test_a_block_too_few(dmu50v, by_the_pole, program_of):
@@ -162,8 +180,9 @@ def test_the_whole_way_of_a_lifted_move_is_looked_at(dmu50v):
     blocks = program.Blocks(program.rounded(joints), np.full(4, np.nan), np.full(4, np.nan), np.zeros(4, bool))
     along = Motion(joints, np.array([0.0, 0, 1, 1]), np.array([False, True, True, False]))
     with pytest.raises(MathpostError, match="into the part"):
-        proof.prove(dmu50v, cl, blocks, along, 0.01)
-    proof.prove(dmu50v, cl, replace(blocks, words=tcp_words(dmu50v, blocks), tcp=True), along, 0.01)
+        proof.prove(dmu50v, cl, blocks, along, 0.01, AXIS_TOLERANCE)
+    with_tcp = replace(blocks, words=tcp_words(dmu50v, blocks), tcp=True)
+    proof.prove(dmu50v, cl, with_tcp, along, 0.01, AXIS_TOLERANCE)
 
 
 def tcp_words(kin, blocks):

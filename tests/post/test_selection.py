@@ -298,8 +298,24 @@ def test_travel_has_a_tolerance(joint, end, beyond):
     assert len(travel.out_of_travel(small, joints)) == (beyond > 1)
 
 
-def test_sway_is_how_far_the_tool_axis_strays_half_way_besides_half_of_its_turn(kin):
-    """A change of branch, where travel leaves one candidate for each record: it is a break if the sway is less."""
+def nearest_to_singular(kin, start, end):
+    """How near the great circle of two tool axes comes to a singular one, by the foot of the pole on it."""
+    pole, normal = np.array(kin.inverse_symbolic.pole, float), np.cross(start, end)
+    feet = [start, end]
+    if np.linalg.norm(normal) > 1e-12:
+        normal /= np.linalg.norm(normal)
+        foot = pole - (pole @ normal) * normal
+        feet += [
+            side * foot / np.linalg.norm(foot)
+            for side in (1, -1)
+            if np.cross(start, side * foot) @ normal > 0 < np.cross(side * foot, end) @ normal
+        ]
+    angles = [2 * np.arctan2(np.linalg.norm(axis - pole), np.linalg.norm(axis + pole)) for axis in feet]
+    return min(min(angles) - kin.reach[0], kin.reach[1] - max(angles))
+
+
+def test_the_branch_may_change_as_near_to_a_singular_axis_as_the_sway(kin):
+    """Travel leaves one candidate for each record, on branches that differ: a break if the sway is less."""
     derived, rng, compared = kin.inverse_symbolic, np.random.default_rng(4), 0
     inner, outer = kin.symbols.index(derived.inner), kin.symbols.index(derived.outer)
     kin = restricted(kin, outer=np.degrees([-1.5, 1.5]), inner=(-180, 180))
@@ -308,11 +324,9 @@ def test_sway_is_how_far_the_tool_axis_strays_half_way_besides_half_of_its_turn(
         ends[:, inner] = float(sum(derived.solutions) / 2) + np.array([1, -1]) * rng.uniform(0.1, 1.2, 2)
         ends[:, outer] = np.array([-1, 1]) * rng.uniform(0.2, 1.4, 2)
         cl = cldata.from_arrays(*kin.forward(ends))
-        (before, after), half_way = cl.axes, kin.forward(ends.mean(axis=0))[1]
-        strays = np.linalg.norm(half_way - (before + after) / 2) - np.sin(np.arccos(before @ after) / 2)
-        if strays < 0.01:
+        if (near := nearest_to_singular(kin, *cl.axes)) < 0.01:
             continue
-        for sway, breaks in ((strays + 1e-6, ()), (strays - 1e-6, (1,))):
+        for sway, breaks in ((near + 1e-6, ()), (near - 1e-6, (1,))):
             chosen = selection.choose(kin, cl, sway=sway, split=True)
             np.testing.assert_allclose(chosen.joints, ends, atol=1e-9)
             assert chosen.breaks == breaks
@@ -353,7 +367,7 @@ class TestPaper:
         np.testing.assert_allclose(np.degrees(chosen.joints[:, 3]), expected, atol=1e-9)
 
     def test_case_1(self):
-        with pytest.raises(ReachError, match=r"record 2: \|B\| 41.000° is outside travel, case \(1\)"):
+        with pytest.raises(ReachError, match=r"record 2: B: case \(1\): \|θ\| = 41.000° is outside travel"):
             selection.choose(limited("dmu50v", inner=(-5, 40)), self.tilts([11, 41]), "paper")
 
     def test_case_2_with_the_wrong_preference_leaves_travel(self):
@@ -434,17 +448,14 @@ def options(rng):
 
 
 def matrices(kin, cl, found, weights, sway):
-    """Breaks and costs of all moves of a path, shape (n − 1, m, m), by the forward kinematics of three places."""
+    """Breaks and costs of all moves of a path, shape (n − 1, m, m)."""
     joints = np.nan_to_num(found.joints)
-    start = joints[:-1, :, None]
-    steps = joints[1:, None] - start
+    steps = joints[1:, None] - joints[:-1, :, None]
     endless = ~np.isfinite(kin.machine.limits).all(axis=1) & (np.arange(5) > 2)
     steps[..., endless] = np.remainder(steps[..., endless] + np.pi, 2 * np.pi) - np.pi
-    before, middle, after = (kin.forward(start + part * steps)[1] for part in (0, 0.5, 1))
-    swing = np.linalg.norm(middle - (before + after) / 2, axis=-1)
-    turned = np.abs(steps[..., 3:])
-    over = swing > sway + np.linalg.norm(after - before, axis=-1) / 2
-    over = (over & (turned.sum(axis=-1) > sway)) | (turned > np.pi + 1e-9).any(axis=-1)
+    meet = [nearest_to_singular(kin, *ends) < sway for ends in itertools.pairwise(cl.axes)]
+    over = (found.branch[:, None] != found.branch) & ~np.reshape(meet, (-1, 1, 1)).astype(bool)
+    over = over | (np.abs(steps[..., 3:]) > np.pi + 1e-9).any(axis=-1)
     way = np.abs(steps) @ np.diag([1, 1, 1, np.degrees(1), np.degrees(1)])
     rates = np.where(np.isnan(kin.machine.max_rates), np.inf, kin.machine.max_rates)
     if weights is None and np.isfinite(rates).any():
@@ -573,7 +584,7 @@ def assert_same(found, expected):
 @pytest.mark.parametrize("name", MACHINES)
 def test_the_compiled_loop_chooses_as_the_loop_as_it_stands(name, strategy, monkeypatch):
     numba = pytest.importorskip("numba")
-    assert isinstance(bellman.compiled(), numba.core.dispatcher.Dispatcher)
+    assert isinstance(bellman.loop(10**9), numba.core.dispatcher.Dispatcher)
     kin, rng = MACHINES[name], np.random.default_rng(11)
     for _ in range(40):
         cl, chosen_by = random_path(kin, rng), options(rng) | {"split": bool(rng.random() < 0.8)}
@@ -589,6 +600,19 @@ def test_many_windings():
     limits, endless = (selection.choose(limited("ac_table", outer=outer), cl) for outer in ((-36000, 36000), None))
     np.testing.assert_allclose(limits.joints, endless.joints, atol=1e-9)
     assert limits.breaks == ()
+
+
+@pytest.mark.parametrize("strategy", ["optimal", "shortest"])
+def test_a_limit_of_many_turns_that_is_met_is_kept(strategy, monkeypatch):
+    """More turns than travel has, one way: the path is split, as often as all windings together say."""
+    cl = turning(12, count=200)
+    wide = limited("ac_table", outer=(-1900, 1900))
+    chosen = selection.choose(wide, cl, strategy, split=True)
+    assert travel.all_within(wide.machine, chosen.joints).all()
+    monkeypatch.setattr(travel, "MANY", np.inf)
+    every = selection.choose(wide, cl, strategy, split=True)
+    np.testing.assert_allclose(chosen.joints, every.joints, atol=1e-9)
+    assert chosen.breaks == every.breaks != ()
 
 
 SHORT_PATH = """
@@ -626,4 +650,4 @@ def test_a_loop_is_compiled_even_if_there_is_no_folder_to_keep_it_in(monkeypatch
         return lambda function: made.append(function) or function
 
     monkeypatch.setattr(numba, "njit", njit)
-    assert bellman.compiled.__wrapped__() is bellman.best_way and made == [bellman.best_way]
+    assert bellman.compiled.__wrapped__(bellman.best_way) is bellman.best_way and made == [bellman.best_way]

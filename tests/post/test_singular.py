@@ -1,5 +1,7 @@
 """The singularity measure, the regions, and every way through them."""
 
+import re
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -8,8 +10,8 @@ from mathpost import machine
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
-from mathpost.post import selection, singular, ways
-from mathpost.post.ways import Crossing
+from mathpost.post import selection, singular
+from mathpost.post.ways import AXIS_TOLERANCE, Crossing
 from tests.conftest import DATA
 from tests.machines import content, random_joints
 
@@ -110,7 +112,7 @@ def crossing(request):
 def test_ways_through(crossing, name):
     way = crossing.way(name, lean=0.02, clearance=10)
     if name == "other branch" and way.reason:
-        assert "outside" in way.reason and way.blocks == 0
+        assert re.search("outside|strays", way.reason) and way.blocks == 0
         return
     assert way.reason == "" and way.blocks == len(way.joints) - 1 > 0
     kin, cl = crossing.kin, crossing.cl
@@ -122,8 +124,8 @@ def test_ways_through(crossing, name):
     np.testing.assert_allclose(way.joints[0], crossing.joints[crossing.first], atol=1e-9)
     if name != "other branch":
         np.testing.assert_allclose(way.joints[-1], crossing.joints[crossing.last], atol=1e-9)
-    if name in ("linear", "cubic", "aside"):
-        assert way.tip_error <= 0.01
+    assert way.tip_error <= 0.01
+    assert (way.axis_error <= AXIS_TOLERANCE) == (name in Crossing.FOLLOWING)
     if name == "aside":
         # The tool axis strays by the stated angle, plus what joint-linear moves add between the nodes.
         assert way.axis_error < 0.02 * 1.05
@@ -142,20 +144,20 @@ def test_moving_aside_slows_the_outer_axis():
     joints = selection.choose(kin, cl, prefer=1).joints
     crossing = Crossing(kin, cl, joints, singular.regions(kin, cl, joints, cone=0.15)[0])
     direct, aside = crossing.way("direct"), crossing.way("aside", lean=0.06)
-    assert aside.reason == "" and aside.peak_rate < 0.5 * direct.peak_rate
+    assert aside.reason == "" and aside.time < direct.time
 
 
 def test_paper_ways_leave_the_part(dmu50v, blade):
     joints = selection.choose(dmu50v, blade).joints
     through = {way.name: way for way in Crossing(dmu50v, blade, joints, (1, 2)).compare()}
-    assert (
-        through["direct"].tip_error > 77
-        and through["paper cubic"].tip_error > 77
-        and through["paper clamped"].tip_error > 77
-    )
+    assert through["paper cubic"].tip_error > 77 and through["paper clamped"].tip_error > 77
     assert "B -2.334° is outside 0 … 180" in through["other branch"].reason
-    assert max(through[name].tip_error for name in ("linear", "cubic", "aside", "retract")) <= 0.01
-    assert through["retract"].axis_error < 1e-6 < through["aside"].axis_error
+    assert max(way.tip_error for name, way in through.items() if name in Crossing.SAFE and not way.reason) <= 0.01
+    needed = {name: np.degrees(way.axis_error) for name, way in through.items() if not way.reason}
+    assert needed["retract"] < 1e-4 and needed["direct"] < 0.1 and needed["aside"] == pytest.approx(1, abs=0.001)
+    assert needed["linear"] == pytest.approx(2.641, abs=0.001) and needed["cubic"] == pytest.approx(
+        1.555, abs=0.001
+    )
 
 
 def test_a_region_at_the_end_has_no_slope(dmu50v, blade):
@@ -169,11 +171,3 @@ def test_wrong_names_are_refused(dmu50v, blade):
         Crossing(dmu50v, blade, joints, (2, 5))
     with pytest.raises(InputError, match="'over'"):
         Crossing(dmu50v, blade, joints, (1, 2)).way("over")
-
-
-def test_cubics_pass_through_their_records():
-    rows = np.random.default_rng(3).normal(size=(4, 5))
-    np.testing.assert_allclose(ways.paper_cubic(rows, [0, 1]), rows[1:3], atol=1e-12)
-    np.testing.assert_allclose(ways.paper_clamped(rows, [0, 1]), rows[1:3], atol=1e-12)
-    slope = (ways.paper_clamped(rows, [1e-6]) - rows[1]) / 1e-6
-    np.testing.assert_allclose(slope[0], rows[1] - rows[0], atol=1e-4)

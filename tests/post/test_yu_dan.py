@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 import sympy as sp
+from scipy.interpolate import CubicSpline
 
-from mathpost.post import selection
+from mathpost.errors import MathpostError
+from mathpost.post import selection, yu_dan
 from mathpost.post.between_blocks import deviation
 from mathpost.post.motion import equation_8, linearize, subdivide
-from mathpost.post.ways import paper_clamped, paper_cubic
+from mathpost.post.yu_dan import paper_clamped, paper_cubic
 from mathpost.rotation import numeric
 from tests.conftest import DATA
 
@@ -73,6 +75,17 @@ def test_table_3_is_the_four_point_cubic(published):
     np.testing.assert_allclose(clamped, [7.771, 9.737, 0.641, 0.928, 14.777], atol=0.001)
 
 
+@pytest.mark.parametrize("column", [0, 1, 4])  # Z and B change too little for three decimals of t
+def test_one_column_of_table_3_gives_its_times_and_these_the_others(published, column):
+    rows = np.array([published[2][row] for row in (40, 50, 60, 70)])
+    printed = np.array([published[3][row] for row in range(51, 56)])
+    curve = CubicSpline([-1, 0, 1, 2], rows[:, column], bc_type="not-a-knot")
+    times = np.concatenate([curve.solve(value, extrapolate=False) for value in printed[:, column]])
+    times = times[(times > 0) & (times < 1)].round(4)
+    np.testing.assert_allclose(times, TABLE_3_TIMES, atol=1e-4)
+    assert np.abs(paper_cubic(rows, times.round(3)) - printed).max() < 0.001
+
+
 def test_table_3_cuts_into_the_part(dmu50v, blade, published):
     words = np.array([published[3][row] for row in (50, 51, 52, 53, 54, 55, 60)])
     joints = np.concatenate([words[:, :3], np.radians(words[:, 3:])], axis=1)
@@ -116,3 +129,55 @@ def test_the_papers_rule_makes_the_jump(dmu50v_both_ways, blade):
     chosen = selection.choose(dmu50v_both_ways, blade, "paper")
     assert (np.degrees(chosen.joints[:, 3]) > 0).all()
     assert np.degrees(np.abs(np.diff(chosen.joints[:, 4])).max()) == pytest.approx(179.157, abs=0.001)
+
+
+def test_the_cases_of_the_five_rows(dmu50v_both_ways, blade):
+    found = yu_dan.cases(dmu50v_both_ways, blade, 1)
+    assert [case.number for case in found] == [3, 3, 3, 3, 3]
+    assert [case.kappa for case in found] == [0] * 5
+    small, large = np.degrees(found[2].steps)
+    assert small == pytest.approx(4.7167 - 2.3344, abs=1e-3) and large == pytest.approx(4.7167 + 2.3344, abs=1e-3)
+    assert str(found[2]) == "case (3): κ = 0, 2.334°, steps 2.382° and 7.051° for κ = 0 and 1"
+
+
+def test_c_rule_says_what_it_compares():
+    angles = np.radians([150, 170, -175, -155])
+    first, second = yu_dan.turns(angles)
+    np.testing.assert_allclose(np.degrees([first.turned, first.delta_1, first.delta_2]), [-190, 365, 355])
+    np.testing.assert_allclose(np.degrees([second.delta_1, second.delta_2]), [35, 715])
+    assert (first.taken, second.taken) == (first.turned, angles[2])
+
+
+@pytest.mark.parametrize(("span", "dt"), [(1.0, (1.0, 1.0)), (3.0, (0.5, 2.0))])
+def test_the_cubic_by_hand_is_scipys(span, dt):
+    """The blend of four polynomials that a book on curves prints, the derivation, and `CubicSpline`."""
+    rows = np.random.default_rng(3).normal(size=(4, 5))
+    k_1, k_2 = (rows[1] - rows[0]) / dt[0], (rows[3] - rows[2]) / dt[1]
+    np.testing.assert_allclose(yu_dan.end_slopes(rows, dt), [k_1, k_2])
+    t = np.linspace(0, span, 9)
+    u = (t / span)[:, None]
+    ends = rows[1] * (1 - 3 * u**2 + 2 * u**3) + rows[2] * (3 * u**2 - 2 * u**3)
+    by_hand = ends + span * (k_1 * (u - 2 * u**2 + u**3) + k_2 * (u**3 - u**2))
+    np.testing.assert_allclose(yu_dan.clamped(rows, span, dt)(t), by_hand, atol=1e-12)
+    derived = numeric(yu_dan.hermite(), sp.symbols("t T M_s M_e k_1 k_2"))
+    for joint in range(5):
+        values = derived(t, span, rows[1, joint], rows[2, joint], k_1[joint], k_2[joint])
+        np.testing.assert_allclose(values, by_hand[:, joint], atol=1e-12)
+
+
+def test_smooth_keeps_the_tip_at_its_points(dmu50v, blade):
+    joints = selection.choose(dmu50v, blade).joints
+    place, smoothed = yu_dan.smooth(dmu50v, blade, joints, (1, 2), 5)
+    tip, _ = dmu50v.forward(smoothed)
+    np.testing.assert_allclose(tip, blade.at(place)[0], atol=1e-9)
+    np.testing.assert_allclose(smoothed[[0, -1]], joints[1:3], atol=1e-9)
+    for region in ((0, 2), (2, 4), (2, 2)):
+        with pytest.raises(MathpostError, match="a record before the region"):
+            yu_dan.smooth(dmu50v, blade, joints, region, 5)
+
+
+def test_lifted_along_the_tool_axis_and_back(kin):
+    joints = np.array([10.0, 20.0, 30.0, 0.3, 0.5])
+    (tip, axis), (moved, _) = kin.forward(joints), kin.forward(yu_dan.lifted(kin, joints, 5.0))
+    np.testing.assert_allclose(moved - tip, 5 * axis, atol=1e-9)
+    np.testing.assert_allclose(yu_dan.lifted(kin, yu_dan.lifted(kin, joints, 5.0), -5.0), joints, atol=1e-9)

@@ -1,0 +1,408 @@
+"""One calibration: all readings of a machine, one least-squares estimate, and what it says with its uncertainty.
+
+What is sought: where the rotary axes are and how they lean, named as in ISO 230-7 (EX0C, EA0C, …), how the
+spindle leans on a head (EA0S, EB0S), the squareness of the slides (EC0Y, EB0Z, EA0Z), and the positioning error of
+each axis that a laser has seen. All readings are predicted by the same chain, that of `mathpost.chain` with its
+numbers as unknowns: a rotary axis is a line in it, so that a calibrated machine is a machine file with other
+points. The workpiece is where probing with the tool finds it at rotary zero, as with any machine.
+
+The variances of the methods are estimated with the unknowns, each from its own residuals. U is t·u, with
+Student's t for the degrees of freedom after Welch and Satterthwaite (GUM, annex G).
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from mathpost.compensate import readings as files
+from mathpost.compensate.model import DEFAULT, SQUARENESS, JointTable, MachineErrors, error_names
+from mathpost.errors import InputError, ReachError
+from mathpost.measure import spline
+from mathpost.measure.fit import coverage_factor, least_squares
+from mathpost.measure.rotary_axis import square_to
+
+DEPENDENT = 1e-5  # of a column that others leave: below it the readings do not tell the unknown from theirs
+NOTHING = 1e-9  # length of a column without a trace of its unknown
+SMALL = 1e-3  # of a rotary axis' direction: a component that its positioning error need not have
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number of the calibrated machine: `value` ± `U` with coverage factor `k` and degrees of `freedom`."""
+
+    value: float
+    U: float
+    k: float
+    freedom: float
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What readings say about a machine.
+
+    Attributes
+    ----------
+    nominal : mathpost.machine.Machine
+        As the control believed it to be.
+    values : dict
+        Unknown of the geometry to its value, mm or radians: what the machine has more than `nominal`.
+    positioning : tuple of mathpost.compensate.readings.Positioning
+        Of each axis that was measured, as the one estimate has it.
+    parts : tuple of (ndarray, float)
+        Covariance of all unknowns, geometry first, that each file contributes, and its degrees of freedom.
+    assumed : dict
+        Unknown that stays at zero to the reason.
+    noise : dict
+        File to the standard deviation of a reading and the degrees of freedom.
+    structure : mathpost.compensate.model.Structure
+    """
+
+    nominal: object
+    values: dict
+    positioning: tuple
+    parts: tuple
+    assumed: dict
+    noise: dict
+    structure: object = DEFAULT
+
+    def __getitem__(self, name):
+        """Return the `Value` of one unknown."""
+        index = list(self.values).index(name)
+        return self.value(self.values[name], np.eye(len(self.values))[index])
+
+    def of(self, function):
+        """Return any number of the calibrated machine as `Value`.
+
+        Parameters
+        ----------
+        function : callable
+            Takes a `mathpost.machine.Machine` and returns a float.
+        """
+        slopes = []
+        for name in self.values:
+            ends = [
+                function(corrected(self.nominal, self.values | {name: self.values[name] + h}))
+                for h in (1e-6, -1e-6)
+            ]
+            slopes.append((ends[0] - ends[1]) / 2e-6)
+        return self.value(float(function(self.machine)), np.array(slopes))
+
+    @cached_property
+    def machine(self):
+        """The calibrated `Machine`: axes, points and tool where the readings have found them."""
+        return corrected(self.nominal, self.values)
+
+    @cached_property
+    def errors(self):
+        """What a machine file cannot say, as `MachineErrors` of `machine`: squareness and positioning."""
+        names = error_names(self.machine)
+        constant = np.array([self.values.get(name, 0.0) if name in SQUARENESS else 0.0 for name in names])
+        tables = []
+        for each in self.positioning:
+            curves = {
+                names.index(name): spline.through_all(
+                    spline.Points(each.at, values, 360.0 if each.endless else None)
+                )
+                for name, values in columns(self.machine, self.structure, each).items()
+            }
+            tables.append(JointTable(each.joint, curves))
+        return MachineErrors(self.machine, self.structure, constant, tuple(tables))
+
+    def value(self, value, gradient):
+        """Return a number with its U as `Value`, given its derivatives by `values`, then by all table entries."""
+        gradient = np.pad(gradient, (0, len(self.parts[0][0]) - len(gradient)))
+        shares = np.array([gradient @ part @ gradient for part, _ in self.parts])
+        variance, freedoms = shares.sum(), np.array([freedom for _, freedom in self.parts])
+        freedom = float(variance**2 / (shares**2 / freedoms).sum()) if (shares**2 / freedoms).sum() > 0 else np.inf
+        k = coverage_factor(freedom)
+        return Value(value, k * float(np.sqrt(variance)), k, freedom)
+
+    def __str__(self):
+        lines = [f"{'':6s} {'value':>10s} {'U 95 %':>9s}        k  freedom"]
+        for name in self.values:
+            each, (size, unit) = self[name], ((1e3, "µm  ") if name[1] in "XYZ12" else (1e6, "µrad"))
+            free = "∞" if np.isinf(each.freedom) else f"{each.freedom:.1f}"
+            lines.append(
+                f"{name:6s} {size * each.value:10.2f} {size * each.U:9.2f} {unit} {each.k:5.2f} {free:>8s}"
+            )
+        for each in self.positioning:
+            name, (size, unit) = self.machine.joint_names[each.joint], _shown(each.joint)
+            most = size * coverage_factor(each.freedom) * each.sigma.max()
+            found = f"{size * np.ptp(each.value):.2f} {unit}, U {most:.2f} at a target"
+            lines.append(f"{name} positioning: range {found}; reversal {size * each.reversal:.2f} {unit}")
+        for reason in dict.fromkeys(self.assumed.values()):
+            names = [name for name, each in self.assumed.items() if each == reason]
+            lines.append(f"{', '.join(names)}: {reason}")
+        for name, (sigma, freedom) in self.noise.items():
+            stated = "as stated" if np.isinf(freedom) else f"from {freedom:.0f} spare ones"
+            lines.append(f"noise of a reading in {name}: {1e3 * sigma:.2f} µm, {stated}")
+        return "\n".join(lines)
+
+
+def calibrate(machine, paths, *, structure=DEFAULT, squareness=None, **settings):
+    """Return the `Calibration` of `machine` from files of readings.
+
+    Parameters
+    ----------
+    machine : mathpost.machine.Machine
+        As the control believed it to be when the readings were taken.
+    paths : sequence of paths, or of `mathpost.compensate.readings.Readings` and `Positioning`
+        CSV files; see `mathpost.compensate.readings.template`.
+    structure : mathpost.compensate.model.Structure, keyword only
+        Which slides carry the workpiece: their errors count the other way.
+    squareness : bool, optional, keyword only
+        Whether the squareness of the slides is sought: if left out, only when a ballbar has seen them.
+    **settings
+        ``unit``, ``method``, ``axis``, ``positive``, … for files that do not say them.
+
+    Raises
+    ------
+    InputError
+        If a file leaves something unclear, or there is nothing to estimate a noise from.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> found = calibrate(machine.load("data/machines/ac_table.toml"), ["data/measurements/ball_c_axis.csv"])
+    >>> f"{1e3 * found['EX0C'].value:.1f} ± {1e3 * found['EX0C'].U:.1f} µm"
+    '10.1 ± 0.4 µm'
+    """
+    read = [each if hasattr(each, "where") else files.read(each, machine, **settings) for each in paths]
+    seen = [each for each in read if isinstance(each, files.Positioning)]
+    if len({each.joint for each in seen}) < len(seen):
+        raise InputError(seen[-1].where, "one file of positioning for each axis", "a second one")
+    blocks = [each for each in read if isinstance(each, files.Readings)]
+    if squareness is None:
+        squareness = any(each.method == "ballbar" for each in blocks)
+    return _Problem(machine, blocks, seen, squareness).solve(structure)
+
+
+def unknowns(machine):
+    """Return the names of the geometry's unknowns, those first that are given up last."""
+    letters = [(each, _across(each)[0]) for each in machine.rotary]
+    offsets = [f"E{direction}0{each.name}" for each, plane in letters for direction in plane]
+    tilts = [f"E{_turn(direction)}0{each.name}" for each, plane in letters for direction in plane]
+    spindle = ["EA0S", "EB0S"] if any(each.carries == "tool" for each in machine.rotary) else []
+    return [*offsets, *tilts, *spindle, *SQUARENESS]
+
+
+def corrected(machine, values):
+    """Return `machine` with its axes, points and tool moved by `values`; squareness is not in a machine file.
+
+    Machine coordinates are those at which the tip of the machine's tool is displayed at rotary zero: if the spindle
+    leans, so does the tool, and a table is displayed beside where it is.
+    """
+    moved = _moved(machine, values)
+    aside = machine.tool_length * (np.array(moved.tool_axis) - files.unit(machine.tool_axis))
+    tables = [
+        replace(each, point=tuple((each.point + aside).tolist())) if each.carries == "workpiece" else each
+        for each in moved.rotary
+    ]
+    named = machine.programmed_point
+    if named != "tip" and aside.any():
+        named = tuple((np.zeros(3) if named == "nose" else np.array(named)) - aside)
+    return replace(moved, rotary=tuple(tables), programmed_point=named)
+
+
+def _moved(machine, values):
+    """The axes, points and tool of `machine` moved by `values`, in the coordinates of its slides."""
+    rotary = []
+    for each in machine.rotary:
+        names, plane = _across(each)
+        offset = plane @ [values.get(f"E{name}0{each.name}", 0.0) for name in names]
+        tilt = plane @ [values.get(f"E{_turn(name)}0{each.name}", 0.0) for name in names]
+        axis = files.unit(each.axis)
+        axis = files.unit(axis + np.cross(tilt, axis))
+        rotary.append(replace(each, axis=tuple(axis.tolist()), point=tuple((each.point + offset).tolist())))
+    tool = files.unit(machine.tool_axis)
+    tool = files.unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
+    return replace(machine, rotary=tuple(rotary), tool_axis=tuple(tool.tolist()))
+
+
+def columns(machine, structure, positioning):
+    """The columns of an error table, µm or µrad, that a positioning error makes: the sign is that of the axis."""
+    name, joint = machine.joint_names[positioning.joint], positioning.joint
+    if joint < 3:
+        carries_workpiece = name in structure.workpiece  # it runs against the programmed direction
+        return {f"E{name}{name}": 1e3 * positioning.value * (-1 if carries_workpiece else 1)}
+    axis = files.unit(machine.rotary[joint - 3].axis)
+    shares = [(letter, share) for letter, share in zip("ABC", axis, strict=True) if abs(share) > SMALL]
+    return {f"E{letter}{name}": 1e6 * positioning.value * share for letter, share in shares}
+
+
+class _Problem:
+    """All readings as one function of all unknowns: geometry, tables' entries, each ball's place and zero."""
+
+    def __init__(self, machine, blocks, tables, squareness):
+        self.machine, self.blocks, self.tables, self.squareness = machine, blocks, tables, squareness
+        self.names = unknowns(machine)
+        self.first = len(self.names) + np.cumsum([0, *(len(each.at) for each in tables)])
+        self.count, setups = int(self.first[-1]), []
+        for block in blocks:
+            setups.append(self.count + 4 * block.setup)
+            self.count += 4 * (int(block.setup.max()) + 1)
+        self.kept = list(range(self.count))
+        sizes = [len(each.value) for each in (*blocks, *tables)]
+        self.group = np.repeat(np.arange(len(sizes)), sizes)
+        self.observed = np.concatenate([each.value for each in (*blocks, *tables)])
+        self.moves = np.zeros((18, len(self.names)))  # of the machine's axes, points and tool
+        for column, name in enumerate(self.names):
+            ends = [files.parameters(_moved(machine, {name: h}), 0.0)[:18] for h in (1e-5, -1e-5)]
+            self.moves[:, column] = np.subtract(*ends) / 2e-5
+        self.poses = []  # joints, rows of the readings, what each table's entries weigh there
+        if blocks:
+            self.setup, self.zeroed = (
+                np.concatenate(setups),
+                np.concatenate([b.zeroed + 0 * b.setup for b in blocks]),
+            )
+            self.target, self.direction, self.length, joints, reference = (
+                np.concatenate([getattr(block, name) for block in blocks])
+                for name in ("target", "direction", "length", "joints", "reference")
+            )
+            zeroed = np.flatnonzero(~np.isnan(reference[:, 0]))
+            for at, rows in ((joints, np.arange(len(joints))), (reference[zeroed], zeroed)):
+                self.poses.append((at, rows, [_basis(each, self._position(at, each)) for each in tables]))
+
+    def solve(self, structure):
+        """Estimate unknowns and noise in turn until neither changes."""
+        reasons = self._keep_apart()
+        sigmas = [np.full(len(b.value), 1e-3 if np.isnan(b.sigma) else b.sigma) for b in self.blocks]
+        sigmas = np.concatenate(sigmas + [each.sigma for each in self.tables])
+        freedom = [np.inf] * len(self.blocks) + [each.freedom for each in self.tables]
+        where, x = (*self.blocks, *self.tables)[0].where, np.zeros(len(self.kept))
+        for _ in range(100):
+            x, covariance, residuals, rows = least_squares(self._evaluate, self.observed, sigmas, x, where)
+            spare = 1 - np.einsum("ij,jk,ik->i", rows, covariance, rows)
+            before = sigmas.copy()
+            for number, block in enumerate(self.blocks):
+                own = self.group == number
+                if np.isnan(block.sigma):
+                    freedom[number] = spare[own].sum()
+                    if freedom[number] < 0.5:
+                        expected = "more readings than unknowns, or a line # sigma = deviation of a reading"
+                        raise InputError(block.where, expected, f"{own.sum()} readings, none to spare")
+                    sigmas[own] = max(np.sqrt((residuals[own] ** 2).sum() / freedom[number]), files.ROUNDING)
+            if np.allclose(before, sigmas, rtol=1e-3):
+                break
+        gain = covariance @ rows.T
+        parts = [(gain[:, own] @ gain[:, own].T, free) for own, free in zip(self._groups(), freedom, strict=True)]
+        full, deviations = np.zeros(self.count), np.zeros(self.count)
+        full[self.kept], deviations[self.kept] = x, np.sqrt(np.diag(covariance))
+        values = {name: float(full[n]) for n, name in enumerate(self.names) if name not in reasons}
+        tables = tuple(
+            replace(each, value=full[start:stop], sigma=deviations[start:stop])
+            for each, start, stop in zip(self.tables, self.first, self.first[1:], strict=False)
+        )
+        noise = {
+            each.where: (float(sigmas[own][0]), free)
+            for each, own, free in zip(self.blocks, self._groups(), freedom, strict=False)
+        }
+        return Calibration(self.machine, values, tables, tuple(parts), reasons, noise, structure)
+
+    def _groups(self):
+        """Which readings came from each file."""
+        return [self.group == number for number in range(len(self.blocks) + len(self.tables))]
+
+    def _keep_apart(self):
+        """Keep the unknowns that the readings tell from those before them; return the reasons of the others.
+
+        Where a ball stands and what the laser has seen come first, then the geometry in the order of `unknowns`.
+        """
+        matrix, geometry = self._evaluate(np.zeros(self.count))[1], len(self.names)
+        kept, basis, reasons = [], np.empty((len(matrix), 0)), {}
+        for index in (*range(geometry, self.count), *range(geometry)):
+            column = matrix[:, index]
+            length, left = np.linalg.norm(column), column - basis @ (basis.T @ column)
+            left -= basis @ (basis.T @ left)
+            if index < geometry and self.names[index] in SQUARENESS and not self.squareness:
+                reasons[self.names[index]] = "not sought, since no ballbar saw the slides: taken for square"
+            elif length > NOTHING and np.linalg.norm(left) > DEPENDENT * length:
+                kept.append(index)
+                basis = np.column_stack([basis, left / np.linalg.norm(left)])
+            elif index < geometry:
+                reasons[self.names[index]] = "not measured: as in the machine file"
+                if length > NOTHING:
+                    share = np.linalg.lstsq(matrix[:, kept], column, rcond=None)[0]
+                    share = np.abs(share) * np.linalg.norm(matrix[:, kept], axis=0) > SMALL * length
+                    among = [self.names[n] for n, each in zip(kept, share, strict=True) if each and n < geometry]
+                    others = " and ".join(among) or "where the ball stands"
+                    reasons[self.names[index]] = f"not told from {others} by these readings: as in the machine file"
+        self.kept = sorted(kept)
+        return reasons
+
+    def _evaluate(self, x):
+        """The predicted readings and their derivatives by the unknowns that are kept."""
+        full, entries = np.zeros(self.count), slice(self.first[0], self.first[-1])
+        full[self.kept] = x
+        gaps, derivatives = np.zeros(0), np.zeros((0, self.count))
+        if self.poses:
+            gaps, derivatives = self._gap(full, *self.poses[0])
+            rows = self.poses[1][1]
+            if len(rows):
+                before, their = self._gap(full, *self.poses[1])
+                gaps[rows] -= before
+                derivatives[rows] -= their
+            gaps += self.zeroed * full[self.setup + 3]
+            derivatives[np.arange(len(gaps)), self.setup + 3] += self.zeroed
+        eye = np.eye(self.count)[entries]
+        return np.concatenate([gaps, full[entries]]), np.vstack([derivatives, eye])[:, self.kept]
+
+    def _gap(self, x, joints, rows, bases):
+        """How far the ball stands from the tip along each reading's direction; its derivatives by all unknowns."""
+        values = dict(zip(self.names, x[: len(self.names)], strict=True))
+        numbers = files.parameters(self.machine, self.length[rows])
+        numbers[:18] = files.parameters(_moved(self.machine, values), 0.0)[:18]
+        slides, actual, paths = joints[:, :3] + self.machine.origin, joints.copy(), {}
+        for name in SQUARENESS:
+            turned, slide = np.eye(3)["ABC".index(name[1])], "XYZ".index(name[3])
+            paths[name] = np.outer(slides[:, slide], np.cross(turned, np.eye(3)[slide]))
+            actual[:, :3] += values[name] * paths[name]
+        for each, basis, start in zip(self.tables, bases, self.first, strict=False):
+            actual[:, each.joint] += basis @ x[start : start + len(each.at)]
+        tip, by = (kernel(*actual.T, *numbers, self.length[rows]) for kernel in files.kernels(self.machine))
+        along = np.einsum("ni,nji->nj", self.direction[rows], by[..., :3])  # the direction, in the workpiece
+        slopes = -np.einsum("ni,nij->nj", along, by)
+        derivatives = np.zeros((len(joints), self.count))
+        derivatives[:, : len(self.names)] = slopes[:, 5:23] @ self.moves
+        for name, path in paths.items():
+            derivatives[:, self.names.index(name)] += (slopes[:, :3] * path).sum(axis=1)
+        for each, basis, start in zip(self.tables, bases, self.first, strict=False):
+            derivatives[:, start : start + len(each.at)] = slopes[:, [each.joint]] * basis
+        ball = self.setup[rows][:, None] + np.arange(3)
+        np.put_along_axis(derivatives, ball, along, axis=1)
+        return np.einsum("ni,ni->n", along, self.target[rows] + x[ball] - tip[..., 0]), derivatives
+
+    def _position(self, joints, table):
+        """Positions as a table has them: degrees, or mm in machine coordinates."""
+        joint = joints[:, table.joint]
+        return np.rad2deg(joint) if table.joint > 2 else joint + self.machine.origin[table.joint]
+
+
+def _basis(table, at):
+    """What each entry of a positioning table weighs at positions `at`, shape (n, targets): the spline is linear."""
+    eye = np.eye(len(table.at))
+    if table.endless:
+        nodes, values = np.append(table.at, table.at[0] + 360), np.vstack([eye, eye[:1]])
+        return CubicSpline(nodes, values, bc_type="periodic")(at)
+    if (at < table.at[0] - 1e-9).any() or (at > table.at[-1] + 1e-9).any():
+        raise ReachError(
+            f"{table.where}: {at.min():g} to {at.max():g} is needed, {table.at[0]:g} to {table.at[-1]:g} measured"
+        )
+    return CubicSpline(table.at, eye)(at)
+
+
+@lru_cache(maxsize=64)
+def _across(rotary):
+    names, plane = square_to(rotary)
+    return names, np.array(plane, dtype=float)
+
+
+def _turn(direction):
+    """The name of the tilt that belongs to a direction: A to X; 3, 4 to the 1, 2 of a skew axis."""
+    return dict(zip("XYZ12", "ABC34", strict=True))[direction]
+
+
+def _shown(joint):
+    return (np.rad2deg(1) * 3600, "arcsec") if joint > 2 else (1e3, "µm")

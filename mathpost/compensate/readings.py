@@ -1,0 +1,443 @@
+"""Readings of a dial, a probe, a ball, a ballbar, a laser: CSV files, brought to one form whatever the method.
+
+All but the laser see the same thing: where the tool stands against a point of the workpiece that the control, with
+the machine file's geometry, believes to hold. A `Reading` row says at which joints, for which point, along which
+direction. `template` prints a file for each method to fill in.
+"""
+
+import re
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+import sympy as sp
+
+from mathpost import chain
+from mathpost.errors import InputError
+from mathpost.kinematics import Kinematics
+from mathpost.machine import ENDLESS, Linear, Machine
+from mathpost.measure import csv_table
+from mathpost.measure.rotary_axis import square_to
+from mathpost.rotation import numeric
+
+MOST_RUNS = 50
+LARGEST = 5  # mm: of a reading that is no position
+ROUNDING = 1e-9  # mm or radians: no reading scatters less
+POSITIONING = ("laser", "autocollimator")
+# For each method: what its columns are, and an example; {axis} is a rotary axis of the machine.
+METHODS = {
+    "ball": (
+        "a ball on the table, the tool (R-test, or a probe) kept on it by RTCP: x y z is the ball at rotary\n"
+        "zero in machine coordinates, ex ey ez the ball minus the tool along the machine's axes",
+        "{axes},x,y,z,ex,ey,ez\n0,0,150,0,50,0.000,0.000,0.000\n0,90,150,0,50,0.004,-0.002,0.000\n",
+    ),
+    "probe": (
+        "one ball or bore probed at several rotary angles: x y z is its centre in machine coordinates, as\n"
+        "displayed; a coordinate that was not probed may be left out; the column setup numbers the features",
+        "{axes},x,y,z\n0,0,150.000,0.000,50.000\n0,90,0.004,-149.998,50.001\n",
+    ),
+    "dial": (
+        "X and Y run on a circle of radius R about the table axis, which turns along: the dial looks at one\n"
+        "spot of a ring; angle is where on the circle, from +X towards +Y, z the height in machine coordinates\n"
+        "positive = out: the reading grows when the tool is moved away from the centre; try it, or write in",
+        "angle,R,z,dial\n0,100,0,0.000\n90,100,0,0.012\n180,100,0,0.021\n270,100,0,0.008\n",
+    ),
+    "tip": (
+        "a dial at the tip of a head that tilts under RTCP, zeroed at 0; L is pivot to tip. axial: positive\n"
+        "from the tip to the pivot, as the tool stands at 0; lateral: positive where the tip swings as the\n"
+        "angle grows; or x y z along the machine's axes. positive = tip: so moves the tip (or block: the block)",
+        "angle,L,axial,lateral\n-40,500,0.000,0.000\n40,500,0.000,0.000\n-40,700,0.000,0.000\n40,700,0.000,0.000\n",
+    ),
+    "ballbar": (
+        "a bar from a ball on the table (centre, machine coordinates at rotary zero) to one in the spindle, which\n"
+        "RTCP keeps at x y z of the workpiece (counted alike); bar: how much longer than nominal",
+        "{axes},x,y,z,bar\n0,0,150,0,50,0.000\n0,0,0,150,50,0.003\n",
+    ),
+    "laser": (
+        "positioning of one axis after ISO 230-2: actual minus target, for the axis as it is programmed;\n"
+        "up1,down1,up2,… for runs forth and back, or one column reading, in the order in which it was taken",
+        "position,up1,down1,up2,down2\n0,0.0,0.4,0.1,0.5\n30,1.2,1.5,1.1,1.6\n",
+    ),
+}
+METHODS["autocollimator"] = METHODS["laser"]
+READ = {"ball": ("ex", "ey", "ez"), "probe": ("x", "y", "z"), "dial": ("dial",), "ballbar": ("bar",)}
+READ |= {"tip": ("axial", "lateral", "x", "y", "z")}
+SIGNS = {"dial": {"out": 1, "in": -1}, "tip": {"tip": 1, "block": -1}}
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Rows of one file: how far the point `target` + ball stands from the tool along `direction`.
+
+    Attributes
+    ----------
+    where : str
+    method : str
+    joints : ndarray, shape (n, 5)
+        As programmed, mm and radians.
+    reference : ndarray, shape (n, 5)
+        Joints at which the reading was zeroed; NaN if it was not.
+    target, direction : ndarray, shape (n, 3)
+        mm in the workpiece; along the machine's axes.
+    length : ndarray, shape (n,)
+        Of the tool, spindle nose to tip, mm.
+    value : ndarray, shape (n,)
+        mm.
+    setup : ndarray of int, shape (n,)
+        Which ball; each lies a little elsewhere than its target.
+    zeroed : bool
+        Whether the reading has an unknown zero in each set-up.
+    sigma : float
+        Standard deviation of a reading, mm; NaN if the file does not say.
+    """
+
+    where: str
+    method: str
+    joints: np.ndarray
+    reference: np.ndarray
+    target: np.ndarray
+    direction: np.ndarray
+    length: np.ndarray
+    value: np.ndarray
+    setup: np.ndarray
+    zeroed: bool
+    sigma: float
+
+
+@dataclass(frozen=True)
+class Positioning:
+    """The positioning error of one joint: its mean at each target.
+
+    Attributes
+    ----------
+    where : str
+    joint : int
+    at, value, sigma : ndarray, shape (targets,)
+        Degrees or mm; radians or mm; the standard deviation of each mean.
+    freedom : float
+        Degrees of freedom of `sigma`.
+    endless : bool
+    reversal : float
+        ISO 230-2's B: the largest difference of both directions, radians or mm.
+    """
+
+    where: str
+    joint: int
+    at: np.ndarray
+    value: np.ndarray
+    sigma: np.ndarray
+    freedom: float
+    endless: bool
+    reversal: float
+
+
+def template(method, machine):
+    """Return a file to fill in, as text, with the names of the machine's own axes.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> print(template("dial", machine.load("data/machines/ac_table.toml")).splitlines()[-5])
+    angle,R,z,dial
+    """
+    if method not in METHODS:
+        raise InputError("method", f"one of {', '.join(METHODS)}", repr(method))
+    words, rows = METHODS[method]
+    last = machine.rotary[-1].name
+    table = next((each.name for each in reversed(machine.rotary) if each.carries == "workpiece"), last)
+    settings = {"method": method, "unit": "arcsec" if method in POSITIONING else "mm"}
+    if method in SIGNS:
+        settings["positive"] = next(iter(SIGNS[method]))
+    if method in ("dial", "tip", *POSITIONING):
+        settings["axis"] = last if method == "tip" else table
+    if method == "ballbar":
+        settings["centre"] = "0 0 50"
+    comments = [f"# {line}" for line in words.splitlines()]
+    comments += [f"# {key} = {value}" for key, value in settings.items()]
+    axes = ",".join(rotary.name for rotary in machine.rotary)
+    return "\n".join([*comments, rows.replace("{axes}", axes)])
+
+
+def read(path, machine, **settings):
+    """Read a file of any method as `Readings` or `Positioning`.
+
+    Parameters
+    ----------
+    path : str or path-like
+    machine : mathpost.machine.Machine
+        As the control believed it to be when the readings were taken.
+    **settings
+        ``method``, ``unit``, ``axis`` and so on, where the file does not say them.
+
+    Raises
+    ------
+    InputError
+        With the line: whatever the file leaves unclear, its unit for instance, is asked for.
+    """
+    rotary = [each.name for each in machine.rotary]
+    runs = [f"{side}{run}" for run in range(1, MOST_RUNS + 1) for side in ("up", "down")]
+    names = [name for columns in READ.values() for name in columns]
+    names += ["angle", *rotary, *"XYZ", "R", "L", "length", "setup", "run", "position", "reading", "forth", "back"]
+    table = csv_table.read(path, [], optional=list(dict.fromkeys(names + runs)))
+    for key, value in settings.items():
+        table.settings.setdefault(key, value)
+    method = table.settings.get("method", "").casefold()
+    where = f"{path}, line {table.lines[0] - 1}"
+    if method not in METHODS:
+        found = repr(method) if method else "none"
+        raise InputError(where, f"a line # method = one of {', '.join(METHODS)}", found)
+    return (
+        _positioning(table, machine, where) if method in POSITIONING else _readings(table, machine, method, where)
+    )
+
+
+def _readings(table, machine, method, where):
+    """Bring a table of `method` to `Readings`."""
+    columns = [name for name in READ[method] if name in table]
+    if not columns:
+        raise InputError(where, f"columns of readings: {', '.join(READ[method])}", "none")
+    axis = _axis(table, machine, where)
+    angles, length = _angles(table, machine, method, axis, where), np.full(len(table), machine.tool_length)
+    if "length" in table:
+        length = table["length"]
+    if "L" in table:
+        length = table["L"] - np.array(axis.point) @ unit(machine.tool_axis)
+    values = {}
+    for name in columns:
+        values[name] = table.unit(name, "length") * table[name]
+        if method != "probe":
+            table.require(name, np.abs(values[name]) <= LARGEST, f"a reading within ±{LARGEST} mm (other units?)")
+
+    place = _place(table, machine, method, axis, where)
+    keys = [table[name] for name in ("setup",) if name in table] + [length]
+    keys += [*place.T] if method == "ball" else []
+    _, first, setup = np.unique(np.column_stack(keys), axis=0, return_index=True, return_inverse=True)
+    setup = setup.ravel()
+    target = place - machine.origin
+    if method == "probe":  # the first row of each feature says where it is believed to be
+        read = np.column_stack([values.get(name, np.zeros(len(table))) for name in "xyz"]) - machine.origin
+        target = tips(machine, np.column_stack([read, angles]), length)[first][setup]
+    joints, turn = held(machine, target, angles, length)
+    if method == "probe":
+        values = {
+            name: values[name] - machine.origin[index] - joints[:, index] for index, name in _indices(columns)
+        }
+    directions = {name: np.tile(np.eye(3)[index], (len(table), 1)) for index, name in _indices(columns)}
+    reference = np.full((len(table) * len(columns), 5), np.nan)
+    if method == "dial":
+        directions["dial"] = -turn @ np.array(square_to(axis)[1], dtype=float)[:, 0]
+    elif method == "ballbar":
+        along = target - (_vector(table, "centre", where) - machine.origin)
+        directions["bar"] = -np.einsum("nij,nj->ni", turn, along / np.linalg.norm(along, axis=1, keepdims=True))
+    elif method == "tip":
+        tool = unit(machine.tool_axis)
+        directions |= {"axial": tool, "lateral": np.cross(tool, unit(axis.axis))}
+        directions = {name: np.broadcast_to(-directions[name], target.shape) for name in columns}
+        upright = angles * [each.carries == "workpiece" for each in machine.rotary]
+        reference = np.tile(held(machine, target, upright, length)[0], (len(columns), 1))
+    sign = _one_of(table, "positive", SIGNS[method], where) if method in SIGNS else 1
+    count = len(columns)
+    return Readings(
+        table.path,
+        method,
+        joints=np.tile(joints, (count, 1)),
+        reference=reference,
+        target=np.tile(target, (count, 1)),
+        direction=np.concatenate([directions[name] for name in columns]),
+        length=np.tile(length, count),
+        value=sign * np.concatenate([values[name] for name in columns]),
+        setup=np.tile(setup, count),
+        zeroed=method in ("dial", "ballbar"),
+        sigma=_number(table, "sigma", where) * table.unit(columns[0], "length"),
+    )
+
+
+def _positioning(table, machine, where):
+    """Bring runs of one axis to `Positioning`: the mean of both directions at each target."""
+    axis = _one_of(table, "axis", {name: n for n, name in enumerate(machine.joint_names)}, where)
+    name = machine.joint_names[axis]
+    place = next((each for each in ("position", "angle", name) if each in table), None)
+    if place is None:
+        raise InputError(where, f"a column position, angle or {name}", "none")
+    at, rotary = table[place], axis > 2
+    if rotary:
+        table.check_angles(place)
+    columns = [c for c in table.columns if c in ("forth", "back", "reading") or c[:2] == "up" or c[:4] == "down"]
+    if not columns:
+        raise InputError(where, "columns up1, down1, … or forth, back or reading", "none")
+    sides = np.full((len(table), len(columns)), np.nan)
+    values = np.empty_like(sides)
+    for column, each in enumerate(columns):
+        size = table.unit(each, "angle" if rotary else "length")
+        values[:, column] = size * table[each]
+        most = np.deg2rad(1) if rotary else LARGEST
+        found = np.deg2rad(at) if rotary else at
+        same = np.ptp(at) > 2 and np.abs(values[:, column] - found).max() < most
+        table.require(each, ~np.full(len(table), same), "deviations, actual minus target, no positions")
+        table.require(each, np.abs(values[:, column]) <= most, "a deviation below 1° or 5 mm (other units?)")
+        sides[:, column] = -1 if each == "back" or each.startswith("down") else 1
+    if "reading" in columns:  # rows as they were taken: the direction is that in which the axis came
+        came = np.sign(np.diff(at, prepend=2 * at[0] - at[1]))
+        at, values, came = at[came != 0], values[came != 0], came[came != 0]
+        sides = np.tile(came[:, None], len(columns))
+    endless = bool(rotary and np.isinf(machine.rotary[axis - 3].limits[0]) and np.ptp(at) > 270)
+    at = np.repeat(at % 360 if endless else at, values.shape[1])
+    targets, index = np.unique(at.round(6), return_inverse=True)
+    groups = [
+        [values.ravel()[(index == n) & (sides.ravel() == side)] for side in (1, -1)] for n in range(len(targets))
+    ]
+    groups = [[runs for runs in pair if len(runs)] for pair in groups]
+    freedom = sum(len(runs) - 1 for pair in groups for runs in pair)
+    sigma = _number(table, "sigma", where) * table.unit(columns[0], "angle" if rotary else "length")
+    if np.isnan(sigma):
+        if not freedom:
+            raise InputError(where, "two runs, or a line # sigma = standard deviation of a reading", "neither")
+        squares = sum(((runs - runs.mean()) ** 2).sum() for pair in groups for runs in pair)
+        sigma = max(np.sqrt(squares / freedom), ROUNDING)
+    else:
+        freedom = np.inf
+    means = np.array([np.mean([runs.mean() for runs in pair]) for pair in groups])
+    spread = np.array([np.sqrt(sum(1 / len(runs) for runs in pair)) / len(pair) for pair in groups])
+    reversal = max((abs(pair[0].mean() - pair[1].mean()) for pair in groups if len(pair) == 2), default=0.0)
+    return Positioning(where, axis, targets, means, sigma * spread, freedom, endless, float(reversal))
+
+
+def held(machine, target, angles, length):
+    """Return the joints, (n, 5), with which RTCP holds the tip on `target`, and the turns machine_from_workpiece.
+
+    `target` is (n, 3) in the workpiece, `angles` (n, 2) radians, `length` (n,).
+    """
+    zero, *along = (
+        tips(machine, np.column_stack([np.tile(slides, (len(angles), 1)), angles]), length)
+        for slides in np.vstack([np.zeros(3), np.eye(3)])
+    )
+    turn = np.stack([each - zero for each in along], axis=1)
+    return np.column_stack([np.einsum("nij,nj->ni", turn, target - zero), angles]), turn
+
+
+def tips(machine, joints, length):
+    """Return the tip in the workpiece, shape (n, 3), at `joints` (n, 5) with tools of any `length` (n,)."""
+    return kernels(machine)[0](*np.transpose(joints), *parameters(machine, length), length)[..., 0]
+
+
+def parameters(machine, length):
+    """The numbers of a machine with tools of `length` in the order of `kernels`: 21, each a number or shape (n,).
+
+    Axes, points, origin, tool axis; last the point of the head that X Y Z name: where the tip would be if the
+    spindle were as the machine file has it, since that is what the control reckons with.
+    """
+    tool = unit(machine.tool_axis)
+    named = {"tip": -np.multiply.outer(tool, length), "nose": np.zeros(3)}.get(machine.programmed_point)
+    named = machine.programmed_point if named is None else named
+    axes = [unit(each.axis) for each in machine.rotary]
+    return [*np.concatenate([*axes, *(each.point for each in machine.rotary), machine.origin, tool]), *named]
+
+
+def kernels(machine):
+    """The tip of joints, `parameters` and tool length, shape (n, 3, 1), and its derivatives, (n, 3, 5 + 21).
+
+    Compiled once for all machines of one arrangement, since the numbers are arguments.
+    """
+    joints = tuple(replace(each, axis=(1, 0, 0), point=(0, 0, 0), limits=ENDLESS) for each in machine.rotary)
+    linear = tuple(Linear(name) for name in "XYZ")
+    return _compiled(Machine("", "", joints, linear, (0, 0, 0), (0, 0, 1), 0.0, (0.0, 0.0, 0.0)))
+
+
+@lru_cache(maxsize=32)
+def _compiled(machine):
+    kin = Kinematics(machine)
+    *numbers, length = (each for each in chain.Geometry.symbols(machine).flat() if each.is_Symbol)
+    tip = kin.forward_symbolic(parameters=True)[:3, 3]
+    arguments = (*kin.symbols, *numbers, length)
+    derivatives = tip.jacobian(sp.Matrix(arguments[:-1]))
+    return tuple(numeric(sp.ImmutableMatrix(each), arguments) for each in (tip, derivatives))
+
+
+def _axis(table, machine, where):
+    """The rotary axis that the file is about, or None if it does not say; L and a column angle need it."""
+    named = table.settings.get("axis")
+    if named is None:
+        if "angle" in table or "L" in table or table.settings["method"] in ("dial", "tip"):
+            one = [each for each in machine.rotary if each.name in table]
+            if len(one) != 1:
+                raise InputError(where, f"a line # axis = {' or '.join(r.name for r in machine.rotary)}", "none")
+            return one[0]
+        return None
+    index = _one_of(table, "axis", {each.name: n for n, each in enumerate(machine.rotary)}, where)
+    axis = machine.rotary[index]
+    side = {"dial": "workpiece", "tip": "tool"}.get(table.settings["method"], axis.carries)
+    if axis.carries != side or ("L" in table and axis.carries != "tool"):
+        raise InputError(where, f"an axis that carries the {side}", axis.name)
+    return axis
+
+
+def _angles(table, machine, method, axis, where):
+    """The rotary angles of each row, shape (n, 2) in radians; an axis that is not mentioned stood at 0."""
+    angles = np.zeros((len(table), 2))
+    named = {each.name: each.name for each in machine.rotary if each.name in table}
+    if "angle" in table and not (named and axis.name in named):
+        named["angle"] = axis.name
+    if not named or ("angle" in table and "angle" not in named):
+        raise InputError(
+            where, "the rotary angles under their axes' names, or under angle", ", ".join(table.columns)
+        )
+    for index, each in enumerate(machine.rotary):
+        for column in (column for column, name in named.items() if name == each.name):
+            table.check_angles(column)
+            angles[:, index] = np.deg2rad(table[column])
+            if method == "dial" and column == "angle":  # where on the circle, whichever way the table turns
+                angles[:, index] *= np.sign(max(each.axis, key=abs))
+    return angles
+
+
+def _place(table, machine, method, axis, where):
+    """Where the target of each row is believed to be, machine coordinates at rotary zero, shape (n, 3)."""
+    if method == "dial":
+        if "R" not in table:
+            raise InputError(where, "a column R, the radius of the circle", "none")
+        out = np.array(square_to(axis)[1], dtype=float)[:, 0]
+        place = np.array(axis.point) + table["R"][:, None] * out
+        if "z" in table:
+            up = unit(axis.axis) * np.sign(max(axis.axis, key=abs))
+            place += (table["z"] - np.array(axis.point) @ up)[:, None] * up
+        return place
+    if method in ("probe", "tip"):
+        return np.tile(np.array(machine.origin, dtype=float), (len(table), 1))
+    for name in "xyz":
+        if name not in table:
+            raise InputError(where, "columns x, y, z of the ball, machine coordinates at rotary zero", f"no {name}")
+    return np.column_stack([table[name] for name in "xyz"])
+
+
+def _one_of(table, key, choices, where):
+    """The value of a setting that must be one of `choices`."""
+    said = table.settings.get(key)
+    if said not in choices:
+        raise InputError(where, f"a line # {key} = {' or '.join(choices)}", "none" if said is None else repr(said))
+    return choices[said]
+
+
+def _number(table, key, where):
+    """A positive number among the settings, NaN if it is not there."""
+    return _vector(table, key, where, 1, "nan")[0]
+
+
+def _vector(table, key, where, count=3, default=""):
+    said = table.settings.get(key, default)
+    try:
+        numbers = np.array([float(word) for word in re.split(r"[\s,;]+", said.strip())])
+    except ValueError:
+        numbers = np.empty(0)
+    if len(numbers) != count or (said != default and not np.isfinite(numbers).all()):
+        raise InputError(where, f"a line # {key} = {' '.join(['number'] * count)}", repr(said) if said else "none")
+    return numbers
+
+
+def _indices(columns):
+    """The machine's direction, 0 to 2, of each column that has one: x or ex."""
+    return [("xyz".index(name[-1]), name) for name in columns if name[-1] in "xyz"]
+
+
+def unit(vector):
+    """`vector` as an array of length 1."""
+    return np.array(vector, dtype=float) / np.linalg.norm(vector)

@@ -1,0 +1,148 @@
+"""The drawings of lessons 00 and 01: a turn in the plane, active and passive, a turn about any axis, coins."""
+
+import numpy as np
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from mathpost import angles as euler
+from mathpost.draw import plot
+
+MACHINE, WORKPIECE, POINT = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
+AXIS = plot.COLOUR["first branch"]  # what a body turns about
+
+
+def turn_in_plane(axes, degrees):
+    """Draw the unit vectors of X and Y before and after a turn, with the coordinates of their ends."""
+    c, s = _sides(degrees)
+    _plane(axes)
+    for x, y, names in ((c, s, ("cos t", "sin t")), (-s, c, ("−sin t", "cos t"))):
+        axes.plot([0, x], [0, 0], color=POINT, linewidth=4, alpha=0.5)
+        axes.plot([x, x], [0, y], color=POINT, linestyle=":")
+        axes.text(x / 2, -0.1, names[0], color=POINT, ha="center")
+        axes.text(x + 0.04 * np.sign(x), y / 2, names[1], color=POINT, ha="left" if x > 0 else "right")
+        _arrow(axes, (0, 0), (x, y), WORKPIECE)
+    axes.text(1.12 * c, 1.12 * s, "X turned", color=WORKPIECE)
+    axes.text(-1.12 * s, 1.12 * c, "Y turned", color=WORKPIECE, ha="right")
+    _arc(axes, 0, degrees, 0.3)
+
+
+def active_and_passive(left, right, point, degrees):
+    """Draw the same turn twice: of the point in a frame that stays, and of the frame under a point that stays."""
+    c, s = _sides(degrees)
+    x, y = point
+    moved = np.array([c * x - s * y, s * x + c * y])
+    for axes, title in ((left, "active: the point turns"), (right, "passive: the frame turns")):
+        _plane(axes, title, start=-0.6)
+    here = np.degrees(np.arctan2(y, x))
+    _arc(left, here, here + degrees, np.hypot(x, y))
+    for end, name, style in ((point, "P", "none"), (moved, "P'", "full")):
+        left.plot(*end, "o", color=POINT, fillstyle=style)
+        left.text(*(end + np.array([0.07, 0.05])), name, color=POINT)
+        _drop(left, end, np.eye(2), MACHINE if style == "none" else POINT)
+    turned = np.array([[c, s], [-s, c]])
+    for row, name in zip(turned, ("X'", "Y'"), strict=True):
+        _arrow(right, (0, 0), 1.15 * row, WORKPIECE)
+        right.text(*(1.28 * row), name, color=WORKPIECE, ha="center", va="center")
+    _arc(right, 0, degrees, 0.3)
+    right.plot(*point, "o", color=POINT)
+    right.text(*(point + np.array([0.07, 0.05])), "P", color=POINT)
+    _drop(right, np.array(point), turned, POINT)
+
+
+def quarter_turns(panels):
+    """Draw the three quarter turns of the right hand: X to Y about Z, Y to Z about X, Z to X about Y."""
+    for axes, about in zip(panels, (2, 0, 1), strict=True):
+        plot.space(axes, 0.75, centre=(0.3, 0.3, 0.3))
+        plot.frame(axes, np.eye(3), np.zeros(3), colour=MACHINE)
+        start, end = np.eye(3)[(about + 1) % 3], np.eye(3)[(about + 2) % 3]
+        turn = np.linspace(0, np.pi / 2, 31)[:, None]
+        arc = 0.8 * (np.cos(turn) * start + np.sin(turn) * end)
+        axes.plot(*arc.T, color=WORKPIECE, linewidth=2.5)
+        axes.quiver(*arc[-4], *(arc[-1] - arc[-4]), color=WORKPIECE, arrow_length_ratio=1.0, linewidth=2.5)
+        axes.plot(*np.array([[0, 0, 0], np.eye(3)[about]]).T, color=AXIS, linewidth=3)
+        axes.set_title(f"about {'XYZ'[about]}: {'XYZ'[(about + 1) % 3]} goes to {'XYZ'[(about + 2) % 3]}")
+
+
+def parts(axes, point, axis, degrees):
+    """Draw a point turning about an axis: its part along the axis stays, the part across it turns in a circle."""
+    point, axis = np.array(point, dtype=float), np.array(axis) / np.linalg.norm(axis)
+    along, side = point @ axis * axis, np.cross(axis, point)
+    across, (c, s) = point - along, _sides(degrees)
+    moved = along + c * across + s * side
+    turn = np.linspace(0, 2 * np.pi, 91)[:, None]
+    plot.space(axes, 0.8, centre=along)
+    axes.plot(*(along + np.cos(turn) * across + np.sin(turn) * side).T, color=MACHINE, linewidth=1)
+    for start, end, colour, style, name in (
+        (-0.1 * axis, 1.5 * axis, AXIS, "--", "v"),
+        (0 * axis, along, POINT, "-", "along"),
+        (along, point, POINT, "-", "across"),
+        (along, along + side, MACHINE, "-", "v × p"),
+        (0 * axis, point, WORKPIECE, ":", "p"),
+        (along, moved, WORKPIECE, "-", "turned"),
+    ):
+        axes.plot(*np.array([start, end]).T, color=colour, linestyle=style, linewidth=2)
+        middle = name in ("along", "across")
+        axes.text(*((start + end) / 2 if middle else start + 1.2 * (end - start)), name, color=colour, ha="center")
+
+
+def coins(panels, turns, title):
+    """Draw a coin at the start and after each of the turns, a sequence such as ``"ZX"`` of quarter turns.
+
+    Upper case turns about the coin's own axes, lower case about the table's. Its arrow is x, its pin z.
+    """
+    rim = np.linspace(0, 2 * np.pi, 49)
+    disc = np.stack([np.cos(rim), np.sin(rim), 0 * rim], axis=-1)
+    frame = np.eye(3)
+    for axes, letter in zip(panels, ["", *turns], strict=True):
+        if letter:
+            quarter = euler.from_axis_angle(np.eye(3)["xyz".index(letter.lower())], 90, degrees=True)
+            frame = frame @ quarter if letter.isupper() else quarter @ frame
+        plot.space(axes, 1.2)
+        plot.frame(axes, 1.15 * np.eye(3), np.zeros(3), colour=MACHINE, linewidth=1)
+        axes.add_collection3d(
+            Poly3DCollection([disc @ frame.T], facecolor=WORKPIECE, edgecolor=WORKPIECE, alpha=0.3)
+        )
+        axes.quiver(0, 0, 0, *(0.95 * frame[:, 0]), color=WORKPIECE, arrow_length_ratio=0.3, linewidth=3)
+        axes.plot(*np.array([0 * frame[:, 2], 0.45 * frame[:, 2]]).T, color=POINT, linewidth=4)
+        axes.set_title(
+            f"{title}\nabout {'its own' if letter.isupper() else 'the table’s'} {letter.upper()}"
+            if letter
+            else title
+        )
+
+
+def _sides(degrees):
+    return np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+
+
+def _plane(axes, title="", start=-1.2):
+    """A frame X, Y with its unit circle."""
+    axes.set(aspect="equal", xlim=(start, 1.4), ylim=(-0.3, 1.4), title=title)
+    axes.set_axis_off()
+    axes.add_patch(_circle(1.0))
+    for end, name in (((1.25, 0), "X"), ((0, 1.25), "Y")):
+        _arrow(axes, (0, 0), end, MACHINE)
+        axes.text(*(1.06 * np.array(end)), name, color=MACHINE, ha="center", va="center")
+
+
+def _circle(radius):
+    from matplotlib.patches import Circle
+
+    return Circle((0, 0), radius, fill=False, color=MACHINE, linewidth=0.6)
+
+
+def _arrow(axes, start, end, colour):
+    axes.annotate(
+        "", end, start, arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 2, "shrinkA": 0, "shrinkB": 0}
+    )
+
+
+def _arc(axes, start, end, radius):
+    turn = np.radians(np.linspace(start, end, 41))
+    axes.plot(radius * np.cos(turn), radius * np.sin(turn), color=AXIS)
+    _arrow(axes, radius * np.array(_sides(end - 2)), radius * np.array(_sides(end)), AXIS)
+
+
+def _drop(axes, point, directions, colour):
+    """The coordinates of a point as dotted lines to the axes."""
+    for direction in directions:
+        axes.plot(*np.array([point, point @ direction * direction]).T, color=colour, linestyle=":")

@@ -1,0 +1,225 @@
+"""The exercises of lesson 07: the blade."""
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from scipy.optimize import brentq
+
+from mathpost.course.answers import Kind, Name, Number, Vector
+from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, with_travel
+from mathpost.course.verdict import define, slip
+from mathpost.errors import InputError
+from mathpost.kinematics import Kinematics
+from mathpost.post import cl as cldata
+from mathpost.post import program, run, travel, yu_dan
+from mathpost.post.between_blocks import deviation
+from mathpost.post.motion import linearize
+
+ROWS = (40, 50, 60, 70, 80)
+SPOILT = 12  # the move of 07-block that is spoilt, counted from 0
+TIP, AXIS, LIFTED = 0.01, 0.1, 1.0  # mm and degrees that 07-alone grants; mm above the path: not in cut
+
+
+@define(
+    "07-pivot", Name("40 50 60 70 80"), hint="By how much does a turn by B move a point whose pivot is shifted?"
+)
+@slip("Nearest to the pole, where angles are uncertain. But a shifted pivot moves what B turns *far*.", "60")
+@slip("Second: which row has the greatest B?", "40")
+def pivot():
+    """The tip moves by 2·sin(B/2) times the shift, so the row with the greatest B moves furthest."""
+    kin = load("dmu50v")
+    tilting, turning = kin.machine.rotary
+    moved = Kinematics(replace(kin.machine, rotary=(replace(tilting, point=(50.1, 0, 0)), turning)))
+    rotary = kin.inverse(blade().points, blade().axes)[:, 0, 3:]
+    shift = moved.close(blade().points, rotary) - kin.close(blade().points, rotary)
+    return ROWS[np.linalg.norm(shift[:, :3], axis=1).argmax()]
+
+
+def table(number):
+    """The printed joints of a table of source 002, mm and degrees."""
+    return np.loadtxt(data(f"tables/yu_dan_table_{number}.csv"), delimiter=",", skiprows=2)[:, 1:]
+
+
+@define("07-next", Vector(names="B C", unit="degrees"), hint="Only the time is missing: put it into the curve.")
+@slip(
+    "That is the clamped cubic of equation (7). The printed points are on another.",
+    curve=yu_dan.paper_clamped,
+)
+@slip(
+    "That is in proportion between rows 50 and 60: a straight line.",
+    curve=lambda rows, t: rows[1] + t * (rows[2] - rows[1]),
+)
+def next_point(curve=yu_dan.paper_cubic, t=0.975):
+    """A step of 0.2 from t = 0.775; no row of table 3 is needed, only the four rows that the cubic passes."""
+    return curve(table(2)[:4], t)[3:]
+
+
+@define("07-time", Number(decimals=3), hint="C falls all the way: one equation, one unknown.")
+@slip("That is where a straight line from row 50 to row 60 has this C.", lambda: (178.52 - 90) / (178.52 - 1.144))
+@slip("That is the time on the clamped cubic of equation (7).", curve=yu_dan.paper_clamped)
+def time_of(curve=yu_dan.paper_cubic, c=90.0):
+    """The root of C(t) = 90°, found by halving; the same equation gave all five times."""
+    rows = table(2)[:4]
+    return brentq(lambda t: curve(rows, t)[4] - c, 0, 1)
+
+
+@define(
+    "07-pieces",
+    Number(decimals=0, tolerance=1.5),
+    hint="`linearize` takes the joints of both rows in radians, and a tolerance.",
+)
+@slip("That is for 0.1 mm.", tolerance=0.1)
+@slip("That is the whole way from row 50 to row 60, not the one from row 53 to row 54.", rows=slice(1, 8, 6))
+def pieces(rows=slice(4, 6), tolerance=0.01):
+    """A swing of C by 37° about a tip 77 mm away; the error falls with the square of the number of pieces."""
+    kin, printed = load("dmu50v"), table(3)[rows]
+    ends = kin.close(np.broadcast_to(blade().points[1], (len(printed), 3)), np.radians(printed[:, 3:]))
+    return len(linearize(kin, ends, tolerance).joints) - 1
+
+
+@cache
+def spoilt_program():
+    """The blade's program, B from -25°, with two decimals of one C word exchanged: enough to miss the part."""
+    lines = run(blade(), with_travel(load("dmu50v"), -25, 180).machine).program.splitlines()
+    line = lines.index(_moves(lines)[SPOILT])
+    head, word = lines[line].rsplit("C", 1)
+    lines[line] = f"{head}C{word[:6]}{word[7]}{word[6]}{word[8:]}"
+    return "\n".join(lines) + "\n"
+
+
+def _moves(lines):
+    return [line for line in lines if " L " in line]
+
+
+@define(
+    "07-block",
+    Number(decimals=0),
+    given=spoilt_program,
+    hint="Read the program back: in which block do tip and tool axis leave the CL data?",
+)
+@slip("You count from 0, the control's blocks from 1.", lambda: block() - 1)
+@slip(
+    "That is the block after: its move starts from the wrong place, but it ends in the right one.",
+    lambda: block() + 1,
+)
+def block():
+    """In one block only the tip leaves the CL data, by a tenth of a millimetre; no glance at the words shows it."""
+    kin = with_travel(load("dmu50v"), -25, 180)
+    tips, _ = kin.forward(program.read(spoilt_program(), kin.machine).joints)
+    middle = np.median(tips, axis=0)  # the blade's five tips are all within 0.01 mm
+    move = _moves(spoilt_program().splitlines())[np.linalg.norm(tips - middle, axis=1).argmax()]
+    return int(move.split()[0])
+
+
+def not_lowest(low):
+    """Say why B from `low` does not avoid the swing, or that less travel does, too."""
+    if not -180 <= low <= 180:
+        return "Give a limit of B in degrees, between -180 and 180."
+    swing, swing_with_less = (largest_swing(with_travel(load("dmu50v"), bound, 180)) for bound in (low, low + 0.02))
+    if swing > SWING:
+        return f"With B from {low:g} C still swings by {swing:.1f}°."
+    if swing_with_less <= SWING:
+        before, after = np.degrees(load("dmu50v").inverse(blade().points, blade().axes)[[0, 4], 0, 3])
+        if low <= -after:
+            why = f"But the last record needs {-after:.2f}° only, and the path may also begin on the other branch."
+        else:
+            why = f"But the first record, which is the deepest below zero then, needs {-before:.2f}° only."
+        return f"With B from {low:g} there is no swing. {why}"
+    return ""
+
+
+@define("07-lowest", Number(decimals=2, unit="degrees"), complaint=not_lowest)
+def lowest():
+    """One half of the swing of the tool must be made with B below zero: take the smaller half."""
+    b = np.degrees(load("dmu50v").inverse(blade().points, blade().axes)[:, 0, 3])
+    before, after = b[:2].max(), b[2:].max()
+    return -min(before, after) - 1e-3
+
+
+@define(
+    "07-way",
+    Name("direct linear cubic aside retract"),
+    hint="Two of them keep 0.1°. Where does the tool stand while C turns?",
+)
+@slip("Smooth, but its tool axis leaves the great circle by 1.6°.", "cubic")
+@slip("It keeps both tolerances. But the tool turns on one spot of the part for more than five seconds.", "direct")
+@slip("Its tool axis leaves the great circle by 2.6°.", "linear")
+@slip("Its tool axis leaves the great circle by 1.0°, on purpose.", "aside")
+def way():
+    """It keeps both tolerances, and while C turns the tool is in the air."""
+    return "retract"
+
+
+# A second path, unaided
+
+
+@cache
+def new_path():
+    """The text of a CL file: a hollow flank, the tool tilting past the pole at 0.6° from it."""
+    across, tilt = np.linspace(-20, 20, 11), np.radians(np.linspace(-14, 11, 11))
+    points = np.stack([across, 30 + across**2 / 50, 10 - across / 10], axis=1)
+    axes = np.stack([np.sin(tilt), np.full(11, np.sin(np.radians(0.6))), np.cos(tilt)], axis=1)
+    return cldata.to_text(cldata.from_arrays(points, axes, feed=800), title="flank")
+
+
+@dataclass(frozen=True)
+class Program(Kind):
+    """The text of a Heidenhain program; `machine` is the name of the file of the machine it is for."""
+
+    machine: str
+    asked: str = "the text of a Heidenhain program"
+
+    def read(self, answer):
+        if not isinstance(answer, str):
+            raise InputError("answer", self.asked, "something else")
+        return answer
+
+    def same(self, value, target):
+        return value == target
+
+    def show(self, value):
+        lines = value.splitlines()
+        return f"{len(lines)} lines, from {lines[0]!r} to {lines[-1]!r}"
+
+
+def unproved(text):
+    """Say what is wrong with a program for the new path: read back, records in order, then the way between them."""
+    kin, path = load("bc_table"), cldata.parse(new_path(), "the CL data")
+    blocks = program.read(text, kin.machine, name="your program")
+    joints = kin.close(blocks.joints[:, :3], blocks.joints[:, 3:]) if blocks.tcp else blocks.joints
+    if out := [words for each in joints for words in travel.out_of_travel(kin.machine, each)]:
+        return f"Out of travel: {out[0]}."
+    tip, axis = kin.forward(joints)
+    at = 0
+    for record, (point, direction) in enumerate(zip(path.points, path.axes, strict=True), 1):
+        off = np.linalg.norm(tip[at:] - point, axis=1)
+        lean = np.degrees(2 * np.arcsin(np.linalg.norm(axis[at:] - direction, axis=1) / 2))
+        if not (reached := np.flatnonzero((off <= TIP) & (lean <= AXIS))).size:
+            nearest = int(off.argmin())
+            return (
+                f"No block ends at record {record}, in its turn: the tip comes within {off[nearest]:.3f} mm of it, "
+                f"with the tool axis {lean[nearest]:.3f}° off."
+            )
+        before, at = at, at + int(reached[0])
+        if record > 1:
+            start, end = path.points[record - 2], path.points[record - 1]
+            moves = slice(before, at)
+            height = np.vecdot(tip[before : at + 1] - np.linspace(start, end, at + 1 - before), direction)
+            cut = (height[:-1] < LIFTED) & (height[1:] < LIFTED)
+            ends = [
+                np.broadcast_to(each, (at - before, 3)) for each in (start, end, *path.axes[record - 2 : record])
+            ]
+            strays = deviation(kin, joints[moves], joints[before + 1 : at + 1], tips=ends[:2], axes=ends[2:])
+            worst_tip, worst_axis = strays[0][cut].max(initial=0), np.degrees(strays[1][cut].max(initial=0))
+            if worst_tip > TIP and not blocks.tcp:
+                return f"Between records {record - 1} and {record} the tip strays by {worst_tip:.3f} mm."
+            if worst_axis > AXIS:
+                return f"Between records {record - 1} and {record} the tool axis strays by {worst_axis:.3f}°."
+    return ""
+
+
+@define("07-alone", Program("bc_table"), given=new_path, complaint=unproved)
+def alone():
+    """Read back, it reaches every record in order, and the way between them keeps both tolerances."""
+    return run(cldata.parse(new_path()), load("bc_table").machine, name="flank").program

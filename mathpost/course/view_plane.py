@@ -1,0 +1,165 @@
+"""Views of lessons 03 to 04: a cut corner with its frame, the third angle, machines beside each other."""
+
+from dataclasses import replace
+
+import numpy as np
+import sympy as sp
+
+from mathpost import angles, chain
+from mathpost.draw import plot, scene
+from mathpost.draw.arrangement import arrange
+from mathpost.draw.chart import printed
+from mathpost.draw.formula import formula, slider
+from mathpost.draw.scene import Line, Scene
+from mathpost.draw.solid import Hull, block
+from mathpost.plane import positioning
+from mathpost.plane.alignment import align
+from mathpost.plane.tilted_plane import Plane
+
+_MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
+STEPS = ("start", "turn I", "turn J", "turn K")
+
+
+def cut_corner(frame, final, *, side=60.0, cut=45.0):
+    """A cube, its zero in the middle of the top face, with the corner (+, +, top) cut off, and a frame on the face.
+
+    Parameters
+    ----------
+    frame : mathpost.frame.Frame
+        Of the face; its origin carries the frame that the sliders I, J, K turn, ZXZ.
+    final : sequence of 3 floats
+        The angles at the start, degrees; buttons go there turn by turn.
+    """
+    symbols, half = sp.symbols("I J K", real=True), side / 2
+    corner = np.array([half, half, 0.0])
+    corners = block([-half, -half, -side], corner)
+    kept = [point for point in corners if np.abs(point - corner).max() > 1e-9]
+    solid = Hull("bed", "#8fc0dd", np.array([*kept, *(corner - cut * np.eye(3))]))
+    turned = angles.matrix("ZXZ", symbols)
+    placed = sp.Matrix.vstack(sp.Matrix.hstack(turned, sp.Matrix(frame.origin)), sp.Matrix([[0, 0, 0, 1]]))
+    arm, square = 0.55 * side, 0.3 * side * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 0]])
+    extent = np.concatenate([corners, frame.origin + arm * frame.rotation.T, [[0, 0, 1.3 * arm]]])
+    drawn = Scene(["feature"], [solid], extent=1.08 * extent)
+    drawn.triad("bed", "XYZ", length=arm, colour=_WORKPIECE)
+    drawn.triad("feature", "xyz", length=0.75 * arm, colour=_TOOL, width=3)
+    drawn.lines.append(Line("feature", [square], _TOOL, 1.6, over=True))
+    lean = sp.acos(sp.Min(1, turned[:, 2].dot(sp.Matrix(frame.z)))) * 180 / sp.pi
+    off = sp.acos(sp.Min(1, turned[:, 0].dot(sp.Matrix(frame.x)))) * 180 / sp.pi
+    after = [[angle if n < step else 0.0 for n, angle in enumerate(final)] for step in range(4)]
+    return formula(
+        drawn.frame(75, 24),
+        symbols,
+        [slider(name, -180, 180, value) for name, value in zip("IJK", final, strict=True)],
+        {"feature": placed},
+        ["z = ({0:4}, {1:4}, {2:4}), off the face by {3:2}°", "x = ({4:4}, {5:4}, {6:4}), off the slope by {7:2}°"],
+        numbers=[*turned[:, 2], lean, *turned[:, 0], off],
+        buttons=list(zip(STEPS, after, strict=True)),
+        height=430,
+    )
+
+
+def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.02):
+    """Looking along Z onto a tilted plane: what the third angle, slider K, does to a boring bar and to a probe.
+
+    The spindle stops with the bar's tip along its own X, and the control retracts by `retract` against the
+    feature's X; a stylus runs out by `run_out` along the spindle's X, and the control corrects along the
+    feature's. Both are right only if the spindle's X is the feature's. The rotary axes go where SEQ+ sends them.
+    Lengths in mm, angles in degrees.
+    """
+    choice = positioning.heidenhain(align(Plane("G68.2", [i, j, 0]).frame, machine), (0, 0), seq="+")
+    K, turn = sp.Symbol("K", real=True), np.linspace(0, 2 * np.pi, 61)
+    rho = K + float(np.radians(choice.rho))
+    x, y = sp.cos(rho), -sp.sin(rho)  # the spindle's X in the feature
+    clearance = radius - sp.sqrt((radius * x - retract) ** 2 + (radius * y) ** 2)
+    numbers = [sp.atan2(-y, x) * 180 / sp.pi, clearance, sp.Piecewise((1, clearance > 0), (0, True))]
+    numbers += [1 - numbers[2], 1000 * run_out * sp.sqrt((x - 1) ** 2 + y**2)]
+
+    def along(*lengths, shift=0.0):
+        return [(length * x + shift, length * y) for length in lengths]
+
+    def build(figure):
+        circle, moving = np.stack([np.cos(turn), np.sin(turn)]), {}
+        bore, probe = figure.subplots(1, 2)
+        for axes, title in (
+            (bore, "boring bar, retracted along −X"),
+            (probe, "stylus ball, believed (dotted) and true"),
+        ):
+            axes.set(title=title, aspect="equal", xlim=(-1.55, 1.55), ylim=(-1.55, 1.55))
+            axes.set_axis_off()
+            for direction, label in zip(np.eye(2), "XY", strict=True):
+                axes.plot(*np.array([(0, 0), 1.3 * direction]).T, color=_WORKPIECE)
+                axes.text(*(1.42 * direction), label, color=_WORKPIECE, ha="center", va="center")
+            moving[axes.plot([], [], color=_MACHINE, lw=2)[0]] = along(0.4, 1.15)
+            label = axes.text(0, 0, "Xₛ", color=_MACHINE, ha="center", va="center")
+            moving[label] = [(1.05 * x + 0.2 * y, 1.05 * y - 0.2 * x)]
+        bore.plot(*circle, color=_WORKPIECE)
+        bore.fill(*(0.6 * circle - [[0.25], [0]]), color=_TOOL, alpha=0.35)  # the retract is not to scale
+        moving[bore.plot([], [], color=_TOOL, lw=5)[0]] = along(0.6, 1.0, shift=-0.25)
+        probe.plot(*(0.3 * circle + [[0.35], [0]]), color=_WORKPIECE, ls=":")
+        moving[probe.plot([], [], color=_TOOL)[0]] = [
+            (0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)
+        ]
+        return moving, numbers
+
+    angles = ", ".join(f"{r.name} {a:z.3f}" for r, a in zip(machine.rotary, choice.angles, strict=True))
+    text = [
+        f"{angles}, ρ = {{0:3}}",
+        "tip after the retract: {1:3} mm {2?clear of the wall}{3?IN THE WALL}",
+        "centre measured by the probe: wrong by {4:1} µm",
+    ]
+    return printed(build, [K], [slider("K", -180, 180, k, step=5.0)], text, size=(7.0, 4.0), height=500)
+
+
+def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
+    """Machines beside each other, turned together by two sliders, outer and inner; their tips stay where they are.
+
+    The outer axis is the one next to the workpiece in the chain, the inner one next to the tool.
+
+    Parameters
+    ----------
+    kinematics : sequence of Kinematics
+    outer, inner : float, keyword only
+        Where the sliders start, degrees.
+    senses : bool, keyword only
+        Whether there are buttons for the sense: with −1 both axes turn against their programmed angles, as a table
+        does that is taken for a head, or a head for a table.
+    """
+    symbols, places, drawn, text, numbers = sp.symbols("outer inner sense", real=True), {}, [], [], []
+    for number, kin in enumerate(kinematics):
+        model, derived = kin.machine, kin.inverse_symbolic
+        made = arrange(kin)
+        turns = {derived.outer: symbols[2] * symbols[0], derived.inner: symbols[2] * symbols[1]}
+        tip = dict(zip(derived.tip, kin.forward(made.home)[0], strict=True))
+        slides = [coordinate.subs(tip).subs(turns) for coordinate in derived.linear]
+        joints = dict(zip(chain.joint_symbols(model), slides, strict=False)) | turns
+        places |= {f"{number} {name}": matrix.subs(joints) for name, matrix in chain.bodies(model)}
+        rotary = [
+            np.radians(outer if symbol == derived.outer else inner) for symbol in chain.joint_symbols(model)[3:]
+        ]
+        at = kin.close(kin.forward(made.home)[0], rotary)
+        title = f"{number + 1} · {model.arrangement}: outer {derived.outer}, inner {derived.inner}"
+        picture, _ = scene.best_camera(kin, scene.machine(kin, title=title)[0], at, aspect=1.0)
+        for part in (*picture.solids, *picture.lines, *picture.labels):
+            part.body = part.body if part.body == "bed" else f"{number} {part.body}"
+        drawn.append(picture)
+        first = len(numbers)
+        text.append(f"{number + 1} {model.name}: n = ({{{first}:4}}, {{{first + 1}:4}}, {{{first + 2}:4}})")
+        numbers += kin.forward_symbolic()[:3, 2].subs(turns)
+    pictures = [replace(picture, bodies=list(places)) for picture in drawn]
+    return formula(
+        pictures[0],
+        symbols,
+        [
+            slider("outer", -180, 180, outer),
+            slider("inner", -90, 90, inner),
+            slider("sense", -1, 1, 1, unit="", hidden=True),
+        ],
+        places,
+        ["; ".join(text[n : n + 2]) for n in range(0, len(text), 2)] + senses * [f"sense {{{len(numbers)}:0}}"],
+        numbers=[*numbers, symbols[2]],
+        buttons=[("0, 0", [0, 0, None]), ("outer 90°", [90, None, None]), ("inner 90°", [None, 90, None])]
+        + senses * [("sense 1", [None, None, 1]), ("sense −1", [None, None, -1])],
+        beside=pictures[1:],
+        layout="column",
+        height=390 + 240 * ((len(pictures) - 1) // 3),
+    )

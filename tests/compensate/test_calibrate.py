@@ -1,0 +1,343 @@
+"""From files of readings to a compensated machine: the loop, the signs, the uncertainty, what is asked for."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mathpost import __main__ as shell
+from mathpost import machine as machines
+from mathpost.compensate import handover, readings
+from mathpost.compensate.calibrate import calibrate
+from mathpost.compensate.compensation import Compensator
+from mathpost.compensate.model import Structure, constant_errors, read_errors
+from mathpost.errors import InputError
+from mathpost.kinematics import Kinematics
+from tests.benchmarks.calibration import once
+from tests.compensate.measured import AGAINST, ISO, Real, believed, files, left, nominal
+
+ARCSECOND = np.deg2rad(1 / 3600)
+ARRANGEMENTS = [("table", ISO), ("mixed", AGAINST), ("head", ISO)]
+arrangements = pytest.mark.parametrize(("arrangement", "sign"), ARRANGEMENTS)
+
+
+def text(*rows, **settings):
+    return "".join(f"# {key} = {value}\n" for key, value in settings.items()) + "\n".join(rows) + "\n"
+
+
+@pytest.fixture
+def write(tmp_path):
+    numbers = itertools.count()
+
+    def write(content, encoding="utf-8"):
+        path = tmp_path / f"readings{next(numbers)}.csv"
+        path.write_bytes(content if isinstance(content, bytes) else content.encode(encoding))
+        return path
+
+    return write
+
+
+# The loop
+
+
+@arrangements
+def test_readings_without_noise_leave_nothing(arrangement, sign, tmp_path):
+    machine, rng = nominal(arrangement, sign), np.random.default_rng(5)
+    real = Real.random(machine, rng, positioning=False)
+    found = calibrate(
+        machine, files(real, tmp_path, rng, noise=0.0, only=("ball", "probe", "dial", "tip", "ballbar"))
+    )
+    angles = rng.uniform(-0.8, 0.8, (20, 2))
+    place, length = rng.uniform(-100, 100, (20, 3)), np.full(20, 120.0)
+    before, after = (left(real, control, place, angles, length) for control in (Real(machine), believed(found)))
+    assert np.abs(before).max() > 0.01 and np.abs(after).max() < 1e-6
+
+
+@arrangements
+def test_a_program_for_the_calibrated_machine_arrives(arrangement, sign, tmp_path):
+    """Files, shell, machine file, errors file, inverse, compensation: measured again by SciPy's machine."""
+    machine, rng = nominal(arrangement, sign), np.random.default_rng(8)
+    real = Real.random(machine, rng)
+    real.positioning["X"] = lambda x: 0.01 * (x / 400) ** 2
+    path = tmp_path / "nominal.toml"
+    path.write_text(handover.toml(content(machine)), encoding="utf-8")
+    read = files(real, tmp_path, rng)
+    assert shell.main(["calibrate", str(path), *map(str, read), "-o", str(tmp_path / "out")]) == 0
+    calibrated = machines.load(tmp_path / "out/machine.toml")
+    errors = read_errors(tmp_path / "out/errors.toml", calibrated)
+    tilted = 0 if arrangement == "table" else 1
+    poses = np.zeros((8, 5))
+    poses[:, 3 + tilted], poses[1:, 4 - tilted] = (
+        np.deg2rad([0, 30, -40, 20, 45, -15, 25, 35]),
+        rng.uniform(0, 6, 7),
+    )
+    poses[:, :3] = rng.uniform(-80, 80, (8, 3))
+
+    def missed(machine, correct):
+        """The tip from where it should be, along the machine's axes, with the datum at the first pose."""
+        tips, axes = Kinematics(machine).forward(poses)
+        joints = correct(Kinematics(machine).inverse(tips, axes), poses)
+        place = tips + machine.origin
+        datum = reached(joints[:1], place[:1])
+        return np.linalg.norm(reached(joints, place + datum), axis=1)
+
+    def reached(joints, place):
+        return real.tip(joints[:, :3] + machine.origin, joints[:, 3:], np.full(len(joints), 120.0)) - real.ball(
+            place, joints[:, 3:]
+        )
+
+    def nearest(both, poses):
+        turn = np.abs((both - poses[:, None])[..., 3:] + np.pi) % (2 * np.pi) - np.pi
+        return both[np.arange(len(poses)), np.abs(turn).max(axis=-1).argmin(axis=-1)]
+
+    before = missed(machine, nearest)
+    after = missed(calibrated, lambda both, poses: Compensator(errors).compensate(nearest(both, poses)).joints)
+    assert before[1:].max() > 0.02 and after[1:].max() < 0.003
+
+
+def content(machine):
+    """A machine as the content of its file."""
+    rotary = [
+        {"name": r.name, "carries": r.carries, "axis": list(r.axis), "point": list(r.point)} for r in machine.rotary
+    ]
+    tool = {"axis": list(machine.tool_axis), "length": machine.tool_length}
+    return {
+        "name": "m",
+        "source": "s",
+        "rotary": rotary,
+        "workpiece": {"origin": list(machine.origin)},
+        "tool": tool,
+    }
+
+
+def test_what_the_shell_writes_is_what_post_takes(tmp_path, capsys):
+    data = machines.data_file("measurements")
+    given = [str(data / name) for name in ("ball_c_axis.csv", "probing_a_axis.csv", "angular_error.csv")]
+    table = str(machines.data_file("machines/ac_table.toml"))
+    assert shell.main(["calibrate", table, *given[:1], *given[2:], "-o", str(tmp_path)]) == 0
+    assert "EX0C" in capsys.readouterr().out
+    cl = str(machines.data_file("cl/blade.cl"))
+    made = ["post", cl, "--machine", str(tmp_path / "machine.toml"), "--errors", str(tmp_path / "errors.toml")]
+    assert shell.main([*made, "-o", str(tmp_path / "p.h")]) == 0
+    found = calibrate(machines.load("ac_table"), [given[0], given[2]])
+    assert machines.load(tmp_path / "machine.toml").rotary == found.machine.rotary
+
+
+@arrangements
+def test_most_errors_lie_within_u(arrangement, sign, tmp_path):
+    """The small version of the benchmark."""
+    machine, rng = nominal(arrangement, sign), np.random.default_rng(2)
+    results = [once(machine, rng, tmp_path, tip=n < 2) for n in range(5)]
+    ratios = np.array([error / u for missed, _, _ in results for error, u in missed.values()])
+    assert (np.abs(ratios) <= 1).mean() > 0.85 and 0.3 < ratios.std() < 0.75
+    assert max(after for _, _, after in results) < 0.05 * max(before for _, before, _ in results)
+
+
+def test_u_is_wide_with_few_spare_readings(write):
+    rows = ["angle,R,dial", "0,100,0.0310", "90,100,-0.0212", "180,100,-0.0290", "270,100,0.0201"]
+    machine = machines.load("ac_table")
+    found = calibrate(machine, [write(text(*rows, method="dial", unit="mm", axis="C", positive="out"))])
+    assert found["EX0C"].freedom == pytest.approx(1) and found["EX0C"].k == pytest.approx(12.706, abs=1e-3)
+    assert found["EX0C"].value == pytest.approx(-0.030, abs=1e-9)
+    stated = calibrate(
+        machine, [write(text(*rows, method="dial", unit="mm", axis="C", positive="out", sigma=0.001))]
+    )
+    assert stated["EX0C"].k == pytest.approx(1.96, abs=1e-3)
+    expected = 1.96 * 0.001 / np.sqrt(2)
+    u = stated["EX0C"].U
+    assert u == pytest.approx(expected, rel=1e-3)
+
+
+# Signs
+
+
+@pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1), (0, 1, 1), (0, -1, -1)])
+def test_arcseconds_of_a_table_through_the_converter_and_raw(axis, write):
+    """+10″ of actual minus target: the command must be 10″ less, whichever way the table turns."""
+    turning = machines.load("ac_table").rotary[1]
+    machine = replace(
+        machines.load("ac_table"), rotary=(machines.load("ac_table").rotary[0], replace(turning, axis=axis))
+    )
+    rows = ["C,up1,down1,up2,down2", *(f"{at},10,10,10,10" for at in range(0, 360, 30))]
+    found = calibrate(machine, [write(text(*rows, method="autocollimator", unit="arcsec", axis="C"))])
+    joints = np.array([50.0, 20, 30, 0.4, 0.7])
+    entered = Compensator(found.errors).compensate(joints)
+    assert (entered.joints - joints)[4] == pytest.approx(-10 * ARCSECOND, abs=1e-9)
+    raw = Compensator(constant_errors(machine, {"ECC": 10 * ARCSECOND})).compensate(joints).joints
+    left_over = (raw - joints)[4] + 10 * ARCSECOND
+    if axis == (0, 0, 1):
+        assert left_over == pytest.approx(0, abs=1e-9)
+    if axis == (0, 0, -1):  # the error is doubled
+        assert left_over == pytest.approx(20 * ARCSECOND, abs=1e-9)
+
+
+@pytest.mark.parametrize("code", ["w C A b X Y Z t", "w C A X b Y Z t"])
+def test_a_slide_that_carries_the_table_errs_the_other_way(code, write):
+    machine = machines.load("ac_table")
+    rows = ["position,up1,down1,up2,down2", *(f"{at},5,5,5,5" for at in range(-400, 401, 100))]
+    path = write(text(*rows, method="laser", unit="µm", axis="X"))
+    found = calibrate(machine, [path], structure=Structure.parse(code, machine))
+    joints = np.array([50.0, 20, 30, 0.4, 0.7])
+    moved = Compensator(found.errors).compensate(joints).joints - joints
+    np.testing.assert_allclose(moved, [-0.005, 0, 0, 0, 0], atol=1e-7)
+
+
+@pytest.mark.parametrize("sign", [ISO, AGAINST])
+@pytest.mark.parametrize("method", ["ball", "probe", "dial"])
+def test_each_method_finds_the_table_where_it_is(method, sign, tmp_path):
+    machine = nominal("table", sign)
+    real = Real(machine, {"A": np.zeros(3), "C": np.array([0.03, -0.02, 0])}, {"A": np.zeros(3), "C": np.zeros(3)})
+    found = calibrate(machine, files(real, tmp_path, np.random.default_rng(1), noise=0.0, only=(method,)))
+    assert [found[name].value for name in ("EX0C", "EY0C")] == pytest.approx([0.03, -0.02], abs=1e-6)
+
+
+@pytest.mark.parametrize(("given", "factor"), [("tip", 1), ("block", -1)])
+def test_the_head_of_the_lesson(given, factor, write):
+    """alpha 0.004°, dy 0.030, dL 0.050 of the reference, in the words of each control."""
+    numbers = ("40,500,.0534204", "-40,500,-.0300264", "40,700,.0623953", "-40,700,-.0390015")
+    rows = [f"{a},{L},{factor * float(x)}" for a, L, x in (row.split(",") for row in numbers)]
+    path = write(text("angle,L,axial", *rows, method="tip", unit="mm", axis="B", positive=given))
+    found = calibrate(machines.load("head_b_table_c"), [path])
+    lines = [line.split() for line in handover.terms(found).splitlines()[2:5]]
+    lines = {words[0].strip(","): float(words[words.index("±") - 1]) for words in lines}
+    assert lines == pytest.approx({"alpha": 0.004, "dy": 0.03, "dL": 0.05}, abs=2e-5)
+
+
+# What cannot be known is said
+
+
+def test_what_the_readings_do_not_tell_is_listed():
+    found = calibrate(machines.load("ac_table"), [machines.data_file("measurements/dial_circle.csv")])
+    assert list(found.values) == ["EX0C", "EY0C"]
+    assert "not measured" in found.assumed["EY0A"] and "ballbar" in found.assumed["EC0Y"]
+
+
+def test_one_tool_length_does_not_tell_the_spindle_from_the_pivot(write):
+    rows = ["40,500,0.0534", "-40,500,-0.03", "60,500,0.02", "-60,500,0.01"]
+    path = write(text("angle,L,axial", *rows, method="tip", unit="mm", axis="B", positive="tip"))
+    found = calibrate(machines.load("head_b_table_c"), [path])
+    assert "EB0S" not in found.values and found.assumed["EB0S"].startswith("not told from EX0B")
+
+
+# Files as people have them
+
+DIAL = ["0,100,0.0423,x", "90,100,-0.0077,y", "180,100,-0.0182,z", "270,100,0.0318,w"]
+SAID = {"method": "dial", "unit": "mm", "axis": "C", "positive": "out"}
+
+
+def comma(rows, head):
+    return "\n".join([head.replace(",", ";"), *(row.replace(",", ";").replace(".", ",") for row in rows)]) + "\n"
+
+
+WITH_REMARKS = text("angle,R,dial,remark", *DIAL, **SAID)
+MICROMETRES = ("0,100,42.3,", "90,100,-7.7,", "180,100,-18.2,", "270,100,31.8,")
+DIVISIONS = ("0,100,21.15,", "90,100,-3.85,", "180,100,-9.1,", "270,100,15.9,")
+WORDS = ("0,100,0.0423", "-90,100,-0.0077", "-180,100,-0.0182", "-270,100,0.0318")
+
+
+@pytest.mark.parametrize(
+    ("content", "encoding"),
+    [
+        (WITH_REMARKS, "utf-8"),
+        (WITH_REMARKS, "utf-8-sig"),
+        (WITH_REMARKS, "utf-16"),
+        (WITH_REMARKS.replace("\n", "\r\n"), "utf-8"),
+        (text("角度,R,读数,备注", *DIAL, **SAID), "gbk"),
+        (text("角度（度）,R,读数（mm）,备注", *DIAL, **SAID | {"unit": "µm"}), "gb18030"),
+        (text(**SAID).strip() + "\n" + comma(DIAL, "Winkel,R,dial,Bemerkung"), "cp1252"),
+        (text(**SAID).strip() + "\n" + comma(DIAL, "angle,R,dial,note").replace(";", "\t"), "utf-8"),
+        (text("angle,R,dial (µm),remark", *MICROMETRES, **SAID), "cp1252"),
+        (text("angle,R,dial,remark", *DIVISIONS, **SAID | {"unit": "0.002 mm"}), "utf-8"),
+        (text("angle,R,dial,remark", *DIAL[::-1], DIAL[0].replace("0,", "360,", 1), **SAID), "utf-8"),
+        (text("C,R,dial", *WORDS, **SAID), "utf-8"),
+    ],
+)
+def test_the_same_readings_in_other_clothes(content, encoding, write):
+    found = calibrate(machines.load("ac_table"), [write(content, encoding)])
+    assert [found[name].value for name in ("EX0C", "EY0C")] == pytest.approx([-0.03025, 0.01975], abs=1e-9)
+
+
+LASER = {"method": "laser", "unit": "arcsec", "axis": "C"}
+UP_DOWN = "position,up1,down1,up2,down2"
+
+
+FOUR = ("angle,R,dial", "0,100,4.23")
+THREE = ("angle,R,dial", "0,100,0.1", "90,100,0.1")
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (text(*FOUR, method="dial", axis="C", positive="out"), "line 5, column 'dial': expected its unit"),
+        (text(*FOUR, **SAID | {"unit": "divisions"}), "of a dial's division, # unit = 0.002 mm, found 'divisions'"),
+        (text("angle,R,dial", "0,100,0.01", **SAID | {"unit": "arcsec"}), "found 'arcsec'"),
+        (
+            text("angle,R,dial", "0,100,42", **SAID),
+            "column 'dial': expected a reading within ±5 mm (other units?), found 42",
+        ),
+        (
+            text(*FOUR, method="dial", unit="mm", axis="C"),
+            "line 4: expected a line # positive = out or in, found none",
+        ),
+        (text("angle,R,dial", "0,100,0.1", **SAID | {"method": "dail"}), "a line # method = one of ball"),
+        (text(*FOUR, method="dial", unit="mm", positive="out"), "expected a line # axis = A or C"),
+        (text("angle,dial", "0,0.1", **SAID), "a column R"),
+        (text("angle;R;dial", "0;100;0,1", "90;100;0.1", **SAID), "line 6, column 'dial': expected a number"),
+        (text("angle,R,dial", "0,100,1", "1.5708,100,1", **SAID), "look like radians"),
+        (text(*THREE, "180,100,0.2", **SAID), "readings than unknowns, or a line # sigma"),
+        (text("angle,R,dial,temp", "0,100,0.1,20", **SAID), "found 'temp'"),
+        (text("x,y,z,ex", "0,0,0,0.1", method="ball", unit="mm"), "the rotary angles under their axes' names"),
+        (text("C,ex", "0,0.1", method="ball", unit="mm"), "columns x, y, z of the ball"),
+        (text("C,x,y,z", "0,0,0,0", method="ball", unit="mm"), "columns of readings: ex, ey, ez"),
+        (text(UP_DOWN, "0,0,0,0,0", "90,0.001,0,0,0", **LASER | {"unit": "mm"}), "found 'mm'"),
+        (text(UP_DOWN, "0,0,0,0,0", "90,0.001,0,0,0", method="laser", axis="C"), "expected its unit"),
+        (
+            text(UP_DOWN, "0,0,0,0,0", "90,90.001,90,90,90", **LASER | {"unit": "deg"}),
+            "actual minus target, no positions",
+        ),
+        (text("position,up1,down1", "0,0,0", "90,1,1", **LASER), "expected two runs, or a line # sigma"),
+        (text("position,up1", "0,0", **LASER | {"axis": "B"}), "a line # axis = X or Y or Z or A or C, found 'B'"),
+        (text("position,up1,up2", "0,0,0", "90,9000,9000", **LASER), "a deviation below 1° or 5 mm"),
+        (b"\xff\xfe\x00", "text in UTF-8 or GBK"),
+    ],
+)
+def test_what_is_unclear_is_asked_for_with_the_line(content, message, write):
+    path = write(content)
+    with pytest.raises(InputError) as error:
+        calibrate(machines.load("ac_table"), [path])
+    assert str(path) in str(error.value) and message in str(error.value)
+
+
+def test_a_laser_in_degrees_is_not_nothing(write):
+    rows = [UP_DOWN, *(f"{at},{e},{e},{e},{e}" for at, e in ((0, 0), (90, 0.0012), (180, 0.0025), (270, -0.0008)))]
+    found = calibrate(machines.load("ac_table"), [write(text(*rows, **LASER | {"unit": "deg"}))])
+    assert np.ptp(found.positioning[0].value) / ARCSECOND == pytest.approx(0.0033 * 3600)
+
+
+def test_runs_one_after_the_other_forth_and_back(write):
+    """Rows as they were taken: up to 360 and back, twice; 360 is 0; each direction for itself."""
+    there = [0, 90, 180, 270, 360]
+    error = {0: 1.0, 90: 2.0, 180: -1.0, 270: 0.5, 360: 1.0}
+    rows = ["position,reading", f"-10,{0}"]
+    for run in range(2):
+        rows += [f"{at},{error[at] + 0.4 + 0.02 * run}" for at in there]
+        rows += [f"{at},{error[at] - 0.4 + 0.02 * run}" for at in there[::-1][1:]]
+        rows += ["-10,0"]
+    with pytest.raises(InputError, match="degrees within"):
+        calibrate(machines.load("ac_table"), [write(text("position,reading", "0,1", "3600,1", **LASER))])
+    found = calibrate(machines.load("ac_table"), [write(text(*rows, **LASER))]).positioning[0]
+    assert found.endless and found.at[:4].tolist() == [0, 90, 180, 270]
+    assert found.reversal / ARCSECOND == pytest.approx(0.8, abs=0.05)
+    assert found.value[1] / ARCSECOND == pytest.approx(2.01, abs=1e-6)
+
+
+@pytest.mark.parametrize("method", readings.METHODS)
+@pytest.mark.parametrize("arrangement", ["table", "mixed", "head"])
+def test_every_template_is_read(method, arrangement, write):
+    machine = nominal(arrangement)
+    if (method, arrangement) in {("dial", "head"), ("tip", "table")}:
+        with pytest.raises(InputError, match="an axis that carries"):
+            readings.read(write(readings.template(method, machine)), machine)
+        return
+    assert readings.read(write(readings.template(method, machine)), machine)
