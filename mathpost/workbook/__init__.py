@@ -1,9 +1,9 @@
 """A spreadsheet as functions: what it is, whether it is right, which cell is not and why.
 
 Read `check`, which calls the others in turn: `file` (with `safety`) reads cells, `graph` (with `formula`) evaluates
-them at many inputs at once, `recognise` tells what is what, `judge` (with `edits`) finds the first wrong cell.
-`nc_table` and `tilted_plane` know other calculations, `values` sheets of numbers; `folder` checks a class,
-`symbolic` shows a sheet as sympy.
+them at many inputs at once, `recognise` tells what is what, `calculation` what may stand where, and `judge` (with
+`edits`) finds the first wrong cell. `nc_table` and `tilted_plane` are other calculations, `values` (with `label`)
+knows sheets of numbers; `folder` checks a class, `symbolic` shows a sheet as sympy.
 """
 
 from mathpost.workbook.check import check_file

@@ -53,11 +53,6 @@ class Summary:
     language: str = "en"
 
     @property
-    def right(self):
-        """Whether every file is right."""
-        return self.status == 0
-
-    @property
     def status(self):
         """The exit status: 2 if a file was not read or not judged, 1 if one is wrong, else 0."""
         verdicts = {row[1] for row in self.rows}

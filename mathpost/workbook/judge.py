@@ -425,7 +425,7 @@ class Judge:
         pool = dict.fromkeys([*(s for p in around for s in graph.uses.get(p, ())), *calculation.given])
         factors = [("area", Area(*p, *p[1:])) for p in pool if p in graph.cells]
         formulas = [part for p in around if p in graph.trees for _, part in walk(graph.trees[p])]
-        factors += [part for part in formulas if part[0] in TRIGONOMETRY]
+        factors += [part for part in formulas if part[0] in TRIGONOMETRY or part[:2] == ("-", ("number", 1.0))]
         terms = [("number", float(lacking[1]))]
         for step in (-1, 1):
             near = graph.trees.get((sheet, row + step, column), ("text",))

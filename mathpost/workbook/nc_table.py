@@ -46,15 +46,17 @@ class Words(Calculation):
         self.should_be(self.results, np.concatenate([linear, rotary], axis=-1))
 
     def draw(self, rng, units):
-        """Place → samples, of tool axes at random that the machine reaches in its travel, away from the pole."""
+        """Place → samples, of tool axes at random, in travel, away from the pole, all around the other axis."""
         vectors = rng.normal(size=(40 * SAMPLES, 3))
         vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
         low, high = self.kinematics.machine.limits[3 + self.tilting]
-        angle = self.kinematics.inverse(np.zeros(3), vectors)[:, :, 3 + self.tilting]
+        joints = self.kinematics.inverse(np.zeros(3), vectors)
+        angle, turn = joints[:, :, 3 + self.tilting], joints[:, 0, 4 - self.tilting]
         good = ((angle >= low) & (angle <= high)).any(axis=1) | self.beyond
         good &= np.isfinite(angle).all(axis=1)
-        good &= (np.abs(vectors[:, 2]) > 0.05) & (np.abs(vectors[:, 2]) < 0.98)
-        found = dict(zip(self.axis, vectors[good][:SAMPLES].T, strict=True))
+        good = np.flatnonzero(good & (np.abs(vectors[:, 2]) > 0.05) & (np.abs(vectors[:, 2]) < 0.98))
+        good = good[np.argsort(turn[good])][np.linspace(0, len(good) - 1, SAMPLES).astype(int)]
+        found = dict(zip(self.axis, vectors[good].T, strict=True))
         return found | {p: rng.uniform(-60, 60, SAMPLES) for p in self.point}
 
     @property

@@ -271,6 +271,16 @@ def test_table_2_of_source_002(dmu50v):
     assert any("jumps C" in text for text in report.warnings)
 
 
+def test_a_second_table_below_the_first_is_judged(dmu50v, tmp_path):
+    book = openpyxl.load_workbook(DATA / "tables/source_002_table_2.xlsx")
+    rows = [[cell.value for cell in row] for row in book.active.iter_rows()]
+    for row in ([], *rows):
+        book.active.append(row)
+    book.save(tmp_path / "two.xlsx")
+    report = check_file(tmp_path / "two.xlsx", Task(machine=dmu50v.machine))
+    assert [fault.cell for fault in report.faults] == [f"Blade!L{row}" for row in (*range(2, 7), *range(9, 14))]
+
+
 def test_tables_of_any_machine(kin, tmp_path):
     path, task = tmp_path / "table.xlsx", Task(machine=kin.machine)
     for headings in (None, [*"XYZIJK", *kin.machine.joint_names]):
