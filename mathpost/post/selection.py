@@ -17,7 +17,7 @@ from mathpost.post import bellman, singular, travel, yu_dan
 from mathpost.post.bellman import UNITS
 
 STRATEGIES = ("optimal", "shortest", "paper")
-SWAY = np.radians(5.0)  # for choices alone; a program's may leave the great circle by half of its axis tolerance
+SWAY = np.radians(0.05)  # how far the tool axis may leave its great circle for a change of branch in cut
 POLE = 1e-10  # radians from the pole, within which every outer angle is right
 PREFERENCE = 1e-6  # cost of beginning on the other branch than the preferred one
 
