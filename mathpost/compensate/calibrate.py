@@ -17,7 +17,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from mathpost.compensate import readings as files
-from mathpost.compensate.model import DEFAULT, SQUARENESS, JointTable, MachineErrors, error_names
+from mathpost.compensate.model import SQUARENESS, JointTable, MachineErrors, Structure, error_names
 from mathpost.errors import InputError, ReachError
 from mathpost.measure import spline
 from mathpost.measure.fit import coverage_factor, least_squares
@@ -56,7 +56,6 @@ class Calibration:
         Unknown that stays at zero to the reason.
     noise : dict
         File to the standard deviation of a reading and the degrees of freedom.
-    structure : mathpost.compensate.model.Structure
     """
 
     nominal: object
@@ -65,7 +64,6 @@ class Calibration:
     parts: tuple
     assumed: dict
     noise: dict
-    structure: object = DEFAULT
 
     def __getitem__(self, name):
         """Return the `Value` of one unknown."""
@@ -93,6 +91,11 @@ class Calibration:
     def machine(self):
         """The calibrated `Machine`: axes, points and tool where the readings have found them."""
         return corrected(self.nominal, self.values)
+
+    @property
+    def structure(self):
+        """Which slides carry the workpiece: the machine file says it."""
+        return Structure(*("".join(self.nominal.slides_that_carry(side)) for side in ("workpiece", "tool")))
 
     @cached_property
     def errors(self):
@@ -141,7 +144,7 @@ class Calibration:
         return "\n".join(lines)
 
 
-def calibrate(machine, paths, *, structure=DEFAULT, squareness=None, **settings):
+def calibrate(machine, paths, *, squareness=None, **settings):
     """Return the `Calibration` of `machine` from files of readings.
 
     Parameters
@@ -150,8 +153,6 @@ def calibrate(machine, paths, *, structure=DEFAULT, squareness=None, **settings)
         As the control believed it to be when the readings were taken.
     paths : sequence of paths, or of `mathpost.compensate.readings.Readings` and `Positioning`
         CSV files; see `mathpost.compensate.readings.template`.
-    structure : mathpost.compensate.model.Structure, keyword only
-        Which slides carry the workpiece: their errors count the other way.
     squareness : bool, optional, keyword only
         Whether the squareness of the slides is sought: if left out, only when a ballbar has seen them.
     **settings
@@ -176,7 +177,7 @@ def calibrate(machine, paths, *, structure=DEFAULT, squareness=None, **settings)
     blocks = [each for each in read if isinstance(each, files.Readings)]
     if squareness is None:
         squareness = any(each.method == "ballbar" for each in blocks)
-    return _Problem(machine, blocks, seen, squareness).solve(structure)
+    return _Problem(machine, blocks, seen, squareness).solve()
 
 
 def unknowns(machine):
@@ -265,7 +266,7 @@ class _Problem:
             for at, rows in ((joints, np.arange(len(joints))), (reference[zeroed], zeroed)):
                 self.poses.append((at, rows, [_basis(each, self._position(at, each)) for each in tables]))
 
-    def solve(self, structure):
+    def solve(self):
         """Estimate unknowns and noise in turn until neither changes."""
         reasons = self._keep_apart()
         sigmas = [np.full(len(b.value), 1e-3 if np.isnan(b.sigma) else b.sigma) for b in self.blocks]
@@ -299,7 +300,7 @@ class _Problem:
             each.where: (float(sigmas[own][0]), free)
             for each, own, free in zip(self.blocks, self._groups(), freedom, strict=False)
         }
-        return Calibration(self.machine, values, tables, tuple(parts), reasons, noise, structure)
+        return Calibration(self.machine, values, tables, tuple(parts), reasons, noise)
 
     def _groups(self):
         """Which readings came from each file."""

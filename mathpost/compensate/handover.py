@@ -12,13 +12,13 @@ import numpy as np
 from mathpost.compensate.calibrate import SMALL, columns
 from mathpost.compensate.model import SQUARENESS
 from mathpost.compensate.readings import unit
-from mathpost.errors import read_text, write_text
+from mathpost.errors import OutputError, read_text, write_text
 
 FANUC = {"table-table": 12, "head-head": 2, "head-table": 21}  # parameter 19680
 SIEMENS = {"table-table": 40, "head-head": 24, "head-table": 56}  # MD24100
 
 
-def write(calibration, path, folder):
+def write(calibration, path, folder, inputs=()):
     """Write machine.toml, errors.toml with a table for each axis, and terms.txt into `folder`.
 
     Parameters
@@ -28,17 +28,22 @@ def write(calibration, path, folder):
         The machine file that was calibrated: limits, rates and program lines are taken over.
     folder : pathlib.Path
         Is made if it does not exist.
+    inputs : sequence of paths
+        Files that must not be replaced.
 
     Returns
     -------
     list of pathlib.Path
         What was written.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: not written, {error.strerror}") from None
     files = {"machine.toml": machine_file(calibration, path), **error_files(calibration)}
     files["terms.txt"] = f"{calibration}\n\n{terms(calibration)}"
     for name, text in files.items():
-        write_text(folder / name, text, inputs=[path])
+        write_text(folder / name, text, inputs=[path, *inputs])
     return [folder / name for name in files]
 
 

@@ -62,6 +62,7 @@ METHODS = {
 METHODS["autocollimator"] = METHODS["laser"]
 READ = {"ball": ("ex", "ey", "ez"), "probe": ("x", "y", "z"), "dial": ("dial",), "ballbar": ("bar",)}
 READ |= {"tip": ("axial", "lateral", "x", "y", "z")}
+MORE = {"ball": "xyz", "probe": "", "dial": "Rz", "tip": "L", "ballbar": "xyz"}  # columns beside the readings
 SIGNS = {"dial": {"out": 1, "in": -1}, "tip": {"tip": 1, "block": -1}}
 
 
@@ -196,6 +197,10 @@ def _readings(table, machine, method, where):
     columns = [name for name in READ[method] if name in table]
     if not columns:
         raise InputError(where, f"columns of readings: {', '.join(READ[method])}", "none")
+    known = (*READ[method], *MORE[method], "angle", *machine.joint_names[3:], "length", "setup", "run")
+    for name in table.columns:
+        if name not in known:
+            raise InputError(where, f"no columns but {', '.join(known)}", repr(name))
     axis = _axis(table, machine, where)
     angles, length = _angles(table, machine, method, axis, where), np.full(len(table), machine.tool_length)
     if "length" in table:
