@@ -11,7 +11,6 @@ from pathlib import Path
 
 from mathpost import codegen, machine, workbook
 from mathpost.compensate.model import read_errors
-from mathpost.compensate.readings import METHODS, template
 from mathpost.detective.euler_angles import explain
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.errors import InputError, MathpostError, read_text, write_bytes, write_text
@@ -120,7 +119,7 @@ def _add_calibrate(commands):
     )
     calibrate.add_argument("readings", type=Path, nargs="*", metavar="READINGS", help="CSV files")
     calibrate.add_argument("-o", "--output", type=Path, metavar="OUT", help="folder for what is found")
-    calibrate.add_argument("--template", choices=METHODS, help="print a file of readings to fill in")
+    calibrate.add_argument("--template", metavar="METHOD", help="print a file to fill in: dial, ball, laser, …")
     calibrate.add_argument(
         "--structure", metavar="CODE", help='such as "w C A b X Y Z t", if slides carry the table'
     )
@@ -131,12 +130,12 @@ def _add_calibrate(commands):
 
 def _calibrate(options):
     """Print the estimate; write the machine, its errors and the terms."""
-    from mathpost.compensate import handover
+    from mathpost.compensate import handover, readings
     from mathpost.compensate.calibrate import calibrate
 
     setup = machine.load(options.machine)
     if options.template:
-        print(template(options.template, setup), end="")
+        print(readings.template(options.template, setup), end="")
         return 0
     said = {name: getattr(options, name) for name in ("method", "unit", "axis", "positive", "sigma")}
     said = {name: value for name, value in said.items() if value is not None}
