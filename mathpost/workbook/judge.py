@@ -194,11 +194,20 @@ class Judge:
 
     def judge_the_rest(self):
         """Return all places to judge, and those that could not be: no result needs them, and they are not known."""
-        graph, places = self.graph, []
-        for place in [p for p in graph.trees if p not in self.found.typed] + [*graph.unread]:
+        graph, messages = self.graph, set()
+        formulas = [p for p in graph.trees if p not in self.found.typed] + [*graph.unread]
+        for place in formulas:
             cell, tree = graph.cells[place], graph.trees.get(place, ("number", 0))
-            message = isinstance(cell.value, str) and not cell.error
-            places += [place] * (not (message or (cell.value is None and "text" in heads(tree))))
+            if (isinstance(cell.value, str) and not cell.error) or (cell.value is None and "text" in heads(tree)):
+                messages.add(place)
+        # A number of many digits that only messages use was a formula; a short one is their tolerance.
+        typed = {
+            p
+            for p in self.found.typed - graph.trees.keys()
+            if p in graph.used and messages.issuperset(graph.used[p])
+        }
+        typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p)}
+        places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
         rest = set(places) - graph.upstream(p for c in self.found.calculations for p in c.results)
         known = [np.ones(SAMPLES), *(entry for c in self.live for _, entry in self._entries(c))]
         for c in self.live:
@@ -208,7 +217,7 @@ class Judge:
                     off = np.array([c.targets[p] for p in c.results[:3]]) - self.block(expected)
                     known += [*off, *-off, np.linalg.norm(off, axis=0)]
                     known += [each.max(axis=0) for each in (off, -off, np.abs(off))]
-        return places, [p for p in rest if p in graph.unread or not self._is_check(p, known)]
+        return places, [p for p in rest if p in typed | graph.unread.keys() or not self._is_check(p, known)]
 
     def _is_check(self, place, known):
         """Judge a cell beside the calculation: a determinant, a length, a difference, a largest one of them."""
