@@ -200,13 +200,9 @@ class Judge:
             cell, tree = graph.cells[place], graph.trees.get(place, ("number", 0))
             if (isinstance(cell.value, str) and not cell.error) or (cell.value is None and "text" in heads(tree)):
                 messages.add(place)
-        # A number of many digits that only messages use was a formula; a short one is their tolerance.
-        typed = {
-            p
-            for p in self.found.typed - graph.trees.keys()
-            if p in graph.used and messages.issuperset(graph.used[p])
-        }
-        typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p)}
+        # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
+        typed = {p for p in self.found.typed - graph.trees.keys() if messages.issuperset(graph.used.get(p, "-"))}
+        typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
         places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
         rest = set(places) - graph.upstream(p for c in self.found.calculations for p in c.results)
         known = [np.ones(SAMPLES), *(entry for c in self.live for _, entry in self._entries(c))]
