@@ -213,11 +213,13 @@ class Live:
             )
 
     def moves(self):
-        """Whether a key on the last slider in sight changes numbers and picture."""
+        """Whether a key on a slider in sight changes numbers and picture; a speed may change numbers alone."""
         before = self.said(), self.picture()
-        slider = self.frame.locator("input[type=range]:visible").last
-        slider.press("Arrow" + slider.evaluate("one => one.valueAsNumber < Number(one.max) ? 'Right' : 'Left'"))
-        return self.said() != before[0] and self.picture() != before[1]
+        for slider in reversed(self.frame.locator("input[type=range]:visible").all()):
+            slider.press("Arrow" + slider.evaluate("one => one.valueAsNumber < Number(one.max) ? 'Right' : 'Left'"))
+            if self.said() != before[0] and self.picture() != before[1]:
+                return True
+        return False
 
 
 def lives(place):

@@ -116,8 +116,8 @@ def solution(name):
     --------
     >>> solution("01-sign")
     POINT = (3, 4, 5)
-    def sign(angle=90):
-        return zxz_right(angle, 0, 0, degrees=True) @ POINT
+    def sign(angle=90, point=POINT):
+        return zxz_right(angle, 0, 0, degrees=True) @ point
     # gives 4.000, -3.000, 5.000
     """
     _display(_Solution(_named(name)), display_id=f"solution of {name}")
