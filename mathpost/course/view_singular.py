@@ -94,9 +94,9 @@ def pass_by(limit):
 
 
 def clamped(rows):
-    """The clamped cubic of one angle, degrees at four records `rows`: sliders t, Δt₁ and Δt₂."""
-    t, dt_1, dt_2 = sp.symbols("t dt_1 dt_2")
-    k_1, k_2 = (rows[1] - rows[0]) / dt_1, (rows[3] - rows[2]) / dt_2
+    """The clamped cubic of one angle, degrees at four records `rows`: sliders t, Δt₁, Δt₂ and for both slopes."""
+    t, dt_1, dt_2, times_1, times_2 = sp.symbols("t dt_1 dt_2 times_1 times_2")
+    k_1, k_2 = times_1 * (rows[1] - rows[0]) / dt_1, times_2 * (rows[3] - rows[2]) / dt_2
     cubic = yu_dan.hermite().subs({"T": 1, "M_s": rows[1], "M_e": rows[2], "k_1": k_1, "k_2": k_2})
     slope = cubic.diff(t)
 
@@ -127,8 +127,9 @@ def clamped(rows):
 
     sliders = [slider("t", 0, 1, 0.3, step=0.01, unit="")]
     sliders += [slider(name, 0.02, 2, 1, step=0.01, unit="") for name in ("Δt₁", "Δt₂")]
+    sliders += [slider(name, -10, 10, 1, step=0.1, unit="") for name in ("k₁ ×", "k₂ ×")]
     text = ["k₁ = {0:2}, k₂ = {1:2} degrees per record", "at t: C = {2:3}°, slope {3:2}° per record"]
-    return printed(build, (t, dt_1, dt_2), sliders, text, size=(7.0, 5.0), height=590)
+    return printed(build, (t, dt_1, dt_2, times_1, times_2), sliders, text, size=(7.0, 5.0), height=590)
 
 
 def smoothed(kin, cl, joints, region, *, most=60):
