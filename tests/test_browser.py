@@ -136,7 +136,7 @@ def opened(browser, **size):
     page.on("console", lambda message: message.type == "error" and page.errors.append(message.text))
 
     def fault(error):
-        ours = not any(said in str(error) for said in CLOSED)
+        ours = not str(error).removeprefix("Error: ").startswith(CLOSED)
         if ours and not (page.kernelless and NO_SESSION in str(error)):
             page.errors.append(str(error))
 
@@ -213,13 +213,13 @@ class Live:
             )
 
     def moves(self):
-        """Whether a key on a slider in sight changes numbers and picture; a speed may change numbers alone."""
-        before = self.said(), self.picture()
-        for slider in reversed(self.frame.locator("input[type=range]:visible").all()):
+        """Whether a key on every slider in sight changes numbers or picture, and one on some slider both."""
+        changed = []
+        for slider in self.frame.locator("input[type=range]:visible").all():
+            before = self.said(), self.picture()
             slider.press("Arrow" + slider.evaluate("one => one.valueAsNumber < Number(one.max) ? 'Right' : 'Left'"))
-            if self.said() != before[0] and self.picture() != before[1]:
-                return True
-        return False
+            changed.append((self.said() != before[0], self.picture() != before[1]))
+        return all(map(any, changed)) and any(map(all, changed))
 
 
 def lives(place):

@@ -10,7 +10,6 @@ import numpy as np
 import openpyxl
 import pytest
 import sympy as sp
-from hypothesis import settings
 from scipy.spatial.transform import Rotation
 
 from mathpost import workbook
@@ -92,12 +91,9 @@ def _spoilt(rng, spoil):
 
 @pytest.fixture(scope="module")
 def spoilt_reports(tmp_path_factory):
-    """Workbooks with one planted error each, a quarter of them numbers only: error, cell, and the report.
-
-    There are 170; with the profile "many" the 510 that were always there.
-    """
+    """510 workbooks with one planted error each, a quarter of them numbers only: error, cell, and the report."""
     path, rng, found = tmp_path_factory.mktemp("planted") / "one.xlsx", np.random.default_rng(20), []
-    for n in range(510 if settings.get_current_profile_name() == "many" else 170):
+    for n in range(510):
         spoil = planted.ERRORS[n % len(planted.ERRORS)]
         layout, first = _spoilt(rng, spoil)
         planted.save(path, layout.cells, values_only=n % 4 == 3)
