@@ -290,8 +290,8 @@ def says_00(view):
 
 def says_01(view):
     """Lesson 01: the numbers of the source's angles."""
-    view.set("beta", 54.7356)
-    view.set("gamma", -90)
+    for name, angle in (("alpha", 135), ("beta", 54.7356), ("gamma", -90)):
+        view.set(name, angle)
     assert "x' = -1.224744, y' = 0.707107, z' = 6.928203" in view.said()
 
 
