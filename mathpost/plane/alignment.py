@@ -186,28 +186,11 @@ def _solution(feature, machine, angles):
 def beyond_travel(machine, angles):
     """Say which rotary axis cannot stand at its angle (degrees), nor whole turns from it; empty if all can."""
     for rotary, angle in zip(machine.rotary, angles, strict=True):
-        if np.isnan(nearest_turn(rotary, angle, 0)):
+        if np.isnan(rotary.nearest_turn(angle)):
             low, high = np.degrees(rotary.limits)
             side, limit = ("below", low) if angle < low else ("above", high)
             return f"{rotary.name} at {angle:.4f}, {side} its limit {limit:g}"
     return ""
-
-
-def nearest_turn(rotary, angle, present):
-    """Return `angle` plus the whole turns that bring it nearest to `present` within travel, or NaN; degrees.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> c = machine.load("data/machines/ac_head.toml").rotary[0]  # C, from -360 to 360
-    >>> nearest_turn(c, 90, 350), nearest_turn(c, 10, 350)
-    (90.0, 10.0)
-    >>> nearest_turn(c, -20, 300)
-    340.0
-    """
-    low, high = (np.degrees(rotary.limits) - angle + (-1e-9, 1e-9)) / 360
-    low, high = np.ceil(low), np.floor(high)
-    return float(angle + 360 * np.clip(np.round((present - angle) / 360), low, high)) if low <= high else np.nan
 
 
 def _turn(direction, feature):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.errors import InputError, ReachError, as_array
-from mathpost.plane.alignment import beyond_travel, nearest_turn
+from mathpost.plane.alignment import beyond_travel
 from mathpost.rotation import wrap
 
 TIE = 1e-6  # degrees
@@ -178,9 +178,8 @@ def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table
         if reason := refuse(angles) or beyond_travel(alignment.machine, angles):
             reasons.append(reason)
         else:
-            left[index] = np.array(
-                [nearest_turn(*p) for p in zip(alignment.machine.rotary, angles, present, strict=True)]
-            )
+            turned = zip(alignment.machine.rotary, angles, present, strict=True)
+            left[index] = np.array([rotary.nearest_turn(angle, now) for rotary, angle, now in turned])
     if not left:
         raise ReachError(f"{alignment.machine.name}: entered angle not permitted ({'; '.join(reasons)})")
     why = alone
