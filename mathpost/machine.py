@@ -32,8 +32,8 @@ class Rotary:
     carries : str
         ``"workpiece"`` or ``"tool"``.
     axis, point : tuples of 3 floats
-        Direction at rotary zero as the file gives it, not yet of unit length, and a point on the axis, mm: in machine
-        coordinates on the workpiece side, relative to the spindle nose on the tool side.
+        Direction at rotary zero as the file gives it, not yet of unit length, and a point on the axis, mm: in
+        machine coordinates on the workpiece side, relative to the spindle nose on the tool side.
     limits : tuple of 2 floats
         Travel in radians; infinite if endless.
     max_rate, max_acceleration : float or None
