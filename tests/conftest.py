@@ -29,6 +29,11 @@ settings.register_profile("many", derandomize=False, deadline=None, print_blob=T
 settings.load_profile("same")
 
 
+def pytest_xdist_auto_num_workers(config):
+    """One process more than cores: browser, hub and LibreOffice let theirs wait."""
+    return os.cpu_count() + 1
+
+
 def pytest_collection_modifyitems(items):
     """What takes longest begins first. With the profile "many" random examples are `MANY` times as many."""
     items.sort(key=lambda item: "test_browser" not in item.nodeid)
