@@ -20,14 +20,6 @@ def describe(figure):
     places, in the units of the axes. Artists in a row that have no label, one type and the same number of points
     are told together.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-
-    Returns
-    -------
-    str
-
     Examples
     --------
     >>> from matplotlib.figure import Figure
