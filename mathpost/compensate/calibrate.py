@@ -17,7 +17,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from mathpost.compensate import readings as files
-from mathpost.compensate.model import SQUARENESS, JointTable, MachineErrors, Structure, error_names
+from mathpost.compensate.model import SQUARENESS, JointTable, MachineErrors, error_names
 from mathpost.errors import InputError, ReachError
 from mathpost.measure import spline
 from mathpost.measure.fit import coverage_factor, least_squares
@@ -92,11 +92,6 @@ class Calibration:
         """The calibrated `Machine`: axes, points and tool where the readings have found them."""
         return corrected(self.nominal, self.values)
 
-    @property
-    def structure(self):
-        """Which slides carry the workpiece: the machine file says it."""
-        return Structure(*("".join(self.nominal.slides_that_carry(side)) for side in ("workpiece", "tool")))
-
     @cached_property
     def errors(self):
         """What a machine file cannot say, as `MachineErrors` of `machine`: squareness and positioning."""
@@ -108,10 +103,10 @@ class Calibration:
                 names.index(name): spline.through_all(
                     spline.Points(each.at, values, 360.0 if each.endless else None)
                 )
-                for name, values in columns(self.machine, self.structure, each).items()
+                for name, values in columns(self.machine, each).items()
             }
             tables.append(JointTable(each.joint, curves))
-        return MachineErrors(self.machine, self.structure, constant, tuple(tables))
+        return MachineErrors(self.machine, constant, tuple(tables))
 
     def value(self, value, gradient):
         """Return a number with its U as `Value`, given its derivatives by `values`, then by all table entries."""
@@ -222,11 +217,11 @@ def _moved(machine, values):
     return replace(machine, rotary=tuple(rotary), tool_axis=tuple(tool.tolist()))
 
 
-def columns(machine, structure, positioning):
+def columns(machine, positioning):
     """The columns of an error table, µm or µrad, that a positioning error makes: the sign is that of the axis."""
     name, joint = machine.joint_names[positioning.joint], positioning.joint
     if joint < 3:
-        carries_workpiece = name in structure.workpiece  # it runs against the programmed direction
+        carries_workpiece = name in machine.slides_that_carry("workpiece")  # it runs against the programmed direction
         return {f"E{name}{name}": 1e3 * positioning.value * (-1 if carries_workpiece else 1)}
     axis = files.unit(machine.rotary[joint - 3].axis)
     shares = [(letter, share) for letter, share in zip("ABC", axis, strict=True) if abs(share) > SMALL]

@@ -5,14 +5,14 @@ MD24500 and so on) and of Fanuc's tool centre point control (30i: 19700 and so o
 """
 
 import json
-import tomllib
 
 import numpy as np
 
 from mathpost.compensate.calibrate import SMALL, columns
 from mathpost.compensate.model import SQUARENESS
 from mathpost.compensate.readings import unit
-from mathpost.errors import OutputError, read_text, write_text
+from mathpost.errors import OutputError, write_text
+from mathpost.machine import find, read_toml
 
 FANUC = {"table-table": 12, "head-head": 2, "head-table": 21}  # parameter 19680
 SIEMENS = {"table-table": 40, "head-head": 24, "head-table": 56}  # MD24100
@@ -25,7 +25,7 @@ def write(calibration, path, folder, inputs=()):
     ----------
     calibration : mathpost.compensate.calibrate.Calibration
     path : path-like
-        The machine file that was calibrated: limits, rates and program lines are taken over.
+        The machine file that was calibrated, or the name of a machine that comes with the package: limits, rates and program lines are taken over.
     folder : pathlib.Path
         Is made if it does not exist.
     inputs : sequence of paths
@@ -43,13 +43,13 @@ def write(calibration, path, folder, inputs=()):
     files = {"machine.toml": machine_file(calibration, path), **error_files(calibration)}
     files["terms.txt"] = f"{calibration}\n\n{terms(calibration)}"
     for name, text in files.items():
-        write_text(folder / name, text, inputs=[path, *inputs])
+        write_text(folder / name, text, inputs=[find(path), *inputs])
     return [folder / name for name in files]
 
 
 def machine_file(calibration, path):
     """Return the machine file `path` with the calibrated axes, points and tool: all else stays as it was."""
-    content, machine = tomllib.loads(read_text(path)), calibration.machine
+    content, machine = read_toml(find(path)), calibration.machine
     content["name"] += ", calibrated"
     for entry, rotary in zip(content["rotary"], machine.rotary, strict=True):
         entry |= {"axis": list(rotary.axis), "point": list(rotary.point)}
@@ -62,18 +62,14 @@ def machine_file(calibration, path):
 def error_files(calibration):
     """Return errors.toml and its tables, names to texts, for ``post --errors`` with the calibrated machine."""
     machine, square = calibration.machine, [n for n in SQUARENESS if n in calibration.values]
-    place = calibration.structure
-    tables = [each.name for each in machine.rotary if each.carries == "workpiece"]
-    heads = [each.name for each in machine.rotary if each.carries == "tool"]
-    words = ["w", *reversed(tables), *reversed(place.workpiece), "b", *place.tool, *heads, "t"]
     content = {"name": f"{machine.name}, calibrated", "source": "calibrated from readings"}
-    content |= {"structure": " ".join(words), "constant": {n: 1e6 * calibration.values[n] for n in square}}
+    content |= {"constant": {n: 1e6 * calibration.values[n] for n in square}}
     files, content["table"] = {}, []
     for each in calibration.positioning:
         name = machine.joint_names[each.joint]
         entry = {"joint": name, "file": f"errors_{name.lower()}.csv"}
         content["table"].append(entry | ({"endless": True} if each.endless else {}))
-        found = columns(machine, place, each)
+        found = columns(machine, each)
         rows = np.column_stack([each.at, *found.values()])
         lines = ["# source: calibrated from readings; degrees or mm, µm, µrad", ",".join(["position", *found])]
         lines += [",".join(f"{number:.6f}" for number in row) for row in rows]

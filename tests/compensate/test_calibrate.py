@@ -111,10 +111,10 @@ def content(machine):
     }
 
 
-def test_what_the_shell_writes_is_what_post_takes(tmp_path, capsys):
+@pytest.mark.parametrize("table", ["ac_table", str(machines.data_file("machines/ac_table.toml"))])
+def test_what_the_shell_writes_is_what_post_takes(table, tmp_path, capsys):
     data = machines.data_file("measurements")
     given = [str(data / name) for name in ("ball_c_axis.csv", "probing_a_axis.csv", "angular_error.csv")]
-    table = str(machines.data_file("machines/ac_table.toml"))
     assert shell.main(["calibrate", table, *given[:1], *given[2:], "-o", str(tmp_path)]) == 0
     assert "EX0C" in capsys.readouterr().out
     cl = str(machines.data_file("cl/blade.cl"))
