@@ -26,8 +26,9 @@ the others stand in tables, each over the position of one joint::
     endless = true                    # repeats after 360°; without it the errors end where the table ends
     interpolation = "spline"          # or "linear"
 
-Which slides carry the workpiece, and which carries which, the machine file says. Positions of slides are machine coordinates: the programmed X Y Z plus the machine's work offset. The workpiece is
-taken to be where the ideal machine would have it: what probing it on the machine has taken out must be subtracted.
+Which slides carry the workpiece, and which carries which, the machine file says. Positions of slides are machine
+coordinates: the programmed X Y Z plus the machine's work offset. The workpiece is taken to be where the ideal
+machine would have it: what probing it on the machine has taken out must be subtracted.
 """
 
 from dataclasses import dataclass
