@@ -120,9 +120,6 @@ def _add_calibrate(commands):
     calibrate.add_argument("readings", type=Path, nargs="*", metavar="READINGS", help="CSV files")
     calibrate.add_argument("-o", "--output", type=Path, metavar="OUT", help="folder for what is found")
     calibrate.add_argument("--template", metavar="METHOD", help="print a file to fill in: dial, ball, laser, …")
-    calibrate.add_argument(
-        "--structure", metavar="CODE", help='such as "w C A b X Y Z t", if slides carry the table'
-    )
     calibrate.add_argument("--squareness", action="store_true", help="seek it although no ballbar saw the slides")
     for name in ("method", "unit", "axis", "positive", "sigma"):
         calibrate.add_argument(f"--{name}", help="for the files that do not say it")
