@@ -24,7 +24,9 @@ from mathpost.course import (
     exercises_rotation,  # noqa: F401
     exercises_selection,  # noqa: F401
 )
+from mathpost.course.answers import Number
 from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Verdict, define, slip
+from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError, read_text
 
 __all__ = [
@@ -144,18 +146,31 @@ def given(name):
 def reveal(guess, truth):
     """Answer what the learner predicted in the lesson: say what is true, and whether it was guessed.
 
+    A number is guessed if it is the true one, correctly rounded.
+
     Examples
     --------
     >>> reveal(None, "negative")
     The answer: negative. You have not guessed: write a guess down before you go on, even a wild one.
     >>> reveal(1, -1)
     The answer: -1. You guessed 1. Find out why before you go on.
+    >>> reveal("−650.0", -650)
+    The answer: -650. You guessed it.
     """
-    same = str(guess).strip().casefold() == str(truth).casefold()
-    said = "You guessed it." if same else f"You guessed {guess}. Find out why before you go on."
+    said = "You guessed it." if _same(guess, truth) else f"You guessed {guess}. Find out why before you go on."
     if guess is None:
         said = "You have not guessed: write a guess down before you go on, even a wild one."
     print(f"The answer: {truth}. {said}")
+
+
+def _same(guess, truth):
+    """Whether a guess is true: a number to the digits of the coarser of both, a word in any case."""
+    try:
+        number = Number(decimals=written_decimals(truth))
+        pair = number.read(guess), number.read(truth)
+        return number.same(*pair) or number.coarse(*pair)
+    except (InputError, TypeError, ValueError):
+        return str(guess).strip().casefold() == str(truth).casefold()
 
 
 def saved(path):
