@@ -34,8 +34,8 @@ __all__ = [
     "solution",
     "student",
 ]
-for _lessons_own in Path(__file__).parent.glob("exercises_*.py"):
-    import_module(f"mathpost.course.{_lessons_own.stem}")  # for their entries in EXERCISES
+for _module in sorted(Path(__file__).parent.glob("exercises_*.py")):
+    import_module(f"mathpost.course.{_module.stem}")  # for their entries in EXERCISES
 
 MARKS = {RIGHT: "●", WRONG: "◐", OPEN: "○"}
 SAID = re.compile(rf"^([\w-]+) · ({RIGHT}|{WRONG}|{OPEN})\.", re.MULTILINE)
