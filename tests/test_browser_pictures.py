@@ -31,7 +31,8 @@ ALIGN = {"x": "center", "y": "right"}  # of the labels on an axis
 CHARTS = [path for path in LESSONS if r"\"kind\":\"chart\"" in path.read_text(encoding="utf-8")]
 SHARE = 0.015  # of the pixels may be of another colour: ends of lines, and the edges of letters
 BACKGROUND = (243, 243, 243)
-NOTE = """for (const kind of [CanvasRenderingContext2D, Path2D]) for (const name of ['beginPath', 'moveTo', 'lineTo']) {
+NOTE = """const kinds = [CanvasRenderingContext2D, Path2D], calls = ['beginPath', 'moveTo', 'lineTo'];
+for (const kind of kinds) for (const name of calls) {
     const kept = kind.prototype[name];
     if (kept) kind.prototype[name] = function (...at) {
         if (name === 'beginPath') this.way = []; else (this.way ||= []).push(at);
@@ -173,7 +174,7 @@ def curves_at_start(page, state, functions):
 
 @pytest.mark.parametrize("path", CHARTS, ids=lambda path: path.stem)
 def test_a_curve_is_read_off_as_what_it_was_made_of(noted, path, tmp_path):
-    """Each chart of the lesson: by the labels of its axes every curve has the points and the colour that are its own."""
+    """Each chart of the lesson: by the labels of its axes every curve has its own points and colour."""
     for state, functions, source in saved_charts(path):
         canvases = list(painted(noted, source, tmp_path))
         moving = curves_at_start(noted, state, functions)
