@@ -88,7 +88,7 @@ def lab(tmp_path_factory):
     for name, content in SETTINGS.items():
         path = folder / "settings/@jupyterlab" / f"{name}.jupyterlab-settings"
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(content)
+        path.write_text(content, encoding="utf-8")
     places = {"JUPYTERLAB_SETTINGS_DIR": "settings", "JUPYTERLAB_WORKSPACES_DIR": "workspaces"}
     places |= {"JUPYTER_CONFIG_DIR": "config", "JUPYTER_DATA_DIR": "data", "JUPYTER_RUNTIME_DIR": "runtime"}
     environment = os.environ | {variable: str(folder / name) for variable, name in places.items()}
@@ -112,7 +112,7 @@ def lab(tmp_path_factory):
                 break
         else:
             pytest.fail("JupyterLab did not start:\n" + "".join(said))
-        with log.open("w") as rest:  # so that the pipe never fills
+        with log.open("w", encoding="utf-8") as rest:  # so that the pipe never fills
             drain = subprocess.Popen(["cat"], stdin=server.stderr, stdout=rest)
             yield f"http://127.0.0.1:{port}/lab?token=course"
     finally:
@@ -452,6 +452,10 @@ def test_every_machine_says_in_the_browser_what_python_says(offline, kin, tmp_pa
     before = view.said().splitlines()[0]
     view.press("other solution")
     assert view.said().splitlines()[0] == before
+    offline.locator("label", has_text="RTCP").locator("input").check()
+    for rotary, angle in zip(kin.machine.rotary, (-25.5, 140.25), strict=True):
+        view.set(rotary.name, angle)
+        assert numbers(view.said())[:3] == pytest.approx(tip, abs=6e-4), "the tip is kept"
     assert not offline.asked and not offline.errors
 
 

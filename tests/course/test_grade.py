@@ -76,7 +76,7 @@ def handed_in(tmp_path_factory):
     write(folder / "Ольга" / file, notebook([("01-sign", None), ("01-still", "x")]))
     write(folder / "eve" / file, forged([("01-sign", [-4, 3, 5]), ("01-still", None)]))
     write(folder / "stripped" / file, forged(solved(["01-sign"])))
-    stripped = json.loads((folder / "stripped" / file).read_text())
+    stripped = json.loads((folder / "stripped" / file).read_text(encoding="utf-8"))
     for data in (output["data"] for each in stripped["cells"] for output in each["outputs"]):
         data["application/vnd.mathpost+json"]["answer"] = None
     write(folder / "stripped" / file, stripped)
