@@ -74,6 +74,14 @@ CLOSE_ONLY = """async id => {
     const app = window.jupyterapp;
     [...app.shell.widgets('main')].find(widget => widget.id == id).dispose();
 }"""
+# How much of a lesson's first picture is seen before one scrolls, 0 to 1.
+FIRST = """async id => {
+    const seen = document.querySelector(`#${id} .jp-WindowedPanel-outer`).getBoundingClientRect();
+    const picture = document.querySelector(`#${id} .jp-OutputArea-output img`);
+    await picture.decode();
+    const { top, bottom } = (picture.closest('.mathpost-live') ?? picture).getBoundingClientRect();
+    return (Math.min(bottom, seen.bottom) - Math.max(top, seen.top)) / (bottom - top);
+}"""
 PICTURE = """canvas => new Promise(done =>
     requestAnimationFrame(() => requestAnimationFrame(() => done(canvas.toDataURL()))))"""
 
@@ -349,6 +357,7 @@ def test_a_lesson_lives_with_a_kernel(page, path):
 def test_a_lesson_lives_without_a_kernel(page, path):
     """Opened as it was saved: every view and the console, and what the text says."""
     panel = reopen(page, path.stem)
+    assert page.evaluate(FIRST, panel) > 0.5, "the first screen shows the lesson's question"
     again = lives(page.locator(f"#{panel}"))
     assert len(again) == views_of(json.loads(path.read_text(encoding="utf-8"))["cells"])
     assert all(view.moves() for view in again)
