@@ -66,7 +66,7 @@ class Rotary:
 class Linear:
     """Travel (mm), greatest rate (mm/s) and acceleration (mm/s²) of a linear axis, and what its slide carries.
 
-    `carries` matters to drawings only: the words move the tool in the workpiece, whichever of them moves.
+    `carries` matters to drawings and errors: the words move the tool in the workpiece, whichever of them moves.
     """
 
     name: str
@@ -98,7 +98,7 @@ class Machine:
         What the limits of X Y Z count: ``"slides"``, in machine coordinates (a slide stands at its word, plus the
         origin, plus the tool where the word names the tip), or ``"words"``.
     slide_order : tuple of 3 str
-        The slides from the bed outwards, on either side: which carries which in a drawing.
+        The slides from the bed outwards, on either side: which carries which in a drawing, and whose errors.
     program_head, program_foot, tool_change : tuple of str
         Lines of a program, in the words of its control: before and after the moves, and instead of the control's
         own tool call. ``{name}`` in them is the name of the program, ``{tool}`` the number of the tool.
@@ -187,11 +187,16 @@ def load(path):
     >>> machine.joint_names, machine.arrangement
     (('X', 'Y', 'Z', 'B', 'C'), 'table-table')
     """
+    path = find(path)
+    return from_dict(read_toml(path), str(path))
+
+
+def find(path):
+    """Return `path`, or the file of the machine of that name that comes with the package."""
     shipped = {file.stem: file for file in sorted(data_file("machines").glob("*.toml"))}
     if not Path(path).suffix and not Path(path).exists() and str(path) not in shipped:
         raise InputError(str(path), f"a TOML file, or one of {', '.join(shipped)}", "neither")
-    path = path if Path(path).exists() else shipped.get(str(path), path)
-    return from_dict(read_toml(path), str(path))
+    return path if Path(path).exists() else shipped.get(str(path), path)
 
 
 def read_toml(path):

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from mathpost.compensate import readings as files
-from mathpost.compensate.model import SQUARENESS, JointTable, MachineErrors, Structure, error_names
+from mathpost.compensate.model import SQUARENESS, JointTable, MachineErrors, error_names
 from mathpost.errors import InputError, ReachError
 from mathpost.measure import spline
 from mathpost.measure.fit import coverage_factor, least_squares
@@ -56,6 +56,9 @@ class Calibration:
         Unknown that stays at zero to the reason.
     noise : dict
         File to the standard deviation of a reading and the degrees of freedom.
+    bar : dict
+        ``"length"``, by which the test bar is longer than the tool of `nominal`, and ``"radius"`` of its ball, as
+        `Value`; those that were measured.
     """
 
     nominal: object
@@ -64,6 +67,7 @@ class Calibration:
     parts: tuple
     assumed: dict
     noise: dict
+    bar: dict
 
     def __getitem__(self, name):
         """Return the `Value` of one unknown."""
@@ -92,11 +96,6 @@ class Calibration:
         """The calibrated `Machine`: axes, points and tool where the readings have found them."""
         return corrected(self.nominal, self.values)
 
-    @property
-    def structure(self):
-        """Which slides carry the workpiece: the machine file says it."""
-        return Structure(*("".join(self.nominal.slides_that_carry(side)) for side in ("workpiece", "tool")))
-
     @cached_property
     def errors(self):
         """What a machine file cannot say, as `MachineErrors` of `machine`: squareness and positioning."""
@@ -108,10 +107,10 @@ class Calibration:
                 names.index(name): spline.through_all(
                     spline.Points(each.at, values, 360.0 if each.endless else None)
                 )
-                for name, values in columns(self.machine, self.structure, each).items()
+                for name, values in columns(self.machine, each).items()
             }
             tables.append(JointTable(each.joint, curves))
-        return MachineErrors(self.machine, self.structure, constant, tuple(tables))
+        return MachineErrors(self.machine, constant, tuple(tables))
 
     def value(self, value, gradient):
         """Return a number with its U as `Value`, given its derivatives by `values`, then by all table entries."""
@@ -135,6 +134,9 @@ class Calibration:
             most = size * coverage_factor(each.freedom) * each.sigma.max()
             found = f"{size * np.ptp(each.value):.2f} {unit}, U {most:.2f} at a target"
             lines.append(f"{name} positioning: range {found}; reversal {size * each.reversal:.2f} {unit}")
+        for name, each in self.bar.items():
+            longer = "longer than believed by" if name == "length" else "radius"
+            lines.append(f"test bar: {longer} {each.value:.4f} mm, U {each.U:.4f}")
         for reason in dict.fromkeys(self.assumed.values()):
             names = [name for name, each in self.assumed.items() if each == reason]
             lines.append(f"{', '.join(names)}: {reason}")
@@ -151,7 +153,7 @@ def calibrate(machine, paths, *, squareness=None, **settings):
     ----------
     machine : mathpost.machine.Machine
         As the control believed it to be when the readings were taken.
-    paths : sequence of paths, or of `mathpost.compensate.readings.Readings` and `Positioning`
+    paths : sequence of paths, or of what `mathpost.compensate.readings.read` returns
         CSV files; see `mathpost.compensate.readings.template`.
     squareness : bool, optional, keyword only
         Whether the squareness of the slides is sought: if left out, only when a ballbar has seen them.
@@ -175,9 +177,16 @@ def calibrate(machine, paths, *, squareness=None, **settings):
     if len({each.joint for each in seen}) < len(seen):
         raise InputError(seen[-1].where, "one file of positioning for each axis", "a second one")
     blocks = [each for each in read if isinstance(each, files.Readings)]
+    bars = [each for each in read if isinstance(each, files.Bar)]
+    if len(bars) > 1 or not blocks + seen:
+        raise InputError(bars[-1].where, "readings of an axis, and at most one test bar beside them", "others")
     if squareness is None:
         squareness = any(each.method == "ballbar" for each in blocks)
-    return _Problem(machine, blocks, seen, squareness).solve()
+    bar = {}
+    for name, (value, sigma) in (bars[0].values if bars else {}).items():
+        k = coverage_factor(bars[0].freedom)
+        bar[name] = Value(value, k * sigma, k, bars[0].freedom)
+    return replace(_Problem(machine, blocks, seen, squareness).solve(), bar=bar)
 
 
 def unknowns(machine):
@@ -222,12 +231,12 @@ def _moved(machine, values):
     return replace(machine, rotary=tuple(rotary), tool_axis=tuple(tool.tolist()))
 
 
-def columns(machine, structure, positioning):
+def columns(machine, positioning):
     """The columns of an error table, µm or µrad, that a positioning error makes: the sign is that of the axis."""
     name, joint = machine.joint_names[positioning.joint], positioning.joint
     if joint < 3:
-        carries_workpiece = name in structure.workpiece  # it runs against the programmed direction
-        return {f"E{name}{name}": 1e3 * positioning.value * (-1 if carries_workpiece else 1)}
+        against = name in machine.slides_that_carry("workpiece")  # it runs against the programmed direction
+        return {f"E{name}{name}": 1e3 * positioning.value * (-1 if against else 1)}
     axis = files.unit(machine.rotary[joint - 3].axis)
     shares = [(letter, share) for letter, share in zip("ABC", axis, strict=True) if abs(share) > SMALL]
     return {f"E{letter}{name}": 1e6 * positioning.value * share for letter, share in shares}
@@ -300,7 +309,7 @@ class _Problem:
             each.where: (float(sigmas[own][0]), free)
             for each, own, free in zip(self.blocks, self._groups(), freedom, strict=False)
         }
-        return Calibration(self.machine, values, tables, tuple(parts), reasons, noise)
+        return Calibration(self.machine, values, tables, tuple(parts), reasons, noise, {})
 
     def _groups(self):
         """Which readings came from each file."""

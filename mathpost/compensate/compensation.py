@@ -66,7 +66,7 @@ class CalibratedKinematics:
         self.slides = np.empty((3, 3))
 
         moved, frame = {}, np.eye(4)
-        for name in model.structure.workpiece:
+        for name in machine.slides_that_carry("workpiece"):
             frame = self._pass_slide(name, frame, errors, directions)
         for rotary in machine.rotary:
             if rotary.carries == "workpiece":
@@ -75,7 +75,7 @@ class CalibratedKinematics:
         self.workpiece = np.linalg.inv(origin) @ frame @ origin
 
         frame = np.eye(4)
-        for name in model.structure.tool:
+        for name in machine.slides_that_carry("tool"):
             frame = self._pass_slide(name, frame, errors, directions)
         # Beyond the slides the chain counts from the spindle nose.
         length, axis = machine.tool_length, np.array(machine.tool_axis) / np.linalg.norm(machine.tool_axis)
@@ -200,7 +200,7 @@ class Compensator:
     def __init__(self, errors, *, max_turn=MAX_TURN):
         self.errors, self.max_turn = errors, max_turn
         self.machine = errors.machine
-        self.model = ErrorModel(errors.machine, errors.structure)
+        self.model = ErrorModel(errors.machine)
 
     @cached_property
     def calibrated(self):

@@ -15,13 +15,14 @@ import sympy as sp
 from mathpost import chain
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
-from mathpost.machine import ENDLESS, Linear, Machine
+from mathpost.machine import ENDLESS, LETTERS, Linear, Machine
 from mathpost.measure import csv_table
 from mathpost.measure.rotary_axis import square_to
 from mathpost.rotation import numeric
 
 MOST_RUNS = 50
 LARGEST = 5  # mm: of a reading that is no position
+SQUARE = 1e-6  # sine of an angle that is none
 ROUNDING = 1e-9  # mm or radians: no reading scatters less
 POSITIONING = ("laser", "autocollimator")
 # For each method: what its columns are, and an example; {axis} is a rotary axis of the machine.
@@ -52,6 +53,11 @@ METHODS = {
         "a bar from a ball on the table (centre, machine coordinates at rotary zero) to one in the spindle, which\n"
         "RTCP keeps at x y z of the workpiece (counted alike); bar: how much longer than nominal",
         "{axes},x,y,z,bar\n0,0,150,0,50,0.000\n0,0,0,150,50,0.003\n",
+    ),
+    "bar": (
+        "a test bar with a ball end touches faces of a gauge in a known place: face is the side that it comes\n"
+        "from, at where it is, shown what the control shows, with the length of the machine file and no radius",
+        "face,at,shown\n+X,50,53.001\n-X,-50,-53.002\n+Z,80,80.004\n+Z,80,80.005\n",
     ),
     "laser": (
         "positioning of one axis after ISO 230-2: actual minus target, for the axis as it is programmed;\n"
@@ -132,6 +138,24 @@ class Positioning:
     reversal: float
 
 
+@dataclass(frozen=True)
+class Bar:
+    """A test bar: by how much it is longer than believed, and the radius of its ball.
+
+    Attributes
+    ----------
+    where : str
+    values : dict
+        ``"length"`` and ``"radius"``, those that were measured, to a value and its standard deviation, mm.
+    freedom : float
+        Degrees of freedom of the deviations.
+    """
+
+    where: str
+    values: dict
+    freedom: float
+
+
 def template(method, machine):
     """Return a file to fill in, as text, with the names of the machine's own axes.
 
@@ -179,7 +203,8 @@ def read(path, machine, **settings):
     runs = [f"{side}{run}" for run in range(1, MOST_RUNS + 1) for side in ("up", "down")]
     names = [name for columns in READ.values() for name in columns]
     names += ["angle", *rotary, *"XYZ", "R", "L", "length", "setup", "run", "position", "reading", "forth", "back"]
-    table = csv_table.read(path, [], optional=list(dict.fromkeys(names + runs)))
+    names += ["face", "at", "shown"]
+    table = csv_table.read(path, [], optional=list(dict.fromkeys(names + runs)), text=["face"])
     for key, value in settings.items():
         table.settings.setdefault(key, value)
     method = table.settings.get("method", "").casefold()
@@ -187,9 +212,35 @@ def read(path, machine, **settings):
     if method not in METHODS:
         found = repr(method) if method else "none"
         raise InputError(where, f"a line # method = one of {', '.join(METHODS)}", found)
+    if method == "bar":
+        return _bar(table, machine, where)
     return (
         _positioning(table, machine, where) if method in POSITIONING else _readings(table, machine, method, where)
     )
+
+
+def _bar(table, machine, where):
+    """Bring touches of known faces to the length and the radius of the bar, as `Bar`."""
+    tool, found = unit(machine.tool_axis), {"length": [], "radius": []}
+    for name in ("face", "at", "shown"):
+        if name not in table:
+            raise InputError(where, "columns face, at, shown", f"no {name}")
+    size = table.unit("shown", "length")
+    for row, (face, at, shown) in enumerate(zip(table["face"], table["at"], table["shown"], strict=True)):
+        sign, letter = {"+": 1, "-": -1, "−": -1}.get(face[:1]), face[1:].upper()
+        along = sign * tool["XYZ".index(letter)] if sign and letter in LETTERS else np.nan
+        if not (abs(along) < SQUARE or along > 1 - SQUARE):
+            expected = "the side that the bar comes from: +X, -X and so on, along the tool or square to it"
+            raise InputError(table.where(row, "face"), expected, repr(face))
+        found["length" if along > 0.5 else "radius"].append(sign * size * (shown - at))
+    stated = _number(table, "sigma", where) * size
+    freedom = sum(len(each) - 1 for each in found.values() if each)
+    if np.isnan(stated) and not freedom:
+        raise InputError(where, "a face touched twice, or a line # sigma = deviation of a reading", "neither")
+    squares = sum(np.var(each) * len(each) for each in found.values() if each)
+    sigma, freedom = (np.sqrt(squares / freedom), freedom) if np.isnan(stated) else (stated, np.inf)
+    values = {key: (float(np.mean(each)), sigma / np.sqrt(len(each))) for key, each in found.items() if each}
+    return Bar(where, values, freedom)
 
 
 def _readings(table, machine, method, where):
@@ -277,7 +328,7 @@ def _positioning(table, machine, where):
         values[:, column] = size * table[each]
         most = np.deg2rad(1) if rotary else LARGEST
         found = np.deg2rad(at) if rotary else at
-        same = np.ptp(at) > 2 and np.abs(values[:, column] - found).max() < most
+        same = np.ptp(at) > 2 and np.ptp(values[:, column]) > np.ptp(found) / 2
         table.require(each, ~np.full(len(table), same), "deviations, actual minus target, no positions")
         table.require(each, np.abs(values[:, column]) <= most, "a deviation below 1° or 5 mm (other units?)")
         sides[:, column] = -1 if each == "back" or each.startswith("down") else 1

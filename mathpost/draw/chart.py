@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from mathpost import codegen
+from mathpost.draw.described import describe, describe_values
 from mathpost.draw.formula import written
 from mathpost.draw.live import Live
 from mathpost.rotation import numeric
@@ -32,6 +33,11 @@ class Chart(Live):
         file = io.BytesIO()
         self.figure.savefig(file, format="png", dpi=90)
         return file.getvalue()
+
+    def _shown(self):
+        moving = zip(*self.state.get("frames", []), strict=True)
+        ways = (describe_values(f"moving artist {n}", np.concatenate(way)) for n, way in enumerate(moving, 1))
+        return [describe(self.figure), *ways]
 
 
 def recorded(build, control, *, size=(7.0, 4.2), height=460):

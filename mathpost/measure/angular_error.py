@@ -1,4 +1,4 @@
-"""Angular positioning error of a rotary axis: statistics of ISO 230-2, and the tables that compensate it.
+"""Angular positioning error of a rotary axis: statistics of ISO 230-2, and the commands that compensate it.
 
 As in a measuring report and in the control's tables, angles are degrees here and errors seconds of arc: actual
 minus target, so that a command is corrected by *subtracting* the error.
@@ -194,78 +194,3 @@ def command_table(error, targets):
         value = float(error(target))
         rows.append(f"{target:.6f},{value:z.3f},{-value:z.3f},{command:z.6f}")
     return "\n".join(rows) + "\n"
-
-
-def siemens_table(axis, step, error, error_down=None):
-    """Return a compensation table for a Siemens 840D as the text of an INI file.
-
-    One curve makes an EEC table, `$AA_ENC_COMP`: the control moves the axis *against* a positive entry, so the
-    entries are the errors themselves, in degrees. Two curves, for the positive and the negative direction of
-    travel, need two CEC tables, `$AN_CEC` with `$AN_CEC_DIRECTION` 1 and −1, from the axis onto itself. After the
-    Function Manual, K3 (6FC5397); its sign rule was read for EEC only, so the file asks for a trial of CEC.
-
-    Parameters
-    ----------
-    axis : str
-        The machine axis, such as "C" or "AX5".
-    step : float
-        Degrees between entries. It divides the turn or the measured travel.
-    error, error_down : mathpost.measure.spline.Curve
-        Seconds of arc over degrees. A periodic one makes a modulo table, which ends where it begins.
-
-    Raises
-    ------
-    InputError
-        If the step does not divide the range, or the two curves have different ranges.
-
-    Examples
-    --------
-    >>> error = spline.through_all(spline.points([0, 90, 180, 270], [0, 36, 0, -36], period=360))
-    >>> print(siemens_table("C", 90, error))
-    %_N_AX_EEC_INI
-    CHANDATA(1)
-    $AA_ENC_COMP[0,0,C]=0.000000
-    $AA_ENC_COMP[0,1,C]=0.010000
-    $AA_ENC_COMP[0,2,C]=0.000000
-    $AA_ENC_COMP[0,3,C]=-0.010000
-    $AA_ENC_COMP[0,4,C]=0.000000
-    $AA_ENC_COMP_STEP[0,C]=90.0
-    $AA_ENC_COMP_MIN[0,C]=0.0
-    $AA_ENC_COMP_MAX[0,C]=360.0
-    $AA_ENC_COMP_IS_MODULO[0,C]=1
-    M17
-    """
-    at = entries(error, step)
-    spacing = {"STEP": float(step), "MIN": float(at[0]), "MAX": float(at[-1])}
-    modulo = int(error.points.period is not None)
-    if error_down is None:
-        lines = ["%_N_AX_EEC_INI", "CHANDATA(1)"]
-        lines += [f"$AA_ENC_COMP[0,{n},{axis}]={value:z.6f}" for n, value in enumerate(error(at) / ARCSECONDS)]
-        ending = {**spacing, "IS_MODULO": modulo}
-        lines += [f"$AA_ENC_COMP_{key}[0,{axis}]={value}" for key, value in ending.items()]
-        return "\n".join([*lines, "M17"]) + "\n"
-    if not np.array_equal(at, entries(error_down, step)):
-        raise InputError("error_down", "a curve over the same angles as error", "another range")
-    lines = ["%_N_NC_CEC_INI", "CHANDATA(1)", "; the entries are errors, actual minus target: try one before use"]
-    for number, (direction, each) in enumerate([(1, error), (-1, error_down)]):
-        lines += [f"$AN_CEC[{number},{n}]={value:z.6f}" for n, value in enumerate(each(at) / ARCSECONDS)]
-        ending = {"INPUT_AXIS": f"({axis})", "OUTPUT_AXIS": f"({axis})", **spacing}
-        ending |= {"DIRECTION": direction, "MULT_BY_TABLE": 0, "IS_MODULO": modulo}
-        lines += [f"$AN_CEC_{key}[{number}]={value}" for key, value in ending.items()]
-    return "\n".join([*lines, "M17"]) + "\n"
-
-
-def entries(error, step):
-    """Return the angles of a control's table: every `step` degrees over the turn or the measured travel."""
-    low, high = error.points.at[[0, -1]] if error.points.period is None else (0.0, error.points.period)
-    count = (high - low) / step if step > 0 else 0.5
-    if abs(count - round(count)) > 1e-9 or round(count) < 1:
-        raise InputError("step", f"a step that divides {high - low:g} degrees", f"{step:g}")
-    return low + step * np.arange(round(count) + 1)
-
-
-def between_entries(error, step, fineness=20):
-    """Return how far the control, which joins its entries by straight lines, departs from the curve: arcseconds."""
-    at = entries(error, step)
-    fine = np.linspace(at[0], at[-1], fineness * (len(at) - 1) + 1)
-    return float(np.abs(np.interp(fine, at, error(at)) - error(fine)).max())
