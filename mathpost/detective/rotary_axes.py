@@ -215,10 +215,8 @@ class JointCase:
     def verdict(self, matches, alone, tried, shape):
         """Rank the matches and group those that are the same for every tool axis."""
         believed = [match for match in matches if self.chance(match.cost) < reading.CHANCE]
-        misreadings = tuple(
-            self.misreading(group, shape) for group in reading.grouped(believed, self.angles_of)[:8]
-        )
-        note = ""
+        groups, note = reading.grouped(believed, self.angles_of)[:8], ""
+        misreadings = tuple(self.misreading(group, shape) for group in groups)
         if len(misreadings) > 1:
             count = len(misreadings)
             note = f"{count} misreadings give the same angles here: rows with another tool axis tell them apart."
