@@ -25,9 +25,9 @@ BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
 class Inverse:
     """The derivation of the inverse in sympy, for display; `Kinematics.inverse` compiles these expressions.
 
-    All tuples are of sympy expressions or symbols. With r = √(A² + B²) the equation has solutions where r − D and r
-    + D are not negative; both are written with the chords from the tool axis to the two ends of the outer axis,
-    which lose no digits at the pole.
+    All tuples are of sympy expressions or symbols. With r = √(A² + B²) the equation has solutions where neither
+    r − D nor r + D is negative; both are written with the chords from the tool axis to the two ends of the outer
+    axis, which lose no digits at the pole.
     """
 
     tip: tuple  # x y z of the tool tip in the workpiece, mm
