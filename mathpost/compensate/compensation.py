@@ -138,18 +138,11 @@ class PoseError:
 
 @dataclass(frozen=True)
 class Compensated:
-    """Joints that take the machine's errors into account.
+    """Joints, shape (..., 5), mm and radians, that take the machine's errors into account.
 
-    Attributes
-    ----------
-    joints : ndarray, shape (..., 5)
-        mm and radians.
-    before, after : PoseError
-        With the joints as programmed, and with these.
-    limited : ndarray of bool, shape (...)
-        Where the turn was limited: the tip is corrected, the tool axis only in part.
-    refused : ndarray of bool, shape (...)
-        Where the correction would have made things worse, so that the joints are those programmed.
+    `before` and `after` are the `PoseError` with the joints as programmed, and with these. `limited`, shape (...),
+    says where the turn was limited, so that the tip is corrected, the tool axis only in part; `refused` where the
+    correction would have made things worse, so that the joints are those programmed.
     """
 
     joints: np.ndarray
@@ -215,17 +208,9 @@ class Compensator:
         return other
 
     def costs(self, joints):
-        """Return what each error costs at the tip, to first order.
+        """Return what each error costs at the tip at `joints`, shape (..., 5), to first order.
 
-        Parameters
-        ----------
-        joints : array_like, shape (..., 5)
-            mm and radians.
-
-        Returns
-        -------
-        dict
-            Name of each error that is not 0 everywhere to an array of mm, shape (...), dearest first.
+        A dict: the name of each error that is not 0 everywhere to an array of mm, shape (...), dearest first.
         """
         errors = self.errors.at(joints)
         moved = self.model.sensitivities(joints)[..., :3, :] * errors[..., None, :]
@@ -252,10 +237,7 @@ class Compensator:
     def compensate(self, joints):
         """Return the joints, as `Compensated`, with which the machine comes to where `joints` were meant to be.
 
-        Parameters
-        ----------
-        joints : array_like, shape (..., 5)
-            As computed for a machine without errors; mm and radians.
+        `joints`, shape (..., 5), mm and radians, are as computed for a machine without errors.
         """
         joints = as_array(joints, 5, "joints")
         wanted = self.wanted(joints)

@@ -20,7 +20,7 @@ SIEMENS = {"table-table": 40, "head-head": 24, "head-table": 56}  # MD24100
 
 
 def write(calibration, path, folder, inputs=()):
-    """Write machine.toml, errors.toml and tables of controls for each axis, and terms.txt into `folder`.
+    """Write machine.toml, errors.toml and tables of controls for each axis, and terms.txt; return their paths.
 
     Parameters
     ----------
@@ -32,11 +32,6 @@ def write(calibration, path, folder, inputs=()):
         Is made if it does not exist.
     inputs : sequence of paths
         Files that must not be replaced.
-
-    Returns
-    -------
-    list of pathlib.Path
-        What was written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -17,6 +17,7 @@ from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.machine import ENDLESS, LETTERS, Linear, Machine
 from mathpost.measure import csv_table
+from mathpost.measure.fit import Value
 from mathpost.measure.rotary_axis import square_to
 from mathpost.rotation import numeric
 
@@ -74,28 +75,13 @@ SIGNS = {"dial": {"out": 1, "in": -1}, "tip": {"tip": 1, "block": -1}}
 
 @dataclass(frozen=True)
 class Readings:
-    """Rows of one file: how far the point `target` + ball stands from the tool along `direction`.
+    """The n rows of one file: how far the point `target` + ball stands from the tool along `direction`.
 
-    Attributes
-    ----------
-    where : str
-    method : str
-    joints : ndarray, shape (n, 5)
-        As programmed, mm and radians.
-    reference : ndarray, shape (n, 5)
-        Joints at which the reading was zeroed; NaN if it was not.
-    target, direction : ndarray, shape (n, 3)
-        mm in the workpiece; along the machine's axes.
-    length : ndarray, shape (n,)
-        Of the tool, spindle nose to tip, mm.
-    value : ndarray, shape (n,)
-        mm.
-    setup : ndarray of int, shape (n,)
-        Which ball; each lies a little elsewhere than its target.
-    zeroed : bool
-        Whether the reading has an unknown zero in each set-up.
-    sigma : float
-        Standard deviation of a reading, mm; NaN if the file does not say.
+    mm and radians. `joints`, (n, 5), are those programmed, `reference`, (n, 5), those at which the reading was
+    zeroed, NaN if it was not. `target`, (n, 3), is in the workpiece, `direction`, (n, 3), along the machine's axes;
+    `length`, (n,), is that of the tool from the spindle nose, `value`, (n,), the reading. `setup`, (n,), says which
+    ball: each lies a little elsewhere than its target; with `zeroed` each has an unknown zero, too. `sigma` is the
+    standard deviation of a reading, NaN if the file does not say it.
     """
 
     where: str
@@ -113,19 +99,10 @@ class Readings:
 
 @dataclass(frozen=True)
 class Positioning:
-    """The positioning error of one joint: its mean at each target.
+    """The positioning error of one joint, by its index: `at` degrees or mm, the mean `value` and its deviation.
 
-    Attributes
-    ----------
-    where : str
-    joint : int
-    at, value, sigma : ndarray, shape (targets,)
-        Degrees or mm; radians or mm; the standard deviation of each mean.
-    freedom : float
-        Degrees of freedom of `sigma`.
-    endless : bool
-    reversal : float
-        ISO 230-2's B: the largest difference of both directions, radians or mm.
+    `value` and `sigma` are radians or mm; the deviations have `freedom` degrees of freedom; `reversal` is B of
+    ISO 230-2, the largest difference of both directions.
     """
 
     where: str
@@ -136,24 +113,6 @@ class Positioning:
     freedom: float
     endless: bool
     reversal: float
-
-
-@dataclass(frozen=True)
-class Bar:
-    """A test bar: by how much it is longer than believed, and the radius of its ball.
-
-    Attributes
-    ----------
-    where : str
-    values : dict
-        ``"length"`` and ``"radius"``, those that were measured, to a value and its standard deviation, mm.
-    freedom : float
-        Degrees of freedom of the deviations.
-    """
-
-    where: str
-    values: dict
-    freedom: float
 
 
 def template(method, machine):
@@ -184,7 +143,7 @@ def template(method, machine):
 
 
 def read(path, machine, **settings):
-    """Read a file of any method as `Readings` or `Positioning`.
+    """Read a file of any method as `Readings`, `Positioning` or, of a test bar, a dict of `Value`.
 
     Parameters
     ----------
@@ -220,7 +179,7 @@ def read(path, machine, **settings):
 
 
 def _bar(table, machine, where):
-    """Bring touches of known faces to the length and the radius of the bar, as `Bar`."""
+    """By how much a bar is longer than the tool, and its ball's radius: those that were touched, as `Value`, mm."""
     tool, found = unit(machine.tool_axis), {"length": [], "radius": []}
     for name in ("face", "at", "shown"):
         if name not in table:
@@ -239,8 +198,11 @@ def _bar(table, machine, where):
         raise InputError(where, "a face touched twice, or a line # sigma = deviation of a reading", "neither")
     squares = sum(np.var(each) * len(each) for each in found.values() if each)
     sigma, freedom = (np.sqrt(squares / freedom), freedom) if np.isnan(stated) else (stated, np.inf)
-    values = {key: (float(np.mean(each)), sigma / np.sqrt(len(each))) for key, each in found.items() if each}
-    return Bar(where, values, freedom)
+    return {
+        key: Value.of(float(np.mean(each)), sigma / len(each) ** 0.5, freedom)
+        for key, each in found.items()
+        if each
+    }
 
 
 def _readings(table, machine, method, where):

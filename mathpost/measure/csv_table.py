@@ -52,16 +52,9 @@ KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre")  # settings th
 class Table:
     """Columns of a CSV file by name, and the line that each row came from.
 
-    Attributes
-    ----------
-    path : str
-    source : str
-        The comment before the column names, without "source:" and settings; empty if the file has none.
-    columns : dict
-        Name to a float array, shape (rows,), or to a list of strings for a text column.
-    lines : tuple of ints
-    settings : dict
-        What comments such as ``# unit = µm`` say, and ``"unit x"`` for the unit in a column's name, ``x (µm)``.
+    `columns` takes a name to a float array, shape (rows,), or to a list of strings for a text column. `source` is
+    the comment before the column names, without "source:" and settings. `settings` is what comments such as ``#
+    unit = µm`` say, and ``"unit x"`` the unit in a column's name, ``x (µm)``.
     """
 
     path: str

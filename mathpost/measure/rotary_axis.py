@@ -223,21 +223,10 @@ def source_zero_angle(error, length):
 
 
 def angle_error_at_tip(kin, joints, errors, *, degrees=False):
-    """Return what errors of the rotary angles do to the tip and to the tool axis, in the workpiece.
+    """Return what errors of the rotary angles do to tip and tool axis in the workpiece, shapes (..., 3).
 
-    Parameters
-    ----------
-    kin : mathpost.kinematics.Kinematics
-    joints : array_like, shape (..., 5)
-    errors : array_like, shape (..., 2)
-        Actual minus programmed angle of both rotary axes.
-    degrees : bool, keyword only
-        Whether `errors` and the angles of `joints` are degrees.
-
-    Returns
-    -------
-    tip, axis : ndarrays, shape (..., 3)
-        Actual minus programmed.
+    `joints` are (..., 5), `errors`, (..., 2), actual minus programmed angle of both rotary axes, and so are the
+    results: actual minus programmed. `degrees` is for `errors` and the angles of `joints`.
 
     Examples
     --------
@@ -258,13 +247,7 @@ def angle_error_at_tip(kin, joints, errors, *, degrees=False):
 
 
 def corrected(rotary, estimate):
-    """Return `rotary` where `estimate` has found it: what to enter in the control, or in the machine file.
-
-    Parameters
-    ----------
-    rotary : mathpost.machine.Rotary
-        As it was given to `ball` or `probing`.
-    estimate : mathpost.measure.fit.Estimate
+    """Return `rotary` where `estimate`, of `ball` or `probing`, has found it: what to enter in the control.
 
     Examples
     --------
