@@ -34,20 +34,9 @@ class CalibratedKinematics:
     a machine with other axes and pivots, slides with other directions, and one small displacement of the workpiece
     or the tool. That machine has the closed-form inverse of `mathpost.kinematics`, and so has the one with errors.
 
-    Parameters
-    ----------
-    model : mathpost.compensate.model.ErrorModel
-    constant : array_like, shape (33,)
-        In the order of `model.names`; mm and radians.
-
-    Attributes
-    ----------
-    machine : mathpost.machine.Machine
-        The machine as it is: lines, tool and programmed point moved by the errors.
-    workpiece : ndarray, shape (4, 4)
-        Takes workpiece coordinates to those of the ideal machine's workpiece.
-    slides : ndarray, shape (3, 3)
-        The true directions of X, Y and Z as columns.
+    `constant`, shape (33,), is in the order of `model.names`, mm and radians. Of the result `machine` is the
+    machine as it is, `workpiece`, shape (4, 4), takes workpiece coordinates to those of the ideal machine's
+    workpiece, and `slides`, shape (3, 3), has the true directions of X, Y and Z as columns.
 
     Examples
     --------
@@ -171,13 +160,9 @@ class Compensated:
 
 
 class Compensator:
-    """Compensates joints for the errors of one machine.
+    """Compensates joints for the `MachineErrors` of one machine.
 
-    Parameters
-    ----------
-    errors : mathpost.compensate.model.MachineErrors
-    max_turn : float, optional, keyword only
-        The greatest correction of a rotary axis for a tilt that it can hardly make, radians.
+    `max_turn` is the greatest correction of a rotary axis for a tilt that it can hardly make, radians.
 
     Examples
     --------
@@ -262,7 +247,7 @@ class Compensator:
 
 
 def total_differential(model, joints, errors, *, max_turn=np.inf):
-    """Return one step of the total differential, dq = −J⁺·Jₑ·e.
+    """Return one step of the total differential, dq = −J⁺·Jₑ·e, (..., 5), and where it was limited, (...).
 
     The Jacobian J of tip and axis (6×5) falls in two: only the rotary axes turn the tool, and X Y Z, which are
     never singular, then make up for what the turn does to the tip.
@@ -270,18 +255,11 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
     Parameters
     ----------
     model : mathpost.compensate.model.ErrorModel
-    joints : array_like, shape (..., 5)
-        mm and radians.
-    errors : array_like, shape (..., 33)
-        In the order of `model.names`; mm and radians.
+    joints, errors : array_like, shapes (..., 5) and (..., 33)
+        mm and radians; errors in the order of `model.names`.
     max_turn : float, optional, keyword only
         Limit, in radians, of a turn that is more than `MAX_GAIN` times the tilt for which it is made. What takes
         out an axis' own positioning error does not count.
-
-    Returns
-    -------
-    step : ndarray, shape (..., 5)
-    limited : ndarray of bool, shape (...)
 
     Examples
     --------

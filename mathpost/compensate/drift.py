@@ -37,10 +37,9 @@ class Tracker:
         The errors that drift, of `model.names`.
     poses : array_like, shape (poses, 5)
         Joints at which every part is probed; mm and radians.
-    sigma : float, keyword only
-        Standard deviation of one reading, mm.
-    expected : float or sequence, keyword only
-        The size that each error may have before anything was read, mm or radians.
+    sigma, expected : float, keyword only
+        Standard deviation of one reading, mm, and the size that each error may have before anything was read, mm or
+        radians, one for all or one for each.
     forgetting : float, optional, keyword only
         The weight of a part's readings one part later, above 0 and at most 1: 1 averages over all parts.
     gate : float, optional, keyword only
@@ -48,10 +47,8 @@ class Tracker:
 
     Attributes
     ----------
-    values : ndarray, shape (names,)
-        The estimate; mm and radians.
-    covariance : ndarray, shape (names, names)
-        If the errors stood still and `forgetting` is 1, the covariance of `values`.
+    values, covariance : ndarray
+        The estimate, mm and radians, and, if the errors stood still and `forgetting` is 1, its covariance.
 
     Raises
     ------

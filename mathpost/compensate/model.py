@@ -58,15 +58,7 @@ def error_names(machine):
 class ErrorModel:
     """The chain of a machine with its errors as symbols, its derivatives, and both compiled.
 
-    Parameters
-    ----------
-    machine : mathpost.machine.Machine
-
-    Attributes
-    ----------
-    joints : tuple of 5 sympy symbols
-    errors : tuple of 33 sympy symbols
-        In the order of `error_names`.
+    `joints` are 5 sympy symbols, `errors` 33 in the order of `names`, which is that of `error_names`.
 
     Examples
     --------

@@ -17,11 +17,11 @@ from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.machine import ENDLESS, LETTERS, Linear, Machine
 from mathpost.measure import csv_table
+from mathpost.measure.angular_error import RUNS
 from mathpost.measure.fit import Value
 from mathpost.measure.rotary_axis import square_to
 from mathpost.rotation import numeric
 
-MOST_RUNS = 50
 LARGEST = 5  # mm: of a reading that is no position
 SQUARE = 1e-6  # sine of an angle that is none
 ROUNDING = 1e-9  # mm or radians: no reading scatters less
@@ -145,25 +145,15 @@ def template(method, machine):
 def read(path, machine, **settings):
     """Read a file of any method as `Readings`, `Positioning` or, of a test bar, a dict of `Value`.
 
-    Parameters
-    ----------
-    path : str or path-like
-    machine : mathpost.machine.Machine
-        As the control believed it to be when the readings were taken.
-    **settings
-        ``method``, ``unit``, ``axis`` and so on, where the file does not say them.
-
-    Raises
-    ------
-    InputError
-        With the line: whatever the file leaves unclear, its unit for instance, is asked for.
+    `machine` is as the control believed it to be when the readings were taken. `settings` are ``method``,
+    ``unit``, ``axis`` and so on, where the file does not say them. Whatever the file leaves unclear, its unit for
+    instance, is asked for by an `InputError` with the line.
     """
     rotary = [each.name for each in machine.rotary]
-    runs = [f"{side}{run}" for run in range(1, MOST_RUNS + 1) for side in ("up", "down")]
     names = [name for columns in READ.values() for name in columns]
     names += ["angle", *rotary, *"XYZ", "R", "L", "length", "setup", "run", "position", "reading", "forth", "back"]
     names += ["face", "at", "shown"]
-    table = csv_table.read(path, [], optional=list(dict.fromkeys(names + runs)), text=["face"])
+    table = csv_table.read(path, [], optional=list(dict.fromkeys([*names, *RUNS])), text=["face"])
     for key, value in settings.items():
         table.settings.setdefault(key, value)
     method = table.settings.get("method", "").casefold()

@@ -12,7 +12,7 @@ from mathpost.errors import InputError, as_array
 from mathpost.measure import csv_table, spline
 
 ARCSECONDS = 3600  # in a degree
-MOST_RUNS = 50
+RUNS = tuple(f"{side}{run}" for run in range(1, 51) for side in ("up", "down"))  # columns of a report
 SMALLEST = 0.05  # seconds of arc: a table whose errors are all smaller was given in another unit
 
 
@@ -83,7 +83,7 @@ def read_runs(path):
     >>> runs.up.shape, runs.angles[:3]
     ((37, 5), array([ 0., 10., 20.]))
     """
-    names = [f"{side}{run}" for run in range(1, MOST_RUNS + 1) for side in ("up", "down")]
+    names = RUNS
     also = dict.fromkeys(("A", "B", "C", "position"), "angle")
     read = csv_table.read(path, ["angle", *names[:4]], optional=names[4:], also=also)
     runs = (sum(name in read for name in names) + 1) // 2

@@ -62,20 +62,15 @@ def tip_symbolic():
 
 
 def tip_from_contact(cutter, normal, axis):
-    """Return the tool tip minus the contact point.
+    """Return the tool tip minus the contact point, shape (..., 3), mm.
+
+    Where the normal is the axis the flat bottom touches everywhere, and its middle is returned.
 
     Parameters
     ----------
     cutter : Cutter
-    normal : array_like, shape (..., 3)
-        Out of the part; of any length.
-    axis : array_like, shape (..., 3)
-        From the tip towards the spindle; of any length.
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        mm. Where the normal is the axis the flat bottom touches everywhere, and its middle is returned.
+    normal, axis : array_like, shape (..., 3)
+        Out of the part, and from the tip towards the spindle; of any length.
 
     Raises
     ------
@@ -120,17 +115,9 @@ def compensated(tip, normal, axis, old, new):
 def stock_left(normal, axis, old, new, *, longer=0.0):
     """Return how much material stands on the surface if `new` runs the CL data of `old`; negative is a gouge.
 
-    Parameters
-    ----------
-    normal, axis : array_like, shape (..., 3)
-    old, new : Cutter
-    longer : float or array_like, shape (...), keyword only
-        By how much the new tool's tip lies further from the spindle than the control believes, mm.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        mm along the normal: exact on a plane, and on a curved surface to first order in the difference of cutters.
+    The result, shape (...), is mm along the normal: exact on a plane, and on a curved surface to first order in
+    the difference of cutters. `longer`, shape (...), is by how much the new tool's tip lies further from the
+    spindle than the control believes, mm.
 
     Examples
     --------

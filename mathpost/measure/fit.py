@@ -69,22 +69,12 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Measurement:
-    """A procedure: what it reads, as formulas of what is set and what is sought.
+    """A procedure: what it reads, as formulas of what is set and what is sought; mm and radians.
 
-    Attributes
-    ----------
-    name : str
-    unknowns, settings : tuples of real sympy symbols
-        The first setting is the one that is stepped.
-    readings : dict
-        Name to a sympy expression in unknowns and settings, mm and radians.
-    angles : tuple of str
-        Which settings are angles.
-    more : dict
-        What could be done besides, to the settings it would change: words to ``{setting: expression}``. The
-        diagnosis of too few readings proposes from these.
-    largest : float
-        Readings beyond this (mm) are suspected to be in another unit.
+    `unknowns` and `settings` are real sympy symbols; the first setting is the one that is stepped, `angles` names
+    those that are angles. `readings` takes a name to an expression in unknowns and settings. `more` is what could
+    be done besides, words to the settings that it would change, ``{setting: expression}``: the diagnosis of too
+    few readings proposes from these. Readings beyond `largest`, mm, are suspected to be in another unit.
 
     Examples
     --------
@@ -146,19 +136,15 @@ class Measurement:
         Parameters
         ----------
         data : Table or dict
-            Setting to number or array, and reading to array, shape (n,). Of the readings only some need be
-            there; an unknown that none of those depends on is left out.
+            Setting to number or array, and reading to array, shape (n,). Of the readings only some need be there;
+            an unknown that none of those depends on is left out.
         degrees : bool, keyword only
             Whether the angles among the settings are degrees; those of a `Table` always are.
         sigma : float or dict, optional, keyword only
-            Standard deviation of a reading, mm, or one for each kind of reading. Without it the residuals
-            supply it, which is a poor guess if few readings are to spare.
+            Standard deviation of a reading, mm, or one for each kind of reading. Without it the residuals supply
+            it, which is a poor guess if few readings are to spare.
         known : dict, optional, keyword only
             Unknowns that are not sought, with their values.
-
-        Returns
-        -------
-        Estimate
 
         Raises
         ------
@@ -290,17 +276,10 @@ def coverage_factor(freedom):
 def least_squares(evaluate, readings, sigmas, start, where):
     """Return the values of the unknowns, their covariance, the residuals, and the weighted derivatives.
 
-    Gauss and Newton: formulas of small errors are nearly linear, and two or three steps do.
-
-    Parameters
-    ----------
-    evaluate : callable
-        Takes the values; returns the predicted readings, shape (n,), and their derivatives, shape (n, unknowns).
-    readings, sigmas : ndarray, shape (n,)
-        With the standard deviation of each.
-    start : ndarray, shape (unknowns,)
-    where : str
-        Begins the message of the `InputError` if the steps do not end.
+    Gauss and Newton: formulas of small errors are nearly linear, and two or three steps do. `evaluate` takes the
+    values and returns the predicted readings, shape (n,), and their derivatives, shape (n, unknowns); `sigmas`,
+    shape (n,), are the readings' standard deviations. `where` begins the message of the `InputError` if the steps
+    do not end.
     """
     x = start
     for _ in range(50):

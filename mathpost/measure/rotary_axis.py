@@ -63,12 +63,8 @@ def probing(rotary):
     Setting: `angle`, as programmed. Readings: `x`, `y`, `z` of the feature in the machine, those that were taken.
     Unknowns: the centre of rotation, as coordinates square to the axis (`xc`, `yc` for C), and the feature at
     angle zero (`xf`, `yf`, `zf`). For an axis along none of the machine's the centre is `c1`, `c2`: the point of
-    the axis nearest to the machine's origin, in the directions of `square_to`.
-
-    Parameters
-    ----------
-    rotary : mathpost.machine.Rotary
-        Only its direction is used: [-1, 0, 0] is an ISO 841 table A, whose table turns against the word.
+    the axis nearest to the machine's origin, in the directions of `square_to`. Only the direction of `rotary` is
+    used: [-1, 0, 0] is an ISO 841 table A, whose table turns against the word.
 
     Examples
     --------
@@ -100,15 +96,9 @@ def ball(rotary, *, ball_unknown=False):
 
     Settings: `angle` as programmed, and `x`, `y`, `z` of the ball at angle zero, in the machine (on a head: the
     tool's tip relative to the nose). Readings: `ex`, `ey`, `ez`, the ball minus where the control believes it.
-    Unknowns: two offsets of the axis from `rotary.point` and two tilts of it from `rotary.axis`, both square to
-    it: XOC, YOC, AOC, BOC for C. To first order e = (I − R)(c + h·(BOC, −AOC)) on a C axis.
-
-    Parameters
-    ----------
-    rotary : mathpost.machine.Rotary
-        The axis as the control believes it: direction and point.
-    ball_unknown : bool, keyword only
-        Whether the ball need not be where `x`, `y`, `z` say: three more unknowns `bx`, `by`, `bz`.
+    Unknowns: two offsets of the axis from `rotary.point` and two tilts of it from `rotary.axis`, as the control
+    has them, both square to it: XOC, YOC, AOC, BOC for C. With `ball_unknown` the ball need not be where `x`, `y`,
+    `z` say: three more unknowns `bx`, `by`, `bz`. To first order e = (I − R)(c + h·(BOC, −AOC)) on a C axis.
 
     Examples
     --------
@@ -274,16 +264,10 @@ def corrected(rotary, estimate):
 
 
 def square_to(rotary):
-    """Return the two directions square to a rotary axis in which its errors are counted, and their names.
+    """Return the two directions square to a rotary axis in which its errors are counted: names, and 3×2 matrix.
 
-    The machine's own two other axes if the axis lies along one of them; else the machine axis nearest to square
-    with it, made square, and the third direction of the right-handed frame.
-
-    Returns
-    -------
-    names : list of 2 str
-        Of X, Y, Z; or "1" and "2".
-    plane : sympy.Matrix, shape (3, 2)
+    The machine's own two other axes if the axis lies along one of them; else, named "1" and "2", the machine axis
+    nearest to square with it, made square, and the third direction of the right-handed frame.
 
     Examples
     --------

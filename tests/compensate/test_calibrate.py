@@ -410,6 +410,18 @@ def test_runs_one_after_the_other_forth_and_back(write):
     assert found.value[1] / ARCSECOND == pytest.approx(2.01, abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    "head", ["position,forth,back", "角度,去程,回程", "C,forward,Backward", "target,up1,down1"]
+)
+def test_forth_and_back(head, write):
+    rows = [head, "0,1.4,0.6", "90,2.4,1.6", "180,-0.6,-1.4", "270,0.9,0.1"]
+    found = calibrate(machines.load("ac_table"), [write(text(*rows, **LASER, sigma=0.1))]).positioning[0]
+    assert found.value / ARCSECOND == pytest.approx([1, 2, -1, 0.5])
+    assert found.reversal / ARCSECOND == pytest.approx(0.8) and found.sigma / ARCSECOND == pytest.approx(
+        0.1 / 2**0.5
+    )
+
+
 @pytest.mark.parametrize("method", readings.METHODS)
 @pytest.mark.parametrize("arrangement", ["table", "mixed", "head"])
 def test_every_template_is_read(method, arrangement, write):
