@@ -23,6 +23,7 @@ from mathpost.errors import InputError, ReachError
 from mathpost.measure import spline
 from mathpost.measure.fit import Value, coverage_factor, least_squares
 from mathpost.measure.rotary_axis import square_to
+from mathpost.rotation import unit
 
 DEPENDENT = 1e-5  # of a column that others leave: below it the readings do not tell the unknown from theirs
 NOTHING = 1e-9  # length of a column without a trace of its unknown
@@ -175,7 +176,7 @@ def corrected(machine, values):
     leans, so does the tool, and a table is displayed beside where it is.
     """
     moved = _moved(machine, values)
-    aside = machine.tool_length * (np.array(moved.tool_axis) - files.unit(machine.tool_axis))
+    aside = machine.tool_length * (np.array(moved.tool_axis) - unit(machine.tool_axis))
     tables = [
         replace(each, point=tuple((each.point + aside).tolist())) if each.carries == "workpiece" else each
         for each in moved.rotary
@@ -193,11 +194,11 @@ def _moved(machine, values):
         names, plane = _across(each)
         offset = plane @ [values.get(f"E{name}0{each.name}", 0.0) for name in names]
         tilt = plane @ [values.get(f"E{_turn(name)}0{each.name}", 0.0) for name in names]
-        axis = files.unit(each.axis)
-        axis = files.unit(axis + np.cross(tilt, axis))
+        axis = unit(each.axis)
+        axis = unit(axis + np.cross(tilt, axis))
         rotary.append(replace(each, axis=tuple(axis.tolist()), point=tuple((each.point + offset).tolist())))
-    tool = files.unit(machine.tool_axis)
-    tool = files.unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
+    tool = unit(machine.tool_axis)
+    tool = unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
     return replace(machine, rotary=tuple(rotary), tool_axis=tuple(tool.tolist()))
 
 
@@ -207,7 +208,7 @@ def columns(machine, positioning):
     if joint < 3:
         against = name in machine.slides_that_carry("workpiece")  # it runs against the programmed direction
         return {f"E{name}{name}": 1e3 * positioning.value * (-1 if against else 1)}
-    axis = files.unit(machine.rotary[joint - 3].axis)
+    axis = unit(machine.rotary[joint - 3].axis)
     shares = [(letter, share) for letter, share in zip("ABC", axis, strict=True) if abs(share) > SMALL]
     return {f"E{letter}{name}": 1e6 * positioning.value * share for letter, share in shares}
 

@@ -17,7 +17,7 @@ import sympy as sp
 from mathpost.compensate.model import COMPONENTS, SQUARENESS, ErrorModel, error_frame
 from mathpost.errors import as_array
 from mathpost.kinematics import Kinematics
-from mathpost.rotation import numeric, wrap
+from mathpost.rotation import numeric, unit, wrap
 
 MAX_TURN = np.deg2rad(0.1)  # its second-order remainder is 0.15 µm for every 100 mm between tool and rotary axis
 MAX_GAIN = 10  # turn for tilt that is never limited: that of a tool axis some 6 degrees from the singular one
@@ -67,7 +67,7 @@ class CalibratedKinematics:
         for name in machine.slides_that_carry("tool"):
             frame = self._pass_slide(name, frame, errors, directions)
         # Beyond the slides the chain counts from the spindle nose.
-        length, axis = machine.tool_length, np.array(machine.tool_axis) / np.linalg.norm(machine.tool_axis)
+        length, axis = machine.tool_length, unit(machine.tool_axis)
         named = {"tip": -length * axis, "nose": np.zeros(3)}.get(machine.programmed_point)
         programmed = np.array(machine.programmed_point) if named is None else named
         frame = _translation(programmed) @ frame @ _translation(-programmed)
@@ -292,8 +292,7 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
 def _own_turns(model, errors):
     """The turns, shape (..., 2), that take out what the rotary axes' own positioning errors turn."""
     columns = [[model.names.index(f"E{c}{rotary.name}") for c in "ABC"] for rotary in model.machine.rotary]
-    axes = np.array([rotary.axis for rotary in model.machine.rotary])
-    axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    axes = unit([rotary.axis for rotary in model.machine.rotary])
     return -np.einsum("...ij,ij->...i", np.asarray(errors)[..., columns], axes)
 
 
@@ -302,7 +301,7 @@ def _pass_rotary(rotary, frame, errors):
     point = np.array(rotary.point)
     frame = frame @ _frame(rotary.name, point, errors)
     moved = frame[:3, :3] @ point + frame[:3, 3]
-    axis = frame[:3, :3] @ (np.array(rotary.axis) / np.linalg.norm(rotary.axis))
+    axis = frame[:3, :3] @ unit(rotary.axis)
     return replace(rotary, axis=tuple(axis.tolist()), point=tuple(moved.tolist())), frame
 
 

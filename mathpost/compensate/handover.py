@@ -10,10 +10,10 @@ import numpy as np
 
 from mathpost.compensate.calibrate import SMALL, columns
 from mathpost.compensate.model import SQUARENESS
-from mathpost.compensate.readings import unit
 from mathpost.errors import InputError, OutputError, write_text
 from mathpost.machine import find, read_toml
 from mathpost.measure import control_table, spline
+from mathpost.rotation import unit
 
 FANUC = {"table-table": 12, "head-head": 2, "head-table": 21}  # parameter 19680
 SIEMENS = {"table-table": 40, "head-head": 24, "head-table": 56}  # MD24100

@@ -20,7 +20,7 @@ from mathpost.measure import csv_table
 from mathpost.measure.angular_error import RUNS
 from mathpost.measure.fit import Value
 from mathpost.measure.rotary_axis import square_to
-from mathpost.rotation import numeric
+from mathpost.rotation import numeric, unit
 
 LARGEST = 5  # mm: of a reading that is no position
 SQUARE = 1e-6  # sine of an angle that is none
@@ -235,8 +235,8 @@ def _readings(table, machine, method, where):
     if method == "dial":
         directions["dial"] = -turn @ np.array(square_to(axis)[1], dtype=float)[:, 0]
     elif method == "ballbar":
-        along = target - (_vector(table, "centre", where) - machine.origin)
-        directions["bar"] = -np.einsum("nij,nj->ni", turn, along / np.linalg.norm(along, axis=1, keepdims=True))
+        along = unit(target - (_vector(table, "centre", where) - machine.origin), f"{where}, x y z minus centre")
+        directions["bar"] = -np.einsum("nij,nj->ni", turn, along)
     elif method == "tip":
         tool = unit(machine.tool_axis)
         directions |= {"axial": tool, "lateral": np.cross(tool, unit(axis.axis))}
@@ -444,8 +444,3 @@ def _vector(table, key, where, count=3, default=""):
 def _indices(columns):
     """The machine's direction, 0 to 2, of each column that has one: x or ex."""
     return [("xyz".index(name[-1]), name) for name in columns if name[-1] in "xyz"]
-
-
-def unit(vector):
-    """`vector` as an array of length 1."""
-    return np.array(vector, dtype=float) / np.linalg.norm(vector)

@@ -367,6 +367,10 @@ THREE = ("angle,R,dial", "0,100,0.1", "90,100,0.1")
         (text("angle,R,dial,temp", "0,100,0.1,20", **SAID), "found 'temp'"),
         (text("x,y,z,ex", "0,0,0,0.1", method="ball", unit="mm"), "the rotary angles under their axes' names"),
         (text("C,ex", "0,0.1", method="ball", unit="mm"), "columns x, y, z of the ball"),
+        (
+            text("C,x,y,z,bar", "0,9,0,0,0", "0,1,2,3,0", method="ballbar", unit="mm", centre="1 2 3"),
+            "line 4, x y z minus centre: expected a vector with a direction",
+        ),
         (text("C,x,y,z", "0,0,0,0", method="ball", unit="mm"), "columns of readings: ex, ey, ez"),
         (text(UP_DOWN, "0,0,0,0,0", "90,0.001,0,0,0", **LASER | {"unit": "mm"}), "found 'mm'"),
         (text(UP_DOWN, "0,0,0,0,0", "90,0.001,0,0,0", method="laser", axis="C"), "expected its unit"),
