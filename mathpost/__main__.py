@@ -60,7 +60,7 @@ def main(arguments=None):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:  # standard output is closed, or its disk is full
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, what is left to be written goes nowhere
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, what is left to be written goes nowhere
         print(f"mathpost: standard output: {error.strerror or error}", file=sys.stderr)
         return 2
 

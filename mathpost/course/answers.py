@@ -43,14 +43,8 @@ WRITTEN = {  # what may stand behind a number, as a pattern
 class Kind:
     """What the kinds have in common: how a learner and an exercise talk about an answer.
 
-    Methods
-    -------
-    asked : str
-        What to answer with, in words.
-    read(answer)
-        The answer as data, or `InputError` whose place is "answer".
-    same(value, target)
-        Whether two data are the same answer.
+    Each has `asked`, what to answer with, in words; ``read(answer)``, the answer as data, or an `InputError` whose
+    place is "answer"; and ``same(value, target)``, whether two data are the same answer.
     """
 
     def coarse(self, value, target):
@@ -151,15 +145,10 @@ class Number(Kind):
         if self.coarse(value, target):
             return f"Correct as far as its digits go. Answer with {self.asked}."
         names, one = self.names.split(), replace(self, names="")
-        right = (
-            {name: Number.same(one, *pair) for name, *pair in zip(names, value, target, strict=True)}
-            if names
-            else {}
-        )
-        if not any(right.values()):
-            return ""
-        look = ", ".join(name for name in names if not right[name])
-        return f"Right: {', '.join(name for name in names if right[name])}. Look once more at {look}."
+        triples = zip(names, value, target, strict=True) if names else ()
+        right = [name for name, *pair in triples if Number.same(one, *pair)]
+        look = ", ".join(name for name in names if name not in right)
+        return f"Right: {', '.join(right)}. Look once more at {look}." if right else ""
 
     def show(self, value):
         return ", ".join(f"{each:z.{self.decimals or 0}f}" for each in np.ravel(value))
@@ -379,10 +368,8 @@ class Names(Name):
         return [name for name in self.listed if name in found]
 
     def mixups(self, target):
-        yield (
-            "These are the others: exactly those that do not belong.",
-            [name for name in self.listed if name not in target],
-        )
+        others = [name for name in self.listed if name not in target]
+        yield "These are the others: exactly those that do not belong.", others
 
     def nearly(self, value, target):
         for name in value:

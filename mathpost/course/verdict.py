@@ -26,33 +26,15 @@ NO_MIXUP = "None of the usual mix-ups gives this."
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is said of an answer.
+    """What is said of an answer."""
 
-    Attributes
-    ----------
-    name : str
-        Of the exercise.
-    status : str
-        `OPEN`, `WRONG` or `RIGHT`.
-    why : str
-        A sentence or more.
-    answer : object
-        The answer as JSON holds it; a dict with what was found in its place if it could not be read.
-    edited : bool
-        Whether the saved notebook said something else of this answer.
-    mixup : str
-        The sentence that names the mix-up, where one gives the answer.
-    student : str
-        Whose numbers it was judged by; "" for those that stand in the lesson.
-    """
-
-    name: str
-    status: str
+    name: str  # of the exercise
+    status: str  # OPEN, WRONG or RIGHT
     why: str = ""
-    answer: object = None
-    edited: bool = False
-    mixup: str = ""
-    student: str = ""
+    answer: object = None  # as JSON holds it; a dict with what was found in its place if it could not be read
+    edited: bool = False  # whether the saved notebook said something else of this answer
+    mixup: str = ""  # the sentence that names the mix-up, where one gives the answer
+    student: str = ""  # whose numbers it was judged by; "" for those that stand in the lesson
 
     def __str__(self):
         return f"{self.name} · {self.status}." + (f" {self.why}" if self.why else "")
@@ -64,34 +46,18 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Exercise:
-    """An exercise, made by `define`.
-
-    Attributes
-    ----------
-    name : str
-        The lesson and a word, such as ``"07-pivot"``.
-    kind : object
-        What is asked for, one of `mathpost.course.answers`.
-    solve : callable
-        Returns the solution. Its docstring says what the exercise teaches; its source is shown.
-    slips : dict
-        The sentence that names a mix-up, to the function that computes the answer to which it leads; see `slip`.
-    complaint, detective, given, drawn, hint
-        As in `define`.
-    student : str
-        For whom its numbers were drawn; "" where they are those of the lesson.
-    """
+    """An exercise, made by `define`, which explains what it is made of."""
 
     name: str
     kind: object
-    solve: Callable
-    slips: dict = field(default_factory=dict)
+    solve: Callable  # its docstring says what the exercise teaches; its source is shown
+    slips: dict = field(default_factory=dict)  # sentence → function that computes the answer; see `slip`
     complaint: Callable | None = None
     detective: Callable | None = None
     given: Callable | None = None
     drawn: Callable | None = None
     hint: str = ""
-    student: str = ""
+    student: str = ""  # for whom its numbers were drawn; "" where they are those of the lesson
 
     @cached_property
     def of(self):
@@ -171,11 +137,8 @@ class Exercise:
         return replace(self._judged(answer), student=self.student)
 
     def _judged(self, answer):
-        if (
-            answer is None
-            or answer is ...
-            or (isinstance(answer, (list, tuple)) and any(each is None for each in answer))
-        ):
+        parts = answer if isinstance(answer, (list, tuple)) else [answer]
+        if answer is ... or any(each is None for each in parts):
             return Verdict(self.name, OPEN, f"Answer with {self.kind.asked}.")
         _ = self.solution, self.mixed_up  # what fails here is not the answer's fault
         if isinstance(answer, dict) and UNREADABLE in answer:
@@ -207,11 +170,9 @@ class Exercise:
         return Verdict(self.name, WRONG, why, {UNREADABLE: found})
 
     def _solves(self, value):
-        return (
-            not self._with_arguments(self.complaint, value)
-            if self.complaint
-            else self.kind.same(value, self.solution)
-        )
+        if self.complaint:
+            return not self._with_arguments(self.complaint, value)
+        return self.kind.same(value, self.solution)
 
     def _mixup(self, value):
         """The sentence of the first mix-up that gives the value: a named one, the detective's, or a common one."""

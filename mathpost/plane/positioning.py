@@ -1,8 +1,9 @@
 """Which of the two positions of a tilted plane a control takes, by its documented rule.
 
-Positions are rotary angles in degrees, in the order of the machine file. Of an angle and its whole turns a control
-is taken to go to the one nearest to where the axis stands, within travel; an endless axis then shows it in
-(−180, 180], which is the same place.
+Each rule takes an `Alignment` and where the rotary axes stand, shape (2,), and returns a `Choice`; it raises
+`ReachError` where no position is within travel, with the limits. Positions are rotary angles in degrees, in the
+order of the machine file. Of an angle and its whole turns a control is taken to go to the one nearest to where the
+axis stands, within travel; an endless axis then shows it in (−180, 180], which is the same place.
 """
 
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.errors import InputError, ReachError, as_array
-from mathpost.plane.alignment import beyond_travel, nearest_turn
+from mathpost.plane.alignment import beyond_travel
 from mathpost.rotation import wrap
 
 TIE = 1e-6  # degrees
@@ -46,30 +47,14 @@ def fanuc(alignment, present, *, master=None):
     equal, the slave nearest to 0. The master is the axis nearest to the machine's bed, on a machine with one
     table and one head the table's.
 
-    Parameters
-    ----------
-    alignment : mathpost.plane.alignment.Alignment
-    present : array_like, shape (2,)
-        Where the rotary axes stand, degrees.
-    master : str, keyword only
-        Name of the master axis if a parameter of the control says otherwise.
-
-    Returns
-    -------
-    Choice
-
-    Raises
-    ------
-    ReachError
-        If neither position is within travel; names both limits.
+    `master` names it if a parameter of the control says otherwise.
 
     Examples
     --------
     >>> from mathpost import machine
     >>> from mathpost.plane.alignment import align
     >>> from mathpost.plane.tilted_plane import Plane
-    >>> trunnion = machine.load("data/machines/ac_table.toml")
-    >>> tilted = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, trunnion)
+    >>> tilted = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, machine.load("ac_table"))
     >>> fanuc(tilted, [20, -60]).angles.round(6), fanuc(tilted, [20, -60], master="C").angles.round(6)
     (array([45., 90.]), array([-45., -90.]))
     """
@@ -91,24 +76,14 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
 
     Parameters
     ----------
-    alignment, present
-        As in `fanuc`.
     seq, sym : str, keyword only
-        ``"+"`` or ``"-"``: the master above or below 0, or above or below the symmetry point. One at most.
+        ``"+"`` or ``"-"``: the master above or below 0, or above or below the symmetry point. One at most; where
+        that position is not within travel the control says "Entered angle not permitted".
     symmetry : float, keyword only
         The symmetry point of the master axis, degrees.
     rot : str, keyword only
         ``"COORD"`` leaves a free table axis where it stands and turns the coordinates; ``"TABLE"`` turns the
         axis until the feature's X is the spindle's. Without a free axis it has no effect.
-
-    Returns
-    -------
-    Choice
-
-    Raises
-    ------
-    ReachError
-        If the position asked for is not within travel ("Entered angle not permitted" on the control).
     """
     if (seq and sym) or seq not in ("", "+", "-") or sym not in ("", "+", "-"):
         raise InputError("seq, sym", "'+' or '-' for one of the two, or nothing", f"seq={seq!r}, sym={sym!r}")
@@ -131,33 +106,15 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
 def siemens(alignment, present, direction, *, reference=None):
     """Choose as CYCLE800's _DIR does: the lower (−1) or the higher (+1) value of the reference rotary axis.
 
-    If that one is out of travel the other is taken, as the manual says.
-
-    Parameters
-    ----------
-    alignment, present
-        As in `fanuc`.
-    direction : int
-        −1 or +1.
-    reference : str, keyword only
-        Name of the reference axis, set when the machine is commissioned; by default the axis next to the tool.
-
-    Returns
-    -------
-    Choice
-
-    Raises
-    ------
-    ReachError
-        If neither position is within travel.
+    If that one is out of travel the other is taken, as the manual says. `reference` names the axis, which is set
+    when the machine is commissioned; by default it is the one next to the tool.
     """
     if direction not in (-1, 1):
         raise InputError("direction", "-1 or +1", repr(direction))
     axis, present = alignment.inner if reference is None else _joint(alignment, reference), _present(present)
+    value = f"{'higher' if direction > 0 else 'lower'} {_names(alignment)[axis]}"
     clauses = {
-        f"{'higher' if direction > 0 else 'lower'} {_names(alignment)[axis]}": lambda angles: (
-            -direction * wrap(angles[axis])
-        ),
+        value: lambda angles: -direction * wrap(angles[axis]),
         "smallest motion": lambda angles: np.hypot(*(angles - present)),
     }
     return _choose(alignment, present, clauses)
@@ -178,9 +135,8 @@ def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table
         if reason := refuse(angles) or beyond_travel(alignment.machine, angles):
             reasons.append(reason)
         else:
-            left[index] = np.array(
-                [nearest_turn(*p) for p in zip(alignment.machine.rotary, angles, present, strict=True)]
-            )
+            turned = zip(alignment.machine.rotary, angles, present, strict=True)
+            left[index] = np.array([rotary.nearest_turn(angle, now) for rotary, angle, now in turned])
     if not left:
         raise ReachError(f"{alignment.machine.name}: entered angle not permitted ({'; '.join(reasons)})")
     why = alone
