@@ -12,7 +12,7 @@ from mathpost.rotation import ACTIVE, zxz_right, zxz_steps
 
 _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 _AXIS, _NODES = plot.COLOUR["first branch"], plot.COLOUR["second branch"]  # of a turn; where two planes meet
-_UNIT = dict(zip("XYZ", ((1, 0, 0), (0, 1, 0), (0, 0, 1)), strict=True))
+_UNIT = dict(zip("XYZ", np.eye(3, dtype=int).tolist(), strict=True))
 _DEGREES = 180 / sp.pi
 
 
@@ -50,10 +50,10 @@ def turns(point, angles):
     s, size = sp.Symbol("s", real=True), 0.75 * float(np.linalg.norm(point))
     done = [sp.Rational(round(1e9 * t), 10**9) * sp.Min(1, sp.Max(0, s - n)) for n, t in enumerate(angles)]
     F = euler.matrix("ZXZ", [t * sp.pi / 180 for t in done])
-    v = (
-        size * sp.Piecewise((1, sp.Or(s <= 1, s > 2)), (0, True)) * F[:, 2]
-        + size * sp.Piecewise((1, sp.And(s > 1, s <= 2)), (0, True)) * F[:, 0]
+    about_z, about_x = (
+        sp.Piecewise((1, when), (0, True)) for when in (sp.Or(s <= 1, s > 2), sp.And(s > 1, s <= 2))
     )
+    v = size * about_z * F[:, 2] + size * about_x * F[:, 0]
     start = np.array(F.subs(s, 1.5).evalf(), dtype=float)
     axes = np.concatenate([np.eye(3), start.T])
     scene = Scene(["turned"], extent=1.3 * size * np.concatenate([np.eye(3), -np.eye(3)]))
@@ -89,12 +89,8 @@ def notations(angles=(135.0, 54.7356, -90.0)):
     w, x, y, z = sp.prod(turns).args
     sign, sine = sp.Piecewise((-1, w < 0), (1, True)), sp.sqrt(x**2 + y**2 + z**2)
     still = sine < 1e-12  # no turn at all has the axis Z
-    v = sp.Matrix(
-        [
-            sp.Piecewise((end, still), (sign * x / sp.Max(sine, 1e-12), True))
-            for end, x in zip((0, 0, 1), (x, y, z), strict=True)
-        ]
-    )
+    components = zip((0, 0, 1), (x, y, z), strict=True)
+    v = sp.Matrix([sp.Piecewise((end, still), (sign * x / sp.Max(sine, 1e-12), True)) for end, x in components])
     numbers = [*v, 2 * sp.atan2(sine, sign * w) * _DEGREES, *(sign * x for x in (w, x, y, z))]
     text = ["axis ({0:4}, {1:4}, {2:4}), angle {3:3}° (dashed)", "quaternion ({4:4}, {5:4}, {6:4}, {7:4})"]
     for name in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
