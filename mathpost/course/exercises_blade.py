@@ -42,10 +42,7 @@ def table(number):
 
 
 @define("07-next", Vector(names="B C", unit="degrees"), hint="Only the time is missing: put it into the curve.")
-@slip(
-    "That is the clamped cubic of equation (7). The printed points are on another.",
-    curve=yu_dan.paper_clamped,
-)
+@slip("That is the clamped cubic of equation (7). The printed points are on another.", curve=yu_dan.paper_clamped)
 @slip(
     "That is in proportion between rows 50 and 60: a straight line.",
     curve=lambda rows, t: rows[1] + t * (rows[2] - rows[1]),

@@ -154,9 +154,7 @@ def unlike_exx(name):
 
 
 @define(
-    "13-twins",
-    Names(" ".join(ERRORS), about=unlike_exx),
-    hint="Which else carry the tool or the part along X?",
+    "13-twins", Names(" ".join(ERRORS), about=unlike_exx), hint="Which else carry the tool or the part along X?"
 )
 @slip("A moves too when X has an error, but it is not the only one that carries them along X.", "EXA")
 @slip("These are the slides. The tables can stand wrong along X as well.", "EXY EXZ")

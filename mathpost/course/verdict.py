@@ -89,14 +89,10 @@ class Exercise:
     @cached_property
     def mixed_up(self):
         """What each slip gives, as data: pairs of a sentence and a value."""
-        found = []
-        for sentence, computed in self.slips.items():
-            value = self.kind.read(self._with_arguments(computed))
-            if not self.complaint and self.kind.same(value, self.solution):
-                raise InputError(
-                    f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {sentence}"
-                )
-            found.append((sentence, value))
+        found = [(said, self.kind.read(self._with_arguments(slip))) for said, slip in self.slips.items()]
+        for said, value in found if not self.complaint else ():
+            if self.kind.same(value, self.solution):
+                raise InputError(f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {said}")
         return found
 
     @cached_property
@@ -149,15 +145,13 @@ class Exercise:
             return self._unreadable(error.found)
         except (TypeError, ValueError, IndexError, KeyError, AttributeError):
             return self._unreadable(brief(answer))
-        mixup = ""
         try:
-            right = self._solves(value)
-            why = mixup = "" if right else self._mixup(value)
+            if self._solves(value):
+                return Verdict(self.name, RIGHT, inspect.getdoc(self.solve) or "", value)
+            mixup = self._mixup(value)
         except MathpostError as error:
-            right, why = False, f"The answer cannot be used: {error}."
-        if right:
-            return Verdict(self.name, RIGHT, inspect.getdoc(self.solve) or "", value)
-        why = why or f"{self.kind.nearly(value, self.solution) or NO_MIXUP} {self.hint}".strip()
+            return Verdict(self.name, WRONG, f"The answer cannot be used: {error}.", value)
+        why = mixup or f"{self.kind.nearly(value, self.solution) or NO_MIXUP} {self.hint}".strip()
         return Verdict(self.name, WRONG, why, value, mixup=mixup)
 
     @cached_property
@@ -178,16 +172,14 @@ class Exercise:
         """The sentence of the first mix-up that gives the value: a named one, the detective's, or a common one."""
         if self.complaint:
             return self._with_arguments(self.complaint, value)
-        for sentence, mistaken in self.mixed_up:
-            if self.kind.same(value, mistaken):
-                return sentence
+        if named := [said for said, mistaken in self.mixed_up if self.kind.same(value, mistaken)]:
+            return named[0]
         found = self._with_arguments(self.detective, value) if self.detective else None
         if found and found.explained and not found.right:
             sentence = str(found.misreadings[0])
             return f"{sentence[0].upper()}{sentence[1:]}."
-        for sentence, mistaken in self.common:
-            if self.kind.same(value, mistaken):
-                return sentence
+        if named := [said for said, mistaken in self.common if self.kind.same(value, mistaken)]:
+            return named[0]
         if self.kind.coarse(value, self.solution):
             return ""
         return next((said for said, other in self.mixed_up + self.common if self.kind.coarse(value, other)), "")
