@@ -11,10 +11,9 @@ from mathpost.draw.arrangement import placing
 from mathpost.draw.formula import slider
 from mathpost.draw.live import Live
 from mathpost.draw.scene import Line, Scene
-from mathpost.draw.solid import Turned
+from mathpost.draw.solid import Turned, across, ring
 from mathpost.post import selection, travel
 from mathpost.post.singular import distance, regions
-from mathpost.rotation import unit
 
 CONE = np.radians(1.0)
 BRANCHES = ("first branch", "second branch")
@@ -45,7 +44,7 @@ def tool_axis(kin, *, tilt=30.0, direction=-30.0):
     _, framed = scene.best_start(kin, drawn, made, aspect=0.75)
     tilt, most = float(min(max(tilt, near), far)), float(min(180.0, far + 10.0))
     pole = np.array(about["pole"])
-    zero, quarter = _across(pole)
+    zero, quarter = across(pole)  # as the browser takes them
     angle, turn = np.radians([tilt, direction])
     axis = np.cos(angle) * pole + np.sin(angle) * (np.cos(turn) * zero + np.sin(turn) * quarter)
     tip = kin.forward(made.home)[0]
@@ -172,17 +171,10 @@ def _sphere(kin, axis):
     return drawn.frame(*scene.CAMERAS[0], aspect=0.8)
 
 
-def _circle(pole, angle, count=61):
+def _circle(pole, angle):
     """Points of the circle on the unit sphere at `angle` (radians) from the unit vector `pole`."""
-    x, y = _across(pole)
-    turn = np.linspace(0, 2 * np.pi, count)[:, None]
-    return np.cos(angle) * pole + np.sin(angle) * (np.cos(turn) * x + np.sin(turn) * y)
-
-
-def _across(axis):
-    """Two unit vectors square to `axis`, the ones that the browser takes."""
-    x = unit(np.cross(axis, [1.0, 0, 0] if abs(axis[0]) < 0.6 else [0, 1.0, 0]))
-    return x, np.cross(axis, x)
+    points = ring(np.cos(angle) * pole, pole, np.sin(angle), 60)
+    return np.concatenate([points, points[:1]])
 
 
 def _sights(kin, cl, joints):
