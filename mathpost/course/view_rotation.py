@@ -25,12 +25,9 @@ def turned_point(point):
     angles = {"alpha": (-180, 135.0), "beta": (0, 54.7356), "gamma": (-180, -90.0)}
     frame = zxz_right(*(start for _, start in angles.values()), degrees=True)
     axes = np.concatenate([np.eye(3), frame])
-    scene = Scene(["turned"], extent=np.concatenate([1.35 * size * axes, 1.25 * np.array([point, np.zeros(3)])]))
-    scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
-    scene.triad("turned", ("X'", "Y'", "Z'"), length=size, colour=_WORKPIECE, width=3)
-    scene.lines.append(Line("bed", [[np.zeros(3), np.array(point)]], _TOOL, 1.2, dash=True, over=True, dot=True))
+    extent = np.concatenate([1.35 * size * axes, 1.25 * np.array([point, np.zeros(3)])])
+    scene = _frames_and_point(point, size, extent)
     scene.lines.append(Line("turned", [], _TOOL, 2.4, name="coordinates", span=(0, 4), over=True))
-    scene.labels.append(Label("bed", 1.1 * np.array(point), "P", _TOOL))
     return formula(
         scene.frame(*clearest(dict(zip(("X", "Y", "Z", "X'", "Y'", "Z'"), axes, strict=True)))),
         symbols,
@@ -40,6 +37,16 @@ def turned_point(point):
         numbers=[*new, *wrong],
         points=[sp.zeros(3, 1), sp.Matrix([x, 0, 0]), sp.Matrix([x, y, 0]), sp.Matrix([x, y, z])],
     )
+
+
+def _frames_and_point(point, size, extent):
+    """A point in the frame that stays, and the frame that turns."""
+    scene = Scene(["turned"], extent=extent)
+    scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
+    scene.triad("turned", ("X'", "Y'", "Z'"), length=size, colour=_WORKPIECE, width=3)
+    scene.lines.append(Line("bed", [[np.zeros(3), np.array(point)]], _TOOL, 1.2, dash=True, over=True, dot=True))
+    scene.labels.append(Label("bed", 1.1 * np.array(point), "P", _TOOL))
+    return scene
 
 
 def turns(point, angles):
@@ -56,12 +63,8 @@ def turns(point, angles):
     v = size * about_z * F[:, 2] + size * about_x * F[:, 0]
     start = np.array(F.subs(s, 1.5).evalf(), dtype=float)
     axes = np.concatenate([np.eye(3), start.T])
-    scene = Scene(["turned"], extent=1.3 * size * np.concatenate([np.eye(3), -np.eye(3)]))
-    scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
-    scene.triad("turned", ("X'", "Y'", "Z'"), length=size, colour=_WORKPIECE, width=3)
-    scene.lines.append(Line("bed", [[np.zeros(3), np.array(point)]], _TOOL, 1.2, dash=True, over=True, dot=True))
+    scene = _frames_and_point(point, size, 1.3 * size * np.concatenate([np.eye(3), -np.eye(3)]))
     scene.lines.append(Line("bed", [], _AXIS, 2.4, name="axis", span=(0, 2), dash=True, over=True))
-    scene.labels.append(Label("bed", 1.1 * np.array(point), "P", _TOOL))
     words = ("about Z", "about the new X", "about the newest Z")
     now = [sp.Piecewise((1, condition), (0, True)) for condition in (s <= 1, sp.And(s > 1, s <= 2), s > 2)]
     said = "".join(f"{{{3 + n}?{word}}}" for n, word in enumerate(words))
