@@ -185,7 +185,7 @@ class Exercise:
         return next((said for said, other in self.mixed_up + self.common if self.kind.coarse(value, other)), "")
 
 
-def define(name, kind, **how):
+def define(name, kind, hint="", **how):
     """Enter the decorated function as the solution of an exercise; running the cell anew replaces it.
 
     Parameters
@@ -194,6 +194,8 @@ def define(name, kind, **how):
         Not one of the lessons', and the same only in the notebook or file where the exercise stands already.
     kind : object
         What is asked for: one of `mathpost.course.answers`, such as ``Angle(decimals=2)``.
+    hint : str
+        What to say if no mix-up gives the answer.
     complaint : callable, keyword only
         For exercises with many solutions: returns what is wrong with an answer, or "" if nothing is.
     detective : callable, keyword only
@@ -204,8 +206,6 @@ def define(name, kind, **how):
         ``drawn(rng)`` returns arguments of the solution as a dict, drawn for one student from a `random.Random`; a
         slip, complaint, detective or `given` that names one of them as an argument gets it. In the question they
         stand as ``<!--drawn:01-sign:angle-->90<!--/drawn-->``.
-    hint : str, keyword only
-        What to say if no mix-up gives the answer.
 
     Raises
     ------
@@ -234,7 +234,7 @@ def define(name, kind, **how):
         there = EXERCISES[name].solve.__module__ if name in EXERCISES else solve.__module__
         if there != solve.__module__:
             raise InputError("exercise", "a name of its own", f"{name!r}, which {there} has")
-        EXERCISES[name] = Exercise(name, kind, solve, getattr(solve, "slips", {}), **how)
+        EXERCISES[name] = Exercise(name, kind, solve, getattr(solve, "slips", {}), hint=hint, **how)
         return solve
 
     return enter
