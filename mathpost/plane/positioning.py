@@ -154,13 +154,8 @@ def siemens(alignment, present, direction, *, reference=None):
     if direction not in (-1, 1):
         raise InputError("direction", "-1 or +1", repr(direction))
     axis, present = alignment.inner if reference is None else _joint(alignment, reference), _present(present)
-    clauses = {
-        f"{'higher' if direction > 0 else 'lower'} {_names(alignment)[axis]}": lambda angles: (
-            -direction * wrap(angles[axis])
-        ),
-        "smallest motion": lambda angles: np.hypot(*(angles - present)),
-    }
-    return _choose(alignment, present, clauses)
+    clause = f"{'higher' if direction > 0 else 'lower'} {_names(alignment)[axis]}"
+    return _choose(alignment, present, {clause: lambda angles: -direction * wrap(angles[axis])})
 
 
 def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table=False, alone=ALONE):
