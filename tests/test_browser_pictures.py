@@ -118,7 +118,7 @@ def test_the_browser_paints_the_still_picture(noted, name, tmp_path):
 
 
 def scale(texts, axis, ticks, limits=(0, 1), log=False):
-    """What the labels of an axis make of pixels, a function: in a straight line, to the right or up as the limits go."""
+    """What the labels of an axis make of pixels, a function: in a straight line, right or up as the limits go."""
     named = {text: at for at, text in ticks}
     found = [(at, named[text]) for text, align, *at in texts if align == ALIGN[axis] and text in named]
     row = max(at[1] for at, _ in found)
