@@ -20,7 +20,7 @@ ARRANGEMENTS = {
     "head-head": "Both rotary axes carry the tool.",
 }
 FRAME = """<style>body { max-width: 1060px; margin: 0 auto; padding: 0 12px; font: 15px/1.45 system-ui, sans-serif }
-#live { height: max(500px, min(660px, 1100px - 100vw)) }
+#live { height: 500px; height: max(500px, min(660px, 1100px - 100vw)) }
 table { border-collapse: collapse } td, th { text-align: left; padding: 3px 14px 3px 0 }
 p, table { font-size: 14px }</style>"""
 
