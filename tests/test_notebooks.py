@@ -17,8 +17,8 @@ def read(path):
 
 def test_every_notebook_is_collected_as_tests():
     """By the settings of the project alone: an old pytest that did not know them would run none, and be green."""
-    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", "notebooks"]
-    listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout
+    command = "-m pytest --collect-only -q -n 0 -p no:cacheprovider notebooks".split()
+    listed = subprocess.run([sys.executable, *command], cwd=ROOT, capture_output=True, text=True).stdout
     notebooks = (ROOT / "notebooks").glob("*.ipynb")
     assert [path.name for path in notebooks if not re.search(rf"{re.escape(path.name)}(: |::)", listed)] == []
 

@@ -10,17 +10,17 @@ import numpy as np
 
 from mathpost.compensate.calibrate import SMALL, columns
 from mathpost.compensate.model import SQUARENESS
-from mathpost.compensate.readings import unit
 from mathpost.errors import InputError, OutputError, write_text
 from mathpost.machine import find, read_toml
 from mathpost.measure import control_table, spline
+from mathpost.rotation import unit
 
 FANUC = {"table-table": 12, "head-head": 2, "head-table": 21}  # parameter 19680
 SIEMENS = {"table-table": 40, "head-head": 24, "head-table": 56}  # MD24100
 
 
 def write(calibration, path, folder, inputs=()):
-    """Write machine.toml, errors.toml and tables of controls for each axis, and terms.txt into `folder`.
+    """Write machine.toml, errors.toml and tables of controls for each axis, and terms.txt; return their paths.
 
     Parameters
     ----------
@@ -32,11 +32,6 @@ def write(calibration, path, folder, inputs=()):
         Is made if it does not exist.
     inputs : sequence of paths
         Files that must not be replaced.
-
-    Returns
-    -------
-    list of pathlib.Path
-        What was written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

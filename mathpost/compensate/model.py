@@ -58,15 +58,7 @@ def error_names(machine):
 class ErrorModel:
     """The chain of a machine with its errors as symbols, its derivatives, and both compiled.
 
-    Parameters
-    ----------
-    machine : mathpost.machine.Machine
-
-    Attributes
-    ----------
-    joints : tuple of 5 sympy symbols
-    errors : tuple of 33 sympy symbols
-        In the order of `error_names`.
+    `joints` are 5 sympy symbols, `errors` 33 in the order of `names`, which is that of `error_names`.
 
     Examples
     --------
@@ -142,15 +134,10 @@ class ErrorModel:
         return links, before, behind[::-1]
 
     def sensitivity(self, name):
-        """Return how tip and tool axis move for one unit of the error or the joint `name`, without errors.
+        """Return how tip and tool axis move for one unit of the error or the joint `name`, without errors: 6×1.
 
         The derivative of the chain is the derivative of the one link that holds the symbol, between the products
         of the others.
-
-        Returns
-        -------
-        sympy.ImmutableMatrix, shape (6, 1)
-            Tip, then axis, in the workpiece.
         """
         symbol = self.symbol.get(name) or dict(zip(self.machine.joint_names, self.joints, strict=True))[name]
         links, before, behind = self._partial
@@ -161,18 +148,9 @@ class ErrorModel:
         return sp.ImmutableMatrix([*moved[:3, 1], *moved[:3, 0]])
 
     def forward(self, joints, errors):
-        """Return the pose that the real machine takes.
+        """Return tip and axis, shape (..., 3), of the pose that the real machine takes.
 
-        Parameters
-        ----------
-        joints : array_like, shape (..., 5)
-            mm and radians.
-        errors : array_like, shape (..., 33)
-            In the order of `names`; mm and radians.
-
-        Returns
-        -------
-        tip, axis : ndarray, shape (..., 3)
+        `joints`, shape (..., 5), and `errors`, shape (..., 33) in the order of `names`, are mm and radians.
         """
         joints, errors = as_array(joints, 5, "joints"), as_array(errors, len(self.names), "errors")
         pose = self._forward(*np.moveaxis(joints, -1, 0), *np.moveaxis(errors, -1, 0))
@@ -220,16 +198,10 @@ class JointTable:
 
 @dataclass(frozen=True)
 class MachineErrors:
-    """Constants and tables of all errors of a machine.
+    """Constants and tables (`JointTable`) of all errors of a machine.
 
-    Attributes
-    ----------
-    machine : Machine
-    constant : ndarray, shape (33,)
-        In the order of `error_names`; mm and radians.
-    tables : tuple of JointTable
-    drift : ndarray, shape (33,), or 0
-        What has been added since the calibration, by heat for instance.
+    `constant`, shape (33,), is in the order of `error_names`, mm and radians; so is `drift`, what has been added
+    since the calibration, by heat for instance.
     """
 
     machine: Machine
@@ -290,16 +262,7 @@ def constant_errors(machine, errors):
 
 
 def read_errors(path, machine):
-    """Read the errors of `machine` from a TOML file.
-
-    Parameters
-    ----------
-    path : str or path-like
-    machine : Machine
-
-    Returns
-    -------
-    MachineErrors
+    """Read the errors of `machine` from a TOML file, as `MachineErrors`.
 
     Raises
     ------

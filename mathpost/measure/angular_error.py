@@ -12,7 +12,7 @@ from mathpost.errors import InputError, as_array
 from mathpost.measure import csv_table, spline
 
 ARCSECONDS = 3600  # in a degree
-MOST_RUNS = 50
+RUNS = tuple(f"{side}{run}" for run in range(1, 51) for side in ("up", "down"))  # columns of a report
 SMALLEST = 0.05  # seconds of arc: a table whose errors are all smaller was given in another unit
 
 
@@ -20,12 +20,8 @@ SMALLEST = 0.05  # seconds of arc: a table whose errors are all smaller was give
 class Runs:
     """Repeated approaches of the same targets from both sides.
 
-    Attributes
-    ----------
-    angles : ndarray, shape (targets,)
-        Degrees, increasing.
-    up, down : ndarray, shape (targets, runs)
-        Error of each approach in the positive and in the negative direction, seconds of arc.
+    `angles`, shape (targets,), are degrees, increasing; `up` and `down`, shape (targets, runs), the errors of each
+    approach in the positive and in the negative direction, seconds of arc.
     """
 
     angles: np.ndarray
@@ -46,22 +42,12 @@ class Runs:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """The parameters of ISO 230-2, seconds of arc; a triple holds up, down and both directions.
+    """The parameters of ISO 230-2, seconds of arc.
 
-    Attributes
-    ----------
-    mean_up, mean_down, s_up, s_down, reversal : ndarray, shape (targets,)
-        Mean and standard deviation of the approaches, and B at each target: mean up minus mean down.
-    B : float
-        Reversal value: the largest |reversal|.
-    M : float
-        Range of the mean of both directions.
-    E : tuple of 3 floats
-        Systematic deviation: the range of the means.
-    R : tuple of 3 floats
-        Repeatability: the widest 4 s; of both directions 2 s up + 2 s down + |B| if that is wider.
-    A : tuple of 3 floats
-        Accuracy: from the lowest mean − 2 s to the highest mean + 2 s.
+    At each target: mean and standard deviation of the approaches, up and down, and `reversal`, mean up minus mean
+    down. Of all targets: `B`, the largest |reversal|; `M`, the range of the mean of both directions; and triples
+    for up, down and both directions: `E`, the range of the means; `R`, the widest 4 s, of both directions 2 s up +
+    2 s down + |B| if that is wider; `A`, from the lowest mean − 2 s to the highest mean + 2 s.
     """
 
     mean_up: np.ndarray
@@ -81,22 +67,15 @@ class Accuracy:
 
 
 def read_runs(path):
-    """Read bidirectional runs from a CSV file with the columns angle, up1, down1, up2, down2, …
+    """Read bidirectional runs from a CSV file with the columns angle, up1, down1, up2, down2, … as `Runs`.
 
-    Parameters
-    ----------
-    path : str or path-like
-        Angles in degrees, increasing; errors in seconds of arc unless it names another unit.
-
-    Returns
-    -------
-    Runs
+    Angles in degrees, increasing; errors in seconds of arc unless the file names another unit.
 
     Raises
     ------
     InputError
-        If a column is missing, angles do not increase, or a number suggests other units: an angle beyond a
-        turn, an error beyond a degree, none beyond 0.05″. The message names file, line and column.
+        If a column is missing, angles do not increase, or a number suggests other units: an angle beyond a turn, an
+        error beyond a degree, none beyond 0.05″. The message names file, line and column.
 
     Examples
     --------
@@ -104,7 +83,7 @@ def read_runs(path):
     >>> runs.up.shape, runs.angles[:3]
     ((37, 5), array([ 0., 10., 20.]))
     """
-    names = [f"{side}{run}" for run in range(1, MOST_RUNS + 1) for side in ("up", "down")]
+    names = RUNS
     also = dict.fromkeys(("A", "B", "C", "position"), "angle")
     read = csv_table.read(path, ["angle", *names[:4]], optional=names[4:], also=also)
     runs = (sum(name in read for name in names) + 1) // 2
@@ -171,17 +150,11 @@ def accuracy(runs):
 
 
 def commands(error, targets):
-    """Return the angles to command so that the axis arrives at `targets`: commanded angle minus error.
+    """Return the angles to command so that the axis arrives at `targets`, degrees: commanded angle minus error.
 
-    The error is taken at the target, as a control's table does, not where the command goes; the difference is the
-    error times its slope, some thousandths of a second of arc on a machine worth compensating.
-
-    Parameters
-    ----------
-    error : mathpost.measure.spline.Curve
-        Seconds of arc over degrees.
-    targets : array_like
-        Degrees.
+    `error` is a `mathpost.measure.spline.Curve`, seconds of arc over degrees. It is taken at the target, as a
+    control's table does, not where the command goes; the difference is the error times its slope, some thousandths
+    of a second of arc on a machine worth compensating.
     """
     targets = np.asarray(targets, dtype=float)
     return targets - error(targets) / ARCSECONDS

@@ -367,6 +367,10 @@ THREE = ("angle,R,dial", "0,100,0.1", "90,100,0.1")
         (text("angle,R,dial,temp", "0,100,0.1,20", **SAID), "found 'temp'"),
         (text("x,y,z,ex", "0,0,0,0.1", method="ball", unit="mm"), "the rotary angles under their axes' names"),
         (text("C,ex", "0,0.1", method="ball", unit="mm"), "columns x, y, z of the ball"),
+        (
+            text("C,x,y,z,bar", "0,9,0,0,0", "0,1,2,3,0", method="ballbar", unit="mm", centre="1 2 3"),
+            "line 4, x y z minus centre: expected a vector with a direction",
+        ),
         (text("C,x,y,z", "0,0,0,0", method="ball", unit="mm"), "columns of readings: ex, ey, ez"),
         (text(UP_DOWN, "0,0,0,0,0", "90,0.001,0,0,0", **LASER | {"unit": "mm"}), "found 'mm'"),
         (text(UP_DOWN, "0,0,0,0,0", "90,0.001,0,0,0", method="laser", axis="C"), "expected its unit"),
@@ -408,6 +412,18 @@ def test_runs_one_after_the_other_forth_and_back(write):
     assert found.endless and found.at[:4].tolist() == [0, 90, 180, 270]
     assert found.reversal / ARCSECOND == pytest.approx(0.8, abs=0.05)
     assert found.value[1] / ARCSECOND == pytest.approx(2.01, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "head", ["position,forth,back", "角度,去程,回程", "C,forward,Backward", "target,up1,down1"]
+)
+def test_forth_and_back(head, write):
+    rows = [head, "0,1.4,0.6", "90,2.4,1.6", "180,-0.6,-1.4", "270,0.9,0.1"]
+    found = calibrate(machines.load("ac_table"), [write(text(*rows, **LASER, sigma=0.1))]).positioning[0]
+    assert found.value / ARCSECOND == pytest.approx([1, 2, -1, 0.5])
+    assert found.reversal / ARCSECOND == pytest.approx(0.8) and found.sigma / ARCSECOND == pytest.approx(
+        0.1 / 2**0.5
+    )
 
 
 @pytest.mark.parametrize("method", readings.METHODS)
