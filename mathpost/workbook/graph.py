@@ -102,6 +102,10 @@ class Graph:
         """The number in a cell as the file holds it, texts such as 54,7356 included, or None."""
         return self.cells[place].meant if place in self.cells else None
 
+    def tree(self, place):
+        """The formula in a cell; an empty text where there is none."""
+        return self.trees.get(place, ("text", ""))
+
     def used_by(self, tree):
         """The places that a tree refers to."""
         return list(dict.fromkeys(place for area in areas(tree) for place in area.places))
