@@ -10,7 +10,7 @@ from mathpost.detective.misreadings import written_decimals
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
 from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, converted, edits, flat, repaired
 from mathpost.workbook.formula import Area, areas, heads, text_of, walk, with_areas
-from mathpost.workbook.graph import SAMPLES, same
+from mathpost.workbook.graph import SAMPLES, beside, same
 from mathpost.workbook.nc_table import Words, judge_numbers
 from mathpost.workbook.report import Fault
 
@@ -56,11 +56,12 @@ class Judge:
 
     def block(self, places, option=()):
         """What is in some cells, or what `option` puts there, shape (cells, samples)."""
-        return np.array([dict(option).get(p, self.now(p)) for p in places])
+        return np.array([option[p] if p in option else self.now(p) for p in places])
 
-    def bad(self, targets, values=()):
+    def bad(self, targets, values=None):
         """The targets that are missed, now or with other values."""
-        return [p for p, target in targets.items() if not same(dict(values).get(p, self.now(p)), target)]
+        values = values or self.values
+        return [p for p, target in targets.items() if not same(values[p] if p in values else self.now(p), target)]
 
     def _run(self, more=(), only=None):
         """The values with all that was put in, and `more`."""
@@ -216,7 +217,8 @@ class Judge:
         vectors = found.vectors & scope
         lines = {graph.component[p] for p in vectors if len(graph.component[p]) in (3, 4)} | {calculation.results}
         blocks += [line for line in lines if len(vectors.intersection(line)) >= 2 or line == calculation.results]
-        for block in (*blocks, *(tuple(pair) for pair in pairs.values() if len(pair) == 2)):
+        pairs = [pair for places in pairs.values() for pair in combinations(places, 2)]
+        for block in (*blocks, *(pair for pair in pairs if pair[1] in beside(pair[0]))):
             order = min(map(graph.calculation_order, [p for p in block if p in graph.trees] or block))
             options = [dict(zip(block, known, strict=True)) for known in calculation.known.get(len(block), ())]
             yield (*order, len(block)), block, self._tried(options, targets)
@@ -316,7 +318,9 @@ class Judge:
             if place not in done:
                 array = graph.array(place)
                 done.update(array)
-                *fault, more = block or self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
+                *fault, more = self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
+                if block and (more or len(array) == 1):
+                    *fault, more = block
                 cost = max(cost, more)
                 faults.append((place, *fault))
         if unit is self.whole:
@@ -386,13 +390,15 @@ class Judge:
             near = graph.tree((sheet, row + step, column))
             moved = [area if area.fixed[0] else area.moved(-step, 0) for area in areas(near)]
             terms += [term for _, term in flat(with_areas(near, moved))] if moved and all(moved) else []
-        single, named = (
-            {text_of(t): graph.calculate(t, self.values)[:, 0, 0] for t in ts} for ts in (factors, terms)
-        )
-        for depth in (1, 2, 3, 4):
-            for chosen in combinations(single, depth) if comb(len(single), depth) < 20_000 else ():
-                named["*".join(chosen)] = np.prod(np.broadcast_arrays(*map(single.get, chosen)), axis=0)
-        return next((t for t, n in named.items() if same(lacking, n, 1e-7) or same(lacking, -n, 1e-7)), None)
+        for trees, most in ((terms, 1), ({text_of(tree): tree for tree in factors}.values(), 4)):
+            values = np.array([np.broadcast_to(graph.calculate(t, self.values)[:, 0, 0], SAMPLES) for t in trees])
+            for depth in range(1, most + 1):
+                chosen = [*combinations(range(len(trees)), depth)] if comb(len(trees), depth) < 20_000 else []
+                found = values[np.array(chosen, dtype=int).reshape(-1, depth)].prod(axis=1)
+                off = [np.abs(found + sign * lacking)[:, 1:].max(axis=1) for sign in (1, -1)]
+                for n in np.flatnonzero(np.minimum(*off) < 1e-7 * (1 + np.abs(lacking[1:]).max()))[:1]:
+                    return "*".join(text_of([*trees][k]) for k in chosen[n])
+        return None
 
     def _of_the_block(self, calculation, unit, option):
         """Why a matrix or vector is wrong, with the cost: it or a factor is transposed, or a product reversed."""
