@@ -231,7 +231,7 @@ class Kinematics:
             tips = np.broadcast_to(tip[..., None, :], (*at_pole.shape, 3))
             joints[at_pole] = self.close(tips[at_pole], joints[at_pole, 3:])
         rotary = joints[..., 3:]
-        if (beyond := np.abs(rotary) >= np.pi).any():
+        if (beyond := (rotary >= np.pi) | (rotary <= -np.pi)).any():
             rotary[beyond] = wrap(rotary[beyond], 2 * np.pi)
         if degrees:
             np.rad2deg(rotary, out=rotary)

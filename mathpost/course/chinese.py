@@ -17,6 +17,7 @@ def word(text):
     return CHINESE.get(text, text)
 
 
+@cache
 def mixup(name, sentence):
     """What is said of a mix-up of an exercise; "" if that has no Chinese, as in a teacher's own exercise.
 

@@ -274,14 +274,13 @@ def _checked(cells, where):
     """Name, status as said, stored answer and whose numbers, of every check in a saved notebook."""
     found = []
     try:
-        for cell in cells:
-            if cell["cell_type"] == "code" and "exercise.check(" in "".join(cell["source"]):
-                for shown in (output.get("data", {}) for output in cell["outputs"]):
-                    stored, whose = (shown.get(MIME, {}).get(key) for key in ("answer", "student"))
-                    found += [
-                        (*said, stored, str(whose or ""))
-                        for said in SAID.findall("".join(shown.get("text/plain", "")))
-                    ]
+        checks = [
+            cell for cell in cells if cell["cell_type"] == "code" and "exercise.check(" in "".join(cell["source"])
+        ]
+        for shown in (output.get("data", {}) for cell in checks for output in cell["outputs"]):
+            stored, whose = (shown.get(MIME, {}).get(key) for key in ("answer", "student"))
+            said = SAID.findall("".join(shown.get("text/plain", "")))
+            found += [(*each, stored, str(whose or "")) for each in said]
     except (KeyError, TypeError, AttributeError):
         raise InputError(str(where), "a notebook", "something else") from None
     return found

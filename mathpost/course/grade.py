@@ -327,10 +327,8 @@ class _Same:
     """Hand-ins that are the same beyond what the course handed out."""
 
     def __init__(self, own, course):
-        self.own, self.course = own, course
-        self.files = defaultdict(list)  # bytes → student and file
-        self.works = []  # student, file, answers, sources
-        self.sheets = defaultdict(list)
+        self.own, self.course, self.works = own, course, []  # student, file, answers, sources
+        self.files, self.sheets = defaultdict(list), defaultdict(list)  # bytes, or cells → students and files
 
     def handed_out(self, path):
         return digest(path) in self.course
@@ -351,13 +349,12 @@ class _Same:
     def groups(self, students):
         """What is the same, in which file, and who has it."""
         found, seen = [], set()
-        has = Counter(source for *_, sources in self.works for source in set(sources))
-        common = {source for source, count in has.items() if students >= 10 and count > SHARED_BY_CLASS * students}
+        has, most = Counter(source for *_, each in self.works for source in set(each)), SHARED_BY_CLASS * students
         texts = defaultdict(list)
         for student, file, answers, sources in self.works:
-            beyond = [source for source in sources if source not in common]
+            beyond = tuple(source for source in sources if students < 10 or has[source] <= most)
             if sum(map(len, beyond)) >= TEXT_ENOUGH:
-                texts[answers, tuple(beyond)].append((student, file))
+                texts[answers, beyond].append((student, file))
         for kind, groups in (("file", self.files), ("text", texts), ("cells", self.sheets)):
             for content, files in groups.items():
                 who = tuple(sorted({student for student, _ in files}))
@@ -376,7 +373,6 @@ def _cells_of(path):
             sheets = [parts.read(name) for name in names]
     except (zipfile.BadZipFile, OSError):
         return ""
-    cells = [
-        re.findall(rb'<c r="(\w+)"[^>]*>(?:<f[^>]*>([^<]*)</f>)?(?:<v>([^<]*)</v>)?', sheet) for sheet in sheets
-    ]
+    cell = re.compile(rb'<c r="(\w+)"[^>]*>(?:<f[^>]*>([^<]*)</f>)?(?:<v>([^<]*)</v>)?')
+    cells = [cell.findall(sheet) for sheet in sheets]
     return hashlib.sha256(repr(cells).encode()).hexdigest() if any(cells) else ""

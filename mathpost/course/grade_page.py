@@ -173,7 +173,8 @@ def _attention(graded, word, language):
         found = [(file, "not read", why) for file, why in result.trouble]
         for name in result.edited:
             judged = result.verdicts[name]
-            found.append((name, EDITED, f"{say(language, judged.status)}. {_why(language, judged)}"))
+            said = [say(language, judged.status), *([_why(language, judged)] if judged.status != OPEN else [])]
+            found.append((name, EDITED, ("。" if language == "zh" else ". ").join(said)))
         for name, status in result.unknown.items():
             found.append((name, "not judged: the exercise is not defined here", say(language, status)))
         for name, status in result.reran.items():

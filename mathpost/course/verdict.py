@@ -89,14 +89,10 @@ class Exercise:
     @cached_property
     def mixed_up(self):
         """What each slip gives, as data: pairs of a sentence and a value."""
-        found = []
-        for sentence, computed in self.slips.items():
-            value = self.kind.read(self._with_arguments(computed))
-            if not self.complaint and self.kind.same(value, self.solution):
-                raise InputError(
-                    f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {sentence}"
-                )
-            found.append((sentence, value))
+        found = [(said, self.kind.read(self._with_arguments(slip))) for said, slip in self.slips.items()]
+        for said, value in found if not self.complaint else ():
+            if self.kind.same(value, self.solution):
+                raise InputError(f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {said}")
         return found
 
     @cached_property
@@ -149,15 +145,13 @@ class Exercise:
             return self._unreadable(error.found)
         except (TypeError, ValueError, IndexError, KeyError, AttributeError):
             return self._unreadable(brief(answer))
-        mixup = ""
         try:
-            right = self._solves(value)
-            why = mixup = "" if right else self._mixup(value)
+            if self._solves(value):
+                return Verdict(self.name, RIGHT, inspect.getdoc(self.solve) or "", value)
+            mixup = self._mixup(value)
         except MathpostError as error:
-            right, why = False, f"The answer cannot be used: {error}."
-        if right:
-            return Verdict(self.name, RIGHT, inspect.getdoc(self.solve) or "", value)
-        why = why or f"{self.kind.nearly(value, self.solution) or NO_MIXUP} {self.hint}".strip()
+            return Verdict(self.name, WRONG, f"The answer cannot be used: {error}.", value)
+        why = mixup or f"{self.kind.nearly(value, self.solution) or NO_MIXUP} {self.hint}".strip()
         return Verdict(self.name, WRONG, why, value, mixup=mixup)
 
     @cached_property
@@ -178,22 +172,20 @@ class Exercise:
         """The sentence of the first mix-up that gives the value: a named one, the detective's, or a common one."""
         if self.complaint:
             return self._with_arguments(self.complaint, value)
-        for sentence, mistaken in self.mixed_up:
-            if self.kind.same(value, mistaken):
-                return sentence
+        if named := [said for said, mistaken in self.mixed_up if self.kind.same(value, mistaken)]:
+            return named[0]
         found = self._with_arguments(self.detective, value) if self.detective else None
         if found and found.explained and not found.right:
             sentence = str(found.misreadings[0])
             return f"{sentence[0].upper()}{sentence[1:]}."
-        for sentence, mistaken in self.common:
-            if self.kind.same(value, mistaken):
-                return sentence
+        if named := [said for said, mistaken in self.common if self.kind.same(value, mistaken)]:
+            return named[0]
         if self.kind.coarse(value, self.solution):
             return ""
         return next((said for said, other in self.mixed_up + self.common if self.kind.coarse(value, other)), "")
 
 
-def define(name, kind, **how):
+def define(name, kind, hint="", **how):
     """Enter the decorated function as the solution of an exercise; running the cell anew replaces it.
 
     Parameters
@@ -202,6 +194,8 @@ def define(name, kind, **how):
         Not one of the lessons', and the same only in the notebook or file where the exercise stands already.
     kind : object
         What is asked for: one of `mathpost.course.answers`, such as ``Angle(decimals=2)``.
+    hint : str
+        What to say if no mix-up gives the answer.
     complaint : callable, keyword only
         For exercises with many solutions: returns what is wrong with an answer, or "" if nothing is.
     detective : callable, keyword only
@@ -212,8 +206,6 @@ def define(name, kind, **how):
         ``drawn(rng)`` returns arguments of the solution as a dict, drawn for one student from a `random.Random`; a
         slip, complaint, detective or `given` that names one of them as an argument gets it. In the question they
         stand as ``<!--drawn:01-sign:angle-->90<!--/drawn-->``.
-    hint : str, keyword only
-        What to say if no mix-up gives the answer.
 
     Raises
     ------
@@ -242,7 +234,7 @@ def define(name, kind, **how):
         there = EXERCISES[name].solve.__module__ if name in EXERCISES else solve.__module__
         if there != solve.__module__:
             raise InputError("exercise", "a name of its own", f"{name!r}, which {there} has")
-        EXERCISES[name] = Exercise(name, kind, solve, getattr(solve, "slips", {}), **how)
+        EXERCISES[name] = Exercise(name, kind, solve, getattr(solve, "slips", {}), hint=hint, **how)
         return solve
 
     return enter

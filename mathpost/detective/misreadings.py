@@ -6,10 +6,11 @@ transposed or not, the point as a column or as a row. The 768 wordings come to 4
 say what stands in it: which axes, angles exchanged, repeated or left out, their unit, and what was rounded.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from functools import lru_cache
 from itertools import combinations, permutations, product
+from operator import attrgetter
 
 import numpy as np
 
@@ -65,6 +66,7 @@ def _whole(degrees):
     return np.trunc(np.round(degrees, 9))
 
 
+COST = attrgetter("cost")
 CHANCE = 0.005  # how probable an accidental match may be before it explains nothing
 FAR_FETCHED = 1.0  # misreadings so much more complicated than the simplest one are not shown
 UNROUNDED = "unrounded"  # the kind of slip that is none: more digits of the input were used than are given
@@ -140,7 +142,7 @@ def grouped(matches, key, most=None):
     A match has `slips` and a `cost`. The first `most` are looked at; one that has all the slips of another and more
     explains nothing.
     """
-    matches, groups = sorted(matches, key=lambda match: match.cost)[:most], {}
+    matches, groups = sorted(matches, key=COST)[:most], {}
     near = [match for match in matches if match.cost <= matches[0].cost + FAR_FETCHED]
     for match in near:
         if not any(set(match.slips) > set(other.slips) for other in near):
@@ -151,13 +153,12 @@ def grouped(matches, key, most=None):
 def told(group, sentence, product, value):
     """Return the first of a group of matches, all of one `value`, as a `Misreading`; the others are the same."""
     first, *others = group
-    near = sorted(
-        (match for match in others if match.cost <= first.cost + FAR_FETCHED), key=lambda match: match.cost
+    near = [match for match in sorted(others, key=COST) if match.cost <= first.cost + FAR_FETCHED]
+    same, kinds = (
+        tuple(f"{sentence(match)}: {product(match)}" for match in near),
+        (slip.kind for slip in first.slips),
     )
-    same = tuple(f"{sentence(match)}: {product(match)}" for match in near)
-    return Misreading(
-        sentence(first), product(first), tuple(slip.kind for slip in first.slips), value, same, first.cost
-    )
+    return Misreading(sentence(first), product(first), tuple(kinds), value, same, first.cost)
 
 
 def written_decimals(values):
@@ -252,22 +253,19 @@ def wordings():
             slips.append(Slip("active", 1, "the elementary matrices are active where passive ones belong"))
         right_order = (0, 1, 2) if recipe else (2, 1, 0)
         if order != right_order:
-            cost = 1 if order == right_order[::-1] else 1.25
-            slips.append(
-                Slip("order", cost, f"the product is taken in the order {_dots(order)}, not {_dots(right_order)}")
-            )
+            phrase = f"the product is taken in the order {_dots(order)}, not {_dots(right_order)}"
+            slips.append(Slip("order", 1 if order == right_order[::-1] else 1.25, phrase))
         slips += _sign_slips(flips, recipe)
-        if transpose_wrong:
-            missing = Slip("transpose", 1, "the final transpose is missing")
-            slips.append(
-                missing if recipe else Slip("transpose", 1.2, "the product is transposed where it should not be")
-            )
+        if transpose_wrong and recipe:
+            slips.append(Slip("transpose", 1, "the final transpose is missing"))
+        elif transpose_wrong:
+            slips.append(Slip("transpose", 1.2, "the product is transposed where it should not be"))
         if row:
             slips.append(Slip("row", 1.05, "the point is multiplied as a row from the left"))
         signs = tuple(-flip if recipe else flip for flip in flips)
         wording = Wording(recipe, active, order, signs, bool(recipe) != transpose_wrong, row, tuple(slips))
         found.setdefault(wording.key, []).append(wording)
-    return {key: sorted(same, key=lambda wording: wording.cost) for key, same in found.items()}
+    return {key: sorted(same, key=COST) for key, same in found.items()}
 
 
 def _sign_slips(flips, recipe):
@@ -299,13 +297,11 @@ def all_factors(sequence, depth):
         common = [[(slip, change) for slip, change in group if slip.cost <= 1] for group in groups]
         chosen = [[option for option in row if option] for row in product(*([None, *group] for group in common))]
         chosen = [row for row in chosen if len(row) > 2]
-    built = [_build(sequence, options) for options in chosen]
-    return tuple(sorted(built, key=lambda factors: factors.cost))
-
-
-def _build(sequence, options):
-    changes = {key: value for _, change in options for key, value in change.items()}
-    return replace(Factors(sequence), slips=tuple(slip for slip, _ in options), **changes)
+    built = []
+    for options in chosen:
+        changes = {"axes": sequence} | {key: value for _, change in options for key, value in change.items()}
+        built.append(Factors(slips=tuple(slip for slip, _ in options), **changes))
+    return tuple(sorted(built, key=COST))
 
 
 def _axes(sequence):

@@ -10,16 +10,9 @@ from itertools import permutations, product
 
 import numpy as np
 
-from mathpost.detective.misreadings import (
-    CHANCE,
-    Explanation,
-    Misreading,
-    Slip,
-    grouped,
-    sentence,
-    told,
-    written_decimals,
-)
+from mathpost import chain
+from mathpost.detective import misreadings as reading
+from mathpost.detective.misreadings import Explanation, Misreading, Slip
 from mathpost.errors import InputError, as_array
 from mathpost.rotation import unit, wrap
 
@@ -81,8 +74,8 @@ def explain_joints(kinematics, axis, angles, *, decimals=None):
     directions, given = as_array(axis, 3, "axis"), as_array(angles, 2, "angles")
     if directions.ndim > 2 or directions.shape[:-1] != given.shape[:-1]:
         raise InputError("angles", f"shape {(*directions.shape[:-1], 2)}", f"shape {given.shape}")
-    decimals = written_decimals(angles) if decimals is None else decimals
-    axis_decimals = written_decimals(axis)
+    decimals = reading.written_decimals(angles) if decimals is None else decimals
+    axis_decimals = reading.written_decimals(axis)
     case = JointCase(
         kinematics,
         np.atleast_2d(directions),
@@ -176,8 +169,7 @@ class JointCase:
 
     def not_normalised(self, axis):
         """The unit vectors with the component along the outer axis that `axis` has as printed, not normalised."""
-        first, second = self.kinematics.machine.rotary
-        outer = second if self.kinematics.machine.arrangement == "table-table" else first
+        (outer, *_), _ = chain.between(self.kinematics.machine)
         u = unit(np.array(outer.axis, dtype=float))
         across = axis - (axis @ u)[:, None] * u
         length = np.linalg.norm(across, axis=1, keepdims=True)
@@ -198,13 +190,11 @@ class JointCase:
 
     def branches(self, first, second):
         """The branch of each angle on each row, and the slip if they differ; None if they do not go together."""
-        if (first & second).any(axis=1).all():
-            branch = tuple(int(n) for n in np.argmax(first & second, axis=1))
-            return (branch, branch), ()
-        if (first & second[:, ::-1]).any(axis=1).all():
-            branch = tuple(int(n) for n in np.argmax(first & second[:, ::-1], axis=1))
-            slip = Slip("branch", 1.1, f"{self.names[0]} and {self.names[1]} are of different branches")
-            return (branch, tuple(1 - n for n in branch)), (slip,)
+        for other, apart in ((second, 0), (second[:, ::-1], 1)):
+            if (both := first & other).any(axis=1).all():
+                branch = both.argmax(axis=1)
+                slip = Slip("branch", 1.1, f"{self.names[0]} and {self.names[1]} are of different branches")
+                return (tuple(branch.tolist()), tuple((branch ^ apart).tolist())), (slip,) * apart
         return None, ()
 
     def right(self, shape):
@@ -224,9 +214,9 @@ class JointCase:
 
     def verdict(self, matches, alone, tried, shape):
         """Rank the matches and group those that are the same for every tool axis."""
-        believed = [match for match in matches if self.chance(match.cost) < CHANCE]
-        misreadings = tuple(self.misreading(group, shape) for group in grouped(believed, self.angles_of)[:8])
-        note = ""
+        believed = [match for match in matches if self.chance(match.cost) < reading.CHANCE]
+        groups, note = reading.grouped(believed, self.angles_of)[:8], ""
+        misreadings = tuple(self.misreading(group, shape) for group in groups)
         if len(misreadings) > 1:
             count = len(misreadings)
             note = f"{count} misreadings give the same angles here: rows with another tool axis tell them apart."
@@ -242,7 +232,9 @@ class JointCase:
 
     def misreading(self, group, shape):
         value = group[0].value(self.kinematics, self.axis).reshape(shape)
-        return told(group, lambda match: sentence(match.slips), lambda match: match.product(self.names), value)
+        return reading.told(
+            group, lambda match: reading.sentence(match.slips), lambda match: match.product(self.names), value
+        )
 
     def one_by_one(self, name, found):
         """What explains one angle alone: one slip at most, as one number fits many misreadings by accident."""

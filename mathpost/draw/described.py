@@ -21,6 +21,14 @@ def describe(figure):
     at a few places, in the units of the axes. Artists in a row that have no label, one type, one colour and the
     same number of points are told together.
 
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+
+    Returns
+    -------
+    str
+
     Examples
     --------
     >>> from matplotlib.figure import Figure

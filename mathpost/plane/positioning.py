@@ -20,24 +20,12 @@ ALONE = "the only one within travel"
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """What a control does with a tilted plane.
+    """What a control does with a tilted plane."""
 
-    Attributes
-    ----------
-    solution : int
-        0 or 1, the index into `Alignment.solutions`.
-    angles : ndarray, shape (2,)
-        Where the rotary axes go, degrees.
-    rho : float
-        The angle then left from the spindle's X to the feature's X, degrees.
-    why : str
-        The clause of the rule that decided.
-    """
-
-    solution: int
-    angles: np.ndarray
-    rho: float
-    why: str
+    solution: int  # index into `Alignment.solutions`
+    angles: np.ndarray  # where the two rotary axes go, degrees
+    rho: float  # the angle then left from the spindle's X to the feature's X, degrees
+    why: str  # the clause of the rule that decided
 
 
 def fanuc(alignment, present, *, master=None):
@@ -45,9 +33,7 @@ def fanuc(alignment, present, *, master=None):
 
     The smallest motion of the master axis; if equal, of the slave axis; if equal, the master nearest to 0; if
     equal, the slave nearest to 0. The master is the axis nearest to the machine's bed, on a machine with one
-    table and one head the table's.
-
-    `master` names it if a parameter of the control says otherwise.
+    table and one head the table's; `master` names it if a parameter of the control says otherwise.
 
     Examples
     --------
@@ -58,13 +44,11 @@ def fanuc(alignment, present, *, master=None):
     >>> fanuc(tilted, [20, -60]).angles.round(6), fanuc(tilted, [20, -60], master="C").angles.round(6)
     (array([45., 90.]), array([-45., -90.]))
     """
-    names, present = _names(alignment), _present(present)
-    first = _joint(alignment, master or names[0])
-    motions = {
-        f"smallest motion of {names[n]}": lambda angles, n=n: abs(angles - present)[n] for n in (first, 1 - first)
-    }
-    zeros = {f"{names[n]} nearest to 0": lambda angles, n=n: abs(wrap(angles))[n] for n in (first, 1 - first)}
-    return _choose(alignment, present, motions | zeros)
+    first = _joint(alignment, master) if master else 0
+    names = {n: _names(alignment)[n] for n in (first, 1 - first)}
+    clauses = {f"smallest motion of {name}": lambda _, motion, n=n: abs(motion[n]) for n, name in names.items()}
+    clauses |= {f"{name} nearest to 0": lambda angles, _, n=n: abs(wrap(angles[n])) for n, name in names.items()}
+    return _choose(alignment, present, clauses)
 
 
 def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD"):
@@ -89,7 +73,7 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
         raise InputError("seq, sym", "'+' or '-' for one of the two, or nothing", f"seq={seq!r}, sym={sym!r}")
     if rot not in ("COORD", "TABLE"):
         raise InputError("rot", "'COORD' or 'TABLE'", repr(rot))
-    present, master, side = _present(present), alignment.inner, seq or sym
+    master, side = alignment.inner, seq or sym
     name, word = _names(alignment)[master], f"{'SYM' if sym else 'SEQ'}{side}"
 
     def refuse(angles):
@@ -97,8 +81,8 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
         return f"{name} at {angles[master]:.4f} is not {word}" if side and above < -TIE else ""
 
     clauses = {
-        "shortest path": lambda angles: np.hypot(*(angles - present)),
-        f"higher {name}": lambda angles: -angles[master],
+        "shortest path": lambda _, motion: np.hypot(*motion),
+        f"higher {name}": lambda angles, _: -angles[master],
     }
     return _choose(alignment, present, clauses, refuse, turn_table=rot == "TABLE", alone=word if side else ALONE)
 
@@ -111,20 +95,22 @@ def siemens(alignment, present, direction, *, reference=None):
     """
     if direction not in (-1, 1):
         raise InputError("direction", "-1 or +1", repr(direction))
-    axis, present = alignment.inner if reference is None else _joint(alignment, reference), _present(present)
+    axis = alignment.inner if reference is None else _joint(alignment, reference)
     value = f"{'higher' if direction > 0 else 'lower'} {_names(alignment)[axis]}"
-    clauses = {
-        value: lambda angles: -direction * wrap(angles[axis]),
-        "smallest motion": lambda angles: np.hypot(*(angles - present)),
-    }
-    return _choose(alignment, present, clauses)
+    clauses = {value: lambda angles, _: -direction * wrap(angles[axis])}
+    return _choose(alignment, present, clauses | {"smallest motion": lambda _, motion: np.hypot(*motion)})
 
 
 def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table=False, alone=ALONE):
-    """The position with the least of the first clause, a dict from its words to what it measures, that differs.
+    """The position with the least of the first clause that differs.
 
-    Positions are moved by whole turns towards `present`; `alone` says why, if nothing else is left to choose from.
+    `clauses` is a dict from words to what they measure, a function of the angles and how far they are from
+    `present`. Positions are moved by whole turns towards it; `alone` says why, if nothing else is left to choose
+    from.
     """
+    present = as_array(present, 2, "present")
+    if present.ndim != 1:
+        raise InputError("present", "two rotary angles", f"shape {present.shape}")
     left, reasons = {}, []
     for index, solution in enumerate(alignment.solutions):
         angles = solution.angles.copy()
@@ -142,8 +128,8 @@ def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table
     why = alone
     for clause, measure in clauses.items():
         if len(left) > 1:
-            least = min(map(measure, left.values())) + TIE
-            nearest = {index: angles for index, angles in left.items() if measure(angles) <= least}
+            measured = {index: measure(angles, angles - present) for index, angles in left.items()}
+            nearest = {n: angles for n, angles in left.items() if measured[n] <= min(measured.values()) + TIE}
             why, left = clause if len(nearest) < len(left) else "both are one position", nearest
     index = min(left)
     endless = [np.isinf(rotary.limits).all() for rotary in alignment.machine.rotary]
@@ -159,10 +145,3 @@ def _joint(alignment, name):
     if name not in _names(alignment):
         raise InputError("rotary axis", f"one of {', '.join(_names(alignment))}", repr(name))
     return _names(alignment).index(name)
-
-
-def _present(present):
-    array = as_array(present, 2, "present")
-    if array.ndim != 1:
-        raise InputError("present", "two rotary angles", f"shape {array.shape}")
-    return array
