@@ -34,11 +34,11 @@ def pytest_xdist_auto_num_workers(config):
     return os.cpu_count() + 1
 
 
-def pytest_collection_modifyitems(items):
+def pytest_collection_modifyitems(config, items):
     """What takes longest begins first. With the profile "many" random examples are `MANY` times as many."""
     long = ("test_browser", "test_class", "test_planted", "test_workbook", "13b_")
     items.sort(key=lambda item: next((n for n, name in enumerate(long) if name in item.nodeid), len(long)))
-    if settings.get_current_profile_name() == "many":
+    if config.getoption("--hypothesis-profile") == "many":
         for test in {item.obj for item in items if hasattr(getattr(item, "obj", None), "hypothesis")}:
             said = test._hypothesis_internal_use_settings
             test._hypothesis_internal_use_settings = settings(said, max_examples=MANY * said.max_examples)

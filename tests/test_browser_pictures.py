@@ -117,8 +117,8 @@ def test_the_browser_paints_the_still_picture(noted, name, tmp_path):
         assert (apart > 60).mean() < SHARE
 
 
-def scale(texts, axis, ticks, log=False):
-    """What the labels of an axis make of pixels, a function; they stand in one row, in a straight line."""
+def scale(texts, axis, ticks, limits=(0, 1), log=False):
+    """What the labels of an axis make of pixels, a function: in a straight line, right or up as the limits go."""
     named = {text: at for at, text in ticks}
     found = [(at, named[text]) for text, align, *at in texts if align == ALIGN[axis] and text in named]
     row = max(at[1] for at, _ in found)
@@ -128,6 +128,7 @@ def scale(texts, axis, ticks, log=False):
     values = np.log10(values) if log else values
     slope, start = np.polyfit(pixels, values, 1)
     assert slope * pixels + start == pytest.approx(values, abs=1e-6 * np.ptp(values)), "labels at even distances"
+    assert (slope > 0) == ((axis == "x") == (limits[0] < limits[1])), f"{axis} goes the other way"
     return lambda pixel: 10 ** (slope * pixel + start) if log else slope * pixel + start
 
 
@@ -180,7 +181,11 @@ def test_a_curve_is_read_off_as_what_it_was_made_of(noted, path, tmp_path):
         moving = curves_at_start(noted, state, functions)
         for panel, (strokes, texts, *_) in zip(state["panels"], canvases, strict=True):
             if panel["drawn"]:
-                x, y = (scale(texts, axis, panel[axis]["ticks"], panel[axis]["log"]) for axis in "xy")
+                x, y = (
+                    scale(texts, axis, *(panel[axis][key] for key in ("ticks", "limits", "log"))) for axis in "xy"
+                )
+                turned = {text for text, _, *at in texts if at == [0, 0]}  # along the y axis
+                assert turned == {panel["y"]["label"]} and panel["x"]["label"] in {text for text, *_ in texts}
             for artist in panel["artists"]:
                 fixed = artist["points"] is not None
                 points = np.array(np.reshape(artist["points"], (-1, 2)) if fixed else next(moving), dtype=float)

@@ -135,7 +135,7 @@ def test_wrap_keeps_the_upper_end_and_moves_the_lower():
 
 def test_rotations_rounded_to_six_decimals_are_accepted_and_to_five_refused():
     rng = np.random.default_rng(2)
-    matrices = Rotation.random(500, rng=rng).as_matrix()
+    matrices = Rotation.random(500, rng).as_matrix()
     assert rotation.as_rotation(matrices.round(6)).shape == (500, 3, 3)
     refused = [m for m in matrices.round(5) if np.abs(m.T @ m - np.eye(3)).max() > 2e-6]
     assert len(refused) > 400
