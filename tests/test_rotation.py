@@ -163,6 +163,14 @@ def test_slices_cover_the_first_axis_once_and_are_of_the_size_stated():
         assert all(len(range(shape[0])[part]) * size <= max(rotation.SLICE, size) for part in parts)
 
 
+def test_whole_numbers_stay_whole_until_a_double_cannot_hold_them():
+    x = sp.Symbol("x")
+    assert rotation.in_floats(1000 * x) == 1000 * x
+    for large in (sp.Integer(2) ** 60, -(sp.Integer(2) ** 60)):
+        found = rotation.in_floats(large)
+        assert found.is_Float and int(found) == large
+
+
 def test_arrays_broadcast():
     alpha = np.arange(6.0).reshape(2, 3)
     matrices = zxz_right(alpha, 30, [0, 45, 90], degrees=True)
@@ -179,6 +187,7 @@ def test_arrays_broadcast():
         (lambda: rotation.as_rotation(np.eye(4)), r"expected shape \(..., 3\)"),
         (lambda: rotation.as_rotation(np.eye(3)[0]), r"expected shape \(..., 3, 3\)"),
         (lambda: rotation.as_rotation(np.diag([1, 1, 1.01])), "off the identity by 0.0201"),
+        (lambda: rotation.as_rotation(np.diag([1, 0.99, 1])), "off the identity by 0.0199"),
         (lambda: rotation.as_rotation([np.eye(3), np.diag([1, -1, 1])]), r"left-handed.* at index \(1,\)"),
         (lambda: rotation.as_rotation(np.full((3, 3), np.nan)), "expected finite numbers"),
         (lambda: rotation.unit(np.zeros((2, 3))), r"axis: expected a vector with a direction.*index \(0,\)"),

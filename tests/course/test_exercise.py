@@ -305,6 +305,35 @@ def test_lesson_poses_its_exercises(path):
     assert set(posed) == set(answers.values())
 
 
+@pytest.mark.parametrize(
+    ("guess", "truth", "right"),
+    [
+        (-650.0, -650, True),
+        ("-650 ", -650, True),
+        (174.4, "174", True),
+        (174.6, "174", False),
+        (1.97, 2, True),
+        (3.14, np.pi, True),
+        (3.15, np.pi, False),
+        (3, np.pi, False),
+        (0, 0.01, False),
+        ("10", "+10", True),
+        (sp.Integer(-1), sp.Integer(-1), True),
+        (-1.0, sp.Integer(-1), True),
+        (1, True, False),
+        ("true", True, True),
+        (" Up", "up", True),
+        ("down", "up", False),
+        ([1, 2], 1, False),
+        (object(), 1, False),
+        (np.nan, 1, False),
+    ],
+)
+def test_a_guess_is_right_if_it_is_correctly_rounded(guess, truth, right, capsys):
+    exercise.reveal(guess, truth)
+    assert ("You guessed it." in capsys.readouterr().out) is right
+
+
 # --- kinds of answers -------------------------------------------------------------------------------------------
 
 
