@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import settings
 
 from mathpost import machine
 from mathpost.course import machine_page, view_machine
@@ -331,24 +330,31 @@ def says_04(view):
 
 
 SAYS = {"00": says_00, "01": says_01, "02": says_02, "04": says_04}  # of the last view of the lesson
-# Run here, too; what the others show when they are run is compared with what they hold by their own tests (nbval).
-MANY = settings.get_current_profile_name() == "many"
-RUN_HERE = [path for path in NOTEBOOKS if MANY or path.stem[:2] in SAYS]
 
 
-@pytest.mark.parametrize("path", RUN_HERE, ids=lambda path: path.stem)
-def test_a_lesson_lives_with_a_kernel(page, path):
+def pytest_generate_tests(metafunc):
+    """Run here, too, are the lessons of `SAYS`, and all by --hypothesis-profile=many.
+
+    What the others show when they are run is compared with what they hold by their own tests (nbval).
+    """
+    if "run_here" in metafunc.fixturenames:
+        every = metafunc.config.getoption("--hypothesis-profile") == "many"
+        chosen = [path for path in NOTEBOOKS if every or path.stem[:2] in SAYS]
+        metafunc.parametrize("run_here", chosen, ids=lambda path: path.stem)
+
+
+def test_a_lesson_lives_with_a_kernel(page, run_here):
     """Run, saved and shut down: every cell, every view and the console."""
-    panel, cells = run(page, path.stem)
+    panel, cells = run(page, run_here.stem)
     assert all(cell["execution_count"] for cell in cells)
     assert not [o["evalue"] for cell in cells for o in cell["outputs"] if o["output_type"] == "error"]
     found = lives(page.locator(f"#{panel}"))
     assert len(found) == views_of(cells)
     assert all(view.moves() for view in found)
     for view in found:
-        view.timed(f"{path.stem}, with a kernel:")
+        view.timed(f"{run_here.stem}, with a kernel:")
     assert page.locator(".Toastify__toast").count() == 0, "nobody asks about news"
-    page.locator(f"#{panel} .jp-Notebook").screenshot(path=PICTURES / f"{path.stem}.png")
+    page.locator(f"#{panel} .jp-Notebook").screenshot(path=PICTURES / f"{run_here.stem}.png")
     assert not page.errors
     page.evaluate(CLOSE, panel)
 

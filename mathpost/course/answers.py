@@ -121,14 +121,15 @@ class Number(Kind):
         target, names = np.asarray(target), self.names.split()
         yield "Right size, wrong sign: which body turns, and which way do you look at it?", -target
         for unit, factor in UNITS.get(self.unit, {}).items():
-            yield f"Right, but in {unit}: answer in {self.unit}.", factor * target
+            if np.abs(factor * target).max() < self.period:  # further round, it would be the same as anything
+                yield f"Right, but in {unit}: answer in {self.unit}.", factor * target
         for number, name in enumerate(names):
             yield f"Only the sign of {name} is wrong.", np.where(np.arange(len(names)) == number, -1, 1) * target
         for order in permutations(range(len(names))) if names else ():
             yield "The right numbers in a different order.", target[list(order)]
         yield "That is twice the right answer.", 2 * target
         yield "That is half of the right answer.", target / 2
-        if not names and target:
+        if not names and target and np.isinf(self.period):
             yield "That is one over the right number.", 1 / target
 
     def nearly(self, value, target):

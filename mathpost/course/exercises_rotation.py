@@ -164,6 +164,7 @@ def plane():
 @define("03-face", Pose(), "z gives I and J. Which K leaves x in the horizontal plane?")
 @slip("x points straight down the slope here. The drawing has it horizontal.", x=(2, -1, -2.5))
 @slip("x is horizontal, but along it X and Y become smaller.", x=(-1, -2, 0))
+@slip("I is where z leans to. I must end on the line of nodes, 90° further.", lambda: face_angles() - [90, 0, 0])
 @slip("The angles are those of the transposed matrix, which goes from the workpiece to the face.", inverted=True)
 def face_angles(x=(1, 2, 0), inverted=False):
     """Z × z is horizontal and lies in the face: it is (1, 2, 0). The frame on it has K = 0."""
@@ -200,6 +201,7 @@ def rho(i=20, j=35, k=10, name="bc_table"):
     lambda: align(Plane("G68.2", [60, 30, 0]).frame, load("dmu50v").machine).solutions[0].rho,
 )
 @slip("0 is the third angle of an A-C table. This table tilts about an axis at 45°.", name="ac_table")
+@slip("-90 is the third angle of a B-C table. This table tilts about an axis at 45°.", name="bc_table")
 def third(name="dmu50v"):
     """Only one position is within the travel of B, and on a 45° table every plane needs a K of its own."""
     solutions = align(Plane("G68.2", [60, 30, 0]).frame, load(name).machine).solutions
@@ -263,6 +265,10 @@ def same_axis(a=35, c=20):
 @slip(
     "The pivot is L along the *tool*: it is the sine of the lean that carries it sideways, not the tangent.",
     inverse=np.arctan,
+)
+@slip(
+    "The way from the pivot ends not at the spindle nose but at the tip: add both lengths of the file.",
+    lambda radius: -np.degrees(np.arcsin(radius / load("ac_head").machine.programmed_point[2])),
 )
 @slip(
     "The pivot lies not at the spindle nose but further up: add both lengths of the file.",

@@ -21,7 +21,8 @@ ARRANGEMENTS = {
     "head-head": "Both rotary axes carry the tool.",
 }
 FRAME = """<style>body { max-width: 1060px; margin: 0 auto; padding: 0 12px; font: 15px/1.45 system-ui, sans-serif }
-#live { height: 500px } table { border-collapse: collapse } td, th { text-align: left; padding: 3px 14px 3px 0 }
+#live { height: 500px; height: max(500px, min(660px, 1100px - 100vw)) }
+table { border-collapse: collapse } td, th { text-align: left; padding: 3px 14px 3px 0 }
 p, table { font-size: 14px }</style>"""
 
 
@@ -96,7 +97,7 @@ def page(kin):
         f"axis.</p><table><tr><th>axis<th>positive direction<th>travel{''.join(rows)}</table>"
         f"<h2>What it reaches</h2>{''.join(f'<p>{line}</p>' for line in reach(kin))}"
     )
-    return view.page(machine.name, before=before, after=after)
+    return view.page(machine.name, before=before, after=after, still=True)
 
 
 def _ways(direction):

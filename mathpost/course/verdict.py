@@ -176,8 +176,8 @@ class Exercise:
             return named[0]
         found = self._with_arguments(self.detective, value) if self.detective else None
         if found and found.explained and not found.right:
-            sentence = str(found.misreadings[0])
-            return f"{sentence[0].upper()}{sentence[1:]}."
+            first, *rest = str(found.misreadings[0])
+            return "".join([first.upper() if first.isascii() else first, *rest, "."])  # a letter such as α stays
         if named := [said for said, mistaken in self.common if self.kind.same(value, mistaken)]:
             return named[0]
         if self.kind.coarse(value, self.solution):

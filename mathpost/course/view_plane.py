@@ -157,5 +157,5 @@ def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
         buttons=buttons,
         beside=pictures[1:],
         layout="column",
-        height=390 + 240 * ((len(pictures) - 1) // 3),
+        height=390 + 170 * ((len(pictures) - 1) // 3),
     )

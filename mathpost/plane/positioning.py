@@ -96,8 +96,8 @@ def siemens(alignment, present, direction, *, reference=None):
     if direction not in (-1, 1):
         raise InputError("direction", "-1 or +1", repr(direction))
     axis = alignment.inner if reference is None else _joint(alignment, reference)
-    value = f"{'higher' if direction > 0 else 'lower'} {_names(alignment)[axis]}"
-    return _choose(alignment, present, {value: lambda angles, _: -direction * wrap(angles[axis])})
+    clause = f"{'higher' if direction > 0 else 'lower'} {_names(alignment)[axis]}"
+    return _choose(alignment, present, {clause: lambda angles, _: -direction * wrap(angles[axis])})
 
 
 def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table=False, alone=ALONE):

@@ -348,6 +348,8 @@ def of(kind, solution, **how):
         (Angle(), 30, np.radians(30), "in radians: answer in degrees"),
         (Angle(), 35, 55, "missing to 90°"),
         (Angle(), 30, 210, "half a turn away"),
+        (Angle(decimals=1), 100, 0, NO_MIXUP),  # 100° are 360,000 arcseconds, which is no reason
+        (Angle(decimals=2), 66.45, 360, NO_MIXUP),
         (Number(unit="radians"), 0.5, np.degrees(0.5), "in degrees: answer in radians"),
         (Number(unit="mm"), 0.25, 250, "in µm"),
         (Number(unit="mm"), 25.4, 1, "in inches"),
@@ -415,6 +417,7 @@ def test_the_detective_is_asked_after_named_slips_and_before_common_ones():
 
 def test_the_detective_names_a_mix_up_that_no_list_foresees():
     assert "β" in exercise.judge("01-point", [4.598076, -5.0, 1.964102]).why
+    assert exercise.judge("01-point", [3, 4, 5]).why.startswith("α and β are left out")
     b, c = EXERCISES["05-angles"].solution
     assert "sign of C" in exercise.judge("05-angles", [b, -c]).why
     assert "off by -90" in exercise.judge("05-angles", [b, c - 90]).why
