@@ -21,14 +21,8 @@ LANGUAGES = ("latex", "js", "c")
 def function(name, outputs, arguments, language="js"):
     """Print expressions as the source of a function ``name(q, out)`` that reads one array and fills another.
 
-    Parameters
-    ----------
-    name : str
-    outputs : sequence of sympy expressions
-    arguments : sequence of sympy symbols
-        In the order in which they stand in the array `q`; any names.
-    language : str
-        ``"js"`` or ``"c"``. The JavaScript function also returns `out`, by default a new array.
+    `arguments` are symbols of any name, in their order in the array `q`; `language` is ``"js"`` or ``"c"``. The
+    JavaScript function also returns `out`, by default a new array.
 
     Examples
     --------
@@ -87,29 +81,22 @@ def machine(kin, language):
     ----------
     kin : Kinematics
     language : str
-        One of `LANGUAGES`. JavaScript: an ES module that exports ``bodies``, ``places``, ``forward``, ``jacobian``,
-        ``close`` and ``inverse``. C: the same functions, C99. LaTeX: an article with the formulas. The header of
-        the file says what goes in and out.
-
-    Raises
-    ------
-    InputError
-        If the language is none of them.
+        One of `LANGUAGES`, or `InputError` is raised. JavaScript: an ES module that exports `EXPORTS`. C: the same
+        functions, C99. LaTeX: an article with the formulas. The header of the file says what goes in and out.
 
     Examples
     --------
     >>> from mathpost import machine as file
     >>> from mathpost.kinematics import Kinematics
-    >>> print(machine(Kinematics(file.load("data/machines/ac_table.toml")), "c").splitlines()[0])
+    >>> print(machine(Kinematics(file.load("ac_table")), "c").splitlines()[0])
     /* Trunnion, A carries C (table-table). Printed by mathpost from its symbolic derivation.
     """
     if language not in LANGUAGES:
         raise InputError("language", " or ".join(LANGUAGES), repr(language))
     if language == "latex":
         return _latex(kin)
-    comment = "\n".join(
-        (f"/* {_title(kin)}. Printed by mathpost from its symbolic derivation.", *_header(kin), " */")
-    )
+    title = f"/* {_title(kin)}. Printed by mathpost from its symbolic derivation."
+    comment = "\n".join([title, *_header(kin), " */"])
     if language == "js":
         return f"{comment}\n{body(kin)}\nexport {{ {', '.join(EXPORTS)} }};\n"
     derived = kin.inverse_symbolic

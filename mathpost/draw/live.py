@@ -100,6 +100,15 @@ class Live:
     def __repr__(self):
         return self.readings
 
+    def _repr_pretty_(self, printer, cycle):
+        """In a notebook's outputs the readings, and the pictures in numbers: a wrong one fails as a number does."""
+        printer.text("\n".join([self.readings, *self._shown()]))
+
+    def _shown(self):
+        from mathpost.draw.described import describe_scene  # with Matplotlib, which a page does without
+
+        return [describe_scene(*pair) for pair in zip(self.scenes, self.places, strict=True)]
+
 
 def _dense(code):
     """Code without indentation, comments on lines of their own, and what joins modules."""
