@@ -25,6 +25,11 @@ def test_modules_need_no_new_browser(path):
     assert not NEW.findall(path.read_text(encoding="utf-8"))
 
 
+def test_a_machine_carries_less_than_twenty_kilobytes_of_program():
+    sent = [live._dense((live.HERE / name).read_text(encoding="utf-8")) for name in live.MODULES["machine"]]
+    assert len("".join(sent).encode()) < 20_000
+
+
 def test_what_is_new_is_found():
     for code in ("a ?? b", "a?.b", "a?.(b)", "a ||= b", "list.at(-1)", "box.replaceChildren(a)", "    field = 3;"):
         assert NEW.search(code)
