@@ -95,13 +95,16 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     speed = steps / lengths  # at w = 1
     jump = np.abs(np.diff(speed))  # at the corners
     pause = (lengths[1:] + lengths[:-1]) / 2  # from the middle of a move to that of the next
-    curved = np.where(pause < settle, jump / pause, 0.0)
-    bend = np.pad(curved, [(0, 0), (1, 1)])  # acceleration of the axes at a pose that is passed at w = 1
+    corner = pause >= settle
+    bend = np.zeros((5, len(lengths) + 1))  # acceleration of the axes at a pose that is passed at w = 1
+    np.divide(jump, pause, out=bend[:, 1:-1], where=~corner)
     squares = np.zeros(len(lengths) + 1)
     with np.errstate(divide="ignore"):
-        limits = np.minimum(most / curved, (most * settle / jump) ** 2)
-        squares[1:-1] = np.minimum(limits.min(axis=0, initial=np.inf), 1)
-        speed, axes = np.abs(speed), np.isfinite(most[:, 0])
+        needed = (jump / most).max(axis=0, initial=0)  # seconds, in which the axes can take the jump
+        limits = np.minimum(np.where(corner, np.inf, pause / needed), (settle / needed) ** 2)
+        squares[1:-1] = np.minimum(limits, 1)
+        np.abs(speed, out=speed)
+        axes = np.isfinite(most[:, 0])
         if axes.any():
             climb = compiled(climbed) if len(lengths) > LONG else climbed
             args = (lengths, speed[axes], bend[axes])
@@ -116,8 +119,8 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     seconds[moving] = _durations(override, lengths, ramp, highest)
     changes = (highest > override[:-1]) | (highest > override[1:])
     pulled = speed * np.where(changes & np.isfinite(ramp), ramp, 0) + used
-    pulled = np.where(np.isfinite(most), pulled, np.nan)
-    jumps = np.where(pause < settle, 0.0, jump * override[1:-1])
+    pulled[~axes] = np.nan
+    jumps = (jump * override[1:-1])[:, corner]
     return TimeLaw(
         joints[kept], np.r_[0.0, np.cumsum(seconds)][kept], override, lengths, ramp, highest,
         *(each.max(axis=1, initial=0) for each in (speed * highest, pulled, jumps)),
