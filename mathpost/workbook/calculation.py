@@ -34,6 +34,11 @@ class Calculation:
         """All inputs."""
         return (*self.angles, *self.point, *self.origin, *self.axis)
 
+    @property
+    def entries(self):
+        """What may stand in one cell."""
+        return [entry for known in self.known.values() for k in known for entry in k]
+
     def draw(self, rng, units):
         """Place of an input → samples at random."""
         limits = {p: 3.0 if units.get(p, 1.0) == 1.0 else 170.0 for p in self.angles}

@@ -34,16 +34,11 @@ def edits(graph, place, inputs=()):
     """Yield (cause, sentence, tree) for every single repair of the formula in `place`."""
     tree = graph.trees[place]
     parts = list(walk(tree))
-    whole = [part for part in parts if part[1][0] in TRIGONOMETRY]
-    for cause, function, text in (
-        ("degrees for radians", "RADIANS", "the angles are in degrees, not in radians"),
-        ("radians for degrees", "DEGREES", "the angles are in radians already, and converted once more"),
-    ):
-        other = tree
-        for path, part in whole:
-            other = put(other, path, (part[0], (function, part[1])))
-        if len(whole) > 1:
-            yield cause, text, other
+    if sum(part[0] in TRIGONOMETRY for _, part in parts) > 1:
+        text = "the angles are in degrees, not in radians"
+        yield "degrees for radians", text, converted(tree, "RADIANS")
+        text = "the angles are in radians already, and converted once more"
+        yield "radians for degrees", text, converted(tree, "DEGREES")
     for kind in (_functions, _signs):
         for path, part in parts:
             for cause, sentence, new in kind(path, part):
@@ -52,20 +47,8 @@ def edits(graph, place, inputs=()):
     for path, area in references:
         if area.shape != (1, 1):
             yield "transposed", f"{area} must be transposed", put(tree, path, ("TRANSPOSE", ("area", area)))
-    for (path, area), new in zip(references, areas(as_around(graph, place) or ("text",)), strict=False):
-        if new != area:
-            yield "wrong reference", f"{area} should be {new}", put(tree, path, ("area", new))
-    for reach in (1, 2, 3, 4):
-        steps = [
-            (r, c) for r in range(-reach, reach + 1) for c in range(-reach, reach + 1) if reach in map(abs, (r, c))
-        ]
-        for (path, area), step in product(references, steps):
-            new = area.moved(*step)
-            if new and place not in new.places:
-                yield "wrong reference", f"{area} should be {new}", put(tree, path, ("area", new))
-    for path, area in references:
-        others = [Area(*p, *p[1:]) for p in inputs if area.shape == (1, 1)]
-        for new in others + [area.moved(-up, 0) for up in range(5, min(area.top, 60)) if not area.fixed[0]]:
+    for path, area, new in _elsewhere(graph, place, references, inputs):
+        if new and new != area and place not in new.places:
             yield "wrong reference", f"{area} should be {new}", put(tree, path, ("area", new))
     for path, part in parts:
         text = f"{text_of(part)} is rounded too early"
@@ -81,6 +64,25 @@ def edits(graph, place, inputs=()):
         if part[0] in ("*", "/"):
             text = f"{part[0]} should be {OTHER[part[0]]}"
             yield "wrong value", text, put(tree, path, (OTHER[part[0]], *part[1:]))
+
+
+def _elsewhere(graph, place, references, inputs):
+    """Yield (path, area, other area): as the cells around have it, nearby, an input, further up."""
+    around = areas(as_around(graph, place) or ("text",))
+    yield from ((*reference, new) for reference, new in zip(references, around, strict=False))
+    for reach in (1, 2, 3, 4):
+        span = range(-reach, reach + 1)
+        steps = [(down, right) for down in span for right in span if reach in (abs(down), abs(right))]
+        yield from ((path, area, area.moved(*step)) for (path, area), step in product(references, steps))
+    for path, area in references:
+        yield from ((path, area, Area(*p, *p[1:])) for p in inputs if area.shape == (1, 1))
+        yield from ((path, area, area.moved(-up, 0)) for up in range(5, 60) if not area.fixed[0])
+
+
+def converted(tree, function):
+    """The tree with the argument of every sine and cosine in `function`."""
+    parts = tuple(converted(part, function) if isinstance(part, tuple) else part for part in tree)
+    return (parts[0], (function, parts[1])) if tree[0] in TRIGONOMETRY else parts
 
 
 def _functions(path, part):

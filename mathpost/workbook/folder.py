@@ -1,7 +1,6 @@
 """A class of files: one line for each in a table, as text, CSV or HTML; and copies with coloured cells."""
 
 import csv
-import html
 import io
 import os
 import re
@@ -18,7 +17,7 @@ from openpyxl.utils.cell import coordinate_to_tuple
 from mathpost.errors import InputError, OutputError, write_bytes
 from mathpost.workbook.check import check_file
 from mathpost.workbook.file import read
-from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, WRONG
+from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, WRONG, html_table
 from mathpost.workbook.safety import MEGABYTE, inspect
 
 DAMAGED = "not read"
@@ -40,13 +39,8 @@ CHINESE = dict(pair.replace("_", " ").split("=") for pair in CHINESE.split())
 class Summary:
     """The result of `check_folder`.
 
-    Attributes
-    ----------
-    rows : tuple of tuples
-        File, relative to the folder; verdict, or ``"not read"``; how many cells were checked, as ``"45 of 63"``;
-        the first wrong cell; its cause; a sentence.
-    language : str
-        ``"en"`` or ``"zh"``.
+    `rows` have the file, relative to the folder; the verdict, or ``"not read"``; how many cells were checked, as
+    ``"45 of 63"``; the first wrong cell; its cause; a sentence. `language` is ``"en"`` or ``"zh"``.
     """
 
     rows: tuple
@@ -82,12 +76,8 @@ class Summary:
         return f"<!DOCTYPE html><meta charset='utf-8'><title>mathpost check</title>{self._repr_html_()}\n"
 
     def _repr_html_(self):
-        colours = ["none", *(STATUS_COLOUR.get(row[1], STATUS_COLOUR[UNCLEAR]) for row in self.rows)]
-        lines = "".join(
-            f"<tr style='background:{colour};color:black'>{''.join(f'<td>{html.escape(text)}' for text in row)}"
-            for colour, row in zip(colours, self.table, strict=True)
-        )
-        return f"<table>{lines}</table>"
+        head, *rows = self.table
+        return html_table(head, [(row[1], *said) for row, said in zip(self.rows, rows, strict=True)])
 
 
 def _width(text):

@@ -7,6 +7,7 @@ a scalar is (samples, 1, 1), and one evaluation covers all the samples.
 
 import re
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from openpyxl.formula import Tokenizer
@@ -35,7 +36,7 @@ class Area:
     right: int
     fixed: tuple = (False, False)
 
-    @property
+    @cached_property
     def places(self):
         """The (sheet, row, column) of the cells, row by row."""
         columns = range(self.left, self.right + 1)

@@ -12,6 +12,7 @@ from mathpost.workbook.file import local_address
 from mathpost.workbook.formula import Area, NotUnderstood, areas, evaluate, parse, text_of, walk, with_areas
 
 SAMPLES = 8
+ZERO = np.zeros(1)
 CLOSE = 1e-8  # relative: what the arithmetic of a spreadsheet loses
 
 
@@ -26,6 +27,7 @@ class Graph:
     def __init__(self, book):
         self.book, self.trees, self.part, self.unread = book, {}, {}, {}
         self.cells = {(sheet.name, *place): cell for sheet in book.sheets for place, cell in sheet.cells.items()}
+        self.meant = {place: cell.meant for place, cell in self.cells.items()}
         self.sheets = {sheet.name.lower(): sheet.name for sheet in book.sheets}
         self.numbers = {sheet.name: n for n, sheet in enumerate(book.sheets)}
         self.names = {
@@ -100,7 +102,11 @@ class Graph:
 
     def value(self, place):
         """The number in a cell as the file holds it, texts such as 54,7356 included, or None."""
-        return self.cells[place].meant if place in self.cells else None
+        return self.meant.get(place)
+
+    def tree(self, place):
+        """The formula in a cell; an empty text where there is none."""
+        return self.trees.get(place, ("text", ""))
 
     def used_by(self, tree):
         """The places that a tree refers to."""
@@ -152,7 +158,7 @@ class Graph:
     @cached_property
     def components(self):
         """Numbers and formulas that hang together edge to edge, as they are read."""
-        found, left = [], {p for p, cell in self.cells.items() if cell.formula or cell.meant is not None}
+        found, left = [], {p for p, cell in self.cells.items() if cell.formula or self.meant[p] is not None}
         for place in sorted(left, key=self.reading_order):
             if place in left:
                 near = _reached([place], lambda p, left=left: left.intersection(beside(p)))
@@ -217,20 +223,21 @@ class Graph:
             return np.full((1, 1, 1), np.nan)
 
     def look(self, area, values):
-        """The values of an area, shape (samples, rows, columns)."""
-        if area.shape == (1, 1):
-            return self.number((area.sheet, area.top, area.left), values)[:, None, None]
-        stacked = np.stack(np.broadcast_arrays(*(self.number(p, values) for p in area.places)), axis=-1)
-        return stacked.reshape(-1, *area.shape)
+        """The values of an area, shape (samples, rows, columns): 0 for an empty cell, NaN for text."""
+        numbers = [values[p] if p in values else self.constants.get(p, ZERO) for p in area.places]
+        if len(numbers) == 1:
+            return numbers[0][:, None, None]
+        found = np.empty((max(map(len, numbers)), len(numbers)))
+        for k, number in enumerate(numbers):
+            found[:, k] = number
+        return found.reshape(-1, *area.shape)
 
-    def number(self, place, values):
-        """The value of one cell, shape (samples,) or (1,): 0 for an empty one, NaN for text."""
-        if place in values:
-            return values[place]
-        cell = self.cells.get(place)
-        if cell is None or (cell.value is None and not cell.formula):
-            return np.zeros(1)
-        return np.full(1, np.nan if place in self.trees or cell.meant is None else cell.meant)
+    @cached_property
+    def constants(self):
+        """Place of a cell that is not calculated → what it holds, shape (1,), NaN for text."""
+        held = {p: None if p in self.trees else n for p, n in self.meant.items()}
+        empty = {p for p, cell in self.cells.items() if cell.value is None and not cell.formula}
+        return {p: np.full(1, np.nan if n is None else n) for p, n in held.items() if p not in empty}
 
 
 def _reached(places, links):

@@ -8,19 +8,13 @@ import numpy as np
 from mathpost import angles as euler
 from mathpost.detective.misreadings import written_decimals
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
-from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, edits, flat, repaired
-from mathpost.workbook.formula import Area, areas, heads, put, text_of, walk, with_areas
-from mathpost.workbook.graph import SAMPLES, same
+from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, converted, edits, flat, repaired
+from mathpost.workbook.formula import Area, areas, heads, text_of, walk, with_areas
+from mathpost.workbook.graph import SAMPLES, beside, same
 from mathpost.workbook.nc_table import Words, judge_numbers
 from mathpost.workbook.report import Fault
-from mathpost.workbook.values import read_labels, with_formulas
 
-SEED = 20
-OTHER_CONVENTION = "the elementary matrices are those of the other convention, active or passive"
-UNEXPLAINED, UNLIKELY = (
-    3.0,
-    2.0,
-)  # what a repair costs that no single change of the formula, or an odd one, explains
+UNLIKELY, UNEXPLAINED = 2.0, 3.0  # what a repair costs that an odd change of the formula explains, or none
 SIZES = {9: 3, 16: 4, 3: 3, 4: 4}  # rows of so many cells
 
 
@@ -38,7 +32,7 @@ class Judge:
         for calculation in self.live:
             self._set_units(calculation.angles)
         spare = [] if found.task.machine else [Calculation((), tuple(found.angles), tuple(found.lengths))]
-        rng = np.random.default_rng(SEED)
+        rng = np.random.default_rng(20)
         for calculation in (*spare, *self.live):
             self.inputs.update(calculation.draw(rng, self.units))
         for place, numbers in self.inputs.items():
@@ -47,8 +41,8 @@ class Judge:
 
     def _set_units(self, places):
         """Degrees or radians: whole turns of which unit leave more sines and cosines as they are."""
-        trees, own = self.graph.trees, {p: np.array([self.found.number(p) + 0.3]) for p in places}
-        after = [p for p in self.graph.downstream(places) if heads(trees.get(p, ("text",))) & {"SIN", "COS"}]
+        own = {p: np.array([self.found.number(p) + 0.3]) for p in places}
+        after = [p for p in self.graph.downstream(places) if heads(self.graph.tree(p)) & {"SIN", "COS"}]
         turns = (0, 720, 4 * np.pi)  # half angles turn half as fast
         runs = [self.graph.run({}, {p: number + turn for p, number in own.items()}) for turn in turns]
         votes = [sum(same(run[p], runs[0][p], 1e-9) for p in after) for run in runs[1:]]
@@ -62,16 +56,20 @@ class Judge:
 
     def block(self, places, option=()):
         """What is in some cells, or what `option` puts there, shape (cells, samples)."""
-        return np.array([dict(option).get(p, self.now(p)) for p in places])
+        return np.array([option[p] if p in option else self.now(p) for p in places])
 
     def bad(self, targets, values=None):
         """The targets that are missed, now or with other values."""
-        values = values or {}
-        return [p for p, target in targets.items() if not same(values.get(p, self.now(p)), target)]
+        values = values or self.values
+        return [p for p, target in targets.items() if not same(values[p] if p in values else self.now(p), target)]
 
     def _run(self, more=(), only=None):
         """The values with all that was put in, and `more`."""
         return self.graph.run({}, {**self.inputs, **self.fixed, **dict(more)}, only and self.values, only)
+
+    def _calculate(self, place, tree):
+        """What a cell would hold with another formula."""
+        return np.broadcast_to(self.graph.cell(place, self.values, tree), SAMPLES)
 
     def _fault(self, place, cause, message):
         self.faults.append(Fault(self.graph.address(place), cause, message, place))
@@ -88,8 +86,7 @@ class Judge:
         self.targets = {p: t for c in self.live for p, t in c.targets.items()}
         for calculation in self.found.calculations[:1]:
             self._compare_the_inputs(calculation)
-        self.said = self._as_the_labels_say() if self.bad(self.targets) else {}
-        if self.bad(self.targets) and not self.said and self.found.by == "source 000":
+        if self.found.by == "source 000" and self.bad(self.targets):
             self.reading = self._other_reading()
         for calculation in () if self.reading else self.live:
             self._repair(calculation)
@@ -137,13 +134,14 @@ class Judge:
                 return
             missed = set(self.bad(self.targets)) - calculation.targets.keys()
             targets = {p: t for p, t in self.targets.items() if p not in missed}
-            found = self._against_the_labels(calculation, bad) or self._earliest(calculation, targets, bad)
+            found = self._earliest(calculation, targets, bad)
             if found is None:
-                found = {p: targets[p] for p in bad}
-                place = self._typed_over(bad)
-                text = "the result is not what the task asks for, and no single change makes it so"
-                fault = place and ("typed over formula", self._typed_text(place))
-                self._fault(place or min(bad, key=self.graph.calculation_order), *(fault or ("wrong value", text)))
+                found, place = {p: targets[p] for p in bad}, self._typed_over(bad)
+                if place:
+                    self._fault(place, "typed over formula", self._typed_text(place))
+                else:
+                    text = "the result is not what the task asks for, and no single change makes it so"
+                    self._fault(min(bad, key=self.graph.calculation_order), "wrong value", text)
             self.fixed.update(found)
             self.values = self._run()
 
@@ -159,37 +157,6 @@ class Judge:
         odd = [p for p in odd if (np.abs(self.graph.value(p) - constants) > 1e-3 * np.abs(constants)).all()]
         return min(odd, key=self.graph.calculation_order, default=None)
 
-    def _as_the_labels_say(self):
-        """Place → its values, of the labelled cells, if the labels say a calculation that meets the targets."""
-        _, implied = read_labels(self.graph, by_numbers=False)
-        if self.targets.keys().isdisjoint(implied):
-            return {}
-        whole = with_formulas(self.graph, implied)
-        values = whole.run({p: v for p, v in self.inputs.items() if p not in implied})
-        met = [p for p in self.targets if p in implied and not self.bad({p: self.targets[p]}, values)]
-        reached = whole.upstream(met) & implied.keys()
-        return {p: np.broadcast_to(values[p], SAMPLES) for p in whole.order if p in reached}
-
-    def _against_the_labels(self, calculation, bad):
-        """Put in what the labels say, step by step, until the results are right; None if they do not become so."""
-        before, faults, put_in = self.values, [], {}
-        scope = self.graph.upstream(bad) & self.said.keys()
-        units = [*self.found.windows, *self._lines(calculation, scope)]
-        while wrong := {p for p in scope if self.bad({p: self.said[p]})}:
-            first = [p for p in wrong if len(self.graph.upstream([p]) & wrong) == 1]
-            first = min(first, key=self.graph.calculation_order)
-            unit = next((unit for unit in units if first in unit), (first,))
-            option = {p: self.said[p] for p in unit if p in wrong}
-            faults += self._explain(calculation, unit, option)[1]
-            put_in |= option
-            self.values = self._run(put_in)
-            if not self.bad({p: self.targets[p] for p in bad}):
-                for fault in _one_convention(faults) if len(faults) >= 6 else faults:
-                    self._fault(*fault)
-                return put_in
-        self.values = before
-        return None
-
     # What else there is.
 
     def judge_the_rest(self):
@@ -197,15 +164,15 @@ class Judge:
         graph, messages = self.graph, set()
         formulas = [p for p in graph.trees if p not in self.found.typed] + [*graph.unread]
         for place in formulas:
-            cell, tree = graph.cells[place], graph.trees.get(place, ("number", 0))
-            if (isinstance(cell.value, str) and not cell.error) or (cell.value is None and "text" in heads(tree)):
-                messages.add(place)
+            cell = graph.cells[place]
+            texts = cell.value is None and "text" in heads(graph.trees.get(place, ("number", 0)))
+            messages |= {place} if texts or (isinstance(cell.value, str) and not cell.error) else set()
         # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
         typed = {p for p in self.found.typed - graph.trees.keys() if messages.issuperset(graph.used.get(p, "-"))}
         typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
         places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
         rest = set(places) - graph.upstream(p for c in self.found.calculations for p in c.results)
-        known = [np.ones(SAMPLES), *(entry for c in self.live for _, entry in self._entries(c))]
+        known = [np.ones(SAMPLES), *(entry for c in self.live for entry in c.entries)]
         for c in self.live:
             known += [np.linalg.norm(vector, axis=0) for vector in c.known.get(3, ())]
             for expected in graph.components if c.known.get(3) else ():
@@ -221,10 +188,6 @@ class Judge:
         if not np.abs(value[1:]).max() > 1e-9 and "-" not in functions:
             return False  # zero without a difference: something empty was taken
         return any(same(value, each) for each in (known[:1] if "MDETERM" in functions else known))
-
-    def _entries(self, calculation):
-        """What may stand in one cell, with the number of cells that it is one of."""
-        return [(n, entry) for n, known in calculation.known.items() for k in known for entry in k]
 
     # Where.
 
@@ -251,8 +214,11 @@ class Judge:
         for place in formulas - {p for window in blocks for p in window}:
             if heads(graph.trees[place]) & {"SIN", "COS", "TAN"}:
                 pairs.setdefault(tuple(graph.uses[place]), []).append(place)
-        blocks += [*self._lines(calculation, scope), *(tuple(pair) for pair in pairs.values() if len(pair) == 2)]
-        for block in blocks:
+        vectors = found.vectors & scope
+        lines = {graph.component[p] for p in vectors if len(graph.component[p]) in (3, 4)} | {calculation.results}
+        blocks += [line for line in lines if len(vectors.intersection(line)) >= 2 or line == calculation.results]
+        pairs = [pair for places in pairs.values() for pair in combinations(places, 2)]
+        for block in (*blocks, *(pair for pair in pairs if pair[1] in beside(pair[0]))):
             order = min(map(graph.calculation_order, [p for p in block if p in graph.trees] or block))
             options = [dict(zip(block, known, strict=True)) for known in calculation.known.get(len(block), ())]
             yield (*order, len(block)), block, self._tried(options, targets)
@@ -262,12 +228,6 @@ class Judge:
         self.whole = tuple(sorted(scope & graph.trees.keys(), key=graph.calculation_order))
         if isinstance(calculation, Turn):
             yield (98, (0,), 0), self.whole, self._tried(self._everywhere(calculation), targets)
-
-    def _lines(self, calculation, scope):
-        """Triples and quadruples of vector cells, the results among them."""
-        vectors = self.found.vectors & scope
-        lines = {c for p in vectors for c in [self.graph.component[p]] if len(c) in (3, 4)}
-        return {line for line in lines if len(vectors.intersection(line)) >= 2} | {calculation.results}
 
     def _tried(self, options, targets):
         """Of the options (place → value) what they change, of those that meet the targets."""
@@ -304,11 +264,10 @@ class Judge:
     def _plausible(self, calculation, place):
         """What a cell may have to hold on which results depend in a curved way: an angle, a repaired formula."""
         if place in self.found.turning:
-            for angle in calculation.radians.T:
-                yield from (angle, -angle, np.rad2deg(angle), -np.rad2deg(angle))
+            yield from (each for a in calculation.radians.T for each in (a, -a, np.rad2deg(a), -np.rad2deg(a)))
         seen = [self.now(place)]
         for _, _, tree in edits(self.graph, place) if place in self.graph.trees else ():
-            value = np.broadcast_to(self.graph.cell(place, self.values, tree), SAMPLES)
+            value = self._calculate(place, tree)
             if np.isfinite(value[1:]).all() and not any(same(value, s) for s in seen):
                 seen.append(value)
                 yield value
@@ -319,14 +278,12 @@ class Judge:
 
     def _everywhere(self, turn):
         """The same slip in many places: sines in degrees, the other convention, matrices exchanged."""
-        option = {}
-        for place in [p for p in self.whole if heads(self.graph.trees[p]) & TRIGONOMETRY.keys()]:
-            tree = self.graph.trees[place]
-            for path, part in reversed(list(walk(tree))):
-                if part[0] in TRIGONOMETRY:
-                    tree = put(tree, path, (part[0], ("RADIANS", part[1])))
-            option[place] = np.broadcast_to(self.graph.cell(place, self.values, tree), SAMPLES)
-        yield option
+        trees = {p: self.graph.trees[p] for p in self.whole}
+        yield {
+            p: self._calculate(p, converted(t, "RADIANS"))
+            for p, t in trees.items()
+            if heads(t) & TRIGONOMETRY.keys()
+        }
         elements = self._elements(turn)
         yield {p: v for window, (_, other) in elements.items() for p, v in _as_window(window, other).items()}
         for first, second in combinations(elements, 2):
@@ -337,12 +294,13 @@ class Judge:
 
     def _elements(self, turn):
         """The windows that are elementary matrices now → their sense of rotation, and what the other would be."""
-        found, half = {}, len(turn.elements) // 2
-        for window in self.found.windows:
-            for n, element in enumerate(turn.elements):
-                if not self.bad(_as_window(window, element)):
-                    found[window] = n < half, turn.elements[n - half]
-        return found
+        half = len(turn.elements) // 2
+        return {
+            window: (n < half, turn.elements[n - half])
+            for window in self.found.windows
+            for n, element in enumerate(turn.elements)
+            if not self.bad(_as_window(window, element))
+        }
 
     # Why.
 
@@ -360,7 +318,9 @@ class Judge:
             if place not in done:
                 array = graph.array(place)
                 done.update(array)
-                *fault, more = block or self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
+                *fault, more = self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
+                if block and (more or len(array) == 1):
+                    *fault, more = block
                 cost = max(cost, more)
                 faults.append((place, *fault))
         if unit is self.whole:
@@ -378,7 +338,7 @@ class Judge:
         """Cause, sentence and cost of one wrong cell, or of an array formula."""
         graph, (place, value) = self.graph, next(iter(wanted.items()))
         cell, short = graph.cells.get(place), graph.short(place)
-        known = place in self.targets or any(same(value, entry, 1e-7) for _, entry in self._entries(calculation))
+        known = place in self.targets or any(same(value, entry, 1e-7) for entry in calculation.entries)
         if cell is None:
             return "wrong value", f"{short} is empty", UNEXPLAINED
         if place not in graph.trees:
@@ -393,32 +353,26 @@ class Judge:
         tree = graph.trees[place]
         if found := repaired(graph, wanted, self.values, calculation.given):
             cause, sentence, other = found
-            cost = UNLIKELY if cause == "sign" and self._looks_right(place, other) else 0.0
+            plain = tree[0] in ("+", "-") or ("minus" not in heads(tree) and tree[0] != "area")
+            odd = as_around(graph, place) == tree or (plain and other == ("minus", tree))
             cause = self._reference_kind(place, other) if cause == "wrong reference" else cause
-            return cause, f"{short}: {sentence}", cost
+            return cause, f"{short}: {sentence}", UNLIKELY * (cause == "sign" and odd)
         if term := self._missing(calculation, place, value):
             return "missing term", f"{short}: the term {term} is missing", 0.2
         text = f"{short}: ={text_of(tree)} is not what belongs there"
         return "wrong value", text, UNEXPLAINED + 9 * (not known)
 
-    def _looks_right(self, place, other):
-        """Whether the sign of a formula is as around it, or a minus before the whole would be odd."""
-        tree, around = self.graph.trees[place], as_around(self.graph, place)
-        plain = tree[0] in ("+", "-") or ("minus" not in heads(tree) and tree[0] != "area")
-        return around == tree or (plain and other == ("minus", tree))
-
     def _reference_kind(self, place, other):
         """Name a wrong reference: a missing $, a different angle, a different point, or just a different cell."""
-        pairs = zip(*map(areas, (self.graph.trees[place], other)), strict=True)
+        pairs = zip(areas(self.graph.trees[place]), areas(other), strict=True)
         old, new = next((a, b) for a, b in pairs if a != b)
-        above = areas(self.graph.trees.get((place[0], place[1] - 1, place[2]), ("text",)))
+        above = areas(self.graph.tree((place[0], place[1] - 1, place[2])))
         table = len(self.graph.component[place]) > 9
         if table and old.top > new.top and not old.fixed[0] and str(new) in map(str, above):
             return "missing $"
-        a, b = ((area.sheet, area.top, area.left) for area in (old, new))
-        if b in self.found.angles:
+        if new.places[0] in self.found.angles:
             return "wrong angle"
-        return "wrong point" if {a, b} <= self.found.lengths else "wrong reference"
+        return "wrong point" if {old.places[0], new.places[0]} <= self.found.lengths else "wrong reference"
 
     def _missing(self, calculation, place, value):
         """A term that is missing from a sum: one of the formulas above or below, or a product of cells around."""
@@ -429,58 +383,66 @@ class Judge:
         around = around if len(around) <= 16 else [p for p in around if p[1] == row]
         pool = dict.fromkeys([*(s for p in around for s in graph.uses.get(p, ())), *calculation.given])
         factors = [("area", Area(*p, *p[1:])) for p in pool if p in graph.cells]
-        formulas = [part for p in around if p in graph.trees for _, part in walk(graph.trees[p])]
+        formulas = [part for p in around for _, part in walk(graph.tree(p))]
         factors += [part for part in formulas if part[0] in TRIGONOMETRY or part[:2] == ("-", ("number", 1.0))]
         terms = [("number", float(lacking[1]))]
         for step in (-1, 1):
-            near = graph.trees.get((sheet, row + step, column), ("text",))
+            near = graph.tree((sheet, row + step, column))
             moved = [area if area.fixed[0] else area.moved(-step, 0) for area in areas(near)]
             terms += [term for _, term in flat(with_areas(near, moved))] if moved and all(moved) else []
-        single, named = (
-            {text_of(t): graph.calculate(t, self.values)[:, 0, 0] for t in ts} for ts in (factors, terms)
-        )
-        for depth in (1, 2, 3, 4):
-            for chosen in combinations(single, depth) if comb(len(single), depth) < 20_000 else ():
-                named["*".join(chosen)] = np.prod(np.broadcast_arrays(*map(single.get, chosen)), axis=0)
-        return next((t for t, n in named.items() if same(lacking, n, 1e-7) or same(lacking, -n, 1e-7)), None)
+        for trees, most in ((terms, 1), ({text_of(tree): tree for tree in factors}.values(), 4)):
+            values = np.array([np.broadcast_to(graph.calculate(t, self.values)[:, 0, 0], SAMPLES) for t in trees])
+            for depth in range(1, most + 1):
+                chosen = [*combinations(range(len(trees)), depth)] if comb(len(trees), depth) < 20_000 else []
+                found = values[np.array(chosen, dtype=int).reshape(-1, depth)].prod(axis=1)
+                off = [np.abs(found + sign * lacking)[:, 1:].max(axis=1) for sign in (1, -1)]
+                for n in np.flatnonzero(np.minimum(*off) < 1e-7 * (1 + np.abs(lacking[1:]).max()))[:1]:
+                    return "*".join(text_of([*trees][k]) for k in chosen[n])
+        return None
 
     def _of_the_block(self, calculation, unit, option):
         """Why a matrix or vector is wrong, with the cost: it or a factor is transposed, or a product reversed."""
-        size = SIZES[len(unit)]
+        size, square = SIZES[len(unit)], len(unit) > 4
 
         def matrix(places, *more):
             return self.block(places, *more).T.reshape(SAMPLES, size, -1)
 
-        def turned(matrix):
-            return np.swapaxes(matrix, 1, 2)
-
-        now, wanted, square = matrix(unit), matrix(unit, option), len(unit) > 4
+        now, wanted = matrix(unit), matrix(unit, option)
         windows = {w: matrix(w) for w in self.found.windows if len(w) == size * size and w != unit}
-        if square and same(now, turned(wanted)):
-            copy = all(self.graph.trees.get(p, ("",))[0] == "area" for p in unit)
+        if square and same(now, _turned(wanted)):
+            copy = all(self.graph.tree(p)[0] == "area" for p in unit)
             copy &= any(same(w, now) for w in windows.values())
             known = any(same(k, self.block(unit)) for k in calculation.known.get(len(unit), ()))
             known |= any(same(w, wanted) for w in windows.values())
             known |= any(same(v @ w, now) for v, w in product(windows.values(), repeat=2))
             return "transposed", "the matrix should be transposed", UNLIKELY * (known and not copy)
-        lines = {c for c in self.graph.components if len(c) == size and c != unit}
-        others = windows if square else {c: matrix(c) for c in lines}
+        others = (
+            windows if square else {c: matrix(c) for c in self.graph.components if len(c) == size and c != unit}
+        )
         for (a, left), (b, right) in product(windows.items(), others.items()):
-            if not same(left @ right, wanted):
-                continue
-            if same(turned(left) @ right, now) or (square and same(left @ turned(right), now)):
-                return "transposed", "a factor of the product is transposed", 0.0
-            if square and same(right @ left, now):
-                return "order of product", f"the order is {self.graph.range(a)} times {self.graph.range(b)}", 0.0
-            if square and same(turned(right) @ turned(left), now):
-                return "transposed", "the product is transposed", 0.0
+            if same(left @ right, wanted):
+                if same(_turned(left) @ right, now) or (square and same(left @ _turned(right), now)):
+                    return "transposed", "a factor of the product is transposed", 0.0
+                if square and same(right @ left, now):
+                    return (
+                        "order of product",
+                        f"the order is {self.graph.range(a)} times {self.graph.range(b)}",
+                        0.0,
+                    )
+                if square and same(_turned(left @ right), now):
+                    return "transposed", "the product is transposed", 0.0
         return None
+
+
+def _turned(matrix):
+    return np.swapaxes(matrix, 1, 2)
 
 
 def _one_convention(faults):
     """Faults that are all signs are those of the other convention."""
+    text = "the elementary matrices are those of the other convention, active or passive"
     signs = {cause for _, cause, _ in faults} == {"sign"}
-    return [(p, "other convention", OTHER_CONVENTION) for p, *_ in faults] if signs else faults
+    return [(p, "other convention", text) for p, *_ in faults] if signs else faults
 
 
 def _as_window(window, matrix):

@@ -7,37 +7,35 @@ import re
 import unicodedata
 from dataclasses import dataclass
 
-VECTORS = {
-    "angles": "angles angle 角度 欧拉角 eulerangles zxzangles zxz欧拉角 zxz givenangles α,β,γ",
-    "point": "p point 点 点坐标 坐标 初始坐标 原坐标 初始点 原始点 原点坐标 初始坐标点 初始点坐标 原始坐标 p0 "
-    "xyz x,y,z originalpoint coordinates givenpoint pointcoordinates",
-    "result": "p' result 结果 新坐标 新点 新坐标点 点' 新点坐标 计算结果 最终坐标 变换后坐标 旋转后坐标 "
-    "x'y'z' x',y',z' p1 point' newpoint newcoordinates rotatedpoint answer transformedpoint finalpoint output",
-    "matrix": "r m",
-    "transposed": "rt mt r^t m^t",
+VECTORS = {  # three cells that have a name, and what one of them is
+    "angle": "angles angle 角度 欧拉角 eulerangles zxzangles zxz欧拉角 zxz givenangles",
+    "coordinate": "p point 点 点坐标 坐标 初始坐标 原坐标 初始点 原始点 p0 xyz originalpoint givenpoint",
+    "outcome": "result 结果 新坐标 新点 新坐标点 计算结果 最终坐标 p1 newpoint rotatedpoint finalpoint",
 }
-VECTORS = {name: kind for kind, names in VECTORS.items() for name in names.split()}
-SINGLE = {"angles": "angle", "point": "coordinate", "result": "outcome"}  # what one cell of a vector is
 UNIT_WORDS = {"=", ":", "°", "deg", "degree", "degrees", "度", "mm", "rad", "弧度", "->", "→", "："}
-NOISE = re.compile(
-    r"坐标变换矩阵|变换矩阵|旋转矩阵|转置矩阵|矩阵|乘积|最终|elementary|passive|active|rotation|matrix|product|final|"
-    r"transposed?|转置|method\d?|recipe\d?|方法[一二12]?|step\d*|步骤\d*|mat(?=[αβγ])"
-)
-WORD = re.compile(r"(?:[emr]?[xyz]?-?[αβγ])+[t']?")
-COORDINATE = re.compile(
-    r"(新|new|result|ergebnis|结果|旋转后|最终点?)?(?:p|点|原|初始|原始)?([xyz])(?:coordinate|坐标|轴|0|1|alt|cl)?"
-    r"('+|new|neu|p|rot|rotated|2|nc|m)?(?:coordinate|坐标)?"
-)
-NUMBERED = re.compile(r"(?:旋转角|角|angle|winkel|drehwinkel)([123])|(?:(φ|phi)|(θ|theta)|(ψ|psi))(?:rad)?")
 SPELLINGS = (  # brought to one: no blanks, one minus, one prime, Greek letters for their names
     ("[′’‘`´ʹ＇]", "'"),
     ("[−–—‐]|负|minus|negative|neg(?=_)", "-"),
     (r"[_\s]*prime", "'"),
     (r"^(矩阵|matrix|m|total|product|产品|乘积|中间矩阵|最终矩阵|produkt|zwischenergebnis)\d$", "r"),
-    *(("alpha|ɑ|а", "α"), ("beta|ß", "β"), ("gamma", "γ")),
-    (r"\((?:rad(?:ians)?|弧度)\)|\[rad\]", "rad"),
+    *(("alpha|ɑ|а|phi|φ", "α"), ("beta|ß|theta|θ", "β"), ("gamma|psi|ψ", "γ")),
+    (r"\(?(?:(?:in )?rad(?:ians)?|弧度)\)?|\[rad\]", "rad"),
     (r"\((?:deg|degrees?|°|度|mm)\)|\[(?:deg|°|mm)\]|[\s°_]", ""),
     *(("[，、]", ","), ("^[=:：]+|[=:：]+$", ""), (r"^\(([^()]*)\)$", r"\1")),
+)
+ANGLE = r"(?:角度?|angle|eulerangle|欧拉角)?{}([αβγ])(?:角度?|deg|degrees|度|angle)?"
+COORDINATE = r"(?:p|点|原|初始|原始)?([xyz])(?:coordinate|坐标|轴|0|1|alt|cl)?{}(?:coordinate|坐标)?"
+SINGLE = {  # the last letter or digit that a group takes says which
+    **{"cos": "cos-?([αβγ])", "sin": "sin-?([αβγ])", "radians": "rad-?([αβγ])|-?([αβγ])rad"},
+    **{"negated": ANGLE.format("-"), "coordinate": COORDINATE.format("")},
+    "angle": ANGLE.format("") + "|(?:旋转角|角|angle|winkel|drehwinkel)([123])",
+    "outcome": r"([uvw])|\(([xyz])\)'|" + COORDINATE.format("(?:'+|new|neu|p|rot|rotated|2|nc|m)") + "|"
+    "(?:新|new|result|ergebnis|结果|旋转后|最终点?)" + COORDINATE.format("(?:'+|new|neu|p|rot|rotated|2|nc|m)?"),
+}
+WHICH = "αβγxyzuvw123"
+NOISE = re.compile(
+    r"(?:(?:坐标变换|变换|旋转|转置)?矩阵|乘积|matrix|product)\d*|最终|elementary|passive|active|rotation|final|"
+    r"transposed?|转置|method\d?|recipe\d?|方法[一二12]?|step\d*|步骤\d*|mat(?=[αβγ])|[\s()\[\]{}·*×⋅.∙_^:/&|]|^\d+"
 )
 
 
@@ -45,9 +43,9 @@ SPELLINGS = (  # brought to one: no blanks, one minus, one prime, Greek letters 
 class Role:
     """What a range holds.
 
-    `kind` is angle, negated, radians, cos, sin, coordinate or outcome of one cell; angles, point or result of
-    three; matrix or transposed of nine. `word` says which angles (0 = α) or coordinate (0 = x), of a matrix its
-    product from left to right; it is empty for a whole vector and for a matrix said to be the final one.
+    `kind` is angle, negated, radians, cos, sin, coordinate or outcome of one cell, or of three where `word` is
+    empty; matrix or transposed of nine. `word` says which angles (0 = α) or coordinate (0 = x), of a matrix its
+    product from left to right; it is empty for a matrix said to be the final one.
     """
 
     kind: str
@@ -75,37 +73,18 @@ def read_label(text):
     text = unicodedata.normalize("NFKC", str(text).replace("ᵀ", "^t")).lower().strip()
     for pattern, plain in SPELLINGS:
         text = re.sub(pattern, plain, text)
-    if not text or len(text) > 40:
-        return None
-    if text in VECTORS:
-        return Role(VECTORS[text])
-    if found := re.fullmatch(r"(cos|sin)-?([αβγ])", text):
-        return Role(found[1], ("αβγ".index(found[2]),))
-    if found := re.fullmatch(r"(?:rad|弧度|radians)-?([αβγ])|-?([αβγ])(?:rad|弧度|inrad|radians)", text):
-        return Role("radians", ("αβγ".index(found[1] or found[2]),))
-    if found := re.fullmatch(r"(?:角度?|angle|eulerangle|欧拉角)?(-?)([αβγ])(?:角度?|deg|degrees|度|angle)?", text):
-        return Role("negated" if found[1] else "angle", ("αβγ".index(found[2]),))
-    if found := NUMBERED.fullmatch(text):
-        return Role("angle", (int(found[1]) - 1 if found[1] else found.lastindex - 2,))
-    if found := COORDINATE.fullmatch(text):
-        return Role("outcome" if found[1] or found[3] else "coordinate", ("xyz".index(found[2]),))
-    if found := re.fullmatch(r"([uvw])|\(([xyz])\)'", text):
-        return Role("outcome", ("uvwxyz".index(found[found.lastindex]) % 3,))
-    return _matrix_label(text)
-
-
-def _matrix_label(text):
-    transposed = re.search(r"转置|transpos|\)t|\^t|\)'|[αβγ]{2}[t']$", text)
-    kind = "transposed" if transposed else "matrix"
-    said = next((part for part in text.split("=") if re.search("[αβγ]", part)), text)
-    if re.search(r"[,，、;]", said):
-        return None
-    said = re.sub(r"[\s()\[\]{}·*×⋅.∙_^:/&|]|^\d+", "", NOISE.sub("", said))
-    if not said and re.search("矩阵|matrix|转置|transpos", text):
-        return Role(kind)
+    for kind, names in VECTORS.items():
+        if text in names.split():
+            return Role(kind)
+    for kind, pattern in SINGLE.items():
+        if found := re.fullmatch(pattern, text):
+            return Role(kind, (WHICH.index(found[found.lastindex]) % 3,))
+    kind = "transposed" if re.search(r"转置|transpos|\)t|\^t|\)'|[αβγ]{2}[t']$|^[rm]t$", text) else "matrix"
+    said = NOISE.sub("", next((part for part in text.split("=") if re.search("[αβγ]", part)), text))
     letters = re.sub("[^αβγ]", "", said)
-    half = letters[: len(letters) // 2]
-    letters = half if half and letters == half * 2 else letters
-    if not WORD.fullmatch(said) or len(letters) > 3 or len(set(letters)) < len(letters):
-        return None
-    return Role(kind, tuple("αβγ".index(letter) for letter in letters))
+    letters = re.sub(r"^(.+)\1$", r"\1", letters)
+    if (not said and re.search("矩阵|matrix|转置|transpos", text)) or re.fullmatch("[rm]t?", said):
+        return Role(kind)
+    known = re.fullmatch(r"(?:[emr]?[xyz]?-?[αβγ])+[t']?", said) and len(text) <= 40
+    single = len(letters) <= 3 and len(set(letters)) == len(letters)
+    return Role(kind, tuple(map("αβγ".index, letters))) if known and single else None

@@ -46,8 +46,9 @@ class FileReport:
     faults : list of `Fault`
         The first one first.
     cells : list of `Judgement`
+        Those that follow from the inputs: `total` of them, of which `checked` were judged.
     not_checked : list of str
-        Addresses of cells that follow from the inputs and were not judged.
+        Addresses of the others.
     seen, warnings : list of str
         What was recognised, with addresses; what deserves a look.
     """
@@ -59,16 +60,8 @@ class FileReport:
     not_checked: list = field(default_factory=list)
     seen: list = field(default_factory=list)
     warnings: list = field(default_factory=list)
-
-    @property
-    def total(self):
-        """How many cells follow from the inputs."""
-        return len(self.cells)
-
-    @property
-    def checked(self):
-        """How many of them were judged."""
-        return sum(cell.status != UNCLEAR for cell in self.cells)
+    total = property(lambda self: len(self.cells))
+    checked = property(lambda self: sum(cell.status != UNCLEAR for cell in self.cells))
 
     @property
     def first(self):
@@ -78,12 +71,11 @@ class FileReport:
     @property
     def status(self):
         """The exit status of the shell: 0, 1 or 2."""
-        return {RIGHT: 0, WRONG: 1, UNCLEAR: 2}[self.verdict]
+        return (RIGHT, WRONG, UNCLEAR).index(self.verdict)
 
     def __str__(self):
         lines = [f"{self.path.name}: {self.verdict}, checked {self.checked} of {self.total}"]
-        lines += [f"first wrong: {fault}" for fault in self.faults[:1]]
-        lines += [f"wrong as well: {fault}" for fault in self.faults[1:6]]
+        lines += [f"{'wrong as well' if n else 'first wrong'}: {fault}" for n, fault in enumerate(self.faults[:6])]
         lines += [f"… and {len(self.faults) - 6} more"] * (len(self.faults) > 6)
         follow = sum(cell.status == CONSEQUENCE for cell in self.cells)
         lines += [f"{follow} cells follow from that"] * bool(follow and self.faults)
@@ -93,9 +85,16 @@ class FileReport:
         return "\n".join([*lines, *(f"warning: {text}" for text in self.warnings[:8])])
 
     def _repr_html_(self):
-        style, rows = f"background:{STATUS_COLOUR[WRONG]};color:black", ["<tr><th>cell<th>cause<th>why"]
-        for fault in self.faults:
-            texts = (html.escape(text) for text in (fault.cell, fault.cause, fault.message))
-            rows.append(f"<tr style='{style}'>{''.join(f'<td>{text}' for text in texts)}")
         summary = "<br>".join(map(html.escape, str(self).splitlines()))
-        return f"<p>{summary}</p>" + f"<table>{''.join(rows)}</table>" * bool(self.faults)
+        rows = [(WRONG, fault.cell, fault.cause, fault.message) for fault in self.faults]
+        return f"<p>{summary}</p>" + html_table(("cell", "cause", "why"), rows) * bool(rows)
+
+
+def html_table(head, rows):
+    """A table, each row in the colour of the status that it begins with, which is not shown."""
+    lines = [f"<tr>{''.join(f'<th>{text}' for text in head)}"]
+    for status, *texts in rows:
+        colour = STATUS_COLOUR.get(status, STATUS_COLOUR[UNCLEAR])
+        cells = "".join(f"<td>{html.escape(text)}" for text in texts)
+        lines.append(f"<tr style='background:{colour};color:black'>{cells}")
+    return f"<table>{''.join(lines)}</table>"

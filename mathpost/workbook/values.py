@@ -7,6 +7,7 @@ what follows from it; but a slip that is lucky at these numbers cannot be seen.
 import re
 from dataclasses import replace
 from functools import reduce
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -16,13 +17,15 @@ from mathpost.detective.misreadings import elementary, written_decimals
 from mathpost.rotation import PASSIVE
 from mathpost.workbook.edits import edits
 from mathpost.workbook.file import Cell
-from mathpost.workbook.formula import area_of
+from mathpost.workbook.formula import Area, area_of
 from mathpost.workbook.graph import Graph
-from mathpost.workbook.label import SINGLE, UNIT_WORDS, Role, read_label
+from mathpost.workbook.label import SINGLE, UNIT_WORDS, VECTORS, Role, read_label
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, WRONG, Fault
 
 EXACT, FULL = 1e-9, 9  # what a spreadsheet's arithmetic may lose; decimals of a number that was not rounded by hand
 OPPOSITE = {"degrees for radians": "radians for degrees", "radians for degrees": "degrees for radians"}
+MATRICES = {"matrix", "transposed"}
+WORDS = ((0,), (1,), (2,), (2, 1), (1, 0), (2, 1, 0))  # the matrices of source 000's first method
 
 
 class Block(NamedTuple):
@@ -34,8 +37,10 @@ class Block(NamedTuple):
     @property
     def level(self):
         """Numbers that are rounded alike."""
-        kind = "elements" if self.role.kind in ("cos", "sin", "radians") else self.role.kind
-        return "elements" if kind == "matrix" and len(self.role.word) == 1 else kind.replace("transposed", "matrix")
+        element = self.role.kind in ("cos", "sin", "radians") or (
+            self.role.kind == "matrix" and len(self.role.word) == 1
+        )
+        return "elements" if element else self.role.kind.replace("transposed", "matrix")
 
 
 def check_values(graph, cells=None):
@@ -47,7 +52,7 @@ def check_values(graph, cells=None):
     return *_judged(whole, blocks, implied), [f"{whole.address(b.places[0])}: {b.role}" for b in blocks]
 
 
-def read_labels(graph, cells=None, *, by_numbers=True):
+def read_labels(graph, cells=None):
     """Return the blocks with a role, and place → (formula, first cell of its array) that should stand there."""
     blocks, taken = [], set()
     for block in (*_named(graph, cells), *(b for sheet in graph.book.sheets for b in _labelled(sheet))):
@@ -55,8 +60,7 @@ def read_labels(graph, cells=None, *, by_numbers=True):
             taken.update(block.places)
             blocks.append(block)
     blocks.sort(key=lambda b: graph.reading_order(b.places[0]))
-    blocks = _by_their_numbers(graph, blocks) if by_numbers else blocks
-    implied = {}
+    blocks, implied = _by_their_numbers(graph, blocks), {}
     for n, block in enumerate(blocks):
         later = [b for b in blocks[n + 1 :] if b.role.kind != "negated"]
         implied.update(_formulas(block, blocks[:n][::-1] + later))
@@ -68,16 +72,15 @@ def _by_their_numbers(graph, blocks):
     given = {b.role.word[0]: graph.value(b.places[0]) for b in blocks if b.role.kind == "angle"}
     if sorted(given) != [0, 1, 2] or None in given.values():
         return blocks
-    single = [elementary("ZXZ"[n], np.deg2rad(given[n])) for n in range(3)]
-    words = [(0,), (1,), (2,), (2, 1), (1, 0), (2, 1, 0)]
-    for n, block in enumerate(blocks):
-        numbers = [graph.cells[p].number for p in block.places if p in graph.cells]
-        if block.role == Role("matrix") and len(numbers) == 9:
-            entries = np.array(numbers, dtype=float).reshape(3, 3)
-            fits = {w: (np.abs(entries - reduce(np.matmul, [single[k] for k in w])) < 1e-3).sum() for w in words}
-            best = max(fits, key=fits.get)
-            blocks[n] = Block(Role("matrix", best), block.places) if fits[best] >= 7 else block
-    return blocks
+    single, named = [elementary("ZXZ"[n], np.deg2rad(given[n])) for n in range(3)], []
+    for block in blocks:
+        numbers = np.array([graph.value(p) for p in block.places], dtype=float)
+        if block.role == Role("matrix") and np.isfinite(numbers).all():
+            known = [reduce(np.matmul, [single[k] for k in word]).ravel() for word in WORDS]
+            fits = [(np.abs(numbers - matrix) < 1e-3).sum() for matrix in known]
+            block = Block(Role("matrix", WORDS[np.argmax(fits)]), block.places) if max(fits) >= 7 else block
+        named.append(block)
+    return named
 
 
 def with_formulas(graph, implied):
@@ -125,9 +128,9 @@ def _half_digits(graph, blocks):
     digits, found = {}, {}
     for block in blocks:
         numbers = [n for n in map(graph.value, block.places) if n is not None and n % 1]
-        digits.setdefault(block.level, [0]).extend(map(written_decimals, numbers))
+        digits[block.level] = max([digits.get(block.level, 0), *map(written_decimals, numbers)])
     for block in blocks:
-        most = max(digits[block.level]) if any(digits[block.level]) else FULL
+        most = digits[block.level] or FULL
         if (2 if block.role.kind == "outcome" else 3) <= most < FULL:
             found |= {p: 0.5 * 10.0**-most * (1 + 1e-6) for p in block.places if p in graph.trees}
     return found
@@ -163,64 +166,54 @@ def _why(graph, place, mates, own, slack):
 
 def _named(graph, cells):
     names = {n: area_of([(s, *first), (s, *last)]) for n, (s, first, last) in graph.book.names.items()}
-    names |= {name: graph.named(name, text) for name, text in (cells or {}).items()}
-    for name, area in names.items():
+    for name, area in (names | {name: graph.named(name, text) for name, text in (cells or {}).items()}).items():
         role, places = read_label(re.sub(r"^(?:recipe|method|m)_?[12]_", "", name.lower())), tuple(area.places)
-        if role and role.kind in SINGLE and len(places) == 3:
-            yield from (Block(Role(SINGLE[role.kind], (n,)), (place,)) for n, place in enumerate(places))
-        elif role:
-            kind = "matrix" if role.kind == "angle" and len(places) == 9 else role.kind
-            if len(places) == (9 if kind in ("matrix", "transposed") else 1):
-                yield Block(Role(kind, role.word), places)
+        if role and role.kind in VECTORS and not role.word and len(places) == 3:
+            yield from (Block(Role(role.kind, (n,)), (place,)) for n, place in enumerate(places))
+        elif role and len(places) == 9 and role.kind in (*MATRICES, "angle"):
+            yield Block(Role(role.kind.replace("angle", "matrix"), role.word), places)
+        elif role and len(places) == 1 and role.kind in SINGLE and role.word:
+            yield Block(role, places)
 
 
 def _labelled(sheet):
-    labels, taken, runs = {}, set(), {}
-    for place, cell in sorted(sheet.cells.items()):
-        role = read_label(cell.value) if isinstance(cell.value, str) and not cell.error else None
-        labels |= {place: role} if role else {}
+    """What stands beside the labels of a sheet: the nine cells of a matrix, or one cell."""
+    texts = {p: c.value for p, c in sorted(sheet.cells.items()) if isinstance(c.value, str) and not c.error}
+    labels, taken, runs = {place: role for place, text in texts.items() if (role := read_label(text))}, set(), {}
     for place, role in labels.items():
-        if role.kind in ("matrix", "transposed", "angle") and (nine := _nine(sheet, place, labels, taken)):
+        if role.kind in (*MATRICES, "angle") and (nine := _nine(sheet, place, labels, taken)):
             taken.update(nine)
-            yield Block(Role("matrix" if role.kind == "angle" else role.kind, role.word), nine)
+            yield Block(Role(role.kind.replace("angle", "matrix"), role.word), nine)
     for place, role in labels.items():
-        if role.kind not in ("matrix", "transposed", *SINGLE):
+        if role.kind in SINGLE and role.word:
             before = sum(r == role for run in runs.values() for _, r in run)
             runs.setdefault((role.kind, before), []).append((place, role))
-    for run in runs.values():
-        ways = [[_next(sheet, place, step, labels) for place, _ in run] for step in ((0, 1), (1, 0))]
-        right, down = (sum(p is not None and (sheet.name, *p) not in taken for p in way) for way in ways)
-        for (_, role), place in zip(run, ways[right < down], strict=True):
-            if place is not None:
-                yield Block(role, ((sheet.name, *place),))
+    for run in runs.values():  # all to the right of their labels, or all below
+        ways = [[_next(sheet, place, down, labels) for place, _ in run] for down in (False, True)]
+        right, down = (sum(p is not None and p not in taken for p in way) for way in ways)
+        yield from (Block(r, (p,)) for (_, r), p in zip(run, ways[right < down], strict=True) if p is not None)
 
 
-def _next(sheet, place, step, labels):
+def _next(sheet, place, down, labels):
     """The first cell beside a label that is neither empty nor a unit; None if that is the next label."""
     for _ in range(3):
         last = sheet.spans.get(place, place)
-        place = (last[0] + 1, place[1]) if step[0] else (place[0], last[1] + 1)
+        place = (last[0] + 1, place[1]) if down else (place[0], last[1] + 1)
         cell = sheet.cells.get(place)
         if cell is not None and str(cell.value).strip().lower() not in UNIT_WORDS:
-            return None if place in labels else place
+            return None if place in labels else (sheet.name, *place)
     return None
 
 
 def _nine(sheet, label, labels, taken):
     """The nine cells of the matrix that a label names: below it or to its right."""
     (row, column), right = label, sheet.spans.get(label, label)[1] + 1
-    for top, left in (
-        (row + 1, column),
-        (row, right),
-        (row + 1, column - 1),
-        (row - 1, right),
-        (row + 1, column - 2),
-    ):
-        places = tuple((sheet.name, top + r, left + c) for r in range(3) for c in range(3))
-        cells = [c for p in places if (c := sheet.cells.get(p[1:])) is not None]
-        good = sum(c.number is not None or c.error or bool(re.search(r"\d", str(c.value))) for c in cells)
-        free = taken.isdisjoint(places) and not any(p[1:] in labels for p in places)
-        if top > 0 and left > 0 and good >= 7 and free:
+    corners = (row + 1, column), (row, right), (row + 1, column - 1), (row - 1, right), (row + 1, column - 2)
+    for top, left in (corner for corner in corners if min(corner) > 0):
+        places = tuple(Area(sheet.name, top, left, top + 2, left + 2).places)
+        cells = [cell for p in places if (cell := sheet.cells.get(p[1:]))]
+        good = sum(cell.error or bool(re.search(r"\d", str(cell.value))) for cell in cells)
+        if good >= 7 and taken.isdisjoint(places) and not any(p[1:] in labels for p in places):
             return places
     return None
 
@@ -230,39 +223,32 @@ def _nine(sheet, label, labels, taken):
 
 def _formulas(block, others):
     """Place → (formula, first cell of the array or ()), from the blocks before this one, the nearest first."""
-    nearest = {}
+    refs, formula = {}, None
     for other in others:
-        nearest.setdefault(other.role, other)
-    kind, word, formula = block.role.kind, block.role.word, None
-
-    def text(kind, word=word):
-        return _ref(nearest[Role(kind, word)].places) if Role(kind, word) in nearest else None
-
-    angle = text("negated") or text("angle")
-    if kind == "negated" and text("angle"):
-        return {block.places[0]: (f"=-{text('angle')}", ())}
-    if kind in ("cos", "sin", "radians") and angle:
-        function = "" if kind == "radians" else kind.upper()
-        return {block.places[0]: (f"={function}(RADIANS({angle}))", ())}
+        refs.setdefault(other.role, _ref(other.places))
+    kind, word = block.role.kind, block.role.word
+    angle = refs.get(Role("negated", word)) or refs.get(Role("angle", word))
+    whole = [o for o in others if o.role.kind == "matrix" and len(o.role.word) in (0, 3)]
     if kind == "matrix" and len(word) == 1 and angle:
-        parts = [text(name) or f"{name.upper()}(RADIANS({angle}))" for name in ("cos", "sin")]
-        entries = np.ravel(np.array(elementary_formulas("ZXZ"[word[0]], *parts), dtype=object))
+        parts = [refs.get(Role(name, word)) or f"{name.upper()}(RADIANS({angle}))" for name in ("cos", "sin")]
+        entries = chain(*elementary_formulas("ZXZ"[word[0]], *parts))
         return {p: (e if isinstance(e, str) else f"={e}", ()) for p, e in zip(block.places, entries, strict=True)}
-    matrices = [o for o in others if o.role.kind == "matrix"]
     if kind == "matrix":
-        formula = _product(nearest, word or (2, 1, 0), block.role)
-    if kind == "transposed":
-        source = next((o for o in matrices if len(o.role.word) == 3 and word in ((), o.role.word)), None)
-        formula = source and f"TRANSPOSE({_ref(source.places)})"
-    if formula:
-        return {p: (f"={formula}", block.places[0][1:]) for p in block.places}
-    final = [o for o in others if o.role.kind == "transposed" or (o in matrices and len(o.role.word) in (0, 3))]
-    point = [text("coordinate", (n,)) for n in range(3)]
-    if kind == "outcome" and final and all(point):
-        row = final[0].places[3 * word[0] : 3 * word[0] + 3]
-        terms = "+".join(f"{_ref((a,))}*{x}" for a, x in zip(row, point, strict=True))
-        return {block.places[0]: (f"={terms}", ())}
-    return {}
+        formula = _product(refs, word or (2, 1, 0), block.role)
+    elif kind == "transposed":
+        source = [o for o in whole if o.role.word and word in ((), o.role.word)]
+        formula = f"TRANSPOSE({_ref(source[0].places)})" if source else None
+    elif kind == "negated" and Role("angle", word) in refs:
+        formula = f"-{refs[Role('angle', word)]}"
+    elif kind in ("cos", "sin", "radians") and angle:
+        formula = f"{kind.upper().replace('RADIANS', '')}(RADIANS({angle}))"
+    elif kind == "outcome":
+        final = [o for o in others if o in whole or o.role.kind == "transposed"]
+        point = [refs.get(Role("coordinate", (n,))) for n in range(3)]
+        row = [_ref((p,)) for o in final[:1] for p in o.places[3 * word[0] : 3 * word[0] + 3]]
+        formula = "+".join(f"{a}*{x}" for a, x in zip(row, point, strict=False)) if all(point) else None
+    places = block.places if formula else ()
+    return {p: (f"={formula}", block.places[0][1:] if len(places) > 1 else ()) for p in places}
 
 
 def elementary_formulas(axis, cosine, sine):
@@ -279,13 +265,13 @@ def elementary_formulas(axis, cosine, sine):
     return [[cells[entry] if entry.free_symbols else int(entry) for entry in row] for row in matrix]
 
 
-def _product(nearest, word, own):
+def _product(refs, word, own):
     """MMULT of the matrices in `word`, taking products that stand in the sheet."""
     role = Role("matrix", word)
-    if role in nearest and role != own:
-        return _ref(nearest[role].places)
+    if role in refs and role != own:
+        return refs[role]
     for cut in range(len(word) - 1, 0, -1):
-        left, right = (_product(nearest, part, own) for part in (word[:cut], word[cut:]))
+        left, right = (_product(refs, part, own) for part in (word[:cut], word[cut:]))
         if left and right:
             return f"MMULT({left},{right})"
     return None

@@ -8,8 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from mathpost.detective.euler_angles import COPIED, explain
 from mathpost.detective.misreadings import Factors, all_factors, matrices, wordings, written_decimals
-from mathpost.detective.rotary_axes import explain_joints
+from mathpost.detective.rotary_axes import JointCase, explain_joints
 from mathpost.errors import InputError
+from mathpost.rotation import wrap
 
 ANGLES, POINT = (135, 54.7356, -90), (3, 4, 5)
 SOMEWHERE = np.array([21.3, -47.9, 74.6])
@@ -201,6 +202,22 @@ def test_both_branches_and_any_winding_are_right(kin):
     for branch in (0, 1):
         turned = _angles(kin, axes, branch) + np.array([0, 360])
         assert explain_joints(kin, axes, turned.round(3), decimals=3).right
+
+
+@pytest.mark.parametrize("decimals", [2, 4])
+def test_the_last_digit_of_the_tool_axis_moves_both_branches_as_far_as_is_said(kin, decimals):
+    """The angles of the axis before it was rounded lie within the spread, which is not far too wide."""
+    rng, joints, half = np.random.default_rng(8), np.zeros((300, 5)), 0.5 * 10.0**-decimals
+    joints[:, 3:] = rng.uniform(20, 70, (300, 2))
+    exact = kin.forward(joints, degrees=True)[1]
+    printed, branches = exact.round(decimals), np.stack([_angles(kin, exact, branch) for branch in (0, 1)], axis=1)
+    both, spread = JointCase(kin, printed, joints[:, 3:], 1e-9, half).both_branches(printed)
+    reached = np.isfinite(both + branches).all(axis=(1, 2))
+    off = np.abs(wrap(both - branches))[reached]
+    assert reached.sum() > 100 and (off <= 1.02 * spread[reached] + 1e-9).all()
+    assert (off.max(axis=0) > 0.2 * np.median(spread[reached], axis=0)).all()
+    without = JointCase(kin, printed, joints[:, 3:], 1e-9, 0.0).both_branches(printed)[1]
+    assert without[reached].max() < 1e-9
 
 
 @pytest.mark.parametrize("joint", [0, 1])
