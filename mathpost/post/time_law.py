@@ -89,42 +89,50 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     joints, asked = np.asarray(joints, dtype=float), np.asarray(asked, dtype=float)
     moving = asked > 0
     kept = np.r_[True, moving]
-    # Joint by joint, shape (5, moves): that is summed up and compared fastest.
-    steps, lengths = np.diff(joints.T)[:, moving], asked[moving]
-    most = np.nan_to_num(machine.max_accelerations, nan=np.inf)[:, None]
-    speed = steps / lengths  # at w = 1
-    jump = np.abs(np.diff(speed))  # at the corners
+    lengths, most = asked[moving], np.nan_to_num(machine.max_accelerations, nan=np.inf)
     pause = (lengths[1:] + lengths[:-1]) / 2  # from the middle of a move to that of the next
-    corner = pause >= settle
-    bend = np.zeros((5, len(lengths) + 1))  # acceleration of the axes at a pose that is passed at w = 1
-    np.divide(jump, pause, out=bend[:, 1:-1], where=~corner)
+    corner, needed = pause >= settle, np.zeros(max(len(lengths) - 1, 0))
+    speed = np.zeros((5, len(lengths)))  # of each axis at w = 1
+    bend = np.zeros((5, len(lengths) + 1))  # its acceleration at a pose that is passed at w = 1
+    jumps = []  # of its speed at the corners
+    for axis, column in enumerate(joints.T):
+        velocity = np.diff(column)[moving] / lengths
+        jump = np.abs(np.diff(velocity))
+        speed[axis] = np.abs(velocity)
+        np.divide(jump, pause, out=bend[axis, 1:-1], where=~corner)
+        needed = np.maximum(needed, jump / most[axis])  # seconds, in which all axes can take their jumps
+        jumps.append(jump[corner])
+
     squares = np.zeros(len(lengths) + 1)
     with np.errstate(divide="ignore"):
-        needed = (jump / most).max(axis=0, initial=0)  # seconds, in which the axes can take the jump
         limits = np.minimum(np.where(corner, np.inf, pause / needed), (settle / needed) ** 2)
         squares[1:-1] = np.minimum(limits, 1)
-        np.abs(speed, out=speed)
-        axes = np.isfinite(most[:, 0])
-        if axes.any():
-            climb = compiled(climbed) if len(lengths) > LONG else climbed
-            args = (lengths, speed[axes], bend[axes])
-            squares = climb(squares, *args, most[axes, 0])
-            squares = climb(squares[::-1], *(each[..., ::-1] for each in args), most[axes, 0])[::-1]
-        used = np.maximum(bend[:, :-1] * squares[:-1], bend[:, 1:] * squares[1:])
-        left = np.where(speed > STILL, (most - used) / np.maximum(speed, STILL), np.inf).min(axis=0)
+    if np.isfinite(most).any():
+        climb = compiled(climbed) if len(lengths) > LONG else climbed
+        squares = climb(squares, lengths, speed, bend, most)
+        squares = climb(squares[::-1], lengths[::-1], speed[:, ::-1], bend[:, ::-1], most)[::-1]
+
+    def used(bend):
+        return np.maximum(bend[:-1] * squares[:-1], bend[1:] * squares[1:])
+
+    left = np.full(len(lengths), np.inf)
+    for v, bent, limit in zip(speed, bend, most, strict=True):
+        left = np.minimum(left, np.where(v > STILL, (limit - used(bent)) / np.maximum(v, STILL), np.inf))
     ramp = np.maximum(left, np.abs(np.diff(squares)) / (2 * lengths))
     override = np.sqrt(squares)
     highest = np.minimum(1, np.sqrt((squares[1:] + squares[:-1]) / 2 + ramp * lengths))
     seconds = np.zeros(len(asked))
     seconds[moving] = _durations(override, lengths, ramp, highest)
     changes = (highest > override[:-1]) | (highest > override[1:])
-    pulled = speed * np.where(changes & np.isfinite(ramp), ramp, 0) + used
-    pulled[~axes] = np.nan
-    jumps = (jump * override[1:-1])[:, corner]
-    return TimeLaw(
-        joints[kept], np.r_[0.0, np.cumsum(seconds)][kept], override, lengths, ramp, highest,
-        *(each.max(axis=1, initial=0) for each in (speed * highest, pulled, jumps)),
-    )  # fmt: skip
+    pull = np.where(changes & np.isfinite(ramp), ramp, 0)
+    peaks = [
+        [(v * highest).max(initial=0) for v in speed],
+        [(v * pull + used(bent)).max(initial=0) for v, bent in zip(speed, bend, strict=True)],
+        [(jump * override[1:-1][corner]).max(initial=0) for jump in jumps],
+    ]
+    peaks[1] = np.where(np.isfinite(most), peaks[1], np.nan)
+    seconds = np.r_[0.0, np.cumsum(seconds)][kept]
+    return TimeLaw(joints[kept], seconds, override, lengths, ramp, highest, *map(np.array, peaks))
 
 
 def climbed(squares, lengths, speed, bend, most):
