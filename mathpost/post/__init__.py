@@ -1,6 +1,6 @@
 """From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
-Read `run` first, then `cl` (with `cl_words` and `arcs`), `planning`, `selection` (beside it `bellman`, `travel` and
+Read `run` first, then `cl` (with `cl_words` and `arcs`), `planning`, `selection` (beside it `travel` and
 `yu_dan`), `singular` (and `ways` through it), `between_blocks`, `time_law`, `program` (with `controls` and `text`),
 `proof`.
 """
@@ -28,25 +28,12 @@ CONE = np.radians(1.0)  # about the singular tool axes
 
 @dataclass(frozen=True)
 class Result:
-    """A verified program and how it came about.
+    """A verified program and how it came about."""
 
-    Attributes
-    ----------
-    joints : ndarray, shape (n, 5)
-        The joints chosen for the n records, mm and radians.
-    blocks : mathpost.post.program.Blocks
-        The moves as read back from the program.
-    place : ndarray, shape (m,)
-        Where each block ends on the CL path: 2.25 is a quarter of the way from record 2 to record 3.
-    program : str
-        The text.
-    report : Report
-    """
-
-    joints: np.ndarray
-    blocks: program.Blocks
-    place: np.ndarray
-    program: str
+    joints: np.ndarray  # chosen for the n records, shape (n, 5), mm and radians
+    blocks: program.Blocks  # m moves, as read back from the program
+    place: np.ndarray  # where each ends on the CL path, shape (m,): 2.25 is a quarter of the way from record 2 to 3
+    program: str  # its text
     report: Report
 
 

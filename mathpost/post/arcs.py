@@ -15,15 +15,9 @@ PECK_GAP = 0.5  # mm above the bottom, where the tool slows down again after a p
 def arc(start, end, centre, axis, tolerance, turns=0):
     """Return the points of an arc or a helix, shape (n, 3), the last one `end`.
 
-    Parameters
-    ----------
-    start, end, centre, axis : array_like, shape (3,)
-        The tool turns right-handed about `axis`; equal ends make a full turn. What the ends differ by along the
-        axis is the rise of a helix.
-    tolerance : float
-        How far the chords may be from the arc, in the unit of the points.
-    turns : int
-        Full turns that come before the arc: of a helix of several turns.
+    The tool turns right-handed about `axis`; equal ends make a full turn. What the ends differ by along the axis is
+    the rise of a helix, which makes `turns` full turns before. The chords are as near to the arc as `tolerance`, in
+    the unit of the points.
 
     Raises
     ------
@@ -65,35 +59,17 @@ class Cycle:
     """A drilling cycle, which holds for every point that follows until it is switched off.
 
     Heights are counted along the tool axis from the point of the CL data, in the unit of the points.
-
-    Attributes
-    ----------
-    kind : str
-        ``"DRILL"`` and the like come out rapidly, ``"BORE"`` and ``"REAM"`` at their feed, ``"TAP"`` turning back.
-    depth : float
-        Below the point.
-    clearance : float
-        Above it, where the feed begins.
-    retract : float or None
-        Above it, where the tool goes afterwards; None is where it came from.
-    feed : float
-    first, following : float or None
-        Depth of the pecks.
-    out : float or None
-        How far a peck comes out; None is to the clearance.
-    dwell : float
-        Seconds at the bottom.
     """
 
-    kind: str
-    depth: float
-    clearance: float
+    kind: str  # DRILL and the like come out rapidly, BORE and REAM at their feed, TAP turning back
+    depth: float  # below the point
+    clearance: float  # above it, where the feed begins
     feed: float
-    retract: float | None = None
-    first: float | None = None
-    following: float | None = None
-    out: float | None = None
-    dwell: float = 0.0
+    retract: float | None = None  # above it, where the tool goes afterwards; None is where it came from
+    first: float | None = None  # depth of the first peck,
+    following: float | None = None  # and of those that follow
+    out: float | None = None  # how far a peck comes out; None is to the clearance
+    dwell: float = 0.0  # seconds at the bottom
 
     def heights(self, before):
         """Return where a hole goes: heights above the point and whether the move there is rapid, and its bottom.

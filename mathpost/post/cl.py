@@ -28,14 +28,10 @@ class CLData:
 
     Attributes
     ----------
-    points : ndarray, shape (n, 3)
-        Tool tip, mm.
-    axes : ndarray, shape (n, 3)
-        Unit vector from the tip towards the spindle.
-    feeds : ndarray, shape (n,)
-        Feed of the move to the record, mm/min; NaN where none is stated.
-    rapid : ndarray of bool, shape (n,)
-        Whether the move to the record is in rapid traverse.
+    points, axes : ndarray, shape (n, 3)
+        Tool tip, mm, and the unit vector from it towards the spindle.
+    feeds, rapid : ndarray, shape (n,)
+        Of the move to the record: mm/min, NaN where none is stated, and whether it is in rapid traverse.
     lines : ndarray of int, shape (n,)
         Line of the file that the record begins on; for error messages.
     remarks : tuple of (int, str or mathpost.post.cl_words.Command)
@@ -43,10 +39,8 @@ class CLData:
         the record that follows it, in the order of the file.
     notes : tuple of str
         What was made of the file that its reader should know: for the report.
-    name : str
-        The file, for error messages.
-    first : int
-        Number of records of the file before these.
+    name, first : str and int
+        The file, for error messages, and the number of its records before these.
     normals : ndarray, shape (n, 3), or None
         Unit normals out of the part where the tool touches it, the last three of nine numbers; NaN where a record
         has none. With them `mathpost.measure.cutter.compensated` makes the path of a different cutter.

@@ -29,11 +29,9 @@ class Blocks:
     ----------
     words : ndarray, shape (n, 5)
         What the axis words say: mm and degrees, X Y Z and the rotary axes in the order of the machine file.
-    feeds : ndarray, shape (n,)
-        mm/min; NaN where no feed is stated.
-    seconds : ndarray, shape (n,)
-        Time of the block where inverse time is programmed, otherwise NaN.
-    rapid : ndarray of bool, shape (n,)
+    feeds, seconds, rapid : ndarray, shape (n,)
+        mm/min, NaN where no feed is stated; time of the block where inverse time is programmed, otherwise NaN; and
+        whether it is in rapid traverse.
     tcp : bool
         Whether X Y Z are the tool tip in the workpiece (M128, G43.4, TRAORI) instead of joints.
     remarks : tuple of (int, str or Command)
@@ -61,40 +59,18 @@ class Blocks:
 
 @dataclass(frozen=True, eq=False)
 class Control:
-    """The words of a control.
-
-    Attributes
-    ----------
-    name : str
-    head, foot : tuple of str
-        The lines before and after the moves; ``{name}`` in them is the name of the program.
-    tcp_on, tcp_off : str
-        What makes the control keep the tip.
-    comment : tuple of 2 str
-        What stands before and after a comment.
-    number_step : int
-        From one block number to the next.
-    sign : str
-        What stands before a number that is not negative.
-    words : dict
-        What stands for a `Command`: lines by its kind, or by what it switches to; ``{0}`` is its first value.
-    codes : str
-        The words without an axis that reading passes over, as a regular expression.
-    suffix : str
-        Of a program's file name.
-    """
+    """The words of a control."""
 
     name: str
-    head: tuple
+    head: tuple  # lines before the moves; {name} in them is the name of the program
     foot: tuple
-    tcp_on: str
+    tcp_on: str  # makes the control keep the tip
     tcp_off: str
-    comment: tuple
-    number_step: int
-    sign: str
-    words: dict
-    codes: str
-    suffix: str
+    comment: tuple  # what stands before and after a comment
+    words: dict  # for a `Command`: lines by its kind, or by what it switches to; {0} is its first value
+    codes: str  # the words without an axis that reading passes over, as a regular expression
+    number_step: int = 10  # from one block number to the next
+    sign: str = ""  # before a number that is not negative
 
     def lines(self, command):
         """Return the lines of a `Command` that needs no move."""
@@ -113,8 +89,6 @@ HEIDENHAIN = Control(
     tcp_on="M128",
     tcp_off="M129",
     comment=("; ", ""),
-    number_step=1,
-    sign="+",
     words=SWITCHES
     | {
         "tool": ("TOOL CALL {0} Z",),
@@ -128,8 +102,10 @@ HEIDENHAIN = Control(
         r"(?:M(?:0?[0134578]|0?9|128|129|30)|R[0LR]|S\d+|TOOL CALL S\d+|TOOL CALL \d+(?: Z)?|"
         r"CYCL DEF 9\.0 DWELL TIME|CYCL DEF 9\.1 DWELL \d+\.\d+)"
     ),
-    suffix=".h",
+    number_step=1,
+    sign="+",
 )
+ISO = SWITCHES | {"spindle": ("S{0:.0f}",), ("compensation", "OFF"): " G40"}
 FANUC = Control(
     name="fanuc",
     head=("%", "O0001 ({name})", "G21 G17 G40 G90 G94"),
@@ -137,20 +113,15 @@ FANUC = Control(
     tcp_on="G43.4 H{tool}",
     tcp_off="G49",
     comment=("(", ")"),
-    number_step=10,
-    sign="",
-    words=SWITCHES
+    words=ISO
     | {
         "tool": ("T{0} M6",),
         "tip": ("G43 H{0}",),
-        "spindle": ("S{0:.0f}",),
         "dwell": ("G4 X{0:.3f}",),
         ("compensation", "LEFT"): " G41 D{tool}",
         ("compensation", "RIGHT"): " G42 D{tool}",
-        ("compensation", "OFF"): " G40",
     },
     codes=r"(?:G4 X\d+\.\d+|G(?:21|17|4[0-2]|43(?:\.4)?|49|90)|M0?(?:[013-9])|M30|[HDSTO]\d+)",
-    suffix=".nc",
 )
 SIEMENS = Control(
     name="siemens",
@@ -159,19 +130,14 @@ SIEMENS = Control(
     tcp_on="TRAORI",
     tcp_off="TRAFOOF",
     comment=("; ", ""),
-    number_step=10,
-    sign="",
-    words=SWITCHES
+    words=ISO
     | {
         "tool": ("T{0} D1", "M6"),
-        "spindle": ("S{0:.0f}",),
         "dwell": ("G4 F{0:.3f}",),
         ("compensation", "LEFT"): " G41",
         ("compensation", "RIGHT"): " G42",
-        ("compensation", "OFF"): " G40",
     },
     codes=r"(?:G4 F\d+\.\d+|G(?:710|71|17|4[0-2]|90)|M0?(?:[013-9])|M30|TRAORI|TRAFOOF|[STD]\d+)",
-    suffix=".mpf",
 )
 DIALECTS = {control.name: control for control in (HEIDENHAIN, FANUC, SIEMENS)}
 

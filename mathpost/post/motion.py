@@ -24,10 +24,8 @@ class Motion:
 
     Attributes
     ----------
-    joints : ndarray, shape (m, 5)
-        mm and radians.
-    place : ndarray, shape (m,)
-        Where each pose stands on the CL path: 2.25 is a quarter of the way from record 2 to record 3.
+    joints, place : ndarray, shape (m, 5) and (m,)
+        mm and radians; and where on the CL path: 2.25 is a quarter of the way from record 2 to record 3.
     lifted : ndarray of bool, shape (m,)
         Whether the pose is off the part, retracted along the tool axis.
     """
@@ -76,10 +74,6 @@ def follow(kin, cl, motion, tolerance, *, free=False):
         Radians.
     free : array_like of bool, shape (n - 1,), optional
         The moves that need not follow, besides those that are lifted or rapid.
-
-    Returns
-    -------
-    Motion
 
     Raises
     ------
@@ -168,14 +162,11 @@ def subdivide(kin, start, end, pieces):
     start, end : array_like, shape (m, 5)
         Joints at both ends of each move, mm and radians.
     pieces : int or array_like, shape (m,)
-        How many pieces each move is divided into.
 
     Returns
     -------
-    joints : ndarray, shape (sum of pieces, 5)
-        The end of every piece, one move after the other.
-    place : ndarray, shape (sum of pieces,)
-        Number of the move plus the part of it that is done: 2.25 is a quarter of the third move.
+    joints, place : ndarray, shape (sum of pieces, 5) and (sum of pieces,)
+        The end of every piece, one move after the other; 2.25 is a quarter of the third move.
     """
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     pieces = np.broadcast_to(pieces, len(start))
@@ -200,15 +191,11 @@ def linearize(kin, joints, tolerance, *, place=None, lifted=None, max_pieces=409
     tolerance : float or array_like, shape (n - 1,)
         mm; for all moves, or for each.
     place, lifted : array_like, shape (n,), optional
-        See `Motion`; by default 0, 1, 2 … and nowhere.
+        Of the `Motion` that is returned; by default 0, 1, 2 … and nowhere.
     max_pieces : int
         The most pieces that one move may be divided into.
     name : str
         What a row is called in an error message.
-
-    Returns
-    -------
-    Motion
 
     Raises
     ------

@@ -29,43 +29,21 @@ TRAVEL_TOLERANCE = 0.01  # mm; between the blocks travel is looked at to this, w
 class Plan:
     """The part of a path that one tool runs through.
 
-    Attributes
-    ----------
-    kin : Kinematics
-        Of the machine with this tool.
-    cl : CLData
-    first : int
-        How many records of the path come before.
-    chosen : mathpost.post.selection.Selection
-    regions : list of (int, int)
-        The singular regions, first and last record.
-    singular : str
-        The way through them.
-    crossing : callable
-        Makes the `Crossing` of a region.
-    motion, ideal : Motion
-        Where the machine goes, and where it would go if nothing had been measured on it.
-    blocks : Blocks
-        To be written.
-    law : TimeLaw
-        Of the moves.
-    slowest : (int, float, float) or None
-        Where the tip loses most time, from `mathpost.post.time_law.slow_down`.
-    cautions : tuple of str
+    Records are counted from 0 within it.
     """
 
-    kin: Kinematics
+    kin: Kinematics  # of the machine with this tool
     cl: CLData
-    first: int
+    first: int  # how many records of the path come before
     chosen: Selection
-    regions: list
-    singular: str
-    crossing: object
-    motion: Motion
-    ideal: Motion
-    blocks: Blocks
-    law: TimeLaw
-    slowest: tuple | None
+    regions: list  # the singular ones, first and last record
+    singular: str  # the way through them
+    crossing: object  # makes the `Crossing` of a region
+    motion: Motion  # where the machine goes,
+    ideal: Motion  # and where it would go if nothing had been measured on it
+    blocks: Blocks  # to be written
+    law: TimeLaw  # of the moves
+    slowest: tuple | None  # from `slow_down`, in records of the whole path
     cautions: tuple
 
     def uncompensated(self, real):
@@ -90,20 +68,10 @@ class Plan:
 def plan(
     cl, first, machine, choose, real, tcp, tolerance, axis_tolerance, singular, cone, lean, clearance, progress
 ):
-    """Return the `Plan` of CL data with one tool.
+    """Return the `Plan` of CL data with one tool, on the machine with this tool, `first` records coming before.
 
-    Parameters
-    ----------
-    cl : CLData
-    first : int
-        How many records of the path come before.
-    machine : Machine
-        With this tool.
-    choose : callable
-        `mathpost.post.selection.choose` with its options.
-    real : Compensator or None
-    tcp, tolerance, axis_tolerance, singular, cone, lean, clearance, progress
-        As in `mathpost.post.run`.
+    `choose` is `mathpost.post.selection.choose` with its options, `real` a `Compensator` or None; the others are
+    those of `mathpost.post.run`.
     """
     turned = np.flatnonzero(np.linalg.norm(cl.axes[1:] + cl.axes[:-1], axis=1) < OPPOSITE)
     if turned.size:
@@ -165,12 +133,9 @@ def _through_the_records(joints, ways):
 
 
 def _divided(kin, cl, motion, tolerance, tcp, clearance):
-    """The motion with its moves divided until the tip keeps the tolerance, digits and what samples miss included.
-
-    With TCP the digits of the angles do not move the tip.
-    """
+    """The motion divided until the tip keeps the tolerance, digits and what samples miss included."""
     tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
-    lever = (levers(kin.machine) + np.linalg.norm(tip, axis=1)) * (not tcp)
+    lever = (levers(kin.machine) + np.linalg.norm(tip, axis=1)) * (not tcp)  # the angles do not move the tip then
     moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever) + RESOLUTION
     if (worst := moved.max()) > tolerance / 2:
         expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
@@ -197,12 +162,13 @@ def _refuse_out_of_travel(machine, cl, motion):
 def _compensated(real, motion):
     """The `Motion` compensated for the errors of the machine, and sentences on what could not be."""
     parts = [real.compensate(motion.joints[rows]) for rows in slices(motion.joints.shape[:1])]
-    after = PoseError(*(np.concatenate([getattr(part.after, name) for part in parts]) for name in ("tip", "axis")))
-    joints, limited, refused = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("joints", "limited", "refused")
-    )
-    whole = Compensated(joints, parts[0].before, after, limited, refused)
-    return replace(motion, joints=joints), whole.cautions
+
+    def whole(names, parts):
+        return (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+
+    after = PoseError(*whole(("tip", "axis"), [part.after for part in parts]))
+    joints, limited, refused = whole(("joints", "limited", "refused"), parts)
+    return replace(motion, joints=joints), Compensated(joints, parts[0].before, after, limited, refused).cautions
 
 
 def _blocks(kin, cl, motion, tcp):

@@ -39,14 +39,7 @@ class Proof:
 
 
 def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None):
-    """Return the `Proof` of a program, or refuse the program.
-
-    Parameters
-    ----------
-    kin, cl, blocks, motion, real
-        As in `measured`.
-    tolerance, axis_tolerance : float
-        mm and radians.
+    """Return the `Proof` of a program, or refuse it; tolerances in mm and radians, the others as in `measured`.
 
     Raises
     ------
@@ -189,38 +182,16 @@ def _refuse_too_fast(machine, cl, blocks, motion):
 
 @dataclass(frozen=True)
 class Report(Proof):
-    """All that a person wants to know of a program before running it; ``print(report)`` shows it.
+    """All that a person wants to know of a program before running it; ``print(report)`` shows it."""
 
-    Attributes
-    ----------
-    tip_error, axis_error, path_tip_error, path_axis_error, worst_record
-        As in `Proof`.
-    settings : dict
-        What the program was made with, as text.
-    time : float
-        Seconds, by `mathpost.post.time_law`; 0 if neither feed nor rates are known.
-    peaks : dict
-        Of each axis its greatest speed and acceleration, mm or degrees per s and s²; NaN an acceleration without a
-        limit.
-    slowest : (int, float, float) or None
-        The record (from 0) before which the tip loses most time; seconds that the feed asks, and that it takes.
-    warnings : tuple of str
-    uncompensated : Proof or None
-        What the calibrated machine would do with the program, had it not been compensated for.
-    strategies : tuple of tuples
-        Selection strategy; cost; largest step of each rotary axis, degrees; why it is not possible.
-    ways : dict
-        For each singular region (first and last record, from 0) the ways through, as a list of `Way`.
-    """
-
-    settings: dict
-    time: float
-    peaks: dict
-    slowest: tuple | None
+    settings: dict  # what the program was made with, as text
+    time: float  # seconds, by `mathpost.post.time_law`; 0 if neither feed nor rates are known
+    peaks: dict  # of each axis: greatest speed and acceleration, mm or degrees, NaN an acceleration without limit
+    slowest: tuple | None  # record (from 0) before which the tip loses most time, seconds asked, and taken
     warnings: tuple
-    uncompensated: Proof | None
-    strategies: tuple
-    ways: dict
+    uncompensated: Proof | None  # what the calibrated machine would do, had the program not been compensated
+    strategies: tuple  # name; cost; largest step of each rotary axis, degrees; why it is not possible
+    ways: dict  # the ways through each singular region (first and last record, from 0), lists of `Way`
 
     def _peaks(self):
         """Greatest speed and acceleration of each axis that moves, as text."""
@@ -231,28 +202,25 @@ class Report(Proof):
                 yield f"{name} {speed:.1f} {unit}/s{pulled}"
 
     def __str__(self):
-        lines = [f"{key:<12} {value}" for key, value in self.settings.items()]
+        said = [*self.settings.items()]
         if self.time > 0:
-            lines.append(f"{'time':<12} {self.time:.2f} s")
-            lines += [f"{'peaks':<12} {', '.join(self._peaks())}"]
+            said += [("time", f"{self.time:.2f} s"), ("peaks", ", ".join(self._peaks()))]
         if self.slowest:
             record, asked, taken = self.slowest
-            lines.append(
-                f"{'slow-down':<12} before record {record + 1}: {taken:.3f} s, the feed asks {asked:.3f} s"
-            )
-        lines += [
-            f"{'tip error':<12} {self.tip_error:.4f} mm at the records, "
-            f"{self.path_tip_error:.4f} mm along the path (most before record {self.worst_record})",
-            f"{'axis error':<12} {self.axis_error:.4f}° at the records, {self.path_axis_error:.4f}° along the path",
+            said += [("slow-down", f"before record {record + 1}: {taken:.3f} s, the feed asks {asked:.3f} s")]
+        along = f"{self.path_tip_error:.4f} mm along the path (most before record {self.worst_record})"
+        said += [("tip error", f"{self.tip_error:.4f} mm at the records, {along}")]
+        said += [
+            ("axis error", f"{self.axis_error:.4f}° at the records, {self.path_axis_error:.4f}° along the path")
         ]
         if self.uncompensated:
-            before = self.uncompensated
-            lines.append(
-                f"{'volumetric':<12} at the records {1e3 * before.tip_error:.1f} µm and "
-                f"{3600 * before.axis_error:.1f} arcsec before compensation, {1e3 * self.tip_error:.1f} µm and "
-                f"{3600 * self.axis_error:.1f} arcsec after it"
+            before, after = (
+                f"{1e3 * each.tip_error:.1f} µm and {3600 * each.axis_error:.1f} arcsec"
+                for each in (self.uncompensated, self)
             )
-        lines += [f"{'warning':<12} {warning}" for warning in self.warnings]
+            said += [("volumetric", f"at the records {before} before compensation, {after} after it")]
+        said += [("warning", warning) for warning in self.warnings]
+        lines = [f"{key:<12} {value}" for key, value in said]
         if self.strategies:
             lines += ["", f"{'selection':<14}{'cost':>10}  largest rotary steps"]
         for name, cost, steps, reason in self.strategies:

@@ -34,16 +34,9 @@ KINDS = ("", "number", "count")  # what an item of a line holds behind its liter
 
 @dataclass(frozen=True)
 class Item:
-    """A part of a plain line.
+    """A part of a plain line: an ASCII literal, and what it holds behind it.
 
-    Attributes
-    ----------
-    literal : str
-        ASCII.
-    holds : str
-        What stands behind it: ``""`` nothing, ``"number"`` a decimal number with or without a sign and a point,
-        ``"count"`` digits.
-    optional : bool
+    That is nothing, ``""``, or ``"number"``: decimal, with or without a sign and a point; or ``"count"``: digits.
     """
 
     literal: str
@@ -130,25 +123,13 @@ class Reader:
 
 @dataclass(frozen=True)
 class Column:
-    """What lines hold: a literal, and a number behind it.
-
-    Attributes
-    ----------
-    literal : str
-        ASCII.
-    values : ndarray, shape (n,), optional
-    decimals : int
-    plus : str
-        What stands for the sign of a number that is not negative.
-    shown : ndarray of bool, shape (n,), optional
-        Which lines hold it; by default all of them.
-    """
+    """What n lines hold: an ASCII literal, and a number behind it."""
 
     literal: str
     values: np.ndarray | None = None
     decimals: int = 0
-    plus: str = ""
-    shown: np.ndarray | None = None
+    plus: str = ""  # the sign of a number that is not negative
+    shown: np.ndarray | None = None  # which lines hold it; by default all
 
     def __getitem__(self, rows):
         """The same of some lines."""

@@ -21,18 +21,11 @@ class TimeLaw:
 
     Attributes
     ----------
-    joints : ndarray, shape (m, 5)
-        mm and radians.
-    seconds : ndarray, shape (m,)
-        When each pose is reached.
-    override : ndarray, shape (m,)
-        The w at which it is passed.
-    asked : ndarray, shape (m - 1,)
-        Seconds that each move would take at w = 1.
-    ramp : ndarray, shape (m - 1,)
-        How fast w changes within a move, 1/s: up, on at `highest`, and down again.
-    highest : ndarray, shape (m - 1,)
-        The greatest w of each move.
+    joints, seconds, override : ndarray, shape (m, 5), (m,) and (m,)
+        mm and radians, when each pose is reached, and the w at which it is passed.
+    asked, ramp, highest : ndarray, shape (m - 1,)
+        Of each move: the seconds that it would take at w = 1; how fast w changes, 1/s, up and down again; and its
+        greatest w, between.
     peak_speeds, peak_accelerations, peak_jumps : ndarray, shape (5,)
         Of each axis, mm or radians per s and s²; NaN the acceleration of one that states none. The jumps are those
         of the speed at single corners.
@@ -74,7 +67,7 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     Parameters
     ----------
     machine : Machine
-        With its accelerations; an axis that states none follows at once.
+        An axis that states no acceleration follows at once.
     joints : array_like, shape (m, 5)
         mm and radians; all joints run linearly from each row to the next.
     asked : array_like, shape (m - 1,)
@@ -96,39 +89,50 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     joints, asked = np.asarray(joints, dtype=float), np.asarray(asked, dtype=float)
     moving = asked > 0
     kept = np.r_[True, moving]
-    steps, lengths = np.diff(joints, axis=0)[moving], asked[moving]
-    most = np.nan_to_num(machine.max_accelerations, nan=np.inf)
-    speed = steps / lengths[:, None]  # at w = 1
-    jump = np.abs(np.diff(speed, axis=0))  # at the corners
-    pause = (lengths[1:] + lengths[:-1])[:, None] / 2  # from the middle of a move to that of the next
-    curved = np.where(pause < settle, jump / pause, 0.0)
-    bend = np.pad(curved, [(1, 1), (0, 0)])  # acceleration of the axes at a pose that is passed at w = 1
+    lengths, most = asked[moving], np.nan_to_num(machine.max_accelerations, nan=np.inf)
+    pause = (lengths[1:] + lengths[:-1]) / 2  # from the middle of a move to that of the next
+    corner, needed = pause >= settle, np.zeros(max(len(lengths) - 1, 0))
+    speed = np.zeros((5, len(lengths)))  # of each axis at w = 1
+    bend = np.zeros((5, len(lengths) + 1))  # its acceleration at a pose that is passed at w = 1
+    jumps = []  # of its speed at the corners
+    for axis, column in enumerate(joints.T):
+        velocity = np.diff(column)[moving] / lengths
+        jump = np.abs(np.diff(velocity))
+        speed[axis] = np.abs(velocity)
+        np.divide(jump, pause, out=bend[axis, 1:-1], where=~corner)
+        needed = np.maximum(needed, jump / most[axis])  # seconds, in which all axes can take their jumps
+        jumps.append(jump[corner])
+
     squares = np.zeros(len(lengths) + 1)
     with np.errstate(divide="ignore"):
-        limits = np.minimum(most / curved, (most * settle / jump) ** 2)
-        squares[1:-1] = np.minimum(limits.min(axis=1, initial=np.inf), 1)
-        speed = np.abs(speed)
-        axes = np.isfinite(most)
-        if axes.any():
-            climb = compiled(climbed) if len(lengths) > LONG else climbed
-            args = (lengths, speed[:, axes], bend[:, axes])
-            squares = climb(squares, *args, most[axes])
-            squares = climb(squares[::-1], *(each[::-1] for each in args), most[axes])[::-1]
-        used = np.maximum(bend[:-1] * squares[:-1, None], bend[1:] * squares[1:, None])
-        left = np.where(speed > STILL, (most - used) / np.maximum(speed, STILL), np.inf).min(axis=1)
+        limits = np.minimum(np.where(corner, np.inf, pause / needed), (settle / needed) ** 2)
+        squares[1:-1] = np.minimum(limits, 1)
+    if np.isfinite(most).any():
+        climb = compiled(climbed) if len(lengths) > LONG else climbed
+        squares = climb(squares, lengths, speed, bend, most)
+        squares = climb(squares[::-1], lengths[::-1], speed[:, ::-1], bend[:, ::-1], most)[::-1]
+
+    def used(bend):
+        return np.maximum(bend[:-1] * squares[:-1], bend[1:] * squares[1:])
+
+    left = np.full(len(lengths), np.inf)
+    for v, bent, limit in zip(speed, bend, most, strict=True):
+        left = np.minimum(left, np.where(v > STILL, (limit - used(bent)) / np.maximum(v, STILL), np.inf))
     ramp = np.maximum(left, np.abs(np.diff(squares)) / (2 * lengths))
     override = np.sqrt(squares)
     highest = np.minimum(1, np.sqrt((squares[1:] + squares[:-1]) / 2 + ramp * lengths))
     seconds = np.zeros(len(asked))
     seconds[moving] = _durations(override, lengths, ramp, highest)
     changes = (highest > override[:-1]) | (highest > override[1:])
-    pulled = speed * np.where(changes & np.isfinite(ramp), ramp, 0)[:, None] + used
-    pulled = np.where(np.isfinite(most), pulled, np.nan)
-    jumps = np.where(pause < settle, 0.0, jump * override[1:-1, None])
-    return TimeLaw(
-        joints[kept], np.r_[0.0, np.cumsum(seconds)][kept], override, lengths, ramp, highest,
-        *(each.max(axis=0, initial=0) for each in (speed * highest[:, None], pulled, jumps)),
-    )  # fmt: skip
+    pull = np.where(changes & np.isfinite(ramp), ramp, 0)
+    peaks = [
+        [(v * highest).max(initial=0) for v in speed],
+        [(v * pull + used(bent)).max(initial=0) for v, bent in zip(speed, bend, strict=True)],
+        [(jump * override[1:-1][corner]).max(initial=0) for jump in jumps],
+    ]
+    peaks[1] = np.where(np.isfinite(most), peaks[1], np.nan)
+    seconds = np.r_[0.0, np.cumsum(seconds)][kept]
+    return TimeLaw(joints[kept], seconds, override, lengths, ramp, highest, *map(np.array, peaks))
 
 
 def climbed(squares, lengths, speed, bend, most):
@@ -140,7 +144,7 @@ def climbed(squares, lengths, speed, bend, most):
     for move in range(len(lengths)):
         length, square, rise = lengths[move], squares[move], np.inf
         for axis in range(len(most)):
-            v, here, there = speed[move, axis], bend[move, axis], bend[move + 1, axis]
+            v, here, there = speed[axis, move], bend[axis, move], bend[axis, move + 1]
             if v > STILL:
                 rise = min(rise, (most[axis] - here * square) / v)
                 rise = min(rise, (most[axis] - there * square) / (v + 2 * length * there))
@@ -160,17 +164,8 @@ def _durations(override, lengths, ramp, highest):
 def slow_down(record, seconds, asked):
     """Return the record that costs the tip the most time above what its feed asks: record, asked, taken seconds.
 
-    Parameters
-    ----------
-    record : array_like of int, shape (m,)
-        Which record each move leads to.
-    seconds, asked : array_like, shape (m,)
-        Of each move; NaN where no feed is asked for.
-
-    Returns
-    -------
-    (int, float, float) or None
-        None if no feed is asked for.
+    All three are arrays, shape (m,), for the moves: the record that each leads to, the seconds that it takes, and
+    those that its feed asks. Where these are NaN no feed is asked for; if it is nowhere, the answer is None.
     """
     fed = np.flatnonzero(~np.isnan(asked))
     if not fed.size:

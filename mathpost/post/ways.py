@@ -33,9 +33,6 @@ class Way(Motion):
 
     Attributes
     ----------
-    joints, place, lifted
-        As in `Motion`.
-    name : str
     law : TimeLaw or None
         From rest `NEAR` records before the region to rest as many after it, the way between.
     peak_speed, peak_acceleration : float
@@ -76,10 +73,9 @@ class Crossing:
         The chosen joints of the whole path, mm and radians, windings counted.
     region : (int, int)
         First and last record (from 0), as `mathpost.post.singular.regions` gives them.
-    tolerance : float
-        mm; how near the tip must stay to the CL data in the ways that recompute X Y Z.
-    axis_tolerance : float
-        Radians; how near the tool axis must stay to its great circle in those that follow it, `FOLLOWING`.
+    tolerance, axis_tolerance : float
+        mm and radians; how near the tip must stay to the CL data in the ways that recompute X Y Z, and the tool
+        axis to its great circle in those that follow it, `FOLLOWING`.
     """
 
     FOLLOWING = ("direct", "other branch", "retract")
@@ -123,10 +119,8 @@ class Crossing:
             ``"linear"``: rotary angles in proportion, X Y Z recomputed; in ``"cubic"``: clamped cubic in the rotary
             angles, X Y Z recomputed; and in ``"aside"``: moved aside by at most `lean`.
             ``"paper cubic"`` and ``"paper clamped"``: all five coordinates, for the audit.
-        lean : float
-            Radians.
-        clearance : float
-            mm; ΔA of equation (9).
+        lean, clearance : float
+            Radians, and mm, ΔA of equation (9).
         points : int
             Points that the paper's cubics put in.
         """

@@ -19,16 +19,9 @@ from mathpost.post.travel import TURN, all_within, out_of_travel, within_travel
 class Case:
     """What section 1.2 says of the tilting angle of one record.
 
-    Attributes
-    ----------
-    number : int
-        1: outside travel. 2: only one sign is inside, equation (5). 3: both are, the smaller step is taken.
-    size : float
-        |θ|, radians; NaN where the tool axis is out of reach.
-    kappa : int or None
-        The κ of (−1)^κ·|θ| that is taken; None in case (1).
-    steps : tuple of 2 floats
-        In case (3) the steps from the record before, radians, for κ = 0 and κ = 1; else empty.
+    Case `number` 1: |θ|, `size` in radians, is outside travel, or NaN. 2: only one sign is inside, equation (5).
+    3: both are, and the smaller of `steps` is taken, the radians from the record before for κ = 0 and 1. `kappa` is
+    the κ of (−1)^κ·|θ| that is taken, None in case (1).
     """
 
     number: int
@@ -65,15 +58,10 @@ class Turn:
 
 
 def cases(kin, cl, prefer):
-    """Return the `Case` of each record.
+    """Return the `Case` of each record; that before the first is taken to stand at 0.
 
-    Parameters
-    ----------
-    kin : Kinematics
-    cl : CLData
-    prefer : {1, -1}
-        The sign of the dominant range (优势区间) of the tilting axis, for case (2) and the ties of case (3). The
-        record before the first is taken to stand at 0.
+    `prefer`, 1 or -1, is the sign of the dominant range (优势区间) of the tilting axis; it decides in case (2) and
+    in the ties of case (3).
 
     Raises
     ------
@@ -131,10 +119,8 @@ def choose(kin, cl, prefer):
 
     Raises
     ------
-    InputError
-        As `cases`.
     ReachError
-        If the rules lead out of travel.
+        If the rules lead out of travel; and what `cases` raises.
     """
     found = cases(kin, cl, prefer)
     for record, case in enumerate(found):
@@ -167,12 +153,8 @@ def four_records(joints, region):
 def end_slopes(rows, dt=(1.0, 1.0)):
     """Return k₁ and k₂ of equation (7), what changes per unit of the virtual time into and out of the region.
 
-    Parameters
-    ----------
-    rows : array_like, shape (4, ...)
-        M, from `four_records`.
-    dt : tuple of 2 floats
-        Δt₁ and Δt₂, the virtual time from s − 1 to s and from e to e + 1; by default one per record.
+    `rows`, shape (4, ...), is M from `four_records`; `dt` Δt₁ and Δt₂, the virtual time from s − 1 to s and from e
+    to e + 1, by default one per record.
     """
     rows = np.asarray(rows, dtype=float)
     return (rows[1] - rows[0]) / dt[0], (rows[3] - rows[2]) / dt[1]
@@ -180,12 +162,7 @@ def end_slopes(rows, dt=(1.0, 1.0)):
 
 @cache
 def hermite():
-    """Return the cubic that equation (7) clamps, in t from 0 to T, derived from its four conditions.
-
-    Returns
-    -------
-    sympy expression
-        In the symbols t, T, M_s, M_e, k_1, k_2.
+    """Return the cubic that equation (7) clamps, t from 0 to T, as a sympy expression from its four conditions.
 
     Examples
     --------
@@ -221,7 +198,7 @@ def paper_cubic(rows, t):
 
 
 def smooth(kin, cl, joints, region, n, *, dt=(1.0, 1.0)):
-    """Put `n` points into a region: the rotary angles on the clamped cubic, X Y Z recomputed from them.
+    """Put `n` points, even in the virtual time, into a region: angles on the clamped cubic, X Y Z recomputed.
 
     Parameters
     ----------
@@ -231,21 +208,13 @@ def smooth(kin, cl, joints, region, n, *, dt=(1.0, 1.0)):
         Chosen for all records, mm and radians.
     region : (int, int)
         First and last record, from 0.
-    n : int
-        Points, even in the virtual time.
     dt : tuple of 2 floats
         As in `end_slopes`.
 
     Returns
     -------
-    place : ndarray, shape (n + 2,)
-        The virtual time: 2.25 is a quarter of the way from record 2 to record 3, counted from 0.
-    joints : ndarray, shape (n + 2, 5)
-
-    Raises
-    ------
-    MathpostError
-        As `four_records`.
+    place, joints : ndarray, shape (n + 2,) and (n + 2, 5)
+        The virtual time: 2.25 is a quarter of the way from record 2 to record 3, counted from 0; mm and radians.
     """
     first, last = region
     curve = clamped(four_records(joints, region)[:, 3:], last - first, dt)
