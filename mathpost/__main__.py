@@ -20,6 +20,22 @@ from mathpost.post.program import DIALECTS
 from mathpost.post.selection import STRATEGIES
 from mathpost.post.ways import Crossing
 
+COMMANDS = []  # function, name, help, arguments
+
+
+def _command(name, said, *arguments):
+    """Make a command of the function below: its name, its help and its arguments."""
+    return lambda function: COMMANDS.append((function, name, said, arguments)) or function
+
+
+def _arg(*names, **how):
+    return names, how
+
+
+def _file(name="-o", *, metavar="FILE", **how):
+    names = ("-o", "--output") if name == "-o" else (name,)
+    return _arg(*names, type=Path, metavar=metavar, **how)
+
 
 def main(arguments=None):
     """Run one command; return the exit status.
@@ -30,16 +46,15 @@ def main(arguments=None):
         prog="python -m mathpost", description="Five-axis post-processing and spreadsheets, verified."
     )
     parser.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
-    commands = parser.add_subparsers(dest="command", required=True)
-    _add_post(commands)
-    _add_calibrate(commands)
-    _add_check(commands)
-    _add_print(commands)
-    _add_show(commands)
-    _add_explain(commands)
-    _add_lessons(commands)
-    _add_grade(commands)
-    _add_assign(commands)
+    commands = {"": parser.add_subparsers(dest="command", required=True)}
+    for function, name, said, options in COMMANDS:
+        above, _, name = name.rpartition(" ")
+        if above not in commands:
+            commands[above] = commands[""].add_parser(above, help=said).add_subparsers(required=True)
+        command = commands[above].add_parser(name, help=said)
+        command.set_defaults(run=function)
+        for names, how in options:
+            command.add_argument(*names, **how)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     if arguments is None:
         signal.signal(signal.SIGTERM, _stopped)
@@ -60,7 +75,7 @@ def main(arguments=None):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:  # standard output is closed, or its disk is full
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, what is left to be written goes nowhere
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, what is left to be written goes nowhere
         print(f"mathpost: standard output: {error.strerror or error}", file=sys.stderr)
         return 2
 
@@ -77,77 +92,6 @@ def _joined(arguments):
     return [f"{word}={next(words, '')}" if word in vectors else word for word in words]
 
 
-def _add_post(commands):
-    post = commands.add_parser("post", help="CL data to a verified NC program")
-    post.set_defaults(run=_post)
-    post.add_argument("cl", type=Path, metavar="CL", help="APT CL file")
-    post.add_argument("--machine", type=Path, required=True, metavar="FILE", help="machine file, TOML")
-    post.add_argument("--dialect", choices=DIALECTS, default="heidenhain")
-    post.add_argument("--tcp", action="store_true", help="let the control keep the tip: M128, G43.4, TRAORI")
-    post.add_argument("--tolerance", type=float, default=TOLERANCE, metavar="MM", help="default %(default)s")
-    degrees = round(math.degrees(AXIS_TOLERANCE), 9)
-    post.add_argument(
-        "--axis-tolerance", type=float, default=degrees, metavar="DEG", help="of the tool axis; default %(default)s"
-    )
-    post.add_argument("--selection", choices=STRATEGIES, default="optimal")
-    post.add_argument("--singular", choices=Crossing.SAFE, default="direct", help="way through singular regions")
-    post.add_argument("--cone", type=float, metavar="DEG", help="half angle of the singular region (default 1)")
-    post.add_argument("--split", action="store_true", help="retract and unwind where travel ends")
-    post.add_argument("--tool-length", type=float, metavar="MM", help="instead of the machine file's")
-    post.add_argument(
-        "--origin", type=_vector, metavar="X,Y,Z", help="workpiece origin, instead of the machine file's"
-    )
-    post.add_argument(
-        "--errors", type=Path, metavar="FILE", help="errors of the calibrated machine, TOML, to compensate for"
-    )
-    post.add_argument(
-        "--compare", action="store_true", help="report the other strategies and ways through singular regions, too"
-    )
-    post.add_argument(
-        "--ignore", type=_words, default=(), metavar="WORD,…", help="take these words of the CL file for comments"
-    )
-    post.add_argument("-o", "--output", type=Path, metavar="FILE", help="program; by default standard output")
-
-
-def _add_calibrate(commands):
-    calibrate = commands.add_parser(
-        "calibrate", help="readings to a machine file, its errors and a control's terms"
-    )
-    calibrate.set_defaults(run=_calibrate)
-    calibrate.add_argument(
-        "machine", type=Path, metavar="MACHINE", help="machine file, TOML, as the control has it"
-    )
-    calibrate.add_argument("readings", type=Path, nargs="*", metavar="READINGS", help="CSV files")
-    calibrate.add_argument("-o", "--output", type=Path, metavar="OUT", help="folder for what is found")
-    calibrate.add_argument("--template", metavar="METHOD", help="print a file to fill in: dial, ball, laser, …")
-    calibrate.add_argument(
-        "--structure", metavar="CODE", help='such as "w C A b X Y Z t", if slides carry the table'
-    )
-    calibrate.add_argument("--squareness", action="store_true", help="seek it although no ballbar saw the slides")
-    for name in ("method", "unit", "axis", "positive", "sigma"):
-        calibrate.add_argument(f"--{name}", help="for the files that do not say it")
-
-
-def _calibrate(options):
-    """Print the estimate; write the machine, its errors and the terms."""
-    from mathpost.compensate import handover, readings
-    from mathpost.compensate.calibrate import calibrate
-
-    setup = machine.load(options.machine)
-    if options.template:
-        print(readings.template(options.template, setup), end="")
-        return 0
-    said = {name: getattr(options, name) for name in ("method", "unit", "axis", "positive", "sigma")}
-    said = {name: value for name, value in said.items() if value is not None}
-    if not options.readings:
-        raise InputError("calibrate", "files of readings, or --template", "none")
-    found = calibrate(setup, options.readings, squareness=options.squareness or None, **said)
-    print(found)
-    if options.output:
-        handover.write(found, options.machine, options.output, inputs=options.readings)
-    return 0
-
-
 def _words(text):
     return tuple(word.strip() for word in text.split(",") if word.strip())
 
@@ -159,6 +103,53 @@ def _vector(text):
     return values
 
 
+def _cells(text):
+    """NAME=RANGE,NAME=RANGE; a range may itself hold commas if quoted by the sheet's name."""
+    pairs = [part.partition("=") for part in text.split(",")]
+    if not all(name.strip() and address.strip() for name, _, address in pairs):
+        raise argparse.ArgumentTypeError(f"expected NAME=RANGE,NAME=RANGE…, found {text!r}")
+    return {name.strip(): address.strip() for name, _, address in pairs}
+
+
+def _number(text):
+    """The number as it was written, whose digits tell how precise it is; a comma is a decimal point."""
+    number = text.replace(",", ".").replace("−", "-").removesuffix("°")
+    try:
+        float(number)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a number, found {text!r}") from None
+    return number
+
+
+SAID = ("method", "unit", "axis", "positive", "sigma")  # what a file of readings may leave unsaid
+THREE = {"nargs": 3, "type": _number}
+MACHINE = _file("machine", metavar="MACHINE", help="machine file, TOML")
+LANGUAGE = _arg("--language", choices=("en", "zh"), default="en", help="of the table")
+
+
+@_command(
+    "post",
+    "CL data to a verified NC program",
+    _file("cl", metavar="CL", help="APT CL file"),
+    _file("--machine", required=True, help="machine file, TOML"),
+    _arg("--dialect", choices=DIALECTS, default="heidenhain"),
+    _arg("--tcp", action="store_true", help="let the control keep the tip: M128, G43.4, TRAORI"),
+    _arg("--tolerance", type=float, default=TOLERANCE, metavar="MM", help="default %(default)s"),
+    _arg(
+        "--axis-tolerance", type=float, default=round(math.degrees(AXIS_TOLERANCE), 9), metavar="DEG",
+        help="of the tool axis; default %(default)s",
+    ),
+    _arg("--selection", choices=STRATEGIES, default="optimal"),
+    _arg("--singular", choices=Crossing.SAFE, default="direct", help="way through singular regions"),
+    _arg("--cone", type=float, metavar="DEG", help="half angle of the singular region (default 1)"),
+    _arg("--split", action="store_true", help="retract and unwind where travel ends"),
+    _arg("--tool-length", type=float, metavar="MM", help="instead of the machine file's"),
+    _arg("--origin", type=_vector, metavar="X,Y,Z", help="workpiece origin, instead of the machine file's"),
+    _file("--errors", help="errors of the calibrated machine, TOML, to compensate for"),
+    _arg("--compare", action="store_true", help="report other strategies and ways through singular regions, too"),
+    _arg("--ignore", type=_words, default=(), metavar="WORD,…", help="words of the CL file taken for comments"),
+    _file(help="program; by default standard output"),
+)  # fmt: skip
 def _post(options):
     """Write the program, and the report to standard error."""
     setup = machine.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
@@ -190,47 +181,53 @@ def _stage(name):
     print(f"{name} …", file=sys.stderr)
 
 
-def _add_check(commands):
-    check = commands.add_parser("check", help="check spreadsheets of rotations or NC words by their formulas")
-    check.set_defaults(run=_check)
-    check.add_argument("path", type=Path, metavar="FILE_OR_FOLDER", help="a spreadsheet, or a folder of them")
-    check.add_argument("--task", metavar="TASK", help="zxz, sequence, nc, or a TOML file with the options below")
-    check.add_argument("--sequence", help="ZXZ, ZYX, … about turned axes, zyx about fixed ones")
-    check.add_argument("--convention", choices=("active", "passive"))
-    for name, help_text in (
-        ("angles", "degrees, to be found in the input cells"),
-        ("point", "to be found in the input cells"),
-        ("origin", "to be found in the input cells"),
-    ):
-        check.add_argument(f"--{name}", type=_vector, metavar="A,B,C", help=help_text)
-    check.add_argument("--cells", type=_cells, metavar="NAME=RANGE,…", help="angles=B2:B4,point=C2:C4,result=D2:D4")
-    check.add_argument("--machine", type=Path, metavar="FILE", help="machine file: a table of CL data and NC words")
-    check.add_argument("--marked", type=Path, metavar="OUT", help="copy with coloured cells; of a folder, a folder")
-    check.add_argument("--csv", type=Path, metavar="OUT", help="the table of a folder")
-    check.add_argument("--html", type=Path, metavar="OUT", help="the table of a folder")
-    check.add_argument("--language", choices=("en", "zh"), default="en", help="of the table")
+@_command(
+    "calibrate",
+    "readings to a machine file, its errors and a control's terms",
+    _file("machine", metavar="MACHINE", help="machine file, TOML, as the control has it"),
+    _file("readings", nargs="*", metavar="READINGS", help="CSV files"),
+    _file(metavar="OUT", help="folder for what is found"),
+    _arg("--template", metavar="METHOD", help="print a file to fill in: dial, ball, laser, …"),
+    _arg("--squareness", action="store_true", help="seek it although no ballbar saw the slides"),
+    *(_arg(f"--{name}", help="for the files that do not say it") for name in SAID),
+)
+def _calibrate(options):
+    """Print the estimate; write the machine, its errors and the terms."""
+    from mathpost.compensate import handover, readings
+    from mathpost.compensate.calibrate import calibrate
+
+    setup = machine.load(options.machine)
+    if options.template:
+        print(readings.template(options.template, setup), end="")
+        return 0
+    said = {name: getattr(options, name) for name in SAID if getattr(options, name) is not None}
+    if not options.readings:
+        raise InputError("calibrate", "files of readings, or --template", "none")
+    found = calibrate(setup, options.readings, squareness=options.squareness or None, **said)
+    print(found)
+    if options.output:
+        handover.write(found, options.machine, options.output, inputs=options.readings)
+    return 0
 
 
-def _cells(text):
-    """NAME=RANGE,NAME=RANGE; a range may itself hold commas if quoted by the sheet's name."""
-    pairs = [part.partition("=") for part in text.split(",")]
-    if not all(name.strip() and address.strip() for name, _, address in pairs):
-        raise argparse.ArgumentTypeError(f"expected NAME=RANGE,NAME=RANGE…, found {text!r}")
-    return {name.strip(): address.strip() for name, _, address in pairs}
-
-
-def _task(options):
-    """The task from the options, those in a TOML file first."""
-    given = {}
-    if options.task and options.task.lower().endswith(".toml"):
-        given = workbook.task_file(options.task)
-    elif options.task:
-        given["kind"] = options.task
-    names = ("sequence", "convention", "angles", "point", "origin", "cells", "machine")
-    given |= {name: getattr(options, name) for name in names if getattr(options, name) is not None}
-    return workbook.Task(**given)
-
-
+@_command(
+    "check",
+    "check spreadsheets of rotations or NC words by their formulas",
+    _file("path", metavar="FILE_OR_FOLDER", help="a spreadsheet, or a folder of them"),
+    _arg("--task", metavar="TASK", help="zxz, sequence, nc, or a TOML file with the options below"),
+    _arg("--sequence", help="ZXZ, ZYX, … about turned axes, zyx about fixed ones"),
+    _arg("--convention", choices=("active", "passive")),
+    _arg("--angles", type=_vector, metavar="A,B,C", help="degrees, to be found in the input cells"),
+    *(
+        _arg(f"--{name}", type=_vector, metavar="A,B,C", help="to be found in the input cells")
+        for name in ("point", "origin")
+    ),
+    _arg("--cells", type=_cells, metavar="NAME=RANGE,…", help="angles=B2:B4,point=C2:C4,result=D2:D4"),
+    _file("--machine", help="machine file: a table of CL data and NC words"),
+    _file("--marked", metavar="OUT", help="copy with coloured cells; of a folder, a folder"),
+    *(_file(f"--{name}", metavar="OUT", help="the table of a folder") for name in ("csv", "html")),
+    LANGUAGE,
+)
 def _check(options):
     """Print what is wrong; of a folder a table, with the progress on standard error."""
     task = _task(options)
@@ -250,20 +247,29 @@ def _check(options):
     return summary.status
 
 
+def _task(options):
+    """The task from the options, those in a TOML file first."""
+    given = {}
+    if options.task and options.task.lower().endswith(".toml"):
+        given = workbook.task_file(options.task)
+    elif options.task:
+        given["kind"] = options.task
+    names = ("sequence", "convention", "angles", "point", "origin", "cells", "machine")
+    given |= {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    return workbook.Task(**given)
+
+
 def _progress(done, total, path):
     print(f"{done}/{total} {path.name}", file=sys.stderr)
 
 
-def _add_print(commands):
-    printed = commands.add_parser(
-        "print", help="forward, inverse and Jacobian of a machine as JavaScript, C or LaTeX"
-    )
-    printed.set_defaults(run=_print)
-    printed.add_argument("machine", type=Path, metavar="MACHINE", help="machine file, TOML")
-    printed.add_argument("--to", choices=codegen.LANGUAGES, required=True)
-    printed.add_argument("-o", "--output", type=Path, metavar="FILE", help="by default standard output")
-
-
+@_command(
+    "print",
+    "forward, inverse and Jacobian of a machine as JavaScript, C or LaTeX",
+    MACHINE,
+    _arg("--to", choices=codegen.LANGUAGES, required=True),
+    _file(help="by default standard output"),
+)
 def _print(options):
     """Print the functions of a machine."""
     text = codegen.machine(Kinematics(machine.load(options.machine)), options.to)
@@ -274,13 +280,12 @@ def _print(options):
     return 0
 
 
-def _add_show(commands):
-    show = commands.add_parser("show", help="a machine as a page that moves, with the signs of its axes in words")
-    show.set_defaults(run=_show)
-    show.add_argument("machine", type=Path, metavar="MACHINE", help="machine file, TOML")
-    show.add_argument("-o", "--output", type=Path, metavar="PAGE", required=True, help="HTML")
-
-
+@_command(
+    "show",
+    "a machine as a page that moves, with the signs of its axes in words",
+    MACHINE,
+    _file(metavar="PAGE", required=True, help="HTML"),
+)
 def _show(options):
     """Write the page."""
     from mathpost.course import machine_page
@@ -289,41 +294,21 @@ def _show(options):
     return 0
 
 
-def _add_explain(commands):
-    search = commands.add_parser("explain", help="which misreading of the convention gives this number?")
-    search.set_defaults(run=_explain)
-    three = {"nargs": 3, "type": _number}
-    search.add_argument("--angles", **three, metavar=("α", "β", "γ"), help="three Euler angles, degrees")
-    search.add_argument("--sequence", default="ZXZ", metavar="AXES", help="their axes (default %(default)s)")
-    search.add_argument("--point", **three, action="append", metavar=("X", "Y", "Z"), help="may be given again")
-    search.add_argument("--origin", **three, metavar=("X", "Y", "Z"), help="of the turned frame")
-    search.add_argument(
-        "--matrix", nargs=9, type=_number, metavar="M", help="the answer, row by row, instead of points"
-    )
-    search.add_argument("--machine", type=Path, metavar="FILE", help="machine file: explain its rotary words")
-    search.add_argument(
-        "--axis", **three, action="append", metavar=("I", "J", "K"), help="tool axis of the CL data"
-    )
-    search.add_argument(
-        "--result",
-        nargs="+",
-        type=_number,
-        action="append",
-        metavar="N",
+@_command(
+    "explain",
+    "which misreading of the convention gives this number?",
+    _arg("--angles", **THREE, metavar=("α", "β", "γ"), help="three Euler angles, degrees"),
+    _arg("--sequence", default="ZXZ", metavar="AXES", help="their axes (default %(default)s)"),
+    _arg("--point", **THREE, action="append", metavar=("X", "Y", "Z"), help="may be given again"),
+    _arg("--origin", **THREE, metavar=("X", "Y", "Z"), help="of the turned frame"),
+    _arg("--matrix", nargs=9, type=_number, metavar="M", help="the answer, row by row, instead of points"),
+    _file("--machine", help="machine file: explain its rotary words"),
+    _arg("--axis", **THREE, action="append", metavar=("I", "J", "K"), help="tool axis of the CL data"),
+    _arg(
+        "--result", nargs="+", type=_number, action="append", metavar="N",
         help="what someone got: a point, or with --machine two rotary words; once for each --point or --axis",
-    )
-
-
-def _number(text):
-    """The number as it was written, whose digits tell how precise it is; a comma is a decimal point."""
-    number = text.replace(",", ".").replace("−", "-").removesuffix("°")
-    try:
-        float(number)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"expected a number, found {text!r}") from None
-    return number
-
-
+    ),
+)  # fmt: skip
 def _explain(options):
     """Print what gives the answer; 0 if it is right, 1 if not."""
     results = options.result or []
@@ -360,14 +345,12 @@ def _alone(given, results):
     return (given[0], results[0]) if len(given) == 1 else (given, results)
 
 
-def _add_lessons(commands):
-    lessons = commands.add_parser("lessons", help="for those who change the lessons")
-    rerun = lessons.add_subparsers(required=True).add_parser("rerun", help="run lessons anew and say what changed")
-    rerun.set_defaults(run=_rerun)
-    rerun.add_argument("path", type=Path, nargs="*", metavar="NOTEBOOK", help="default: notebooks/*.ipynb")
-    rerun.add_argument("--accept", action="store_true", help="write the new outputs")
-
-
+@_command(
+    "lessons rerun",
+    "run lessons anew and say what changed",
+    _file("path", nargs="*", metavar="NOTEBOOK", help="default: notebooks/*.ipynb"),
+    _arg("--accept", action="store_true", help="write the new outputs"),
+)
 def _rerun(options):
     """Print the numbers and pictures that changed; 1 if there are any that were not accepted."""
     from mathpost.course import lessons
@@ -381,19 +364,16 @@ def _rerun(options):
     return int(bool(changed) and not options.accept)
 
 
-def _add_grade(commands):
-    grade = commands.add_parser(
-        "grade", help="a class's notebooks and workbooks: marks, mix-ups, what needs a look"
-    )
-    grade.set_defaults(run=_grade)
-    grade.add_argument("folder", type=Path, metavar="FOLDER", help="what was handed in, or a zip of it")
-    grade.add_argument("-o", "--output", type=Path, metavar="REPORT", required=True, help="writes .html and .csv")
-    grade.add_argument("--rules", type=Path, metavar="FILE", help="points, weights and who should hand in, TOML")
-    grade.add_argument("--lessons", type=Path, metavar="FOLDER", help="what was handed out (default: the course)")
-    grade.add_argument("--language", choices=("en", "zh"), default="en")
-    grade.add_argument("--rerun", action="store_true", help="run the notebooks, too, in a bounded place")
-
-
+@_command(
+    "grade",
+    "a class's notebooks and workbooks: marks, mix-ups, what needs a look",
+    _file("folder", metavar="FOLDER", help="what was handed in, or a zip of it"),
+    _file(metavar="REPORT", required=True, help="writes .html and .csv"),
+    _file("--rules", help="points, weights and who should hand in, TOML"),
+    _file("--lessons", metavar="FOLDER", help="what was handed out (default: the course)"),
+    LANGUAGE,
+    _arg("--rerun", action="store_true", help="run the notebooks, too, in a bounded place"),
+)
 def _grade(options):
     """Write the report; 1 if something was not read or a verdict does not fit its answer."""
     from mathpost.course import grade, grade_page
@@ -418,14 +398,13 @@ def _grade(options):
     return int(bool(found))
 
 
-def _add_assign(commands):
-    assign = commands.add_parser("assign", help="lessons for students, without solutions")
-    assign.set_defaults(run=_assign)
-    assign.add_argument("lessons", type=Path, metavar="LESSONS", help="a notebook, or a folder of notebooks")
-    assign.add_argument("-o", "--output", type=Path, metavar="FOLDER", required=True)
-    assign.add_argument("--students", metavar="FILE", help="a name on each line: a copy for each, with own numbers")
-
-
+@_command(
+    "assign",
+    "lessons for students, without solutions",
+    _file("lessons", metavar="LESSONS", help="a notebook, or a folder of notebooks"),
+    _file(metavar="FOLDER", required=True),
+    _arg("--students", metavar="FILE", help="a name on each line: a copy for each, with own numbers"),
+)
 def _assign(options):
     """Write the copies, and say what they do not hide."""
     from mathpost.course import assign

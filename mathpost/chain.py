@@ -38,40 +38,33 @@ class Geometry:
     @classmethod
     def numbers(cls, machine):
         """The machine's decimals as exact fractions, so that 0.707107 beside itself becomes √2/2."""
-        tool_axis, length = exact_unit(machine.tool_axis), _exact(machine.tool_length)
-        return cls(
-            axis={rotary.name: exact_unit(rotary.axis) for rotary in machine.rotary},
-            point={rotary.name: exact_vector(rotary.point) for rotary in machine.rotary},
-            origin=exact_vector(machine.origin),
-            tool_axis=tool_axis,
-            tool_length=length,
-            programmed_point=_programmed_point(machine, tool_axis, length, exact_vector),
-        )
+        length = _exact(machine.tool_length)
+        return cls._of(machine, length, lambda _, axis: exact_unit(axis), lambda _, point: exact_vector(point))
 
     @classmethod
     def symbols(cls, machine):
         """Symbols named after the joints: V the directions, p the points, o the origin, t and L the tool."""
-        tool_axis, length = _symbol_vector("t"), sp.Symbol("L", real=True)
+        return cls._of(machine, sp.Symbol("L", real=True), *[lambda name, _: _symbol_vector(name)] * 2)
+
+    @classmethod
+    def _of(cls, machine, length, direction, vector):
+        """`direction` and `vector` take the name of a symbol and the numbers in the machine file."""
+        tool_axis = direction("t", machine.tool_axis)
+        named = {"tip": -length * tool_axis, "nose": sp.zeros(3, 1)}
+        point = machine.programmed_point
         return cls(
-            axis={rotary.name: _symbol_vector(f"V_{rotary.name}") for rotary in machine.rotary},
-            point={rotary.name: _symbol_vector(f"p_{rotary.name}") for rotary in machine.rotary},
-            origin=_symbol_vector("o"),
+            axis={each.name: direction(f"V_{each.name}", each.axis) for each in machine.rotary},
+            point={each.name: vector(f"p_{each.name}", each.point) for each in machine.rotary},
+            origin=vector("o", machine.origin),
             tool_axis=tool_axis,
             tool_length=length,
-            programmed_point=_programmed_point(machine, tool_axis, length, lambda _: _symbol_vector("r")),
+            programmed_point=named[point] if point in named else vector("r", point),
         )
 
     def flat(self):
         """All entries in one list, in the same order for numbers and symbols."""
         vectors = [*self.axis.values(), *self.point.values(), self.origin, self.tool_axis, self.programmed_point]
         return [entry for vector in vectors for entry in vector] + [self.tool_length]
-
-
-def _programmed_point(machine, tool_axis, length, vector):
-    """The point of the head that X Y Z name, relative to the nose."""
-    if machine.programmed_point == "tip":
-        return -length * tool_axis
-    return sp.zeros(3, 1) if machine.programmed_point == "nose" else vector(machine.programmed_point)
 
 
 def joint_symbols(machine):
@@ -94,16 +87,12 @@ def between(machine):
 def links(machine, parameters=False):
     """Return the chain from the workpiece to the tool as a tuple of `Link`.
 
-    Parameters
-    ----------
-    machine : mathpost.machine.Machine
-    parameters : bool
-        Whether offsets and directions stay symbols instead of the machine's numbers.
+    With `parameters` offsets and directions stay symbols instead of the machine's numbers.
 
     Examples
     --------
     >>> from mathpost import machine
-    >>> [link.name for link in links(machine.load("data/machines/dmu50v.toml"))]
+    >>> [link.name for link in links(machine.load("dmu50v"))]
     ['workpiece', 'C', 'B', 'linear', 'tool']
     """
     data = Geometry.symbols(machine) if parameters else Geometry.numbers(machine)
@@ -133,7 +122,7 @@ def bodies(machine):
     Examples
     --------
     >>> from mathpost import machine
-    >>> [name for name, _ in bodies(machine.load("data/machines/head_b_table_c.toml"))]
+    >>> [name for name, _ in bodies(machine.load("head_b_table_c"))]
     ['C', 'workpiece', 'X', 'Y', 'Z', 'B', 'tool']
     """
     first, *rest = links(machine)

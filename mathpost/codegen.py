@@ -21,14 +21,8 @@ LANGUAGES = ("latex", "js", "c")
 def function(name, outputs, arguments, language="js"):
     """Print expressions as the source of a function ``name(q, out)`` that reads one array and fills another.
 
-    Parameters
-    ----------
-    name : str
-    outputs : sequence of sympy expressions
-    arguments : sequence of sympy symbols
-        In the order in which they stand in the array `q`; any names.
-    language : str
-        ``"js"`` or ``"c"``. The JavaScript function also returns `out`, by default a new array.
+    `arguments` are symbols of any name, in their order in the array `q`; `language` is ``"js"`` or ``"c"``. The
+    JavaScript function also returns `out`, by default a new array.
 
     Examples
     --------
@@ -87,29 +81,22 @@ def machine(kin, language):
     ----------
     kin : Kinematics
     language : str
-        One of `LANGUAGES`. JavaScript: an ES module that exports ``bodies``, ``places``, ``forward``, ``jacobian``,
-        ``close`` and ``inverse``. C: the same functions, C99. LaTeX: an article with the formulas. The header of
-        the file says what goes in and out.
-
-    Raises
-    ------
-    InputError
-        If the language is none of them.
+        One of `LANGUAGES`, or `InputError` is raised. JavaScript: an ES module that exports `EXPORTS`. C: the same
+        functions, C99. LaTeX: an article with the formulas. The header of the file says what goes in and out.
 
     Examples
     --------
     >>> from mathpost import machine as file
     >>> from mathpost.kinematics import Kinematics
-    >>> print(machine(Kinematics(file.load("data/machines/ac_table.toml")), "c").splitlines()[0])
+    >>> print(machine(Kinematics(file.load("ac_table")), "c").splitlines()[0])
     /* Trunnion, A carries C (table-table). Printed by mathpost from its symbolic derivation.
     """
     if language not in LANGUAGES:
         raise InputError("language", " or ".join(LANGUAGES), repr(language))
     if language == "latex":
         return _latex(kin)
-    comment = "\n".join(
-        (f"/* {_title(kin)}. Printed by mathpost from its symbolic derivation.", *_header(kin), " */")
-    )
+    title = f"/* {_title(kin)}. Printed by mathpost from its symbolic derivation."
+    comment = "\n".join([title, *_header(kin), " */"])
     if language == "js":
         return f"{comment}\n{body(kin)}\nexport {{ {', '.join(EXPORTS)} }};\n"
     derived = kin.inverse_symbolic
@@ -211,35 +198,45 @@ int inverse(const double tip[3], const double axis[3], double q[2][5]) {{
 
 
 def _latex(kin):
-    """An article: the links, the pose with its Jacobian, and the inverse."""
+    """An article: the links, the pose with its Jacobian, and the inverse; each section with its own s and t."""
     derived, functions = kin.inverse_symbolic, _functions(kin)
-    written = {"forward": ["x", "y", "z", "i", "j", "k"]}
-    names = kin.machine.joint_names
-    written["jacobian"] = [rf"\partial {p}/\partial {q}" for p in written["forward"] for q in names]
-    links = [(rf"\text{{{link.name}}}", link.matrix) for link in kin.links()]
-    inverse = [("r_{-}", derived.below), ("r_{+}", derived.above)]
-    inverse += [(rf"{sp.latex(derived.inner)}_{{{n}}}", angle) for n, angle in enumerate(derived.solutions, 1)]
-    rise, run = map(sp.latex, derived.turn)
-    inverse += [(sp.latex(derived.outer), sp.Symbol(rf"\operatorname{{atan2}}\left({rise},\ {run}\right)"))]
-    inverse += list(zip("XYZ", derived.linear, strict=True))
-    sections = [
-        ("The links, from the workpiece to the tool", links),
-        ("Forward: tip x y z and tool axis i j k", _shared(written["forward"], *functions["forward"])),
-        ("Jacobian of the pose", _shared(written["jacobian"], *functions["jacobian"])),
-        (f"Inverse: {derived.inner} on both branches, then {derived.outer}, then X Y Z", inverse),
-    ]
-    lines = [rf"% {line.strip(' *')}" for line in (_title(kin), *_header(kin))]
-    lines += [r"\documentclass{article}", r"\usepackage{amsmath}", r"\begin{document}"]
-    lines += [rf"\section*{{{_title(kin)}}}", "Lengths in mm, angles in radians."]
-    for title, formulas in sections:
-        lines += [rf"\subsection*{{{title}}}"]
-        lines += [rf"\[ {name} = {sp.latex(value)} \]" for name, value in formulas]
+    header = [line.strip(" *") for line in _header(kin)]
+    pose = ["x", "y", "z", "i", "j", "k"]
+    slopes = [rf"\partial {p}/\partial {q}" for p in pose for q in kin.machine.joint_names]
+    inner = [(f"{derived.inner}_{{{n}}}", angle) for n, angle in enumerate(derived.solutions, 1)]
+    inverse = [("r_{-}", derived.below), ("r_{+}", derived.above), *inner]
+    inverse += _shared([str(derived.outer)], [sp.atan2(*derived.turn, evaluate=False)], "s")
+    inverse += _shared("XYZ", derived.linear)
+    sections = {
+        "The links, from the workpiece to the tool": [(rf"\text{{{x.name}}}", x.matrix) for x in kin.links()],
+        "Forward: tip and tool axis": _shared(pose, functions["forward"][0]),
+        "Jacobian of the pose": _shared(slopes, functions["jacobian"][0]),
+        f"Inverse: {derived.inner} on both branches, then {derived.outer}, then X Y Z": inverse,
+    }
+    name = _title(kin).encode("ascii", "ignore").decode()
+    lines = [_LATEX, rf"\section*{{{name}}}", *header[:2], header[-2], "Out of reach where an $r$ is negative."]
+    for title, formulas in sections.items():
+        lines += [rf"\subsection*{{{title}}}", *(rf"\fit{{{left} = {_tex(value)}}}" for left, value in formulas)]
     return "\n".join([*lines, r"\end{document}", ""])
 
 
-def _shared(names, outputs, arguments):
+def _tex(expression):
+    written = sp.latex(expression, fold_func_brackets=True, symbol_names={BELOW: "r_{-}", ABOVE: "r_{+}"})
+    return written.replace(r"\operatorname{atan}_{2}", r"\operatorname{atan2}")
+
+
+# Formulas one after the other, as words in a text; what is wider than a line is made smaller.
+_LATEX = r"""\documentclass{article}
+\usepackage{amsmath, graphicx}
+\usepackage[a4paper, margin=20mm]{geometry}
+\newcommand{\fit}[1]{\sbox0{$\displaystyle #1$}\mbox{\ifdim\wd0>\linewidth
+  \resizebox{\linewidth}{!}{\usebox0}\else\usebox0\fi}\hspace{2em}}
+\begin{document}
+\raggedright\setlength{\parindent}{0pt}\setlength{\lineskip}{4pt}\setlength{\lineskiplimit}{4pt}
+"""
+
+
+def _shared(names, outputs, letter="t"):
     """Pairs of name and expression, the common parts first as t_0, t_1, …"""
-    common, results = sp.cse(list(outputs), symbols=sp.numbered_symbols("t_"), optimizations="basic")
-    return [(str(symbol).replace("t_", "t_{") + "}", value) for symbol, value in common] + list(
-        zip(names, results, strict=True)
-    )
+    common, results = sp.cse(list(outputs), symbols=sp.numbered_symbols(f"{letter}_"), optimizations="basic")
+    return [(_tex(symbol), value) for symbol, value in common] + list(zip(names, results, strict=True))

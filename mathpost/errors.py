@@ -14,14 +14,8 @@ class MathpostError(ValueError):
 
 
 class InputError(MathpostError):
-    """Something given to mathpost is wrong.
-
-    Parameters
-    ----------
-    where : str
-        The place: file and line, file and key, cell, or argument name.
-    expected, found : str
-        What should stand there and what does.
+    """Something given to mathpost is wrong: `where` (file and line or key, cell, argument), what should stand there
+    and what does, all str.
     """
 
     def __init__(self, where, expected, found):
@@ -42,8 +36,6 @@ def as_array(values, length, where):
 
     Examples
     --------
-    >>> as_array([1, 2, 3], 3, "tip")
-    array([1., 2., 3.])
     >>> as_array([1, float("nan"), 3], 3, "tip")
     Traceback (most recent call last):
         ...

@@ -24,7 +24,7 @@ class Frame:
     origin : array_like, shape (..., 3)
         The child's origin in the parent, mm.
     parent, child : str
-        Names such as ``"MCS"`` and ``"WCS"``; empty if nobody cares.
+        Names such as ``"MCS"`` and ``"WCS"``, or nothing.
 
     Raises
     ------
@@ -133,26 +133,15 @@ class Frame:
 
 
 def machine_frames(machine, joints, *, degrees=False):
-    """Return where the workpiece and the tool stand in the machine: WCS in MCS and TCS in MCS.
+    """Return where the workpiece and the tool of a machine stand, WCS in MCS and TCS in MCS, as two `Frame`.
 
-    Parameters
-    ----------
-    machine : mathpost.machine.Machine
-    joints : array_like, shape (..., 5)
-        As in `Kinematics.forward`.
-    degrees : bool, keyword only
-
-    Returns
-    -------
-    machine_from_workpiece, machine_from_tool : Frame
-        The tool's origin is the tip, its Z the tool axis. The way of a point from tool to workpiece is
-        ``machine_from_workpiece.inverse() @ machine_from_tool``, whatever the machine.
+    `joints`, shape (..., 5), are those of `Kinematics.forward`. The tool's origin is the tip, its Z the tool axis.
+    The way of a point from tool to workpiece is ``machine_from_workpiece.inverse() @ machine_from_tool``.
 
     Examples
     --------
     >>> from mathpost import machine
-    >>> trunnion = machine.load("data/machines/ac_table.toml")
-    >>> workpiece, tool = machine_frames(trunnion, [10, 0, 30, 0, 90], degrees=True)
+    >>> workpiece, tool = machine_frames(machine.load("ac_table"), [10, 0, 30, 0, 90], degrees=True)
     >>> (workpiece.inverse() @ tool).origin.round(6) + 0.0
     array([ 0., 10., 30.])
     """
@@ -172,20 +161,12 @@ class CsyTransform:
     parallel to the part frame; (x0, y0, z0) is the machine's origin in part coordinates, mm. Mind the order:
     the arguments are theta, psi, phi, the turns are psi, theta, phi. Forward is from machine to part.
 
-    Parameters
-    ----------
-    x0, y0, z0 : float
-        mm.
-    theta, psi, phi : float
-        Degrees; kept as given.
+    Lengths are mm; angles are degrees, kept as given.
 
     Examples
     --------
-    >>> transform = CsyTransform(100, 200, 300, 35, 50, -20)
-    >>> transform.forward_point([1, 2, 3]).round(6)
+    >>> CsyTransform(100, 200, 300, 35, 50, -20).forward_point([1, 2, 3]).round(6)
     array([101.309636, 202.760718, 302.159466])
-    >>> transform.inverse_point([101.309636, 202.760718, 302.159466]).round(5)
-    array([1., 2., 3.])
     """
 
     x0: float = 0.0

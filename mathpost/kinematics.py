@@ -23,29 +23,29 @@ BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
 
 @dataclass(frozen=True)
 class Inverse:
-    """The derivation of the inverse, for display; `Kinematics.inverse` compiles these expressions.
+    """The derivation of the inverse in sympy, for display; `Kinematics.inverse` compiles these expressions.
 
     Attributes
     ----------
-    tip, axis : tuples of 3 sympy symbols
+    tip, axis
         The CL data: tool tip x y z and unit tool axis i j k in the workpiece.
-    outer, inner : sympy symbols
+    outer, inner
         The rotary joint next to the workpiece and the one next to the tool.
-    equation : sympy.Eq
+    equation
         A·cos(inner) + B·sin(inner) = D, the component of the tool axis along the outer axis.
-    below, above : sympy expressions
+    below, above
         r − D and r + D with r = √(A² + B²), written with the chords from the tool axis to the two ends of the
         outer axis, which lose no digits at the pole. Either is negative if the tool axis is out of reach.
-    solutions : tuple of 2 sympy expressions
+    solutions
         The inner angle on the first and the second branch, in `below` and `above` as symbols.
-    turn : tuple of 2 sympy expressions
+    turn
         The outer angle is atan2 of these two, given the inner one.
-    linear : tuple of 3 sympy expressions
+    linear
         Programmed X Y Z, given the tip and both rotary angles.
-    pole : tuple of 3 sympy expressions
+    pole
         The end of the outer axis, a unit vector in the workpiece, that the tool comes nearest to where the two
         solutions meet.
-    reach : tuple of 2 sympy expressions
+    reach
         Smallest and greatest angle between the tool axis and the pole.
     """
 
@@ -119,24 +119,19 @@ def _close_the_loop(machine, data, tip):
 
 
 class Kinematics:
-    """Forward and inverse kinematics of one machine.
-
-    Parameters
-    ----------
-    machine : mathpost.machine.Machine
+    """Forward and inverse kinematics of one `mathpost.machine.Machine`.
 
     Examples
     --------
     >>> from mathpost import machine
-    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
+    >>> kin = Kinematics(machine.load("dmu50v"))
     >>> joints = kin.inverse([50.31991, 58.40925, 52.13969], [0.145196, 0, 0.989403], degrees=True)
     >>> joints.round(3) + 0.0
     array([[-36.781, -68.575,  66.134,  11.817, 175.815],
            [ 47.426,  62.413,  51.653, -11.817,   4.185]])
-    >>> tip, axis = kin.forward(joints, degrees=True)
+    >>> tip, axis = kin.forward(joints[0], degrees=True)
     >>> tip.round(5)
-    array([[50.31991, 58.40925, 52.13969],
-           [50.31991, 58.40925, 52.13969]])
+    array([50.31991, 58.40925, 52.13969])
     """
 
     def __init__(self, machine):
@@ -193,7 +188,7 @@ class Kinematics:
         Raises
         ------
         InputError
-            If `joints` has another shape or holds something that is not a finite number.
+            If `joints` are not finite numbers of that shape.
         """
         x, y, z, first, second = np.moveaxis(as_array(joints, 5, "joints"), -1, 0)
         if degrees:
@@ -236,7 +231,7 @@ class Kinematics:
             tips = np.broadcast_to(tip[..., None, :], (*at_pole.shape, 3))
             joints[at_pole] = self.close(tips[at_pole], joints[at_pole, 3:])
         rotary = joints[..., 3:]
-        if (beyond := np.abs(rotary) >= np.pi).any():
+        if (beyond := (rotary >= np.pi) | (rotary <= -np.pi)).any():
             rotary[beyond] = wrap(rotary[beyond], 2 * np.pi)
         if degrees:
             np.rad2deg(rotary, out=rotary)
@@ -245,16 +240,7 @@ class Kinematics:
     def close(self, tip, rotary):
         """Return the joints that put the tool tip at `tip` with the rotary angles given: X Y Z close the loop.
 
-        Parameters
-        ----------
-        tip : array_like, shape (..., 3)
-            mm, in the workpiece.
-        rotary : array_like, shape (..., 2)
-            Radians, in the order of the machine file.
-
-        Returns
-        -------
-        ndarray, shape (..., 5)
+        `tip` has shape (..., 3), mm in the workpiece; `rotary` (..., 2), radians in the order of the machine file.
         """
         tip, rotary = np.asarray(tip, dtype=float), np.asarray(rotary, dtype=float)
         linear = self._linear(*np.moveaxis(tip, -1, 0), *np.moveaxis(rotary, -1, 0))
@@ -293,10 +279,8 @@ class Kinematics:
             values = {f(derived.inner): sp.expand_trig(f(solution)) for f in (sp.cos, sp.sin)}
             rise, run = (term.xreplace(values) for term in derived.turn)
             squared = rise**2 + run**2
-            values |= {
-                sp.cos(derived.outer): run / sp.sqrt(squared),
-                sp.sin(derived.outer): rise / sp.sqrt(squared),
-            }
+            length = sp.sqrt(squared)
+            values |= {sp.cos(derived.outer): run / length, sp.sin(derived.outer): rise / length}
             angles = {derived.inner: solution, derived.outer: sp.atan2(rise, run)}
             linear = [coordinate.xreplace(values) for coordinate in derived.linear]
             entries += [*linear, *(angles[joint] for joint in self.symbols[3:]), squared]

@@ -18,6 +18,7 @@ PROGRAM = {"program_head": "head", "program_foot": "foot", "tool_change": "tool_
 LETTERS = ("X", "Y", "Z")
 LARGEST = 1e9  # of any number
 ENDLESS = (-math.inf, math.inf)
+TRAVEL_TOLERANCE = 1e-9  # mm and radians
 
 
 @dataclass(frozen=True)
@@ -30,11 +31,9 @@ class Rotary:
         The address of its NC word, such as ``"B"``.
     carries : str
         ``"workpiece"`` or ``"tool"``.
-    axis : tuple of 3 floats
-        Direction at rotary zero as the file gives it, not yet of unit length.
-    point : tuple of 3 floats
-        A point on the axis at rotary zero, mm: in machine coordinates on the workpiece side, relative to the
-        spindle nose on the tool side.
+    axis, point : tuples of 3 floats
+        Direction at rotary zero as the file gives it, not yet of unit length, and a point on the axis, mm: in
+        machine coordinates on the workpiece side, relative to the spindle nose on the tool side.
     limits : tuple of 2 floats
         Travel in radians; infinite if endless.
     max_rate, max_acceleration : float or None
@@ -49,12 +48,25 @@ class Rotary:
     max_rate: float | None = None
     max_acceleration: float | None = None
 
+    def nearest_turn(self, angle, present=0.0):
+        """Return `angle` plus the whole turns that bring it nearest to `present` within travel, or NaN; degrees.
+
+        Examples
+        --------
+        >>> c = load("ac_head").rotary[0]  # C, from -360 to 360
+        >>> c.nearest_turn(90, 350), c.nearest_turn(10, 350), c.nearest_turn(-20, 300)
+        (90.0, 10.0, 340.0)
+        """
+        ends = np.degrees(np.add(self.limits, (-TRAVEL_TOLERANCE, TRAVEL_TOLERANCE)))
+        low, high = np.ceil((ends[0] - angle) / 360), np.floor((ends[1] - angle) / 360)
+        return float(angle + 360 * np.clip(np.round((present - angle) / 360), low, high)) if low <= high else np.nan
+
 
 @dataclass(frozen=True)
 class Linear:
     """Travel (mm), greatest rate (mm/s) and acceleration (mm/s²) of a linear axis, and what its slide carries.
 
-    `carries` matters to drawings only: the words move the tool in the workpiece, whichever of them moves.
+    `carries` matters to drawings and errors: the words move the tool in the workpiece, whichever of them moves.
     """
 
     name: str
@@ -86,7 +98,7 @@ class Machine:
         What the limits of X Y Z count: ``"slides"``, in machine coordinates (a slide stands at its word, plus the
         origin, plus the tool where the word names the tip), or ``"words"``.
     slide_order : tuple of 3 str
-        The slides from the bed outwards, on either side: which carries which in a drawing.
+        The slides from the bed outwards, on either side: which carries which in a drawing, and whose errors.
     program_head, program_foot, tool_change : tuple of str
         Lines of a program, in the words of its control: before and after the moves, and instead of the control's
         own tool call. ``{name}`` in them is the name of the program, ``{tool}`` the number of the tool.
@@ -160,16 +172,7 @@ class Machine:
 
 
 def load(path):
-    """Read a machine from a TOML file.
-
-    Parameters
-    ----------
-    path : str or path-like
-        A file, or the name of a machine that comes with the package, such as ``"dmu50v"``.
-
-    Returns
-    -------
-    Machine
+    """Read a `Machine` from the TOML file `path`, or by the name of one that comes with the package.
 
     Raises
     ------
@@ -180,15 +183,20 @@ def load(path):
 
     Examples
     --------
-    >>> machine = load("data/machines/dmu50v.toml")
+    >>> machine = load("dmu50v")
     >>> machine.joint_names, machine.arrangement
     (('X', 'Y', 'Z', 'B', 'C'), 'table-table')
     """
+    path = find(path)
+    return from_dict(read_toml(path), str(path))
+
+
+def find(path):
+    """Return `path`, or the file of the machine of that name that comes with the package."""
     shipped = {file.stem: file for file in sorted(data_file("machines").glob("*.toml"))}
     if not Path(path).suffix and not Path(path).exists() and str(path) not in shipped:
         raise InputError(str(path), f"a TOML file, or one of {', '.join(shipped)}", "neither")
-    path = path if Path(path).exists() else shipped.get(str(path), path)
-    return from_dict(read_toml(path), str(path))
+    return path if Path(path).exists() else shipped.get(str(path), path)
 
 
 def read_toml(path):
@@ -203,29 +211,25 @@ def read_toml(path):
 def from_dict(content, where="machine"):
     """Build a machine from the content of a TOML file; `where` begins every error message."""
     file = TomlTable(content, where)
-    rotary = file.take("rotary", _list_of_tables, "exactly two [[rotary]] tables")
+    rotary = file.take("rotary", _each(dict), "exactly two [[rotary]] tables")
     if len(rotary) != 2:
         raise InputError(f"{where}, [[rotary]]", "exactly two rotary axes", f"{len(rotary)}")
     workpiece, tool = file.table("workpiece"), file.table("tool")
-    linear = file.table("linear", optional=True)
-    slide_order = tuple(dict.fromkeys([*(key for key in linear.content if key in LETTERS), *LETTERS]))
+    linear, program = file.table("linear", optional=True), file.table("program", optional=True)
+    slides = dict.fromkeys([*(key for key in linear.content if key in LETTERS), *LETTERS])
     machine = Machine(
         name=file.take("name", _text, "a name in quotes"),
         source=file.take("source", _text, "a source in quotes"),
         rotary=tuple(_rotary(TomlTable(entry, f"{where}, rotary {n}")) for n, entry in enumerate(rotary, 1)),
-        linear=tuple(_linear(linear, name) for name in LETTERS),
-        slide_order=slide_order,
-        origin=workpiece.take("origin", _vector, "[x, y, z] in mm"),
-        tool_axis=tool.take("axis", _direction, "[x, y, z], not all zero"),
-        tool_length=tool.take("length", _length, "a length in mm, not negative", 0.0),
-        programmed_point=tool.take(
-            "programmed_point", _programmed_point, '"tip", "nose" or [x, y, z] in mm', "tip"
-        ),
+        linear=tuple(_linear(linear.table(name, optional=True), name) for name in LETTERS),
+        slide_order=tuple(slides),
+        origin=workpiece.take("origin", *VECTOR),
+        tool_axis=tool.take("axis", *DIRECTION),
+        tool_length=tool.take("length", _is(lambda x: x >= 0, _number), "a length in mm, not negative", 0.0),
+        programmed_point=tool.take("programmed_point", _point, '"tip", "nose" or [x, y, z] in mm', "tip"),
+        limits_of=linear.take("limits_of", *_one_of("slides", "words"), "slides"),
+        **{name: tuple(program.take(key, _each(str), "a list of lines", ())) for name, key in PROGRAM.items()},
     )
-    machine = replace(machine, limits_of=linear.take("limits_of", _limits_of, '"slides" or "words"', "slides"))
-    program = file.table("program", optional=True)
-    lines = {name: program.take(key, _lines, "a list of lines", ()) for name, key in PROGRAM.items()}
-    machine = replace(machine, **lines)
     for table in (file, workpiece, tool, linear, program):
         table.done()
     _check_arrangement(machine, where)
@@ -235,29 +239,27 @@ def from_dict(content, where="machine"):
 def _rotary(table):
     name = table.take("name", _address, "a word address such as A, B or C, not X, Y or Z")
     table.where += f" ({name})"
-    expected = {"max_rate": "a rate in degrees per second above 0"}
-    expected["max_acceleration"] = "degrees per second squared above 0"
-    rates = {key: table.take(key, _positive, text, None) for key, text in expected.items()}
-    joint = Rotary(
-        name=name,
-        carries=table.take("carries", _side, '"workpiece" or "tool"'),
-        axis=table.take("axis", _direction, "[x, y, z], not all zero"),
-        point=table.take("point", _vector, "[x, y, z] in mm"),
-        limits=tuple(map(math.radians, table.take("limits", _limits, "[low, high] in degrees", ENDLESS))),
-        **{key: rate if rate is None else math.radians(rate) for key, rate in rates.items()},
-    )
-    table.done()
-    return joint
+    axis, point = table.take("axis", *DIRECTION), table.take("point", *VECTOR)
+    return _joint(table, Rotary, name, "degrees", axis=axis, point=point)
 
 
-def _linear(tables, name):
-    table = tables.table(name, optional=True)
-    joint = Linear(
+def _linear(table, name):
+    table.content.setdefault("carries", "tool")
+    return _joint(table, Linear, name, "mm")
+
+
+def _joint(table, kind, name, unit, **more):
+    """What both kinds of joint have, given in `unit`."""
+    scale = math.radians if unit == "degrees" else float
+    expected = {"max_rate": f"a rate in {unit} per second above 0"}
+    expected["max_acceleration"] = f"{unit} per second squared above 0"
+    rates = {key: table.take(key, _is(lambda x: x > 0, _number), text, None) for key, text in expected.items()}
+    joint = kind(
         name=name,
-        limits=table.take("limits", _limits, "[low, high] in mm", ENDLESS),
-        max_rate=table.take("max_rate", _positive, "a rate in mm per second above 0", None),
-        max_acceleration=table.take("max_acceleration", _positive, "mm per second squared above 0", None),
-        carries=table.take("carries", _side, '"workpiece" or "tool"', "tool"),
+        carries=table.take("carries", *_one_of("workpiece", "tool")),
+        limits=tuple(map(scale, table.take("limits", _limits, f"[low, high] in {unit}", ENDLESS))),
+        **{key: rate if rate is None else scale(rate) for key, rate in rates.items()},
+        **more,
     )
     table.done()
     return joint
@@ -315,64 +317,44 @@ class TomlTable:
             raise InputError(f"{self.where}, key {key!r}", "no such key", repr(self.content[key]))
 
 
-# The readers below return the value they are given or raise ValueError or TypeError; `TomlTable.take` says where.
+# Readers return what they make of a value or raise ValueError or TypeError; `TomlTable.take` says where.
 
 
-def _require(condition, value):
-    if not condition:
-        raise ValueError
-    return value
+def _is(holds, read=lambda value: value):
+    """A reader of what `holds` of once it has been read."""
+
+    def checked(value):
+        if not holds(found := read(value)):
+            raise ValueError
+        return found
+
+    return checked
 
 
 def _number(value):
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return float(_require(is_number and abs(value) < LARGEST, value))
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
+        raise ValueError
+    return float(value)
 
 
-def _vector(value):
-    return tuple(map(_number, _require(isinstance(value, list) and len(value) == 3, value)))
+def _numbers(count):
+    return _is(lambda numbers: len(numbers) == count, lambda value: tuple(map(_number, value)))
 
 
-def _direction(value):
-    return _require(np.linalg.norm(_vector(value)) > 1e-9, _vector(value))
+def _each(kind):
+    return _is(lambda value: isinstance(value, list) and all(isinstance(entry, kind) for entry in value))
 
 
-def _limits(value):
-    low, high = map(_number, _require(isinstance(value, list), value))
-    return _require(low < high, (low, high))
+def _one_of(*words):
+    return _is(lambda value: value in words), " or ".join(f'"{word}"' for word in words)
 
 
-def _positive(value):
-    return _require(_number(value) > 0, _number(value))
+_text = _is(lambda value: isinstance(value, str) and value.strip())
+_address = _is(lambda value: re.fullmatch("[ABCUVW][0-9]?", value))
+_limits = _is(lambda ends: ends[0] < ends[1], _numbers(2))
+VECTOR = _numbers(3), "[x, y, z] in mm"
+DIRECTION = _is(lambda vector: np.linalg.norm(vector) > 1e-9, _numbers(3)), "[x, y, z], not all zero"
 
 
-def _length(value):
-    return _require(_number(value) >= 0, _number(value))
-
-
-def _text(value):
-    return _require(isinstance(value, str) and value.strip(), value)
-
-
-def _side(value):
-    return _require(value in ("workpiece", "tool"), value)
-
-
-def _address(value):
-    return _require(re.fullmatch("[ABCUVW][0-9]?", value), value)
-
-
-def _lines(value):
-    return tuple(_require(isinstance(value, list) and all(isinstance(line, str) for line in value), value))
-
-
-def _limits_of(value):
-    return _require(value in ("slides", "words"), value)
-
-
-def _programmed_point(value):
-    return value if value in ("tip", "nose") else _vector(value)
-
-
-def _list_of_tables(value):
-    return _require(isinstance(value, list) and all(isinstance(entry, dict) for entry in value), value)
+def _point(value):
+    return value if value in ("tip", "nose") else _numbers(3)(value)

@@ -29,10 +29,16 @@ settings.register_profile("many", derandomize=False, deadline=None, print_blob=T
 settings.load_profile("same")
 
 
-def pytest_collection_modifyitems(items):
+def pytest_xdist_auto_num_workers(config):
+    """One process more than cores: browser, hub and LibreOffice let theirs wait."""
+    return os.cpu_count() + 1
+
+
+def pytest_collection_modifyitems(config, items):
     """What takes longest begins first. With the profile "many" random examples are `MANY` times as many."""
-    items.sort(key=lambda item: "test_browser" not in item.nodeid)
-    if settings.get_current_profile_name() == "many":
+    long = ("test_browser", "test_class", "test_planted", "test_workbook", "13b_")
+    items.sort(key=lambda item: next((n for n, name in enumerate(long) if name in item.nodeid), len(long)))
+    if config.getoption("--hypothesis-profile") == "many":
         for test in {item.obj for item in items if hasattr(getattr(item, "obj", None), "hypothesis")}:
             said = test._hypothesis_internal_use_settings
             test._hypothesis_internal_use_settings = settings(said, max_examples=MANY * said.max_examples)

@@ -1,5 +1,7 @@
 """Machines that no file describes: random axes, offsets and arrangements."""
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import strategies as st
 
@@ -45,6 +47,12 @@ def machines(draw):
             return machine.from_dict(data)
         except InputError:  # parallel axes
             continue
+
+
+def with_slides(given, workpiece="", tool="XYZ"):
+    """The machine with these slides on either side, each from the bed outwards."""
+    linear = [replace(each, carries="workpiece" if each.name in workpiece else "tool") for each in given.linear]
+    return replace(given, linear=tuple(linear), slide_order=(*workpiece, *tool))
 
 
 def random_joints(kin, count, seed):

@@ -2,13 +2,16 @@
 
 import ctypes
 import json
+import re
 import shutil
 import subprocess
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 import sympy as sp
 from hypothesis import given, settings
+from latex2mathml.converter import convert
 
 from mathpost import chain, codegen
 from mathpost.errors import InputError
@@ -127,10 +130,19 @@ def test_any_expressions(tmp_path):
 
 def test_latex_holds_every_formula(kin):
     text = codegen.machine(kin, "latex")
-    assert text.count(r"\begin") == text.count(r"\end") and text.count("{") == text.count("}")
-    for name in ("x", "k", r"\partial k/\partial X", "r_{-}", "Z"):
-        assert rf"\[ {name} = " in text
-    assert sp.latex(kin.inverse_symbolic.solutions[0]) in text
+    assert text.isascii() and text.count(r"\begin") == text.count(r"\end")
+    written = re.findall(r"(?m)^\\fit\{([^=]+) = (.*)\}$", text)
+    assert len(written) == text.count("\n\\fit")
+    names = [name for name, _ in written]
+    inner, outer = (str(getattr(kin.inverse_symbolic, axis)) for axis in ("inner", "outer"))
+    wanted = {"x", "k", r"\partial k/\partial X", "r_{-}", f"{inner}_{{1}}", f"{inner}_{{2}}", outer, "X", "Z"}
+    assert wanted < set(names)
+    for name, formula in written:
+        assert formula.count("{") == formula.count("}"), name
+        markup = convert(f"{name} = {formula}")  # leaves what it does not know as it is
+        assert ElementTree.fromstring(markup) and "\\" not in markup and "minus" not in markup, name
+        for used in re.findall(r"[st]_\{\d+\}", formula):
+            assert names.index(used) < names.index(name), "what is used has been said before"
 
 
 def test_a_language_that_is_none(kin):

@@ -18,7 +18,7 @@ def rng():
 
 
 def random_frame(rng, shape=(), parent="", child=""):
-    rotation = Rotation.random(int(np.prod(shape)), rng=rng).as_matrix().reshape(*shape, 3, 3)
+    rotation = Rotation.random(int(np.prod(shape)), rng).as_matrix().reshape(*shape, 3, 3)
     return Frame(rotation, rng.uniform(-100, 100, (*shape, 3)), parent, child)
 
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from mathpost import machine, rotation
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
-from tests.machines import content, machines, random_joints
+from tests.machines import SIDES, content, machines, random_joints
 
 TIP, AXIS = 1e-9, 1e-12  # mm, rad
 
@@ -139,6 +139,16 @@ def test_out_of_reach_is_nan(dmu50v):
     # At the edge what rounding leaves is reached, and a thousandth of a billionth of a radian more is not.
     assert not np.isnan(dmu50v.inverse([0, 0, 0], [1, 0, -1e-16])).any()
     assert np.isnan(dmu50v.inverse([0, 0, 0], [1, 0, -1e-13])).all()
+
+
+def test_reach_is_what_forward_attains():
+    """A tool at 16.26° from an axis at 36.87° from the outer one, whose other end is the pole."""
+    kin = Kinematics(machine.from_dict(content((0, 0, 1), (3, 0, 4), SIDES[2], tool=(4, 0, 3))))
+    joints = np.zeros((721, 5))
+    joints[:, 4] = np.linspace(-np.pi, np.pi, 721)
+    angles = np.arccos(kin.forward(joints)[1] @ np.array(kin.inverse_symbolic.pole, float))
+    assert kin.reach == pytest.approx((angles.min(), angles.max()), abs=1e-12)
+    assert np.degrees(kin.reach) == pytest.approx((180 - 36.8699 - 16.2602, 180 - 36.8699 + 16.2602), abs=1e-3)
 
 
 def test_work_in_slices_changes_nothing(kin, monkeypatch):

@@ -17,8 +17,8 @@ def read(path):
 
 def test_every_notebook_is_collected_as_tests():
     """By the settings of the project alone: an old pytest that did not know them would run none, and be green."""
-    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", "notebooks"]
-    listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout
+    command = "-m pytest --collect-only -q -n 0 -p no:cacheprovider notebooks".split()
+    listed = subprocess.run([sys.executable, *command], cwd=ROOT, capture_output=True, text=True).stdout
     notebooks = (ROOT / "notebooks").glob("*.ipynb")
     assert [path.name for path in notebooks if not re.search(rf"{re.escape(path.name)}(: |::)", listed)] == []
 
@@ -37,10 +37,13 @@ def test_committed_with_outputs(path):
 @pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
 def test_rhythm(path):
     cells = read(path)["cells"]
-    text = "".join(cells[0]["source"])
-    assert text.startswith("# " + path.stem[:2]), "the title begins with the number of the lesson"
-    for word in ("**Afterwards you can**", "**You need first**", "**Time**"):
-        assert word in text, f"the first cell says {word}"
+    title, picture, goals = ("".join(cell["source"]) for cell in cells[:3])
+    assert title.startswith("# " + path.stem[:2]), "the title begins with the number of the lesson"
+    for word in ("**You need first**", "**Time**"):
+        assert word in title, f"the first cell says {word}"
+    assert re.search("mathpost-live|image/png", str(cells[1]["outputs"])), "the second cell shows the question"
+    assert len(picture.splitlines()) <= 8 or "source_hidden" in str(cells[1]["metadata"]), "the code is closed"
+    assert goals.startswith("**Afterwards you can**"), "the third cell begins with what a reader learns"
     for cell in cells:
         if cell["cell_type"] == "code":
             lines = "".join(cell["source"]).splitlines()

@@ -13,6 +13,7 @@ from mathpost.errors import InputError, OutputError, write_bytes
 from mathpost.post import cl
 from tests.conftest import DATA, ROOT
 
+posix = pytest.mark.skipif(os.name != "posix", reason="pipes, modes and signals are those of Linux and macOS")
 POST = ["post", "--machine", str(DATA / "machines/dmu50v.toml")]
 
 
@@ -32,6 +33,7 @@ def test_an_input_is_not_replaced(part, capsys):
     assert part.read_bytes() == before and sorted(p.name for p in part.parent.iterdir()) == ["link.h", "part.cl"]
 
 
+@posix
 def test_a_device_or_a_pipe_is_not_replaced(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path in (tmp_path / "pipe", os.devnull, tmp_path):
@@ -40,6 +42,7 @@ def test_a_device_or_a_pipe_is_not_replaced(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["pipe"]
 
 
+@posix
 def test_a_link_is_followed_and_the_mode_is_kept(tmp_path):
     target, link = tmp_path / "target", tmp_path / "link"
     target.write_bytes(b"old")
@@ -65,6 +68,7 @@ def test_a_full_disk_leaves_what_was_there(tmp_path, monkeypatch):
     assert [p.name for p in tmp_path.iterdir()] == ["old"] and (tmp_path / "old").read_bytes() == b"old"
 
 
+@posix
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_with_one_line(number, tmp_path):
     """The command waits for CL data from a pipe that nobody writes."""
@@ -84,13 +88,13 @@ LARGE = 'name = "a"\nsource = "b"\n[[rotary]]\n[[rotary]]\n[workpiece]\norigin =
 
 @pytest.mark.parametrize("text", [f"name = {'9' * 400}", f"name = {'9' * 5000}", "a = " + "[" * 3000, LARGE])
 def test_strange_machine_files_are_refused(tmp_path, text):
-    (tmp_path / "machine.toml").write_text(text)
+    (tmp_path / "machine.toml").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"machine\.toml"):
         machine.load(tmp_path / "machine.toml")
 
 
 def test_a_tool_has_defaults():
-    text = (DATA / "machines/ac_table.toml").read_text()
+    text = (DATA / "machines/ac_table.toml").read_text(encoding="utf-8")
     lines = [line for line in text.splitlines() if not line.startswith(("length", "programmed_point"))]
     content = machine.tomllib.loads("\n".join(lines))
     made = machine.from_dict(content)

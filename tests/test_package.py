@@ -53,7 +53,9 @@ def test_the_wheel_holds_every_room_and_all_data(tmp_path):
     with zipfile.ZipFile(wheel) as archive:
         held = set(archive.namelist())
     modules = {
-        str(path.relative_to(ROOT)) for path in (ROOT / "mathpost").rglob("*") if path.suffix in (".py", ".js")
+        str(path.relative_to(ROOT))
+        for path in (ROOT / "mathpost").rglob("*.*")
+        if path.suffix in (".py", ".js", ".css", ".toml")
     }
     shipped = {f"mathpost/data/{path.relative_to(ROOT / 'data')}" for path in (ROOT / "data").glob("*/*.*")}
     assert modules | shipped <= held

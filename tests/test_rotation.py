@@ -135,7 +135,7 @@ def test_wrap_keeps_the_upper_end_and_moves_the_lower():
 
 def test_rotations_rounded_to_six_decimals_are_accepted_and_to_five_refused():
     rng = np.random.default_rng(2)
-    matrices = Rotation.random(500, rng=rng).as_matrix()
+    matrices = Rotation.random(500, rng).as_matrix()
     assert rotation.as_rotation(matrices.round(6)).shape == (500, 3, 3)
     refused = [m for m in matrices.round(5) if np.abs(m.T @ m - np.eye(3)).max() > 2e-6]
     assert len(refused) > 400
@@ -163,6 +163,14 @@ def test_slices_cover_the_first_axis_once_and_are_of_the_size_stated():
         assert all(len(range(shape[0])[part]) * size <= max(rotation.SLICE, size) for part in parts)
 
 
+def test_whole_numbers_stay_whole_until_a_double_cannot_hold_them():
+    x = sp.Symbol("x")
+    assert rotation.in_floats(1000 * x) == 1000 * x
+    for large in (sp.Integer(2) ** 60, -(sp.Integer(2) ** 60)):
+        found = rotation.in_floats(large)
+        assert found.is_Float and int(found) == large
+
+
 def test_arrays_broadcast():
     alpha = np.arange(6.0).reshape(2, 3)
     matrices = zxz_right(alpha, 30, [0, 45, 90], degrees=True)
@@ -179,6 +187,7 @@ def test_arrays_broadcast():
         (lambda: rotation.as_rotation(np.eye(4)), r"expected shape \(..., 3\)"),
         (lambda: rotation.as_rotation(np.eye(3)[0]), r"expected shape \(..., 3, 3\)"),
         (lambda: rotation.as_rotation(np.diag([1, 1, 1.01])), "off the identity by 0.0201"),
+        (lambda: rotation.as_rotation(np.diag([1, 0.99, 1])), "off the identity by 0.0199"),
         (lambda: rotation.as_rotation([np.eye(3), np.diag([1, -1, 1])]), r"left-handed.* at index \(1,\)"),
         (lambda: rotation.as_rotation(np.full((3, 3), np.nan)), "expected finite numbers"),
         (lambda: rotation.unit(np.zeros((2, 3))), r"axis: expected a vector with a direction.*index \(0,\)"),

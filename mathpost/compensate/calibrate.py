@@ -12,16 +12,18 @@ Student's t for the degrees of freedom after Welch and Satterthwaite (GUM, annex
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from os import PathLike
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from mathpost.compensate import readings as files
-from mathpost.compensate.model import SQUARENESS, JointTable, MachineErrors, Structure, error_names
+from mathpost.compensate.model import SQUARENESS, JointTable, MachineErrors, error_names
 from mathpost.errors import InputError, ReachError
 from mathpost.measure import spline
-from mathpost.measure.fit import coverage_factor, least_squares
+from mathpost.measure.fit import Value, coverage_factor, least_squares
 from mathpost.measure.rotary_axis import square_to
+from mathpost.rotation import unit
 
 DEPENDENT = 1e-5  # of a column that others leave: below it the readings do not tell the unknown from theirs
 NOTHING = 1e-9  # length of a column without a trace of its unknown
@@ -29,33 +31,15 @@ SMALL = 1e-3  # of a rotary axis' direction: a component that its positioning er
 
 
 @dataclass(frozen=True)
-class Value:
-    """A number of the calibrated machine: `value` ± `U` with coverage factor `k` and degrees of `freedom`."""
-
-    value: float
-    U: float
-    k: float
-    freedom: float
-
-
-@dataclass(frozen=True)
 class Calibration:
-    """What readings say about a machine.
+    """What readings say about a machine, `nominal` as the control believed it to be.
 
-    Attributes
-    ----------
-    nominal : mathpost.machine.Machine
-        As the control believed it to be.
-    values : dict
-        Unknown of the geometry to its value, mm or radians: what the machine has more than `nominal`.
-    positioning : tuple of mathpost.compensate.readings.Positioning
-        Of each axis that was measured, as the one estimate has it.
-    parts : tuple of (ndarray, float)
-        Covariance of all unknowns, geometry first, that each file contributes, and its degrees of freedom.
-    assumed : dict
-        Unknown that stays at zero to the reason.
-    noise : dict
-        File to the standard deviation of a reading and the degrees of freedom.
+    `values` takes the unknowns of the geometry to what the machine has more than `nominal`, mm or radians,
+    `positioning` has a `mathpost.compensate.readings.Positioning` for each axis measured, as the one estimate has
+    it. `parts` are pairs for each file: what it contributes to the covariance of all unknowns, geometry first, and
+    its degrees of freedom. `assumed` takes an unknown that stays at zero to the reason, `noise` a file to the
+    standard deviation of a reading and its degrees of freedom. `bar` has ``"length"``, by which the test bar is
+    longer than the tool of `nominal`, and ``"radius"`` of its ball, those that were measured, as `Value`.
     """
 
     nominal: object
@@ -64,6 +48,7 @@ class Calibration:
     parts: tuple
     assumed: dict
     noise: dict
+    bar: dict
 
     def __getitem__(self, name):
         """Return the `Value` of one unknown."""
@@ -71,13 +56,7 @@ class Calibration:
         return self.value(self.values[name], np.eye(len(self.values))[index])
 
     def of(self, function):
-        """Return any number of the calibrated machine as `Value`.
-
-        Parameters
-        ----------
-        function : callable
-            Takes a `mathpost.machine.Machine` and returns a float.
-        """
+        """Return any number of the calibrated machine as `Value`: `function` takes a `mathpost.machine.Machine`."""
         slopes = []
         for name in self.values:
             ends = [
@@ -92,11 +71,6 @@ class Calibration:
         """The calibrated `Machine`: axes, points and tool where the readings have found them."""
         return corrected(self.nominal, self.values)
 
-    @property
-    def structure(self):
-        """Which slides carry the workpiece: the machine file says it."""
-        return Structure(*("".join(self.nominal.slides_that_carry(side)) for side in ("workpiece", "tool")))
-
     @cached_property
     def errors(self):
         """What a machine file cannot say, as `MachineErrors` of `machine`: squareness and positioning."""
@@ -108,10 +82,10 @@ class Calibration:
                 names.index(name): spline.through_all(
                     spline.Points(each.at, values, 360.0 if each.endless else None)
                 )
-                for name, values in columns(self.machine, self.structure, each).items()
+                for name, values in columns(self.machine, each).items()
             }
             tables.append(JointTable(each.joint, curves))
-        return MachineErrors(self.machine, self.structure, constant, tuple(tables))
+        return MachineErrors(self.machine, constant, tuple(tables))
 
     def value(self, value, gradient):
         """Return a number with its U as `Value`, given its derivatives by `values`, then by all table entries."""
@@ -119,8 +93,7 @@ class Calibration:
         shares = np.array([gradient @ part @ gradient for part, _ in self.parts])
         variance, freedoms = shares.sum(), np.array([freedom for _, freedom in self.parts])
         freedom = float(variance**2 / (shares**2 / freedoms).sum()) if (shares**2 / freedoms).sum() > 0 else np.inf
-        k = coverage_factor(freedom)
-        return Value(value, k * float(np.sqrt(variance)), k, freedom)
+        return Value.of(value, float(np.sqrt(variance)), freedom)
 
     def __str__(self):
         lines = [f"{'':6s} {'value':>10s} {'U 95 %':>9s}        k  freedom"]
@@ -135,6 +108,9 @@ class Calibration:
             most = size * coverage_factor(each.freedom) * each.sigma.max()
             found = f"{size * np.ptp(each.value):.2f} {unit}, U {most:.2f} at a target"
             lines.append(f"{name} positioning: range {found}; reversal {size * each.reversal:.2f} {unit}")
+        for name, each in self.bar.items():
+            longer = "longer than believed by" if name == "length" else "radius"
+            lines.append(f"test bar: {longer} {each.value:.4f} mm, U {each.U:.4f}")
         for reason in dict.fromkeys(self.assumed.values()):
             names = [name for name, each in self.assumed.items() if each == reason]
             lines.append(f"{', '.join(names)}: {reason}")
@@ -151,7 +127,7 @@ def calibrate(machine, paths, *, squareness=None, **settings):
     ----------
     machine : mathpost.machine.Machine
         As the control believed it to be when the readings were taken.
-    paths : sequence of paths, or of `mathpost.compensate.readings.Readings` and `Positioning`
+    paths : sequence of paths, or of what `mathpost.compensate.readings.read` returns
         CSV files; see `mathpost.compensate.readings.template`.
     squareness : bool, optional, keyword only
         Whether the squareness of the slides is sought: if left out, only when a ballbar has seen them.
@@ -170,14 +146,18 @@ def calibrate(machine, paths, *, squareness=None, **settings):
     >>> f"{1e3 * found['EX0C'].value:.1f} ± {1e3 * found['EX0C'].U:.1f} µm"
     '10.1 ± 0.4 µm'
     """
-    read = [each if hasattr(each, "where") else files.read(each, machine, **settings) for each in paths]
+    read = [files.read(each, machine, **settings) if isinstance(each, str | PathLike) else each for each in paths]
     seen = [each for each in read if isinstance(each, files.Positioning)]
     if len({each.joint for each in seen}) < len(seen):
         raise InputError(seen[-1].where, "one file of positioning for each axis", "a second one")
     blocks = [each for each in read if isinstance(each, files.Readings)]
+    bars = [each for each in read if isinstance(each, dict)]
+    if len(bars) > 1 or not blocks + seen:
+        found = f"{len(bars)} of a bar, {len(blocks + seen)} others"
+        raise InputError("readings", "readings of an axis, and at most one test bar beside them", found)
     if squareness is None:
         squareness = any(each.method == "ballbar" for each in blocks)
-    return _Problem(machine, blocks, seen, squareness).solve()
+    return replace(_Problem(machine, blocks, seen, squareness).solve(), bar=bars[0] if bars else {})
 
 
 def unknowns(machine):
@@ -196,7 +176,7 @@ def corrected(machine, values):
     leans, so does the tool, and a table is displayed beside where it is.
     """
     moved = _moved(machine, values)
-    aside = machine.tool_length * (np.array(moved.tool_axis) - files.unit(machine.tool_axis))
+    aside = machine.tool_length * (np.array(moved.tool_axis) - unit(machine.tool_axis))
     tables = [
         replace(each, point=tuple((each.point + aside).tolist())) if each.carries == "workpiece" else each
         for each in moved.rotary
@@ -214,21 +194,21 @@ def _moved(machine, values):
         names, plane = _across(each)
         offset = plane @ [values.get(f"E{name}0{each.name}", 0.0) for name in names]
         tilt = plane @ [values.get(f"E{_turn(name)}0{each.name}", 0.0) for name in names]
-        axis = files.unit(each.axis)
-        axis = files.unit(axis + np.cross(tilt, axis))
+        axis = unit(each.axis)
+        axis = unit(axis + np.cross(tilt, axis))
         rotary.append(replace(each, axis=tuple(axis.tolist()), point=tuple((each.point + offset).tolist())))
-    tool = files.unit(machine.tool_axis)
-    tool = files.unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
+    tool = unit(machine.tool_axis)
+    tool = unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
     return replace(machine, rotary=tuple(rotary), tool_axis=tuple(tool.tolist()))
 
 
-def columns(machine, structure, positioning):
+def columns(machine, positioning):
     """The columns of an error table, µm or µrad, that a positioning error makes: the sign is that of the axis."""
     name, joint = machine.joint_names[positioning.joint], positioning.joint
     if joint < 3:
-        carries_workpiece = name in structure.workpiece  # it runs against the programmed direction
-        return {f"E{name}{name}": 1e3 * positioning.value * (-1 if carries_workpiece else 1)}
-    axis = files.unit(machine.rotary[joint - 3].axis)
+        against = name in machine.slides_that_carry("workpiece")  # it runs against the programmed direction
+        return {f"E{name}{name}": 1e3 * positioning.value * (-1 if against else 1)}
+    axis = unit(machine.rotary[joint - 3].axis)
     shares = [(letter, share) for letter, share in zip("ABC", axis, strict=True) if abs(share) > SMALL]
     return {f"E{letter}{name}": 1e6 * positioning.value * share for letter, share in shares}
 
@@ -300,7 +280,7 @@ class _Problem:
             each.where: (float(sigmas[own][0]), free)
             for each, own, free in zip(self.blocks, self._groups(), freedom, strict=False)
         }
-        return Calibration(self.machine, values, tables, tuple(parts), reasons, noise)
+        return Calibration(self.machine, values, tables, tuple(parts), reasons, noise, {})
 
     def _groups(self):
         """Which readings came from each file."""

@@ -17,7 +17,7 @@ import sympy as sp
 from mathpost.compensate.model import COMPONENTS, SQUARENESS, ErrorModel, error_frame
 from mathpost.errors import as_array
 from mathpost.kinematics import Kinematics
-from mathpost.rotation import numeric, wrap
+from mathpost.rotation import numeric, unit, wrap
 
 MAX_TURN = np.deg2rad(0.1)  # its second-order remainder is 0.15 µm for every 100 mm between tool and rotary axis
 MAX_GAIN = 10  # turn for tilt that is never limited: that of a tool axis some 6 degrees from the singular one
@@ -34,20 +34,9 @@ class CalibratedKinematics:
     a machine with other axes and pivots, slides with other directions, and one small displacement of the workpiece
     or the tool. That machine has the closed-form inverse of `mathpost.kinematics`, and so has the one with errors.
 
-    Parameters
-    ----------
-    model : mathpost.compensate.model.ErrorModel
-    constant : array_like, shape (33,)
-        In the order of `model.names`; mm and radians.
-
-    Attributes
-    ----------
-    machine : mathpost.machine.Machine
-        The machine as it is: lines, tool and programmed point moved by the errors.
-    workpiece : ndarray, shape (4, 4)
-        Takes workpiece coordinates to those of the ideal machine's workpiece.
-    slides : ndarray, shape (3, 3)
-        The true directions of X, Y and Z as columns.
+    `constant`, shape (33,), is in the order of `model.names`, mm and radians. Of the result `machine` is the
+    machine as it is, `workpiece`, shape (4, 4), takes workpiece coordinates to those of the ideal machine's
+    workpiece, and `slides`, shape (3, 3), has the true directions of X, Y and Z as columns.
 
     Examples
     --------
@@ -66,7 +55,7 @@ class CalibratedKinematics:
         self.slides = np.empty((3, 3))
 
         moved, frame = {}, np.eye(4)
-        for name in model.structure.workpiece:
+        for name in machine.slides_that_carry("workpiece"):
             frame = self._pass_slide(name, frame, errors, directions)
         for rotary in machine.rotary:
             if rotary.carries == "workpiece":
@@ -75,10 +64,10 @@ class CalibratedKinematics:
         self.workpiece = np.linalg.inv(origin) @ frame @ origin
 
         frame = np.eye(4)
-        for name in model.structure.tool:
+        for name in machine.slides_that_carry("tool"):
             frame = self._pass_slide(name, frame, errors, directions)
         # Beyond the slides the chain counts from the spindle nose.
-        length, axis = machine.tool_length, np.array(machine.tool_axis) / np.linalg.norm(machine.tool_axis)
+        length, axis = machine.tool_length, unit(machine.tool_axis)
         named = {"tip": -length * axis, "nose": np.zeros(3)}.get(machine.programmed_point)
         programmed = np.array(machine.programmed_point) if named is None else named
         frame = _translation(programmed) @ frame @ _translation(-programmed)
@@ -138,18 +127,11 @@ class PoseError:
 
 @dataclass(frozen=True)
 class Compensated:
-    """Joints that take the machine's errors into account.
+    """Joints, shape (..., 5), mm and radians, that take the machine's errors into account.
 
-    Attributes
-    ----------
-    joints : ndarray, shape (..., 5)
-        mm and radians.
-    before, after : PoseError
-        With the joints as programmed, and with these.
-    limited : ndarray of bool, shape (...)
-        Where the turn was limited: the tip is corrected, the tool axis only in part.
-    refused : ndarray of bool, shape (...)
-        Where the correction would have made things worse, so that the joints are those programmed.
+    `before` and `after` are the `PoseError` with the joints as programmed, and with these. `limited`, shape (...),
+    says where the turn was limited, so that the tip is corrected, the tool axis only in part; `refused` where the
+    correction would have made things worse, so that the joints are those programmed.
     """
 
     joints: np.ndarray
@@ -178,13 +160,9 @@ class Compensated:
 
 
 class Compensator:
-    """Compensates joints for the errors of one machine.
+    """Compensates joints for the `MachineErrors` of one machine.
 
-    Parameters
-    ----------
-    errors : mathpost.compensate.model.MachineErrors
-    max_turn : float, optional, keyword only
-        The greatest correction of a rotary axis for a tilt that it can hardly make, radians.
+    `max_turn` is the greatest correction of a rotary axis for a tilt that it can hardly make, radians.
 
     Examples
     --------
@@ -200,7 +178,7 @@ class Compensator:
     def __init__(self, errors, *, max_turn=MAX_TURN):
         self.errors, self.max_turn = errors, max_turn
         self.machine = errors.machine
-        self.model = ErrorModel(errors.machine, errors.structure)
+        self.model = ErrorModel(errors.machine)
 
     @cached_property
     def calibrated(self):
@@ -215,17 +193,9 @@ class Compensator:
         return other
 
     def costs(self, joints):
-        """Return what each error costs at the tip, to first order.
+        """Return what each error costs at the tip at `joints`, shape (..., 5), to first order.
 
-        Parameters
-        ----------
-        joints : array_like, shape (..., 5)
-            mm and radians.
-
-        Returns
-        -------
-        dict
-            Name of each error that is not 0 everywhere to an array of mm, shape (...), dearest first.
+        A dict: the name of each error that is not 0 everywhere to an array of mm, shape (...), dearest first.
         """
         errors = self.errors.at(joints)
         moved = self.model.sensitivities(joints)[..., :3, :] * errors[..., None, :]
@@ -252,10 +222,7 @@ class Compensator:
     def compensate(self, joints):
         """Return the joints, as `Compensated`, with which the machine comes to where `joints` were meant to be.
 
-        Parameters
-        ----------
-        joints : array_like, shape (..., 5)
-            As computed for a machine without errors; mm and radians.
+        `joints`, shape (..., 5), mm and radians, are as computed for a machine without errors.
         """
         joints = as_array(joints, 5, "joints")
         wanted = self.wanted(joints)
@@ -280,7 +247,7 @@ class Compensator:
 
 
 def total_differential(model, joints, errors, *, max_turn=np.inf):
-    """Return one step of the total differential, dq = −J⁺·Jₑ·e.
+    """Return one step of the total differential, dq = −J⁺·Jₑ·e, (..., 5), and where it was limited, (...).
 
     The Jacobian J of tip and axis (6×5) falls in two: only the rotary axes turn the tool, and X Y Z, which are
     never singular, then make up for what the turn does to the tip.
@@ -288,18 +255,11 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
     Parameters
     ----------
     model : mathpost.compensate.model.ErrorModel
-    joints : array_like, shape (..., 5)
-        mm and radians.
-    errors : array_like, shape (..., 33)
-        In the order of `model.names`; mm and radians.
+    joints, errors : array_like, shapes (..., 5) and (..., 33)
+        mm and radians; errors in the order of `model.names`.
     max_turn : float, optional, keyword only
         Limit, in radians, of a turn that is more than `MAX_GAIN` times the tilt for which it is made. What takes
         out an axis' own positioning error does not count.
-
-    Returns
-    -------
-    step : ndarray, shape (..., 5)
-    limited : ndarray of bool, shape (...)
 
     Examples
     --------
@@ -332,8 +292,7 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
 def _own_turns(model, errors):
     """The turns, shape (..., 2), that take out what the rotary axes' own positioning errors turn."""
     columns = [[model.names.index(f"E{c}{rotary.name}") for c in "ABC"] for rotary in model.machine.rotary]
-    axes = np.array([rotary.axis for rotary in model.machine.rotary])
-    axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    axes = unit([rotary.axis for rotary in model.machine.rotary])
     return -np.einsum("...ij,ij->...i", np.asarray(errors)[..., columns], axes)
 
 
@@ -342,7 +301,7 @@ def _pass_rotary(rotary, frame, errors):
     point = np.array(rotary.point)
     frame = frame @ _frame(rotary.name, point, errors)
     moved = frame[:3, :3] @ point + frame[:3, 3]
-    axis = frame[:3, :3] @ (np.array(rotary.axis) / np.linalg.norm(rotary.axis))
+    axis = frame[:3, :3] @ unit(rotary.axis)
     return replace(rotary, axis=tuple(axis.tolist()), point=tuple(moved.tolist())), frame
 
 

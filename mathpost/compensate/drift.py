@@ -16,16 +16,10 @@ from mathpost.measure.fit import undetermined
 
 @dataclass(frozen=True)
 class Update:
-    """What one part's readings did.
+    """What one part's readings did; arrays have the shape (poses, 3).
 
-    Attributes
-    ----------
-    surprise : ndarray, shape (poses, 3)
-        Reading minus expectation, in standard deviations of that difference.
-    set_aside : ndarray of bool, shape (poses, 3)
-        Readings that were not believed.
-    changed : bool
-        Whether most readings contradicted the past, so that the past was dropped instead.
+    `surprise` is reading minus expectation, in standard deviations of that difference, `set_aside` which readings
+    were not believed, `changed` whether most contradicted the past, so that the past was dropped instead.
     """
 
     surprise: np.ndarray
@@ -43,10 +37,9 @@ class Tracker:
         The errors that drift, of `model.names`.
     poses : array_like, shape (poses, 5)
         Joints at which every part is probed; mm and radians.
-    sigma : float, keyword only
-        Standard deviation of one reading, mm.
-    expected : float or sequence, keyword only
-        The size that each error may have before anything was read, mm or radians.
+    sigma, expected : float, keyword only
+        Standard deviation of one reading, mm, and the size that each error may have before anything was read, mm or
+        radians, one for all or one for each.
     forgetting : float, optional, keyword only
         The weight of a part's readings one part later, above 0 and at most 1: 1 averages over all parts.
     gate : float, optional, keyword only
@@ -54,10 +47,8 @@ class Tracker:
 
     Attributes
     ----------
-    values : ndarray, shape (names,)
-        The estimate; mm and radians.
-    covariance : ndarray, shape (names, names)
-        If the errors stood still and `forgetting` is 1, the covariance of `values`.
+    values, covariance : ndarray
+        The estimate, mm and radians, and, if the errors stood still and `forgetting` is 1, its covariance.
 
     Raises
     ------
@@ -111,18 +102,11 @@ class Tracker:
         return np.sqrt(np.diag(np.linalg.inv(information)))
 
     def update(self, readings, *, corrected=0.0):
-        """Take in the readings of one more part.
+        """Take in the readings of one more part, and return the `Update`.
 
-        Parameters
-        ----------
-        readings : array_like, shape (poses, 3)
-            Where the tip was minus where it should have been, in the workpiece, mm.
-        corrected : array_like, shape (names,), optional, keyword only
-            The values with which that part had already been corrected: the readings are only what was left.
-
-        Returns
-        -------
-        Update
+        `readings`, shape (poses, 3), are where the tip was minus where it should have been, in the workpiece, mm.
+        `corrected`, shape (names,), are the values with which that part had already been corrected: the readings
+        are only what was left.
         """
         readings = as_array(readings, 3, "readings")
         if readings.shape != (len(self.poses), 3):

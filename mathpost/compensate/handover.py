@@ -5,51 +5,50 @@ MD24500 and so on) and of Fanuc's tool centre point control (30i: 19700 and so o
 """
 
 import json
-import tomllib
 
 import numpy as np
 
 from mathpost.compensate.calibrate import SMALL, columns
 from mathpost.compensate.model import SQUARENESS
-from mathpost.compensate.readings import unit
-from mathpost.errors import OutputError, read_text, write_text
+from mathpost.errors import InputError, OutputError, write_text
+from mathpost.machine import find, read_toml
+from mathpost.measure import control_table, spline
+from mathpost.rotation import unit
 
 FANUC = {"table-table": 12, "head-head": 2, "head-table": 21}  # parameter 19680
 SIEMENS = {"table-table": 40, "head-head": 24, "head-table": 56}  # MD24100
 
 
 def write(calibration, path, folder, inputs=()):
-    """Write machine.toml, errors.toml with a table for each axis, and terms.txt into `folder`.
+    """Write machine.toml, errors.toml and tables of controls for each axis, and terms.txt; return their paths.
 
     Parameters
     ----------
     calibration : mathpost.compensate.calibrate.Calibration
     path : path-like
-        The machine file that was calibrated: limits, rates and program lines are taken over.
+        The machine file that was calibrated, or the name of a machine that comes with the package: limits, rates
+        and program lines are taken over.
     folder : pathlib.Path
         Is made if it does not exist.
     inputs : sequence of paths
         Files that must not be replaced.
-
-    Returns
-    -------
-    list of pathlib.Path
-        What was written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"{folder}: not written, {error.strerror}") from None
     files = {"machine.toml": machine_file(calibration, path), **error_files(calibration)}
-    files["terms.txt"] = f"{calibration}\n\n{terms(calibration)}"
+    tables, notes = control_tables(calibration)
+    files |= tables
+    files["terms.txt"] = "\n".join([str(calibration), "", terms(calibration), *notes, ""])
     for name, text in files.items():
-        write_text(folder / name, text, inputs=[path, *inputs])
+        write_text(folder / name, text, inputs=[find(path), *inputs])
     return [folder / name for name in files]
 
 
 def machine_file(calibration, path):
     """Return the machine file `path` with the calibrated axes, points and tool: all else stays as it was."""
-    content, machine = tomllib.loads(read_text(path)), calibration.machine
+    content, machine = read_toml(find(path)), calibration.machine
     content["name"] += ", calibrated"
     for entry, rotary in zip(content["rotary"], machine.rotary, strict=True):
         entry |= {"axis": list(rotary.axis), "point": list(rotary.point)}
@@ -62,23 +61,38 @@ def machine_file(calibration, path):
 def error_files(calibration):
     """Return errors.toml and its tables, names to texts, for ``post --errors`` with the calibrated machine."""
     machine, square = calibration.machine, [n for n in SQUARENESS if n in calibration.values]
-    place = calibration.structure
-    tables = [each.name for each in machine.rotary if each.carries == "workpiece"]
-    heads = [each.name for each in machine.rotary if each.carries == "tool"]
-    words = ["w", *reversed(tables), *reversed(place.workpiece), "b", *place.tool, *heads, "t"]
     content = {"name": f"{machine.name}, calibrated", "source": "calibrated from readings"}
-    content |= {"structure": " ".join(words), "constant": {n: 1e6 * calibration.values[n] for n in square}}
+    content |= {"constant": {n: 1e6 * calibration.values[n] for n in square}}
     files, content["table"] = {}, []
     for each in calibration.positioning:
         name = machine.joint_names[each.joint]
         entry = {"joint": name, "file": f"errors_{name.lower()}.csv"}
         content["table"].append(entry | ({"endless": True} if each.endless else {}))
-        found = columns(machine, place, each)
+        found = columns(machine, each)
         rows = np.column_stack([each.at, *found.values()])
         lines = ["# source: calibrated from readings; degrees or mm, µm, µrad", ",".join(["position", *found])]
         lines += [",".join(f"{number:.6f}" for number in row) for row in rows]
         files[entry["file"]] = "\n".join(lines) + "\n"
     return {"errors.toml": toml(content), **files}
+
+
+def control_tables(calibration):
+    """Return positioning tables in the controls' own formats, names to texts, and notes on them."""
+    files, notes = {}, []
+    for each in calibration.positioning:
+        name = calibration.machine.joint_names[each.joint]
+        curve = spline.through_all(spline.Points(each.at, each.value, 360.0 if each.endless else None))
+        step = 360 / len(each.at) if each.endless else np.ptp(each.at) / (len(each.at) - 1)
+        unit = np.rad2deg(1) if each.joint > 2 else 1.0
+        files[f"siemens_{name.lower()}.ini"] = control_table.siemens(name, step, curve, unit=unit)
+        try:
+            files[f"fanuc_{name.lower()}.txt"] = control_table.fanuc(each.joint + 1, step, curve, unit=unit)
+        except InputError as error:
+            notes.append(f"no table for Fanuc, {name}: {error}")
+    if files:
+        notes.append(control_table.HEIDENHAIN)
+        notes.append("positioning: enter a table in the control, or use errors.toml for programs; never both")
+    return files, notes
 
 
 def terms(calibration):
@@ -93,20 +107,39 @@ def terms(calibration):
     ['-0.00594', '±', '0.00037', '(k']
     """
     lines = ["where it goes, the value, U (95 %) with k and degrees of freedom; mm, degrees, machine coordinates"]
-    for title, entries in _entries(calibration.nominal, calibration.values):
+    for title, entries in _entries(calibration.nominal):
         lines.append(title)
         for words, function in entries:
             each = calibration.of(function)
-            free = "∞" if np.isinf(each.freedom) else f"{each.freedom:.1f}"
-            sure = f"± {each.U:.5f} (k {each.k:.2f}, {free})" if each.U > 1e-9 else "as in the machine file"
+            sure = _sure(each) if each.U > 1e-9 else "as in the machine file"
             lines.append(f"  {words:52s} {each.value:z13.5f}  {sure}")
+    lines += _bar(calibration)
     lines.append(
         "A kinematics table without axis vectors cannot hold the tilts; a program made with machine.toml does."
     )
+    lines.append("(Heidenhain's KinematicsComp can: as Trans A B C before a MachAxis, and back behind it.)")
     return "\n".join(lines) + "\n"
 
 
-def _entries(nominal, values):
+def _bar(calibration):
+    """Lines of what source 001 has measured first: length and ball radius of the test bar."""
+    length, radius = calibration.bar.get("length"), calibration.bar.get("radius")
+    long = calibration.nominal.tool_length + (length.value if length else 0.0)
+    said = f"{long:z13.5f}  {_sure(length) if length else 'as in the machine file'}"
+    ball = f"{radius.value:z13.5f}  {_sure(radius)}" if radius else f"{'not measured':>13s}"
+    return [
+        "tool table, test bar (source 001, section 6, 1): enter L before the other readings are taken",
+        f"  {'L, length of the test bar':52s} {said}",
+        f"  {'R, radius of its ball':52s} {ball}",
+    ]
+
+
+def _sure(value):
+    free = "∞" if np.isinf(value.freedom) else f"{value.freedom:.1f}"
+    return f"± {value.U:.5f} (k {value.k:.2f}, {free})"
+
+
+def _entries(nominal):
     """Yield titles, and pairs of words and functions of a machine."""
     heads = [n for n, each in enumerate(nominal.rotary) if each.carries == "tool"]
     tables = [n for n, each in enumerate(nominal.rotary) if each.carries == "workpiece"]
@@ -147,15 +180,16 @@ def _entries(nominal, values):
     if len(tables) == 2 or len(heads) == 2:
         first, second = (unit(each.axis) for each in nominal.rotary)
         normal = unit(np.cross(second, first)) * np.sign(max(np.cross(second, first), key=abs))
-        label = f"{names[0]} to {names[1]}, square to both"
-        yield "distance of the axes (source 001, iTNC 530)", [(label, lambda m: point(1, 0)(m) @ normal)]
+        letters = [letter for letter, share in zip("XYZ", normal, strict=True) if abs(share) > 1 - SMALL]
+        label = f"{names[0]} to {names[1]}, {f'in {letters[0]}' if letters else 'square to both'}"
+        yield "distance of the axes (source 001, section 6, 2)", [(label, lambda m: point(1, 0)(m) @ normal)]
 
     rows = []
     for before, index in zip([None, *reversed(heads)], [*reversed(heads)], strict=False):
         rows += along(f"Trans {{}} before MachAxis {names[index]}", point(index, before))
     for before, index in zip([None, *tables], tables, strict=False):
         rows += along(f"Trans {{}} before MachAxis {names[index]}", point(index, before))
-    yield "Heidenhain, kinematics table (KEY AXIS COORD) from spindle to workpiece", rows
+    yield "Heidenhain, kinematics table (KEY AXIS COORD), vectors of the centres from spindle to workpiece", rows
 
     rows = []
     if kind == "table-table":

@@ -15,7 +15,6 @@ the others stand in tables, each over the position of one joint::
 
     name = "…"
     source = "…"
-    structure = "w C A b X Y Z t"     # where the slides stand; this is the default for an AC table
 
     [constant]                        # µm and µrad
     EXA = 10
@@ -27,8 +26,9 @@ the others stand in tables, each over the position of one joint::
     endless = true                    # repeats after 360°; without it the errors end where the table ends
     interpolation = "spline"          # or "linear"
 
-Positions of slides are machine coordinates: the programmed X Y Z plus the machine's work offset. The workpiece is
-taken to be where the ideal machine would have it: what probing it on the machine has taken out must be subtracted.
+Which slides carry the workpiece, and which carries which, the machine file says. Positions of slides are machine
+coordinates: the programmed X Y Z plus the machine's work offset. The workpiece is taken to be where the ideal
+machine would have it: what probing it on the machine has taken out must be subtracted.
 """
 
 from dataclasses import dataclass
@@ -50,45 +50,6 @@ GREATEST = {"um": 5000, "urad": 20000}  # more than this is another unit, or no 
 MARGIN = 0.1  # mm or degrees by which a corrected joint may leave its table
 
 
-@dataclass(frozen=True)
-class Structure:
-    """Which slides carry the workpiece and which the tool, each from the bed outwards."""
-
-    workpiece: str = ""
-    tool: str = "XYZ"
-
-    @classmethod
-    def parse(cls, text, machine, where="structure"):
-        """Read a structure code such as "w C A X b Y Z t" (after ISO 10791): workpiece, bed b, tool t.
-
-        Raises
-        ------
-        InputError
-            If it does not name the machine's five joints once each, with the rotary ones where its file has them.
-
-        Examples
-        --------
-        >>> from mathpost import machine
-        >>> Structure.parse("w C A X b Y Z t", machine.load("data/machines/ac_table.toml"))
-        Structure(workpiece='X', tool='YZ')
-        """
-        words = text.split()
-        tables = [rotary.name for rotary in machine.rotary if rotary.carries == "workpiece"]
-        heads = [rotary.name for rotary in machine.rotary if rotary.carries == "tool"]
-        expected = f"a code such as {' '.join(['w', *reversed(tables), 'b X Y Z', *heads, 't'])}"
-        if sorted(words) != sorted(["w", "b", "t", *machine.joint_names]) or (words[0], words[-1]) != ("w", "t"):
-            raise InputError(where, expected, repr(text))
-        bed = words.index("b")
-        workpiece, tool = list(reversed(words[1:bed])), words[bed + 1 : -1]
-        slides = [len(workpiece) - len(tables), len(tool) - len(heads)]
-        if workpiece[slides[0] :] != tables or tool[slides[1] :] != heads:
-            raise InputError(where, expected, repr(text))
-        return cls("".join(workpiece[: slides[0]]), "".join(tool[: slides[1]]))
-
-
-DEFAULT = Structure()
-
-
 def error_names(machine):
     """Names of the 33 errors: six for each joint in joint order, then squareness."""
     return (*(f"E{component}{joint}" for joint in machine.joint_names for component in COMPONENTS), *SQUARENESS)
@@ -97,17 +58,7 @@ def error_names(machine):
 class ErrorModel:
     """The chain of a machine with its errors as symbols, its derivatives, and both compiled.
 
-    Parameters
-    ----------
-    machine : mathpost.machine.Machine
-    structure : Structure
-        Where the slides stand; by default the tool side carries X, then Y, then Z.
-
-    Attributes
-    ----------
-    joints : tuple of 5 sympy symbols
-    errors : tuple of 33 sympy symbols
-        In the order of `error_names`.
+    `joints` are 5 sympy symbols, `errors` 33 in the order of `names`, which is that of `error_names`.
 
     Examples
     --------
@@ -122,8 +73,8 @@ class ErrorModel:
     [      0]])
     """
 
-    def __init__(self, machine, structure=DEFAULT):
-        self.machine, self.structure = machine, structure
+    def __init__(self, machine):
+        self.machine = machine
         self.names = error_names(machine)
         self.joints = chain.joint_symbols(machine)
         self.errors = sp.symbols(self.names, real=True)
@@ -140,9 +91,10 @@ class ErrorModel:
                 tables += [ideal[rotary.name], self._error(rotary.name, point, inverse=True)]
             else:
                 heads += [self._error(rotary.name, point), ideal[rotary.name]]
-        for name in reversed(self.structure.workpiece):
+        for name in reversed(self.machine.slides_that_carry("workpiece")):
             tables += [self._error(name, inverse=True), self._slide(name, data)]
-        slides = [link for name in self.structure.tool for link in (self._slide(name, data), self._error(name))]
+        names = self.machine.slides_that_carry("tool")
+        slides = [link for name in names for link in (self._slide(name, data), self._error(name))]
         programmed = chain.Link("programmed", chain.homogeneous(sp.eye(3), -data.programmed_point))
         return [ideal["workpiece"], *tables, *slides, programmed, *heads, ideal["tool"]]
 
@@ -182,15 +134,10 @@ class ErrorModel:
         return links, before, behind[::-1]
 
     def sensitivity(self, name):
-        """Return how tip and tool axis move for one unit of the error or the joint `name`, without errors.
+        """Return how tip and tool axis move for one unit of the error or the joint `name`, without errors: 6×1.
 
         The derivative of the chain is the derivative of the one link that holds the symbol, between the products
         of the others.
-
-        Returns
-        -------
-        sympy.ImmutableMatrix, shape (6, 1)
-            Tip, then axis, in the workpiece.
         """
         symbol = self.symbol.get(name) or dict(zip(self.machine.joint_names, self.joints, strict=True))[name]
         links, before, behind = self._partial
@@ -201,18 +148,9 @@ class ErrorModel:
         return sp.ImmutableMatrix([*moved[:3, 1], *moved[:3, 0]])
 
     def forward(self, joints, errors):
-        """Return the pose that the real machine takes.
+        """Return tip and axis, shape (..., 3), of the pose that the real machine takes.
 
-        Parameters
-        ----------
-        joints : array_like, shape (..., 5)
-            mm and radians.
-        errors : array_like, shape (..., 33)
-            In the order of `names`; mm and radians.
-
-        Returns
-        -------
-        tip, axis : ndarray, shape (..., 3)
+        `joints`, shape (..., 5), and `errors`, shape (..., 33) in the order of `names`, are mm and radians.
         """
         joints, errors = as_array(joints, 5, "joints"), as_array(errors, len(self.names), "errors")
         pose = self._forward(*np.moveaxis(joints, -1, 0), *np.moveaxis(errors, -1, 0))
@@ -260,21 +198,13 @@ class JointTable:
 
 @dataclass(frozen=True)
 class MachineErrors:
-    """Constants and tables of all errors of a machine.
+    """Constants and tables (`JointTable`) of all errors of a machine.
 
-    Attributes
-    ----------
-    machine : Machine
-    structure : Structure
-    constant : ndarray, shape (33,)
-        In the order of `error_names`; mm and radians.
-    tables : tuple of JointTable
-    drift : ndarray, shape (33,), or 0
-        What has been added since the calibration, by heat for instance.
+    `constant`, shape (33,), is in the order of `error_names`, mm and radians; so is `drift`, what has been added
+    since the calibration, by heat for instance.
     """
 
     machine: Machine
-    structure: Structure
     constant: np.ndarray
     tables: tuple = ()
     drift: np.ndarray | float = 0.0
@@ -314,7 +244,7 @@ class MachineErrors:
             raise ReachError(f"{self.machine.joint_names[joint]}: {error}") from None
 
 
-def constant_errors(machine, errors, *, structure=DEFAULT):
+def constant_errors(machine, errors):
     """Return `MachineErrors` with the given constants: a dict of name to mm or radians, all others 0.
 
     Examples
@@ -328,20 +258,11 @@ def constant_errors(machine, errors, *, structure=DEFAULT):
     for name in errors:
         if name not in known:
             raise InputError(f"error {name!r}", f"one of {', '.join(known)}", "another name")
-    return MachineErrors(machine, structure, np.array([float(errors.get(name, 0)) for name in known]))
+    return MachineErrors(machine, np.array([float(errors.get(name, 0)) for name in known]))
 
 
 def read_errors(path, machine):
-    """Read the errors of `machine` from a TOML file.
-
-    Parameters
-    ----------
-    path : str or path-like
-    machine : Machine
-
-    Returns
-    -------
-    MachineErrors
+    """Read the errors of `machine` from a TOML file, as `MachineErrors`.
 
     Raises
     ------
@@ -359,10 +280,6 @@ def read_errors(path, machine):
     file, known = TomlTable(read_toml(path), str(path)), error_names(machine)
     for key in ("name", "source"):
         file.take(key, _text, "text in quotes")
-    place = DEFAULT
-    if "structure" in file.content:
-        code = file.take("structure", _text, "text in quotes")
-        place = Structure.parse(code, machine, f"{path}, key 'structure'")
     constant, values = file.table("constant", optional=True), np.zeros(len(known))
     for index, name in enumerate(known):
         unit = _unit_name(index)
@@ -372,7 +289,7 @@ def read_errors(path, machine):
     tables = [_table(TomlTable(entry, f"{path}, table {n}"), path, machine) for n, entry in enumerate(entries, 1)]
     constant.done()
     file.done()
-    return MachineErrors(machine, place, values, tuple(tables))
+    return MachineErrors(machine, values, tuple(tables))
 
 
 def _table(entry, path, machine):

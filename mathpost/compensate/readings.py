@@ -15,13 +15,15 @@ import sympy as sp
 from mathpost import chain
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
-from mathpost.machine import ENDLESS, Linear, Machine
+from mathpost.machine import ENDLESS, LETTERS, Linear, Machine
 from mathpost.measure import csv_table
+from mathpost.measure.angular_error import RUNS
+from mathpost.measure.fit import Value
 from mathpost.measure.rotary_axis import square_to
-from mathpost.rotation import numeric
+from mathpost.rotation import numeric, unit
 
-MOST_RUNS = 50
 LARGEST = 5  # mm: of a reading that is no position
+SQUARE = 1e-6  # sine of an angle that is none
 ROUNDING = 1e-9  # mm or radians: no reading scatters less
 POSITIONING = ("laser", "autocollimator")
 # For each method: what its columns are, and an example; {axis} is a rotary axis of the machine.
@@ -53,6 +55,11 @@ METHODS = {
         "RTCP keeps at x y z of the workpiece (counted alike); bar: how much longer than nominal",
         "{axes},x,y,z,bar\n0,0,150,0,50,0.000\n0,0,0,150,50,0.003\n",
     ),
+    "bar": (
+        "a test bar with a ball end touches faces of a gauge in a known place: face is the side that it comes\n"
+        "from, at where it is, shown what the control shows, with the length of the machine file and no radius",
+        "face,at,shown\n+X,50,53.001\n-X,-50,-53.002\n+Z,80,80.004\n+Z,80,80.005\n",
+    ),
     "laser": (
         "positioning of one axis after ISO 230-2: actual minus target, for the axis as it is programmed;\n"
         "up1,down1,up2,… for runs forth and back, or one column reading, in the order in which it was taken",
@@ -68,28 +75,13 @@ SIGNS = {"dial": {"out": 1, "in": -1}, "tip": {"tip": 1, "block": -1}}
 
 @dataclass(frozen=True)
 class Readings:
-    """Rows of one file: how far the point `target` + ball stands from the tool along `direction`.
+    """The n rows of one file: how far the point `target` + ball stands from the tool along `direction`.
 
-    Attributes
-    ----------
-    where : str
-    method : str
-    joints : ndarray, shape (n, 5)
-        As programmed, mm and radians.
-    reference : ndarray, shape (n, 5)
-        Joints at which the reading was zeroed; NaN if it was not.
-    target, direction : ndarray, shape (n, 3)
-        mm in the workpiece; along the machine's axes.
-    length : ndarray, shape (n,)
-        Of the tool, spindle nose to tip, mm.
-    value : ndarray, shape (n,)
-        mm.
-    setup : ndarray of int, shape (n,)
-        Which ball; each lies a little elsewhere than its target.
-    zeroed : bool
-        Whether the reading has an unknown zero in each set-up.
-    sigma : float
-        Standard deviation of a reading, mm; NaN if the file does not say.
+    mm and radians. `joints`, (n, 5), are those programmed, `reference`, (n, 5), those at which the reading was
+    zeroed, NaN if it was not. `target`, (n, 3), is in the workpiece, `direction`, (n, 3), along the machine's axes;
+    `length`, (n,), is that of the tool from the spindle nose, `value`, (n,), the reading. `setup`, (n,), says which
+    ball: each lies a little elsewhere than its target; with `zeroed` each has an unknown zero, too. `sigma` is the
+    standard deviation of a reading, NaN if the file does not say it.
     """
 
     where: str
@@ -107,19 +99,10 @@ class Readings:
 
 @dataclass(frozen=True)
 class Positioning:
-    """The positioning error of one joint: its mean at each target.
+    """The positioning error of one joint, by its index: `at` degrees or mm, the mean `value` and its deviation.
 
-    Attributes
-    ----------
-    where : str
-    joint : int
-    at, value, sigma : ndarray, shape (targets,)
-        Degrees or mm; radians or mm; the standard deviation of each mean.
-    freedom : float
-        Degrees of freedom of `sigma`.
-    endless : bool
-    reversal : float
-        ISO 230-2's B: the largest difference of both directions, radians or mm.
+    `value` and `sigma` are radians or mm; the deviations have `freedom` degrees of freedom; `reversal` is B of
+    ISO 230-2, the largest difference of both directions.
     """
 
     where: str
@@ -160,26 +143,17 @@ def template(method, machine):
 
 
 def read(path, machine, **settings):
-    """Read a file of any method as `Readings` or `Positioning`.
+    """Read a file of any method as `Readings`, `Positioning` or, of a test bar, a dict of `Value`.
 
-    Parameters
-    ----------
-    path : str or path-like
-    machine : mathpost.machine.Machine
-        As the control believed it to be when the readings were taken.
-    **settings
-        ``method``, ``unit``, ``axis`` and so on, where the file does not say them.
-
-    Raises
-    ------
-    InputError
-        With the line: whatever the file leaves unclear, its unit for instance, is asked for.
+    `machine` is as the control believed it to be when the readings were taken. `settings` are ``method``,
+    ``unit``, ``axis`` and so on, where the file does not say them. Whatever the file leaves unclear, its unit for
+    instance, is asked for by an `InputError` with the line.
     """
     rotary = [each.name for each in machine.rotary]
-    runs = [f"{side}{run}" for run in range(1, MOST_RUNS + 1) for side in ("up", "down")]
     names = [name for columns in READ.values() for name in columns]
     names += ["angle", *rotary, *"XYZ", "R", "L", "length", "setup", "run", "position", "reading", "forth", "back"]
-    table = csv_table.read(path, [], optional=list(dict.fromkeys(names + runs)))
+    names += ["face", "at", "shown"]
+    table = csv_table.read(path, [], optional=list(dict.fromkeys([*names, *RUNS])), text=["face"])
     for key, value in settings.items():
         table.settings.setdefault(key, value)
     method = table.settings.get("method", "").casefold()
@@ -187,9 +161,38 @@ def read(path, machine, **settings):
     if method not in METHODS:
         found = repr(method) if method else "none"
         raise InputError(where, f"a line # method = one of {', '.join(METHODS)}", found)
+    if method == "bar":
+        return _bar(table, machine, where)
     return (
         _positioning(table, machine, where) if method in POSITIONING else _readings(table, machine, method, where)
     )
+
+
+def _bar(table, machine, where):
+    """By how much a bar is longer than the tool, and its ball's radius: those that were touched, as `Value`, mm."""
+    tool, found = unit(machine.tool_axis), {"length": [], "radius": []}
+    for name in ("face", "at", "shown"):
+        if name not in table:
+            raise InputError(where, "columns face, at, shown", f"no {name}")
+    size = table.unit("shown", "length")
+    for row, (face, at, shown) in enumerate(zip(table["face"], table["at"], table["shown"], strict=True)):
+        sign, letter = {"+": 1, "-": -1, "−": -1}.get(face[:1]), face[1:].upper()
+        along = sign * tool["XYZ".index(letter)] if sign and letter in LETTERS else np.nan
+        if not (abs(along) < SQUARE or along > 1 - SQUARE):
+            expected = "the side that the bar comes from: +X, -X and so on, along the tool or square to it"
+            raise InputError(table.where(row, "face"), expected, repr(face))
+        found["length" if along > 0.5 else "radius"].append(sign * size * (shown - at))
+    stated = _number(table, "sigma", where) * size
+    freedom = sum(len(each) - 1 for each in found.values() if each)
+    if np.isnan(stated) and not freedom:
+        raise InputError(where, "a face touched twice, or a line # sigma = deviation of a reading", "neither")
+    squares = sum(np.var(each) * len(each) for each in found.values() if each)
+    sigma, freedom = (np.sqrt(squares / freedom), freedom) if np.isnan(stated) else (stated, np.inf)
+    return {
+        key: Value.of(float(np.mean(each)), sigma / len(each) ** 0.5, freedom)
+        for key, each in found.items()
+        if each
+    }
 
 
 def _readings(table, machine, method, where):
@@ -232,8 +235,8 @@ def _readings(table, machine, method, where):
     if method == "dial":
         directions["dial"] = -turn @ np.array(square_to(axis)[1], dtype=float)[:, 0]
     elif method == "ballbar":
-        along = target - (_vector(table, "centre", where) - machine.origin)
-        directions["bar"] = -np.einsum("nij,nj->ni", turn, along / np.linalg.norm(along, axis=1, keepdims=True))
+        along = unit(target - (_vector(table, "centre", where) - machine.origin), f"{where}, x y z minus centre")
+        directions["bar"] = -np.einsum("nij,nj->ni", turn, along)
     elif method == "tip":
         tool = unit(machine.tool_axis)
         directions |= {"axial": tool, "lateral": np.cross(tool, unit(axis.axis))}
@@ -277,7 +280,7 @@ def _positioning(table, machine, where):
         values[:, column] = size * table[each]
         most = np.deg2rad(1) if rotary else LARGEST
         found = np.deg2rad(at) if rotary else at
-        same = np.ptp(at) > 2 and np.abs(values[:, column] - found).max() < most
+        same = np.ptp(at) > 2 and np.ptp(values[:, column]) > np.ptp(found) / 2
         table.require(each, ~np.full(len(table), same), "deviations, actual minus target, no positions")
         table.require(each, np.abs(values[:, column]) <= most, "a deviation below 1° or 5 mm (other units?)")
         sides[:, column] = -1 if each == "back" or each.startswith("down") else 1
@@ -441,8 +444,3 @@ def _vector(table, key, where, count=3, default=""):
 def _indices(columns):
     """The machine's direction, 0 to 2, of each column that has one: x or ex."""
     return [("xyz".index(name[-1]), name) for name in columns if name[-1] in "xyz"]
-
-
-def unit(vector):
-    """`vector` as an array of length 1."""
-    return np.array(vector, dtype=float) / np.linalg.norm(vector)

@@ -43,14 +43,8 @@ WRITTEN = {  # what may stand behind a number, as a pattern
 class Kind:
     """What the kinds have in common: how a learner and an exercise talk about an answer.
 
-    Methods
-    -------
-    asked : str
-        What to answer with, in words.
-    read(answer)
-        The answer as data, or `InputError` whose place is "answer".
-    same(value, target)
-        Whether two data are the same answer.
+    Each has `asked`, what to answer with, in words; ``read(answer)``, the answer as data, or an `InputError` whose
+    place is "answer"; and ``same(value, target)``, whether two data are the same answer.
     """
 
     def coarse(self, value, target):
@@ -72,17 +66,7 @@ class Kind:
 
 @dataclass(frozen=True, kw_only=True)
 class Number(Kind):
-    """One number.
-
-    Attributes
-    ----------
-    decimals : int or None
-        Digits after the point that are asked for: what is correctly rounded to them is right. None where there are
-        many solutions, and the exercise judges them.
-    tolerance : float or None
-        How far an answer may be from the solution where that is not half of the last digit.
-    unit, said : str
-        Such as ``"mm"``, and what is asked for in words where that is not "one number".
+    """One number. What is correctly rounded to the decimals that are asked for is right.
 
     Examples
     --------
@@ -94,11 +78,11 @@ class Number(Kind):
     (-77.7, [52.4, -24.6])
     """
 
-    decimals: int | None = 3
-    tolerance: float | None = None
-    unit: str = ""
-    said: str = ""
-    names: str = ""
+    decimals: int | None = 3  # after the point; None where there are many solutions, and the exercise judges them
+    tolerance: float | None = None  # from the solution, where that is not half of the last digit
+    unit: str = ""  # such as "mm"
+    said: str = ""  # what is asked for, where that is not "one number"
+    names: str = ""  # of several numbers, in one string
     period: ClassVar[float] = np.inf
 
     @property
@@ -137,29 +121,25 @@ class Number(Kind):
         target, names = np.asarray(target), self.names.split()
         yield "Right size, wrong sign: which body turns, and which way do you look at it?", -target
         for unit, factor in UNITS.get(self.unit, {}).items():
-            yield f"Right, but in {unit}: answer in {self.unit}.", factor * target
+            if np.abs(factor * target).max() < self.period:  # further round, it would be the same as anything
+                yield f"Right, but in {unit}: answer in {self.unit}.", factor * target
         for number, name in enumerate(names):
             yield f"Only the sign of {name} is wrong.", np.where(np.arange(len(names)) == number, -1, 1) * target
         for order in permutations(range(len(names))) if names else ():
             yield "The right numbers in a different order.", target[list(order)]
         yield "That is twice the right answer.", 2 * target
         yield "That is half of the right answer.", target / 2
-        if not names and target:
+        if not names and target and np.isinf(self.period):
             yield "That is one over the right number.", 1 / target
 
     def nearly(self, value, target):
         if self.coarse(value, target):
             return f"Correct as far as its digits go. Answer with {self.asked}."
         names, one = self.names.split(), replace(self, names="")
-        right = (
-            {name: Number.same(one, *pair) for name, *pair in zip(names, value, target, strict=True)}
-            if names
-            else {}
-        )
-        if not any(right.values()):
-            return ""
-        look = ", ".join(name for name in names if not right[name])
-        return f"Right: {', '.join(name for name in names if right[name])}. Look once more at {look}."
+        triples = zip(names, value, target, strict=True) if names else ()
+        right = [name for name, *pair in triples if Number.same(one, *pair)]
+        look = ", ".join(name for name in names if name not in right)
+        return f"Right: {', '.join(right)}. Look once more at {look}." if right else ""
 
     def show(self, value):
         return ", ".join(f"{each:z.{self.decimals or 0}f}" for each in np.ravel(value))
@@ -203,15 +183,9 @@ class Vector(Number):
 
 @dataclass(frozen=True, kw_only=True)
 class Joints(Vector):
-    """Rotary joints in degrees, or X Y Z and them, compared as poses: every solution and winding is right.
+    """Rotary joints in degrees, or X Y Z and them, compared as poses: every solution and winding is right."""
 
-    Attributes
-    ----------
-    kinematics : callable
-        Returns the `mathpost.kinematics.Kinematics` whose joints they are, when they are needed.
-    """
-
-    kinematics: object
+    kinematics: object  # returns the `mathpost.kinematics.Kinematics` whose joints they are, when they are needed
     names: str = "B C"
     unit: str = "degrees"
 
@@ -231,13 +205,6 @@ class Joints(Vector):
 class Pose(Number):
     """A frame: its matrix, its quaternion (w, x, y, z) of either sign, or its three angles; a twin is right.
 
-    Attributes
-    ----------
-    sequence : str
-        What three numbers mean, as in `mathpost.angles`; degrees.
-    origin : bool
-        Whether the frame has an origin, too; then it is a 4×4 matrix or a `mathpost.frame.Frame`.
-
     Examples
     --------
     >>> Pose().same([90, 30, -90], [-90, -30, 90]), Pose().same([1, 0, 0, 0], [-1, 0, 0, 0])
@@ -245,8 +212,8 @@ class Pose(Number):
     """
 
     decimals: int = 2
-    sequence: str = "ZXZ"
-    origin: bool = False
+    sequence: str = "ZXZ"  # what three numbers mean, as in `mathpost.angles`; degrees
+    origin: bool = False  # whether it has one, too; then it is a 4×4 matrix or a `mathpost.frame.Frame`
 
     @property
     def asked(self):
@@ -302,18 +269,13 @@ class Pose(Number):
 class Name(Kind):
     """One of some names; case, spaces, quotes, primes and brackets do not matter.
 
-    Attributes
-    ----------
-    choices : str or dict
-        The names in one string, or each with a list of what else may be said for it, such as the Chinese.
-
     Examples
     --------
     >>> Name("x y z").read(" 'Z′' "), Name({"active": ["主动"], "passive": ["被动"]}).read("主动")
     ('z', 'active')
     """
 
-    choices: object
+    choices: object  # the names in one string, or each with a list of what else may be said, such as the Chinese
 
     @property
     def known(self):
@@ -349,18 +311,13 @@ class Name(Kind):
 class Names(Name):
     """Some of some names, in any order: a list, a set, or one string.
 
-    Attributes
-    ----------
-    about : callable or None
-        Returns what there is to know about a name that does not belong.
-
     Examples
     --------
     >>> Names("x y z").read("z', X"), Names("5 6 7").read([7.0, 5])
     (['x', 'z'], ['5', '7'])
     """
 
-    about: object = None
+    about: object = None  # function that returns what there is to know about a name that does not belong
 
     @property
     def asked(self):
@@ -379,10 +336,8 @@ class Names(Name):
         return [name for name in self.listed if name in found]
 
     def mixups(self, target):
-        yield (
-            "These are the others: exactly those that do not belong.",
-            [name for name in self.listed if name not in target],
-        )
+        others = [name for name in self.listed if name not in target]
+        yield "These are the others: exactly those that do not belong.", others
 
     def nearly(self, value, target):
         for name in value:

@@ -57,11 +57,10 @@ def assign(lessons, folder, students=()):
     for number, name in enumerate(students):
         if not name.strip() or name in students[:number] or re.search(r'[\\/:*?"<>|\x00-\x1f]|^\.+$', name):
             raise InputError("students", "different names, each that of a folder", repr(name))
-    common = {path.name: _student_copy(path) for path in paths}
-    copies = {folder / name: made for name, made in common.items()}
+    copies = {folder / path.name: _student_copy(path) for path in paths}
     if students:
-        pairs = [(student, name) for student in students for name in common]
-        copies = {folder / who / name: (_personal(common[name][0], who), common[name][1]) for who, name in pairs}
+        everyone = [(who, path, *copy) for who in students for path, copy in copies.items()]
+        copies = {folder / who / path.name: (_personal(page, who), names) for who, path, page, names in everyone}
     for path in copies:
         if path.exists():
             raise OutputError(f"{path}: not written, it is there already")
@@ -76,7 +75,7 @@ def assign(lessons, folder, students=()):
 
 def _student_copy(path):
     """The notebook as JSON without solutions, and the names of its exercises."""
-    page = copy.deepcopy(exercise.notebook(path))
+    page = exercise.notebook(path)
     for each in exercise.judged(page["cells"], path):
         if each.status != OPEN:
             raise InputError(f"{path}, {each.name}", "an exercise that nobody has answered", "a stored answer")

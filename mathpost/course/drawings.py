@@ -1,6 +1,7 @@
 """The drawings of lessons 00 and 01: a turn in the plane, active and passive, a turn about any axis, coins."""
 
 import numpy as np
+from matplotlib.patches import Circle
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from mathpost import angles as euler
@@ -98,16 +99,12 @@ def coins(panels, turns, title):
             frame = frame @ quarter if letter.isupper() else quarter @ frame
         plot.space(axes, 1.2)
         plot.frame(axes, 1.15 * np.eye(3), np.zeros(3), colour=MACHINE, linewidth=1)
-        axes.add_collection3d(
-            Poly3DCollection([disc @ frame.T], facecolor=WORKPIECE, edgecolor=WORKPIECE, alpha=0.3)
-        )
+        coin = Poly3DCollection([disc @ frame.T], facecolor=WORKPIECE, edgecolor=WORKPIECE, alpha=0.3)
+        axes.add_collection3d(coin)
         axes.quiver(0, 0, 0, *(0.95 * frame[:, 0]), color=WORKPIECE, arrow_length_ratio=0.3, linewidth=3)
         axes.plot(*np.array([0 * frame[:, 2], 0.45 * frame[:, 2]]).T, color=POINT, linewidth=4)
-        axes.set_title(
-            f"{title}\nabout {'its own' if letter.isupper() else 'the table’s'} {letter.upper()}"
-            if letter
-            else title
-        )
+        whose = "its own" if letter.isupper() else "the table’s"
+        axes.set_title(f"{title}\nabout {whose} {letter.upper()}" if letter else title)
 
 
 def _sides(degrees):
@@ -118,22 +115,15 @@ def _plane(axes, title="", start=-1.2):
     """A frame X, Y with its unit circle."""
     axes.set(aspect="equal", xlim=(start, 1.4), ylim=(-0.3, 1.4), title=title)
     axes.set_axis_off()
-    axes.add_patch(_circle(1.0))
+    axes.add_patch(Circle((0, 0), 1.0, fill=False, color=MACHINE, linewidth=0.6))
     for end, name in (((1.25, 0), "X"), ((0, 1.25), "Y")):
         _arrow(axes, (0, 0), end, MACHINE)
         axes.text(*(1.06 * np.array(end)), name, color=MACHINE, ha="center", va="center")
 
 
-def _circle(radius):
-    from matplotlib.patches import Circle
-
-    return Circle((0, 0), radius, fill=False, color=MACHINE, linewidth=0.6)
-
-
 def _arrow(axes, start, end, colour):
-    axes.annotate(
-        "", end, start, arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 2, "shrinkA": 0, "shrinkB": 0}
-    )
+    style = {"arrowstyle": "-|>", "color": colour, "lw": 2, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", end, start, arrowprops=style)
 
 
 def _arc(axes, start, end, radius):

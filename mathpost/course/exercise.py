@@ -13,18 +13,12 @@ import json
 import re
 from dataclasses import replace
 from difflib import get_close_matches
+from importlib import import_module
 from pathlib import Path
 
-from mathpost.course import (
-    exercises_blade,  # noqa: F401  imported for their entries in EXERCISES
-    exercises_calibration,  # noqa: F401
-    exercises_compensation,  # noqa: F401
-    exercises_datum,  # noqa: F401
-    exercises_path,  # noqa: F401
-    exercises_rotation,  # noqa: F401
-    exercises_selection,  # noqa: F401
-)
+from mathpost.course.answers import Number
 from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Verdict, define, slip
+from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError, read_text
 
 __all__ = [
@@ -40,6 +34,9 @@ __all__ = [
     "solution",
     "student",
 ]
+for _module in sorted(Path(__file__).parent.glob("exercises_*.py")):
+    import_module(f"mathpost.course.{_module.stem}")  # for their entries in EXERCISES
+
 MARKS = {RIGHT: "●", WRONG: "◐", OPEN: "○"}
 SAID = re.compile(rf"^([\w-]+) · ({RIGHT}|{WRONG}|{OPEN})\.", re.MULTILINE)
 _tried = set()  # exercises of which an attempt was checked in this session
@@ -144,26 +141,35 @@ def given(name):
 def reveal(guess, truth):
     """Answer what the learner predicted in the lesson: say what is true, and whether it was guessed.
 
+    A number is guessed if it is the true one, correctly rounded.
+
     Examples
     --------
     >>> reveal(None, "negative")
     The answer: negative. You have not guessed: write a guess down before you go on, even a wild one.
     >>> reveal(1, -1)
     The answer: -1. You guessed 1. Find out why before you go on.
+    >>> reveal("−650.0", -650)
+    The answer: -650. You guessed it.
     """
-    same = str(guess).strip().casefold() == str(truth).casefold()
-    said = "You guessed it." if same else f"You guessed {guess}. Find out why before you go on."
+    said = "You guessed it." if _same(guess, truth) else f"You guessed {guess}. Find out why before you go on."
     if guess is None:
         said = "You have not guessed: write a guess down before you go on, even a wild one."
     print(f"The answer: {truth}. {said}")
 
 
+def _same(guess, truth):
+    """Whether a guess is true: a number to the digits of the coarser of both, a word in any case."""
+    try:
+        number = Number(decimals=written_decimals(truth))
+        pair = number.read(guess), number.read(truth)
+        return number.same(*pair) or number.coarse(*pair)
+    except (InputError, TypeError, ValueError):
+        return str(guess).strip().casefold() == str(truth).casefold()
+
+
 def saved(path):
     """Return the verdicts on all answers that a saved notebook holds, each judged anew from its data.
-
-    Parameters
-    ----------
-    path : str or Path
 
     Returns
     -------
@@ -185,17 +191,7 @@ def judged(cells, where):
 
 
 def answered(folder="."):
-    """Return the verdict on every exercise as the notebooks saved in a folder hold it.
-
-    Parameters
-    ----------
-    folder : str or Path
-        The learner's folder of lessons.
-
-    Returns
-    -------
-    dict
-        Name of an exercise to its `Verdict`, judged anew.
+    """Return the verdicts, judged anew, that the lessons saved in a folder hold: a dict by name of the exercise.
 
     Raises
     ------
@@ -221,16 +217,15 @@ def progress(folder="."):
     01 Rotating a point                         ○ ○ ○ ○  0 of 4
     ...
     """
-    verdicts = answered(folder)
+    verdicts = answered(folder).values()
     print(f"{MARKS[RIGHT]} solved   {MARKS[WRONG]} tried   {MARKS[OPEN]} open")
     for path in _lessons(folder):
-        lesson = [each.status for each in verdicts.values() if each.name.split("-")[0] == path.name.split("_")[0]]
+        lesson = [each.status for each in verdicts if each.name.split("-")[0] == path.name.split("_")[0]]
         if lesson:
             marks = " ".join(map(MARKS.get, lesson))
             print(f"{_title(path):42s}  {marks:9s} {lesson.count(RIGHT)} of {len(lesson)}")
-    statuses = [each.status for each in verdicts.values()]
-    print(f"{'all lessons':53s} {statuses.count(RIGHT)} of {len(statuses)}")
-    for each in verdicts.values():
+    print(f"{'all lessons':53s} {sum(each.status == RIGHT for each in verdicts)} of {len(verdicts)}")
+    for each in verdicts:
         if each.edited:
             print(f"{each.name}: the notebook says something else than its answer deserves ({each.status}).")
 
@@ -240,9 +235,7 @@ class _Solution:
 
     def __init__(self, exercise):
         self.exercise = exercise
-        self.summary = f"Solution of {exercise.name}" + (
-            "" if exercise.name in _tried else ": you have not tried yet"
-        )
+        self.summary = f"Solution of {exercise.name}{': you have not tried yet' * (exercise.name not in _tried)}"
 
     def __str__(self):
         return self.exercise.shown_solution
@@ -281,14 +274,13 @@ def _checked(cells, where):
     """Name, status as said, stored answer and whose numbers, of every check in a saved notebook."""
     found = []
     try:
-        for cell in cells:
-            if cell["cell_type"] == "code" and "exercise.check(" in "".join(cell["source"]):
-                for shown in (output.get("data", {}) for output in cell["outputs"]):
-                    stored, whose = (shown.get(MIME, {}).get(key) for key in ("answer", "student"))
-                    found += [
-                        (*said, stored, str(whose or ""))
-                        for said in SAID.findall("".join(shown.get("text/plain", "")))
-                    ]
+        checks = [
+            cell for cell in cells if cell["cell_type"] == "code" and "exercise.check(" in "".join(cell["source"])
+        ]
+        for shown in (output.get("data", {}) for cell in checks for output in cell["outputs"]):
+            stored, whose = (shown.get(MIME, {}).get(key) for key in ("answer", "student"))
+            said = SAID.findall("".join(shown.get("text/plain", "")))
+            found += [(*each, stored, str(whose or "")) for each in said]
     except (KeyError, TypeError, AttributeError):
         raise InputError(str(where), "a notebook", "something else") from None
     return found

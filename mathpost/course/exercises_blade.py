@@ -21,9 +21,7 @@ SPOILT = 12  # the move of 07-block that is spoilt, counted from 0
 TIP, AXIS, LIFTED = 0.01, 0.1, 1.0  # mm and degrees that 07-alone grants; mm above the path: not in cut
 
 
-@define(
-    "07-pivot", Name("40 50 60 70 80"), hint="By how much does a turn by B move a point whose pivot is shifted?"
-)
+@define("07-pivot", Name("40 50 60 70 80"), "By how much does a turn by B move a point whose pivot is shifted?")
 @slip("Nearest to the pole, where angles are uncertain. But a shifted pivot moves what B turns *far*.", "60")
 @slip("Second: which row has the greatest B?", "40")
 def pivot():
@@ -41,11 +39,8 @@ def table(number):
     return np.loadtxt(data(f"tables/yu_dan_table_{number}.csv"), delimiter=",", skiprows=2)[:, 1:]
 
 
-@define("07-next", Vector(names="B C", unit="degrees"), hint="Only the time is missing: put it into the curve.")
-@slip(
-    "That is the clamped cubic of equation (7). The printed points are on another.",
-    curve=yu_dan.paper_clamped,
-)
+@define("07-next", Vector(names="B C", unit="degrees"), "Only the time is missing: put it into the curve.")
+@slip("That is the clamped cubic of equation (7). The printed points are on another.", curve=yu_dan.paper_clamped)
 @slip(
     "That is in proportion between rows 50 and 60: a straight line.",
     curve=lambda rows, t: rows[1] + t * (rows[2] - rows[1]),
@@ -55,7 +50,7 @@ def next_point(curve=yu_dan.paper_cubic, t=0.975):
     return curve(table(2)[:4], t)[3:]
 
 
-@define("07-time", Number(decimals=3), hint="C falls all the way: one equation, one unknown.")
+@define("07-time", Number(decimals=3), "C falls all the way: one equation, one unknown.")
 @slip("That is where a straight line from row 50 to row 60 has this C.", lambda: (178.52 - 90) / (178.52 - 1.144))
 @slip("That is the time on the clamped cubic of equation (7).", curve=yu_dan.paper_clamped)
 def time_of(curve=yu_dan.paper_cubic, c=90.0):
@@ -67,7 +62,7 @@ def time_of(curve=yu_dan.paper_cubic, c=90.0):
 @define(
     "07-pieces",
     Number(decimals=0, tolerance=1.5),
-    hint="`linearize` takes the joints of both rows in radians, and a tolerance.",
+    "`linearize` takes the joints of both rows in radians, and a tolerance.",
 )
 @slip("That is for 0.1 mm.", tolerance=0.1)
 @slip("That is the whole way from row 50 to row 60, not the one from row 53 to row 54.", rows=slice(1, 8, 6))
@@ -95,8 +90,8 @@ def _moves(lines):
 @define(
     "07-block",
     Number(decimals=0),
+    "Read the program back: in which block do tip and tool axis leave the CL data?",
     given=spoilt_program,
-    hint="Read the program back: in which block do tip and tool axis leave the CL data?",
 )
 @slip("You count from 0, the control's blocks from 1.", lambda: block() - 1)
 @slip(
@@ -140,7 +135,7 @@ def lowest():
 @define(
     "07-way",
     Name("direct linear cubic aside retract"),
-    hint="Two of them keep 0.1°. Where does the tool stand while C turns?",
+    "Two of them keep 0.1°. Where does the tool stand while C turns?",
 )
 @slip("Smooth, but its tool axis leaves the great circle by 1.6°.", "cubic")
 @slip("It keeps both tolerances. But the tool turns on one spot of the part for more than five seconds.", "direct")

@@ -13,9 +13,7 @@ from mathpost.measure import cutter, rotary_axis
 # 10 Where is the rotation centre?
 
 
-@define(
-    "10-square", Vector(names="ex ey", decimals=4, unit="mm"), hint="Add the wave to all eight readings, and fit."
-)
+@define("10-square", Vector(names="ex ey", decimals=4, unit="mm"), "Add the wave to all eight readings, and fit.")
 @slip("This is a wave of one period in a turn, which *is* an offset. Out of square has two.", waves=1)
 @slip("Only four of the eight readings are in this; fit all of them.", rows=slice(0, 8, 2))
 @slip("The dial's sense is reversed: it reads more when the spindle moves away from C.", sense=-1)
@@ -34,7 +32,7 @@ def probed_table(sense):
     return rotary_axis.probing(machine.Rotary("A", "workpiece", axis=(sense, 0, 0), point=(0, 0, 0)))
 
 
-@define("10-angles", Number(decimals=0), hint="Ask `identify` for the deviation of yc, for more and more angles.")
+@define("10-angles", Number(decimals=0), "Ask `identify` for the deviation of yc, for more and more angles.")
 @slip("That is for one standard deviation; the question asks for three.", sigmas=1)
 @slip(
     "Nine times as many as for one: but the ends count most, angles between them tell less.",
@@ -59,8 +57,8 @@ def unknown_sense():
 @define(
     "10-sense",
     Vector(names="yc zc", decimals=2, tolerance=0.02, unit="mm"),
+    "Fit with both senses of turning, and compare the residuals.",
     given=unknown_sense,
-    hint="Fit with both senses of turning, and compare the residuals.",
 )
 @slip(
     "This is the ISO table with three readings that contradict it: look at `noise` or at the residuals.",
@@ -82,7 +80,7 @@ def sense(senses=(-1, 1), rows=(0, 1, 2)):
 # 11 How accurate is RTCP?
 
 
-@define("11-factor", Number(decimals=2), hint="Which part of L·α does an axial dial read at ψ?")
+@define("11-factor", Number(decimals=2), "Which part of L·α does an axial dial read at ψ?")
 @slip(
     "That is the sine itself: the dial shows this *part* of L·α. How many times too small is it?",
     lambda: np.sin(np.radians(20)),
@@ -99,7 +97,7 @@ def factor():
     return alpha / rotary_axis.source_zero_angle(reading, 700)
 
 
-@define("11-psi", Number(decimals=0, unit="degrees"), hint="Plot the deviation of alpha over ψ.")
+@define("11-psi", Number(decimals=0, unit="degrees"), "Plot the deviation of alpha over ψ.")
 @slip("There the cosine grows fastest, but alpha comes from the sine.", 45)
 @slip("That is the source's own example, where the dial shows a tenth of the error.", 5)
 @slip("That is the largest tilt, not the best: the sine falls again beyond its greatest value.", 120)
@@ -153,7 +151,7 @@ def gouge():
     return cutter.Cutter.ball(10), cutter.Cutter(diameter=8, rim=1)
 
 
-@define("11b-length", Number(decimals=1, unit="µm"), hint="The offset is along the tool as it stands at A0.")
+@define("11b-length", Number(decimals=1, unit="µm"), "The offset is along the tool as it stands at A0.")
 @slip("That is when nobody told the control: the whole length along the tool.", told="nothing")
 @slip(
     "The offset moves along Z only; what is missing along Z is not all.", lambda: 250 * (1 - np.cos(np.radians(40)))
@@ -164,7 +162,7 @@ def length(told="length offset"):
     return 1e3 * np.linalg.norm(cutter.tip_shift(load("ac_head"), [0, 0, 0, 0, 40], -0.25, told, degrees=True))
 
 
-@define("11b-stock", Number(decimals=1, unit="µm"), hint="Compare the tips of both balls for one contact.")
+@define("11b-stock", Number(decimals=1, unit="µm"), "Compare the tips of both balls for one contact.")
 @slip("That is the difference of the radii: it is left where the wall is upright.", slope=90)
 @slip("That is sideways. Stock is measured along the normal.", lambda: 150 * np.sin(np.radians(35)))
 @slip("The difference of the *radii* counts, not that of the diameters.", diameters=(32, 31.4))

@@ -29,7 +29,7 @@ def table_error():
     return spline.adaptive(measured, 0.5)
 
 
-@define("12-command", Angle(decimals=6), hint="Target less error: in which units?")
+@define("12-command", Angle(decimals=6), "Target less error: in which units?")
 @slip("The error is added where it must be taken away: this doubles it.", sign=+1)
 @slip("The error is in seconds of arc, the command in degrees.", seconds=1)
 @slip("The error is in seconds of arc, not in minutes: 3600 of them are a degree.", seconds=60)
@@ -50,10 +50,7 @@ def spoilt_table():
 
 
 @define(
-    "12-table",
-    Angle(decimals=0),
-    given=spoilt_table,
-    hint="In which row do error and correction have the same sign?",
+    "12-table", Angle(decimals=0), "In which row do error and correction have the same sign?", given=spoilt_table
 )
 @slip(
     "There the error is greatest, and rightly taken away.",
@@ -66,7 +63,7 @@ def spoilt():
     return next(target for target, error, command in rows if (command - target) * error > 0)
 
 
-@define("12-knots", Number(decimals=0), hint="Fit the spline with `period=None`, and count.")
+@define("12-knots", Number(decimals=0), "Fit the spline with `period=None`, and count.")
 @slip("That is enough for 0.5 seconds.", tolerance=0.5)
 @slip("These are all the measured points.", 17)
 def knots(tolerance=0.2):
@@ -90,7 +87,7 @@ def ripple_left(step, teeth=30):
     Names(
         "3 4 5 6 7 8 9 11", about=lambda step: f"A step of {step}° leaves {ripple_left(step):.0%} of the ripple."
     ),
-    hint="Its period is 12°. What does Nyquist ask for, and what does the spline need besides?",
+    "Its period is 12°. What does Nyquist ask for, and what does the spline need besides?",
 )
 @slip("These *see* the ripple, since they do not divide its period. Do they resolve it?", "5 7 8 9 11")
 @slip("Half of the period is Nyquist's limit itself. There the whole ripple is left.", "3 4 5 6")
@@ -116,8 +113,8 @@ def trunnion_model():
 @define(
     "13-sign",
     Vector(decimals=1, unit="µm"),
+    "First in the machine, then seen from the turned workpiece.",
     drawn=lambda rng: {"size": rng.randrange(4, 25)},
-    hint="First in the machine, then seen from the turned workpiece.",
 )
 @slip(
     "That is where the table goes. The tool stays, so *seen from the workpiece* it goes the other way.",
@@ -135,8 +132,8 @@ def error_sign(size=10, c=90):
 @define(
     "13-ecc",
     Number(decimals=2, unit="µrad"),
+    "About which axis does a positive C turn this table?",
     drawn=lambda rng: {"seconds": rng.randrange(5, 20)},
-    hint="About which axis does a positive C turn this table?",
 )
 @slip("That is right on a table whose axis is [0, 0, 1]. Which axis has this one?", z=+1)
 @slip("That is the number in seconds of arc, with the right sign. One second is 4.848 µrad.", unit=1)
@@ -153,11 +150,7 @@ def unlike_exx(name):
     return "It turns the tool axis as well, and that probing at different places would show."
 
 
-@define(
-    "13-twins",
-    Names(" ".join(ERRORS), about=unlike_exx),
-    hint="Which else carry the tool or the part along X?",
-)
+@define("13-twins", Names(" ".join(ERRORS), about=unlike_exx), "Which else carry the tool or the part along X?")
 @slip("A moves too when X has an error, but it is not the only one that carries them along X.", "EXA")
 @slip("These are the slides. The tables can stand wrong along X as well.", "EXY EXZ")
 @slip("C's too: A turns about X, so what C carries along X stays along X.", "EXY EXZ EXA")
@@ -183,7 +176,7 @@ def worse_at(tilt):
 @define(
     "13b-tilt",
     Number(decimals=3, tolerance=2e-3, unit="degrees"),
-    hint="If the ratio is r at 0.01°, at which tilt is it 1?",
+    "If the ratio is r at 0.01°, at which tilt is it 1?",
 )
 @slip("The rest falls with the *square* of the tilt, not with the tilt.", falls=lambda ratio: ratio)
 @slip("There it is still more than ten times too much.", 0.01)
@@ -195,9 +188,7 @@ def tilt(falls=np.sqrt):
 TWO_ERRORS, AT = {"EYA": 0.025, "EBC": -50e-6}, (20, 60, -10, -40, 15)
 
 
-@define(
-    "13b-inverse", Vector(decimals=4, unit="mm"), hint="Take the ideal pose, and give it to the calibrated inverse."
-)
+@define("13b-inverse", Vector(decimals=4, unit="mm"), "Take the ideal pose, and give it to the calibrated inverse.")
 @slip("That is the ideal machine: it would miss the pose.", errors={})
 @slip("The errors are compensated with the wrong sign.", errors={"EYA": -0.025, "EBC": 50e-6})
 @slip("EYA alone. What does the tilt of C do, 60 mm from its axis?", errors={"EYA": 0.025})
@@ -218,9 +209,7 @@ def compensated_turn(tilt):
     return joints, compensator.compensate(joints)
 
 
-@define(
-    "13b-path", Number(decimals=1, unit="µm"), hint="Compare `real.compensate(…).joints` with what was programmed."
-)
+@define("13b-path", Number(decimals=1, unit="µm"), "Compare `real.compensate(…).joints` with what was programmed.")
 @slip(
     "That is how far the tip was off before. How far does *Y* move?",
     lambda: 1e3 * compensated_turn(20)[1].before.tip.max(),
@@ -234,9 +223,7 @@ def path_change(column=1, tilt=20):
     return 1e3 * np.abs(result.joints - joints)[:, column].max()
 
 
-@define(
-    "13b-drift", Number(decimals=0), hint="In the steady state each part takes away the same share of what is left."
-)
+@define("13b-drift", Number(decimals=0), "In the steady state each part takes away the same share of what is left.")
 @slip("That is with forgetting 0.5.", forgetting=0.5)
 @slip("That is with forgetting 0.9.", forgetting=0.9)
 def drift_parts(forgetting=0.8):
@@ -261,8 +248,8 @@ SLIPS = "sign,active,order,transpose,row,axis,reference,exchange,left out,unit,r
 @define(
     "14-slip",
     Name(dict.fromkeys(SLIPS, ())),
+    "Ask `explain`: its first reading has the word in `kinds`.",
     given=lambda: SLIP,
-    hint="Ask `explain`: its first reading has the word in `kinds`.",
 )
 @slip("The elements are passive, as they should be; ask `explain`.", "active")
 def worksheet_slip():
@@ -282,8 +269,8 @@ def wrong_post():
 @define(
     "14-post",
     Angle(decimals=1, tolerance=0.01),
+    "Compare its C with both branches of the inverse.",
     given=wrong_post,
-    hint="Compare its C with both branches of the inverse.",
 )
 @slip("That is how far off C is. What must be *added* to it?", lambda: -post())
 @slip("Half a turn is the other branch; then A would have the other sign too.", 180)

@@ -45,7 +45,7 @@ def face(b=90):
     return next(name for name, normal in turned.items() if normal[2] > 0.5)
 
 
-@define("08-datum", Vector(unit="mm"), hint="Carry the datum back to A0 B0 first, then forward.")
+@define("08-datum", Vector(unit="mm"), "Carry the datum back to A0 B0 first, then forward.")
 @slip(
     "This is from A0 B0. The part was set up at A15 B-50: carry its datum back to zero first.",
     start={"A": 0, "B": 0},
@@ -64,7 +64,7 @@ def after_turn(start=SET_UP, end=NEW, order="AB", iso=True):
     return work_offset.moved(G54, table, start, end, degrees=True)
 
 
-@define("08-words", ADDRESSES, given=lambda: CALL, hint="Which axes must move before the datum in G55 is true?")
+@define("08-words", ADDRESSES, "Which axes must move before the datum in G55 is true?", given=lambda: CALL)
 @slip("These the macro has stored in G55. What has it not stored?", "X Y Z")
 @slip("Not D and E: they told the macro where to go. What moves the axes?", "D E")
 def missing_words():
@@ -74,7 +74,7 @@ def missing_words():
     return set(work_offset.p9795(table, old, **work_offset.read_call(CALL)).angles)
 
 
-@define("08-dmu", Vector(unit="mm"), hint="Which axis stands on the bed, and which way does the file let it turn?")
+@define("08-dmu", Vector(unit="mm"), "Which axis stands on the bed, and which way does the file let it turn?")
 @slip("C first, then B? B stands on the bed and carries C.", order=-1)
 @slip("This table turns the other way from ISO 841; its file says so.", end={"B": -90, "C": -90})
 @slip("Only C has turned.", end={"B": 0, "C": 90})
@@ -94,7 +94,7 @@ def head():
     return horizontal_head.read_head(data("measurements/five_face_head.csv"))
 
 
-@define("09-vertical", Vector(unit="mm"), hint="Which head vector is in an offset that the vertical head measured?")
+@define("09-vertical", Vector(unit="mm"), "Which head vector is in an offset that the vertical head measured?")
 @slip("That is for offsets measured with the horizontal head at 0°. Here no head vector is in them.", measured=0)
 @slip(
     "That is a head vector. LHYSET takes a measured offset back to the vertical head: how far is that here?",
@@ -105,7 +105,7 @@ def vertical(measured=VERTICAL):
     return horizontal_head.lhyset(head(), measured, measured, measured)
 
 
-@define("09-missed", Vector(unit="mm"), hint="Fit the other three; then measured minus predicted.")
+@define("09-missed", Vector(unit="mm"), "Fit the other three; then measured minus predicted.")
 @slip(
     "This is the manufacturer's rule, the signs of the 90° vector flipped. Fit the three others instead.",
     lambda: horizontal_head.opposite_errors(head())[270],
@@ -118,7 +118,7 @@ def missed(fitted=3):
     return head().vector(270) - horizontal_head.fit_head(chosen).head().vector(270)
 
 
-@define("09-wrapped", Angle(decimals=1), hint="Write UZZ as a function of the position.")
+@define("09-wrapped", Angle(decimals=1), "Write UZZ as a function of the position.")
 @slip("270° gives exactly -180, which a control accepts; the test is `<`.", 270)
 @slip(
     "The head turns clockwise: UZZ is 90 - φ, not 90 + φ.",
@@ -133,7 +133,7 @@ def wrapped():
 @define(
     "09-unlisted",
     Number(decimals=0, unit="mm"),
-    hint="Which label does the program reach, and which vector does it load there?",
+    "Which label does the program reach, and which vector does it load there?",
 )
 @slip("That is at 45°, from the lesson.", angle=45)
 @slip(

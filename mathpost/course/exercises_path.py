@@ -13,7 +13,7 @@ from mathpost.post.ways import Crossing
 # 06 The singular region
 
 
-@define("06-price", Number(decimals=2), hint="How far is the *tool* from the pole there?")
+@define("06-price", Number(decimals=2), "How far is the *tool* from the pole there?")
 @slip(
     "That is 1/sin B. B is not the tool's angle from the pole: a tilted table moves the tool by less than B.",
     lambda: 1 / np.sin(np.radians(2.335)),
@@ -28,7 +28,7 @@ def price(measure=singular.amplification):
     return measure(load("dmu50v"), tool)
 
 
-@define("06-speed", Number(decimals=2, unit="degrees"), hint="By which factor may C be faster than the tool?")
+@define("06-speed", Number(decimals=2, unit="degrees"), "By which factor may C be faster than the tool?")
 @slip("That takes the sine for the angle itself. At this size the second decimal shows it.", inverse=lambda x: x)
 @slip("That takes the tangent. Near the pole C turns 1/sin d times as fast as the tool.", inverse=np.arctan)
 @slip("That is the angle from the equator: you took the cosine.", inverse=np.arccos)
@@ -37,9 +37,7 @@ def speed(inverse=np.arcsin):
     return np.degrees(inverse(12 / 60))
 
 
-@define(
-    "06-region", Number(decimals=2, unit="degrees"), hint="Which point of a great circle is nearest to the pole?"
-)
+@define("06-region", Number(decimals=2, unit="degrees"), "Which point of a great circle is nearest to the pole?")
 @slip("That is the nearer of the two ends. Between them the tool comes nearer.", share=0)
 @slip("That is half way. The nearest point lies where the circle turns back from the pole.", share=0.5)
 def nearest(share=None):
@@ -52,7 +50,7 @@ def nearest(share=None):
     return np.degrees(np.arcsin(abs(normal[2]) / np.linalg.norm(normal)))
 
 
-@define("06-pieces", Number(decimals=0, tolerance=2.5), hint="How does the error fall with the number of pieces?")
+@define("06-pieces", Number(decimals=0, tolerance=2.5), "How does the error fall with the number of pieces?")
 @slip(
     "A quarter of the error needs twice the pieces, not four times: the error falls with the square.",
     lambda: 4 * pieces(0.01),
@@ -64,7 +62,7 @@ def pieces(tolerance=0.0025):
     return len(linearize(load("dmu50v"), joints[1:3], tolerance).joints) - 1
 
 
-@define("06-yardstick", Number(decimals=1, unit="mm"), hint="Where is the tip half way, and where should it be?")
+@define("06-yardstick", Number(decimals=1, unit="mm"), "Where is the tip half way, and where should it be?")
 @slip("That is what it claims, measured against its own chords. Where should the tip be?", measured=1)
 @slip("That takes the sagitta of the whole angle; the angle is halved first.", angle=240)
 @slip("That is the chord, not its distance from the arc.", lambda: 2 * 40 * np.sin(np.radians(60)))
@@ -96,7 +94,7 @@ ROWS = np.array([20.0, 24.0, 150.0, 153.0])  # C at four records, degrees
 STEPS = (0.5, 0.4)  # Δt₁ and Δt₂
 
 
-@define("06b-slopes", Vector(names="k1 k2", decimals=2), hint="Which two records does each slope belong to?")
+@define("06b-slopes", Vector(names="k1 k2", decimals=2), "Which two records does each slope belong to?")
 @slip("Those are the differences. Divide each by its Δt.", dt=(1, 1))
 @slip("Multiplied by Δt: a slope is a difference per time.", dt=(2, 2.5))
 @slip("That is the step across the region, not those before and after it.", records=((1, 2), (1, 2)))
@@ -105,7 +103,7 @@ def slopes(dt=STEPS, records=((0, 1), (2, 3))):
     return [(ROWS[end] - ROWS[start]) / step for (start, end), step in zip(records, dt, strict=True)]
 
 
-@define("06b-cubic", Number(decimals=3, unit="degrees"), hint="Four conditions: both ends, both slopes.")
+@define("06b-cubic", Number(decimals=3, unit="degrees"), "Four conditions: both ends, both slopes.")
 @slip("That is the straight line.", lambda: ROWS[1] + 0.25 * (ROWS[2] - ROWS[1]))
 @slip("Both slopes are taken for 0. That curve stops at both ends.", dt=(np.inf, np.inf))
 @slip("The slopes are those for Δt = 1.", dt=(1, 1))
@@ -115,7 +113,7 @@ def cubic(t=0.25, dt=STEPS):
     return yu_dan.clamped(ROWS, 1.0, dt)(t)
 
 
-@define("06b-points", Number(decimals=0, tolerance=2), hint="How does the error fall with n?")
+@define("06b-points", Number(decimals=0, tolerance=2), "How does the error fall with n?")
 @slip("The error falls with the square of n, not with n.", lambda: 5 * off(5) / 0.03)
 @slip("That is for 0.3 mm.", tolerance=0.3)
 def points(tolerance=0.03):
@@ -131,9 +129,7 @@ def off(n):
     return deviation(kin, rows[:-1], rows[1:], tips=(tips[:-1], tips[1:]))[0].max()
 
 
-@define(
-    "06b-lift", Vector(decimals=3, unit="mm"), hint="Along which direction of the workpiece is the tool lifted?"
-)
+@define("06b-lift", Vector(decimals=3, unit="mm"), "Along which direction of the workpiece is the tool lifted?")
 @slip("That is the machine's Z. The table is tilted: in the workpiece the tool leans.", lambda: [0, 0, 5])
 @slip("That is equation (10), which returns the tool.", clearance=-5)
 def lift(clearance=5):
@@ -143,7 +139,7 @@ def lift(clearance=5):
     return kin.forward(yu_dan.lifted(kin, pose, clearance))[0] - kin.forward(pose)[0]
 
 
-@define("06b-seconds", Vector(names="s60 s8", decimals=3, unit="s"), hint="Does C reach its rate on the way?")
+@define("06b-seconds", Vector(names="s60 s8", decimals=3, unit="s"), "Does C reach its rate on the way?")
 @slip("Those are the times at full speed. C has to speed up and to slow down.", acceleration=np.inf)
 @slip("On the 8° C never reaches 36°/s. The time of a triangle is 2·√(angle/acceleration).", triangle=False)
 def seconds(acceleration=100, triangle=True):
@@ -156,9 +152,7 @@ def seconds(acceleration=100, triangle=True):
     return times
 
 
-@define(
-    "06b-corner", Number(decimals=3), hint="By how much does the speed of C jump at w = 1, and how much may it?"
-)
+@define("06b-corner", Number(decimals=3), "By how much does the speed of C jump at w = 1, and how much may it?")
 @slip("That counts the speed after the corner, not the jump.", before=0)
 @slip("Before the corner C turns the other way: the speeds add.", before=4)
 def corner(before=-4):
@@ -166,7 +160,7 @@ def corner(before=-4):
     return 100 * 0.02 / (32 - before)
 
 
-@define("06b-way", Name("direct linear cubic aside retract"), hint="Read the column of the axis error first.")
+@define("06b-way", Name("direct linear cubic aside retract"), "Read the column of the axis error first.")
 @slip("It takes less time, and needs an axis tolerance of more than 2.6°.", "linear")
 @slip("It is smooth in virtual time. Its axis error is 1.55°.", "cubic")
 @slip("Its axis error is what you allowed it: 1°.", "aside")

@@ -42,7 +42,7 @@ def drawn_point(rng):
     return {"point": tuple(rng.sample(range(2, 10), 3))}
 
 
-@define("01-sign", Vector(), drawn=drawn_point, hint="Where do the new X and the new Y point?")
+@define("01-sign", Vector(), "Where do the new X and the new Y point?", drawn=drawn_point)
 @slip("This turns the point (an active matrix). The frame turns: look from its new axes.", angle=-90)
 @slip("This is the point before the turn.", angle=0)
 def sign(angle=90, point=POINT):
@@ -53,9 +53,9 @@ def sign(angle=90, point=POINT):
 @define(
     "01-point",
     Vector(),
+    "Write the new axes as three vectors, then take three dot products.",
     detective=lambda answer, point: explain((30, 90, 0), point, np.round(answer, 6)),
     drawn=drawn_point,
-    hint="Write the new axes as three vectors, then take three dot products.",
 )
 @slip(
     "These are active matrices: they turn the point. Coordinates in a turned frame take the passive ones.",
@@ -92,7 +92,7 @@ def still():
 # 02 Euler angles and frames
 
 
-@define("02-frame", Pose(), hint="z gives I and J; then turn about it until x fits.")
+@define("02-frame", Pose(), "z gives I and J; then turn about it until x fits.")
 @slip(
     "These are the angles of the transposed matrix: it takes coordinates into the frame, F takes them out.",
     lambda: euler.angles("ZXZ", Frame.from_axes([0, 1, 0], [0, 0, -1]).rotation.T, degrees=True),
@@ -111,8 +111,8 @@ def frame(z=(0, 1, 0), x=(0, 0, -1), sequence="ZXZ"):
 @define(
     "02-twin",
     Angle(decimals=2),
+    "Is a twin a different rotation?",
     drawn=lambda rng: {"angles": tuple(rng.sample(range(15, 60, 5), 3))},
-    hint="Is a twin a different rotation?",
 )
 @slip(
     "That is the turn the other way round. A twin is the same rotation under another name.",
@@ -125,7 +125,7 @@ def twin(angles=(20, 30, 40)):
     return euler.to_axis_angle(euler.matrix("ZXZ", twin, degrees=True), degrees=True)[1]
 
 
-@define("02-lock", Angle(decimals=0), hint="When do the first and the third axis fall on one line?")
+@define("02-lock", Angle(decimals=0), "When do the first and the third axis fall on one line?")
 @slip(
     "That is where ZXZ locks (G68.2), whose first and third axis are the same. Here they are X and Z.",
     sequence="ZXZ",
@@ -161,9 +161,10 @@ def plane():
     return Plane("PLANE SPATIAL", [0, 30, 0]).to("G68.2").values
 
 
-@define("03-face", Pose(), hint="z gives I and J. Which K leaves x in the horizontal plane?")
+@define("03-face", Pose(), "z gives I and J. Which K leaves x in the horizontal plane?")
 @slip("x points straight down the slope here. The drawing has it horizontal.", x=(2, -1, -2.5))
 @slip("x is horizontal, but along it X and Y become smaller.", x=(-1, -2, 0))
+@slip("I is where z leans to. I must end on the line of nodes, 90° further.", lambda: face_angles() - [90, 0, 0])
 @slip("The angles are those of the transposed matrix, which goes from the workpiece to the face.", inverted=True)
 def face_angles(x=(1, 2, 0), inverted=False):
     """Z × z is horizontal and lies in the face: it is (1, 2, 0). The frame on it has K = 0."""
@@ -171,7 +172,7 @@ def face_angles(x=(1, 2, 0), inverted=False):
     return Plane.from_frame(frame.inverse() if inverted else frame, "G68.2").values
 
 
-@define("03-mode", ORDERS, hint="Write 39 in bits, and take two at a time from the right.")
+@define("03-mode", ORDERS, "Write 39 in bits, and take two at a time from the right.")
 @slip("You read the bits from the left. The first axis stands in the lowest bits.", lambda: mode_39()[::-1])
 def mode_39():
     """39 is 10 01 11 in bits. From the right: 3 is Z, 1 is X, 2 is Y."""
@@ -184,8 +185,8 @@ def mode_39():
 @define(
     "03b-rho",
     Angle(decimals=1),
+    "Which K would leave ρ = 0 on this machine?",
     drawn=lambda rng: {"i": rng.randrange(10, 80, 5), "j": rng.randrange(20, 60, 5), "k": rng.randrange(5, 60, 5)},
-    hint="Which K would leave ρ = 0 on this machine?",
 )
 @slip("Right size, wrong sense: ρ counts from the spindle's X to the feature's X.", lambda k: -90 - k)
 @slip("That is ρ on an A-C table, whose third angle is 0.", name="ac_table")
@@ -194,12 +195,13 @@ def rho(i=20, j=35, k=10, name="bc_table"):
     return align(Plane("G68.2", [i, j, k]).frame, load(name).machine).solutions[0].rho
 
 
-@define("03b-third", Angle(decimals=2), hint="What does ρ say of the position that is within the travel?")
+@define("03b-third", Angle(decimals=2), "What does ρ say of the position that is within the travel?")
 @slip(
     "This is what is left (ρ). The third angle must take it away, so it has the other sign.",
     lambda: align(Plane("G68.2", [60, 30, 0]).frame, load("dmu50v").machine).solutions[0].rho,
 )
 @slip("0 is the third angle of an A-C table. This table tilts about an axis at 45°.", name="ac_table")
+@slip("-90 is the third angle of a B-C table. This table tilts about an axis at 45°.", name="bc_table")
 def third(name="dmu50v"):
     """Only one position is within the travel of B, and on a 45° table every plane needs a K of its own."""
     solutions = align(Plane("G68.2", [60, 30, 0]).frame, load(name).machine).solutions
@@ -228,7 +230,7 @@ def choice():
 # 04 The transform chain
 
 
-@define("04-links", LINKS, hint="Ask of each link: does the tool's length stand in its matrix?")
+@define("04-links", LINKS, "Ask of each link: does the tool's length stand in its matrix?")
 @slip("Not only the tool: X Y Z name the *tip* here, so for the same words the slides must stand higher.", ["tool"])
 @slip("The linear link too, but also the tool's own: the distance from nose to tip is in it.", ["linear"])
 def links():
@@ -242,8 +244,8 @@ def links():
 @define(
     "04-same",
     Angle(decimals=1),
+    "Write down both tool axes, and compare the first two components.",
     drawn=lambda rng: {"a": rng.randrange(20, 65, 5), "c": rng.randrange(10, 80, 5)},
-    hint="Write down both tool axes, and compare the first two components.",
 )
 @slip("The head over the table tilts about Y, not about X: the same C turns the tool elsewhere.", lambda c: c)
 @slip("Right size of the step, wrong way: there the tool leans to the opposite side.", lambda c: c + 90)
@@ -256,13 +258,17 @@ def same_axis(a=35, c=20):
 @define(
     "04-lean",
     Angle(decimals=2),
+    "Draw the pivot above the tip: when does it stand over the middle of the ring?",
     drawn=lambda rng: {"radius": rng.randrange(20, 80, 5)},
-    hint="Draw the pivot above the tip: when does it stand over the middle of the ring?",
 )
 @slip("Leaning outwards makes the ring of the pivot wider. It must lean inwards.", lambda radius: -lean(radius))
 @slip(
     "The pivot is L along the *tool*: it is the sine of the lean that carries it sideways, not the tangent.",
     inverse=np.arctan,
+)
+@slip(
+    "The way from the pivot ends not at the spindle nose but at the tip: add both lengths of the file.",
+    lambda radius: -np.degrees(np.arcsin(radius / load("ac_head").machine.programmed_point[2])),
 )
 @slip(
     "The pivot lies not at the spindle nose but further up: add both lengths of the file.",
@@ -278,8 +284,8 @@ def lean(radius=40, inverse=np.arcsin):
 @define(
     "04-sign",
     Number(),
+    "Turn the table with your hand: where does the tool point, seen from the part?",
     drawn=lambda rng: {"a": rng.choice([20, 25, 35, 40, 50, 55])},
-    hint="Turn the table with your hand: where does the tool point, seen from the part?",
 )
 @slip(
     "Right size, wrong sign: this table turns as a head does. By ISO 841 the *tool* turns right-handed "

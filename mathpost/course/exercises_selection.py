@@ -16,7 +16,7 @@ from mathpost.rotation import wrap
 # 05 The inverse
 
 
-@define("05-outer", Angle(decimals=2), hint="Which of the two products is the sine, and what is the sign of sin A?")
+@define("05-outer", Angle(decimals=2), "Which of the two products is the sine, and what is the sign of sin A?")
 @slip("The arguments of atan2 are exchanged: the product with the sine comes first.", swapped=True)
 @slip(
     "That is C of the other branch, half a turn away. A quotient of the two products cannot tell them apart.",
@@ -29,9 +29,7 @@ def outer(branch=0, column=4, swapped=False):
     return 90 - angle if swapped else angle
 
 
-@define(
-    "05-loop", Vector(names="X Y Z"), hint="Undo the chain from the workpiece on: C, then A about its own line."
-)
+@define("05-loop", Vector(names="X Y Z"), "Undo the chain from the workpiece on: C, then A about its own line.")
 @slip("A turns about a line 50 mm under the origin: subtract that point, turn, and add it again.", pivot=0)
 @slip("You turned by +C and +A. From the part to the machine both turns are undone.", sign=-1)
 @slip("That is the forward way, from X Y Z to the part. Here the point on the part is given.", forward=True)
@@ -51,8 +49,8 @@ AXIS = (0.720216, -0.330099, 0.610183)
 @define(
     "05-angles",
     Joints(kinematics=lambda: load("bc_table"), unit="degrees"),
+    "Where does B lean the tool while C is 0? Check with the forward kinematics.",
     detective=lambda angles: explain_joints(load("bc_table"), AXIS, np.round(angles, 3)),
-    hint="Where does B lean the tool while C is 0? Check with the forward kinematics.",
 )
 @slip("That is the machine whose inner axis is A. Where does B lean the tool, with C at 0?", name="ac_table")
 @slip("B of one branch with C of the other: when B changes its sign, C turns by half a turn.", signs=(-1, 1))
@@ -61,7 +59,7 @@ def both_angles(name="bc_table", signs=(1, 1)):
     return load(name).inverse([0, 0, 0], AXIS, degrees=True)[0, 3:] * signs
 
 
-@define("05-reach", Number(decimals=0, unit="degrees"), hint="Where does half a turn of B take the tool?")
+@define("05-reach", Number(decimals=0, unit="degrees"), "Where does half a turn of B take the tool?")
 @slip("That is the angle of B's axis from C. Half a turn takes the tool to the other side of it.", turn=0)
 @slip("90° is what an axis at 45° reaches.", slant=45)
 def reach(slant=50, turn=180):
@@ -97,7 +95,7 @@ def meet():
 @define(
     "05b-case",
     Vector(names="row40 row50 row60 row70 row80", decimals=0),
-    hint="Compare |B| of each row with the shorter side of the travel.",
+    "Compare |B| of each row with the shorter side of the travel.",
 )
 @slip("These are the cases with travel -5 … 110, as in the lesson. Here B may go to -10.", low=-5)
 @slip("Case (3) is for rows that fit on both sides: |B| up to the *shorter* side of the travel, 10.", low=-110)
@@ -106,7 +104,7 @@ def case(low=-10):
     return [each.number for each in yu_dan.cases(with_travel(load("dmu50v"), low, 110), blade(), 1)]
 
 
-@define("05b-kappa", Angle(decimals=2), hint="Which range is dominant here, and what is κ then?")
+@define("05b-kappa", Angle(decimals=2), "Which range is dominant here, and what is κ then?")
 @slip("With κ = 0. But here the longer side of the travel, the dominant range, is the negative one.", prefer=1)
 @slip("That is B of the DMU 50V. The trunnion's tilting axis is not inclined.", name="dmu50v")
 def kappa(name="ac_table", prefer=-1):
@@ -114,7 +112,7 @@ def kappa(name="ac_table", prefer=-1):
     return np.degrees(yu_dan.cases(with_travel(load(name), -120, 5), blade(), prefer)[4].angle)
 
 
-@define("05b-turns", Vector(names="C1 C2 C3 C4", decimals=0), hint="Take the records in turn, from the second on.")
+@define("05b-turns", Vector(names="C1 C2 C3 C4", decimals=0), "Take the records in turn, from the second on.")
 @slip("That is the even walk that the rule ought to find. It compares with a neighbour not yet corrected.", to=185)
 @slip("Nothing changed? Compare the two sums for the second record: 20 + 345 and 340 + 15.", to=-175)
 def corrected(to=None):
@@ -126,7 +124,7 @@ def corrected(to=None):
     return [first, second, to, to + 20]
 
 
-@define("05b-count", Number(decimals=0), hint="How many branches, and how many windings of each?")
+@define("05b-count", Number(decimals=0), "How many branches, and how many windings of each?")
 @slip("Two branches, yes; but C may also stand whole turns away from either.", 2)
 @slip("That is with the travel of the lesson, -360° to 360°.", low=-360, high=360)
 @slip("Three windings of each branch? One of them is outside travel.", 6)
@@ -136,7 +134,7 @@ def count(low=-540, high=400):
     return int(found.inside[0].sum())
 
 
-@define("05b-back", Number(decimals=3, unit="s"), hint="From row 60, which candidate of row 50 is nearer?")
+@define("05b-back", Number(decimals=3, unit="s"), "From row 60, which candidate of row 50 is nearer?")
 @slip("That is the shortest next move in the direction of the lesson, from row 40 to row 80.", backwards=False)
 @slip("That is the paper's rule, which takes the same candidates in both directions.", strategy="paper")
 def back(strategy="shortest", backwards=True):
@@ -154,8 +152,8 @@ def steps():
 @define(
     "05b-best",
     Number(decimals=0, unit="s"),
+    "Keep the cheapest way to *each* candidate, record by record.",
     given=steps,
-    hint="Keep the cheapest way to *each* candidate, record by record.",
 )
 @slip("That is the shortest next move, from the better beginning.", greedy=True)
 @slip(

@@ -13,7 +13,8 @@ import tempfile
 import tomllib
 import zipfile
 from collections import Counter, defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from itertools import count
 from pathlib import Path
 
 from mathpost.course import exercise
@@ -21,33 +22,22 @@ from mathpost.course.handed_in import collect
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
 from mathpost.errors import InputError, read_text
 
+COURSE = Path(__file__).parents[2]
 ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
 TEXT_ENOUGH = 80  # characters that the course did not write and two students share, before they are called the same
 SHARED_BY_CLASS = 0.5  # cells that more of a class have than this were handed out; from ten students on
-RULES = ("students", "exercises", "points", "notebooks", "workbooks", "expected_workbooks")
+NUMBER = "a number, 0 or more"
+FAULTS = (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, RecursionError, MemoryError)
 
 
 @dataclass(frozen=True)
 class Rules:
-    """What counts, and how much.
+    """What counts, and how much."""
 
-    Attributes
-    ----------
-    students : tuple of str
-        Who should have handed in.
-    exercises : tuple of str
-        Names such as ``"07-pivot"`` or lessons such as ``"07"``; none: the lessons that anybody handed in.
-    points : dict
-        Of an exercise or a whole lesson's each; 1 where nothing is said.
-    notebooks, workbooks : float
-        Weights of the two parts, where both were handed in.
-    expected_workbooks : int
-    """
-
-    students: tuple = ()
-    exercises: tuple = ()
-    points: dict = field(default_factory=dict)
-    notebooks: float = 1.0
+    students: tuple = ()  # who should have handed in
+    exercises: tuple = ()  # such as "07-pivot", or lessons such as "07"; none: the lessons that anybody handed in
+    points: dict = field(default_factory=dict)  # of an exercise, or of each of a lesson; 1 where nothing is said
+    notebooks: float = 1.0  # weights of the two parts, where both were handed in
     workbooks: float = 1.0
     expected_workbooks: int = 1
 
@@ -71,40 +61,20 @@ class Workbook:
 
 @dataclass
 class Result:
-    """One student.
-
-    Attributes
-    ----------
-    name : str
-    verdicts : dict
-        Name of an exercise to the best `Verdict` that the student's notebooks hold.
-    edited : list of str
-        Exercises of which a notebook says something else than its answer deserves.
-    mixups : set of (str, str)
-        Exercises and the mix-ups that gave the answers.
-    workbooks : list of Workbook
-    trouble : list of (str, str)
-        Files that were not read, and why; empty ones.
-    lessons : set of str
-        Numbers of the lessons that were handed in.
-    unknown : dict
-        Exercises that are not defined here, to what the notebook says of them; they give no points.
-    reran : dict
-        Exercises to the status that they have when the notebook is run, where that is not the saved one.
-    numbers : set of str
-        Whose numbers the exercises had that draw some; "" is the lesson's.
-    """
+    """One student."""
 
     name: str
-    verdicts: dict = field(default_factory=dict)
-    edited: list = field(default_factory=list)
-    mixups: set = field(default_factory=set)
-    workbooks: list = field(default_factory=list)
-    trouble: list = field(default_factory=list)
-    lessons: set = field(default_factory=set)
-    unknown: dict = field(default_factory=dict)
-    reran: dict = field(default_factory=dict)
-    numbers: set = field(default_factory=set)
+    verdicts: dict = field(default_factory=dict)  # exercise → the best `Verdict` that the notebooks hold
+    edited: list = field(
+        default_factory=list
+    )  # exercises of which a notebook says what their answer does not deserve
+    mixups: set = field(default_factory=set)  # exercise and sentence of the mix-ups that gave the answers
+    workbooks: list = field(default_factory=list)  # of `Workbook`
+    trouble: list = field(default_factory=list)  # file and why: not read, or empty
+    lessons: set = field(default_factory=set)  # numbers of those that were handed in
+    unknown: dict = field(default_factory=dict)  # exercise that is not defined here → what the notebook says
+    reran: dict = field(default_factory=dict)  # exercise → status when it is run, where that is not the saved one
+    numbers: set = field(default_factory=set)  # whose numbers the exercises had that draw some; "" is the lesson's
     notebooks: int = 0
 
     def status(self, name):
@@ -115,26 +85,13 @@ class Result:
 
 @dataclass
 class Class:
-    """What `grade` returns.
+    """What `grade` returns."""
 
-    Attributes
-    ----------
-    results : list of Result
-        By name.
-    exercises : list of str
-        Those that count.
-    rules : Rules
-    same : list of (str, str, list of str)
-        What kind of thing is the same, which file, and the students who have it.
-    notes : list of str
-        What was not looked at, or could not be bounded.
-    """
-
-    results: list
-    exercises: list
+    results: list  # of `Result`, by name
+    exercises: list  # those that count
     rules: Rules
-    same: list = field(default_factory=list)
-    notes: list = field(default_factory=list)
+    same: list = field(default_factory=list)  # what kind of thing is the same, in which file, and who has it
+    notes: list = field(default_factory=list)  # what was not looked at, or could not be bounded
 
     def points(self, result):
         """Return what a student has of what can be had, in points of the exercises, and right workbooks."""
@@ -195,11 +152,11 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
     handed_out = _handed_out(lessons)
     with tempfile.TemporaryDirectory() as unpacked:
         students = collect(folder, unpacked, [path.stem for path in handed_out])
-        course = {digest(path) for path in handed_out}
+        course = {digest(path) for path in (*handed_out, *(COURSE / "data").glob("**/*.xlsx"))}
         own = {source for path in handed_out for source in _sources(exercise.cells(path))}
-        same = _Same(own, course | _data())
-        slow = sum(len(each.workbooks) + len(each.notebooks) * bool(rerun) for each in students)
-        step = _Counter(slow, progress)
+        same = _Same(own, course)
+        slow, done = sum(len(each.workbooks) + len(each.notebooks) * bool(rerun) for each in students), count(1)
+        step = (lambda name: progress(next(done), slow, name)) if progress else str
         results = [_student(each, same, rerun, step) for each in students]
     _say_whose_numbers(results)
     missing = set(rules.students) - {each.name for each in results}
@@ -231,33 +188,31 @@ def read_rules(path):
     except tomllib.TOMLDecodeError as error:
         raise InputError(str(path), "TOML", str(error)) from None
     for key, value in found.items():
-        if key not in RULES:
-            raise InputError(f"{path}, {key}", f"one of {', '.join(RULES)}", repr(key))
-        if key == "points":
-            for name, number in value.items() if isinstance(value, dict) else [("points", value)]:
-                _known(f"{path}, points", name)
-                _number(f"{path}, points.{name}", number)
-        elif key in ("notebooks", "workbooks"):
-            _number(f"{path}, {key}", value)
-        elif key == "expected_workbooks":
-            if type(value) is not int or value < 1:
-                raise InputError(f"{path}, {key}", "a whole number above 0", repr(value))
-        elif not isinstance(value, list) or not all(isinstance(each, str) for each in value):
-            raise InputError(f"{path}, {key}", "a list of names in quotes", repr(value))
-        elif key == "exercises":
-            for name in value:
-                _known(f"{path}, exercises", name)
+        match key:
+            case "students" | "exercises":
+                right = isinstance(value, list) and all(isinstance(each, str) for each in value)
+                expected = "a list of names in quotes"
+            case "points":
+                right, expected = isinstance(value, dict), "a table of exercises and lessons"
+            case "notebooks" | "workbooks":
+                right, expected = _is_number(value), NUMBER
+            case "expected_workbooks":
+                right, expected = type(value) is int and value > 0, "a whole number above 0"
+            case _:
+                right, expected = False, f"one of {', '.join(each.name for each in fields(Rules))}"
+        if not right:
+            raise InputError(f"{path}, {key}", expected, repr(value))
+        for name in value if key in ("exercises", "points") else ():
+            if name not in {*EXERCISES, *(each.split("-")[0] for each in EXERCISES)}:
+                expected = 'an exercise such as "07-pivot" or a lesson such as "07"'
+                raise InputError(f"{path}, {key}", expected, repr(name))
+            if key == "points" and not _is_number(value[name]):
+                raise InputError(f"{path}, points.{name}", NUMBER, repr(value[name]))
     return Rules(**{key: tuple(value) if isinstance(value, list) else value for key, value in found.items()})
 
 
-def _known(where, name):
-    if name not in EXERCISES and name not in {each.split("-")[0] for each in EXERCISES}:
-        raise InputError(where, 'an exercise such as "07-pivot" or a lesson such as "07"', repr(name))
-
-
-def _number(where, value):
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < math.inf:
-        raise InputError(where, "a number, 0 or more", repr(value))
+def _is_number(value):
+    return type(value) in (int, float) and 0 <= value < math.inf
 
 
 def digest(path):
@@ -267,34 +222,17 @@ def digest(path):
 
 def _handed_out(lessons):
     """The notebooks as they were handed out."""
-    if lessons is not None:
-        if not Path(lessons).is_dir():
-            raise InputError(str(lessons), "the folder of the notebooks as they were handed out", "none")
-        return sorted(Path(lessons).rglob("*.ipynb"))
-    return sorted((Path(__file__).parents[2] / "notebooks").glob("*.ipynb"))
-
-
-def _data():
-    """The course's own workbooks, by their bytes."""
-    return {digest(path) for path in (Path(__file__).parents[2] / "data").glob("**/*.xlsx")}
+    if lessons is None:
+        return sorted((COURSE / "notebooks").glob("*.ipynb"))
+    if not Path(lessons).is_dir():
+        raise InputError(str(lessons), "the folder of the notebooks as they were handed out", "none")
+    return sorted(Path(lessons).rglob("*.ipynb"))
 
 
 def _asked(rules, results):
     """The exercises that count."""
     asked = set(rules.exercises) or {lesson for each in results for lesson in each.lessons}
     return [name for name in sorted(EXERCISES) if name in asked or name.split("-")[0] in asked]
-
-
-class _Counter:
-    """Calls back after each slow step."""
-
-    def __init__(self, total, progress):
-        self.done, self.total, self.progress = 0, total, progress
-
-    def __call__(self, name):
-        self.done += 1
-        if self.progress:
-            self.progress(self.done, self.total, name)
 
 
 def _student(student, same, rerun, step):
@@ -320,15 +258,7 @@ def _trying(result, path, judge):
         judge()
     except InputError as error:
         result.trouble.append((path.name, f"expected {error.expected}, found {error.found}"))
-    except (
-        ArithmeticError,
-        LookupError,
-        TypeError,
-        ValueError,
-        AttributeError,
-        RecursionError,
-        MemoryError,
-    ) as error:
+    except FAULTS as error:
         result.trouble.append((path.name, f"could not be judged: {type(error).__name__}: {error}"))
     except OSError as error:
         result.trouble.append((path.name, error.strerror or str(error)))
@@ -356,13 +286,10 @@ def _notebook(result, path, same):
             result.numbers.add(each.student)
         if each.name not in EXERCISES:
             result.unknown[each.name] = each.status
-        elif each.name not in result.verdicts or _better(each, result.verdicts[each.name]):
-            result.verdicts[each.name] = each
+        else:
+            best = max(result.verdicts.get(each.name, each), each, key=lambda verdict: ORDER.index(verdict.status))
+            result.verdicts[each.name] = best
     same.notebook(result.name, path, sources, verdicts)
-
-
-def _better(one, other):
-    return ORDER.index(one.status) > ORDER.index(other.status)
 
 
 def _rerun(result, path, rerun):
@@ -400,10 +327,8 @@ class _Same:
     """Hand-ins that are the same beyond what the course handed out."""
 
     def __init__(self, own, course):
-        self.own, self.course = own, course
-        self.files = defaultdict(list)  # bytes → student and file
-        self.works = []  # student, file, answers, sources
-        self.sheets = defaultdict(list)
+        self.own, self.course, self.works = own, course, []  # student, file, answers, sources
+        self.files, self.sheets = defaultdict(list), defaultdict(list)  # bytes, or cells → students and files
 
     def handed_out(self, path):
         return digest(path) in self.course
@@ -424,13 +349,12 @@ class _Same:
     def groups(self, students):
         """What is the same, in which file, and who has it."""
         found, seen = [], set()
-        has = Counter(source for *_, sources in self.works for source in set(sources))
-        common = {source for source, count in has.items() if students >= 10 and count > SHARED_BY_CLASS * students}
+        has, most = Counter(source for *_, each in self.works for source in set(each)), SHARED_BY_CLASS * students
         texts = defaultdict(list)
         for student, file, answers, sources in self.works:
-            beyond = [source for source in sources if source not in common]
+            beyond = tuple(source for source in sources if students < 10 or has[source] <= most)
             if sum(map(len, beyond)) >= TEXT_ENOUGH:
-                texts[answers, tuple(beyond)].append((student, file))
+                texts[answers, beyond].append((student, file))
         for kind, groups in (("file", self.files), ("text", texts), ("cells", self.sheets)):
             for content, files in groups.items():
                 who = tuple(sorted({student for student, _ in files}))
@@ -449,7 +373,6 @@ def _cells_of(path):
             sheets = [parts.read(name) for name in names]
     except (zipfile.BadZipFile, OSError):
         return ""
-    cells = [
-        re.findall(rb'<c r="(\w+)"[^>]*>(?:<f[^>]*>([^<]*)</f>)?(?:<v>([^<]*)</v>)?', sheet) for sheet in sheets
-    ]
+    cell = re.compile(rb'<c r="(\w+)"[^>]*>(?:<f[^>]*>([^<]*)</f>)?(?:<v>([^<]*)</v>)?')
+    cells = [cell.findall(sheet) for sheet in sheets]
     return hashlib.sha256(repr(cells).encode()).hexdigest() if any(cells) else ""

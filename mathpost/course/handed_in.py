@@ -9,6 +9,7 @@ import re
 import shutil
 import unicodedata
 import zipfile
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
@@ -24,20 +25,12 @@ PASSED_OVER = {"__MACOSX", "node_modules", "venv"}
 
 @dataclass
 class Student:
-    """One student's files.
-
-    Attributes
-    ----------
-    name : str
-    notebooks, workbooks : list of Path
-    refused : list of (str, str)
-        A file as it was handed in, and why it was not opened.
-    """
+    """One student's files."""
 
     name: str
-    notebooks: list = field(default_factory=list)
+    notebooks: list = field(default_factory=list)  # of Path
     workbooks: list = field(default_factory=list)
-    refused: list = field(default_factory=list)
+    refused: list = field(default_factory=list)  # a file as it was handed in, and why it was not opened
 
 
 def collect(folder, unpacked, lessons=()):
@@ -102,19 +95,9 @@ def unzip(path, target):
                 place = target.joinpath(*parts)
                 place.parent.mkdir(parents=True, exist_ok=True)
                 with packed.open(member) as source, place.open("wb") as copy:
-                    _copy(source, copy, member.file_size, f"{path}, {name}")
+                    shutil.copyfileobj(source, copy)  # no more than the zip's list of contents declares
     except (zipfile.BadZipFile, OSError, EOFError, RuntimeError, NotImplementedError, zipfile.zlib.error) as error:
         raise InputError(str(path), "a zip that can be unpacked", str(error) or type(error).__name__) from None
-
-
-def _copy(source, copy, size, where):
-    """Copy at most as many bytes as the zip's list of contents declares."""
-    left = size
-    while block := source.read(2**20):
-        left -= len(block)
-        if left < 0:
-            raise InputError(where, f"{size} bytes as the zip declares", "more")
-        copy.write(block)
 
 
 def _said(member):
@@ -123,10 +106,8 @@ def _said(member):
         return member.filename
     raw = member.filename.encode("cp437", "replace")
     for encoding in ("utf-8", "gb18030"):
-        try:
+        with suppress(UnicodeDecodeError):
             return raw.decode(encoding)
-        except UnicodeDecodeError:
-            continue
     return member.filename
 
 
@@ -144,8 +125,7 @@ def _whose(folder, lessons):
                     latest[name, assignment] = max(latest.get((name, assignment), ("",)), (time, path))
             yield from ((name, path) for (name, _), (_, path) in sorted(latest.items()))
             return
-    entries = list(_entries(folder))
-    named = {}
+    entries, named = list(_entries(folder)), {}
     for path in entries:
         if path.is_dir() or path.is_symlink():
             named[path] = MOODLE.sub("", path.name)
@@ -171,15 +151,12 @@ def _without_lesson(stem, lessons):
 def _belongs(stem, name):
     """Whether a file's name begins or ends with a student's, as a word."""
     before, found, after = stem.partition(unicodedata.normalize("NFC", name))
-    return (
-        bool(found) and (not before or (not after and before[-1] in SEPARATORS)) and after[:1] in ("", *SEPARATORS)
-    )
+    alone = not before or (not after and before[-1] in SEPARATORS)
+    return bool(found) and alone and after[:1] in ("", *SEPARATORS)
 
 
 def _entries(folder):
-    for path in sorted(folder.iterdir()):
-        if path.name[0] not in ".~" and path.name not in PASSED_OVER:
-            yield path
+    return [path for path in sorted(folder.iterdir()) if path.name[0] not in ".~" and path.name not in PASSED_OVER]
 
 
 def _take(path, student, unpacked, said):

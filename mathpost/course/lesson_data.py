@@ -35,6 +35,12 @@ def blade():
     return cl.read(data("cl/blade.cl"))
 
 
+def ellipse(turn):
+    """Lessons 13 and 13b: C turns once, A tilts to 60° and back, X and Y run on an ellipse; mm and radians."""
+    tilt = np.radians(35 - 25 * np.cos(turn))
+    return np.column_stack([80 * np.cos(turn), 60 * np.sin(turn), np.full_like(turn, 20), tilt, turn])
+
+
 def with_travel(kin, low, high):
     """The kinematics of the same machine with other limits, in degrees, of its first rotary axis."""
     first, second = kin.machine.rotary

@@ -57,13 +57,7 @@ def without_views(text):
 
 
 def rerun(path, *, accept=False):
-    """Run a notebook anew and return what changed, a list of `Change`.
-
-    Parameters
-    ----------
-    path : str or path-like
-    accept : bool
-        Whether the new outputs are written to the file, without times.
+    """Run a notebook anew and return what changed, a list of `Change`; `accept` writes the new outputs to the file.
 
     Raises
     ------
@@ -77,31 +71,20 @@ def rerun(path, *, accept=False):
         before, after = (nbformat.read(path, as_version=4) for _ in range(2))
     except (OSError, ValueError) as error:
         raise InputError(f"{path}", "a notebook", f"{error}".splitlines()[0]) from None
-    client = NotebookClient(
-        after,
-        timeout=TIMEOUT,
-        kernel_name="python3",
-        resources={"metadata": {"path": str(path.parent)}},
-        record_timing=False,
-        coalesce_streams=True,
-        extra_arguments=["--log-level=ERROR"],
-    )
+    how = {"timeout": TIMEOUT, "kernel_name": "python3", "record_timing": False, "coalesce_streams": True}
+    where = {"metadata": {"path": str(path.parent)}}
     try:
-        client.execute()
+        NotebookClient(after, resources=where, extra_arguments=["--log-level=ERROR"], **how).execute()
     except CellExecutionError as error:
         raise MathpostError(f"{path}: {error.ename}: {error.evalue}") from None
-    changes = [
-        Change(number, *pair)
-        for number, (old, new) in enumerate(zip(_code(before), _code(after), strict=True), start=1)
-        for pair in _differences(_text(old), _text(new))
-    ]
     if accept:
         write_text(path, nbformat.writes(after))
-    return changes
-
-
-def _code(notebook):
-    return [cell for cell in notebook.cells if cell.cell_type == "code"]
+    pairs = [each for each in zip(before.cells, after.cells, strict=True) if each[0].cell_type == "code"]
+    return [
+        Change(number, *difference)
+        for number, pair in enumerate(pairs, start=1)
+        for difference in _differences(*map(_text, pair))
+    ]
 
 
 def _text(cell):
@@ -115,8 +98,6 @@ def _text(cell):
 
 def _differences(old, new):
     """Pairs of what stands in the one text and in the other: numbers where only these differ, lines otherwise."""
-    if same(old, new):
-        return []
     old_lines, new_lines = old.splitlines(), new.splitlines()
     pairs = []
     for kind, a, b, c, d in SequenceMatcher(None, old_lines, new_lines, autojunk=False).get_opcodes():
@@ -124,12 +105,10 @@ def _differences(old, new):
             continue
         gone, come = old_lines[a:b], new_lines[c:d]
         if len(gone) != len(come):
-            pairs.append((" / ".join(gone), " / ".join(come)))
-            continue
+            gone, come = [" / ".join(gone)], [" / ".join(come)]
         for line, other in zip(gone, come, strict=True):
-            if NUMBER.split(line) != NUMBER.split(other):
+            if NUMBER.split(line) == NUMBER.split(other):
+                pairs += zip(NUMBER.findall(line), NUMBER.findall(other), strict=True)
+            else:
                 pairs.append((line.strip(), other.strip()))
-                continue
-            numbers = zip(NUMBER.findall(line), NUMBER.findall(other), strict=True)
-            pairs += [(x, y) for x, y in numbers if not same(x, y)]
-    return pairs
+    return [pair for pair in pairs if not same(*pair)]

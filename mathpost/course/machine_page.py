@@ -8,6 +8,7 @@ import html
 
 import numpy as np
 
+from mathpost.angles import to_axis_angle
 from mathpost.course import view_machine
 from mathpost.draw.arrangement import placing
 from mathpost.rotation import unit
@@ -20,7 +21,8 @@ ARRANGEMENTS = {
     "head-head": "Both rotary axes carry the tool.",
 }
 FRAME = """<style>body { max-width: 1060px; margin: 0 auto; padding: 0 12px; font: 15px/1.45 system-ui, sans-serif }
-#live { height: 500px } table { border-collapse: collapse } td, th { text-align: left; padding: 3px 14px 3px 0 }
+#live { height: 500px; height: max(500px, min(660px, 1100px - 100vw)) }
+table { border-collapse: collapse } td, th { text-align: left; padding: 3px 14px 3px 0 }
 p, table { font-size: 14px }</style>"""
 
 
@@ -45,7 +47,8 @@ def words(kin):
         moved = places(zero + np.eye(5)[joint])["tool"][:3, 3] - at_zero["tool"][:3, 3]
         said[name] = f"{name}+ moves the tool {_ways(moved)}."
     for joint, rotary in enumerate(kin.machine.rotary, start=3):
-        turn = _turn(places(zero + 1e-3 * np.eye(5)[joint])[rotary.name] @ np.linalg.inv(at_zero[rotary.name]))
+        turned = places(zero + 1e-3 * np.eye(5)[joint])[rotary.name] @ np.linalg.inv(at_zero[rotary.name])
+        turn = unit(to_axis_angle(turned[:3, :3])[0])  # in machine coordinates
         if rotary.carries == "workpiece":
             does = f"turns the table so that {_table(turn)}"
         else:
@@ -94,12 +97,7 @@ def page(kin):
         f"axis.</p><table><tr><th>axis<th>positive direction<th>travel{''.join(rows)}</table>"
         f"<h2>What it reaches</h2>{''.join(f'<p>{line}</p>' for line in reach(kin))}"
     )
-    return view.page(machine.name, before=before, after=after)
-
-
-def _turn(matrix):
-    """The direction of a small turn, a unit vector in machine coordinates."""
-    return unit(np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]]))
+    return view.page(machine.name, before=before, after=after, still=True)
 
 
 def _ways(direction):
@@ -109,30 +107,23 @@ def _ways(direction):
     return " and ".join(DIRECTIONS[axis][int(direction[axis] > 0)] for axis in order)
 
 
-def _about_vertical(turn):
-    return "counterclockwise" if turn[2] > 0 else "clockwise"
-
-
 def _table(turn):
     """What a person sees of a table that turns right-handed about `turn`."""
-    said = []
-    if abs(turn[0]) > LEAST:
-        said.append(f"its front {'sinks' if turn[0] > 0 else 'rises'}")
-    if abs(turn[1]) > LEAST:
-        said.append(f"its right side {'sinks' if turn[1] > 0 else 'rises'}")
-    if abs(turn[2]) > LEAST:
-        said.append(f"it goes {_about_vertical(turn)} seen from above")
-    return " and ".join(said)
+    sides = zip(("front", "right side"), turn, strict=False)
+    tilts = [f"its {side} {'sinks' if along > 0 else 'rises'}" for side, along in sides if abs(along) > LEAST]
+    return " and ".join(tilts + _round(turn))
 
 
 def _head(turn, tool_axis):
     """What a person sees of a head: where its tip swings, and how it goes round."""
-    swing, said = np.cross(turn, -tool_axis), []
-    if np.linalg.norm(swing) > LEAST:
-        said.append(f"the tip swings {_ways(swing)}")
-    if abs(turn[2]) > LEAST:
-        said.append(f"it goes {_about_vertical(turn)} seen from above")
-    return " and ".join(said)
+    swing = np.cross(turn, -tool_axis)
+    swings = [f"the tip swings {_ways(swing)}"] if np.linalg.norm(swing) > LEAST else []
+    return " and ".join(swings + _round(turn))
+
+
+def _round(turn):
+    way = "counterclockwise" if turn[2] > 0 else "clockwise"
+    return [f"it goes {way} seen from above"] if abs(turn[2]) > LEAST else []
 
 
 def _iso(rotary, turn):

@@ -30,15 +30,8 @@ assert os.getuid() and not subprocess.call([sys.executable, "-c", "import ipyker
 class Place:
     """Where notebooks are run, each in a folder of its own that is removed afterwards.
 
-    Parameters
-    ----------
-    seconds, memory : int
-        For a notebook, and in bytes for each of its processes.
-
-    Attributes
-    ----------
-    open : list of str
-        What could not be bounded here.
+    `seconds` are for a notebook, `memory` in bytes for each of its processes. The attribute `open` is a list of
+    what could not be bounded here, in sentences.
 
     Raises
     ------
@@ -77,19 +70,16 @@ class Place:
         InputError
             If it did not come to its end within the bounds.
         """
-        code = "from mathpost.course.rerun import inside; inside()"
-        with tempfile.TemporaryFile() as said:
-            status = self._run(self.command, code, said, Path(path))
-            said.seek(0)
-            content = said.read()
-        if status is None:
-            raise InputError(Path(path).name, f"a notebook that runs within {self.seconds} s", "one that did not")
-        if status or not content:
-            found = f"one that was stopped (status {status})"
-            raise InputError(Path(path).name, "a notebook that runs within its bounds", found)
         self._kept = tempfile.TemporaryDirectory()
         executed = Path(self._kept.name) / Path(path).name
-        executed.write_bytes(content)
+        with executed.open("wb") as said:
+            code = "from mathpost.course.rerun import inside; inside()"
+            status = self._run(self.command, code, said, Path(path))
+        if status is None:
+            raise InputError(executed.name, f"a notebook that runs within {self.seconds} s", "one that did not")
+        if status or not executed.stat().st_size:
+            found = f"one that was stopped (status {status})"
+            raise InputError(executed.name, "a notebook that runs within its bounds", found)
         return executed
 
     def _works(self, way):

@@ -26,33 +26,15 @@ NO_MIXUP = "None of the usual mix-ups gives this."
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is said of an answer.
+    """What is said of an answer."""
 
-    Attributes
-    ----------
-    name : str
-        Of the exercise.
-    status : str
-        `OPEN`, `WRONG` or `RIGHT`.
-    why : str
-        A sentence or more.
-    answer : object
-        The answer as JSON holds it; a dict with what was found in its place if it could not be read.
-    edited : bool
-        Whether the saved notebook said something else of this answer.
-    mixup : str
-        The sentence that names the mix-up, where one gives the answer.
-    student : str
-        Whose numbers it was judged by; "" for those that stand in the lesson.
-    """
-
-    name: str
-    status: str
+    name: str  # of the exercise
+    status: str  # OPEN, WRONG or RIGHT
     why: str = ""
-    answer: object = None
-    edited: bool = False
-    mixup: str = ""
-    student: str = ""
+    answer: object = None  # as JSON holds it; a dict with what was found in its place if it could not be read
+    edited: bool = False  # whether the saved notebook said something else of this answer
+    mixup: str = ""  # the sentence that names the mix-up, where one gives the answer
+    student: str = ""  # whose numbers it was judged by; "" for those that stand in the lesson
 
     def __str__(self):
         return f"{self.name} · {self.status}." + (f" {self.why}" if self.why else "")
@@ -64,34 +46,18 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Exercise:
-    """An exercise, made by `define`.
-
-    Attributes
-    ----------
-    name : str
-        The lesson and a word, such as ``"07-pivot"``.
-    kind : object
-        What is asked for, one of `mathpost.course.answers`.
-    solve : callable
-        Returns the solution. Its docstring says what the exercise teaches; its source is shown.
-    slips : dict
-        The sentence that names a mix-up, to the function that computes the answer to which it leads; see `slip`.
-    complaint, detective, given, drawn, hint
-        As in `define`.
-    student : str
-        For whom its numbers were drawn; "" where they are those of the lesson.
-    """
+    """An exercise, made by `define`, which explains what it is made of."""
 
     name: str
     kind: object
-    solve: Callable
-    slips: dict = field(default_factory=dict)
+    solve: Callable  # its docstring says what the exercise teaches; its source is shown
+    slips: dict = field(default_factory=dict)  # sentence → function that computes the answer; see `slip`
     complaint: Callable | None = None
     detective: Callable | None = None
     given: Callable | None = None
     drawn: Callable | None = None
     hint: str = ""
-    student: str = ""
+    student: str = ""  # for whom its numbers were drawn; "" where they are those of the lesson
 
     @cached_property
     def of(self):
@@ -123,14 +89,10 @@ class Exercise:
     @cached_property
     def mixed_up(self):
         """What each slip gives, as data: pairs of a sentence and a value."""
-        found = []
-        for sentence, computed in self.slips.items():
-            value = self.kind.read(self._with_arguments(computed))
-            if not self.complaint and self.kind.same(value, self.solution):
-                raise InputError(
-                    f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {sentence}"
-                )
-            found.append((sentence, value))
+        found = [(said, self.kind.read(self._with_arguments(slip))) for said, slip in self.slips.items()]
+        for said, value in found if not self.complaint else ():
+            if self.kind.same(value, self.solution):
+                raise InputError(f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {said}")
         return found
 
     @cached_property
@@ -171,11 +133,8 @@ class Exercise:
         return replace(self._judged(answer), student=self.student)
 
     def _judged(self, answer):
-        if (
-            answer is None
-            or answer is ...
-            or (isinstance(answer, (list, tuple)) and any(each is None for each in answer))
-        ):
+        parts = answer if isinstance(answer, (list, tuple)) else [answer]
+        if answer is ... or any(each is None for each in parts):
             return Verdict(self.name, OPEN, f"Answer with {self.kind.asked}.")
         _ = self.solution, self.mixed_up  # what fails here is not the answer's fault
         if isinstance(answer, dict) and UNREADABLE in answer:
@@ -186,15 +145,13 @@ class Exercise:
             return self._unreadable(error.found)
         except (TypeError, ValueError, IndexError, KeyError, AttributeError):
             return self._unreadable(brief(answer))
-        mixup = ""
         try:
-            right = self._solves(value)
-            why = mixup = "" if right else self._mixup(value)
+            if self._solves(value):
+                return Verdict(self.name, RIGHT, inspect.getdoc(self.solve) or "", value)
+            mixup = self._mixup(value)
         except MathpostError as error:
-            right, why = False, f"The answer cannot be used: {error}."
-        if right:
-            return Verdict(self.name, RIGHT, inspect.getdoc(self.solve) or "", value)
-        why = why or f"{self.kind.nearly(value, self.solution) or NO_MIXUP} {self.hint}".strip()
+            return Verdict(self.name, WRONG, f"The answer cannot be used: {error}.", value)
+        why = mixup or f"{self.kind.nearly(value, self.solution) or NO_MIXUP} {self.hint}".strip()
         return Verdict(self.name, WRONG, why, value, mixup=mixup)
 
     @cached_property
@@ -207,32 +164,28 @@ class Exercise:
         return Verdict(self.name, WRONG, why, {UNREADABLE: found})
 
     def _solves(self, value):
-        return (
-            not self._with_arguments(self.complaint, value)
-            if self.complaint
-            else self.kind.same(value, self.solution)
-        )
+        if self.complaint:
+            return not self._with_arguments(self.complaint, value)
+        return self.kind.same(value, self.solution)
 
     def _mixup(self, value):
         """The sentence of the first mix-up that gives the value: a named one, the detective's, or a common one."""
         if self.complaint:
             return self._with_arguments(self.complaint, value)
-        for sentence, mistaken in self.mixed_up:
-            if self.kind.same(value, mistaken):
-                return sentence
+        if named := [said for said, mistaken in self.mixed_up if self.kind.same(value, mistaken)]:
+            return named[0]
         found = self._with_arguments(self.detective, value) if self.detective else None
         if found and found.explained and not found.right:
-            sentence = str(found.misreadings[0])
-            return f"{sentence[0].upper()}{sentence[1:]}."
-        for sentence, mistaken in self.common:
-            if self.kind.same(value, mistaken):
-                return sentence
+            first, *rest = str(found.misreadings[0])
+            return "".join([first.upper() if first.isascii() else first, *rest, "."])  # a letter such as α stays
+        if named := [said for said, mistaken in self.common if self.kind.same(value, mistaken)]:
+            return named[0]
         if self.kind.coarse(value, self.solution):
             return ""
         return next((said for said, other in self.mixed_up + self.common if self.kind.coarse(value, other)), "")
 
 
-def define(name, kind, **how):
+def define(name, kind, hint="", **how):
     """Enter the decorated function as the solution of an exercise; running the cell anew replaces it.
 
     Parameters
@@ -241,6 +194,8 @@ def define(name, kind, **how):
         Not one of the lessons', and the same only in the notebook or file where the exercise stands already.
     kind : object
         What is asked for: one of `mathpost.course.answers`, such as ``Angle(decimals=2)``.
+    hint : str
+        What to say if no mix-up gives the answer.
     complaint : callable, keyword only
         For exercises with many solutions: returns what is wrong with an answer, or "" if nothing is.
     detective : callable, keyword only
@@ -251,8 +206,6 @@ def define(name, kind, **how):
         ``drawn(rng)`` returns arguments of the solution as a dict, drawn for one student from a `random.Random`; a
         slip, complaint, detective or `given` that names one of them as an argument gets it. In the question they
         stand as ``<!--drawn:01-sign:angle-->90<!--/drawn-->``.
-    hint : str, keyword only
-        What to say if no mix-up gives the answer.
 
     Raises
     ------
@@ -281,7 +234,7 @@ def define(name, kind, **how):
         there = EXERCISES[name].solve.__module__ if name in EXERCISES else solve.__module__
         if there != solve.__module__:
             raise InputError("exercise", "a name of its own", f"{name!r}, which {there} has")
-        EXERCISES[name] = Exercise(name, kind, solve, getattr(solve, "slips", {}), **how)
+        EXERCISES[name] = Exercise(name, kind, solve, getattr(solve, "slips", {}), hint=hint, **how)
         return solve
 
     return enter

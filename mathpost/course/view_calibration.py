@@ -6,16 +6,12 @@ import sympy as sp
 from mathpost.draw import plot
 from mathpost.draw.chart import printed, recorded
 from mathpost.draw.formula import slider
-from mathpost.errors import InputError
 from mathpost.measure import horizontal_head, rotary_axis, work_offset
 
 
 def datum_after_rotation(centre_a, centre_b, point):
     """Turn A and B and see where a point of the part goes: both stack orders, and one centre for both axes."""
-    tables = {
-        "AB": work_offset.ab_table(centre_a, centre_b, order="AB"),
-        "BA": work_offset.ab_table(centre_a, centre_b, order="BA"),
-    }
+    tables = {order: work_offset.ab_table(centre_a, centre_b, order=order) for order in ("AB", "BA")}
     common = (centre_b[0], centre_a[1], centre_b[2])
     tables["AB, one centre"] = work_offset.with_common_centre(tables["AB"], common)
     colours = (plot.COLOUR["first branch"], plot.COLOUR["second branch"], plot.COLOUR["published"])
@@ -33,8 +29,7 @@ def datum_after_rotation(centre_a, centre_b, point):
     paths = {name: path(table) for name, table in tables.items()}
 
     def build(figure):
-        views = figure.subplots(1, 2)
-        lines = {}
+        views, lines = figure.subplots(1, 2), {}
         for axes, (across, centre) in zip(views, ((0, centre_b), (1, centre_a)), strict=True):
             reach = 1.1 * max(np.linalg.norm(np.subtract(point, c)) for c in (centre_a, centre_b))
             axes.plot(centre[across], centre[2], "+", color=plot.COLOUR["machine"], markersize=12)
@@ -70,19 +65,14 @@ def five_face_head(fitted):
         (arm,) = axes.plot(
             [], [], color=plot.COLOUR["tool"], linewidth=3, label="U, from vertical to horizontal head"
         )
-        arrows = [
-            axes.plot([], [], color=plot.COLOUR[c], linewidth=2, label=n)[0]
-            for n, c in (("X'", "first branch"), ("Z'", "workpiece"))
-        ]
+        roles = {"X'": "first branch", "Z'": "workpiece"}
+        arrows = [axes.plot([], [], color=plot.COLOUR[roles[n]], linewidth=2, label=n)[0] for n in roles]
         figure.legend(loc="outside lower center", ncols=4, fontsize=8)
 
         def update(angle):
-            try:
-                head, kind = fitted.measured, "measured"
-                vector = head.vector(angle)
-            except InputError:
-                head, kind = table, "predicted"
-                vector = head.vector(angle)
+            measured = angle % 360 in fitted.measured.angles
+            head, kind = (fitted.measured, "measured") if measured else (table, "predicted")
+            vector = head.vector(angle)
             frame = horizontal_head.lhy(head, (0, 0, 0), angle)
             arm.set_data(*np.array([(0, 0), vector[:2]]).T)
             for arrow, direction in zip(arrows, frame.rotation.T[[0, 2]], strict=True):
@@ -99,17 +89,8 @@ def _fit(measurement, errors, at, sigma):
     """Return noisy readings, and to first order the errors found from them with one deviation of each.
 
     The readings are exact. Of a fit the first step from zero is left: for errors of some hundredths of a mm the
-    steps after it change less than 0.01 µm.
-
-    Parameters
-    ----------
-    measurement : mathpost.measure.fit.Measurement
-    errors : sequence of sympy expressions
-        What its unknowns are set to, mm and radians.
-    at : list of tuple
-        Settings of each reading, numbers or expressions.
-    sigma : sympy expression
-        Deviation of a reading, mm.
+    steps after it change less than 0.01 µm. `errors` are what the unknowns are set to, `at` the settings of each
+    reading, `sigma` its deviation; sympy expressions, mm and radians.
     """
     random, unknowns, zero = np.random.default_rng(1), measurement.unknowns, dict.fromkeys(measurement.unknowns, 0)
     read, noise, slopes = [], [], []
@@ -140,11 +121,10 @@ def rotation_centre(rotary, radius=150.0, heights=(50.0, 350.0)):
     spread = [3 * factor * value for factor, value in zip(scale, deviation, strict=True)]
 
     def build(figure):
-        left, right = figure.subplots(1, 2)
-        moved = {}
+        (left, right), moved = figure.subplots(1, 2), {}
         for marker, height, rows in zip("ox", heights, (slice(12), slice(12, 24)), strict=True):
-            (dots,) = left.plot([], [], marker, color=plot.COLOUR["tool"], label=f"z = {height:.0f}")
-            moved[dots] = [(1000 * x, 1000 * y) for x, y in zip(read[0][rows], read[1][rows], strict=True)]
+            dots = left.plot([], [], marker, color=plot.COLOUR["tool"], label=f"z = {height:.0f}")
+            moved[dots[0]] = [(1000 * x, 1000 * y) for x, y in zip(read[0][rows], read[1][rows], strict=True)]
         left.set(xlim=(-90, 90), ylim=(-90, 90), xlabel="e_x (µm)", ylabel="e_y (µm)", aspect="equal")
         (true,) = right.plot([], [], "_", color=plot.COLOUR["published"], markersize=24, label="true")
         (dots,) = right.plot([], [], "o", color=plot.COLOUR["workpiece"], label="recovered, ±3σ")
@@ -157,14 +137,10 @@ def rotation_centre(rotary, radius=150.0, heights=(50.0, 350.0)):
             axes.legend(fontsize=8)
         return moved, [*got, *spread]
 
-    sliders = [
-        slider(name, -60, 60, start, unit=unit)
-        for name, start, unit in zip(names, (10, -6, -30, 40), units, strict=True)
-    ]
+    rows = list(zip(names, (10, -6, -30, 40), units, strict=True))
+    sliders = [slider(name, -60, 60, start, unit=unit) for name, start, unit in rows]
     sliders.append(slider("noise", 0, 10, 1, step=0.5, unit="µm"))
-    said = [
-        f"{name} {{{n}:1}} ± {{{n + 4}:1}} {unit}" for n, (name, unit) in enumerate(zip(names, units, strict=True))
-    ]
+    said = [f"{name} {{{n}:1}} ± {{{n + 4}:1}} {unit}" for n, (name, _, unit) in enumerate(rows)]
     return printed(build, symbols, sliders, [", ".join(said)], size=(8.0, 4.0), height=560)
 
 
@@ -179,8 +155,7 @@ def rtcp_zero(lengths=(500.0, 700.0)):
     way = range(-90, 91, 5)
 
     def build(figure):
-        axes = figure.subplots()
-        moved = {}
+        axes, moved = figure.subplots(), {}
         colours = (plot.COLOUR["first branch"], plot.COLOUR["second branch"])
         for colour, length, rows in zip(colours, lengths, (slice(2), slice(2, 4)), strict=True):
             (line,) = axes.plot([], [], color=colour, label=f"L = {length:.0f}")

@@ -13,7 +13,9 @@ def knot_choice(measured):
     """A slider over the number of knots of `spline.Points`: chosen adaptively, and equally far apart."""
     order = spline.adaptive(measured, np.finfo(float).tiny).knots
     fewest = 2 if measured.period is None else 3
-    possible = [count for count in range(fewest, len(measured.at) + 1) if _divides(measured, count)]
+    closed = measured.period is not None  # then the last knot is the first
+    gaps = len(measured.at) - 1 + closed
+    possible = [count for count in range(fewest, len(measured.at) + 1) if gaps % (count - 1 + closed) == 0]
 
     def build(figure):
         axes = figure.subplots()
@@ -21,27 +23,23 @@ def knot_choice(measured):
         axes.plot(measured.at, measured.values, "x", color=plot.COLOUR["published"], markersize=4)
         lines = {}
         for name, role in (("adaptive", "first branch"), ("uniform", "second branch")):
-            lines[name] = (
-                axes.plot([], [], plot.STYLE[role], color=plot.COLOUR[role], label=name)[0],
-                axes.plot([], [], "o", color=plot.COLOUR[role], fillstyle="none")[0],
-            )
-        axes.set(xlabel="angle, deg", ylabel="error, arcsec", ylim=_with_margin(measured.values))
+            (curve,) = axes.plot([], [], plot.STYLE[role], color=plot.COLOUR[role], label=name)
+            lines[name] = curve, *axes.plot([], [], "o", color=plot.COLOUR[role], fillstyle="none")
+        margin = 0.1 * np.ptp(measured.values) * np.array([-1, 1])
+        limits = np.add([measured.values.min(), measured.values.max()], margin)
+        axes.set(xlabel="angle, deg", ylabel="error, arcsec", ylim=limits)
         axes.legend()
 
         def update(knots):
             fewer = max(count for count in possible if count <= knots)
-            fits = {
-                "adaptive": spline.Curve(measured, order[: round(knots)]),
-                "uniform": spline.uniform(measured, fewer),
-            }
+            adaptive, uniform = spline.Curve(measured, order[: round(knots)]), spline.uniform(measured, fewer)
+            fits = {"adaptive": adaptive, "uniform": uniform}
             for name, fitted in fits.items():
                 chosen = sorted(fitted.knots)
                 lines[name][0].set_data(at, fitted(at))
                 lines[name][1].set_data(measured.at[chosen], measured.values[chosen])
-            return [
-                f"{name}: {len(fitted.knots)} knots, residual {fitted.residual:.3f} arcsec"
-                for name, fitted in fits.items()
-            ]
+            told = "{}: {} knots, residual {:.3f} arcsec".format
+            return [told(name, len(fitted.knots), fitted.residual) for name, fitted in fits.items()]
 
         return update
 
@@ -67,13 +65,8 @@ def towards_the_pole(compensator, joints, tilt):
     def build(figure):
         axes = figure.subplots()
         for name, (role, tip) in curves.items():
-            axes.loglog(
-                degrees,
-                1e3 * np.maximum(tip, 1e-8),
-                plot.STYLE.get(role, "-."),
-                color=plot.COLOUR[role],
-                label=name,
-            )
+            style = {"color": plot.COLOUR[role], "linestyle": plot.STYLE.get(role, "-."), "label": name}
+            axes.loglog(degrees, 1e3 * np.maximum(tip, 1e-8), **style)
         marks = [axes.plot([], [], "o", color=plot.COLOUR[role])[0] for role, _ in curves.values()]
         axes.set(xlabel="tilt, deg", ylabel="error at the tip, µm")
         axes.invert_xaxis()
@@ -90,13 +83,3 @@ def towards_the_pole(compensator, joints, tilt):
         return update
 
     return recorded(build, slider("log tilt", -3, 1.5, 1.5, step=0.025, unit=""))
-
-
-def _divides(measured, count):
-    gaps = len(measured.at) - (measured.period is None)
-    return gaps % (count - (measured.period is None)) == 0
-
-
-def _with_margin(values):
-    margin = 0.1 * np.ptp(values)
-    return values.min() - margin, values.max() + margin

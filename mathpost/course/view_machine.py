@@ -1,18 +1,19 @@
 """Views of a moving machine: five joints by hand, one tool axis with both solutions, a walk along a program."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 
 from mathpost import codegen
 from mathpost.draw import plot, scene
 from mathpost.draw.arrangement import placing
+from mathpost.draw.formula import slider
 from mathpost.draw.live import Live
 from mathpost.draw.scene import Line, Scene
-from mathpost.draw.solid import Turned
+from mathpost.draw.solid import Turned, across, ring
 from mathpost.post import selection, travel
 from mathpost.post.singular import distance, regions
-from mathpost.rotation import unit
 
 CONE = np.radians(1.0)
 BRANCHES = ("first branch", "second branch")
@@ -28,12 +29,8 @@ def machine(kin):
     """
     drawn, made = scene.machine(kin)
     start, drawn = scene.best_start(kin, drawn, made)
-    state = {
-        "kind": "machine",
-        "about": _about(kin),
-        "home": made.home.tolist(),
-        "sliders": _joint_sliders(kin, made, start),
-    }
+    sliders = _joint_sliders(kin, made, start)
+    state = {"kind": "machine", "about": _about(kin), "home": made.home.tolist(), "sliders": sliders}
     return _live(state, [kin], [drawn], [start], pose_text(kin, start))
 
 
@@ -47,34 +44,25 @@ def tool_axis(kin, *, tilt=30.0, direction=-30.0):
     _, framed = scene.best_start(kin, drawn, made, aspect=0.75)
     tilt, most = float(min(max(tilt, near), far)), float(min(180.0, far + 10.0))
     pole = np.array(about["pole"])
-    zero, quarter = _across(pole)
+    zero, quarter = across(pole)  # as the browser takes them
     angle, turn = np.radians([tilt, direction])
     axis = np.cos(angle) * pole + np.sin(angle) * (np.cos(turn) * zero + np.sin(turn) * quarter)
     tip = kin.forward(made.home)[0]
     both = kin.inverse(tip, axis)
-    pair = [_titled(framed, name, plot.COLOUR[name]) for name in BRANCHES]
+    pair = [replace(framed, title=name, colour=plot.COLOUR[name]) for name in BRANCHES]
     joint = about["names"][about["inner"]]
     places = [["pole", [near, None]], ["beside the pole", [near + 0.5, None]]]
     for limit in about["limits"][about["inner"]]:
         if limit is not None:
-            rotary = np.zeros(5)
-            rotary[about["inner"]] = np.radians(limit)
-            leaning = kin.forward(rotary)[1]
+            leaning = kin.forward(np.radians(limit) * np.eye(5)[about["inner"]])[1]
             lean = float(np.degrees(np.arctan2(np.linalg.norm(np.cross(pole, leaning)), pole @ leaning)))
             places.append([f"{joint} limit {limit:.0f}°", [lean, None]])
     places.append(["edge of reach", [far, None]])
-    sliders = [_slider("tilt", 0.0, most, tilt, 0.5), _slider("direction", -180.0, 180.0, direction, 1.0)]
+    sliders = [slider("tilt", 0.0, most, tilt, step=0.5), slider("direction", -180.0, 180.0, direction)]
     state = {"kind": "both", "about": about, "tip": tip.tolist(), "sliders": sliders, "places": places}
     text = "; ".join(f"{name}: {_words(kin, joints)}" for name, joints in zip(BRANCHES, both, strict=True))
-    return _live(
-        state,
-        [kin],
-        [_sphere(kin, axis), *pair],
-        [None, *both],
-        f"tool axis {_list(axis, 4)}; {text}",
-        height=470,
-        layout="column",
-    )
+    text, scenes = f"tool axis {_list(axis, 4)}; {text}", [_sphere(kin, axis), *pair]
+    return _live(state, [kin], scenes, [None, *both], text, height=470, layout="column")
 
 
 def walk(kin, cl, joints=None, *, place=None, cone=CONE, second=None):
@@ -121,17 +109,10 @@ def walk(kin, cl, joints=None, *, place=None, cone=CONE, second=None):
         near = [[first + 1, last + 1] for first, last in regions(each, cl, at_records, cone=cone)]
         state_runs.append({"about": _about(each), "joints": blocks, "place": ends / every, "singular": near})
     at_records = _between(place, chosen, np.arange(len(cl), dtype=float))
-    state = {
-        "kind": "walk",
-        "cl": poses.round(9),
-        "runs": state_runs,
-        "first": 1,
-        "every": every,
-        "sliders": [
-            _slider("record", 1.0, float(1 + records[-1]), 1.0, float(every) if len(cl) > 30 else 0.05, unit="")
-        ],
-        "places": _sights(kin, cl, at_records),
-    }
+    step = float(every) if len(cl) > 30 else 0.05
+    state = {"kind": "walk", "cl": poses.round(9), "runs": state_runs, "first": 1, "every": every}
+    state["sliders"] = [slider("record", 1.0, float(1 + records[-1]), 1.0, step=step, unit="")]
+    state["places"] = _sights(kin, cl, at_records)
     starts = [blocks[0] for _, blocks, _ in runs]
     text = "; ".join(f"record 1: {pose_text(each, q)}" for (each, _, _), q in zip(runs, starts, strict=True))
     return _live(state, [each for each, _, _ in runs], scenes, starts, text, height=520, layout="column")
@@ -139,9 +120,8 @@ def walk(kin, cl, joints=None, *, place=None, cone=CONE, second=None):
 
 def _live(state, kins, scenes, joints, readings, **options):
     """Put scenes and printed machines together; joints None is a scene without a machine."""
-    places = [{"bed": np.eye(4)} if q is None else placing(kins[0].machine)(q) for q in joints]
-    if len(kins) > 1:
-        places = [placing(kin.machine)(q) for kin, q in zip(kins, joints, strict=True)]
+    machines = [kin.machine for kin in kins] * (len(joints) // len(kins))
+    places = [placing(m)(q) if q is not None else {"bed": np.eye(4)} for m, q in zip(machines, joints, strict=True)]
     code = [codegen.body(kin, jacobian=False) for kin in kins]
     state = json.loads(json.dumps(state, default=lambda array: array.tolist()))
     return Live(state, code, EXPORTS, scenes, places, readings, **options)
@@ -162,10 +142,6 @@ def _about(kin):
     }
 
 
-def _slider(name, low, high, value, step, unit="°"):
-    return {"name": name, "low": low, "high": high, "value": value, "step": step, "unit": unit}
-
-
 def _joint_sliders(kin, made, start):
     """Ranges that hold every pose with the tip over the workpiece; degrees for the rotary joints."""
     limits = np.degrees(kin.machine.limits[3:])
@@ -176,12 +152,8 @@ def _joint_sliders(kin, made, start):
     low = np.r_[np.floor(linear.min(axis=0) - 0.5 * made.size), low].tolist()
     high = np.r_[np.ceil(linear.max(axis=0) + 0.5 * made.size), high].tolist()
     start, units = np.r_[start[:3], np.degrees(start[3:])].tolist(), ("mm", "mm", "mm", "°", "°")
-    rows = zip(kin.machine.joint_names, low, high, start, [1.0] * 5, units, strict=True)
-    return [_slider(*row) for row in rows]
-
-
-def _titled(drawn, title, colour):
-    return Scene(**vars(drawn) | {"title": title, "colour": colour})
+    rows = zip(kin.machine.joint_names, low, high, start, units, strict=True)
+    return [slider(*row, unit=unit) for *row, unit in rows]
 
 
 def _sphere(kin, axis):
@@ -199,17 +171,10 @@ def _sphere(kin, axis):
     return drawn.frame(*scene.CAMERAS[0], aspect=0.8)
 
 
-def _circle(pole, angle, count=61):
+def _circle(pole, angle):
     """Points of the circle on the unit sphere at `angle` (radians) from the unit vector `pole`."""
-    x, y = _across(pole)
-    turn = np.linspace(0, 2 * np.pi, count)[:, None]
-    return np.cos(angle) * pole + np.sin(angle) * (np.cos(turn) * x + np.sin(turn) * y)
-
-
-def _across(axis):
-    """Two unit vectors square to `axis`, the ones that the browser takes."""
-    x = unit(np.cross(axis, [1.0, 0, 0] if abs(axis[0]) < 0.6 else [0, 1.0, 0]))
-    return x, np.cross(axis, x)
+    points = ring(np.cos(angle) * pole, pole, np.sin(angle), 60)
+    return np.concatenate([points, points[:1]])
 
 
 def _sights(kin, cl, joints):

@@ -27,10 +27,9 @@ def inner_and_outer(kin):
         turn = np.linspace(0, 2 * np.pi, 37)
         side.plot(np.cos(turn), np.sin(turn), color=plot.COLOUR["machine"], linewidth=0.8)
         side.plot([0, 0], [-1.2, 1.2], color=plot.COLOUR["machine"])
-        side.set(xlabel="from the side: across the outer axis", ylabel="k, along the outer axis")
-        top.set(xlabel="along the outer axis: i", ylabel="j")
-        for panel in (side, top):
-            panel.set(xlim=(-1.25, 1.25), ylim=(-1.25, 1.25), aspect="equal")
+        square = {"xlim": (-1.25, 1.25), "ylim": (-1.25, 1.25), "aspect": "equal"}
+        side.set(xlabel="from the side: across the outer axis", ylabel="k, along the outer axis", **square)
+        top.set(xlabel="along the outer axis: i", ylabel="j", **square)
         colour, points = plot.COLOUR, {}
 
         def line(panel, at, tint, label=None, **style):
@@ -66,8 +65,7 @@ def past_the_pole(kin):
     inner = names.index(str(kin.inverse_symbolic.inner))
 
     def build(figure):
-        panels = figure.subplots(2, 1, sharex=True)
-        lines = {}
+        panels, lines = figure.subplots(2, 1, sharex=True), {}
         for axis, panel in enumerate(panels):
             for branch, role in enumerate(("first branch", "second branch")):
                 style = {"color": plot.COLOUR[role], "linestyle": plot.STYLE[role], "label": role}
@@ -85,10 +83,8 @@ def past_the_pole(kin):
                 line.set_ydata(angles[:, branch, axis])
             turned = np.abs(np.diff(angles[:, 0, 1 - inner]))
             middle = turned[(tilts[:-1] >= -0.5) & (tilts[1:] <= 0.5)].sum()
-            return [
-                f"{distance:.1f}° from the pole: {names[1 - inner]} turns by {turned.sum():.1f}°, "
-                f"by {middle:.1f}° of it while the tool tilts by 1°"
-            ]
+            far = f"{distance:.1f}° from the pole: {names[1 - inner]} turns by {turned.sum():.1f}°"
+            return [f"{far}, by {middle:.1f}° of it while the tool tilts by 1°"]
 
         return update
 

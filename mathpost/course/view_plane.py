@@ -80,10 +80,8 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
     def build(figure):
         circle, moving = np.stack([np.cos(turn), np.sin(turn)]), {}
         bore, probe = figure.subplots(1, 2)
-        for axes, title in (
-            (bore, "boring bar, retracted along −X"),
-            (probe, "stylus ball, believed (dotted) and true"),
-        ):
+        titles = {bore: "boring bar, retracted along −X", probe: "stylus ball, believed (dotted) and true"}
+        for axes, title in titles.items():
             axes.set(title=title, aspect="equal", xlim=(-1.55, 1.55), ylim=(-1.55, 1.55))
             axes.set_axis_off()
             for direction, label in zip(np.eye(2), "XY", strict=True):
@@ -96,9 +94,8 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
         bore.fill(*(0.6 * circle - [[0.25], [0]]), color=_TOOL, alpha=0.35)  # the retract is not to scale
         moving[bore.plot([], [], color=_TOOL, lw=5)[0]] = along(0.6, 1.0, shift=-0.25)
         probe.plot(*(0.3 * circle + [[0.35], [0]]), color=_WORKPIECE, ls=":")
-        moving[probe.plot([], [], color=_TOOL)[0]] = [
-            (0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)
-        ]
+        ball = [(0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)]
+        moving[probe.plot([], [], color=_TOOL)[0]] = ball
         return moving, numbers
 
     angles = ", ".join(f"{r.name} {a:z.3f}" for r, a in zip(machine.rotary, choice.angles, strict=True))
@@ -133,10 +130,8 @@ def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
         slides = [coordinate.subs(tip).subs(turns) for coordinate in derived.linear]
         joints = dict(zip(chain.joint_symbols(model), slides, strict=False)) | turns
         places |= {f"{number} {name}": matrix.subs(joints) for name, matrix in chain.bodies(model)}
-        rotary = [
-            np.radians(outer if symbol == derived.outer else inner) for symbol in chain.joint_symbols(model)[3:]
-        ]
-        at = kin.close(kin.forward(made.home)[0], rotary)
+        start = [outer if symbol == derived.outer else inner for symbol in chain.joint_symbols(model)[3:]]
+        at = kin.close(kin.forward(made.home)[0], np.radians(start))
         title = f"{number + 1} · {model.arrangement}: outer {derived.outer}, inner {derived.inner}"
         picture, _ = scene.best_camera(kin, scene.machine(kin, title=title)[0], at, aspect=1.0)
         for part in (*picture.solids, *picture.lines, *picture.labels):
@@ -146,20 +141,21 @@ def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
         text.append(f"{number + 1} {model.name}: n = ({{{first}:4}}, {{{first + 1}:4}}, {{{first + 2}:4}})")
         numbers += kin.forward_symbolic()[:3, 2].subs(turns)
     pictures = [replace(picture, bodies=list(places)) for picture in drawn]
+    sense = slider("sense", -1, 1, 1, unit="", hidden=True)
+    text = ["; ".join(text[n : n + 2]) for n in range(0, len(text), 2)]
+    buttons = [("0, 0", [0, 0, None]), ("outer 90°", [90, None, None]), ("inner 90°", [None, 90, None])]
+    if senses:
+        text.append(f"sense {{{len(numbers)}:0}}")
+        buttons += [("sense 1", [None, None, 1]), ("sense −1", [None, None, -1])]
     return formula(
         pictures[0],
         symbols,
-        [
-            slider("outer", -180, 180, outer),
-            slider("inner", -90, 90, inner),
-            slider("sense", -1, 1, 1, unit="", hidden=True),
-        ],
+        [slider("outer", -180, 180, outer), slider("inner", -90, 90, inner), sense],
         places,
-        ["; ".join(text[n : n + 2]) for n in range(0, len(text), 2)] + senses * [f"sense {{{len(numbers)}:0}}"],
+        text,
         numbers=[*numbers, symbols[2]],
-        buttons=[("0, 0", [0, 0, None]), ("outer 90°", [90, None, None]), ("inner 90°", [None, 90, None])]
-        + senses * [("sense 1", [None, None, 1]), ("sense −1", [None, None, -1])],
+        buttons=buttons,
         beside=pictures[1:],
         layout="column",
-        height=390 + 240 * ((len(pictures) - 1) // 3),
+        height=390 + 170 * ((len(pictures) - 1) // 3),
     )

@@ -12,7 +12,7 @@ from mathpost.rotation import ACTIVE, zxz_right, zxz_steps
 
 _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 _AXIS, _NODES = plot.COLOUR["first branch"], plot.COLOUR["second branch"]  # of a turn; where two planes meet
-_UNIT = dict(zip("XYZ", ((1, 0, 0), (0, 1, 0), (0, 0, 1)), strict=True))
+_UNIT = dict(zip("XYZ", np.eye(3, dtype=int).tolist(), strict=True))
 _DEGREES = 180 / sp.pi
 
 
@@ -25,12 +25,9 @@ def turned_point(point):
     angles = {"alpha": (-180, 135.0), "beta": (0, 54.7356), "gamma": (-180, -90.0)}
     frame = zxz_right(*(start for _, start in angles.values()), degrees=True)
     axes = np.concatenate([np.eye(3), frame])
-    scene = Scene(["turned"], extent=np.concatenate([1.35 * size * axes, 1.25 * np.array([point, np.zeros(3)])]))
-    scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
-    scene.triad("turned", ("X'", "Y'", "Z'"), length=size, colour=_WORKPIECE, width=3)
-    scene.lines.append(Line("bed", [[np.zeros(3), np.array(point)]], _TOOL, 1.2, dash=True, over=True, dot=True))
+    extent = np.concatenate([1.35 * size * axes, 1.25 * np.array([point, np.zeros(3)])])
+    scene = _frames_and_point(point, size, extent)
     scene.lines.append(Line("turned", [], _TOOL, 2.4, name="coordinates", span=(0, 4), over=True))
-    scene.labels.append(Label("bed", 1.1 * np.array(point), "P", _TOOL))
     return formula(
         scene.frame(*clearest(dict(zip(("X", "Y", "Z", "X'", "Y'", "Z'"), axes, strict=True)))),
         symbols,
@@ -42,6 +39,16 @@ def turned_point(point):
     )
 
 
+def _frames_and_point(point, size, extent):
+    """A point in the frame that stays, and the frame that turns."""
+    scene = Scene(["turned"], extent=extent)
+    scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
+    scene.triad("turned", ("X'", "Y'", "Z'"), length=size, colour=_WORKPIECE, width=3)
+    scene.lines.append(Line("bed", [[np.zeros(3), np.array(point)]], _TOOL, 1.2, dash=True, over=True, dot=True))
+    scene.labels.append(Label("bed", 1.1 * np.array(point), "P", _TOOL))
+    return scene
+
+
 def turns(point, angles):
     """A point that stays and a frame that makes three turns, one after the other: a slider from 0 to 3 that plays.
 
@@ -50,18 +57,14 @@ def turns(point, angles):
     s, size = sp.Symbol("s", real=True), 0.75 * float(np.linalg.norm(point))
     done = [sp.Rational(round(1e9 * t), 10**9) * sp.Min(1, sp.Max(0, s - n)) for n, t in enumerate(angles)]
     F = euler.matrix("ZXZ", [t * sp.pi / 180 for t in done])
-    v = (
-        size * sp.Piecewise((1, sp.Or(s <= 1, s > 2)), (0, True)) * F[:, 2]
-        + size * sp.Piecewise((1, sp.And(s > 1, s <= 2)), (0, True)) * F[:, 0]
+    about_z, about_x = (
+        sp.Piecewise((1, when), (0, True)) for when in (sp.Or(s <= 1, s > 2), sp.And(s > 1, s <= 2))
     )
+    v = size * about_z * F[:, 2] + size * about_x * F[:, 0]
     start = np.array(F.subs(s, 1.5).evalf(), dtype=float)
     axes = np.concatenate([np.eye(3), start.T])
-    scene = Scene(["turned"], extent=1.3 * size * np.concatenate([np.eye(3), -np.eye(3)]))
-    scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
-    scene.triad("turned", ("X'", "Y'", "Z'"), length=size, colour=_WORKPIECE, width=3)
-    scene.lines.append(Line("bed", [[np.zeros(3), np.array(point)]], _TOOL, 1.2, dash=True, over=True, dot=True))
+    scene = _frames_and_point(point, size, 1.3 * size * np.concatenate([np.eye(3), -np.eye(3)]))
     scene.lines.append(Line("bed", [], _AXIS, 2.4, name="axis", span=(0, 2), dash=True, over=True))
-    scene.labels.append(Label("bed", 1.1 * np.array(point), "P", _TOOL))
     words = ("about Z", "about the new X", "about the newest Z")
     now = [sp.Piecewise((1, condition), (0, True)) for condition in (s <= 1, sp.And(s > 1, s <= 2), s > 2)]
     said = "".join(f"{{{3 + n}?{word}}}" for n, word in enumerate(words))
@@ -89,12 +92,8 @@ def notations(angles=(135.0, 54.7356, -90.0)):
     w, x, y, z = sp.prod(turns).args
     sign, sine = sp.Piecewise((-1, w < 0), (1, True)), sp.sqrt(x**2 + y**2 + z**2)
     still = sine < 1e-12  # no turn at all has the axis Z
-    v = sp.Matrix(
-        [
-            sp.Piecewise((end, still), (sign * x / sp.Max(sine, 1e-12), True))
-            for end, x in zip((0, 0, 1), (x, y, z), strict=True)
-        ]
-    )
+    components = zip((0, 0, 1), (x, y, z), strict=True)
+    v = sp.Matrix([sp.Piecewise((end, still), (sign * x / sp.Max(sine, 1e-12), True)) for end, x in components])
     numbers = [*v, 2 * sp.atan2(sine, sign * w) * _DEGREES, *(sign * x for x in (w, x, y, z))]
     text = ["axis ({0:4}, {1:4}, {2:4}), angle {3:3}° (dashed)", "quaternion ({4:4}, {5:4}, {6:4}, {7:4})"]
     for name in ("G68.2", "PLANE SPATIAL", "AROT RPY"):

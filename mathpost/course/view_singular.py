@@ -57,13 +57,7 @@ def globe():
             "longitude {0:2}°; per degree of tilt it turns by {1:2}°: C has to turn at {2:1}°/s",
             "at the nearest point by {3:2}°: at {4:1}°/s",
         ],
-        numbers=[
-            sp.deg(longitude),
-            rate,
-            rate * SPEED,
-            rate.subs(TILT, 0),
-            rate.subs(TILT, 0) * SPEED,
-        ],
+        numbers=[sp.deg(longitude), *(x for each in (rate, rate.subs(TILT, 0)) for x in (each, each * SPEED))],
         points=[*path, *arrow],
         buttons=[("through it", [0.2, None, None]), ("nearest point", [None, 0, None])],
     )
@@ -87,8 +81,8 @@ def pass_by(limit):
         below.legend(loc="upper right")
         return {turned: curve, needed: speed}, [rate.subs(TILT, 0), sp.deg(sp.asin(SPEED / limit))]
 
-    sliders = [slider("distance from the pole", 0.2, 20, 4, step=0.1)]
-    sliders.append(slider("speed of the tool", 2, 60, 20, unit="°/s"))
+    speed = slider("speed of the tool", 2, 60, 20, unit="°/s")
+    sliders = [slider("distance from the pole", 0.2, 20, 4, step=0.1), speed]
     text = ["C has to reach {0:0}°/s; it can follow from {1:2}° on"]
     return printed(build, (DISTANCE, SPEED), sliders, text, size=(7.0, 4.6), height=520)
 
@@ -150,9 +144,8 @@ def smoothed(kin, cl, joints, region, *, most=60):
         left.set(xlabel="virtual time, records", ylabel=f"{name}, degrees")
         left.legend(loc="upper right")
         right.plot(counts, tip, color=plot.COLOUR["tool"], label="tip, mm")
-        right.plot(
-            counts, np.degrees(axis), color=plot.COLOUR["machine"], linestyle="--", label="tool axis, degrees"
-        )
+        style = {"color": plot.COLOUR["machine"], "linestyle": "--", "label": "tool axis, degrees"}
+        right.plot(counts, np.degrees(axis), **style)
         (dot,) = right.plot([], [], "o", color=plot.COLOUR["tool"])
         right.set(xlabel="points n", ylabel="error between the blocks", yscale="log", ylim=(0.01, 100))
         right.legend(loc="upper right")
@@ -162,9 +155,8 @@ def smoothed(kin, cl, joints, region, *, most=60):
             place, rows = yu_dan.smooth(kin, cl, joints, region, n)
             points.set_data(place + 1, np.degrees(rows[:, outer]))
             dot.set_data([n], [tip[n - 1]])
-            return [
-                f"n = {n}: the tip is off by up to {tip[n - 1]:.3f} mm, the axis by {np.degrees(axis[n - 1]):.2f}°"
-            ]
+            off = f"the tip is off by up to {tip[n - 1]:.3f} mm, the axis by {np.degrees(axis[n - 1]):.2f}°"
+            return [f"n = {n}: {off}"]
 
         return update
 

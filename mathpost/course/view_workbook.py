@@ -36,14 +36,11 @@ def misreadings_apart(point, names):
         return bars, distances
 
     said = [f"{name} {{{n}:3}}" for n, name in enumerate(names)]
-    start = {"alpha": 135.0, "beta": 55.0, "gamma": -90.0}
-    return printed(
-        build,
-        symbols,
-        [slider(name, -180, 180, angle) for name, angle in start.items()],
-        ["away from the right point (0.000 cannot be seen): " + ", ".join(said)],
-        height=520,
-    )
+    sliders = [
+        slider(str(name), -180, 180, angle) for name, angle in zip(symbols, (135.0, 55.0, -90.0), strict=True)
+    ]
+    text = ["away from the right point (0.000 cannot be seen): " + ", ".join(said)]
+    return printed(build, symbols, sliders, text, height=520)
 
 
 def invisible(point, names, angles):

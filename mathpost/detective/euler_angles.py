@@ -11,30 +11,15 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from mathpost.detective.misreadings import (
-    CHANCE,
-    FAR_FETCHED,
-    UNROUNDED,
-    Explanation,
-    Factors,
-    Misreading,
-    Slip,
-    Wording,
-    all_factors,
-    matrices,
-    sentence,
-    simplest,
-    trade_name,
-    wordings,
-    written,
-    written_decimals,
-)
+from mathpost.angles import SEQUENCES
+from mathpost.detective import misreadings as reading
+from mathpost.detective.misreadings import Explanation, Factors, Slip, all_factors, matrices, wordings
 from mathpost.detective.placing import PLAIN, Placing, about, translated
 from mathpost.errors import InputError, as_array
 
 ROUNDING = 1e-9  # relative: what a spreadsheet's own arithmetic may lose
 MOST, SHOWN = 100, 6  # right angles and points on an axis have many misreadings: how many are looked at and shown
-MORE_DIGITS = Slip(UNROUNDED, 0.5, "the angles were used with more digits than are given")
+MORE_DIGITS = Slip(reading.UNROUNDED, 0.5, "the angles were used with more digits than are given")
 QUATERNION = {
     "xyzw": Slip("quaternion", 1.25, "the quaternion is stored as x y z w and read as w x y z"),
     "wxyz": Slip("quaternion", 1.25, "the quaternion is stored as w x y z and read as x y z w"),
@@ -84,11 +69,11 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None
         The point, or n points that one misreading must explain together. None if `answer` is a matrix.
     answer : array_like, shape of `point`, or (3, 3) for a matrix
         What someone got. Strings such as ``"4.9500"`` keep the zeros that tell the precision.
-    decimals : int, optional, keyword only
+    decimals : int, optional
         Digits after the point to which the answer was written; by default as many as its numbers show.
-    sequence : str, keyword only
+    sequence : str
         The axes, such as ``"ZXZ"``.
-    origin : array_like, shape (3,), optional, keyword only
+    origin : array_like, shape (3,), optional
         The origin of the turned frame; the right answer then belongs to the point minus the origin.
 
     Returns
@@ -98,19 +83,16 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None
     Raises
     ------
     InputError
-        If an argument has another shape, holds something that is not a finite number, or names no axes, or if
-        the point is the origin, which every misreading leaves in its place.
+        If an argument is not finite numbers of that shape or names no axes, or the point is the origin, which every
+        misreading leaves in its place.
 
     Examples
     --------
     >>> found = explain([135, 54.7356, -90], [3, 4, 5], [1.283069, 6.939923, 0.437263])
     >>> print(found.misreadings[0])
     the final transpose is missing: E_z(−α)·E_x(−β)·E_z(−γ)·p
-    >>> explain([135, 54.7356, -90], [3, 4, 5], [1, 2, 6.708]).explained
-    False
     """
-    valid = isinstance(sequence, str) and len(sequence) == 3 and set(sequence) <= set("XYZ")
-    if not valid or sequence[0] == sequence[1] or sequence[1] == sequence[2]:
+    if sequence not in SEQUENCES:
         raise InputError("sequence", "three axes such as 'ZXZ', no two neighbours alike", repr(sequence))
     values = as_array(angles, 3, "angles")
     if values.shape != (3,):
@@ -127,7 +109,7 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None
         # The columns of a matrix are where ex, ey and ez go, so a matrix is three points.
         target=target.T if point is None else np.atleast_2d(target),
         half_digits=np.array([_half_digit(angle) for angle in np.asarray(angles, dtype=object)]),
-        decimals=written_decimals(answer) if decimals is None else decimals,
+        decimals=reading.written_decimals(answer) if decimals is None else decimals,
         sequence=sequence,
         is_matrix=point is None,
         placings=(PLAIN,) if origin is None or point is None else about(as_array(origin, 3, "origin")),
@@ -139,7 +121,7 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None
 
 def _half_digit(value):
     """Half of the last digit of a decimal fraction; 0 for a whole number or a full float: those are exact."""
-    decimals = written_decimals(value)
+    decimals = reading.written_decimals(value)
     return 0.5 * 10.0**-decimals if 0 < decimals < 9 else 0.0
 
 
@@ -155,22 +137,18 @@ class _Match:
     placing: Placing = PLAIN
 
     @property
-    def wording(self) -> Wording:
-        return self.wordings[0]
-
-    @property
     def slips(self):
         more = (QUATERNION[self.quaternion],) if self.quaternion else ()
         more += (MORE_DIGITS,) if self.unrounded else ()
-        return (*self.wording.slips, *self.factors.slips, *self.placing.slips, *self.copied.slips, *more)
+        return (*self.wordings[0].slips, *self.factors.slips, *self.placing.slips, *self.copied.slips, *more)
 
     @property
     def cost(self):
-        return 0.01 * self.wording.recipe + sum(slip.cost for slip in self.slips)
+        return 0.01 * self.wordings[0].recipe + sum(slip.cost for slip in self.slips)
 
     def value(self, angles, points):
         """What it gives, shape (n, 3)."""
-        matrix = matrices([self.factors], [self.wording.key], angles)[0, 0]
+        matrix = matrices([self.factors], [self.wordings[0].key], angles)[0, 0]
         if self.quaternion:
             matrix = misread_quaternion(matrix, self.quaternion)
         turned = (points + self.placing.before) @ matrix.T
@@ -179,8 +157,8 @@ class _Match:
     @property
     def sentence(self):
         """What went wrong, in words, and whose convention that is."""
-        known_as = trade_name(self.wording, self.factors) if self.slips else ""
-        return sentence(self.slips) + (f" (as {known_as})" if known_as else "")
+        known_as = reading.trade_name(self.wordings[0], self.factors) if self.slips else ""
+        return reading.sentence(self.slips) + (f" (as {known_as})" if known_as else "")
 
 
 @dataclass(frozen=True)
@@ -214,27 +192,24 @@ class _Case:
         tried, matches = 0, []
         for depth in (2, 3):
             for placing in self.placings if depth == 2 else self.placings[:1]:
-                found, count = self.placed(placing).likely(depth, placing)
+                turned = replace(self, points=self.points + placing.before, target=self.target - placing.after)
+                found, count = turned.likely(depth, placing)
                 tried, matches = tried + count, matches + found
             if matches:
                 break
         else:
             found, count = self.moved()
             tried, matches = tried + count, found
-        groups = self.groups(simplest(matches, MOST))
+        groups = reading.grouped(matches, _product, MOST)[:SHOWN]
         misreadings = tuple(self.misreading(group, shape) for group in groups)
         note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known()
         return Explanation(misreadings, self.tolerance, tried, note)
-
-    def placed(self, placing):
-        """The same question about points that only turn."""
-        return replace(self, points=self.points + placing.before, target=self.target - placing.after)
 
     def likely(self, depth, placing=PLAIN):
         """The matches that are no accident, as far as the search goes at `depth`, and how many were tried."""
         found, count, costs = self.search(all_factors(self.sequence, depth))
         found = [replace(match, placing=placing) for match in found]
-        return [match for match in found if self.chance(costs, match) < CHANCE], count
+        return [match for match in found if self.chance(costs, match) < reading.CHANCE], count
 
     def moved(self):
         """Matches of several points that were moved as well as turned: the differences between them only turn."""
@@ -316,29 +291,12 @@ class _Case:
             share *= min(1.0, ratio / np.pi)
         return tries * share
 
-    def groups(self, matches):
-        """Group matches that are the identical product, whatever the angles and the point."""
-        groups = {}
-        for match in matches:
-            generic = [match.value(angles, PROBE_POINTS) for angles in GENERIC_ANGLES]
-            groups.setdefault((np.round(generic, 9) + 0.0).tobytes(), []).append(match)
-        return list(groups.values())[:SHOWN]
-
     def misreading(self, group, shape):
-        first = group[0]
-        others = [replace(first, wordings=[wording]) for wording in first.wordings[1:]] + group[1:]
-        same = [match for match in others if match.cost <= first.cost + FAR_FETCHED]
+        first, *others = group
+        others = [replace(first, wordings=[wording]) for wording in first.wordings[1:]] + others
         value = first.value(self.angles, self.points)
-        return Misreading(
-            sentence=first.sentence,
-            product=self.written(first),
-            kinds=tuple(slip.kind for slip in first.slips),
-            value=value.T if self.is_matrix else value.reshape(shape),
-            same=tuple(
-                f"{match.sentence}: {self.written(match)}" for match in sorted(same, key=lambda match: match.cost)
-            ),
-            cost=first.cost,
-        )
+        value = value.T if self.is_matrix else value.reshape(shape)
+        return reading.told([first, *others], lambda match: match.sentence, self.written, value)
 
     def tell_apart(self, groups):
         """Propose the point, or else the angles, for which the misreadings differ most clearly."""
@@ -382,9 +340,13 @@ class _Case:
         return "It is written too coarsely: some misreading would fit by accident. Give more digits or more points."
 
     def written(self, match):
-        if self.is_matrix:
-            return written(match.wording, match.factors, point="")
-        return written(match.wording, match.factors, match.placing.point) + match.placing.added
+        placing = replace(PLAIN, point="") if self.is_matrix else match.placing
+        return reading.written(match.wordings[0], match.factors, placing.point) + placing.added
+
+
+def _product(match):
+    """What tells products apart, whatever the angles and the point."""
+    return (np.round([match.value(angles, PROBE_POINTS) for angles in GENERIC_ANGLES], 9) + 0.0).tobytes()
 
 
 def misread_quaternion(matrix, stored):

@@ -6,43 +6,54 @@ transposed or not, the point as a column or as a row. The 768 wordings come to 4
 say what stands in it: which axes, angles exchanged, repeated or left out, their unit, and what was rounded.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from functools import lru_cache
 from itertools import combinations, permutations, product
+from operator import attrgetter
 
 import numpy as np
-import sympy as sp
 
 from mathpost.errors import InputError
-from mathpost.rotation import PASSIVE, numeric
+from mathpost.rotation import PASSIVE, from_angles
 
 ANGLES = "αβγ"
+ALL, EACH = ((0, 1, 2),), ((0,), (1,), (2,))  # which of them a slip may be about
 PI_WRITTEN = (3.14, 3.142, 3.1416, 3.14159, 22 / 7)
+# What the number of an angle may be in: radians from it, as it is written, cost and phrase of the slip.
 UNITS = {
-    "degrees": lambda angle, pi: angle * pi / 180,
-    "radians": lambda angle, pi: angle,
-    "twice": lambda angle, pi: angle * (pi / 180) ** 2,
-    "reversed": lambda angle, pi: angle * 180 / pi,
-    "gon": lambda angle, pi: angle * pi / 200,
-}
-
-
-# What else three angles may mean; in degrees, as a function of the written one, and how it is written.
-MEANINGS = {
-    "as given": (lambda degrees: degrees, "{}"),
-    "half": (lambda degrees: degrees / 2, "{}/2"),
-    "double": (lambda degrees: 2 * degrees, "2{}"),
-    "complement": (lambda degrees: 90 - degrees, "90° − {}"),
-    "quarter more": (lambda degrees: degrees + 90, "{} + 90°"),
-    "quarter less": (lambda degrees: degrees - 90, "{} − 90°"),
-    "half turn more": (lambda degrees: degrees + 180, "{} + 180°"),
-    "minutes": (lambda degrees: _whole(degrees) + (degrees - _whole(degrees)) * 100 / 60, "{} in ° ′"),
-    "no minutes": (
-        lambda degrees: _whole(degrees) + (degrees - _whole(degrees)) * 60 / 100,
-        "{} from ° ′",
+    "degrees": (lambda angle, pi: angle * pi / 180, "", 0, ""),
+    "radians": (lambda angle, pi: angle, " rad", 1, "the degrees of {} are taken for radians"),
+    "twice": (lambda angle, pi: angle * (pi / 180) ** 2, "·π/180", 1.25, "{} {} converted to radians twice"),
+    "reversed": (
+        lambda angle, pi: angle * 180 / pi, "·180/π rad", 1.5, "{} {} converted with DEGREES, not with RADIANS"
     ),
-}
+    "gon": (lambda angle, pi: angle * pi / 200, " gon", 1.5, "the degrees of {} are taken for gon"),
+}  # fmt: skip
+# What else three angles may mean: degrees from the written ones, as it is written, kind and phrase of the slip, and
+# of which angles.
+MEANINGS = {
+    "as given": (lambda degrees: degrees, "{}", "", "", ()),
+    "half": (
+        lambda degrees: degrees / 2, "{}/2", "half angle", "half of {} is used, as in a quaternion", EACH + ALL
+    ),
+    "double": (lambda degrees: 2 * degrees, "2{}", "double angle", "twice {} is used", EACH + ALL),
+    "complement": (
+        lambda degrees: 90 - degrees, "90° − {}",
+        "complement", "90° − {} is used, or sine and cosine are exchanged", EACH + ALL,
+    ),
+    "quarter more": (lambda degrees: degrees + 90, "{} + 90°", "offset", "90° are added to {}", EACH),
+    "quarter less": (lambda degrees: degrees - 90, "{} − 90°", "offset", "90° are taken from {}", EACH),
+    "half turn more": (lambda degrees: degrees + 180, "{} + 180°", "offset", "180° are added to {}", EACH),
+    "minutes": (
+        lambda degrees: _whole(degrees) + (degrees - _whole(degrees)) * 100 / 60, "{} in ° ′",
+        "minutes", "the decimals of {} are taken for minutes, 35.30 for 35°30′", EACH + ALL,
+    ),
+    "no minutes": (
+        lambda degrees: _whole(degrees) + (degrees - _whole(degrees)) * 60 / 100, "{} from ° ′",
+        "minutes", "the minutes of {} are written as decimals, 35.30 for 35.5°", EACH + ALL,
+    ),
+}  # fmt: skip
 # Axes of the first, second and third angle of which a trade has a name, and the order of the frame's factors.
 TRADE = {
     "ZYX": ("KUKA A B C", (0, 1, 2)),
@@ -55,6 +66,7 @@ def _whole(degrees):
     return np.trunc(np.round(degrees, 9))
 
 
+COST = attrgetter("cost")
 CHANCE = 0.005  # how probable an accidental match may be before it explains nothing
 FAR_FETCHED = 1.0  # misreadings so much more complicated than the simplest one are not shown
 UNROUNDED = "unrounded"  # the kind of slip that is none: more digits of the input were used than are given
@@ -82,30 +94,14 @@ class Slip:
 
 @dataclass(frozen=True)
 class Misreading:
-    """One misreading that gives the answer; without slips it is the right way.
+    """One misreading that gives the answer; without slips it is the right way."""
 
-    Attributes
-    ----------
-    sentence : str
-        What was misread, as in "the final transpose is missing".
-    product : str
-        The matrix product: E is a passive elementary matrix, R an active one, p the point.
-    kinds : tuple of str
-        The kinds of slip, such as ``("transpose",)``; empty for the right way.
-    value : ndarray
-        What it gives, in the shape of the answer.
-    same : tuple of str
-        Other wordings of the identical product, with their products.
-    cost : float
-        How much has to be misread: about one for each slip.
-    """
-
-    sentence: str
-    product: str
-    kinds: tuple
-    value: np.ndarray
-    same: tuple
-    cost: float
+    sentence: str  # what was misread, as in "the final transpose is missing"
+    product: str  # the matrix product: E is a passive elementary matrix, R an active one, p the point
+    kinds: tuple  # of slip, such as ("transpose",)
+    value: np.ndarray  # what it gives, in the shape of the answer
+    same: tuple  # other wordings of the identical product, with their products
+    cost: float  # how much has to be misread: about one for each slip
 
     def __str__(self):
         return f"{self.sentence}: {self.product}"
@@ -113,24 +109,12 @@ class Misreading:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What `explain` or `explain_joints` found.
+    """What `explain` or `explain_joints` found."""
 
-    Attributes
-    ----------
-    misreadings : tuple of Misreading
-        Those that give the answer, the simplest first; empty if none does.
-    tolerance : float
-        How far a misreading may be from the answer: half of the last digit written.
-    tried : int
-        How many were compared with it.
-    note : str
-        How to tell several misreadings apart, or what is known if none fits.
-    """
-
-    misreadings: tuple
-    tolerance: float
-    tried: int
-    note: str = ""
+    misreadings: tuple  # those that give the answer, the simplest first
+    tolerance: float  # how far a misreading may be from the answer: half of the last digit written
+    tried: int  # how many were compared with it
+    note: str = ""  # how to tell several misreadings apart, or what is known if none fits
 
     @property
     def explained(self):
@@ -152,14 +136,29 @@ def sentence(slips):
     return " and ".join(slip.phrase for slip in slips) or "right"
 
 
-def simplest(matches, most=None):
-    """Return the matches worth telling, the least far-fetched first, each with `slips` and a `cost`.
+def grouped(matches, key, most=None):
+    """Return the matches worth telling, the least far-fetched first, in lists of those with one `key`.
 
-    At most `most` are looked at. One that has all the slips of another and more explains nothing.
+    A match has `slips` and a `cost`. The first `most` are looked at; one that has all the slips of another and more
+    explains nothing.
     """
-    matches = sorted(matches, key=lambda match: match.cost)[:most]
+    matches, groups = sorted(matches, key=COST)[:most], {}
     near = [match for match in matches if match.cost <= matches[0].cost + FAR_FETCHED]
-    return [match for match in near if not any(set(match.slips) > set(other.slips) for other in near)]
+    for match in near:
+        if not any(set(match.slips) > set(other.slips) for other in near):
+            groups.setdefault(key(match), []).append(match)
+    return list(groups.values())
+
+
+def told(group, sentence, product, value):
+    """Return the first of a group of matches, all of one `value`, as a `Misreading`; the others are the same."""
+    first, *others = group
+    near = [match for match in sorted(others, key=COST) if match.cost <= first.cost + FAR_FETCHED]
+    same, kinds = (
+        tuple(f"{sentence(match)}: {product(match)}" for match in near),
+        (slip.kind for slip in first.slips),
+    )
+    return Misreading(sentence(first), product(first), tuple(kinds), value, same, first.cost)
 
 
 def written_decimals(values):
@@ -238,7 +237,7 @@ class Factors:
         """The angle of each rotation, shape (3,), from the given degrees."""
         angles = self.degrees(angles)
         rows = zip(self.source, self.unit, self.kept, strict=True)
-        return np.array([UNITS[unit](angles[n], self.pi) * kept for n, unit, kept in rows])
+        return np.array([UNITS[unit][0](angles[n], self.pi) * kept for n, unit, kept in rows])
 
 
 @lru_cache(maxsize=1)
@@ -254,22 +253,19 @@ def wordings():
             slips.append(Slip("active", 1, "the elementary matrices are active where passive ones belong"))
         right_order = (0, 1, 2) if recipe else (2, 1, 0)
         if order != right_order:
-            cost = 1 if order == right_order[::-1] else 1.25
-            slips.append(
-                Slip("order", cost, f"the product is taken in the order {_dots(order)}, not {_dots(right_order)}")
-            )
+            phrase = f"the product is taken in the order {_dots(order)}, not {_dots(right_order)}"
+            slips.append(Slip("order", 1 if order == right_order[::-1] else 1.25, phrase))
         slips += _sign_slips(flips, recipe)
-        if transpose_wrong:
-            missing = Slip("transpose", 1, "the final transpose is missing")
-            slips.append(
-                missing if recipe else Slip("transpose", 1.2, "the product is transposed where it should not be")
-            )
+        if transpose_wrong and recipe:
+            slips.append(Slip("transpose", 1, "the final transpose is missing"))
+        elif transpose_wrong:
+            slips.append(Slip("transpose", 1.2, "the product is transposed where it should not be"))
         if row:
             slips.append(Slip("row", 1.05, "the point is multiplied as a row from the left"))
         signs = tuple(-flip if recipe else flip for flip in flips)
         wording = Wording(recipe, active, order, signs, bool(recipe) != transpose_wrong, row, tuple(slips))
         found.setdefault(wording.key, []).append(wording)
-    return {key: sorted(same, key=lambda wording: wording.cost) for key, same in found.items()}
+    return {key: sorted(same, key=COST) for key, same in found.items()}
 
 
 def _sign_slips(flips, recipe):
@@ -301,13 +297,11 @@ def all_factors(sequence, depth):
         common = [[(slip, change) for slip, change in group if slip.cost <= 1] for group in groups]
         chosen = [[option for option in row if option] for row in product(*([None, *group] for group in common))]
         chosen = [row for row in chosen if len(row) > 2]
-    built = [_build(sequence, options) for options in chosen]
-    return tuple(sorted(built, key=lambda factors: factors.cost))
-
-
-def _build(sequence, options):
-    changes = {key: value for _, change in options for key, value in change.items()}
-    return replace(Factors(sequence), slips=tuple(slip for slip, _ in options), **changes)
+    built = []
+    for options in chosen:
+        changes = {"axes": sequence} | {key: value for _, change in options for key, value in change.items()}
+        built.append(Factors(slips=tuple(slip for slip, _ in options), **changes))
+    return tuple(sorted(built, key=COST))
 
 
 def _axes(sequence):
@@ -343,40 +337,18 @@ def _left_out():
 
 
 def _meanings():
-    single = ((0,), (1,), (2,))
-    kinds = (
-        ("half", "half angle", "half of {} is used, as in a quaternion", (*single, (0, 1, 2))),
-        ("double", "double angle", "twice {} is used", (*single, (0, 1, 2))),
-        ("complement", "complement", "90° − {} is used, or sine and cosine are exchanged", (*single, (0, 1, 2))),
-        ("quarter more", "offset", "90° are added to {}", single),
-        ("quarter less", "offset", "90° are taken from {}", single),
-        ("half turn more", "offset", "180° are added to {}", single),
-        ("minutes", "minutes", "the decimals of {} are taken for minutes, 35.30 for 35°30′", (*single, (0, 1, 2))),
-        (
-            "no minutes",
-            "minutes",
-            "the minutes of {} are written as decimals, 35.30 for 35.5°",
-            (*single, (0, 1, 2)),
-        ),
-    )
-    for meaning, kind, phrase, places in kinds:
+    for meaning, (_, _, kind, phrase, places) in MEANINGS.items():
         for affected in places:
-            name = ANGLES[affected[0]] if len(affected) == 1 else "all angles"
+            name = "all angles" if affected == ALL[0] else ANGLES[affected[0]]
             change = tuple(meaning if n in affected else "as given" for n in range(3))
             yield Slip(kind, 1.25, phrase.format(name)), {"meaning": change}
 
 
 def _units():
-    phrases = {
-        "radians": (1, "the degrees of {} are taken for radians"),
-        "twice": (1.25, "{} {} converted to radians twice"),
-        "reversed": (1.5, "{} {} converted with DEGREES, not with RADIANS"),
-        "gon": (1.5, "the degrees of {} are taken for gon"),
-    }
-    for unit, (cost, phrase) in phrases.items():
-        for affected in ((0, 1, 2), (0,), (1,), (2,)):
-            name, verb = ("all angles", "are") if len(affected) == 3 else (ANGLES[affected[0]], "is")
-            slip = Slip("unit", cost if len(affected) == 3 else cost + 0.25, phrase.format(name, verb))
+    for unit, (_, _, cost, phrase) in list(UNITS.items())[1:]:
+        for affected in ALL + EACH:
+            name, verb = ("all angles", "are") if affected == ALL[0] else (ANGLES[affected[0]], "is")
+            slip = Slip("unit", cost if affected == ALL[0] else cost + 0.25, phrase.format(name, verb))
             yield slip, {"unit": tuple(unit if n in affected else "degrees" for n in range(3))}
 
 
@@ -393,29 +365,11 @@ def _roundings():
 
 def elementary(axis, angle):
     """Return the passive elementary matrix about ``"X"``, ``"Y"`` or ``"Z"``, shape (..., 3, 3); radians."""
-    return _compiled(axis)(angle)
-
-
-@lru_cache(maxsize=3)
-def _compiled(axis):
-    symbol = sp.Symbol("t", real=True)
-    return numeric(sp.ImmutableMatrix(PASSIVE[axis](symbol)), (symbol,))
+    return from_angles(PASSIVE[axis], (angle,), False)
 
 
 def matrices(factors, keys, angles):
-    """Evaluate misreadings.
-
-    Parameters
-    ----------
-    factors : sequence of m Factors
-    keys : sequence of k keys of `wordings`
-    angles : ndarray, shape (3,)
-        Degrees.
-
-    Returns
-    -------
-    ndarray, shape (m, k, 3, 3)
-    """
+    """Return what `factors` make of `angles` (3,), degrees, in the products `keys`, shape (factors, keys, 3, 3)."""
     radians = np.array([each.radians(angles) for each in factors])
     elements = np.empty((len(factors), 3, 2, 3, 3))
     axes = np.array([list(each.axes) for each in factors])
@@ -469,8 +423,7 @@ def written(wording, factors, point="p"):
 
 
 def _angle(factors, n, sign):
-    suffix = {"degrees": "", "radians": " rad", "twice": "·π/180", "reversed": "·180/π rad", "gon": " gon"}
-    unit = suffix[factors.unit[n]]
+    unit = UNITS[factors.unit[n]][1]
     angle = MEANINGS[factors.meaning[factors.source[n]]][1].format(ANGLES[factors.source[n]])
     angle = f"({angle})" if "°" in angle and (sign < 0 or unit) else angle
     return f"{'−' if sign < 0 else ''}{angle}{unit}"

@@ -10,15 +10,9 @@ from itertools import permutations, product
 
 import numpy as np
 
-from mathpost.detective.misreadings import (
-    CHANCE,
-    Explanation,
-    Misreading,
-    Slip,
-    sentence,
-    simplest,
-    written_decimals,
-)
+from mathpost import chain
+from mathpost.detective import misreadings as reading
+from mathpost.detective.misreadings import Explanation, Misreading, Slip
 from mathpost.errors import InputError, as_array
 from mathpost.rotation import unit, wrap
 
@@ -37,10 +31,9 @@ class _Change:
     slips: tuple
 
     def text(self, name, branch):
-        index = "" if branch == "" else "₁₂"[branch[0]]
         shift = f" {'+' if self.offset > 0 else '−'} {abs(self.offset)}°" if self.offset else ""
         rad = " in radians" if self.factor != 1 else ""
-        return f"{'−' if self.sign < 0 else ''}{name}{index}{shift}{rad}"
+        return f"{'−' if self.sign < 0 else ''}{name}{_index(branch)}{shift}{rad}"
 
 
 def explain_joints(kinematics, axis, angles, *, decimals=None):
@@ -56,24 +49,23 @@ def explain_joints(kinematics, axis, angles, *, decimals=None):
         Tool axis of the CL data, in the workpiece; n rows that one misreading must explain together.
     angles : array_like, shape (2,) or (n, 2)
         Someone's rotary angles, degrees, in the order of the machine file.
-    decimals : int, optional, keyword only
+    decimals : int, optional
         Digits after the point to which the angles were written; by default as many as they show.
 
     Returns
     -------
     mathpost.detective.misreadings.Explanation
-        The value of a misreading is its angles, in the shape of `angles`.
 
     Raises
     ------
     InputError
-        If an argument has another shape or holds something that is not a finite number.
+        If an argument is not finite numbers of that shape.
 
     Examples
     --------
     >>> from mathpost import machine
     >>> from mathpost.kinematics import Kinematics
-    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
+    >>> kin = Kinematics(machine.load("dmu50v"))
     >>> print(explain_joints(kin, [0.145196, 0, 0.989403], [11.817, -184.185]))
     right: B₁, C₁ −1 turn
     >>> print(explain_joints(kin, [0.145196, 0, 0.989403], [11.817, -175.815]).misreadings[0])
@@ -82,9 +74,8 @@ def explain_joints(kinematics, axis, angles, *, decimals=None):
     directions, given = as_array(axis, 3, "axis"), as_array(angles, 2, "angles")
     if directions.ndim > 2 or directions.shape[:-1] != given.shape[:-1]:
         raise InputError("angles", f"shape {(*directions.shape[:-1], 2)}", f"shape {given.shape}")
-    if decimals is None:
-        decimals = written_decimals(angles)
-    axis_decimals = written_decimals(axis)
+    decimals = reading.written_decimals(angles) if decimals is None else decimals
+    axis_decimals = reading.written_decimals(axis)
     case = JointCase(
         kinematics,
         np.atleast_2d(directions),
@@ -120,11 +111,7 @@ class _Match:
         return np.stack(angles[::-1] if self.exchanged else angles, axis=1)
 
     def product(self, names):
-        parts = [
-            change.text(name, branch if len(set(branch)) == 1 else "")
-            for change, name, branch in zip(self.changes, names, self.branches, strict=True)
-        ]
-        return ", ".join(parts)
+        return ", ".join(map(_Change.text, self.changes, names, self.branches))
 
 
 @dataclass(frozen=True)
@@ -139,7 +126,7 @@ class JointCase:
 
     @property
     def names(self):
-        return [rotary.name for rotary in self.kinematics.machine.rotary]
+        return self.kinematics.machine.joint_names[3:]
 
     def explain(self, shape):
         tried, matches, alone = 0, [], [[], []]
@@ -149,7 +136,8 @@ class JointCase:
                 continue
             for exchanged in (False, True):
                 given = self.given[:, ::-1] if exchanged else self.given
-                slips = [*axis_slips, *_exchange_slip(exchanged, self.names)]
+                swapped = Slip("exchange", 1, f"{self.names[0]} and {self.names[1]} stand in each other's place")
+                slips = [*axis_slips, *([swapped] if exchanged else [])]
                 fits = [self.fits(values, spread, given, joint) for joint in range(2)]
                 tried += len(_changes("")) ** 2
                 for first, second in product(*fits):
@@ -181,8 +169,7 @@ class JointCase:
 
     def not_normalised(self, axis):
         """The unit vectors with the component along the outer axis that `axis` has as printed, not normalised."""
-        first, second = self.kinematics.machine.rotary
-        outer = second if self.kinematics.machine.arrangement == "table-table" else first
+        (outer, *_), _ = chain.between(self.kinematics.machine)
         u = unit(np.array(outer.axis, dtype=float))
         across = axis - (axis @ u)[:, None] * u
         length = np.linalg.norm(across, axis=1, keepdims=True)
@@ -203,13 +190,11 @@ class JointCase:
 
     def branches(self, first, second):
         """The branch of each angle on each row, and the slip if they differ; None if they do not go together."""
-        if (first & second).any(axis=1).all():
-            branch = tuple(int(n) for n in np.argmax(first & second, axis=1))
-            return (branch, branch), ()
-        if (first & second[:, ::-1]).any(axis=1).all():
-            branch = tuple(int(n) for n in np.argmax(first & second[:, ::-1], axis=1))
-            slip = Slip("branch", 1.1, f"{self.names[0]} and {self.names[1]} are of different branches")
-            return (branch, tuple(1 - n for n in branch)), (slip,)
+        for other, apart in ((second, 0), (second[:, ::-1], 1)):
+            if (both := first & other).any(axis=1).all():
+                branch = both.argmax(axis=1)
+                slip = Slip("branch", 1.1, f"{self.names[0]} and {self.names[1]} are of different branches")
+                return (tuple(branch.tolist()), tuple((branch ^ apart).tolist())), (slip,) * apart
         return None, ()
 
     def right(self, shape):
@@ -220,7 +205,7 @@ class JointCase:
         parts = []
         for n, name in enumerate(self.names):
             turns = set(np.round((self.given - chosen)[:, n] / 360).astype(int).tolist())
-            text = name + ("₁₂"[branch[0]] if len(set(branch)) == 1 else "")
+            text = name + _index(branch)
             if len(turns) == 1 and turns != {0}:
                 count = turns.pop()
                 text += f" {'+' if count > 0 else '−'}{abs(count)} turn{'s' * (abs(count) > 1)}"
@@ -229,14 +214,9 @@ class JointCase:
 
     def verdict(self, matches, alone, tried, shape):
         """Rank the matches and group those that are the same for every tool axis."""
-        groups = {}
-        for match in simplest([match for match in matches if self.chance(match.cost) < CHANCE]):
-            one_row = replace(match, branches=tuple(branch[:1] * len(GENERIC) for branch in match.branches))
-            generic = np.round(wrap(one_row.value(self.kinematics, GENERIC)), 6) % 360
-            key = generic.tobytes() if np.isfinite(generic).all() else match.slips
-            groups.setdefault(key, []).append(match)
-        misreadings = tuple(self.misreading(group, shape) for group in list(groups.values())[:8])
-        note = ""
+        believed = [match for match in matches if self.chance(match.cost) < reading.CHANCE]
+        groups, note = reading.grouped(believed, self.angles_of)[:8], ""
+        misreadings = tuple(self.misreading(group, shape) for group in groups)
         if len(misreadings) > 1:
             count = len(misreadings)
             note = f"{count} misreadings give the same angles here: rows with another tool axis tell them apart."
@@ -244,15 +224,16 @@ class JointCase:
             note = " ".join(self.one_by_one(name, alone[n]) for n, name in enumerate(self.names))
         return Explanation(misreadings, self.half_digit, tried, note)
 
+    def angles_of(self, match):
+        """What tells misreadings apart, whatever the tool axis."""
+        one_row = replace(match, branches=tuple(branch[:1] * len(GENERIC) for branch in match.branches))
+        generic = np.round(wrap(one_row.value(self.kinematics, GENERIC)), 6) % 360
+        return generic.tobytes() if np.isfinite(generic).all() else match.slips
+
     def misreading(self, group, shape):
-        first, *others = group
-        return Misreading(
-            sentence=sentence(first.slips),
-            product=first.product(self.names),
-            kinds=tuple(slip.kind for slip in first.slips),
-            value=first.value(self.kinematics, self.axis).reshape(shape),
-            same=tuple(f"{sentence(match.slips)}: {match.product(self.names)}" for match in others),
-            cost=first.cost,
+        value = group[0].value(self.kinematics, self.axis).reshape(shape)
+        return reading.told(
+            group, lambda match: reading.sentence(match.slips), lambda match: match.product(self.names), value
         )
 
     def one_by_one(self, name, found):
@@ -265,6 +246,11 @@ class JointCase:
     def chance(self, cost):
         """The expected number of accidental matches among the misreadings that are no more far-fetched."""
         return 8.0 ** np.ceil(cost) * (self.half_digit / 180) ** (2 * len(self.axis))
+
+
+def _index(branch):
+    """The branch that all rows are on, as it is written behind the name of a joint."""
+    return "₁₂"[branch[0]] if len(set(branch)) == 1 else ""
 
 
 def _axis_misreadings():
@@ -280,10 +266,6 @@ def _axis_misreadings():
         else:
             slips += [Slip("axis sign", 1, f"the sign of {name} is lost") for name in lost]
         yield slips, list(components), np.array(signs)
-
-
-def _exchange_slip(exchanged, names):
-    return [Slip("exchange", 1, f"{names[0]} and {names[1]} stand in each other's place")] if exchanged else []
 
 
 @lru_cache(maxsize=32)

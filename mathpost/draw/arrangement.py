@@ -8,6 +8,7 @@ side where it does not (turntable, nutating head).
 
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 import sympy as sp
@@ -20,12 +21,7 @@ from mathpost.rotation import numeric, unit
 UP = np.array([0.0, 0.0, 1.0])
 ACROSS = 0.5  # an axis at more than 60 degrees from what it carries gets a bearing on both sides
 RING, LEVELS = 24, 9  # points of a blade's outline, and outlines that it is drawn by
-BLADE = [
-    (0.0, 0.07),
-    (0.5, 0.055),
-    (0.93, 0.035),
-    (0.98, 0.025),
-]  # height and half width of a blade that is made up
+BLADE = [(0.0, 0.07), (0.5, 0.055), (0.93, 0.035), (0.98, 0.025)]  # height and half width of one that is made up
 BLADE_COLOUR = "#62a9d4"  # the workpiece's, lighter
 GREYS = {  # the machine's role, one shade a body
     "bed": "#9aa3aa",
@@ -39,29 +35,16 @@ GREYS = {  # the machine's role, one shade a body
 
 @dataclass
 class Arrangement:
-    """The solids of a machine, each in the coordinates of its body, and the lines of its rotary axes.
+    """The solids of a machine, each in the coordinates of its body, and the lines of its rotary axes."""
 
-    Attributes
-    ----------
-    size : float
-        The length that everything is measured by, mm.
-    home : ndarray, shape (5,)
-        The joints that the solids were laid out at: rotary zero, the tool above the workpiece.
-    solids : list of Turned and Hull
-    lines : dict
-        Name of each rotary joint to the ends of its line, shape (2, 3), in the coordinates of the carried body.
-    corner : ndarray, shape (3,)
-        A corner of the bed, where the machine's frame is shown.
-    plate : ndarray, shape (8, 3)
-        Corners of the bed.
-    """
-
-    size: float
-    home: np.ndarray
-    solids: list = field(default_factory=list)
-    lines: dict = field(default_factory=dict)
-    corner: np.ndarray = None
-    plate: np.ndarray = None
+    size: float  # mm, what everything is measured by
+    home: np.ndarray  # the joints (5,) that the solids were laid out at: rotary zero, the tool above the workpiece
+    solids: list = field(default_factory=list)  # of Turned, Hull and Lofted
+    lines: dict = field(
+        default_factory=dict
+    )  # joint to the ends of its axis (2, 3), in the coordinates of its body
+    corner: np.ndarray = None  # of the bed, where the machine's frame is shown
+    plate: np.ndarray = None  # the bed's corners (8, 3)
 
 
 @lru_cache(maxsize=32)
@@ -104,11 +87,12 @@ def arrange(kin, cl=None):
 
 def _size(machine, cl):
     """A length that fits tool, offsets and path."""
-    tables = [r for r in machine.rotary if r.carries == "workpiece"]
-    heads = [r for r in machine.rotary if r.carries == "tool"]
-    lengths = [80.0, 0.9 * machine.tool_length]
-    lengths += [_from_line(np.array(machine.origin), r) for r in tables]
-    lengths += [0.8 * np.linalg.norm(_foot(r, np.zeros(3))) for r in heads]
+    lengths, origin = [80.0, 0.9 * machine.tool_length], np.array(machine.origin)
+    for each in machine.rotary:
+        if each.carries == "workpiece":
+            lengths.append(np.linalg.norm(origin - _foot(each, origin)))
+        else:
+            lengths.append(0.8 * np.linalg.norm(_foot(each, np.zeros(3))))
     if cl is not None:
         lengths += [1.1 * np.ptp(cl.points, axis=0).max(), 1.2 * np.linalg.norm(cl.points, axis=1).max()]
     return max(lengths)
@@ -254,13 +238,10 @@ def _slides(made, slides, foot, width, plate):
     rail, behind = bottom - 0.12 * size, back + 0.4 * size
     wall = block([left, back, floor], [right, behind, rail])
     x = block([foot[0] - 0.4 * size, back, rail], [foot[0] + 0.4 * size, behind, bottom])
-    y = block(
-        [foot[0] - 0.25 * size, foot[1] + 1.1 * width, bottom],
-        [foot[0] + 0.25 * size, behind + 0.1 * size, bottom + 0.35 * size],
-    )
-    made.solids.append(Hull("bed", GREYS["wall"], wall))
-    made.solids.append(Hull(slides[0], GREYS["first"], x))
-    made.solids.append(Hull(slides[1], GREYS["second"], y))
+    low, high = foot[0] - 0.25 * size, foot[0] + 0.25 * size
+    y = block([low, foot[1] + 1.1 * width, bottom], [high, behind + 0.1 * size, bottom + 0.35 * size])
+    bodies, shades = ("bed", *slides[:2]), ("wall", "first", "second")
+    made.solids += [Hull(b, GREYS[s], corners) for b, s, corners in zip(bodies, shades, (wall, x, y), strict=True)]
 
 
 def _bearings(foot, axis, carried_axis, *, clear, thin, radius):
@@ -272,9 +253,7 @@ def _bearings(foot, axis, carried_axis, *, clear, thin, radius):
 
 def _join(made, body, carried, bearings, colour):
     """Add the hulls between every ring carried and every ring that carries."""
-    for one in carried:
-        for other in bearings:
-            made.solids.append(Hull(body, colour, np.concatenate([one, other])))
+    made.solids += [Hull(body, colour, np.concatenate(pair)) for pair in product(carried, bearings)]
 
 
 def _caps(made, body, bearings, axis, radius):
@@ -324,21 +303,15 @@ def _holder(radius, reach):
     """A tool holder from half the tool's length to the spindle's face: cone, groove, flange."""
     cone, flange = 0.5 * reach, 0.82 * reach
     groove = (flange + reach) / 2
-    profile = [
-        (0, cone),
-        (0.55 * radius, cone),
-        (0.7 * radius, flange),
-        (radius, flange),
-        (radius, groove - 0.04 * reach),
-    ]
-    profile += [(0.9 * radius, groove), (radius, groove + 0.04 * reach), (radius, reach), (0, reach)]
-    return profile
+    profile = [(0, cone), (0.55 * radius, cone), (0.7 * radius, flange), (radius, flange)]
+    profile += [(radius, groove - 0.04 * reach), (0.9 * radius, groove), (radius, groove + 0.04 * reach)]
+    return [*profile, (radius, reach), (0, reach)]
 
 
 def _line(bearings, axis, size):
     """Both ends of a rotary axis as it is drawn."""
-    along = np.concatenate(bearings) @ axis
-    foot = np.concatenate(bearings).mean(axis=0)
+    points = np.concatenate(bearings)
+    along, foot = points @ axis, points.mean(axis=0)
     foot = foot - foot @ axis * axis
     return foot + np.array([[along.min() - 0.3 * size], [along.max() + 0.3 * size]]) * axis
 
@@ -357,7 +330,3 @@ def _foot(rotary, point, direction=None):
         return on + away @ axis * axis
     slope = axis @ direction
     return on + (away @ axis - slope * (away @ direction)) / (1 - slope**2) * axis
-
-
-def _from_line(point, rotary):
-    return float(np.linalg.norm(point - _foot(rotary, point)))

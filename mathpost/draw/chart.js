@@ -88,8 +88,8 @@ function legend(parent, panels) {
 Object.assign(KINDS, {
     chart(state, [m], ui) {
         const key = make("div", ui.panes, { className: "keys" }), grid = make("div", ui.panes, { className: "charts" });
-        grid.style.gridTemplateColumns = `repeat(${state.columns}, minmax(0, 1fr))`;
-        ui.panes.style.flexDirection = "column";
+        grid.style.setProperty("--columns", state.columns);
+        ui.panes.className = "panes curves";
         const panels = state.panels.map((spec) => new Panel(spec, grid)), moving = panels.flatMap((p) => p.artists.filter((a) => a.points === null));
         legend(key, state.panels);
         const controls = ui.controls(state.sliders, () => update());

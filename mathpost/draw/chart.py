@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from mathpost import codegen
+from mathpost.draw.described import describe, describe_values
 from mathpost.draw.formula import written
 from mathpost.draw.live import Live
 from mathpost.rotation import numeric
@@ -23,9 +24,8 @@ class Chart(Live):
     """A `Live` view of curves; its still picture is the figure at the start."""
 
     def __init__(self, figure, state, machines, exports, readings, *, height):
-        super().__init__(
-            state | {"kind": "chart"}, machines, exports, [], [], readings, height=height, layout="column"
-        )
+        state = state | {"kind": "chart"}
+        super().__init__(state, machines, exports, [], [], readings, height=height, layout="column")
         self.figure = figure
 
     def picture(self):
@@ -33,6 +33,11 @@ class Chart(Live):
         file = io.BytesIO()
         self.figure.savefig(file, format="png", dpi=90)
         return file.getvalue()
+
+    def _shown(self):
+        moving = zip(*self.state.get("frames", []), strict=True)
+        ways = (describe_values(f"moving artist {n}", np.concatenate(way)) for n, way in enumerate(moving, 1))
+        return [describe(self.figure), *ways]
 
 
 def recorded(build, control, *, size=(7.0, 4.2), height=460):
@@ -45,10 +50,8 @@ def recorded(build, control, *, size=(7.0, 4.2), height=460):
         and returns a list of lines of text.
     control : dict
         From `mathpost.draw.formula.slider`; every step of it is recorded.
-    size : tuple of 2 floats, keyword only
-        Inches.
-    height : int, keyword only
-        Pixels on the page.
+    size, height
+        Of the figure, inches; on the page, pixels.
 
     Examples
     --------
@@ -64,8 +67,8 @@ def recorded(build, control, *, size=(7.0, 4.2), height=460):
     """
     figure = _figure(size)
     update = build(figure)
-    values = np.arange(round((control["high"] - control["low"]) / control["step"]) + 1) * control["step"]
-    values = control["low"] + values
+    steps = round((control["high"] - control["low"]) / control["step"])
+    values = control["low"] + np.arange(steps + 1) * control["step"]
     said, frames = [], []
     for value in values:
         said.append(update(float(value)))
@@ -90,15 +93,9 @@ def recorded(build, control, *, size=(7.0, 4.2), height=460):
 def printed(build, symbols, sliders, text, *, size=(7.0, 4.2), height=460):
     """Move a figure's artists by printed expressions.
 
-    Parameters
-    ----------
-    build : callable
-        ``build(figure)`` draws the artists and returns the moving ones, a dict of artist to pairs (x, y) of
-        sympy expressions, and the numbers of the text, a list of expressions.
-    symbols, sliders, text
-        As those of `mathpost.draw.formula.formula`.
-    size, height
-        As those of `recorded`.
+    ``build(figure)`` draws the artists and returns the moving ones, a dict of artist to pairs (x, y) of sympy
+    expressions, and the numbers of the text, a list of expressions. `symbols`, `sliders` and `text` are those of
+    `mathpost.draw.formula.formula`, `size` and `height` those of `recorded`.
     """
     figure = _figure(size)
     points, numbers = build(figure)
@@ -107,10 +104,9 @@ def printed(build, symbols, sliders, text, *, size=(7.0, 4.2), height=460):
     artists = _artists(figure)
     order = [artist for artist in artists if artist in points]
     flat = [entry for artist in order for point in points[artist] for entry in point]
-    ends = np.split(
-        numeric(tuple(flat), tuple(symbols))(*start).reshape(-1, 2), np.cumsum([len(points[a]) for a in order])[:-1]
-    )
-    for artist, end in zip(order, ends, strict=True):
+    counts = [len(points[artist]) for artist in order]
+    places = numeric(tuple(flat), tuple(symbols))(*start).reshape(-1, 2)
+    for artist, end in zip(order, np.split(places, np.cumsum(counts)[:-1]), strict=True):
         if isinstance(artist, Text):
             artist.set_position(end[0])
         else:
@@ -120,7 +116,7 @@ def printed(build, symbols, sliders, text, *, size=(7.0, 4.2), height=460):
     state = {
         "sliders": [each | {"factor": factor} for each, factor in zip(sliders, factors, strict=True)],
         "text": list(text),
-        "counts": [len(points[artist]) for artist in order],
+        "counts": counts,
     }
     state |= _spec(figure, [artist in points for artist in artists])
     return Chart(figure, state, [code], ("points", "numbers"), "; ".join(written(text, values)), height=height)
@@ -169,9 +165,8 @@ def _spec(figure, moving):
             label, log = axis.get_label_text(), axis.get_scale() == "log"
             panel[name] = {"limits": [float(v) for v in limits], "log": log, "label": label, "ticks": ticks}
         for artist in (*axes.patches, *axes.lines, *axes.texts):
-            panel["artists"].append(
-                _drawn(artist) | {"points": None if artists[artist] else _short(_points(artist))}
-            )
+            points = None if artists[artist] else _short(_points(artist))
+            panel["artists"].append(_drawn(artist) | {"points": points})
         panels.append(panel)
     return {"panels": panels, "columns": figure.axes[0].get_gridspec().ncols}
 

@@ -7,6 +7,7 @@ as a wrong printed number does; it is also what a screen reader reads.
 from itertools import groupby
 
 import numpy as np
+from matplotlib.colors import to_hex, to_rgba_array
 from matplotlib.text import Text
 
 PLACES = 5  # an artist is told at so many places, from its first point to its last
@@ -16,9 +17,9 @@ DIGITS = 10
 def describe(figure):
     """Return what a figure shows: a line for every axes, with its labels, and one for every artist in it.
 
-    An artist is told by its label, how many points it has, the range of each coordinate, and its points at a few
-    places, in the units of the axes. Artists in a row that have no label, one type and the same number of points
-    are told together.
+    An artist is told by its label and colour, how many points it has, the range of each coordinate, and its points
+    at a few places, in the units of the axes. Artists in a row that have no label, one type, one colour and the
+    same number of points are told together.
 
     Parameters
     ----------
@@ -33,24 +34,56 @@ def describe(figure):
     >>> from matplotlib.figure import Figure
     >>> figure = Figure()
     >>> axes = figure.subplots()
-    >>> _ = axes.plot([0, 1, 2], [0, 1, 4], label="square")
+    >>> _ = axes.plot([0, 1, 2], [0, 1, 4], "k", label="square")
     >>> _ = axes.set_xlabel("side")
     >>> print(describe(figure))
     picture with x "side"
-      Line2D "square": 3 points, x 0 … 2, y 0 … 4, at (0, 0) (1, 1) (2, 4)
+      Line2D "square" #000000: 3 points, x 0 … 2, y 0 … 4, at (0, 0) (1, 1) (2, 4)
     """
     lines = []
     for axes in figure.axes:
         lines.append(f"picture{_labels(axes)}")
         told = [_told(artist, axes) for artist in _artists(axes)]
-        for (kind, label, count), group in groupby(filter(None, told), key=lambda told: told[:3]):
+        for (kind, label, colour, count), group in groupby(filter(None, told), key=lambda told: told[:4]):
             points = [points for *_, points in group]
             if label:
-                lines += [f'  {kind} "{label}": {_numbers(points, count)}' for points in points]
+                lines += [f'  {kind} "{label}"{colour}: {_numbers(points, count)}' for points in points]
             else:
                 together = np.concatenate(points)
-                lines.append(f"  {len(points)} × {kind}: {_numbers(together, count)}")
+                lines.append(f"  {len(points)} × {kind}{colour}: {_numbers(together, count)}")
     return "\n".join(lines)
+
+
+def describe_scene(scene, places):
+    """Return what a `mathpost.draw.scene.Scene` shows with its bodies at `places`, 4×4 matrices by name.
+
+    Solids are told by body, colour and the box that they fill, lines and letters by colour and points, all where
+    they stand in the picture.
+    """
+
+    def placed(body, points):
+        points = points @ places[body][:3, :3].T + places[body][:3, 3]
+        return np.where(np.abs(points) < 1e-12 * scene.radius, 0, points)
+
+    title = f' "{scene.title}"' if scene.title else ""
+    lines = [f"picture{title}, seen from {scene.azimuth:g}°, {scene.elevation:g}°"]
+    for (body, colour), group in groupby(scene.solids, key=lambda solid: (solid.body, solid.colour)):
+        corners = placed(body, np.concatenate([solid.triangles().reshape(-1, 3) for solid in group]))
+        lines.append(f"  solid on {body} {colour}: {_ranges(corners)}")
+    for line in scene.lines:
+        points = placed(line.body, np.concatenate([np.reshape(part, (-1, 3)) for part in line.parts or [[]]]))
+        if len(points):
+            lines.append(f"  line on {line.body} {line.colour}: {_numbers(points, len(points))}")
+    for label in scene.labels:
+        at = placed(label.body, np.reshape(label.at, (1, 3)))
+        lines.append(f'  "{label.text}" on {label.body} {label.colour}: {_numbers(at, 1)}')
+    return "\n".join(lines)
+
+
+def describe_values(name, values):
+    """Return a line that tells numbers, of which some may be missing, as an artist's points are told."""
+    points = np.reshape(np.asarray(values, dtype=float), (-1, 1))
+    return f"  {name}: {_numbers(points, len(points))}"
 
 
 def _labels(axes):
@@ -66,7 +99,7 @@ def _artists(axes):
 
 
 def _told(artist, axes):
-    """Type, label, number of points and the points (n, 2 or 3) of an artist; None of one that shows nothing."""
+    """Type, label, colour, number of points and the points (n, 2 or 3); None of an artist that shows nothing."""
     label = str(artist.get_label() or "")
     if isinstance(artist, Text):
         place = artist.get_position_3d() if hasattr(artist, "get_position_3d") else artist.get_position()
@@ -84,7 +117,16 @@ def _told(artist, axes):
         points = _outline(artist, axes)
     if not len(points) or not artist.get_visible():
         return None
-    return type(artist).__name__, "" if label.startswith("_") else label, len(points), points
+    return type(artist).__name__, "" if label.startswith("_") else label, _colour(artist), len(points), points
+
+
+def _colour(artist):
+    """A blank and the colour of an artist, the first if it has several; nothing if it has none, as an image."""
+    for name in ("get_color", "get_facecolor", "get_edgecolor"):
+        found = to_rgba_array(getattr(artist, name, list)())
+        if len(found) and found[0, 3]:
+            return f" {to_hex(found[0])}"
+    return ""
 
 
 def _outline(artist, axes):
@@ -106,16 +148,21 @@ def _outline(artist, axes):
 
 
 def _numbers(points, count):
-    at = points[np.unique(np.linspace(0, len(points) - 1, PLACES).round().astype(int))]
-    scale = np.nanmax(np.abs(points), axis=0, initial=0, where=np.isfinite(points))
-    ranges = [
-        f"{name} {_number(low, top)} … {_number(high, top)}"
-        for name, low, high, top in zip("xyz", _least(points), -_least(-points), scale, strict=False)
-    ]
+    at, scale = points[np.unique(np.linspace(0, len(points) - 1, PLACES).round().astype(int))], _scale(points)
     places = " ".join(f"({', '.join(_number(v, top) for v, top in zip(row, scale, strict=True))})" for row in at)
     if count == 1 and len(points) == 1:
         return f"at {places}"
-    return f"{count} points, {', '.join(ranges)}, at {places}"
+    return f"{count} points, {_ranges(points)}, at {places}"
+
+
+def _ranges(points):
+    low, high, scale = _least(points), -_least(-points), _scale(points)
+    told = zip("xyz", low, high, scale, strict=False)
+    return ", ".join(f"{name} {_number(a, top)} … {_number(b, top)}" for name, a, b, top in told)
+
+
+def _scale(points):
+    return np.nanmax(np.abs(points), axis=0, initial=0, where=np.isfinite(points))
 
 
 def _least(points):

@@ -1,5 +1,5 @@
-// Machines and frames that move in the browser: canvas, sliders and numbers around functions that sympy printed.
-// Views of whole paths are in paths.js.
+// Bodies and frames that move in the browser: canvas, sliders and numbers around functions that sympy printed.
+// Machines are in machine.js, whole paths in paths.js, curves in chart.js.
 const { abs, atan2, ceil, cos, exp, floor, hypot, max, min, PI, round, sin } = Math;
 const DEGREE = PI / 180;
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -56,7 +56,7 @@ function shades(colour) {
 
 // Pixels with a depth each: what is nearest shows, whatever stands inside of what.
 class Raster {
-    canvas = document.createElement("canvas");
+    constructor() { this.canvas = document.createElement("canvas"); }
     resize(width, height) {
         if (this.width === width && this.height === height) return;
         Object.assign(this, { width, height });
@@ -73,19 +73,14 @@ class Raster {
         const a = new Float64Array(12), s = this.corner, size = hypot(view[0], view[1], view[2]);
         for (let r = 0; r < 12; r += 4) for (let c = 0; c < 4; c++)
             a[r + c] = view[r] * m[k + c] + view[r + 1] * m[k + 4 + c] + view[r + 2] * m[k + 8 + c] + (c === 3 ? view[r + 3] : 0);
+        const turned = (r, i) => a[r] * mesh[i] + a[r + 1] * mesh[i + 1] + a[r + 2] * mesh[i + 2];
         for (let i = 0; i < mesh.length; i += 18) {
-            for (let j = 0; j < 3; j++) {
-                const o = i + 6 * j, x = mesh[o], y = mesh[o + 1], z = mesh[o + 2];
-                s[4 * j] = a[0] * x + a[1] * y + a[2] * z + a[3];
-                s[4 * j + 1] = a[4] * x + a[5] * y + a[6] * z + a[7];
-                s[4 * j + 2] = a[8] * x + a[9] * y + a[10] * z + a[11];
-            }
+            for (let j = 0; j < 3; j++) for (let r = 0; r < 3; r++) s[4 * j + r] = turned(4 * r, i + 6 * j) + a[4 * r + 3];
             const area = (s[4] - s[0]) * (s[9] - s[1]) - (s[8] - s[0]) * (s[5] - s[1]);
             if (!(area < 0)) continue; // seen from behind
             for (let j = 0; j < 3; j++) {
-                const o = i + 6 * j + 3, x = mesh[o], y = mesh[o + 1], z = mesh[o + 2];
-                const right = (a[0] * x + a[1] * y + a[2] * z) / size, up = -(a[4] * x + a[5] * y + a[6] * z) / size;
-                const near = a[8] * x + a[9] * y + a[10] * z, gloss = max(0, -0.26 * right + 0.48 * up + 0.84 * near);
+                const normal = i + 6 * j + 3, right = turned(0, normal) / size, up = -turned(4, normal) / size, near = turned(8, normal);
+                const gloss = max(0, -0.26 * right + 0.48 * up + 0.84 * near);
                 const light = max(0, -0.45 * right + 0.7 * up + 0.55 * near), back = max(0, 0.8 * right - 0.2 * up);
                 s[4 * j + 3] = min(254, 1 + 200 * (0.6 + 0.42 * light + 0.1 * back) + 40 * gloss ** 24);
             }
@@ -280,63 +275,13 @@ class Controls {
         this.rows.forEach(({ range, box }, i) => { range.value = this.values[i]; box.value = fixed(this.values[i], 3); });
     }
 }
-const button = (parent, label, action) => make("button", parent, { type: "button", textContent: label, onclick: action });
-
-const words = (names, q) => names.map((name, i) => name + fixed(i > 2 ? q[i] / DEGREE : q[i], 3)).join(" ");
-function outOfTravel({ names, limits }, q) {
-    const out = names.flatMap((name, i) => {
-        const [low, high] = limits[i], value = i > 2 ? q[i] / DEGREE : q[i], unit = i > 2 ? "°" : "mm";
-        const beyond = (low !== null && value < low - 1e-9) || (high !== null && value > high + 1e-9);
-        return beyond ? [`${name} ${fixed(value, 3)}${unit} is outside ${low ?? "-inf"} … ${high ?? "inf"}`] : [];
-    });
-    return out.join("; ");
-}
-function singular({ pole, reach }, axis) {
-    const from = angle(axis, pole);
-    return `${fixed(min(from - reach[0], reach[1] - from) / DEGREE, 2)}° from singular`;
-}
-const same = (a, b) => abs(sin((a[3] - b[3]) / 2)) + abs(sin((a[4] - b[4]) / 2));
-const pose = (m, q) => { const p = [...m.forward(q)]; return [p.slice(0, 3), p.slice(3)]; };
 
 // Each kind of view: it makes its pictures and controls and returns what a change of the sliders does.
 const KINDS = {
-    // Five joints by hand.
-    machine(state, [m], ui) {
-        const { about, home } = state, scene = new Scene(state.scenes[0], ui.panes);
-        const joints = () => controls.values.map((x, i) => i > 2 ? x * DEGREE : x);
-        const go = (q) => { controls.values = [...q].map((x, i) => i > 2 ? x / DEGREE : x); update(); };
-        const tilt = (angle) => { const q = joints(), r = q.slice(3); r[about.inner - 3] = angle; go([...m.close(pose(m, q)[0], r), ...r]); };
-        let before;
-        const controls = ui.controls(state.sliders, (i) => {
-            if (hold.checked && i > 2) { const r = joints().slice(3); go([...m.close(pose(m, before)[0], r), ...r]); } else update();
-        });
-        const tick = make("label", ui.side, { className: "tick" }), hold = make("input", tick, { type: "checkbox" });
-        tick.append(" keep the tip while turning (RTCP)");
-        const buttons = make("div", ui.side, { className: "buttons" });
-        button(buttons, "home", () => go(home));
-        button(buttons, "pole", () => tilt(about.middle));
-        for (const limit of about.limits[about.inner]) if (limit !== null)
-            button(buttons, `${about.names[about.inner]} limit ${fixed(limit, 0)}°`, () => tilt(limit * DEGREE));
-        button(buttons, "other solution", () => {
-            const q = joints(), both = m.inverse(...pose(m, q));
-            if (both) go(both[same(both[0], q) > same(both[1], q) ? 0 : 1]);
-        });
-        button(buttons, "reset view", () => { scene.reset(); scene.draw(); });
-        function update() {
-            const q = joints(), [tip, axis] = pose(m, q);
-            before = q;
-            controls.show();
-            scene.show(m.places(q));
-            ui.say([`tip ${list(tip, 3)}, tool axis ${list(axis, 4)}, ${singular(about, axis)}`], outOfTravel(about, q));
-        }
-        return update;
-    },
     // Any printed functions: places of bodies, the points of lines, and the numbers of a text.
     formula(state, [m], ui) {
         const scenes = state.scenes.map((spec) => new Scene(spec, ui.panes)), controls = ui.controls(state.sliders, () => update());
-        const buttons = make("div", ui.side, { className: "buttons" });
-        for (const [label, at] of state.places || []) button(buttons, label, () => { at.forEach((x, i) => { if (x !== null) controls.values[i] = x; }); update(); });
-        button(buttons, "reset view", () => scenes.forEach((scene) => { scene.reset(); scene.draw(); }));
+        ui.buttons(ui.places(controls), scenes);
         if (state.play !== undefined) ui.player(controls, state.play);
         function update() {
             const q = controls.values.map((x, i) => x * state.sliders[i].factor), numbers = m.numbers ? m.numbers(q) : [], points = m.points ? m.points(q) : [];
@@ -362,14 +307,26 @@ function start(root, state, machines) {
     const ui = {
         panes, side,
         plots: () => plots = plots || make("div", panes, { className: "plots" }),
-        controls: (sliders, changed) => ui.bound = new Controls(holder, sliders, changed),
+        controls: (sliders, changed) => new Controls(holder, sliders, changed),
+        // A row of buttons, pairs of label and action, and one that turns the pictures back.
+        buttons(actions, scenes = []) {
+            const row = make("div", side, { className: "buttons" }), back = () => scenes.forEach((scene) => { scene.reset(); scene.draw(); });
+            const all = scenes.length ? [...actions, ["reset view", back]] : actions;
+            return all.map(([textContent, onclick]) => make("button", row, { type: "button", textContent, onclick }));
+        },
+        // The places of interest as such pairs: the values that they set, null where a slider stays.
+        places: (controls) => (state.places || []).map(([label, at]) => [label, () => {
+            [at].flat().forEach((x, i) => { if (x !== null) controls.values[i] = x; });
+            update();
+        }]),
         say(lines, wrong = "") {
-            said.replaceChildren(...lines.map((line) => Object.assign(document.createElement("div"), { textContent: line })));
+            said.textContent = "";
+            lines.forEach((textContent) => make("div", said, { textContent }));
             make("div", said, { className: "wrong", textContent: wrong });
         },
         // Play, pause and a step for one slider: its whole length in twelve seconds, in the browser's own time.
         player(controls, index) {
-            const { low, high, step } = state.sliders[index], row = make("div", side, { className: "buttons" });
+            const { low, high, step } = state.sliders[index];
             let before = null;
             const go = (value) => { controls.values[index] = max(low, min(high, value)); update(); };
             const run = (now) => {
@@ -379,20 +336,24 @@ function start(root, state, machines) {
                 go(value >= high ? low : value);
                 requestAnimationFrame(run);
             };
-            const play = button(row, "play", () => {
+            const [play] = ui.buttons([["play", () => {
                 play.textContent = before === null ? "pause" : "play";
                 before = before === null ? performance.now() : null;
                 if (before !== null) requestAnimationFrame(run);
-            });
-            button(row, "− step", () => go(controls.values[index] - step));
-            button(row, "+ step", () => go(controls.values[index] + step));
+            }], ["− step", () => go(controls.values[index] - step)], ["+ step", () => go(controls.values[index] + step)]]);
         },
     };
-    const update = KINDS[state.kind](state, machines, ui);
-    new ResizeObserver(update).observe(panes);
-    update();
+    let update;
+    try {
+        update = KINDS[state.kind](state, machines, ui);
+        new ResizeObserver(update).observe(panes);
+        update();
+    } catch (error) { // an older browser: the still picture that lies under this page shows
+        root.className = root.textContent = "";
+        throw error;
+    }
 }
 export {
-    DEGREE, KINDS, Scene, across, angle, button, ceil, cos, fit, fixed, floor, later, length,
-    list, make, max, min, minus, outOfTravel, PI, pose, round, sin, singular, stage, words, written, start,
+    DEGREE, KINDS, Scene, abs, across, angle, ceil, cos, fit, fixed, floor, later, length,
+    list, make, max, min, minus, PI, round, sin, stage, written, start,
 };

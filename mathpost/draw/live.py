@@ -16,11 +16,11 @@ from mathpost.errors import write_text
 HERE = Path(__file__).parent
 COLUMNS = 3  # pictures beside each other
 MODULES = {
-    "machine": ("live.js",),
     "formula": ("live.js",),
-    "both": ("live.js", "paths.js"),
-    "walk": ("live.js", "paths.js"),
     "chart": ("live.js", "chart.js"),
+    "machine": ("live.js", "machine.js"),
+    "both": ("live.js", "machine.js", "paths.js"),
+    "walk": ("live.js", "machine.js", "paths.js"),
 }
 
 
@@ -51,8 +51,11 @@ class Live:
         self.machines, self.exports, self.scenes, self.places = machines, exports, scenes, places
         self.readings, self.height, self.layout = readings, height, layout
 
-    def page(self, title="mathpost", *, before="", after=""):
-        """Return a whole page, HTML; `before` and `after` are more of it, around the view."""
+    def page(self, title="mathpost", *, before="", after="", still=False):
+        """Return a whole page, HTML; `before` and `after` are more of it, around the view.
+
+        With `still`, the still picture lies under the view, for a browser that is too old for it.
+        """
         files = [HERE / name for name in MODULES[self.state["kind"]]]
         modules = "\n".join(_dense(file.read_text(encoding="utf-8")) for file in files)
         style = (HERE / "live.css").read_text(encoding="utf-8")
@@ -60,9 +63,11 @@ class Live:
             f"(() => {{\n{_dense(text)}\nreturn {{ {', '.join(self.exports)} }};\n}})()" for text in self.machines
         ]
         state = json.dumps(self.state, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
+        under = self._still("position:absolute;z-index:-1;max-width:100%") if still else ""
         return (
             f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(title)}</title>"
-            f"<style>{style}</style>{before}<div id=live></div>{after}<script type=module>\n"
+            '<meta name=viewport content="width=device-width">'
+            f"<style>{style}</style>{before}{under}<div id=live></div>{after}<script type=module>\n"
             f"{modules}\n"
             f'start(document.getElementById("live"), {state}, [{",".join(code)}]);\n</script></html>\n'
         )
@@ -75,21 +80,34 @@ class Live:
 
     def save(self, path, title="mathpost"):
         """Write the view as a page that stands alone; `OutputError` if that fails."""
-        write_text(path, self.page(title))
+        write_text(path, self.page(title, still=True))
+
+    def _still(self, style):
+        still, name = base64.b64encode(self.picture()).decode(), html.escape(self.readings, quote=True)
+        return f'<img alt="{name}" src="data:image/png;base64,{still}" style="{style}">'
 
     def _repr_html_(self):
-        still = base64.b64encode(self.picture()).decode()
         page = self.page().replace("&", "&amp;").replace("'", "&#39;")
-        name = html.escape(self.readings, quote=True)
+        high = f"{self.height}px"  # on a narrow screen more, where a browser knows max()
+        high += f";height:max({high},min(660px,{self.height + 600}px - 100vw))"
         return (
-            f'<div class="mathpost-live" style="position:relative;max-width:980px;height:{self.height}px">'
-            f'<img alt="{name}" src="data:image/png;base64,{still}" style="max-width:100%;max-height:100%">'
+            f'<div class="mathpost-live" style="position:relative;max-width:980px;height:{high}">'
+            f"{self._still('max-width:100%;max-height:100%')}"
             '<iframe title="view" sandbox="allow-scripts" style="position:absolute;left:0;top:0;width:100%;'
             f"height:100%;border:0\" srcdoc='{page}'></iframe></div>"
         )
 
     def __repr__(self):
         return self.readings
+
+    def _repr_pretty_(self, printer, cycle):
+        """In a notebook's outputs the readings, and the pictures in numbers: a wrong one fails as a number does."""
+        printer.text("\n".join([self.readings, *self._shown()]))
+
+    def _shown(self):
+        from mathpost.draw.described import describe_scene  # with Matplotlib, which a page does without
+
+        return [describe_scene(*pair) for pair in zip(self.scenes, self.places, strict=True)]
 
 
 def _dense(code):

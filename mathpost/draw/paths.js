@@ -1,8 +1,9 @@
 // Views of whole paths: one tool axis with both solutions, a walk along a program, and the curves beside it.
 import {
-    DEGREE, KINDS, Scene, across, angle, button, ceil, cos, fit, fixed, floor, later, length,
-    list, make, max, min, minus, outOfTravel, pose, round, sin, singular, stage, words,
+    DEGREE, KINDS, Scene, across, angle, ceil, cos, fit, fixed, floor, later, length,
+    list, make, max, min, minus, round, sin, stage,
 } from "./live.js";
+import { outOfTravel, pose, singular, words } from "./machine.js";
 
 // Curves over the records of a path: both branches, what was chosen, travel and singular regions, and a cursor.
 class Curves {
@@ -22,7 +23,7 @@ class Curves {
         ink.clearRect(0, 0, w, h);
         const box = (x, y, x2, y2, fill) => { ink.fillStyle = fill; ink.fillRect(x, y, x2 - x, y2 - y); };
         for (const [a, b] of this.singular) box(px(a), top, px(b), h - foot, "#7f7f7f33");
-        const [from, to] = this.limits.map((v, i) => max(low, min(high, v ?? (i ? high : low))));
+        const [from, to] = this.limits.map((v, i) => max(low, min(high, v === null ? (i ? high : low) : v)));
         box(left, py(from), w - 8, py(low), "#f0e44266"); box(left, py(high), w - 8, py(to), "#f0e44266");
         const stroke = (colour, width, dash, points) => {
             Object.assign(ink, { strokeStyle: colour, lineWidth: width });
@@ -48,9 +49,8 @@ Object.assign(KINDS, {
         const { about, tip } = state, [sphere, ...scenes] = state.scenes.map((spec) => new Scene(spec, ui.panes));
         const arrow = sphere.lines.find((line) => line.name === "tool"), zero = across(about.pole);
         const controls = ui.controls(state.sliders, () => update());
-        const buttons = make("div", ui.side, { className: "buttons" });
-        for (const [label, at] of state.places) button(buttons, label, () => { at.forEach((x, i) => { if (x !== null) controls.values[i] = x; }); update(); });
-        button(buttons, "turn by 180°", () => { controls.values[1] += controls.values[1] > 0 ? -180 : 180; update(); });
+        const opposite = () => { controls.values[1] += controls.values[1] > 0 ? -180 : 180; update(); };
+        ui.buttons([...ui.places(controls), ["turn by 180°", opposite]], [sphere, ...scenes]);
         ui.player(controls, 1);
         function update() {
             const [tilt, direction] = controls.values.map((x) => x * DEGREE);
@@ -90,16 +90,14 @@ Object.assign(KINDS, {
             const branch = (k) => { let turn = 0, old = null; return found.map((both, i) => {
                 if (!both) return NaN;
                 const x = both[k][joint] / DEGREE;
-                turn += 360 * round(((old ?? chosen[i]) - x - turn) / 360);
+                turn += 360 * round(((old === null ? chosen[i] : old) - x - turn) / 360);
                 return old = x + turn;
             }); };
             const curves = [{ values: chosen, colour: "#7f7f7f88", width: 6, dash: [] }, { values: branch(0), colour: "#009e73", width: 2, dash: [] }, { values: branch(1), colour: "#cc79a7", width: 2, dash: [6, 4] }];
             return new Curves({ title: `${about.names[joint]}, degrees, over the records`, records: cl.map((_, i) => state.first + i * state.every), limits: about.limits[joint], singular, curves }, ui.plots());
         });
         const controls = ui.controls(state.sliders, () => update());
-        const buttons = make("div", ui.side, { className: "buttons" });
-        for (const [label, at] of state.places) button(buttons, label, () => { controls.values = [at]; update(); });
-        button(buttons, "reset view", () => runs.forEach(({ scene }) => { scene.reset(); scene.draw(); }));
+        ui.buttons(ui.places(controls), runs.map((run) => run.scene));
         ui.player(controls, 0);
         function update() {
             // Of a long program only the blocks that are here are known; between them the true way is not.

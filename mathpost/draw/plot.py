@@ -11,6 +11,7 @@ from openpyxl.utils import get_column_letter
 
 from mathpost.draw.described import describe
 from mathpost.post.between_blocks import true_tip
+from mathpost.rotation import unit
 from mathpost.workbook.report import STATUS_COLOUR
 
 # Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.
@@ -51,10 +52,8 @@ STYLE = {
 
 def figure(rows=1, columns=1, *, size=(7.0, 4.2), three_d=False):
     """Return ``(figure, axes)`` in the house style; close it with `show`."""
-    drawn, axes = plt.subplots(
-        rows, columns, figsize=size, layout="constrained", subplot_kw={"projection": "3d"} if three_d else None
-    )
-    return drawn, axes
+    projection = {"projection": "3d"} if three_d else None
+    return plt.subplots(rows, columns, figsize=size, layout="constrained", subplot_kw=projection)
 
 
 def show():
@@ -77,14 +76,6 @@ def frame(axes, matrix, origin, *, colour, length=1.0, labels="XYZ", **style):
         axes.text(*(origin + 1.15 * length * column), label, color=colour, ha="center", va="center")
 
 
-def tool_axes(axes, cl, *, length=1.0, colour=COLOUR["tool"], lift=0.0):
-    """Draw the tip and the tool axis of every record in 3-D; `lift` moves each record up, to tell them apart."""
-    for record, (point, axis) in enumerate(zip(cl.points, cl.axes, strict=True)):
-        start = point + np.array([0, 0, lift * record])
-        axes.plot(*zip(start, start + length * axis, strict=True), color=colour, linewidth=2)
-        axes.plot(*start[:, None], "o", color=COLOUR["workpiece"], markersize=4)
-
-
 def along(axes, place, values, role, label=None, *, points=False):
     """Draw one quantity along a path in the colour and style of its `role`, one of `COLOUR`."""
     style = {"color": COLOUR[role], "linestyle": STYLE.get(role, "-")}
@@ -103,17 +94,9 @@ def travel(axes, low, high):
 def trellis(axes, records, words, inside, seconds, ways=None):
     """Draw the candidates of records, n of m each, and what the moves between them cost.
 
-    Parameters
-    ----------
-    axes : matplotlib Axes
-    records : sequence of n names
-    words : n lists of m str
-        What stands at each candidate; first and second branch in turn.
-    inside : array_like of bool, shape (n, m)
-        Which of them are inside travel; the others are open, and no move leads there.
-    seconds : array_like, shape (n - 1, m, m)
-    ways : dict, optional
-        Role, one of `COLOUR`, to the number of the candidate at each record.
+    `words`, n lists of m, stand at the candidates, first and second branch in turn; those that are not `inside`
+    travel, shape (n, m), are open, and no move leads there. `seconds` has shape (n - 1, m, m). `ways` is a dict
+    from a role, one of `COLOUR`, to the number of the candidate at each record.
     """
     for (at, row), fits in np.ndenumerate(inside):
         colour = COLOUR[("first branch", "second branch")[row % 2]]
@@ -149,11 +132,10 @@ def pole_map(axes, kin, tool_axes, *, cone=None, role="tool", label=None):
 def on_pole_map(kin, tool_axes):
     """Return where `pole_map` draws tool axes (n, 3): across and up, degrees, shape (n,) each."""
     pole = np.array(kin.inverse_symbolic.pole, dtype=float)
-    side = np.eye(3)[np.abs(pole).argmin()]
-    y = np.cross(pole, side) / np.linalg.norm(np.cross(pole, side))
-    x = np.cross(y, pole)
-    angle = np.degrees(np.arctan2(np.hypot(tool_axes @ x, tool_axes @ y), tool_axes @ pole))
-    direction = np.arctan2(tool_axes @ y, tool_axes @ x)
+    y = unit(np.cross(pole, np.eye(3)[np.abs(pole).argmin()]))
+    across, up = tool_axes @ np.cross(y, pole), tool_axes @ y
+    angle = np.degrees(np.arctan2(np.hypot(across, up), tool_axes @ pole))
+    direction = np.arctan2(up, across)
     return angle * np.cos(direction), angle * np.sin(direction)
 
 
@@ -205,9 +187,8 @@ def cutter(axes, cutter, tip, tilt, *, height=None, **style):
 
 def runs(axes, measured, result):
     """Draw bidirectional runs (`mathpost.measure.angular_error.Runs`) with the means ± 2 s of their `Accuracy`."""
-    pairs = [("first branch", "up", measured.up, result.mean_up, result.s_up)]
-    pairs += [("second branch", "down", measured.down, result.mean_down, result.s_down)]
-    for role, label, each, mean, s in pairs:
+    for role, label in (("first branch", "up"), ("second branch", "down")):
+        each, mean, s = getattr(measured, label), getattr(result, f"mean_{label}"), getattr(result, f"s_{label}")
         axes.plot(measured.angles, each, ".", color=COLOUR[role], markersize=3)
         axes.plot(measured.angles, mean, STYLE[role], color=COLOUR[role], label=f"{label}: mean, ± 2 s")
         axes.fill_between(measured.angles, mean - 2 * s, mean + 2 * s, color=COLOUR[role], alpha=0.25)
@@ -243,10 +224,8 @@ def costs(axes, position, priced, *, label, dearest=6):
 
 def formulas(*pairs, decimals=6):
     """Return named matrices side by side as one formula: pairs of a LaTeX name and a matrix, exact or numbers."""
-    exact = [
-        (name, sp.Matrix(np.round(m, decimals) + 0.0) if isinstance(m, np.ndarray) else m) for name, m in pairs
-    ]
-    return Math(r" \qquad ".join(f"{name} = {sp.latex(matrix)}" for name, matrix in exact))
+    exact = (sp.Matrix(np.round(m, decimals) + 0.0) if isinstance(m, np.ndarray) else m for _, m in pairs)
+    return Math(r" \qquad ".join(f"{name} = {sp.latex(m)}" for (name, _), m in zip(pairs, exact, strict=True)))
 
 
 def space(axes, radius, *, centre=(0.0, 0.0, 0.0), elevation=22.0, azimuth=-55.0):
@@ -269,19 +248,15 @@ def worksheet(axes, report, sheet=None):
     judged = [(cell, *cell.place[1:]) for cell in report.cells if cell.place[0] == sheet]
     rows, columns = (sorted({place[n] for place in judged}) for n in (1, 2))
     for cell, row, column in judged:
-        is_first = cell == report.first
-        box = plt.Rectangle(
-            (column - 0.5, row - 0.5), 1, 1, facecolor=STATUS_COLOUR[cell.status], edgecolor="#bfbfbf"
-        )
-        axes.add_patch(box)
+        is_first, corner = cell == report.first, (column - 0.5, row - 0.5)
+        axes.add_patch(plt.Rectangle(corner, 1, 1, facecolor=STATUS_COLOUR[cell.status], edgecolor="#bfbfbf"))
         if is_first:
-            axes.add_patch(plt.Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, linewidth=2.5, zorder=3))
+            axes.add_patch(plt.Rectangle(corner, 1, 1, fill=False, linewidth=2.5, zorder=3))
         text = f"{cell.written:z.3f}" if isinstance(cell.written, float) else "?"
         axes.text(column, row, text, ha="center", va="center", fontsize=6, weight="bold" if is_first else "normal")
     axes.set(xlim=(columns[0] - 1, columns[-1] + 1), ylim=(rows[-1] + 1, rows[0] - 1))
-    axes.set_xticks(
-        range(columns[0], columns[-1] + 1), [get_column_letter(n) for n in range(columns[0], columns[-1] + 1)]
-    )
+    every = range(columns[0], columns[-1] + 1)
+    axes.set_xticks(every, map(get_column_letter, every))
     axes.xaxis.tick_top()
     axes.set_yticks([row for row in rows if row - 1 not in rows])
     axes.spines[:].set_visible(False)

@@ -38,7 +38,7 @@ class Turned:
     def triangles(self):
         """Return triangles, shape (n, 3, 3), counterclockwise seen from outside."""
         turn = np.linspace(0, 2 * np.pi, SIDES, endpoint=False)[:, None]
-        x, y = _across(self.along)
+        x, y = across(self.along)
         around = np.cos(turn) * x + np.sin(turn) * y
         return _between([self.origin + h * self.along + r * around for r, h in self.profile])
 
@@ -115,7 +115,7 @@ def smooth(triangles):
 
 def ring(centre, normal, radius, count=12):
     """Points of a circle, shape (count, 3)."""
-    x, y = _across(unit(np.asarray(normal, dtype=float)))
+    x, y = across(unit(np.asarray(normal, dtype=float)))
     turn = np.linspace(0, 2 * np.pi, count, endpoint=False)[:, None]
     return np.asarray(centre) + radius * (np.cos(turn) * x + np.sin(turn) * y)
 
@@ -133,7 +133,7 @@ def _between(rings):
     return np.concatenate([np.stack(corners, axis=-2).reshape(-1, 3, 3) for corners in quads])
 
 
-def _across(axis):
+def across(axis):
     """Two unit vectors square to a unit vector."""
     x = unit(np.cross(axis, [1.0, 0, 0] if abs(axis[0]) < 0.6 else [0, 1.0, 0]))
     return x, np.cross(axis, x)

@@ -1,4 +1,4 @@
-"""Angular positioning error of a rotary axis: statistics of ISO 230-2, and the tables that compensate it.
+"""Angular positioning error of a rotary axis: statistics of ISO 230-2, and the commands that compensate it.
 
 As in a measuring report and in the control's tables, angles are degrees here and errors seconds of arc: actual
 minus target, so that a command is corrected by *subtracting* the error.
@@ -12,7 +12,7 @@ from mathpost.errors import InputError, as_array
 from mathpost.measure import csv_table, spline
 
 ARCSECONDS = 3600  # in a degree
-MOST_RUNS = 50
+RUNS = tuple(f"{side}{run}" for run in range(1, 51) for side in ("up", "down"))  # columns of a report
 SMALLEST = 0.05  # seconds of arc: a table whose errors are all smaller was given in another unit
 
 
@@ -20,12 +20,8 @@ SMALLEST = 0.05  # seconds of arc: a table whose errors are all smaller was give
 class Runs:
     """Repeated approaches of the same targets from both sides.
 
-    Attributes
-    ----------
-    angles : ndarray, shape (targets,)
-        Degrees, increasing.
-    up, down : ndarray, shape (targets, runs)
-        Error of each approach in the positive and in the negative direction, seconds of arc.
+    `angles`, shape (targets,), are degrees, increasing; `up` and `down`, shape (targets, runs), the errors of each
+    approach in the positive and in the negative direction, seconds of arc.
     """
 
     angles: np.ndarray
@@ -46,22 +42,12 @@ class Runs:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """The parameters of ISO 230-2, seconds of arc; a triple holds up, down and both directions.
+    """The parameters of ISO 230-2, seconds of arc.
 
-    Attributes
-    ----------
-    mean_up, mean_down, s_up, s_down, reversal : ndarray, shape (targets,)
-        Mean and standard deviation of the approaches, and B at each target: mean up minus mean down.
-    B : float
-        Reversal value: the largest |reversal|.
-    M : float
-        Range of the mean of both directions.
-    E : tuple of 3 floats
-        Systematic deviation: the range of the means.
-    R : tuple of 3 floats
-        Repeatability: the widest 4 s; of both directions 2 s up + 2 s down + |B| if that is wider.
-    A : tuple of 3 floats
-        Accuracy: from the lowest mean − 2 s to the highest mean + 2 s.
+    At each target: mean and standard deviation of the approaches, up and down, and `reversal`, mean up minus mean
+    down. Of all targets: `B`, the largest |reversal|; `M`, the range of the mean of both directions; and triples
+    for up, down and both directions: `E`, the range of the means; `R`, the widest 4 s, of both directions 2 s up +
+    2 s down + |B| if that is wider; `A`, from the lowest mean − 2 s to the highest mean + 2 s.
     """
 
     mean_up: np.ndarray
@@ -81,22 +67,15 @@ class Accuracy:
 
 
 def read_runs(path):
-    """Read bidirectional runs from a CSV file with the columns angle, up1, down1, up2, down2, …
+    """Read bidirectional runs from a CSV file with the columns angle, up1, down1, up2, down2, … as `Runs`.
 
-    Parameters
-    ----------
-    path : str or path-like
-        Angles in degrees, increasing; errors in seconds of arc unless it names another unit.
-
-    Returns
-    -------
-    Runs
+    Angles in degrees, increasing; errors in seconds of arc unless the file names another unit.
 
     Raises
     ------
     InputError
-        If a column is missing, angles do not increase, or a number suggests other units: an angle beyond a
-        turn, an error beyond a degree, none beyond 0.05″. The message names file, line and column.
+        If a column is missing, angles do not increase, or a number suggests other units: an angle beyond a turn, an
+        error beyond a degree, none beyond 0.05″. The message names file, line and column.
 
     Examples
     --------
@@ -104,7 +83,7 @@ def read_runs(path):
     >>> runs.up.shape, runs.angles[:3]
     ((37, 5), array([ 0., 10., 20.]))
     """
-    names = [f"{side}{run}" for run in range(1, MOST_RUNS + 1) for side in ("up", "down")]
+    names = RUNS
     also = dict.fromkeys(("A", "B", "C", "position"), "angle")
     read = csv_table.read(path, ["angle", *names[:4]], optional=names[4:], also=also)
     runs = (sum(name in read for name in names) + 1) // 2
@@ -171,17 +150,11 @@ def accuracy(runs):
 
 
 def commands(error, targets):
-    """Return the angles to command so that the axis arrives at `targets`: commanded angle minus error.
+    """Return the angles to command so that the axis arrives at `targets`, degrees: commanded angle minus error.
 
-    The error is taken at the target, as a control's table does, not where the command goes; the difference is the
-    error times its slope, some thousandths of a second of arc on a machine worth compensating.
-
-    Parameters
-    ----------
-    error : mathpost.measure.spline.Curve
-        Seconds of arc over degrees.
-    targets : array_like
-        Degrees.
+    `error` is a `mathpost.measure.spline.Curve`, seconds of arc over degrees. It is taken at the target, as a
+    control's table does, not where the command goes; the difference is the error times its slope, some thousandths
+    of a second of arc on a machine worth compensating.
     """
     targets = np.asarray(targets, dtype=float)
     return targets - error(targets) / ARCSECONDS
@@ -194,78 +167,3 @@ def command_table(error, targets):
         value = float(error(target))
         rows.append(f"{target:.6f},{value:z.3f},{-value:z.3f},{command:z.6f}")
     return "\n".join(rows) + "\n"
-
-
-def siemens_table(axis, step, error, error_down=None):
-    """Return a compensation table for a Siemens 840D as the text of an INI file.
-
-    One curve makes an EEC table, `$AA_ENC_COMP`: the control moves the axis *against* a positive entry, so the
-    entries are the errors themselves, in degrees. Two curves, for the positive and the negative direction of
-    travel, need two CEC tables, `$AN_CEC` with `$AN_CEC_DIRECTION` 1 and −1, from the axis onto itself. After the
-    Function Manual, K3 (6FC5397); its sign rule was read for EEC only, so the file asks for a trial of CEC.
-
-    Parameters
-    ----------
-    axis : str
-        The machine axis, such as "C" or "AX5".
-    step : float
-        Degrees between entries. It divides the turn or the measured travel.
-    error, error_down : mathpost.measure.spline.Curve
-        Seconds of arc over degrees. A periodic one makes a modulo table, which ends where it begins.
-
-    Raises
-    ------
-    InputError
-        If the step does not divide the range, or the two curves have different ranges.
-
-    Examples
-    --------
-    >>> error = spline.through_all(spline.points([0, 90, 180, 270], [0, 36, 0, -36], period=360))
-    >>> print(siemens_table("C", 90, error))
-    %_N_AX_EEC_INI
-    CHANDATA(1)
-    $AA_ENC_COMP[0,0,C]=0.000000
-    $AA_ENC_COMP[0,1,C]=0.010000
-    $AA_ENC_COMP[0,2,C]=0.000000
-    $AA_ENC_COMP[0,3,C]=-0.010000
-    $AA_ENC_COMP[0,4,C]=0.000000
-    $AA_ENC_COMP_STEP[0,C]=90.0
-    $AA_ENC_COMP_MIN[0,C]=0.0
-    $AA_ENC_COMP_MAX[0,C]=360.0
-    $AA_ENC_COMP_IS_MODULO[0,C]=1
-    M17
-    """
-    at = entries(error, step)
-    spacing = {"STEP": float(step), "MIN": float(at[0]), "MAX": float(at[-1])}
-    modulo = int(error.points.period is not None)
-    if error_down is None:
-        lines = ["%_N_AX_EEC_INI", "CHANDATA(1)"]
-        lines += [f"$AA_ENC_COMP[0,{n},{axis}]={value:z.6f}" for n, value in enumerate(error(at) / ARCSECONDS)]
-        ending = {**spacing, "IS_MODULO": modulo}
-        lines += [f"$AA_ENC_COMP_{key}[0,{axis}]={value}" for key, value in ending.items()]
-        return "\n".join([*lines, "M17"]) + "\n"
-    if not np.array_equal(at, entries(error_down, step)):
-        raise InputError("error_down", "a curve over the same angles as error", "another range")
-    lines = ["%_N_NC_CEC_INI", "CHANDATA(1)", "; the entries are errors, actual minus target: try one before use"]
-    for number, (direction, each) in enumerate([(1, error), (-1, error_down)]):
-        lines += [f"$AN_CEC[{number},{n}]={value:z.6f}" for n, value in enumerate(each(at) / ARCSECONDS)]
-        ending = {"INPUT_AXIS": f"({axis})", "OUTPUT_AXIS": f"({axis})", **spacing}
-        ending |= {"DIRECTION": direction, "MULT_BY_TABLE": 0, "IS_MODULO": modulo}
-        lines += [f"$AN_CEC_{key}[{number}]={value}" for key, value in ending.items()]
-    return "\n".join([*lines, "M17"]) + "\n"
-
-
-def entries(error, step):
-    """Return the angles of a control's table: every `step` degrees over the turn or the measured travel."""
-    low, high = error.points.at[[0, -1]] if error.points.period is None else (0.0, error.points.period)
-    count = (high - low) / step if step > 0 else 0.5
-    if abs(count - round(count)) > 1e-9 or round(count) < 1:
-        raise InputError("step", f"a step that divides {high - low:g} degrees", f"{step:g}")
-    return low + step * np.arange(round(count) + 1)
-
-
-def between_entries(error, step, fineness=20):
-    """Return how far the control, which joins its entries by straight lines, departs from the curve: arcseconds."""
-    at = entries(error, step)
-    fine = np.linspace(at[0], at[-1], fineness * (len(at) - 1) + 1)
-    return float(np.abs(np.interp(fine, at, error(at)) - error(fine)).max())

@@ -52,16 +52,9 @@ KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre")  # settings th
 class Table:
     """Columns of a CSV file by name, and the line that each row came from.
 
-    Attributes
-    ----------
-    path : str
-    source : str
-        The comment before the column names, without "source:" and settings; empty if the file has none.
-    columns : dict
-        Name to a float array, shape (rows,), or to a list of strings for a text column.
-    lines : tuple of ints
-    settings : dict
-        What comments such as ``# unit = µm`` say, and ``"unit x"`` for the unit in a column's name, ``x (µm)``.
+    `columns` takes a name to a float array, shape (rows,), or to a list of strings for a text column. `source` is
+    the comment before the column names, without "source:" and settings. `settings` is what comments such as ``#
+    unit = µm`` say, and ``"unit x"`` the unit in a column's name, ``x (µm)``.
     """
 
     path: str
@@ -112,13 +105,8 @@ class Table:
     def unit(self, name, kind, default=None):
         """Return the size of the unit of column `name`, in mm or radians; of a dial division if that is stated.
 
-        Parameters
-        ----------
-        name : str
-        kind : str
-            ``"length"`` or ``"angle"``.
-        default : str, optional
-            The unit if the file states none. Without a default it is asked for.
+        `kind` is ``"length"`` or ``"angle"``; `default` the unit if the file states none. Without one it is asked
+        for.
         """
         stated = self.settings.get(f"unit {name}") or self.settings.get("unit") or default
         where = f"{self.path}, line {self.lines[0]}, column {name!r}"
@@ -136,29 +124,21 @@ class Table:
 
 
 def read(path, columns, *, optional=(), text=(), also=MappingProxyType({})):
-    """Read a CSV file.
+    """Read a CSV file as a `Table`.
 
     Parameters
     ----------
     path : str or path-like
-    columns : sequence of str
-        Names of the columns that must be there, in any order.
-    optional : sequence of str, keyword only
-        Names of those that may be there.
-    text : sequence of str, keyword only
-        Which of all these hold words instead of numbers.
+    columns, optional, text : sequences of str
+        Names of the columns that must be there, in any order; that may be there; and of those that hold words.
     also : mapping, keyword only
         Other headers, such as ``"C"``, to the columns that they mean.
-
-    Returns
-    -------
-    Table
 
     Raises
     ------
     InputError
-        If the file cannot be read, has no row, lacks a column, has an unknown or a repeated one, or an entry
-        is missing or not a finite number. The message names file, line and column.
+        If the file cannot be read, has no row, lacks a column, has an unknown or a repeated one, or an entry is
+        missing or not a finite number. The message names file, line and column.
 
     Examples
     --------

@@ -62,20 +62,15 @@ def tip_symbolic():
 
 
 def tip_from_contact(cutter, normal, axis):
-    """Return the tool tip minus the contact point.
+    """Return the tool tip minus the contact point, shape (..., 3), mm.
+
+    Where the normal is the axis the flat bottom touches everywhere, and its middle is returned.
 
     Parameters
     ----------
     cutter : Cutter
-    normal : array_like, shape (..., 3)
-        Out of the part; of any length.
-    axis : array_like, shape (..., 3)
-        From the tip towards the spindle; of any length.
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        mm. Where the normal is the axis the flat bottom touches everywhere, and its middle is returned.
+    normal, axis : array_like, shape (..., 3)
+        Out of the part, and from the tip towards the spindle; of any length.
 
     Raises
     ------
@@ -105,13 +100,8 @@ def tip_from_contact(cutter, normal, axis):
 def compensated(tip, normal, axis, old, new):
     """Return the tips for another cutter that touches the same surface points: 3-D radius compensation.
 
-    Parameters
-    ----------
-    tip : array_like, shape (..., 3)
-        CL points made for `old`, mm.
-    normal, axis : array_like, shape (..., 3)
-        Contact normals, out of the part, and tool axes.
-    old, new : Cutter
+    `tip`, `normal` and `axis`, shape (..., 3), are CL points made for the cutter `old`, mm, their contact normals,
+    out of the part, and tool axes.
 
     Examples
     --------
@@ -125,17 +115,9 @@ def compensated(tip, normal, axis, old, new):
 def stock_left(normal, axis, old, new, *, longer=0.0):
     """Return how much material stands on the surface if `new` runs the CL data of `old`; negative is a gouge.
 
-    Parameters
-    ----------
-    normal, axis : array_like, shape (..., 3)
-    old, new : Cutter
-    longer : float or array_like, shape (...), keyword only
-        By how much the new tool's tip lies further from the spindle than the control believes, mm.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        mm along the normal: exact on a plane, and on a curved surface to first order in the difference of cutters.
+    The result, shape (...), is mm along the normal: exact on a plane, and on a curved surface to first order in
+    the difference of cutters. `longer`, shape (...), is by how much the new tool's tip lies further from the
+    spindle than the control believes, mm.
 
     Examples
     --------
@@ -148,20 +130,17 @@ def stock_left(normal, axis, old, new, *, longer=0.0):
 
 
 def tip_shift(kin, joints, longer, told, *, degrees=False):
-    """Return where the tip of a longer tool goes in the part, instead of where the program wants it.
+    """Return where the tip of a tool that is `longer`, mm, goes in the part, instead of where the program wants it.
 
     Parameters
     ----------
     kin : mathpost.kinematics.Kinematics
     joints : array_like, shape (..., 5)
         Made for the old tool.
-    longer : float
-        mm; negative for a shorter tool.
     told : str
-        What the control knows: ``"tcp"``, the new length, with the tool centre point under its command;
-        ``"length offset"``, the new length, but without TCP, so that it moves the slides back along the tool as
-        it stands with all rotary axes at zero (G43); ``"nothing"``.
-    degrees : bool, keyword only
+        What the control knows: ``"tcp"``, the new length, with the tool centre point under its command; ``"length
+        offset"``, the new length without TCP, so that it moves the slides back along the tool as it stands with all
+        rotary axes at zero (G43); ``"nothing"``.
 
     Returns
     -------

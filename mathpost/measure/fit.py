@@ -21,24 +21,30 @@ SHARE = 1e-6  # of an unknown in such a combination, below which it has no part 
 
 
 @dataclass(frozen=True)
-class Estimate:
-    """What the readings say about the unknowns.
+class Value:
+    """A number found from readings: `value` ± `U` (95 %) with coverage factor `k` and degrees of `freedom`."""
 
-    Attributes
-    ----------
-    values : dict
-        Unknown to its value; also by ``estimate[name]``. mm and radians.
-    covariance : ndarray, shape (unknowns, unknowns)
-        In the order of `values`; NaN if no `sigma` was stated and no reading is to spare.
-    residuals : dict
-        Reading to an array: measured minus explained.
-    spare : int
-        Readings minus unknowns.
-    noise : float
-        Standard deviation of a reading as the residuals show it, NaN without spare readings. In units of the
-        stated sigma if one was stated: well above 1 means that something is not in the model.
-    freedom : ndarray, shape (unknowns,), or float
-        Degrees of freedom of the standard deviations: infinite if sigma was stated, else the spare readings.
+    value: float
+    U: float
+    k: float
+    freedom: float
+
+    @classmethod
+    def of(cls, value, deviation, freedom):
+        """The value with its standard deviation: k is Student's t."""
+        k = coverage_factor(freedom)
+        return cls(value, k * deviation, k, freedom)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What the readings say about the unknowns; mm and radians.
+
+    `values` takes an unknown to its value, as does ``estimate[name]``. `covariance` is in the same order, NaN if
+    no sigma was stated and no reading is to spare. `residuals` takes a reading to an array: measured minus
+    explained. `spare` is readings minus unknowns; `noise` the standard deviation of a reading as the residuals
+    show it, in units of the stated sigma if one was stated: well above 1 means that something is not in the model.
+    Without spare readings it is NaN. `freedom` is infinite if sigma was stated, else `spare`.
     """
 
     values: dict
@@ -46,7 +52,7 @@ class Estimate:
     residuals: dict
     spare: int
     noise: float
-    freedom: np.ndarray | float = np.inf
+    freedom: float = np.inf
 
     def __getitem__(self, name):
         return self.values[name]
@@ -56,31 +62,19 @@ class Estimate:
         index = list(self.values).index(name)
         return float(np.sqrt(self.covariance[index, index]))
 
-    def expanded(self, name, coverage=0.95):
-        """The expanded uncertainty U of one value, its factor k (Student's t) and its degrees of freedom."""
-        freedom = float(np.broadcast_to(self.freedom, len(self.values))[list(self.values).index(name)])
-        k = coverage_factor(freedom, coverage)
-        return k * self.deviation(name), k, freedom
+    def expanded(self, name):
+        """One value as `Value`, with its expanded uncertainty."""
+        return Value.of(self.values[name], self.deviation(name), self.freedom)
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """A procedure: what it reads, as formulas of what is set and what is sought.
+    """A procedure: what it reads, as formulas of what is set and what is sought; mm and radians.
 
-    Attributes
-    ----------
-    name : str
-    unknowns, settings : tuples of real sympy symbols
-        The first setting is the one that is stepped.
-    readings : dict
-        Name to a sympy expression in unknowns and settings, mm and radians.
-    angles : tuple of str
-        Which settings are angles.
-    more : dict
-        What could be done besides, to the settings it would change: words to ``{setting: expression}``. The
-        diagnosis of too few readings proposes from these.
-    largest : float
-        Readings beyond this (mm) are suspected to be in another unit.
+    `unknowns` and `settings` are real sympy symbols; the first setting is the one that is stepped, `angles` names
+    those that are angles. `readings` takes a name to an expression in unknowns and settings. `more` is what could
+    be done besides, words to the settings that it would change, ``{setting: expression}``: the diagnosis of too
+    few readings proposes from these. Readings beyond `largest`, mm, are suspected to be in another unit.
 
     Examples
     --------
@@ -104,21 +98,10 @@ class Measurement:
     largest: float = np.inf
 
     def predict(self, values, settings, *, degrees=False):
-        """Return what would be read, without noise.
+        """Return what would be read, without noise: reading to an array.
 
-        Parameters
-        ----------
-        values : dict
-            Unknown to number, mm and radians; those left out are zero.
-        settings : dict
-            Setting to number or array; broadcast.
-        degrees : bool, keyword only
-            Whether the angles among the settings are degrees.
-
-        Returns
-        -------
-        dict
-            Reading to an array of the common shape.
+        `values` takes unknowns to numbers, mm and radians; those left out are zero. `settings` takes settings to
+        numbers or arrays, which are broadcast; `degrees` says whether the angles among them are degrees.
         """
         self._check_known(values)
         where = self._settings(settings, degrees)
@@ -127,21 +110,11 @@ class Measurement:
         return dict(zip(self.readings, np.moveaxis(predicted, -1, 0), strict=True))
 
     def read(self, path):
-        """Read settings and at least one reading from a CSV file: degrees, and mm unless it names a unit.
+        """Read settings and at least one reading from a CSV file: a `csv_table.Table` for `identify`.
 
-        The first setting must increase from line to line while the others, and a column ``run`` if there is
-        one, stay the same.
-
-        Returns
-        -------
-        mathpost.measure.csv_table.Table
-            To be given to `identify`.
-
-        Raises
-        ------
-        InputError
-            For every fault `mathpost.measure.csv_table.read` knows, suspected units, and settings that
-            do not increase.
+        Degrees, and mm unless the file names a unit. The first setting must increase from line to line while the
+        others, and a column ``run`` if there is one, stay the same. `InputError` for every fault that
+        `csv_table.read` knows, suspected units, and settings that do not increase.
         """
         also = dict.fromkeys("ABC", "angle") if "angle" in self._names else {}
         columns = csv_table.read(path, self._names, optional=[*self.readings, "run"], also=also)
@@ -163,19 +136,15 @@ class Measurement:
         Parameters
         ----------
         data : Table or dict
-            Setting to number or array, and reading to array, shape (n,). Of the readings only some need be
-            there; an unknown that none of those depends on is left out.
+            Setting to number or array, and reading to array, shape (n,). Of the readings only some need be there;
+            an unknown that none of those depends on is left out.
         degrees : bool, keyword only
             Whether the angles among the settings are degrees; those of a `Table` always are.
         sigma : float or dict, optional, keyword only
-            Standard deviation of a reading, mm, or one for each kind of reading. Without it the residuals
-            supply it, which is a poor guess if few readings are to spare.
+            Standard deviation of a reading, mm, or one for each kind of reading. Without it the residuals supply
+            it, which is a poor guess if few readings are to spare.
         known : dict, optional, keyword only
             Unknowns that are not sought, with their values.
-
-        Returns
-        -------
-        Estimate
 
         Raises
         ------
@@ -293,31 +262,24 @@ class Measurement:
                 raise InputError(self.name, f"unknowns among {', '.join(names)}", repr(name))
 
 
-def coverage_factor(freedom, coverage=0.95):
-    """Student's t for the degrees of `freedom`, 1.96 if they are infinite.
+def coverage_factor(freedom):
+    """Student's t for 95 % and the degrees of `freedom`, 1.96 if they are infinite.
 
     Examples
     --------
     >>> round(coverage_factor(5), 3), round(coverage_factor(np.inf), 3)
     (2.571, 1.96)
     """
-    return float(stdtrit(freedom, (1 + coverage) / 2) if freedom < 1e6 else ndtri((1 + coverage) / 2))
+    return float(stdtrit(freedom, 0.975) if freedom < 1e6 else ndtri(0.975))
 
 
 def least_squares(evaluate, readings, sigmas, start, where):
     """Return the values of the unknowns, their covariance, the residuals, and the weighted derivatives.
 
-    Gauss and Newton: formulas of small errors are nearly linear, and two or three steps do.
-
-    Parameters
-    ----------
-    evaluate : callable
-        Takes the values; returns the predicted readings, shape (n,), and their derivatives, shape (n, unknowns).
-    readings, sigmas : ndarray, shape (n,)
-        With the standard deviation of each.
-    start : ndarray, shape (unknowns,)
-    where : str
-        Begins the message of the `InputError` if the steps do not end.
+    Gauss and Newton: formulas of small errors are nearly linear, and two or three steps do. `evaluate` takes the
+    values and returns the predicted readings, shape (n,), and their derivatives, shape (n, unknowns); `sigmas`,
+    shape (n,), are the readings' standard deviations. `where` begins the message of the `InputError` if the steps
+    do not end.
     """
     x = start
     for _ in range(50):
@@ -338,17 +300,8 @@ def least_squares(evaluate, readings, sigmas, start, where):
 def undetermined(matrix, names):
     """Return the unknowns that readings leave open, in groups whose members can stand in for each other.
 
-    Parameters
-    ----------
-    matrix : ndarray, shape (readings, unknowns)
-        Derivatives of the readings.
-    names : sequence of str
-        Of the unknowns.
-
-    Returns
-    -------
-    list of lists of str
-        A group of one is an unknown that leaves no trace at all.
+    `matrix`, shape (readings, unknowns), holds the derivatives of the readings, `names` are the unknowns'. A group
+    of one is an unknown that leaves no trace at all.
 
     Examples
     --------

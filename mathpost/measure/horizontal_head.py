@@ -26,16 +26,9 @@ CPOS, UZZ = sp.symbols("CPOS U_ZZ", real=True)
 class Head:
     """A horizontal head: its measured vectors, and which way it turns.
 
-    Attributes
-    ----------
-    angles : tuple of floats
-        The listed index angles, degrees.
-    vectors : ndarray, shape (n, 3)
-        U for each of them, mm.
-    sense : int
-        −1 if the head turns clockwise seen from +Z as its angle grows, as the source's does; else +1.
-    zero : float
-        Where the spindle's Z′ points at angle 0, degrees from +X towards +Y.
+    `angles` are the listed index angles, degrees; `vectors`, shape (n, 3), U for each of them, mm. `sense` is −1
+    if the head turns clockwise seen from +Z as its angle grows, as the source's does, else +1; `zero` is where the
+    spindle's Z′ points at angle 0, degrees from +X towards +Y.
     """
 
     angles: tuple
@@ -102,18 +95,9 @@ def frame_symbolic():
 def read_head(path, *, sense=-1, zero=0.0):
     """Read measured head vectors from a CSV file with the columns angle (degrees), x, y, z (mm).
 
-    Parameters
-    ----------
-    path : str or path-like
-    sense : int, keyword only
-    zero : float, keyword only
-        As in `Head`.
-
-    Raises
-    ------
-    InputError
-        If the file has a fault, an angle twice, or a vector that does not point along Z′: the table then counts
-        the other way (vertical minus horizontal), or the head turns the other way.
+    `sense` and `zero` are those of `Head`. `InputError` if the file has a fault, an angle twice, or a vector that
+    does not point along Z′: the table then counts the other way (vertical minus horizontal), or the head turns the
+    other way.
     """
     columns = csv_table.read(path, ["angle", "x", "y", "z"])
     columns.check_angles("angle")
@@ -134,11 +118,7 @@ def read_head(path, *, sense=-1, zero=0.0):
 def lhyset(head, x, y, z):
     """Return U_LHY, shape (3,): what takes the offset as measured back to the vertical head.
 
-    Parameters
-    ----------
-    head : Head
-    x, y, z : float
-        The head's angle when this axis of the work offset was measured, or `VERTICAL`.
+    `x`, `y`, `z` are the head's angles when these axes of the work offset were measured, or `VERTICAL`.
 
     Examples
     --------
@@ -150,15 +130,9 @@ def lhyset(head, x, y, z):
 
 
 def lhy(head, correction, angle):
-    """Return the `HeadFrame` for the head at `angle`, or for the vertical head if that is `VERTICAL`.
+    """Return the `HeadFrame` for the head at `angle`, CPOS in degrees, or `VERTICAL` for the vertical head.
 
-    Parameters
-    ----------
-    head : Head
-    correction : array_like, shape (3,)
-        From `lhyset`.
-    angle : float
-        CPOS, degrees.
+    `correction` comes from `lhyset`.
 
     Examples
     --------
@@ -181,10 +155,7 @@ def lhy(head, correction, angle):
 def opposite_errors(head):
     """Return what the OEM's rule leaves, which measures one side and flips the signs of x and y for the other.
 
-    Returns
-    -------
-    dict
-        Angle to an array (3,), mm, for every listed angle whose opposite is listed before it.
+    A dict: angle to an array (3,), mm, for every listed angle whose opposite is listed before it.
 
     Examples
     --------
@@ -221,13 +192,7 @@ def turning_arm(sense=-1, zero=0.0):
 
 @dataclass(frozen=True)
 class FittedHead:
-    """The model fitted to a measured head.
-
-    Attributes
-    ----------
-    measured : Head
-    estimate : mathpost.measure.fit.Estimate
-    """
+    """The model fitted to a `Head`, with its `mathpost.measure.fit.Estimate`."""
 
     measured: Head
     estimate: Estimate
@@ -257,24 +222,10 @@ class FittedHead:
 
 
 def fit_head(head, *, sigma=None):
-    """Fit the model to a measured head.
+    """Fit the model to a measured head, as `FittedHead`; three positions or more, else `InputError`.
 
-    Index errors of positions that were not measured stay unseen: the residuals tell how large they may be.
-
-    Parameters
-    ----------
-    head : Head
-    sigma : float, optional, keyword only
-        Standard deviation of a measured coordinate, mm.
-
-    Returns
-    -------
-    FittedHead
-
-    Raises
-    ------
-    InputError
-        If too few positions were measured: three are needed.
+    `sigma` is the standard deviation of a measured coordinate, mm. Index errors of positions that were not measured
+    stay unseen: the residuals tell how large they may be.
 
     Examples
     --------

@@ -63,12 +63,8 @@ def probing(rotary):
     Setting: `angle`, as programmed. Readings: `x`, `y`, `z` of the feature in the machine, those that were taken.
     Unknowns: the centre of rotation, as coordinates square to the axis (`xc`, `yc` for C), and the feature at
     angle zero (`xf`, `yf`, `zf`). For an axis along none of the machine's the centre is `c1`, `c2`: the point of
-    the axis nearest to the machine's origin, in the directions of `square_to`.
-
-    Parameters
-    ----------
-    rotary : mathpost.machine.Rotary
-        Only its direction is used: [-1, 0, 0] is an ISO 841 table A, whose table turns against the word.
+    the axis nearest to the machine's origin, in the directions of `square_to`. Only the direction of `rotary` is
+    used: [-1, 0, 0] is an ISO 841 table A, whose table turns against the word.
 
     Examples
     --------
@@ -100,15 +96,9 @@ def ball(rotary, *, ball_unknown=False):
 
     Settings: `angle` as programmed, and `x`, `y`, `z` of the ball at angle zero, in the machine (on a head: the
     tool's tip relative to the nose). Readings: `ex`, `ey`, `ez`, the ball minus where the control believes it.
-    Unknowns: two offsets of the axis from `rotary.point` and two tilts of it from `rotary.axis`, both square to
-    it: XOC, YOC, AOC, BOC for C. To first order e = (I − R)(c + h·(BOC, −AOC)) on a C axis.
-
-    Parameters
-    ----------
-    rotary : mathpost.machine.Rotary
-        The axis as the control believes it: direction and point.
-    ball_unknown : bool, keyword only
-        Whether the ball need not be where `x`, `y`, `z` say: three more unknowns `bx`, `by`, `bz`.
+    Unknowns: two offsets of the axis from `rotary.point` and two tilts of it from `rotary.axis`, as the control
+    has them, both square to it: XOC, YOC, AOC, BOC for C. With `ball_unknown` the ball need not be where `x`, `y`,
+    `z` say: three more unknowns `bx`, `by`, `bz`. To first order e = (I − R)(c + h·(BOC, −AOC)) on a C axis.
 
     Examples
     --------
@@ -223,21 +213,10 @@ def source_zero_angle(error, length):
 
 
 def angle_error_at_tip(kin, joints, errors, *, degrees=False):
-    """Return what errors of the rotary angles do to the tip and to the tool axis, in the workpiece.
+    """Return what errors of the rotary angles do to tip and tool axis in the workpiece, shapes (..., 3).
 
-    Parameters
-    ----------
-    kin : mathpost.kinematics.Kinematics
-    joints : array_like, shape (..., 5)
-    errors : array_like, shape (..., 2)
-        Actual minus programmed angle of both rotary axes.
-    degrees : bool, keyword only
-        Whether `errors` and the angles of `joints` are degrees.
-
-    Returns
-    -------
-    tip, axis : ndarrays, shape (..., 3)
-        Actual minus programmed.
+    `joints` are (..., 5), `errors`, (..., 2), actual minus programmed angle of both rotary axes, and so are the
+    results: actual minus programmed. `degrees` is for `errors` and the angles of `joints`.
 
     Examples
     --------
@@ -258,13 +237,7 @@ def angle_error_at_tip(kin, joints, errors, *, degrees=False):
 
 
 def corrected(rotary, estimate):
-    """Return `rotary` where `estimate` has found it: what to enter in the control, or in the machine file.
-
-    Parameters
-    ----------
-    rotary : mathpost.machine.Rotary
-        As it was given to `ball` or `probing`.
-    estimate : mathpost.measure.fit.Estimate
+    """Return `rotary` where `estimate`, of `ball` or `probing`, has found it: what to enter in the control.
 
     Examples
     --------
@@ -291,16 +264,10 @@ def corrected(rotary, estimate):
 
 
 def square_to(rotary):
-    """Return the two directions square to a rotary axis in which its errors are counted, and their names.
+    """Return the two directions square to a rotary axis in which its errors are counted: names, and 3×2 matrix.
 
-    The machine's own two other axes if the axis lies along one of them; else the machine axis nearest to square
-    with it, made square, and the third direction of the right-handed frame.
-
-    Returns
-    -------
-    names : list of 2 str
-        Of X, Y, Z; or "1" and "2".
-    plane : sympy.Matrix, shape (3, 2)
+    The machine's own two other axes if the axis lies along one of them; else, named "1" and "2", the machine axis
+    nearest to square with it, made square, and the third direction of the right-handed frame.
 
     Examples
     --------

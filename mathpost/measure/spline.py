@@ -16,15 +16,10 @@ from mathpost.errors import InputError, ReachError, as_array
 
 @dataclass(frozen=True)
 class Points:
-    """Measured values at increasing positions, once around if they have a period.
+    """Measured values at increasing positions, both of shape (points,), once around if they have a period.
 
-    Attributes
-    ----------
-    at, values : ndarray, shape (points,)
-    period : float or None
-        The positions repeat after it; the last one stands less than a period after the first.
-    closure : float
-        What the value had changed by when the position came round again; 0 if that was not measured.
+    The last position stands less than a period after the first. `closure` is what the value had changed by when the
+    position came round again; 0 if that was not measured.
     """
 
     at: np.ndarray
@@ -45,14 +40,7 @@ class Points:
 
 @dataclass(frozen=True)
 class Curve:
-    """A cubic spline through some of the measured points.
-
-    Attributes
-    ----------
-    points : Points
-    knots : tuple of ints
-        Which of the points it goes through, in the order in which they were chosen.
-    """
+    """A cubic spline through some of the measured points: `knots` are their indices in the order of choice."""
 
     points: Points
     knots: tuple
@@ -99,22 +87,12 @@ class Polyline:
 
 
 def points(at, values, *, period=None):
-    """Check measured values and return them as `Points`.
+    """Check measured values at increasing positions, shapes (points,), and return them as `Points`.
 
-    A first position that was measured again one period later counts once, with the mean of its two values: a
-    periodic curve can have only one. Their difference is kept as `closure`.
-
-    Parameters
-    ----------
-    at, values : array_like, shape (points,)
-        Increasing positions, and what was measured there.
-    period : float, optional, keyword only
-        360 for degrees of an endless axis.
-
-    Raises
-    ------
-    InputError
-        If the positions do not increase, span more than a period, or are fewer than two (three with a period).
+    `period` is 360 for degrees of an endless axis. A first position that was measured again one period later
+    counts once, with the mean of its two values: a periodic curve can have only one. Their difference is kept as
+    `closure`. `InputError` if the positions do not increase, span more than a period, or are fewer than two (three
+    with a period).
 
     Examples
     --------
@@ -152,10 +130,7 @@ def through_all(measured):
 def uniform(measured, count):
     """Return the `Curve` through `count` of the `Points`, equally far apart among them.
 
-    Raises
-    ------
-    InputError
-        If `count` does not divide the points equally: knots that are nearly uniform compare with nothing.
+    `InputError` if `count` does not divide them equally: knots that are nearly uniform compare with nothing.
     """
     size = len(measured.at)
     gaps, intervals = (size, count) if measured.period else (size - 1, count - 1)
@@ -171,12 +146,6 @@ def adaptive(measured, tolerance):
 
     It begins with both ends, or with three points about a third of the period apart. The largest residual need not
     fall with every knot: a spline may swing out elsewhere.
-
-    Parameters
-    ----------
-    measured : Points
-    tolerance : float
-        Above 0, in the units of the values.
 
     Examples
     --------

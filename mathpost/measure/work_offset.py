@@ -42,16 +42,9 @@ class WorkOffset:
 class NewDatum:
     """What `p9795` returns.
 
-    Attributes
-    ----------
-    before, after : ndarrays, shape (3,)
-        The point in machine coordinates, mm, before and after the turn.
-    angles : dict
-        Machine angles after the turn, degrees.
-    offset : WorkOffset
-        The target offset; only its X, Y and Z are stored by `block`. Its A and B are those of the old offset.
-    block : str
-        The NC block that stores it.
+    `before` and `after`, shape (3,), are the point in machine coordinates before and after the turn, mm; `angles`
+    takes an axis to its machine angle after it, degrees. `offset` is the target offset, of which `block`, an NC
+    block, stores X, Y and Z only: its A and B are those of the old offset.
     """
 
     before: np.ndarray
@@ -64,14 +57,9 @@ class NewDatum:
 def ab_table(centre_a, centre_b, *, order="AB", iso=True):
     """Return the rotary axes of a horizontal machining centre's table, from the bed outwards.
 
-    Parameters
-    ----------
-    centre_a, centre_b : sequences of 3 floats
-        A point on either axis with both at zero, mm in machine coordinates; A lies along X and B along Y.
-    order : str, keyword only
-        ``"AB"`` if A stands on the bed and carries B, ``"BA"`` if B carries A.
-    iso : bool, keyword only
-        Whether the table turns against the programmed angle, as ISO 841 has it.
+    `centre_a` and `centre_b` are points on either axis with both at zero, mm in machine coordinates; A lies along
+    X and B along Y. `order` is ``"AB"`` if A stands on the bed and carries B, ``"BA"`` if B carries A; `iso` says
+    that the table turns against the programmed angle, as ISO 841 has it.
 
     Examples
     --------
@@ -95,18 +83,10 @@ def with_common_centre(table, centre):
 
 @lru_cache(maxsize=32)
 def moved_symbolic(table):
-    """Return the moved point and the symbols in it.
+    """Return the moved point of a table, (x, y, z), and the symbols in it, as two tuples.
 
-    Parameters
-    ----------
-    table : tuple of mathpost.machine.Rotary
-        From the bed outwards.
-
-    Returns
-    -------
-    moved : tuple of 3 sympy expressions
-    symbols : tuple of sympy symbols
-        x y z of the point; for each axis its centre (``A_x A_y A_z``), its old and its new angle (``A_0 A_1``).
+    The symbols are x y z of the point, and for each axis, from the bed outwards, its centre (``A_x A_y A_z``), its
+    old and its new angle (``A_0 A_1``).
 
     Examples
     --------
@@ -128,21 +108,16 @@ def moved_symbolic(table):
 
 
 def moved(point, table, start, end, *, degrees=False):
-    """Return where a point of the part goes when the table turns.
+    """Return where a point of the part, shape (..., 3), goes when the table turns: mm, in machine coordinates.
 
     Parameters
     ----------
     point : array_like, shape (..., 3)
-        mm, in machine coordinates, with the table at `start`.
+        With the table at `start`.
     table : tuple of mathpost.machine.Rotary
         From the bed outwards; `Machine.rotary` of a machine whose rotary axes both carry the workpiece.
     start, end : dict
         Axis name to machine angle before and after; numbers or arrays, broadcast.
-    degrees : bool, keyword only
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
 
     Raises
     ------
@@ -168,26 +143,8 @@ def moved(point, table, start, end, *, degrees=False):
     return numeric(expressions, symbols)(*values)
 
 
-def p9795(
-    table,
-    offset,
-    *,
-    X=None,
-    Y=None,
-    Z=None,
-    A=None,
-    B=None,
-    D=None,
-    E=None,
-    S=None,
-    U=0.0,
-    V=0.0,
-    W=0.0,
-    current=None,
-    shift="machine",
-    decimals=3,
-):
-    """Recalculate a work offset for new angles of A and B, with the arguments of the macro.
+def p9795(table, offset, *, S=None, current=None, shift="machine", decimals=3, **arguments):
+    """Recalculate a work offset for new angles of A and B, with the arguments of the macro, as `NewDatum`.
 
     Parameters
     ----------
@@ -195,24 +152,18 @@ def p9795(
         A and B, or one of them, from the bed outwards.
     offset : WorkOffset
         The active offset, which the macro reads from the control.
-    X, Y, Z, A, B : float, optional
-        Workpiece coordinates, mm and degrees, before the turn; those of `current` if left out.
-    D, E : float
-        New A and new B in workpiece coordinates, degrees. (The source's table calls both "A axis".)
     S : int or str, optional
         Where to store the result: 54 to 59, or ``"54.1 P7"``; the active offset if left out.
-    U, V, W : float
-        Extra shift after the turn, mm.
     current : dict, optional, keyword only
         Present position in workpiece coordinates, by X, Y, Z, A, B.
     shift : str, keyword only
         Whether U, V, W lie along the ``"machine"`` axes or are turned with the ``"part"``; the source is silent.
     decimals : int, keyword only
         Of the numbers in the block.
-
-    Returns
-    -------
-    NewDatum
+    **arguments
+        X, Y, Z, A, B: workpiece coordinates, mm and degrees, before the turn; those of `current` if left out. D,
+        E: new A and new B, degrees. (The source's table calls both "A axis".) U, V, W: extra shift after the turn,
+        mm.
 
     Raises
     ------
@@ -228,7 +179,11 @@ def p9795(
     >>> p9795(table, old, **read_call("G65P9795X0Y0Z0A0B0D-30.E10.S55")).block
     'G90 G10 L2 P2 X-352.854 Y-370.364 Z-654.922'
     """
-    given = {"X": X, "Y": Y, "Z": Z, "A": A, "B": B, "D": D, "E": E, "U": U, "V": V, "W": W}
+    known = [*ADDRESSES.replace("S", "")]
+    for address in arguments:
+        if address not in known:
+            raise InputError(address, f"arguments among {', '.join(known)}, S", "another")
+    given = dict.fromkeys(known) | dict.fromkeys("UVW", 0.0) | arguments
     for address in "XYZAB":
         if given[address] is None:
             given[address] = (current or {}).get(address, 0.0 if _lacks(table, address) else None)

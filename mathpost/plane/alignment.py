@@ -9,6 +9,7 @@ from mathpost import chain
 from mathpost.errors import InputError, ReachError
 from mathpost.frame import Frame, machine_frames
 from mathpost.kinematics import Kinematics
+from mathpost.machine import Machine
 from mathpost.rotation import unit, wrap
 
 PARALLEL = 1e-9  # sine of the angle below which two directions count as parallel
@@ -22,15 +23,14 @@ class Solution:
     ----------
     angles : ndarray, shape (2,)
         The rotary angles in the order of the machine file, degrees, in (−180, 180].
-    spindle : ndarray, shape (3, 3)
-        The spindle's axes as columns, in the workpiece: what a probe's stylus or an oriented spindle follows.
-    slides : ndarray, shape (3, 3)
-        The directions of the linear axes X, Y, Z as columns, in the workpiece: what a G1 X moves along.
+    spindle, slides : ndarrays, shape (3, 3)
+        As columns in the workpiece: the spindle's axes, which a probe's stylus or an oriented spindle follows, and
+        the directions of the linear axes, which a G1 X moves along. With both rotary axes in the table they are
+        one.
     rho : float
         The angle ρ about the feature's Z from the spindle's X to the feature's X, degrees: F = spindle·Rz(ρ).
-        On a machine with both rotary axes in the table, spindle and slides are one.
     feature : Frame
-        The feature in the workpiece.
+        In the workpiece.
     reason : str
         The limit that keeps the machine from this position; empty if it is within travel.
     """
@@ -58,18 +58,8 @@ class Solution:
     def third_angle(self, along="spindle", feature="X"):
         """Return the third ZXZ angle K that lays the feature's X or Y along a machine direction.
 
-        Parameters
-        ----------
-        along : str
-            ``"spindle"`` for the spindle's X (ρ becomes 0 with `feature` X), or a linear axis ``"X"``, ``"Y"``
-            or ``"Z"``.
-        feature : str
-            ``"X"`` or ``"Y"``.
-
-        Returns
-        -------
-        float
-            Degrees in (−180, 180], to go with I and J of the feature's ZXZ angles.
+        `along` is ``"spindle"`` for the spindle's X (ρ becomes 0 with `feature` X), or a linear axis. K is in
+        degrees in (−180, 180], to go with I and J of the feature's ZXZ angles.
 
         Raises
         ------
@@ -78,9 +68,8 @@ class Solution:
         """
         directions = dict(zip("XYZ", self.slides.T, strict=True)) | {"spindle": self.spindle[:, 0]}
         if along not in directions or feature not in ("X", "Y"):
-            raise InputError(
-                "along, feature", "'spindle', 'X', 'Y' or 'Z', and 'X' or 'Y'", f"{along!r}, {feature!r}"
-            )
+            expected = "'spindle', 'X', 'Y' or 'Z', and 'X' or 'Y'"
+            raise InputError("along, feature", expected, f"{along!r}, {feature!r}")
         direction = directions[along]
         if abs(out_of_plane := direction @ self.feature.z) > PARALLEL:
             raise ReachError(
@@ -93,26 +82,17 @@ class Solution:
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """Both solutions for one feature on one machine.
+    """Both positions that put the tool along the Z of one feature on one machine.
 
-    Attributes
-    ----------
-    feature : Frame
-    machine : mathpost.machine.Machine
-    solutions : tuple of 2 Solution
-        In the order of `Kinematics.inverse`. Where they are one position, both are it.
-    outer, inner : int
-        Which of the two rotary angles belongs to the axis next to the workpiece, and to the one next to the tool.
-    free : bool
-        Whether the outer axis is parallel to the feature's Z, so that it may stand anywhere; it is given at 0.
+    The two `solutions` are in the order of `Kinematics.inverse`; where they are one position, both are it.
     """
 
     feature: Frame
-    machine: object
+    machine: Machine
     solutions: tuple
-    outer: int
-    inner: int
-    free: bool
+    outer: int  # which of the two rotary angles is that of the axis next to the workpiece
+    inner: int  # and next to the tool
+    free: bool  # the outer axis is parallel to the feature's Z and may stand anywhere; it is given at 0
 
     def at(self, angles):
         """Return the `Solution` at these rotary angles, degrees, whether or not the tool then stands on Z."""
@@ -120,19 +100,9 @@ class Alignment:
 
 
 def align(feature, machine):
-    """Find both positions of the rotary axes that put the tool along the feature's Z.
+    """Return the `Alignment` of one feature, a `Frame` in the workpiece, on a `Machine` or its `Kinematics`.
 
     Two rotary axes place the tool axis and nothing else: `Solution.rho` is the angle left about it.
-
-    Parameters
-    ----------
-    feature : Frame
-        One feature in the workpiece.
-    machine : mathpost.machine.Machine or mathpost.kinematics.Kinematics
-
-    Returns
-    -------
-    Alignment
 
     Raises
     ------
@@ -144,7 +114,7 @@ def align(feature, machine):
     --------
     >>> from mathpost import machine
     >>> from mathpost.plane.tilted_plane import Plane
-    >>> found = align(Plane("G68.2", [135, 54.7356103172, 0]).frame, machine.load("data/machines/bc_table.toml"))
+    >>> found = align(Plane("G68.2", [135, 54.7356103172, 0]).frame, machine.load("bc_table"))
     >>> [solution.angles.round(4).tolist() for solution in found.solutions]
     [[54.7356, 45.0], [-54.7356, -135.0]]
     >>> round(found.solutions[0].rho, 6), round(found.solutions[0].third_angle(), 6)
@@ -186,28 +156,11 @@ def _solution(feature, machine, angles):
 def beyond_travel(machine, angles):
     """Say which rotary axis cannot stand at its angle (degrees), nor whole turns from it; empty if all can."""
     for rotary, angle in zip(machine.rotary, angles, strict=True):
-        if np.isnan(nearest_turn(rotary, angle, 0)):
+        if np.isnan(rotary.nearest_turn(angle)):
             low, high = np.degrees(rotary.limits)
             side, limit = ("below", low) if angle < low else ("above", high)
             return f"{rotary.name} at {angle:.4f}, {side} its limit {limit:g}"
     return ""
-
-
-def nearest_turn(rotary, angle, present):
-    """Return `angle` plus the whole turns that bring it nearest to `present` within travel, or NaN; degrees.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> c = machine.load("data/machines/ac_head.toml").rotary[0]  # C, from -360 to 360
-    >>> nearest_turn(c, 90, 350), nearest_turn(c, 10, 350)
-    (90.0, 10.0)
-    >>> nearest_turn(c, -20, 300)
-    340.0
-    """
-    low, high = (np.degrees(rotary.limits) - angle + (-1e-9, 1e-9)) / 360
-    low, high = np.ceil(low), np.floor(high)
-    return float(angle + 360 * np.clip(np.round((present - angle) / 360), low, high)) if low <= high else np.nan
 
 
 def _turn(direction, feature):

@@ -20,26 +20,19 @@ MODE_SOLID = 64  # bits 7-6 of _MODE are 01; axis by axis they are 00
 
 
 def to_text(plane, *, decimals=4, positioning="STAY", swivel_data="TC1", direction=-1):
-    """Return the NC block or blocks of a plane.
+    """Return the NC block or blocks of one `Plane`, lines without block numbers.
+
+    The plane's origin is part of G68.2 and CYCLE800; elsewhere a datum shift goes before, if it is not zero.
 
     Parameters
     ----------
-    plane : Plane
-        One plane.
     decimals : int
         Of angles and lengths; the components of PLANE VECTOR have seven.
     positioning : str
         What follows a PLANE block: ``"STAY"``, ``"MOVE DIST50 F1000 SEQ-"``, ``"TURN F2000 TABLE ROT"``.
-    swivel_data : str
-        CYCLE800: name of the machine's swivel data record.
-    direction : int
-        CYCLE800: −1 or +1, the lower or the higher value of the reference rotary axis.
-
-    Returns
-    -------
-    str
-        Lines without block numbers. The plane's origin is part of G68.2 and CYCLE800; elsewhere a datum shift
-        goes before, if it is not zero.
+    swivel_data, direction : str and int
+        CYCLE800: name of the machine's swivel data record; −1 or +1, the lower or the higher value of the reference
+        rotary axis.
 
     Examples
     --------
@@ -76,20 +69,10 @@ def to_text(plane, *, decimals=4, positioning="STAY", swivel_data="TC1", directi
 
 
 def from_text(text, *, keep=""):
-    """Read one plane from the blocks that `to_text` returns, or from the like in a program.
+    """Read one `Plane` from the blocks that `to_text` returns, or from the like in a program; `keep` as in `Plane`.
 
     Words that do not change the plane (STAY, MOVE, SEQ, F …) are passed over; TRANS and TRANS DATUM before the
     plane give its origin.
-
-    Parameters
-    ----------
-    text : str
-    keep : str
-        As in `Plane`, for a PLANE VECTOR that is not perpendicular.
-
-    Returns
-    -------
-    Plane
 
     Raises
     ------
@@ -177,8 +160,5 @@ def _number(value, decimals):
 
 def _written(values, decimals, plus="", point=""):
     """Words with their values; `plus` before a number without a sign, `point` behind one without a point."""
-    texts = {word: _number(value, decimals) for word, value in values.items()}
-    return " ".join(
-        f"{word}{'' if text.startswith('-') else plus}{text}{'' if '.' in text else point}"
-        for word, text in texts.items()
-    )
+    texts = [(word, _number(value, decimals)) for word, value in values.items()]
+    return " ".join(f"{word}{plus * (text[0] != '-')}{text}{point * ('.' not in text)}" for word, text in texts)

@@ -1,8 +1,9 @@
 """Which of the two positions of a tilted plane a control takes, by its documented rule.
 
-Positions are rotary angles in degrees, in the order of the machine file. Of an angle and its whole turns a control
-is taken to go to the one nearest to where the axis stands, within travel; an endless axis then shows it in
-(−180, 180], which is the same place.
+Each rule takes an `Alignment` and where the rotary axes stand, shape (2,), and returns a `Choice`; it raises
+`ReachError` where no position is within travel, with the limits. Positions are rotary angles in degrees, in the
+order of the machine file. Of an angle and its whole turns a control is taken to go to the one nearest to where the
+axis stands, within travel; an endless axis then shows it in (−180, 180], which is the same place.
 """
 
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.errors import InputError, ReachError, as_array
-from mathpost.plane.alignment import beyond_travel, nearest_turn
+from mathpost.plane.alignment import beyond_travel
 from mathpost.rotation import wrap
 
 TIE = 1e-6  # degrees
@@ -19,24 +20,12 @@ ALONE = "the only one within travel"
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """What a control does with a tilted plane.
+    """What a control does with a tilted plane."""
 
-    Attributes
-    ----------
-    solution : int
-        0 or 1, the index into `Alignment.solutions`.
-    angles : ndarray, shape (2,)
-        Where the rotary axes go, degrees.
-    rho : float
-        The angle then left from the spindle's X to the feature's X, degrees.
-    why : str
-        The clause of the rule that decided.
-    """
-
-    solution: int
-    angles: np.ndarray
-    rho: float
-    why: str
+    solution: int  # index into `Alignment.solutions`
+    angles: np.ndarray  # where the two rotary axes go, degrees
+    rho: float  # the angle then left from the spindle's X to the feature's X, degrees
+    why: str  # the clause of the rule that decided
 
 
 def fanuc(alignment, present, *, master=None):
@@ -44,42 +33,22 @@ def fanuc(alignment, present, *, master=None):
 
     The smallest motion of the master axis; if equal, of the slave axis; if equal, the master nearest to 0; if
     equal, the slave nearest to 0. The master is the axis nearest to the machine's bed, on a machine with one
-    table and one head the table's.
-
-    Parameters
-    ----------
-    alignment : mathpost.plane.alignment.Alignment
-    present : array_like, shape (2,)
-        Where the rotary axes stand, degrees.
-    master : str, keyword only
-        Name of the master axis if a parameter of the control says otherwise.
-
-    Returns
-    -------
-    Choice
-
-    Raises
-    ------
-    ReachError
-        If neither position is within travel; names both limits.
+    table and one head the table's; `master` names it if a parameter of the control says otherwise.
 
     Examples
     --------
     >>> from mathpost import machine
     >>> from mathpost.plane.alignment import align
     >>> from mathpost.plane.tilted_plane import Plane
-    >>> trunnion = machine.load("data/machines/ac_table.toml")
-    >>> tilted = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, trunnion)
+    >>> tilted = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, machine.load("ac_table"))
     >>> fanuc(tilted, [20, -60]).angles.round(6), fanuc(tilted, [20, -60], master="C").angles.round(6)
     (array([45., 90.]), array([-45., -90.]))
     """
-    names, present = _names(alignment), _present(present)
-    first = _joint(alignment, master or names[0])
-    motions = {
-        f"smallest motion of {names[n]}": lambda angles, n=n: abs(angles - present)[n] for n in (first, 1 - first)
-    }
-    zeros = {f"{names[n]} nearest to 0": lambda angles, n=n: abs(wrap(angles))[n] for n in (first, 1 - first)}
-    return _choose(alignment, present, motions | zeros)
+    first = _joint(alignment, master) if master else 0
+    names = {n: _names(alignment)[n] for n in (first, 1 - first)}
+    clauses = {f"smallest motion of {name}": lambda _, motion, n=n: abs(motion[n]) for n, name in names.items()}
+    clauses |= {f"{name} nearest to 0": lambda angles, _, n=n: abs(wrap(angles[n])) for n, name in names.items()}
+    return _choose(alignment, present, clauses)
 
 
 def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD"):
@@ -91,30 +60,20 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
 
     Parameters
     ----------
-    alignment, present
-        As in `fanuc`.
     seq, sym : str, keyword only
-        ``"+"`` or ``"-"``: the master above or below 0, or above or below the symmetry point. One at most.
+        ``"+"`` or ``"-"``: the master above or below 0, or above or below the symmetry point. One at most; where
+        that position is not within travel the control says "Entered angle not permitted".
     symmetry : float, keyword only
         The symmetry point of the master axis, degrees.
     rot : str, keyword only
         ``"COORD"`` leaves a free table axis where it stands and turns the coordinates; ``"TABLE"`` turns the
         axis until the feature's X is the spindle's. Without a free axis it has no effect.
-
-    Returns
-    -------
-    Choice
-
-    Raises
-    ------
-    ReachError
-        If the position asked for is not within travel ("Entered angle not permitted" on the control).
     """
     if (seq and sym) or seq not in ("", "+", "-") or sym not in ("", "+", "-"):
         raise InputError("seq, sym", "'+' or '-' for one of the two, or nothing", f"seq={seq!r}, sym={sym!r}")
     if rot not in ("COORD", "TABLE"):
         raise InputError("rot", "'COORD' or 'TABLE'", repr(rot))
-    present, master, side = _present(present), alignment.inner, seq or sym
+    master, side = alignment.inner, seq or sym
     name, word = _names(alignment)[master], f"{'SYM' if sym else 'SEQ'}{side}"
 
     def refuse(angles):
@@ -122,8 +81,8 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
         return f"{name} at {angles[master]:.4f} is not {word}" if side and above < -TIE else ""
 
     clauses = {
-        "shortest path": lambda angles: np.hypot(*(angles - present)),
-        f"higher {name}": lambda angles: -angles[master],
+        "shortest path": lambda _, motion: np.hypot(*motion),
+        f"higher {name}": lambda angles, _: -angles[master],
     }
     return _choose(alignment, present, clauses, refuse, turn_table=rot == "TABLE", alone=word if side else ALONE)
 
@@ -131,43 +90,26 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
 def siemens(alignment, present, direction, *, reference=None):
     """Choose as CYCLE800's _DIR does: the lower (−1) or the higher (+1) value of the reference rotary axis.
 
-    If that one is out of travel the other is taken, as the manual says.
-
-    Parameters
-    ----------
-    alignment, present
-        As in `fanuc`.
-    direction : int
-        −1 or +1.
-    reference : str, keyword only
-        Name of the reference axis, set when the machine is commissioned; by default the axis next to the tool.
-
-    Returns
-    -------
-    Choice
-
-    Raises
-    ------
-    ReachError
-        If neither position is within travel.
+    If that one is out of travel the other is taken, as the manual says. `reference` names the axis, which is set
+    when the machine is commissioned; by default it is the one next to the tool.
     """
     if direction not in (-1, 1):
         raise InputError("direction", "-1 or +1", repr(direction))
-    axis, present = alignment.inner if reference is None else _joint(alignment, reference), _present(present)
-    clauses = {
-        f"{'higher' if direction > 0 else 'lower'} {_names(alignment)[axis]}": lambda angles: (
-            -direction * wrap(angles[axis])
-        ),
-        "smallest motion": lambda angles: np.hypot(*(angles - present)),
-    }
-    return _choose(alignment, present, clauses)
+    axis = alignment.inner if reference is None else _joint(alignment, reference)
+    clause = f"{'higher' if direction > 0 else 'lower'} {_names(alignment)[axis]}"
+    return _choose(alignment, present, {clause: lambda angles, _: -direction * wrap(angles[axis])})
 
 
 def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table=False, alone=ALONE):
-    """The position with the least of the first clause, a dict from its words to what it measures, that differs.
+    """The position with the least of the first clause that differs.
 
-    Positions are moved by whole turns towards `present`; `alone` says why, if nothing else is left to choose from.
+    `clauses` is a dict from words to what they measure, a function of the angles and how far they are from
+    `present`. Positions are moved by whole turns towards it; `alone` says why, if nothing else is left to choose
+    from.
     """
+    present = as_array(present, 2, "present")
+    if present.ndim != 1:
+        raise InputError("present", "two rotary angles", f"shape {present.shape}")
     left, reasons = {}, []
     for index, solution in enumerate(alignment.solutions):
         angles = solution.angles.copy()
@@ -178,16 +120,15 @@ def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table
         if reason := refuse(angles) or beyond_travel(alignment.machine, angles):
             reasons.append(reason)
         else:
-            left[index] = np.array(
-                [nearest_turn(*p) for p in zip(alignment.machine.rotary, angles, present, strict=True)]
-            )
+            turned = zip(alignment.machine.rotary, angles, present, strict=True)
+            left[index] = np.array([rotary.nearest_turn(angle, now) for rotary, angle, now in turned])
     if not left:
         raise ReachError(f"{alignment.machine.name}: entered angle not permitted ({'; '.join(reasons)})")
     why = alone
     for clause, measure in clauses.items():
         if len(left) > 1:
-            least = min(map(measure, left.values())) + TIE
-            nearest = {index: angles for index, angles in left.items() if measure(angles) <= least}
+            measured = {index: measure(angles, angles - present) for index, angles in left.items()}
+            nearest = {n: angles for n, angles in left.items() if measured[n] <= min(measured.values()) + TIE}
             why, left = clause if len(nearest) < len(left) else "both are one position", nearest
     index = min(left)
     endless = [np.isinf(rotary.limits).all() for rotary in alignment.machine.rotary]
@@ -203,10 +144,3 @@ def _joint(alignment, name):
     if name not in _names(alignment):
         raise InputError("rotary axis", f"one of {', '.join(_names(alignment))}", repr(name))
     return _names(alignment).index(name)
-
-
-def _present(present):
-    array = as_array(present, 2, "present")
-    if array.ndim != 1:
-        raise InputError("present", "two rotary angles", f"shape {array.shape}")
-    return array

@@ -20,15 +20,12 @@ PERPENDICULAR = 1e-6  # cosine that seven printed decimals leave between two per
 
 @dataclass(frozen=True)
 class Notation:
-    """The words of one notation, the Euler sequence they fill in their order, and the angle that is 0 at the lock.
-
-    `rule` says where the choice at the lock comes from. A notation without a sequence gives two vectors.
-    """
+    """The words of one notation and what they mean."""
 
     words: tuple
-    sequence: str = ""
-    lock: str = "third"
-    rule: str = "chosen here: no manual was found that fixes it"
+    sequence: str = ""  # the Euler sequence that they fill in their order; without one they are two vectors
+    lock: str = "third"  # the angle that is 0 at the lock
+    rule: str = "chosen here: no manual was found that fixes it"  # where that comes from
 
 
 NOTATIONS = {
@@ -87,7 +84,7 @@ class Plane:
         object.__setattr__(self, "values", as_array(self.values, len(self.words), self.notation))
         object.__setattr__(self, "origin", as_array(self.origin, 3, "origin"))
         if self.notation == "PLANE VECTOR":
-            self._check_vectors()
+            self._vectors()
 
     @classmethod
     def from_frame(cls, frame, notation):
@@ -149,12 +146,9 @@ class Plane:
         return f"{first} and {third} turn about one line: written with {zero} 0, all in {other} ({about.rule})"
 
     def _vectors(self):
-        return unit(self.values[..., :3], "PLANE VECTOR, B"), unit(self.values[..., 3:], "PLANE VECTOR, N")
-
-    def _check_vectors(self):
-        base, normal = self._vectors()
-        cosine = np.atleast_1d((base * normal).sum(axis=-1))
-        worst = cosine[np.abs(cosine).argmax()]
+        base, normal = unit(self.values[..., :3], "PLANE VECTOR, B"), unit(self.values[..., 3:], "PLANE VECTOR, N")
+        worst = max(np.ravel((base * normal).sum(axis=-1)), key=abs)
         if not self.keep and abs(worst) > PERPENDICULAR:
             found = f"{np.degrees(np.arccos(worst)):.4f} degrees between them; keep='N' or keep='B' keeps one"
             raise InputError("PLANE VECTOR", "B perpendicular to N", found)
+        return base, normal

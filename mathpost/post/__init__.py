@@ -16,10 +16,10 @@ import numpy as np
 from mathpost.compensate.compensation import Compensator
 from mathpost.errors import InputError, MathpostError
 from mathpost.post import controls, program, selection
-from mathpost.post.bellman import UNITS
 from mathpost.post.between_blocks import deviation
 from mathpost.post.planning import AXIS_DIGITS, plan
 from mathpost.post.proof import Report, worst_of
+from mathpost.post.travel import UNITS
 from mathpost.post.ways import AXIS_TOLERANCE, CLEARANCE, LEAN, Crossing, refuse_nonsense
 
 TOLERANCE = 0.01  # mm

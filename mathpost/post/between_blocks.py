@@ -19,23 +19,18 @@ FIRST = 64  # one of so many moves, those with the greatest bounds, is looked at
 def deviation(kin, start, end, *, tips=None, axes=None, samples=None, least=2):
     """Return how far the tip and the tool axis stray when all joints move linearly.
 
-    Between its samples a move is taken for a parabola; there are as many samples as it takes to miss no more than
-    `RESOLUTION` by that.
-
     Parameters
     ----------
     kin : Kinematics
         Anything with its `forward` and `machine`.
     start, end : array_like, shape (m, 5)
         Joints at both ends of m moves, mm and radians.
-    tips : array_like, shape (2, m, 3), optional
-        Ends of the straight segments that the tips should follow, mm; by default the tips at both ends.
-    axes : array_like, shape (2, m, 3), optional
-        Ends of the great circles that the tool axes should follow; by default the axes at both ends.
+    tips, axes : array_like, shape (2, m, 3), optional
+        Ends of the segments that the tips (mm), and of the great circles that the tool axes should follow; by
+        default where the joints at both ends have them.
     samples : int, optional
-        Intervals per move, for a check that is denser than the default.
-    least : int
-        The fewest intervals that a move has by default.
+        Intervals per move. By default there are at least `least`, and as many as it takes to miss no more than
+        `RESOLUTION` where the move is taken for a parabola between its samples.
 
     Returns
     -------
@@ -84,14 +79,9 @@ def axis_lag(kin, cl, start, end, place, place_after):
 
 
 def sampled(kin, start, end, samples=None, least=2):
-    """Yield some moves at a time, and what the tool does on them; arguments as in `deviation`.
+    """Yield k moves at a time, and what the tool does on them; arguments as in `deviation`.
 
-    Yields
-    ------
-    moves : ndarray of int, shape (k,)
-    t : ndarray, shape (intervals + 1, 1)
-        From 0 to 1.
-    tip, axis : ndarray, shape (intervals + 1, k, 3)
+    That is: their numbers (k,), t from 0 to 1 (intervals + 1, 1), tips and axes (intervals + 1, k, 3).
     """
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     intervals = np.full(len(start), samples) if samples else _intervals(kin.machine, start, end, least)
@@ -104,20 +94,9 @@ def sampled(kin, start, end, samples=None, least=2):
 
 
 def true_tip(kin, joints, *, samples=24):
-    """Return where the tip goes when all joints move linearly, and the points of the straight segments beside it.
+    """Return where the tip goes when the joints (n, 5) move linearly, and the points of the segments beside it.
 
-    Parameters
-    ----------
-    kin : Kinematics
-    joints : array_like, shape (n, 5)
-        mm and radians.
-    samples : int
-        Intervals between two rows.
-
-    Returns
-    -------
-    tip, chord : ndarray, shape ((n - 1) * (samples + 1), 3)
-        mm, in the workpiece.
+    Both have the shape ((n - 1) * (samples + 1), 3), mm.
     """
     joints = np.asarray(joints, dtype=float)
     t = np.linspace(0, 1, samples + 1)[:, None]
@@ -128,32 +107,20 @@ def true_tip(kin, joints, *, samples=24):
 
 
 def largest(kind, kin, joints, path, most, *, least=2):
-    """Return how far the tip or the tool axis strays at most along a path, looking at few of its moves.
+    """Return how far the tip (`kind` 0) or the tool axis (1) strays at most along a path, and the first such move.
 
-    The moves that may stray most are looked at first, then only those that may stray further than these have.
+    Looks first at the moves that may stray most, then only at those that may stray further than these have. What
+    the samples may miss is added; without moves the number is -1.
 
     Parameters
     ----------
-    kind : int
-        0 for the tip, 1 for the tool axis.
-    kin : Kinematics
+    kin, least
         As in `deviation`.
-    joints : ndarray, shape (n, 5)
-        mm and radians.
-    path : ndarray, shape (n, 3)
-        Where the tips or the tool axes should be.
+    joints, path : ndarray, shape (n, 5) and (n, 3)
+        mm and radians, and where the tips or the tool axes should be.
     most : ndarray, shape (n - 1,)
         How far each move may stray, from `bounds`; infinite where that is not known, negative for moves that do not
         count.
-    least : int
-        As in `deviation`.
-
-    Returns
-    -------
-    error : float
-        mm or radians; what the samples may miss is added.
-    move : int
-        The first move that strays as far as that; -1 if there is none.
     """
     if not len(most):
         return 0.0, -1
@@ -181,25 +148,14 @@ def bounds(machine, joints, tips, axes, reached):
     unit vector that is turned by Ω in all. The chord strays from that of the path by what the ends are off. The
     great circle is off its own chord by an eighth of the square of what it spans.
 
-    Parameters
-    ----------
-    machine : Machine
-    joints : ndarray, shape (n, 5)
-        mm and radians.
-    tips, axes : ndarray, shape (n, 3)
-        Where the path has them.
-    reached : pair of ndarray, shape (n, 3)
-        Where the joints have them.
+    `tips` and `axes`, shape (n, 3), are where the path has them, `reached` where the joints (n, 5) have them.
     """
     result = np.empty((2, len(joints) - 1))
     bend = derivative(machine, joints[:-1], joints[1:], 2) / 8
     for rows in slices(bend.shape):
         poses = slice(rows.start, rows.stop + 1)
-        off = [
-            np.linalg.norm(at[poses] - wanted[poses], axis=1)
-            for at, wanted in zip(reached, (tips, axes), strict=True)
-        ]
-        tip_off, axis_off = (np.maximum(ends[:-1], ends[1:]) for ends in off)
+        off = np.linalg.norm([reached[0][poses] - tips[poses], reached[1][poses] - axes[poses]], axis=2)
+        tip_off, axis_off = np.maximum(off[:, :-1], off[:, 1:])
         turn = np.abs(np.diff(joints[poses, 3:], axis=0)).sum(axis=1)
         axis = axis_off + (turn**2 + (turn + np.pi * axis_off) ** 2) / 8
         result[:, rows] = tip_off + bend[rows], 2 * np.arcsin(np.minimum(axis / 2, 1))

@@ -1,7 +1,7 @@
 """The words of APT CL files, in three classes.
 
 Modelled
-    They change the motion or the program, and do: the methods named in `MODELLED`.
+    They change the motion or the program, and do: a word has the method of `Statements` that is called after it.
 Inert
     Names, displays and settings without motion (`INERT`): kept as comments.
 Hazardous
@@ -35,40 +35,7 @@ SETTINGS = (
 )
 INERT = frozenset([*FREE_TEXT.split(), *NAMES, *SETTINGS.split()])
 INERT_FAMILIES = ("CSI_",)  # beginnings of words
-
-MODELLED = {
-    "GOTO": "goto",
-    "GODLTA": "godlta",
-    "FROM": "from_",
-    "GOHOME": "gohome",
-    "TLAXIS": "tlaxis",
-    "MODE": "mode",
-    "SET": "mode",
-    "RAPID": "rapid_",
-    "FEDRAT": "fedrat",
-    "UNITS": "units",
-    "UNIT": "units",
-    "MSYS": "msys",
-    "CSYS": "csys",
-    "TRNTYP": "trntyp",
-    "ORIGIN": "origin",
-    "ROTABL": "rotabl",
-    "CIRCLE": "circle",
-    "MOVARC": "movarc",
-    "INDIRV": "indirv",
-    "TLON": "tlon",
-    "GOFWD": "tlon",
-    "CYCLE": "cycle_",
-    "LOADTL": "loadtl",
-    "LOAD": "load",
-    "SPINDL": "spindl",
-    "COOLNT": "coolnt",
-    "CUTCOM": "cutcom",
-    "STOP": "stop",
-    "OPSTOP": "stop",
-    "DELAY": "delay",
-    "DWELL": "delay",
-}
+ALIASES = {"SET": "MODE", "UNIT": "UNITS", "GOFWD": "TLON", "OPSTOP": "STOP", "DWELL": "DELAY"}
 HAZARDS = {
     "ROTHED": "it turns the head itself; let the CAM system write tool axes instead (multi-axis output)",
     "ROTATE": "it turns an axis itself; let the CAM system write tool axes instead (multi-axis output)",
@@ -84,6 +51,13 @@ HAZARDS = {
 }
 FEED_UNITS = {"MMPM": 1.0, "IPM": MM_PER_INCH, "PERMIN": None, "MMPR": 1.0, "IPR": MM_PER_INCH, "PERREV": None}
 PER_TURN = ("MMPR", "IPR", "PERREV")
+CYCLES = "DRILL SPOT FACE CSINK CBORE DEEP DEEP2 BRKCHP BORE REAM TAP".split()
+OF_A_CYCLE = {
+    **dict.fromkeys(["FEDTO", "DEPTH"], "depth"),
+    **dict.fromkeys(["RAPTO", "CLEAR"], "clearance"),
+    **{"RTRCTO": "retract", "1STPECK": "first", "DWELL": "dwell"},
+    **dict.fromkeys(["SUBPECK", "STEP", "INCR"], "following"),
+}
 
 
 @dataclass(frozen=True)
@@ -109,6 +83,8 @@ class Command:
 class Statements(Lines):
     """Takes statements, and keeps what holds from one to the next.
 
+    The method ``on_word`` takes what stands behind the slash of that word.
+
     Parameters
     ----------
     name : str
@@ -125,137 +101,137 @@ class Statements(Lines):
         self.incremental, self.units_stated = False, False
         self.turns, self.turning = None, None  # of the spindle
         self.home, self.tangent, self.cycle = None, None, None
-        self.circle_, self.arc_before = None, None  # what is known of the arc that comes, and of one that went
+        self.circle, self.arc_before = None, None  # what is known of the arc that comes, and of one that went
         self.table, self.turned = np.zeros(3), np.eye(3)  # by ROTABL: A, B, C, and the axes of the coordinates
         self.unconfirmed = False  # whether the tool axis must still say that this is the way it turned
         self.remarks, self.counts, self.normals = [], Counter(), {}
 
     def takes_plain(self):
         """Whether a GOTO is now nothing but a move to where it says."""
-        special = self.circle_, self.arc_before, self.cycle
+        special = self.circle, self.arc_before, self.cycle
         plain = not self.incremental and not self.unconfirmed and all(each is None for each in special)
         return plain and super().takes_plain()
 
-    def take(self, line, statement):
+    def take(self):
         """Take one statement."""
-        major, _, minor = statement.partition("/")
+        major, _, minor = self.statement.partition("/")
         upper = major.upper()
         word = re.match(r"TOOL\s+PATH|[A-Z_][A-Z0-9_-]*|\S*", upper)[0]
         word = "TOOL PATH" if word.startswith("TOOL ") else word
         if word != "GOTO":
             self.arc_before = None
+        modelled = getattr(self, f"on_{ALIASES.get(word, word).lower()}", None)
         if word in self.ignored:
             self.counts["ignored as asked", word] += 1
-            self.remarks.append((self.count, statement))
+            self.remark()
         elif word in INERT or word.startswith(INERT_FAMILIES):
-            self.remarks.append((self.count, statement))
-        elif word not in MODELLED:
-            reason = HAZARDS.get(word)
-            expected = f"other words: {reason}" if reason else "a CL statement that is known"
-            self.problem(line, word if reason else "", expected, repr(statement[:40]))
+            self.remark()
+        elif word in HAZARDS:
+            self.problem(self.start, word, f"other words: {HAZARDS[word]}")
+        elif modelled is None:
+            self.problem(self.start, "", "a CL statement that is known")
         elif upper.strip().replace(" ", "") not in (word, "TLON,GOFWD"):
-            self.problem(line, word, f"{word} and a slash", repr(statement[:40]))
+            self.problem(self.start, word, f"{word} and a slash")
         else:
-            words = [each.strip().upper() for each in minor.split(",")] if minor.strip() else []
             try:
-                getattr(self, MODELLED[word])(line, words, statement)
+                modelled([each.strip().upper() for each in minor.split(",")] if minor.strip() else [])
             except Wrong as wrong:
-                self.problem(line, word, *wrong.args)
+                self.problem(self.start, word, *wrong.args)
             except InputError as error:
-                self.problem(line, word, error.expected, error.found)
+                self.problem(self.start, word, error.expected, error.found)
+
+    def remark(self, remark=None, record=None):
+        """Keep a remark, by default the statement, before a record, by default the next."""
+        self.remarks.append((self.count if record is None else record, remark or self.statement))
+
+    def command(self, kind, *values, statement=None, record=None):
+        self.remark(Command(kind, values, statement or self.statement), record)
+
+    def pose(self, words, *counts):
+        """The point (mm) or nothing, the axis or the one that holds, and what else so many numbers say."""
+        values = self.numbers(words, *counts)
+        return self.mm(values[:3]), values[3:6] or self.axis, values[6:]
+
+    def mm(self, values):
+        return [value * self.scale for value in values]
 
     # Moves
 
-    def goto(self, line, words, statement):
-        values = self.numbers(words)
-        if len(values) not in (3, 6, 9):
-            raise Wrong("3, 6 or 9 numbers", f"{len(values)}")
-        point, axis = [value * self.scale for value in values[:3]], values[3:6] or self.axis
-        if values[6:]:
-            self.contact(line, axis, values[6:])
+    def on_goto(self, words):
+        point, axis, normal = self.pose(words, 3, 6, 9)
+        if normal:
+            self.contact(axis, normal)
         self.confirm_turn(axis)
         if self.incremental:
             point = self.shifted(point)
         arc_before, self.arc_before = self.arc_before, None
-        if self.circle_ is not None:
-            centre, normal, turns, goes_on, angle = self.circle_
-            self.circle_ = None
+        if self.circle is not None:
+            centre, normal, turns, goes_on, angle = self.circle
+            self.circle = None
             if angle is not None:
                 normal = self.sense(point, centre, normal, angle)
-            self.sweep(line, point, axis, centre, normal, turns)
+            self.sweep(point, axis, centre, normal, turns)
             self.arc_before = (centre, normal) if goes_on else None
-            return
-        if arc_before is not None and self.may_go_on(point, *arc_before):
+        elif arc_before is not None and self.may_go_on(point, *arc_before):
             found = "a point on the circle before it, to which the arc may go on or a line lead"
             raise Wrong("an arc of one GOTO (let Creo write no points on arcs, or points only)", found)
-        if self.cycle is not None:
-            self.drill(line, point, axis)
-            return
-        self.go(line, point, axis)
+        elif self.cycle is not None:
+            self.drill(np.array(point), np.array(axis))
+        else:
+            self.go(point, axis)
 
-    def contact(self, line, axis, normal):
+    def contact(self, axis, normal):
         """Keep the surface's normal where the tool touches it: for tools other than that of the CL data."""
         if abs(np.linalg.norm(normal) - 1) > UNIT_TOLERANCE or np.dot(normal, axis) < -UNIT_TOLERANCE:
             raise Wrong("a unit contact normal out of the part, within 90° of the tool axis", f"{normal}")
-        if self.circle_ is not None or self.cycle is not None:
+        if self.circle is not None or self.cycle is not None:
             raise Wrong("contact normals of single points only", "an arc or a cycle")
-        self.normals[line] = self.placed(normal)
+        self.normals[self.start] = self.placed(np.array([[0, 0, 0, *normal]], dtype=float).T)[3:, 0].tolist()
 
-    def godlta(self, line, words, statement):
-        values = [value * self.scale for value in self.numbers(words)]
-        if len(values) == 1:  # along the tool axis
-            values = [values[0] * component for component in self.axis]
-        if len(values) != 3:
-            raise Wrong("GODLTA/ 1 or 3 numbers", f"{len(values)}")
-        self.go(line, self.shifted(values), self.axis)
+    def on_godlta(self, words):
+        values = self.mm(self.numbers(words, 1, 3))
+        self.go(self.shifted(values if len(values) == 3 else np.multiply(values, self.axis)), self.axis)
 
     def shifted(self, values):
         if self.point is None:
             raise Wrong("FROM or GOTO before an incremental move", "none")
-        return [before + value for before, value in zip(self.point, values, strict=True)]
+        return np.add(self.point, values).tolist()
 
-    def from_(self, line, words, statement):
-        values = self.numbers(words)
-        if len(values) not in (3, 6):
-            raise Wrong("3 or 6 numbers", f"{len(values)}")
-        self.point, self.axis = [value * self.scale for value in values[:3]], values[3:] or self.axis
-        self.home = self.point, self.axis
-        self.remarks.append((self.count, statement))
+    def on_from(self, words):
+        self.home = self.point, self.axis = self.pose(words, 3, 6)[:2]
+        self.remark()
 
-    def gohome(self, line, words, statement):
-        values = self.numbers(words)
-        if len(values) not in (0, 3, 6):
-            raise Wrong("GOHOME, or GOHOME/ with 3 or 6 numbers", ",".join(words))
-        if not values and self.home is None:
+    def on_gohome(self, words):
+        point, axis, _ = self.pose(words, 0, 3, 6)
+        if not point and self.home is None:
             raise Wrong("FROM before GOHOME: nothing else says where home is", "none")
-        point, axis = [value * self.scale for value in values[:3]], values[3:] or self.axis
-        self.go(line, *((point, axis) if values else self.home), rapid=True)
+        self.go(*((point, axis) if point else self.home), rapid=True)
 
-    def tlaxis(self, line, words, statement):
-        values = self.numbers(words)
-        if len(values) != 3:
-            raise Wrong("TLAXIS/ 3 numbers", f"{len(values)}")
+    def on_tlaxis(self, words):
+        values = self.numbers(words, 3)
         if not abs(math.hypot(*values) - 1) <= UNIT_TOLERANCE:
             raise Wrong(f"a unit tool axis (to {UNIT_TOLERANCE})", f"length {math.hypot(*values):.6g}")
         self.axis = (self.turned.T @ values).tolist()  # the table turns, the tool axis is said in the part
         self.unconfirmed = bool(self.table.any())
 
-    def mode(self, line, words, statement):
-        if statement.upper().startswith("SET"):
+    def on_mode(self, words):
+        if self.statement.upper().startswith("SET"):
             words = words[1:] if words[:1] == ["MODE"] else ["?"]
         if words == ["MILL"]:
-            self.remarks.append((self.count, statement))
+            self.remark()
         elif words in (["INCR"], ["ABSOL"]):
             self.incremental = words == ["INCR"]
         else:
-            raise Wrong("INCR, ABSOL or MILL", repr(statement[:40]))
+            raise Wrong("INCR, ABSOL or MILL")
 
-    def rapid_(self, line, words, statement):
+    def on_rapid(self, words):
         if words:  # such as MODAL, or a feed that the control does not take from the program
-            raise Wrong("RAPID, or RAPID/ and nothing", repr(statement[:40]))
+            raise Wrong("RAPID, or RAPID/ and nothing")
         self.rapid = True
 
-    def circle(self, line, words, statement):
+    # Arcs
+
+    def on_circle(self, words):
         """The tool goes to the next GOTO on this circle.
 
         NX writes the radius and tolerances and turns clockwise about the axis; Creo writes the radius, SolidWorks
@@ -269,27 +245,24 @@ class Statements(Lines):
         if turns not in range(1, MOST_TURNS + 1):
             raise Wrong(f"TIMES, and a whole number from 1 to {MOST_TURNS}", f"{turns:g}")
         turned = {"COUNTERCLOCKWISE": 1, "CCLW": 1, "CLOCKWISE": -1, "CLW": -1}.get(words[-1] if words else "")
-        values = self.numbers(words[:-1] if turned else words)
-        if len(values) not in (6, 7, 11):
-            raise Wrong("CIRCLE/ 6, 7 or 11 numbers: centre, axis, radius …", f"{len(values)}")
+        values = self.numbers(words[:-1] if turned else words, 6, 7, 11)  # centre, axis, radius …
         if self.point is None or self.incremental or self.cycle:
-            raise Wrong("CIRCLE after a move, in absolute coordinates and outside a cycle", repr(statement[:40]))
-        centre = [value * self.scale for value in values[:3]]
-        sign = turned or (-1 if len(values) == 11 else 1)
-        self.circle_ = centre, [sign * value for value in values[3:6]], int(turns) - 1, len(values) == 7, None
+            raise Wrong("CIRCLE after a move, in absolute coordinates and outside a cycle")
+        centre, sign = self.mm(values[:3]), turned or (-1 if len(values) == 11 else 1)
+        self.circle = centre, [sign * value for value in values[3:6]], int(turns) - 1, len(values) == 7, None
         radius = math.dist(*(np.cross(values[3:6], each) for each in (self.point, centre)))
         if len(values) > 6 and abs(radius - values[6] * self.scale) > 0.02:
             raise Wrong(f"a start {values[6] * self.scale:g} mm from the centre", f"{radius:.4f}")
 
-    def movarc(self, line, words, statement):
+    def on_movarc(self, words):
         """The arc of ISO 4343, as Autodesk writes it: centre, axis, radius, ANGLE and how far it turns."""
-        values = self.numbers(words[:7])
-        if len(values) != 7 or words[7:-1] != ["ANGLE"]:
-            raise Wrong("MOVARC/ 7 numbers, ANGLE and a number", repr(statement[:60]))
-        self.circle(line, words[:7], statement)
+        if words[7:-1] != ["ANGLE"]:
+            raise Wrong("MOVARC/ 7 numbers, ANGLE and a number")
+        self.numbers(words[:7], 7)
+        self.on_circle(words[:7])
         angle = self.number(words[8])
-        centre, normal, *_ = self.circle_
-        self.circle_ = centre, normal, int(max(angle - 1e-3, 0) // 360), False, angle
+        centre, normal, *_ = self.circle
+        self.circle = centre, normal, int(max(angle - 1e-3, 0) // 360), False, angle
 
     def sense(self, point, centre, normal, angle):
         """The axis about which the tool turns right-handed by `angle` (degrees) from where it is to a point."""
@@ -309,14 +282,12 @@ class Statements(Lines):
         on_it = abs(np.linalg.norm(end) - radius) < 1e-3 and abs((end - start) @ normal) < 1e-3
         return on_it and radius - math.sqrt(max(radius**2 - chord**2 / 4, 0)) > self.tolerance
 
-    def indirv(self, line, words, statement):
-        self.tangent = self.numbers(words)
-        if len(self.tangent) != 3:
-            raise Wrong("INDIRV/ 3 numbers", f"{len(self.tangent)}")
+    def on_indirv(self, words):
+        self.tangent = self.numbers(words, 3)
 
-    def tlon(self, line, words, statement):
+    def on_tlon(self, words):
         """CATIA's arcs: from where the tool is, in the direction of INDIRV, to a line from the centre."""
-        found = {name: self.numbers(values.split(",")) for name, values in LITERAL.findall(statement.upper())}
+        found = {name: self.numbers(values.split(",")) for name, values in LITERAL.findall(self.statement.upper())}
         sizes = {name: len(values) for name, values in found.items()}
         tangent, self.tangent = self.tangent, None
         if self.point is None or tangent is None:
@@ -326,8 +297,8 @@ class Statements(Lines):
         elif sizes == {"CYLNDR": 7, "POINT": 3}:
             values, axis, end = found["CYLNDR"], found["CYLNDR"][3:6], found["POINT"]
         else:
-            raise Wrong("(CIRCLE/x,y,z,r),ON,(LINE/…) or (CYLNDR/…),ON,(PLANE/…)", repr(statement[:60]))
-        centre, end = (np.array(each[:3]) * self.scale for each in (values, end))
+            raise Wrong("(CIRCLE/x,y,z,r),ON,(LINE/…) or (CYLNDR/…),ON,(PLANE/…)")
+        centre, end = (np.array(self.mm(each[:3])) for each in (values, end))
         start, normal = np.array(self.point), np.array(axis)
         spoke = end - centre - (end - centre) @ normal * normal
         if not np.linalg.norm(spoke):
@@ -335,112 +306,93 @@ class Statements(Lines):
         height = (start - centre) @ normal
         end = centre + spoke * values[-1] * self.scale / np.linalg.norm(spoke) + height * normal
         ahead = np.cross(normal, start - centre) @ tangent
-        self.sweep(line, end, self.axis, centre, normal if ahead > 0 else -normal)
+        self.sweep(end, self.axis, centre, normal if ahead > 0 else -normal)
 
-    def sweep(self, line, point, axis, centre, normal, turns=0):
+    def sweep(self, point, axis, centre, normal, turns=0):
         """Add an arc as chords, and full turns before it."""
         if self.rapid:
             raise Wrong("an arc at a feed", "RAPID")
         if not np.allclose(axis, self.axis, atol=1e-6):
             raise Wrong("a tool axis that stands still on an arc", "one that turns")
-        points = arc(self.point, point, centre, normal, self.tolerance, turns)
-        numbers = np.concatenate([points.T, np.repeat(np.transpose([axis]), len(points), axis=1)])
-        self.add(np.full(len(points), line), numbers)
+        self.go(arc(self.point, point, centre, normal, self.tolerance, turns), axis)
         self.counts["arcs as chords", f"{self.tolerance:g} mm"] += 1
 
     # Holes
 
-    def cycle_(self, line, words, statement):
+    def on_cycle(self, words):
         kind, words = (words[0], words[1:]) if words else ("", [])
+        if kind == "ON" and self.cycle is None:
+            raise Wrong("a cycle before CYCLE/ON", "none")
         if kind in ("OFF", "CLEAR", "INIT", "ON"):
-            if kind == "ON" and self.cycle is None:
-                raise Wrong("a cycle before CYCLE/ON", "none")
-            self.cycle = None if kind != "ON" else self.cycle
+            self.cycle = self.cycle if kind == "ON" else None
             return
         if kind == "DRILL" and words[:1] in (["DEEP"], ["BRKCHP"]):  # NX
             kind, words = words[0], words[1:]
-        kinds = "DRILL SPOT FACE CSINK CBORE DEEP DEEP2 BRKCHP BORE REAM TAP".split()
-        if kind not in kinds:
-            raise Wrong(f"CYCLE/{', '.join(kinds)} or OFF", repr(statement[:40]))
-        given = {"feed": None}
-        keys = {"FEDTO": "depth", "DEPTH": "depth", "RAPTO": "clearance", "CLEAR": "clearance", "RTRCTO": "retract"}
-        keys |= {"1STPECK": "first", "SUBPECK": "following", "STEP": "following", "INCR": "following"}
-        keys |= {"DWELL": "dwell"}
+        if kind not in CYCLES:
+            raise Wrong(f"CYCLE/{', '.join(CYCLES)} or OFF")
+        given = {"feed": self.feed}
         while words:
             word, words = words[0], words[1:]
-            if word in ("AUTO", "MANUAL"):
-                continue
-            if word in keys and words[:1] == ["AUTO"]:
+            if word in ("AUTO", "MANUAL") or (word in OF_A_CYCLE and words[:1] == ["AUTO"]):
                 continue
             if REAL.fullmatch(word):
-                expected = (
+                raise Wrong(
                     "each number of a cycle after its word, such as DEPTH (in CATIA the PP table writes them)"
                 )
-                raise Wrong(expected, repr(statement[:60]))
-            if word not in keys and word not in FEED_UNITS:
-                raise Wrong(f"one of {', '.join([*keys, *FEED_UNITS])} in a cycle", repr(word))
+            if word not in OF_A_CYCLE and word not in FEED_UNITS:
+                raise Wrong(f"one of {', '.join([*OF_A_CYCLE, *FEED_UNITS])} in a cycle", repr(word))
             value, words = self.number(words[0] if words else ""), words[1:]
             if word in FEED_UNITS:
                 given["feed"] = self.per_minute(value, word)
             else:
-                given[keys[word]] = value * (1.0 if word == "DWELL" else self.scale)
-        feed = given.pop("feed")
-        if not (self.feed if feed is None else feed) >= LEAST_FEED:
+                given[OF_A_CYCLE[word]] = value * (1.0 if word == "DWELL" else self.scale)
+        if not given["feed"] >= LEAST_FEED:
             raise Wrong("a feed in the cycle or before it", "none")
         if "depth" not in given or not given.get("clearance", 0) > 0:
-            raise Wrong("a depth (FEDTO or DEPTH) and a clearance (RAPTO or CLEAR)", repr(statement[:60]))
+            raise Wrong("a depth (FEDTO or DEPTH) and a clearance (RAPTO or CLEAR)")
         given["depth"] = abs(given["depth"])  # NX counts upwards, SolidWorks and Creo downwards
         if kind == "BRKCHP":
             given["out"] = 0.5
         if kind == "TAP" and (self.turns is None or self.turning not in ("CLW", "CCLW")):
             raise Wrong("a turning spindle before CYCLE/TAP", "none")
-        self.cycle = Cycle(kind, feed=self.feed if feed is None else feed, **given)
         if self.incremental:
             raise Wrong("a cycle in absolute coordinates", "MODE/INCR")
+        self.cycle = Cycle(kind, **given)
 
-    def drill(self, line, point, axis):
+    def drill(self, point, axis):
         """Add the moves of a hole."""
-        point, axis, cycle = np.array(point), np.array(axis), self.cycle
+        cycle, turning = self.cycle, {"CLW": "CCLW", "CCLW": "CLW"}
+        if cycle.kind == "TAP" and self.turning not in turning:
+            raise Wrong("a turning spindle before a hole is tapped", self.turning)
         before = float((np.array(self.point) - point) @ axis) if self.point is not None else cycle.clearance
         heights, rapid, bottom = cycle.heights(before)
-        first = self.count
-        numbers = np.concatenate(
-            [point[:, None] + axis[:, None] * heights, np.repeat(axis[:, None], len(heights), 1)]
-        )
-        self.add(np.full(len(heights), line), numbers, feed=cycle.feed, rapid=rapid)
-        after = first + bottom + 1
+        after = self.count + bottom + 1
+        self.go(point + np.outer(heights, axis), axis, feed=cycle.feed, rapid=rapid)
         if cycle.dwell:
-            self.remarks.append((after, Command("dwell", (cycle.dwell,), f"DELAY/{cycle.dwell:g}")))
+            self.command("dwell", cycle.dwell, statement=f"DELAY/{cycle.dwell:g}", record=after)
         if cycle.kind == "TAP":  # out again with the spindle turning back
-            back = {"CLW": "CCLW", "CCLW": "CLW"}[self.turning]
-            for record, turning in ((after, back), (after + 1, self.turning)):
-                said = f"SPINDL/{self.turns:g},RPM,{turning}"
-                self.remarks.append((record, Command("spindle", (self.turns, turning), said)))
+            for record, sense in ((after, turning[self.turning]), (after + 1, self.turning)):
+                said = f"SPINDL/{self.turns:g},RPM,{sense}"
+                self.command("spindle", self.turns, sense, statement=said, record=record)
             self.counts["holes tapped as moves: a floating holder is needed", ""] += 1
         self.counts["holes of drilling cycles as moves", ""] += 1
 
-    # Coordinates
+    # Units and coordinate systems
 
-    def units(self, line, words, statement):
+    def on_units(self, words):
         scales = {"MM": 1.0, "CM": 10.0, "INCH": MM_PER_INCH, "INCHES": MM_PER_INCH, "IN": MM_PER_INCH}
         if len(words) != 1 or words[0] not in scales:
             raise Wrong("UNITS/MM or UNITS/INCH", ",".join(words) or "nothing")
         self.scale, self.units_stated = scales[words[0]], True
 
-    def msys(self, line, words, statement):
+    def on_msys(self, words):
         """NX: the origin of the coordinate system, its X and its Y."""
-        values = self.numbers(words)
-        if len(values) != 9:
-            raise Wrong("MSYS/ 9 numbers: origin, X axis, Y axis", f"{len(values)}")
-        x, y = np.array(values[3:6]), np.array(values[6:])
-        self.use_system(np.array(values[:3]), np.column_stack([x, y, np.cross(x, y)]))
+        origin, x, y = np.reshape(self.numbers(words, 9), (3, 3))
+        self.use_system(origin, np.column_stack([x, y, np.cross(x, y)]))
 
-    def csys(self, line, words, statement):
+    def on_csys(self, words):
         """The rows of a matrix of 3 by 4 that takes the coordinates to those of the part."""
-        values = self.numbers(words)
-        if len(values) != 12:
-            raise Wrong("CSYS/ 12 numbers", f"{len(values)}")
-        rows = np.reshape(values, (3, 4))
+        rows = np.reshape(self.numbers(words, 12), (3, 4))
         self.use_system(rows[:, 3], rows[:, :3])
 
     def use_system(self, origin, rotation):
@@ -452,12 +404,16 @@ class Statements(Lines):
             if self.count:
                 raise Wrong("the first coordinate system before the first move", "moves before it")
             self.first_system = system
-        if not _same(system, self.system or self.first_system):
+        if not self.same(system, self.system or self.first_system):
             self.counts["changes of the coordinate system, brought into the first", ""] += 1
             self.point = None  # nobody has said it in these coordinates
-        self.system = None if _same(system, self.first_system) else system
+        self.system = None if self.same(system, self.first_system) else system
 
-    def rotabl(self, line, words, statement):
+    @staticmethod
+    def same(system, other):
+        return all(np.allclose(*each, atol=1e-9) for each in zip(system, other, strict=True))
+
+    def on_rotabl(self, words):
         """The table turns, and the points that follow are in coordinates that stand still while the part turns.
 
         SolidWorks writes TABLE, and radians from the zero of the table: with CCLW the coordinates turn right-handed
@@ -467,9 +423,9 @@ class Statements(Lines):
         axes = [word for word in words if word in ("AAXIS", "BAXIS", "CAXIS")]
         numbers = [word for word in words if REAL.fullmatch(word)]
         if len(axes) != 1 or len(numbers) != 1 or {*words} - {*axes, *numbers} - known:
-            raise Wrong("ROTABL/ an angle, AAXIS, BAXIS or CAXIS, and CLW or CCLW", repr(statement[:60]))
+            raise Wrong("ROTABL/ an angle, AAXIS, BAXIS or CAXIS, and CLW or CCLW")
         if self.incremental or self.cycle is not None:
-            raise Wrong("ROTABL in absolute coordinates and outside a cycle", repr(statement[:40]))
+            raise Wrong("ROTABL in absolute coordinates and outside a cycle")
         angle = self.number(numbers[0]) * (-1 if "CLW" in words else 1)
         axis, before = "ABC".index(axes[0][0]), self.turned
         from_zero = {"TABLE", "ATANGL"} & {*words} and "INCR" not in words
@@ -499,21 +455,19 @@ class Statements(Lines):
                 )
         self.unconfirmed = False
 
-    def trntyp(self, line, words, statement):
+    def on_trntyp(self, words):
         if words[:1] != ["WORLD"] or any(self.numbers(words[1:])):
-            raise Wrong("TRNTYP/WORLD,0,0,0, which changes nothing", repr(statement[:40]))
-        self.remarks.append((self.count, statement))
+            raise Wrong("TRNTYP/WORLD,0,0,0, which changes nothing")
+        self.remark()
 
-    def origin(self, line, words, statement):
+    def on_origin(self, words):
         if any(self.numbers(words)):
-            raise Wrong(
-                "ORIGIN/0,0,0, which changes nothing; let the CAM system write it shifted", repr(statement[:40])
-            )
-        self.remarks.append((self.count, statement))
+            raise Wrong("ORIGIN/0,0,0, which changes nothing; let the CAM system write it shifted")
+        self.remark()
 
     # Feeds, and what the control shall do
 
-    def fedrat(self, line, words, statement):
+    def on_fedrat(self, words):
         units = [word for word in words if word in FEED_UNITS]
         if words == ["RAPID"]:
             self.rapid = True
@@ -537,21 +491,18 @@ class Statements(Lines):
             value *= self.turns
         return value * (self.scale if FEED_UNITS[unit] is None else FEED_UNITS[unit])
 
-    def command(self, kind, *values, statement):
-        self.remarks.append((self.count, Command(kind, values, statement)))
-
-    def load(self, line, words, statement):
+    def on_load(self, words):
         if words[:1] != ["TOOL"]:
-            raise Wrong("LOAD/TOOL, and a number", repr(statement[:40]))
-        self.loadtl(line, words[1:], statement)
+            raise Wrong("LOAD/TOOL, and a number")
+        self.on_loadtl(words[1:])
 
-    def loadtl(self, line, words, statement):
+    def on_loadtl(self, words):
         if self.cycle is not None:
             raise Wrong("CYCLE/OFF before the tool is changed", "a cycle that holds")
         number = self.number(words[0] if words else "")
         if number != int(number) or not 0 <= number <= 99_999_999:
             raise Wrong("the number of a tool", words[0])
-        length, words = None, words[1:]
+        length, words, statement = None, words[1:], None
         while words:
             word, words = words[0], words[1:]
             if word == "LENGTH":
@@ -564,7 +515,7 @@ class Statements(Lines):
             statement = f"LOADTL/{int(number)},LENGTH,{length:g}"
         self.command("tool", int(number), length, statement=statement)
 
-    def spindl(self, line, words, statement):
+    def on_spindl(self, words):
         numbers = [word for word in words if REAL.fullmatch(word)]
         known = {"RPM", "CLW", "CCLW", "CCW", "ON", "OFF", "STOP"}
         if strange := [word for word in words if word not in numbers and word not in known]:
@@ -574,41 +525,37 @@ class Statements(Lines):
         off = "OFF" in words or "STOP" in words
         self.turns = self.number(numbers[0]) if numbers else self.turns
         self.turning = "OFF" if off else "CCLW" if {"CCLW", "CCW"} & set(words) else "CLW"
-        self.command("spindle", float(numbers[0]) if numbers else None, self.turning, statement=statement)
+        self.command("spindle", float(numbers[0]) if numbers else None, self.turning)
 
-    def coolnt(self, line, words, statement):
+    def on_coolnt(self, words):
         kind = {"ON": "FLOOD", "FLOOD": "FLOOD", "MIST": "MIST", "OFF": "OFF"}.get(words[0] if words else "")
         if words[:1] in (["THRU"], ["AIR"]):  # every machine has its own M word for it
             self.counts["coolant that stays off: a comment tells which", words[0]] += 1
-            self.remarks.append((self.count, statement))
+            self.remark()
         elif kind is None:
-            raise Wrong("COOLNT/ON, FLOOD, MIST, THRU, AIR or OFF", repr(statement[:40]))
+            raise Wrong("COOLNT/ON, FLOOD, MIST, THRU, AIR or OFF")
         else:
-            self.command("coolant", kind, statement=statement)
+            self.command("coolant", kind)
 
-    def cutcom(self, line, words, statement):
+    def on_cutcom(self, words):
         side = next((word for word in words if word in ("LEFT", "RIGHT", "OFF")), *words[:1] or [""])
         if side == "ON":  # goes on as before; the side follows
-            self.remarks.append((self.count, statement))
+            self.remark()
         elif side in ("LEFT", "RIGHT", "OFF"):
-            self.command("compensation", side, statement=statement)
+            self.command("compensation", side)
         else:
-            raise Wrong("CUTCOM/LEFT, RIGHT, ON or OFF", repr(statement[:40]))
+            raise Wrong("CUTCOM/LEFT, RIGHT, ON or OFF")
 
-    def stop(self, line, words, statement):
-        self.command("optional stop" if statement.upper().startswith("OP") else "stop", statement=statement)
+    def on_stop(self, words):
+        self.command("optional stop" if self.statement.upper().startswith("OP") else "stop")
 
-    def delay(self, line, words, statement):
+    def on_delay(self, words):
         turns = words[1:] == ["REV"]
         if len(words) != 1 + turns:
-            raise Wrong("DELAY/ seconds, or DELAY/ turns,REV", repr(statement[:40]))
+            raise Wrong("DELAY/ seconds, or DELAY/ turns,REV")
         seconds = self.number(words[0])
         if turns:
             if not self.turns:
                 raise Wrong("SPINDL with turns per minute before a delay in turns", "none")
             seconds *= 60 / self.turns
-        self.command("dwell", seconds, statement=statement)
-
-
-def _same(system, other):
-    return all(np.allclose(*each, atol=1e-9) for each in zip(system, other, strict=True))
+        self.command("dwell", seconds)

@@ -12,10 +12,9 @@ import numpy as np
 
 from mathpost.errors import ReachError
 from mathpost.post import singular
-from mathpost.post.bellman import nearest
 from mathpost.post.between_blocks import axis_lag, derivative, deviation, from_segment, tip_deviation
+from mathpost.post.travel import nearest
 
-STILL = 0.01  # of the axis tolerance: where the great circle passes a singular axis as near as that, it meets it
 LOST = 1 / 8  # of the axis tolerance: a move that spans less and strays more does not go along its great circle
 
 
@@ -107,7 +106,7 @@ def follow(kin, cl, motion, tolerance, *, free=False):
                 f"{np.degrees(error[lost[0]]):.3f}° from its great circle, more than {np.degrees(tolerance):.2g}°, "
                 "however often the move is divided"
             )
-        of, at, beside = _cuts(kin, joints[moves], joints[moves + 1], start, end, STILL * tolerance)
+        of, at, beside = _cuts(kin, joints[moves], joints[moves + 1], start, end, singular.STILL * tolerance)
         of, at = moves[of], place[moves[of]] + at * np.diff(place)[moves[of]]
         joints = np.insert(joints, of + 1, _pose(kin, cl, at, beside), axis=0)
         place, lifted = np.insert(place, of + 1, at), np.insert(lifted, of + 1, False)

@@ -32,7 +32,6 @@ __all__ = ["DECIMALS", "DIALECTS", "SHORTEST_TIME", "Blocks", "joined", "read", 
 MOTION_ONLY = "MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT"  # a program says so before its first move
 RAPID, TIME, FEED = " FMAX", " FT", " F"
 FEED_WORD = re.compile(rf"(FMAX|FT|F)({NUMBER})?")
-BLOCK = 2**19  # bytes that are read at once: what is made of them fits the processor's cache
 
 
 def rounded(joints):
@@ -260,26 +259,22 @@ def read(text, machine, dialect="heidenhain", *, name="program"):
         or a program without a move.
     """
     lines = _Lines(machine, dialect, name)
-    content, start = text.encode("utf-8", "surrogatepass"), 0
-    while start < len(content):
-        stop = content.find(b"\n", start + BLOCK) + 1 or len(content)
-        lines.take_block(content[start:stop])
-        start = stop
+    lines.take_all(text.encode("utf-8", "surrogatepass"))
     if not lines.runs:
         raise InputError(name, "at least one move", "none")
     words, *rows = (np.concatenate(columns, axis=-1) for columns in zip(*lines.runs, strict=True))
     return Blocks(words.T, *rows, tcp=bool(lines.moves_tcp))
 
 
-class _Lines:
-    """Takes the lines of a program one after the other, and keeps what holds from one to the next."""
+class _Lines(bulk.Reader):
+    """Keeps what holds from one line of a program to the next."""
 
     def __init__(self, machine, dialect, name):
         self.control, self.names, self.name = control_for(machine, dialect), machine.joint_names, name
         letters = "|".join(re.escape(axis) for axis in sorted(self.names, key=len, reverse=True))
         self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})")
         self.codes = re.compile(self.control.codes + r"(?![\d.])")
-        self.plain = _plain(self.control, self.names)
+        self.pattern = _plain(self.control, self.names)
         self.passed_over = _templates((*machine.program_head, *machine.program_foot))
         self.tool_change = _templates(machine.tool_change)
         self.line, self.position, self.feed = 1, [None] * 5, None
@@ -287,41 +282,31 @@ class _Lines:
         self.moves_tcp = None  # whether the moves so far were with TCP
         self.runs = []  # of moves: words, shape (5, n), feeds, seconds and rapid
 
-    def take_block(self, block):
-        """Take whole lines: runs of plain moves together, the others one by one."""
-        values, plain = self.plain.match(block if block.endswith(b"\n") else block + b"\n")
-        first = self.plain.literals.index(axis_word(self.names[0]))
-        words, missing = values[first : first + 5], np.full(len(plain), np.nan)
-        numbers = dict(zip(self.plain.literals, values, strict=True))
-        seconds = numbers.get(TIME, missing)
-        rapid, timed, fed = ~np.isnan([numbers.get(RAPID, missing), seconds, numbers[FEED]])
-        plain &= ~np.isnan(words).all(axis=0) & (rapid.astype(int) + timed + fed < 2)
-        value = np.where(timed, seconds, numbers[FEED])
-        lines = None
-        for start, stop in bulk.runs(plain):
-            while start < stop:
-                if plain[start]:
-                    rows = slice(start, stop)
-                    start += self.take_plain(words[:, rows], value[rows], rapid[rows], timed[rows])
-                if start < stop:
-                    lines = lines or block.split(b"\n")
-                    self.take(lines[start].decode("utf-8", "surrogatepass"))
-                    start += 1
+    def columns(self, values):
+        """Of plain lines the words, shape (5, n), time or feed, and whether they say rapid, a time, a feed."""
+        numbers = dict(zip(self.pattern.literals, values, strict=True))
+        first, missing = self.pattern.literals.index(axis_word(self.names[0])), np.full(values.shape[1], np.nan)
+        times, feeds = numbers.get(TIME, missing), numbers[FEED]
+        said = ~np.isnan([numbers.get(RAPID, missing), times, feeds])
+        return values[first : first + 5], np.where(said[1], times, feeds), said
 
-    def take_plain(self, words, value, rapid, timed):
-        """Take plain moves, and return how many of them could be taken.
+    def fits(self, values):
+        """Which lines move an axis, and say no more than one of rapid, a time and a feed."""
+        words, _, said = self.columns(values)
+        return ~np.isnan(words).all(axis=0) & (said.sum(axis=0) < 2)
 
-        What `take` refuses is left to it: it says what is wrong.
-        """
+    def take_plain(self, values):
+        """Take plain moves, those that `take_line` refuses left to it: it says what is wrong."""
         if None in self.position or self.moves_tcp not in (None, self.tcp):
             return 0
+        words, value, (rapid, timed, _) = self.columns(values)
         rapid = rapid | self.rapid
         wrong = value <= 0
         if self.inverse:
             wrong |= np.isnan(value) & ~rapid
         if wrong.any():
             count = int(np.argmax(wrong))
-            return self.take_plain(words[:, :count], value[:count], rapid[:count], timed[:count]) if count else 0
+            return self.take_plain(values[:, :count]) if count else 0
         seconds = 60 / value if self.inverse else np.where(timed, value, np.nan)
         feeds = bulk.held(np.where(np.isnan(seconds), value, np.nan), np.nan if self.feed is None else self.feed)
         for row, before in zip(words, self.position, strict=True):
@@ -335,9 +320,11 @@ class _Lines:
         self.runs.append(run)
         self.moves_tcp = self.tcp
 
-    def take(self, line):
+    def take_line(self, raw):
         """Take one line, word by word."""
-        body = self.without_comment(line).strip()
+        line = raw.decode("utf-8", "surrogatepass")
+        comment = r"\([^()]*\)" if self.control is FANUC else ";.*"
+        body = re.sub(comment, " ", line).strip()
         if self.control is HEIDENHAIN:
             body = re.sub(r"^\d+\s*", "", body)
             body = "" if re.fullmatch(r"(BEGIN|END) PGM \w+ MM", body) else re.sub(r"^L(\s+|$)", "", body)
@@ -369,11 +356,6 @@ class _Lines:
         if position != [None] * 5:
             self.move(position, rapid, seconds)
         self.line += 1
-
-    def without_comment(self, line):
-        if self.control is FANUC:
-            return re.sub(r"\([^()]*\)", " ", line)
-        return line.partition(";")[0]
 
     def take_feed(self, match):
         """Return whether a feed word says rapid, the feed, and the time of the block."""

@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 
 from mathpost.errors import InputError, ReachError, as_array
-from mathpost.post import bellman, singular, travel, yu_dan
-from mathpost.post.bellman import UNITS
+from mathpost.post import singular, travel, yu_dan
+from mathpost.post.travel import TURN, UNITS
 
 STRATEGIES = ("optimal", "shortest", "paper")
 SWAY = np.radians(0.05)  # how far the tool axis may leave its great circle for a change of branch in cut
@@ -33,7 +33,7 @@ class Selection:
     branch : ndarray of int, shape (n,)
         0 or 1, as `Kinematics.inverse` orders them.
     cost : float
-        Seconds if the machine states rates, otherwise weighted travel; from `start` if that is given.
+        By `mathpost.post.travel.move_costs`; from `start` if that is given.
     breaks : tuple of int
         Records (from 0) that cannot be reached from the one before without retracting and unwinding.
     strategy : str
@@ -164,6 +164,7 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         for values, name in ((weights, "weights"), (start, "start"))
     )
     machine, prefer = kin.machine, prefer or _longer_side(kin)
+    options = {"weights": weights, "start": start, "split": split, "prefer": prefer, "sway": sway}
     if strategy == "paper":
         joints, branch = yu_dan.choose(kin, cl, prefer)
         return Selection(joints, branch, travel.path_cost(machine, joints, weights, start), (), strategy)
@@ -171,40 +172,46 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     if (loose := travel.without_far_limits(machine)) != machine:  # hundreds of windings that hardly ever matter
         without = copy(kin)
         without.machine = loose
-        options = {"weights": weights, "start": start, "split": split, "prefer": prefer, "sway": sway}
         chosen = choose(without, cl, strategy, **options)
         if travel.all_within(machine, chosen.joints).all():  # the best way without a limit, and inside it
             return chosen
 
     solved, turns = _solutions(kin, cl.points, cl.axes), _turns(machine)
+    outer, beyond = _outer(kin), _beyond_the_short_way(kin, cl, solved, singular.STILL * sway)
     first = _explained(kin, solved[..., :1])
-    price, slowest = travel.rates_or_weights(machine, weights)
     if start is None:
-        beginning = bellman.TIE * np.abs((first.joints[0] * UNITS)[:, 3:]).sum(axis=1)
+        beginning = travel.TIE * np.abs((first.joints[0] * UNITS)[:, 3:]).sum(axis=1)
         beginning += PREFERENCE * (first.branch != (0 if prefer > 0 else 1))
     else:
         beginning = travel.move_costs(machine, travel.short_way(machine, first.joints[0] - start), weights)
-    picks, broken, unreachable, stuck = bellman.loop(len(cl) * len(first.branch) ** 2)(
-        solved, turns, machine.limits, travel.endless(machine), beginning, price, slowest,
-        np.r_[False, singular.near(kin, cl, sway)], np.array(cl.rapid), strategy == "shortest",
+    picks, broken, unreachable, stuck = travel.loop(len(cl) * len(first.branch) ** 2)(
+        solved, turns, outer, beyond, machine.limits, travel.endless(machine), beginning,
+        *travel.rates_or_weights(machine, weights), np.r_[False, singular.near(kin, cl, sway)], np.array(cl.rapid),
+        strategy == "shortest",
     )  # fmt: skip
     if unreachable >= 0:
         rows = _explained(kin, solved[..., unreachable, None]).table(0)
         reasons = " / ".join(dict.fromkeys(why for *_, why in rows))
         raise ReachError(f"{cl.where(unreachable)}: no solution inside travel: {reasons}")
     if stuck >= 0 and not split:
-        options = {"weights": weights, "start": start, "split": True, "prefer": prefer, "sway": sway}
-        so_far = choose(kin, cl.part(0, stuck), strategy, **options).joints[-1, 3:]
-        pairs = zip(machine.joint_names[3:], np.rad2deg(so_far), strict=True)
+        so_far = choose(kin, cl.part(0, stuck), strategy, **options | {"split": True}).joints[-1, 3:]
+        angles = " ".join(
+            f"{name} {np.rad2deg(angle):.3f}°" for name, angle in zip(machine.joint_names[3:], so_far, strict=True)
+        )
         raise ReachError(
             f"{cl.where(stuck)}: the path breaks here, no choice of branch and winding goes on in cut (so far "
-            f"{' '.join(f'{name} {angle:.3f}°' for name, angle in pairs)}); split it, with a retract and an unwind"
+            f"{angles}); split it, with a retract and an unwind"
         )
     solution, winding = np.divmod(picks, turns.shape[1])
     joints = (solved[:, solution, np.arange(len(cl))] + turns[:, winding]).T
-    joints = travel.count_turns(machine, joints, np.zeros(5) if start is None else start)
+    further = np.where(np.diff(solution, prepend=-1) == 0, beyond[solution, np.arange(len(cl))], 0)
+    joints = travel.count_turns(machine, joints, np.zeros(5) if start is None else start, outer, further)
     breaks = tuple(np.flatnonzero(broken).tolist())
     return Selection(joints, solution % 2, travel.path_cost(machine, joints, weights, start), breaks, strategy)
+
+
+def _outer(kin):
+    return kin.symbols.index(kin.inverse_symbolic.outer)
 
 
 def _solutions(kin, tip, axis):
@@ -214,8 +221,7 @@ def _solutions(kin, tip, axis):
     two of each, one for each branch. It can then be turned where that costs nothing of the tool axis.
     """
     joints, tip = kin.inverse(tip, axis), np.asarray(tip, dtype=float)
-    derived = kin.inverse_symbolic
-    inner, outer = kin.symbols.index(derived.inner), kin.symbols.index(derived.outer)
+    inner, outer = kin.symbols.index(kin.inverse_symbolic.inner), _outer(kin)
     at_pole = np.zeros(len(joints), dtype=bool)
     if kin.reach[0] == 0:  # there the two solutions meet at the pole
         at_pole = np.abs(joints[:, 0, inner] - joints[:, 1, inner]) < 2 * POLE
@@ -230,6 +236,23 @@ def _solutions(kin, tip, axis):
         rotary[..., outer - 3] = joints[elsewhere[np.clip(neighbour, 0, len(elsewhere) - 1)], :, outer]
         solved[:, first : first + 2, at_pole] = kin.close(tip[at_pole, None], rotary).T
     return solved
+
+
+def _beyond_the_short_way(kin, cl, solved, still):
+    """How many whole turns the outer axis makes beyond its short way to each record in cut, shape (k, n).
+
+    Where the rotary axes are not at right angles, a great circle that passes beside the pole can take it a little
+    more than half a turn. One that passes as near as `still` may go either way.
+    """
+    beyond, outer = np.zeros(solved.shape[1:], np.int8), solved[_outer(kin), :2]
+    steps = travel.nearest(np.diff(outer))
+    moves = np.flatnonzero((np.abs(steps) > np.pi / 2).any(axis=0) & ~cl.rapid[1:])
+    t, away = singular.nearest(kin, cl.axes[moves], cl.axes[moves + 1], singular.from_pole)
+    moves, t = moves[away > still], t[away > still]
+    middle = kin.inverse(*cl.at(moves + t))[..., _outer(kin)].T
+    turned = travel.nearest(middle - outer[:, moves]) + travel.nearest(outer[:, moves + 1] - middle)
+    beyond[:2, moves + 1] = np.nan_to_num(np.rint((turned - steps[:, moves]) / TURN))
+    return beyond
 
 
 def _turns(machine):

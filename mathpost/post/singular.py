@@ -11,6 +11,8 @@ from mathpost import chain
 from mathpost.errors import InputError
 from mathpost.rotation import about, unit
 
+STILL = 0.01  # of a tolerance of the tool axis: a path that passes a singular axis as near as that meets it
+
 
 def measure(kin):
     """Return n·(a₁ × a₂) as a sympy expression in the inner angle: zero where the machine is singular.
@@ -51,9 +53,19 @@ def distance(kin, axis):
 
     Singular are the ends of reach: on most machines the pole, where the tool is parallel to the outer axis.
     """
-    pole, axis = np.array(kin.inverse_symbolic.pole, dtype=float), np.asarray(axis, dtype=float)
-    angle = 2 * np.arctan2(np.linalg.norm(axis - pole, axis=-1), np.linalg.norm(axis + pole, axis=-1))
+    angle = _from_the_outer_axis(kin, axis)
     return np.minimum(angle - kin.reach[0], kin.reach[1] - angle)
+
+
+def from_pole(kin, axis):
+    """Return the angle (radians) between tool axes (..., 3) and the outer axis, whichever way both point."""
+    angle = _from_the_outer_axis(kin, axis)
+    return np.minimum(angle, np.pi - angle)
+
+
+def _from_the_outer_axis(kin, axis):
+    pole, axis = np.array(kin.inverse_symbolic.pole, dtype=float), np.asarray(axis, dtype=float)
+    return 2 * np.arctan2(np.linalg.norm(axis - pole, axis=-1), np.linalg.norm(axis + pole, axis=-1))
 
 
 def regions(kin, cl, joints, *, cone=None):
@@ -94,8 +106,10 @@ def near(kin, cl, cone):
     return inside
 
 
-def nearest(kin, start, end):
+def nearest(kin, start, end, measured=distance):
     """Return where the great circle between tool axes (n, 3) comes nearest to a singular one, and how near.
+
+    With `from_pole` as `measured`, nearest to the outer axis.
 
     Returns
     -------
@@ -110,7 +124,7 @@ def nearest(kin, start, end):
     # The ends of reach lie round the outer axis: nearest to one of them is what is nearest to an end of it.
     turn = [np.arctan2(across @ end, start @ end) for end in (pole, -pole)]
     turn = np.clip([*turn, np.zeros(len(arc)), arc], 0, arc)
-    found = distance(kin, np.cos(turn)[..., None] * start + np.sin(turn)[..., None] * across)
+    found = measured(kin, np.cos(turn)[..., None] * start + np.sin(turn)[..., None] * across)
     pick = found.argmin(axis=0), np.arange(len(start))
     return turn[pick] / np.maximum(arc, 1e-300), found[pick]
 

@@ -16,6 +16,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from mathpost.post.travel import compiled
+
+BLOCK = 2**19  # bytes that are read at once: what is made of them fits the processor's cache
 WORTH = 2**19  # bytes; a smaller text takes less time without machine code than loading that does
 ROWS = 4096  # lines that are written at once: what is made of them fits the processor's cache
 WIDEST = 24  # characters of a number that the loop writes, at most
@@ -91,6 +94,38 @@ class Pattern:
         pattern = self.upper, self.lower, self.sizes, self.kinds, self.optional, self.relaxed
         _loops(len(block))[0](block, *pattern, values, plain)
         return values, plain
+
+
+class Reader:
+    """Takes the lines of a text one after the other: runs of plain ones together, the others one by one.
+
+    Of those who know the language, `pattern` says what a plain line looks like, and `fits(values)` which of them
+    are plain to the end, shape (lines,). `take_plain(values)` takes the first of so many, and returns how many;
+    `take_line(raw)` takes the bytes of one line without its end.
+    """
+
+    def take_all(self, content):
+        """Take all lines of bytes."""
+        start = 0
+        while start < len(content):
+            stop = content.find(b"\n", start + BLOCK) + 1 or len(content)
+            self._take_block(content[start:stop])
+            start = stop
+
+    def _take_block(self, block):
+        block += b"" if block.endswith(b"\n") else b"\n"
+        values, plain = self.pattern.match(block)
+        plain &= self.fits(values)
+        ends = None
+        for start, stop in runs(plain):
+            while start < stop:
+                if plain[start]:
+                    start += self.take_plain(values[:, start:stop])
+                if start < stop:
+                    if ends is None:
+                        ends = np.flatnonzero(np.frombuffer(block, np.uint8) == NEWLINE).tolist()
+                    self.take_line(block[ends[start - 1] + 1 if start else 0 : ends[start]])
+                    start += 1
 
 
 @dataclass(frozen=True)
@@ -206,17 +241,7 @@ def _loops(size):
 @cache
 def _compiled():
     """The loops as machine code, or as they are if Numba is not installed."""
-    try:
-        from numba import njit
-        from numba.extending import register_jitable
-    except ImportError:
-        return _match, _write
-    for helper in (_skipped, _number, _written):
-        register_jitable(helper)
-    try:
-        return tuple(njit(cache=True, error_model="numpy")(loop) for loop in (_match, _write))
-    except RuntimeError:  # there is no folder to keep the code in, neither here nor at home
-        return tuple(njit(error_model="numpy")(loop) for loop in (_match, _write))
+    return compiled(_match, _skipped, _number), compiled(_write, _written)
 
 
 def _match(text, upper, lower, sizes, kinds, optional, blanks, values, plain):

@@ -22,7 +22,7 @@ PART = 100_000  # records that are written to a CL file at a time
 
 def write_cl(path, count):
     """A wavy path round a post, the tool leaning by 10 to 40 degrees, as plain GOTO lines."""
-    with open(path, "w") as file:
+    with open(path, "w", encoding="utf-8") as file:
         for first in range(0, count, PART):
             turn = 2 * np.pi * np.arange(first, min(first + PART, count)) / 2000
             tilt, lead = np.radians(25 + 15 * np.sin(0.37 * turn)), 0.6 * np.sin(0.11 * turn)
@@ -45,7 +45,7 @@ def whole(path, output):
 
 def numpy_only(path, output):
     """Numbers into arrays and five columns out again, by the fastest means of NumPy."""
-    text = path.read_text().replace("GOTO/", "").replace("\n", ",")
+    text = path.read_text(encoding="utf-8").replace("GOTO/", "").replace("\n", ",")
     numbers = np.fromstring(text, sep=",").reshape(-1, 6)
     line = "L X%+.4f Y%+.4f Z%+.4f A%+.4f C%+.4f\n"
     output.write_text(line * len(numbers) % tuple(numbers[:, :5].ravel().tolist()))
@@ -79,10 +79,10 @@ def peak_memory(count, folder):
 
 def against_plain_loop(path, output, count):
     write_cl(path, count)
-    text = path.read_text()
+    text = path.read_text(encoding="utf-8")
     whole(path, output)
     words = re.compile(r"[XYZAC][-+][0-9.]+")
-    programs = output.read_text(), plain_loop.post(text)
+    programs = output.read_text(encoding="utf-8"), plain_loop.post(text)
     mine, theirs = (np.array([float(word[1:]) for word in words.findall(program)]) for program in programs)
     assert len(mine) == len(theirs) and np.abs(mine - theirs).max() < 2e-4
     mine, loop = interleaved(lambda: whole(path, output), lambda: plain_loop.post(text), repeats=2)

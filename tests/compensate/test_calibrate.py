@@ -19,6 +19,8 @@ from tests.compensate.measured import AGAINST, ISO, Real, believed, files, left,
 
 ARCSECOND = np.deg2rad(1 / 3600)
 ARRANGEMENTS = [("table", ISO), ("mixed", AGAINST), ("head", ISO)]
+LASER = {"method": "laser", "unit": "arcsec", "axis": "C"}
+UP_DOWN = "position,up1,down1,up2,down2"
 arrangements = pytest.mark.parametrize(("arrangement", "sign"), ARRANGEMENTS)
 
 
@@ -111,10 +113,10 @@ def content(machine):
     }
 
 
-def test_what_the_shell_writes_is_what_post_takes(tmp_path, capsys):
+@pytest.mark.parametrize("table", ["ac_table", str(machines.data_file("machines/ac_table.toml"))])
+def test_what_the_shell_writes_is_what_post_takes(table, tmp_path, capsys):
     data = machines.data_file("measurements")
     given = [str(data / name) for name in ("ball_c_axis.csv", "probing_a_axis.csv", "angular_error.csv")]
-    table = str(machines.data_file("machines/ac_table.toml"))
     assert shell.main(["calibrate", table, *given[:1], *given[2:], "-o", str(tmp_path)]) == 0
     assert "EX0C" in capsys.readouterr().out
     cl = str(machines.data_file("cl/blade.cl"))
@@ -205,6 +207,84 @@ def test_the_head_of_the_lesson(given, factor, write):
     assert lines == pytest.approx({"alpha": 0.004, "dy": 0.03, "dL": 0.05}, abs=2e-5)
 
 
+# The controls' own terms
+
+BAR = ("face,at,shown", "+X,50,53.001", "-X,-50,-53.002", "+Y,0,3.0025", "+Z,80,80.004", "+Z,80,80.005")
+
+
+@pytest.mark.parametrize(
+    ("words", "line", "value"),
+    [
+        ("检测球头检棒长度补偿值", "L, length of the test bar", 120.0045),
+        ("半径补偿值", "R, radius of its ball", 3.00183),
+        ("A 轴回转中心与 C 轴回转中心在 y 方向上", "A to C, in Y", -0.006),
+        ("回转中心矢量位置, x", "Trans X before MachAxis C", 0.014),
+        ("回转中心矢量位置, y", "Trans Y before MachAxis C", -0.006),
+        ("回转中心矢量位置, A, z", "Trans Z before MachAxis A", -49.982),
+    ],
+)
+def test_what_source_001_enters_in_the_itnc_530(words, line, value, write, tmp_path):
+    """Its section 6 lists these for a tilting table; the readings are of a machine that has them, by SciPy."""
+    machine = replace(machines.load("ac_table"), tool_length=120.0)
+    shifts = {"A": np.array([0, 0, 0.018]), "C": np.array([0.014, -0.006, 0])}
+    real = Real(machine, shifts, {name: np.zeros(3) for name in "AC"})
+    balls = files(real, tmp_path, np.random.default_rng(1), noise=1e-6, only=("ball",))
+    found = calibrate(machine, [*balls, write(text(*BAR, method="bar", unit="mm"))])
+    said = [each for each in handover.terms(found).splitlines() if each.strip().startswith(line)]
+    assert len(said) == 1 and "±" in said[0], words
+    assert float(said[0].removeprefix("  " + line).split()[0]) == pytest.approx(value, abs=1e-5)
+
+
+def test_a_bar_has_the_uncertainty_of_its_touches(write):
+    ball = machines.data_file("measurements/ball_c_axis.csv")
+    found = calibrate(machines.load("ac_table"), [ball, write(text(*BAR, method="bar", unit="mm"))]).bar
+    lengths, radii = np.array([0.004, 0.005]), np.array([3.001, 3.002, 3.0025])
+    pooled = np.sqrt((np.ptp(lengths) ** 2 / 2 + ((radii - radii.mean()) ** 2).sum()) / 3)
+    assert found["length"].freedom == 3 and found["length"].k == pytest.approx(3.1824, abs=1e-4)
+    assert pytest.approx(3.1824 * pooled / np.sqrt(2), rel=1e-4) == found["length"].U
+    assert pytest.approx(3.1824 * pooled / np.sqrt(3), rel=1e-4) == found["radius"].U
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        (("face,at,shown", "+X,0,1"), "a face touched twice"),
+        (("face,at,shown", "+X,0,1", "X,0,1"), "line 5, column 'face': expected the side"),
+        (("face,at,shown", "-Z,0,1"), "line 4, column 'face': expected the side"),
+        (("face,at", "+X,0"), "columns face, at, shown, found no shown"),
+        (BAR, "readings of an axis, and at most one test bar beside them"),
+    ],
+)
+def test_bars_that_are_refused(rows, message, write):
+    with pytest.raises(InputError, match=message):
+        calibrate(machines.load("ac_table"), [write(text(*rows, method="bar", unit="mm"))])
+
+
+@pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1)])
+def test_the_tables_of_the_controls_take_the_error_out(axis, write):
+    """Entries are the error of the axis as it is programmed, whichever way the table turns."""
+    machine = machines.load("ac_table")
+    machine = replace(machine, rotary=(machine.rotary[0], replace(machine.rotary[1], axis=axis)))
+    rows = [UP_DOWN, *(f"{at},{at / 30},{at / 30},{at / 30},{at / 30}" for at in range(0, 360, 30))]
+    slide = [UP_DOWN, *(f"{at},{at},{at},{at},{at}" for at in range(-4, 5))]
+    tilt = [UP_DOWN, *(f"{at},1,1,1,1" for at in (-31, -11, 8, 30))]
+    found = calibrate(
+        machine,
+        [
+            write(text(*rows, **LASER)),
+            write(text(*slide, **LASER | {"axis": "X", "unit": "µm"})),
+            write(text(*tilt, **LASER | {"axis": "A"})),
+        ],
+    )
+    tables, notes = handover.control_tables(found)
+    assert sorted(tables) == ["fanuc_c.txt", "fanuc_x.txt", "siemens_a.ini", "siemens_c.ini", "siemens_x.ini"]
+    assert "$AA_ENC_COMP[0,1,C]=0.000278" in tables["siemens_c.ini"]  # 1 second of arc at 30
+    assert "$AA_ENC_COMP[0,8,X]=0.004000" in tables["siemens_x.ini"]
+    assert "N10001P-1\n" in tables["fanuc_x.txt"]  # 1 µm too far at 1 mm: 1 µm less
+    assert "no table for Fanuc, A: step: expected a travel with machine coordinate 0" in notes[0]
+    assert any(note.startswith("Heidenhain: no file") for note in notes)
+
+
 # What cannot be known is said
 
 
@@ -259,10 +339,6 @@ def test_the_same_readings_in_other_clothes(content, encoding, write):
     assert [found[name].value for name in ("EX0C", "EY0C")] == pytest.approx([-0.03025, 0.01975], abs=1e-9)
 
 
-LASER = {"method": "laser", "unit": "arcsec", "axis": "C"}
-UP_DOWN = "position,up1,down1,up2,down2"
-
-
 FOUR = ("angle,R,dial", "0,100,4.23")
 THREE = ("angle,R,dial", "0,100,0.1", "90,100,0.1")
 
@@ -291,6 +367,10 @@ THREE = ("angle,R,dial", "0,100,0.1", "90,100,0.1")
         (text("angle,R,dial,temp", "0,100,0.1,20", **SAID), "found 'temp'"),
         (text("x,y,z,ex", "0,0,0,0.1", method="ball", unit="mm"), "the rotary angles under their axes' names"),
         (text("C,ex", "0,0.1", method="ball", unit="mm"), "columns x, y, z of the ball"),
+        (
+            text("C,x,y,z,bar", "0,9,0,0,0", "0,1,2,3,0", method="ballbar", unit="mm", centre="1 2 3"),
+            "line 4, x y z minus centre: expected a vector with a direction",
+        ),
         (text("C,x,y,z", "0,0,0,0", method="ball", unit="mm"), "columns of readings: ex, ey, ez"),
         (text(UP_DOWN, "0,0,0,0,0", "90,0.001,0,0,0", **LASER | {"unit": "mm"}), "found 'mm'"),
         (text(UP_DOWN, "0,0,0,0,0", "90,0.001,0,0,0", method="laser", axis="C"), "expected its unit"),
@@ -332,6 +412,18 @@ def test_runs_one_after_the_other_forth_and_back(write):
     assert found.endless and found.at[:4].tolist() == [0, 90, 180, 270]
     assert found.reversal / ARCSECOND == pytest.approx(0.8, abs=0.05)
     assert found.value[1] / ARCSECOND == pytest.approx(2.01, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "head", ["position,forth,back", "角度,去程,回程", "C,forward,Backward", "target,up1,down1"]
+)
+def test_forth_and_back(head, write):
+    rows = [head, "0,1.4,0.6", "90,2.4,1.6", "180,-0.6,-1.4", "270,0.9,0.1"]
+    found = calibrate(machines.load("ac_table"), [write(text(*rows, **LASER, sigma=0.1))]).positioning[0]
+    assert found.value / ARCSECOND == pytest.approx([1, 2, -1, 0.5])
+    assert found.reversal / ARCSECOND == pytest.approx(0.8) and found.sigma / ARCSECOND == pytest.approx(
+        0.1 / 2**0.5
+    )
 
 
 @pytest.mark.parametrize("method", readings.METHODS)

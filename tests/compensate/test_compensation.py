@@ -5,8 +5,9 @@ import pytest
 
 from mathpost import machine
 from mathpost.compensate.compensation import CalibratedKinematics, Compensator, total_differential
-from mathpost.compensate.model import ErrorModel, MachineErrors, Structure, constant_errors, read_errors
+from mathpost.compensate.model import ErrorModel, MachineErrors, constant_errors, read_errors
 from mathpost.kinematics import Kinematics
+from tests.machines import with_slides
 
 ARCSEC = np.rad2deg(1) * 3600
 
@@ -105,7 +106,7 @@ def test_constants_are_taken_out_exactly(two_tables):
 
 def test_any_machine_comes_where_it_was_meant_to(kin, model):
     constant, drift = random_errors(5, model), random_errors(6, model)
-    compensator = Compensator(MachineErrors(kin.machine, model.structure, constant, drift=drift))
+    compensator = Compensator(MachineErrors(kin.machine, constant, drift=drift))
     result = compensator.compensate(away_from_the_pole(7, kin))
     assert result.before.tip.min() > 1e-3
     assert result.after.tip.max() < 2e-4 and result.after.axis.max() < 3e-7
@@ -118,8 +119,8 @@ def test_any_machine_comes_where_it_was_meant_to(kin, model):
 
 @pytest.mark.parametrize("name", ["bc_table", "nutating_head_table", "ac_head"])
 def test_exact_inverse_of_constant_errors(name):
-    kin = Kinematics(machine.load(f"data/machines/{name}.toml"))
-    model = ErrorModel(kin.machine, Structure("YX", "Z"))
+    kin = Kinematics(with_slides(machine.load(f"data/machines/{name}.toml"), "YX", "Z"))
+    model = ErrorModel(kin.machine)
     errors = 20 * random_errors(8, model)
     joints = away_from_the_pole(9, kin, 10)
     pose = model.forward(joints, errors)
@@ -147,7 +148,7 @@ def test_an_axis_own_error_is_taken_out_by_that_axis_whatever_its_size(two_table
     errors = constant_errors(two_tables.errors.machine, {"ECC": 5e-3, "EAA": -4e-3}).constant
     none = np.zeros(33)
     both = {"constant": none} | {group: errors}
-    compensator = Compensator(MachineErrors(two_tables.errors.machine, two_tables.model.structure, **both))
+    compensator = Compensator(MachineErrors(two_tables.errors.machine, **both))
     result = compensator.compensate(at(tilt))
     assert not result.limited
     np.testing.assert_allclose(result.joints[3:] - at(tilt)[3:], [-4e-3, 5e-3], rtol=0, atol=1e-4)

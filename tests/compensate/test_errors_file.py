@@ -67,7 +67,7 @@ def test_every_file_in_the_repository_belongs_to_a_machine():
         ("[constant]\nEXQ = 3\n", "", r"\[constant\], key 'EXQ'"),
         ("[constant]\nEXX = 8000\n", "", r"key 'EXX'.*um, within ±5000 \(other units\?\), found 8000"),
         ('[constant]\nEXX = "8"\n', "", r"key 'EXX'"),
-        ('structure = "w B C b X Y Z t"\n', "", r"key 'structure': expected a code such as w C B b X Y Z t"),
+        ('structure = "w C B b X Y Z t"\n', "", r"key 'structure': expected no such key"),
         ('[[table]]\njoint = "A"\nfile = "axis.csv"\n', "", r"table 1, key 'joint': expected one of X, Y, Z, B, C"),
         ('[[table]]\njoint = "B"\n', "", r"table 1, key 'file'"),
         ('[[table]]\njoint = "B"\nfile = "none.csv"\n', "", r"none.csv: expected a readable file"),

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost import machine
-from mathpost.compensate.model import ErrorModel, Structure, error_names
-from mathpost.errors import InputError
+from mathpost.compensate.model import ErrorModel, error_names
+from tests.machines import with_slides
 
 
 def random_errors(rng, model):
@@ -56,8 +56,8 @@ def stacked(model, joints, errors):
     programmed = np.array(given.programmed_point) if programmed is None else programmed
     tables = [joint for joint in given.rotary if joint.carries == "workpiece"]
     heads = [joint for joint in given.rotary if joint.carries == "tool"]
-    table, table_place = outwards(model.structure.workpiece, tables, -1, np.zeros(3))
-    head, head_place = outwards(model.structure.tool, heads, +1, programmed)
+    table, table_place = outwards(given.slides_that_carry("workpiece"), tables, -1, np.zeros(3))
+    head, head_place = outwards(given.slides_that_carry("tool"), heads, +1, programmed)
     in_bed = head.apply(tip) + head_place
     in_workpiece = table.inv().apply(in_bed - table_place) - given.origin
     return in_workpiece, (table.inv() * head).apply(axis)
@@ -77,10 +77,9 @@ def test_with_errors_it_is_the_stack_of_bodies(model):
             np.testing.assert_allclose(real, expected, rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize("code", ["w C A X b Y Z t", "w C A Y X b Z t", "w C A Z Y X b t", "w C A b Z X Y t"])
-def test_wherever_the_slides_stand(code):
-    trunnion = machine.load("data/machines/ac_table.toml")
-    model = ErrorModel(trunnion, Structure.parse(code, trunnion))
+@pytest.mark.parametrize("sides", [("X", "YZ"), ("XY", "Z"), ("XYZ", ""), ("", "ZXY")])
+def test_wherever_the_slides_stand(sides):
+    model = ErrorModel(with_slides(machine.load("data/machines/ac_table.toml"), *sides))
     rng = np.random.default_rng(3)
     errors = 50 * random_errors(rng, model)
     joints = random_joints(rng, model, 1)[0]
@@ -104,15 +103,3 @@ def test_derivatives_are_the_finite_differences(model):
 def test_the_names_are_thirty_and_three(model):
     assert len(set(error_names(model.machine))) == 33
     assert sum(name.endswith(model.machine.joint_names[4]) for name in model.names) == 6
-
-
-def test_structure_codes():
-    trunnion, head = (machine.load(f"data/machines/{name}.toml") for name in ("ac_table", "head_b_table_c"))
-    assert Structure.parse("w C A X b Y Z t", trunnion) == Structure("X", "YZ")
-    assert Structure.parse("w C A Y X b Z t", trunnion) == Structure("XY", "Z")  # from the bed outwards
-    assert Structure.parse("w C b X Y Z B t", head) == Structure()
-    for code in ("w A C b X Y Z t", "w C A b X Y t", "w C X A b Y Z t", "C A b X Y Z t", "w C A X Y Z t"):
-        with pytest.raises(InputError, match=r"a code such as w C A b X Y Z t, found"):
-            Structure.parse(code, trunnion)
-    with pytest.raises(InputError, match=r"w C b X Y Z B t"):
-        Structure.parse("w C b X B Y Z t", head)

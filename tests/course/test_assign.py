@@ -127,7 +127,7 @@ def drawing_lesson():
 
 def test_each_student_has_numbers_of_their_own(tmp_path, bevel, capsys):
     write(tmp_path / "in" / "a.ipynb", drawing_lesson())
-    (tmp_path / "class.txt").write_text("Ada\n王芳\n\n")
+    (tmp_path / "class.txt").write_text("Ada\n王芳\n\n", encoding="utf-8")
     arguments = [str(tmp_path / "in"), "-o", str(tmp_path / "out"), "--students", str(tmp_path / "class.txt")]
     assert main(["assign", *arguments]) == 0
     assert "numbers of their own in my-slope" in capsys.readouterr().err

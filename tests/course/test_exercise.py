@@ -305,6 +305,35 @@ def test_lesson_poses_its_exercises(path):
     assert set(posed) == set(answers.values())
 
 
+@pytest.mark.parametrize(
+    ("guess", "truth", "right"),
+    [
+        (-650.0, -650, True),
+        ("-650 ", -650, True),
+        (174.4, "174", True),
+        (174.6, "174", False),
+        (1.97, 2, True),
+        (3.14, np.pi, True),
+        (3.15, np.pi, False),
+        (3, np.pi, False),
+        (0, 0.01, False),
+        ("10", "+10", True),
+        (sp.Integer(-1), sp.Integer(-1), True),
+        (-1.0, sp.Integer(-1), True),
+        (1, True, False),
+        ("true", True, True),
+        (" Up", "up", True),
+        ("down", "up", False),
+        ([1, 2], 1, False),
+        (object(), 1, False),
+        (np.nan, 1, False),
+    ],
+)
+def test_a_guess_is_right_if_it_is_correctly_rounded(guess, truth, right, capsys):
+    exercise.reveal(guess, truth)
+    assert ("You guessed it." in capsys.readouterr().out) is right
+
+
 # --- kinds of answers -------------------------------------------------------------------------------------------
 
 
@@ -319,6 +348,8 @@ def of(kind, solution, **how):
         (Angle(), 30, np.radians(30), "in radians: answer in degrees"),
         (Angle(), 35, 55, "missing to 90°"),
         (Angle(), 30, 210, "half a turn away"),
+        (Angle(decimals=1), 100, 0, NO_MIXUP),  # 100° are 360,000 arcseconds, which is no reason
+        (Angle(decimals=2), 66.45, 360, NO_MIXUP),
         (Number(unit="radians"), 0.5, np.degrees(0.5), "in degrees: answer in radians"),
         (Number(unit="mm"), 0.25, 250, "in µm"),
         (Number(unit="mm"), 25.4, 1, "in inches"),
@@ -386,6 +417,7 @@ def test_the_detective_is_asked_after_named_slips_and_before_common_ones():
 
 def test_the_detective_names_a_mix_up_that_no_list_foresees():
     assert "β" in exercise.judge("01-point", [4.598076, -5.0, 1.964102]).why
+    assert exercise.judge("01-point", [3, 4, 5]).why.startswith("α and β are left out")
     b, c = EXERCISES["05-angles"].solution
     assert "sign of C" in exercise.judge("05-angles", [b, -c]).why
     assert "off by -90" in exercise.judge("05-angles", [b, c - 90]).why

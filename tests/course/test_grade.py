@@ -1,8 +1,11 @@
 """A class that was made up: right, wrong by every mix-up that has a name, forged, empty, broken, copied."""
 
+import ast
 import csv
+import inspect
 import io
 import json
+import re
 import shutil
 import zipfile
 from html.parser import HTMLParser
@@ -11,10 +14,13 @@ import openpyxl
 import pytest
 
 from mathpost.__main__ import main
-from mathpost.course import grade_page
+from mathpost.course import chinese, exercise, grade_page
+from mathpost.course.answers import Number
 from mathpost.course.grade import Rules, grade, read_rules
 from mathpost.course.handed_in import collect, unzip
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
+from mathpost.detective import euler_angles, rotary_axes
+from mathpost.detective.misreadings import Slip, all_factors, wordings
 from mathpost.errors import InputError
 from tests.conftest import ROOT
 
@@ -70,7 +76,7 @@ def handed_in(tmp_path_factory):
     write(folder / "Ольга" / file, notebook([("01-sign", None), ("01-still", "x")]))
     write(folder / "eve" / file, forged([("01-sign", [-4, 3, 5]), ("01-still", None)]))
     write(folder / "stripped" / file, forged(solved(["01-sign"])))
-    stripped = json.loads((folder / "stripped" / file).read_text())
+    stripped = json.loads((folder / "stripped" / file).read_text(encoding="utf-8"))
     for data in (output["data"] for each in stripped["cells"] for output in each["outputs"]):
         data["application/vnd.mathpost+json"]["answer"] = None
     write(folder / "stripped" / file, stripped)
@@ -335,8 +341,116 @@ def test_what_students_write_stays_text(tmp_path, language):
     assert not any(value.startswith(("=", "+", "@")) for row in rows for value in row)
 
 
-def test_both_languages_have_every_word():
-    assert grade_page.ENGLISH.keys() == grade_page.CHINESE.keys()
+def texts(tree):
+    """Every text that a piece of Python holds, {} in place of what is computed."""
+    inside = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.JoinedStr):
+            inside |= set(node.values)
+            yield "".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in inside:
+            yield node.value
+
+
+def test_every_word_of_the_report_has_its_chinese_and_no_other():
+    said = set(texts(ast.parse(inspect.getsource(grade_page)))) | {RIGHT, WRONG, OPEN, ""}
+    words = chinese.sections()["report"]
+    assert words.keys() <= said, "Chinese for what is never said"
+    page = ast.parse(inspect.getsource(grade_page))
+    calls = [node for node in ast.walk(page) if isinstance(node, ast.Call)]
+    shown = [node for node in calls if getattr(node.func, "id", "") in ("word", "say", "_section")]
+    asked = {text for node in shown for argument in node.args for text in texts(argument) if "<" not in text}
+    assert {text for text in asked if text and text not in words} == set()
+
+
+def test_every_mixup_of_every_exercise_has_its_chinese_and_no_other():
+    for name, each in OURS.items():
+        for sentence in [*each.slips, *(said for said, _ in ([] if each.complaint else each.common))]:
+            assert chinese.mixup(name, sentence), f"{name}: {sentence}"
+        wanted = set(each.slips)
+        if each.complaint:
+            node = ast.parse(inspect.getsource(each.complaint)).body[0]
+            wanted |= {text for text in texts(ast.Module(node.body[1:], [])) if text.endswith((".", "?", ". {}"))}
+        own = {key for key in chinese.sections().get(name, {}) if key.endswith((".", "?", ". {}"))}
+        assert own == wanted, f"{name}: {own ^ wanted}"
+    assert chinese.sections().keys() - OURS.keys() == {"report", "any", "detective"}
+
+
+ENGLISH = re.compile(r"[a-z]{3,}")
+
+
+@pytest.mark.parametrize(
+    ("name", "answer"),
+    [
+        *(("14-angles", angles) for angles in ((4, 35, 50), (20, 35, 2), (20, 2, 50), (20, 45, 50), (88, 2, 31))),
+        *(("03b-choice", present) for present in ((0, -105), (20, -60), (0, 0), (50, 90), (-40, 200))),
+        *(("07-lowest", low) for low in (-5, -25, -12, 300)),
+        *(("05-meet", axis) for axis in ((0, 0, 1), (1, 0, 1), (0, 0, -1))),
+        ("06-limits", (-10, 120)),
+        ("06-limits", (5, 0)),
+        ("05b-trap", (10, 5, 3)),
+        ("11b-gouge", ((10, 5), (12, 0))),
+        ("11b-gouge", ((12, 6), (11.8, 5.9))),
+        ("05-angles", (-52.397, -24.624)),
+        ("05-angles", (52.397, 65.376)),
+        ("05-angles", (0.9145, -0.4298)),
+        ("05-angles", (-24.624, 52.397)),
+        ("01-point", (4.598, 5, 1.964)),
+        ("01-point", (-1.964, 5, 4.598)),
+    ],
+)
+def test_what_is_computed_for_an_answer_has_its_chinese(name, answer):
+    said = OURS[name].verdict(answer).mixup
+    wording = chinese.mixup(name, said)
+    assert wording and not ENGLISH.search(wording.replace("Fanuc", "").replace("Heidenhain", "")), (
+        f"{said}: {wording}"
+    )
+
+
+def test_every_phrase_of_the_detectives_has_its_chinese():
+    slips = [slip for same in wordings().values() for wording in same for slip in wording.slips]
+    slips += [slip for factors in all_factors("ZXZ", 2) for slip in factors.slips]
+    slips += [slip for copied in euler_angles.COPIED for slip in copied.slips]
+    slips += [euler_angles.MORE_DIGITS, *euler_angles.QUATERNION.values()]
+    slips += [slip for slips, *_ in rotary_axes._axis_misreadings() for slip in slips]
+    slips += [slip for change in rotary_axes._changes("B") for slip in change.slips]
+    slips += [rotary_axes._exchange_slip(True, "BC")[0], Slip("branch", 1, "B and C are of different branches")]
+    phrases = {slip.phrase for slip in slips}
+    assert len(phrases) > 130
+    pairs = [
+        *((phrase, "the final transpose is missing") for phrase in phrases),
+        *((p, "γ is left out") for p in phrases),
+    ]
+    for first, second in pairs:
+        for one, other in ((first, second), (second, first)):
+            said = f"{one[0].upper()}{one[1:]} and {other} (as KUKA A B C): E_z(−α)·p."
+            wording = chinese.mixup("01-point", said)
+            named = re.sub("DEGREES|RADIANS|gon", "", wording)
+            assert not ENGLISH.search(named) and named.count("，且") == 1, f"{said}: {wording}"
+
+
+def test_the_chinese_report_names_mixups_in_chinese_and_says_where_it_cannot(tmp_path):
+    (sentence, value), *_ = OURS["01-sign"].mixed_up
+    write(tmp_path / "ada" / "a.ipynb", notebook([("01-sign", value)]))
+    page = grade_page.to_html(grade(tmp_path), "zh")
+    assert sentence not in page and page.count(chinese.mixup("01-sign", sentence)) == 2, "table and tooltip"
+    assert "按原文显示" not in page
+
+    @exercise.define("99-own", Number())
+    @exercise.slip("That is the sine: wrong.", 0.5)
+    def own():
+        """The tangent."""
+        return 0.577
+
+    try:
+        data = shown(EXERCISES["99-own"].verdict(0.5))
+        cells = [cell('exercise.check("99-own", answer)', data)]
+        write(tmp_path / "bob" / "a.ipynb", notebook([]) | {"cells": cells})
+        page = grade_page.to_html(grade(tmp_path), "zh")
+        assert page.count("That is the sine: wrong.") == 2 and "按原文显示" in page
+        assert "按原文显示" not in grade_page.to_html(grade(tmp_path), "en")
+    finally:
+        del EXERCISES["99-own"]
 
 
 def test_the_command(handed_in, tmp_path, capsys):

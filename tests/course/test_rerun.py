@@ -27,7 +27,7 @@ def run(place, folder, *sources):
     """The outputs of the cells as text."""
     cells = [cell(source) | {"id": f"c{number}"} for number, source in enumerate(sources)]
     write(folder / "in.ipynb", {"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 5})
-    executed = json.loads(place(folder / "in.ipynb").read_text())
+    executed = json.loads(place(folder / "in.ipynb").read_text(encoding="utf-8"))
     return [
         "".join("".join(o.get("text", o.get("ename", ""))) for o in each["outputs"]) for each in executed["cells"]
     ]

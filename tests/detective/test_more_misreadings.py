@@ -145,7 +145,7 @@ def test_points_that_are_no_rotation_are_not_explained(decimals):
     """Accidental matches stay out, with a known origin and with an unknown shift, too."""
     rng = np.random.default_rng(8)
     for _ in range(8):
-        other = Rotation.random(random_state=int(rng.integers(1 << 30)))
+        other = Rotation.random(None, rng)
         answer = other.apply(POINT - ORIGIN).round(decimals)
         assert not explain(ANGLES, POINT, answer, decimals=decimals, origin=ORIGIN).explained
         answer = (other.apply(POINTS) + rng.normal(size=3)).round(decimals)

@@ -2,18 +2,27 @@
 
 import numpy as np
 import pytest
+import sympy as sp
+from IPython.lib.pretty import pretty
 
 from mathpost.draw import plot
+from mathpost.draw.chart import printed, recorded
 from mathpost.draw.described import describe
+from mathpost.draw.formula import formula, slider
+from mathpost.draw.scene import Scene
+from mathpost.draw.solid import Hull, block
+from mathpost.rotation import ACTIVE
 
 ANGLE = np.linspace(0, 360, 91)
 
 
-def picture(*, curve=1.0, band=2.0, shift=0.0, turned=False, mirrored=False, scatter=1.0, word=7, scale=1.0):
+def picture(
+    *, curve=1.0, band=2.0, shift=0.0, turned=False, mirrored=False, scatter=1.0, word=7, scale=1.0, role=0
+):
     """A figure with one artist of each kind that the lessons draw; every option makes one of them wrong."""
     drawn, axes = plot.figure(1, 3)
     y = curve * np.sin(np.radians(ANGLE)) + shift
-    axes[0].plot(*((y, ANGLE) if turned else (ANGLE, y)), label="error")
+    axes[0].plot(*((y, ANGLE) if turned else (ANGLE, y)), label="error", color=f"C{role}")
     axes[0].fill_between(ANGLE, y - band, y + band, label="±2 s")
     axes[0].axhspan(2 * scale, 3 * scale)
     axes[0].annotate(f"number {word}", (90, 1 * scale))
@@ -51,6 +60,7 @@ def space(height=1.0, place=1.0):
         {"scatter": 2.0},
         {"word": 14},
         {"scale": 1.1},
+        {"role": 1},
     ],
     ids=str,
 )
@@ -61,6 +71,40 @@ def test_a_wrong_picture_says_something_else(wrong):
 @pytest.mark.parametrize("wrong", [{"height": -1.0}, {"place": 1.5}], ids=str)
 def test_a_wrong_picture_in_space_says_something_else(wrong):
     assert space(**wrong) != space()
+
+
+def turned(degrees=30.0, letters="XYZ", colour="#0072b2", mirrored=False):
+    """A view of a plate with a frame on it, as a notebook saves it in numbers."""
+    drawn = Scene(["plate"], [Hull("plate", "#333333", block([0, 0, 0], [3.0, 2.0, -1.0 if mirrored else 1.0]))])
+    drawn.triad("plate", letters, length=1.0, colour=colour)
+    t = sp.Symbol("t")
+    control = slider("t", 0, 90, degrees)
+    return pretty(formula(drawn, [t], [control], {"plate": ACTIVE["Z"](t)}, ["it turns"]))
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"degrees": -30.0}, {"letters": "YXZ"}, {"colour": "#d55e00"}, {"mirrored": True}], ids=str
+)
+def test_a_wrong_view_says_something_else(wrong):
+    assert turned(**wrong) != turned() == turned()
+
+
+@pytest.mark.parametrize("make", [recorded, printed])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_chart_says_its_curves_also_where_the_slider_does_not_stand(make, sign):
+    def told(sign):
+        def build(figure):
+            (line,) = figure.subplots().plot([0, 1], [0, 0])
+            if make is printed:
+                return {line: [(sp.S(0), sp.S(0)), (sp.S(1), sign * t**2)]}, [t]
+            return lambda value: line.set_ydata([0, value**2 if value < 4 else sign * value**2]) or ["it rises"]
+
+        t = sp.Symbol("t")
+        control = slider("t", 0, 5, 1.0, unit="")
+        chart = recorded(build, control) if make is recorded else printed(build, [t], [control], ["it rises"])
+        return pretty(chart)
+
+    assert (told(sign) == told(1.0)) == (sign == 1.0)
 
 
 def test_the_same_picture_says_the_same():

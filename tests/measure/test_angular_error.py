@@ -1,6 +1,5 @@
 """ISO 230-2 statistics and compensation tables of a rotary axis."""
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -63,42 +62,6 @@ def test_the_command_table_is_a_table_that_can_be_read_back(example):
     assert rows[0] == ["target", "error", "correction", "command"]
     assert rows[2] == ["90.000000", "9.250", "-9.250", "89.997431"]
     assert rows[1][1:3] == rows[3][1:3] and float(rows[3][3]) == pytest.approx(360 + float(rows[1][3]), abs=1e-6)
-
-
-def test_eec_table_closes_and_moves_against_the_error(example):
-    error = spline.through_all(example.points(endless=True))
-    text = angular_error.siemens_table("AX5", 22.5, error)
-    entries = [float(value) for value in re.findall(r"COMP\[0,\d+,AX5\]=(\S+)", text)]
-    assert len(entries) == 17 and entries[0] == entries[-1]
-    assert entries[4] == pytest.approx(9.25 / 3600, abs=5e-7)
-    assert text.startswith("%_N_AX_EEC_INI\nCHANDATA(1)\n") and text.endswith("IS_MODULO[0,AX5]=1\nM17\n")
-    assert "$AA_ENC_COMP_STEP[0,AX5]=22.5\n" in text
-
-
-def test_an_axis_of_limited_travel_has_no_modulo():
-    error = spline.through_all(spline.points([-30, 0, 45, 90], [1, 2, 0, 3]))
-    text = angular_error.siemens_table("A", 15, error)
-    assert "_MIN[0,A]=-30.0\n$AA_ENC_COMP_MAX[0,A]=90.0\n$AA_ENC_COMP_IS_MODULO[0,A]=0\n" in text
-    with pytest.raises(InputError, match="a step that divides 120 degrees, found 25"):
-        angular_error.siemens_table("A", 25, error)
-
-
-def test_two_directions_make_two_cec_tables(example):
-    up, down = (spline.through_all(example.points(side, endless=True)) for side in ("up", "down"))
-    text = angular_error.siemens_table("C", 90, up, down)
-    assert "$AN_CEC[0,1]=0.002778\n" in text and "$AN_CEC[1,1]=0.002361\n" in text
-    assert "$AN_CEC_DIRECTION[0]=1\n" in text and "$AN_CEC_DIRECTION[1]=-1\n" in text
-    open_one = spline.through_all(example.points("down"))
-    with pytest.raises(InputError, match="the same angles"):
-        angular_error.siemens_table("C", 90, up, open_one)
-
-
-def test_the_straight_lines_of_a_control_want_enough_entries():
-    error = spline.through_all(
-        angular_error.read_runs(DATA / "measurements/angular_error.csv").points(endless=True)
-    )
-    coarse, fine = (angular_error.between_entries(error, step) for step in (10, 5))
-    assert 0.1 < fine < coarse / 3
 
 
 @pytest.mark.parametrize(

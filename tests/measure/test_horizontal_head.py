@@ -139,7 +139,7 @@ def test_three_positions_are_needed(head):
 )
 def test_faulty_tables(tmp_path, rows, options, message):
     path = tmp_path / "head.csv"
-    path.write_text("# source: a test\nangle,x,y,z\n" + rows)
+    path.write_text("# source: a test\nangle,x,y,z\n" + rows, encoding="utf-8")
     with pytest.raises(InputError) as error:
         horizontal_head.read_head(path, **options)
     assert message in str(error.value)
@@ -147,7 +147,7 @@ def test_faulty_tables(tmp_path, rows, options, message):
 
 def test_the_same_table_counted_anticlockwise_loads_with_its_sense(tmp_path):
     path = tmp_path / "head.csv"
-    path.write_text("angle,x,y,z\n0,378.97,0.04,533\n90,0.06,378.873,533\n")
+    path.write_text("angle,x,y,z\n0,378.97,0.04,533\n90,0.06,378.873,533\n", encoding="utf-8")
     assert horizontal_head.read_head(path, sense=1).frame(90)[:, 2] == pytest.approx([0, 1, 0])
 
 

@@ -20,7 +20,7 @@ def frames():
     rng = np.random.default_rng(6)
     quarters = np.stack(np.meshgrid(*3 * [np.arange(-180, 181, 45)]), axis=-1).reshape(-1, 3)
     locked = [angles.matrix(s, quarters, degrees=True) for s in ("ZXZ", "xyz", "ZYZ")]
-    rotation = np.concatenate([Rotation.random(5000, rng=rng).as_matrix(), *locked])
+    rotation = np.concatenate([Rotation.random(5000, rng).as_matrix(), *locked])
     return Frame(rotation, rng.uniform(-500, 500, (len(rotation), 3)))
 
 
@@ -108,7 +108,7 @@ def test_vectors_less_perpendicular_than_seven_decimals_are_refused(off):
     with pytest.raises(InputError, match=rf"perpendicular to N, found {90 - off:.4f} degrees"):
         Plane("PLANE VECTOR", [1, 0, 0, *normal])
     rng = np.random.default_rng(6)
-    for frame in Rotation.random(50, rng=rng).as_matrix():
+    for frame in Rotation.random(50, rng).as_matrix():
         Plane("PLANE VECTOR", np.round([*frame[:, 0], *frame[:, 2]], 7))
 
 

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from mathpost.errors import InputError
 from mathpost.post import cl as cldata
-from mathpost.post import cl_lines, cl_words
+from mathpost.post import cl_words
+from mathpost.post import text as bulk
 from mathpost.post.cl_words import Command
 from tests.conftest import DATA, machine_code
 
@@ -190,7 +191,7 @@ def test_records_read_together_are_read_as_one_by_one(text):
     outcomes = set()
     for used, block in ((True, 2**17), (False, 2**17), (True, 300), (True, 1500), (False, 1)):
         with machine_code(used) as patch:
-            patch.setattr(cl_lines, "BLOCK", block)
+            patch.setattr(bulk, "BLOCK", block)
             outcomes.add(outcome(lambda: fields(cldata.parse(text))))
     assert len(outcomes) == 1
 
@@ -198,7 +199,7 @@ def test_records_read_together_are_read_as_one_by_one(text):
 def test_ordinary_records_are_read_together(monkeypatch):
     """No line of a run is left to the way line by line, unless it must be."""
     taken = []
-    monkeypatch.setattr(cl_words.Statements, "take_raw", lambda self, raw: taken.append(raw))
+    monkeypatch.setattr(cl_words.Statements, "take_line", lambda self, raw: taken.append(raw))
     runs = "goto/1.5,-2,+3.,.5,0,0.8660254\nGOTO/1,2,3\n" * 30 + "GOTO / -10.123456789 , 2, 3,0,0,1 \r\n" * 30
     with machine_code(True):
         assert len(cldata.parse("FEDRAT/1\n".join([runs] * 3))) == 270 and taken == [b"FEDRAT/1"] * 2

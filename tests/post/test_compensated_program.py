@@ -5,12 +5,13 @@ import pytest
 
 from mathpost import machine, post
 from mathpost.__main__ import main
-from mathpost.compensate.model import ErrorModel, MachineErrors, Structure, error_names, read_errors
+from mathpost.compensate.model import ErrorModel, MachineErrors, error_names, read_errors
 from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
 from mathpost.post import program
 from tests.conftest import DATA
+from tests.machines import with_slides
 
 BLADE, TRUNNION, ERRORS = (
     str(DATA / name) for name in ("cl/blade.cl", "machines/ac_table.toml", "errors/ac_table.toml")
@@ -28,7 +29,7 @@ def missed(result, cl, errors, dialect, tcp):
     if tcp:
         joints = Kinematics(errors.machine).close(joints[:, :3], joints[:, 3:])
     at = np.searchsorted(result.place, np.arange(len(cl)))
-    tip, axis = ErrorModel(errors.machine, errors.structure).forward(joints[at], errors.at(joints[at]))
+    tip, axis = ErrorModel(errors.machine).forward(joints[at], errors.at(joints[at]))
     return np.linalg.norm(tip - cl.points, axis=1).max(), np.linalg.norm(axis - cl.axes, axis=1).max()
 
 
@@ -50,10 +51,11 @@ def test_the_blade_on_a_calibrated_trunnion(blade, calibrated, dialect, tcp):
 
 @pytest.mark.parametrize("name", ["dmu50v", "head_b_table_c", "nutating_head"])
 def test_any_machine(name):
-    kin, rng = Kinematics(machine.load(DATA / f"machines/{name}.toml")), np.random.default_rng(21)
+    kin = Kinematics(with_slides(machine.load(DATA / f"machines/{name}.toml"), "Y", "XZ"))
+    rng = np.random.default_rng(21)
     lengths = np.array([name[1] in "XYZ" for name in error_names(kin.machine)])
     drawn = rng.normal(size=33) * np.where(lengths, 0.02, 5e-5)
-    errors = MachineErrors(kin.machine, Structure("Y", "XZ"), drawn / 2, drift=drawn / 2)
+    errors = MachineErrors(kin.machine, drawn / 2, drift=drawn / 2)
     along = np.linspace(0, 1, 6)[:, None]
     joints = along * [30, 20, -15, 0.3, 0.25] + [10, -20, 5, 0.4, 0.45]
     cl = cldata.from_arrays(*kin.forward(joints))

@@ -288,7 +288,9 @@ class TestShell:
     def test_program_and_report(self, tmp_path, capsys):
         path = tmp_path / "blade.h"
         assert main(["post", BLADE, "--machine", DMU, "--compare", "-o", str(path)]) == 0
-        assert path.read_text().startswith(f"0 BEGIN PGM BLADE MM\n1 ; {MOTION_ONLY}\n2 L X-36.7809")
+        assert path.read_text(encoding="utf-8").startswith(
+            f"0 BEGIN PGM BLADE MM\n1 ; {MOTION_ONLY}\n2 L X-36.7809"
+        )
         report = capsys.readouterr()
         assert report.out == "" and "tip error" in report.err and "paper cubic" in report.err
         assert [file.name for file in tmp_path.iterdir()] == ["blade.h"]
@@ -312,7 +314,7 @@ class TestShell:
     )
     def test_bad_cl_data_writes_nothing(self, tmp_path, capsys, cl, words):
         file, out = tmp_path / "part.cl", tmp_path / "out.h"
-        file.write_text(cl)
+        file.write_text(cl, encoding="utf-8")
         assert main(["post", str(file), "--machine", DMU, "-o", str(out)]) == 2
         assert words in capsys.readouterr().err and not out.exists()
 
@@ -328,7 +330,7 @@ class TestShell:
         out.write_text("old")
         file.write_text("GOTO/1")
         assert main(["post", str(file), "--machine", DMU, "-o", str(out)]) == 2
-        assert out.read_text() == "old"
+        assert out.read_text(encoding="utf-8") == "old"
 
 
 def test_the_blade_is_what_its_script_makes():

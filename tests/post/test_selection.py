@@ -11,8 +11,8 @@ import pytest
 from mathpost import machine
 from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
-from mathpost.post import bellman, selection, travel
 from mathpost.post import cl as cldata
+from mathpost.post import selection, travel
 from tests.conftest import DATA
 
 RATED = ["dmu50v", "ac_table", "nutating_head", "nutating_head_table"]
@@ -56,7 +56,7 @@ def test_optimal_equals_brute_force(name, rates):
         best = np.inf
         for picks in itertools.product(*choices):
             joints = found.joints[range(4), picks]
-            if (np.abs(np.diff(joints[:, 3:], axis=0)) <= bellman.HALF_TURN).all():
+            if (np.abs(np.diff(joints[:, 3:], axis=0)) <= travel.HALF_TURN).all():
                 best = min(best, travel.move_costs(kin.machine, np.diff(joints, axis=0)).sum())
         if np.isfinite(best):
             costs = {
@@ -298,8 +298,9 @@ def test_travel_has_a_tolerance(joint, end, beyond):
     assert len(travel.out_of_travel(small, joints)) == (beyond > 1)
 
 
-def nearest_to_singular(kin, start, end):
-    """How near the great circle of two tool axes comes to a singular one, by the foot of the pole on it."""
+def nearest_to_singular(kin, start, end, reach=None):
+    """How near the great circle of two tool axes comes to an end of reach, by the foot of the pole on it."""
+    reach = reach or kin.reach
     pole, normal = np.array(kin.inverse_symbolic.pole, float), np.cross(start, end)
     feet = [start, end]
     if np.linalg.norm(normal) > 1e-12:
@@ -311,7 +312,7 @@ def nearest_to_singular(kin, start, end):
             if np.cross(start, side * foot) @ normal > 0 < np.cross(side * foot, end) @ normal
         ]
     angles = [2 * np.arctan2(np.linalg.norm(axis - pole), np.linalg.norm(axis + pole)) for axis in feet]
-    return min(min(angles) - kin.reach[0], kin.reach[1] - max(angles))
+    return min(min(angles) - reach[0], reach[1] - max(angles))
 
 
 def test_the_branch_may_change_as_near_to_a_singular_axis_as_the_sway(kin):
@@ -447,15 +448,41 @@ def options(rng):
     }
 
 
+def beyond_the_short_way(kin, branch, start, end):
+    """How many whole turns the outer axis makes on a branch beyond its short way, by walking."""
+    arc = np.arccos(np.clip(start @ end, -1, 1))
+    t = np.linspace(0, 1, 201)
+
+    def walked(t):
+        axes = (np.sin((1 - t) * arc)[:, None] * start + np.sin(t * arc)[:, None] * end) / np.sin(arc)
+        return axes, kin.inverse(np.zeros(3), axes)[:, branch, kin.symbols.index(kin.inverse_symbolic.outer)]
+
+    nearest = t[np.argmax(np.abs(walked(t)[0] @ np.array(kin.inverse_symbolic.pole, float)))]
+    t = np.unique(np.clip(np.r_[t, nearest + np.outer([-1, 1], np.geomspace(1e-9, 0.01, 400)).ravel()], 0, 1))
+    angles = np.unwrap(walked(t)[1])
+    turned = angles[-1] - angles[0]
+    return round((turned - (np.remainder(turned + np.pi, 2 * np.pi) - np.pi)) / (2 * np.pi))
+
+
 def matrices(kin, cl, found, weights, sway):
     """Breaks and costs of all moves of a path, shape (n − 1, m, m)."""
     joints = np.nan_to_num(found.joints)
     steps = joints[1:, None] - joints[:-1, :, None]
     endless = ~np.isfinite(kin.machine.limits).all(axis=1) & (np.arange(5) > 2)
     steps[..., endless] = np.remainder(steps[..., endless] + np.pi, 2 * np.pi) - np.pi
-    meet = [nearest_to_singular(kin, *ends) < sway for ends in itertools.pairwise(cl.axes)]
-    over = (found.branch[:, None] != found.branch) & ~np.reshape(meet, (-1, 1, 1)).astype(bool)
-    over = over | (np.abs(steps[..., 3:]) > np.pi + 1e-9).any(axis=-1)
+    away = np.array([nearest_to_singular(kin, *ends) for ends in itertools.pairwise(cl.axes)])
+    solution = np.arange(steps.shape[1]) // np.prod(
+        [len(travel.windings(*ends)) for ends in kin.machine.limits[3:]]
+    )
+    further, outer = np.zeros(steps.shape), kin.symbols.index(kin.inverse_symbolic.outer)
+    beside = [nearest_to_singular(kin, *ends, (0, np.pi)) > 0.01 * sway for ends in itertools.pairwise(cl.axes)]
+    for move in np.flatnonzero(np.array(beside, bool) & ~cl.rapid[1:]):
+        for branch in (0, 1):
+            more = 2 * np.pi * beyond_the_short_way(kin, branch, *cl.axes[move : move + 2])
+            further[move, ..., outer] += more * ((solution[:, None] == branch) & (solution == branch))
+    steps += further * endless
+    over = (found.branch[:, None] != found.branch) & ~np.reshape(away < sway, (-1, 1, 1))
+    over = over | (np.abs(steps - further)[..., 3:] > np.pi + 1e-9).any(axis=-1)
     way = np.abs(steps) @ np.diag([1, 1, 1, np.degrees(1), np.degrees(1)])
     rates = np.where(np.isnan(kin.machine.max_rates), np.inf, kin.machine.max_rates)
     if weights is None and np.isfinite(rates).any():
@@ -584,14 +611,34 @@ def assert_same(found, expected):
 @pytest.mark.parametrize("name", MACHINES)
 def test_the_compiled_loop_chooses_as_the_loop_as_it_stands(name, strategy, monkeypatch):
     numba = pytest.importorskip("numba")
-    assert isinstance(bellman.loop(10**9), numba.core.dispatcher.Dispatcher)
+    assert isinstance(travel.loop(10**9), numba.core.dispatcher.Dispatcher)
     kin, rng = MACHINES[name], np.random.default_rng(11)
     for _ in range(40):
         cl, chosen_by = random_path(kin, rng), options(rng) | {"split": bool(rng.random() < 0.8)}
-        monkeypatch.setattr(bellman, "LONG", np.inf)
+        monkeypatch.setattr(travel, "LONG", np.inf)
         expected = outcome(lambda: selection.choose(kin, cl, strategy, **chosen_by))  # noqa: B023
-        monkeypatch.setattr(bellman, "LONG", 0)
+        monkeypatch.setattr(travel, "LONG", 0)
         assert_same(outcome(lambda: selection.choose(kin, cl, strategy, **chosen_by)), expected)  # noqa: B023
+
+
+@pytest.mark.parametrize("outer", [None, (-370, 370)])
+def test_beside_the_pole_of_a_45_degree_machine_the_outer_axis_turns_more_than_half_a_turn(outer):
+    """Two records on both sides of the pole: it turns as it does through many records between them."""
+    kin, rng, over = limited("nutating_head_table", outer=outer), np.random.default_rng(2), 0
+    for _ in range(40):
+        side, towards = 10 ** rng.uniform(-3.5, -1.5) * rng.choice([-1, 1]), rng.uniform(0, 2 * np.pi)
+        t = np.linspace(-rng.uniform(0.02, 0.5), rng.uniform(0.02, 0.5), 2001)[:, None]
+        axes = (
+            [0, 0, 1]
+            + t * [np.cos(towards), np.sin(towards), 0]
+            + [-side * np.sin(towards), side * np.cos(towards), 0]
+        )
+        dense = selection.choose(kin, cldata.from_arrays(10 * t * [1, 1, 0], axes)).joints
+        sparse = selection.choose(kin, cldata.from_arrays(10 * t[[0, -1]] * [1, 1, 0], axes[[0, -1]])).joints
+        turned = dense[-1] - dense[0]
+        np.testing.assert_allclose(sparse[1] - sparse[0], turned, atol=1e-9)
+        over += np.abs(turned[3:]).max() > np.pi
+    assert over > 5
 
 
 def test_many_windings():
@@ -619,7 +666,7 @@ SHORT_PATH = """
 import numpy as np
 from mathpost import machine
 from mathpost.kinematics import Kinematics
-from mathpost.post import bellman, cl, selection
+from mathpost.post import cl, selection, travel
 kin, blade = Kinematics(machine.load("data/machines/ac_head.toml")), cl.read("data/cl/twisted_blade.cl")
 print(selection.choose(kin, blade.part(0, 40)).joints.sum().round(6), selection.choose(kin, blade.part(0, 40)).cost)
 """
@@ -631,7 +678,7 @@ def run_python(code):
 
 def test_without_numba_a_long_path_takes_the_loop_as_it_stands():
     blocked = "import sys; sys.modules['numba'] = None\n" + SHORT_PATH
-    long = "bellman.LONG = 0; assert bellman.loop(1) is bellman.best_way\n"
+    long = "travel.LONG = 0; assert travel.loop(1) is travel.best_way\n"
     without = run_python(blocked + long + SHORT_PATH)
     assert without[:2] == without[2:] == run_python(SHORT_PATH)
 
@@ -644,10 +691,10 @@ def test_a_loop_is_compiled_even_if_there_is_no_folder_to_keep_it_in(monkeypatch
     numba = pytest.importorskip("numba")
     made = []
 
-    def njit(*, cache=False):
+    def njit(*, cache=False, **options):
         if cache:
             raise RuntimeError("cannot cache function: no locator available")
         return lambda function: made.append(function) or function
 
     monkeypatch.setattr(numba, "njit", njit)
-    assert bellman.compiled.__wrapped__(bellman.best_way) is bellman.best_way and made == [bellman.best_way]
+    assert travel.compiled.__wrapped__(travel.best_way) is travel.best_way and made == [travel.best_way]

@@ -421,7 +421,7 @@ from mathpost.workbook import check_file
 report = check_file(sys.argv[1])
 assert report.verdict == "right" and any("first 20000 rows" in text for text in report.warnings), report
 status = Path("/proc/self/status")  # Linux; elsewhere only the time is limited
-peak = re.search(r"VmHWM:\s*(\d+) kB", status.read_text()) if status.exists() else None
+peak = re.search(r"VmHWM:\s*(\d+) kB", status.read_text(encoding="utf-8")) if status.exists() else None
 assert peak is None or int(peak[1]) < 400_000, peak
 """
 

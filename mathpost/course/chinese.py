@@ -1,0 +1,51 @@
+"""The Chinese of the report on a class: `chinese.toml` has it, by the English text."""
+
+import re
+import tomllib
+from functools import cache
+from pathlib import Path
+
+from mathpost.course.verdict import EXERCISES
+
+
+def word(text):
+    """A word of the report, or a cause that the check of workbooks names."""
+    if text in (words := sections()["report"]):
+        return words[text]
+    from mathpost.workbook.folder import CHINESE  # slow to import, and needed for workbooks only
+
+    return CHINESE.get(text, text)
+
+
+@cache
+def mixup(name, sentence):
+    """What is said of a mix-up of an exercise; "" if that has no Chinese, as in a teacher's own exercise.
+
+    Examples
+    --------
+    >>> mixup("05b-count", "That is twice the right answer."), mixup("my-bevel", "That is the sine.")
+    ('这是正确答案的两倍。', '')
+    """
+    for pattern, chinese in (*_patterns(name), *_patterns("any")):
+        if found := pattern.fullmatch(sentence):
+            return chinese.format(*(mixup(name, part) or part for part in found.groups()))
+    if name not in EXERCISES or not EXERCISES[name].detective:
+        return ""
+    parts = sentence
+    for pattern, chinese in _patterns("detective"):
+        parts = pattern.sub(lambda found, chinese=chinese: chinese.format(*found.groups()), parts)
+    return "" if parts == sentence else parts.removesuffix(".") + "。"
+
+
+@cache
+def sections():
+    """The file as it stands."""
+    return tomllib.loads(Path(__file__).with_name("chinese.toml").read_text(encoding="utf-8"))
+
+
+@cache
+def _patterns(section):
+    """The entries of a section, the keys as patterns; the parts of a detective's sentence differ in a word each."""
+    blank, ignore = (r"(\S+?)", re.IGNORECASE) if section == "detective" else ("(.+?)", 0)
+    entries = sections().get(section, {}).items()
+    return [(re.compile(re.escape(key).replace(r"\{\}", blank), ignore), chinese) for key, chinese in entries]

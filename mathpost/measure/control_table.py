@@ -1,0 +1,159 @@
+"""A measured positioning error as the table of a control, whose entries stand equally far apart.
+
+Siemens: the Function Manual of the 840D, K3 (6FC5397). Fanuc: the parameter manual of the 0i (B-63980EN), pages
+99 and 100. Heidenhain: a table .COM, assigned in a file .CMA and switched on by MP730, has entries at a datum and
+every 2ⁿ × 0.0001 mm or degrees (TNC 407, technical manual, page 153). How its file is written and which sign it
+wants was not to be had: no file is made up here.
+"""
+
+import numpy as np
+
+from mathpost.errors import InputError
+
+DEGREES = 1 / 3600  # of a second of arc
+HEIDENHAIN = (
+    "Heidenhain: no file, for its format was not to be had; enter the errors by hand in a table .COM (positioning: "
+    "columns 1 to 18), at a datum and every 2ⁿ × 0.0001, and try the sign"
+)
+LARGEST = 7  # that a Fanuc compensation point holds
+
+
+def entries(error, step):
+    """Return the positions of a control's table: every `step` over the turn or the measured travel."""
+    low, high = error.points.at[[0, -1]] if error.points.period is None else (0.0, error.points.period)
+    count = (high - low) / step if step > 0 else 0.5
+    if abs(count - round(count)) > 1e-9 or round(count) < 1:
+        raise InputError("step", f"a step that divides {high - low:g}", f"{step:g}")
+    return low + step * np.arange(round(count) + 1)
+
+
+def between_entries(error, step, fineness=20):
+    """Return how far the control, which joins its entries by straight lines, departs from the curve."""
+    at = entries(error, step)
+    fine = np.linspace(at[0], at[-1], fineness * (len(at) - 1) + 1)
+    return float(np.abs(np.interp(fine, at, error(at)) - error(fine)).max())
+
+
+def siemens(axis, step, error, error_down=None, *, unit=DEGREES):
+    """Return a compensation table for a Siemens 840D as the text of an INI file.
+
+    One curve makes an EEC table, `$AA_ENC_COMP`: the control moves the axis *against* a positive entry, so the
+    entries are the errors themselves. Two curves, for the positive and the negative direction of travel, need two
+    CEC tables, `$AN_CEC` with `$AN_CEC_DIRECTION` 1 and −1, from the axis onto itself. The manual's sign rule was
+    read for EEC only, so the file asks for a trial of CEC.
+
+    Parameters
+    ----------
+    axis : str
+        The machine axis, such as "C" or "AX5".
+    step : float
+        Degrees or mm between entries. It divides the turn or the measured travel.
+    error, error_down : mathpost.measure.spline.Curve
+        Actual minus target. A periodic one makes a modulo table, which ends where it begins.
+    unit : float, keyword only
+        Of the curves, in degrees or mm: by default they are seconds of arc.
+
+    Raises
+    ------
+    InputError
+        If the step does not divide the range, or the two curves have different ranges.
+
+    Examples
+    --------
+    >>> from mathpost.measure import spline
+    >>> error = spline.through_all(spline.points([0, 120, 240], [0, 36, -36], period=360))
+    >>> print(siemens("C", 120, error))
+    %_N_AX_EEC_INI
+    CHANDATA(1)
+    $AA_ENC_COMP[0,0,C]=0.000000
+    $AA_ENC_COMP[0,1,C]=0.010000
+    $AA_ENC_COMP[0,2,C]=-0.010000
+    $AA_ENC_COMP[0,3,C]=0.000000
+    $AA_ENC_COMP_STEP[0,C]=120.0
+    $AA_ENC_COMP_MIN[0,C]=0.0
+    $AA_ENC_COMP_MAX[0,C]=360.0
+    $AA_ENC_COMP_IS_MODULO[0,C]=1
+    M17
+    """
+    at = entries(error, step)
+    spacing = {"STEP": float(step), "MIN": float(at[0]), "MAX": float(at[-1])}
+    modulo = int(error.points.period is not None)
+    if error_down is None:
+        lines = ["%_N_AX_EEC_INI", "CHANDATA(1)"]
+        lines += [f"$AA_ENC_COMP[0,{n},{axis}]={value:z.6f}" for n, value in enumerate(error(at) * unit)]
+        ending = {**spacing, "IS_MODULO": modulo}
+        lines += [f"$AA_ENC_COMP_{key}[0,{axis}]={value}" for key, value in ending.items()]
+        return "\n".join([*lines, "M17"]) + "\n"
+    if not np.array_equal(at, entries(error_down, step)):
+        raise InputError("error_down", "a curve over the same range as error", "another range")
+    lines = ["%_N_NC_CEC_INI", "CHANDATA(1)", "; the entries are errors, actual minus target: try one before use"]
+    for number, (direction, each) in enumerate([(1, error), (-1, error_down)]):
+        lines += [f"$AN_CEC[{number},{n}]={value:z.6f}" for n, value in enumerate(each(at) * unit)]
+        ending = {"INPUT_AXIS": f"({axis})", "OUTPUT_AXIS": f"({axis})", **spacing}
+        ending |= {"DIRECTION": direction, "MULT_BY_TABLE": 0, "IS_MODULO": modulo}
+        lines += [f"$AN_CEC_{key}[{number}]={value}" for key, value in ending.items()]
+    return "\n".join([*lines, "M17"]) + "\n"
+
+
+def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=0):
+    """Return parameters and points of a Fanuc's pitch error compensation as text.
+
+    Each point holds what the correction grows by from the point before it: whole detection units, −7 to 7, times a
+    magnification. The sums are rounded, not the increments, so that rounding does not add up. The correction at the
+    reference position, machine coordinate 0, is nothing: the error there belongs to that position's own setting.
+    The manual gives no sign, and the words N A P are quoted from memory: the text asks for a trial.
+
+    Parameters
+    ----------
+    axis : int
+        Number of the controlled axis, from 1.
+    step, error, unit
+        As in `siemens`; whole steps lie between machine coordinate 0 and the ends of the travel, which includes it.
+    detection : float, keyword only
+        Detection unit, degrees or mm.
+    reference : int, keyword only
+        Number of the reference position's point.
+
+    Examples
+    --------
+    >>> from mathpost.measure import spline
+    >>> error = spline.through_all(spline.points([0, 90, 180, 270], [0, 18, 0, -18], period=360))
+    >>> print(fanuc(5, 90, error, reference=60))
+    (pitch error compensation of axis 5; rounding leaves 0.00000)
+    (made from actual minus target; try one point, and compare with a file that the control has put out)
+    N03620A5P60
+    N03621A5P60
+    N03622A5P64
+    N03623A5P1
+    N03624A5P90
+    N03625A5P360
+    N10060P-5
+    N10061P-5
+    N10062P5
+    N10063P5
+    N10064P-5
+    """
+    at, endless = entries(error, step), error.points.period is not None
+    sections = at / step
+    first = round(-sections[0])
+    if not 0 <= first < len(at) or np.abs(sections - np.round(sections)).max() > 1e-6:
+        found = f"{at[0]:g} to {at[-1]:g} every {step:g}"
+        raise InputError("step", "a travel with machine coordinate 0, whole steps from its ends", found)
+    wanted = (error(0.0) - error(at)) * unit / detection
+    magnification = 1
+    while np.abs(np.diff(np.round(wanted / magnification))).max() > LARGEST:
+        magnification += 1
+    sums = np.round(wanted / magnification)
+    points = dict(enumerate(np.diff(sums).astype(int).tolist(), reference - first + 1))
+    if endless:
+        points = {reference: points[max(points)], **points}
+    left = np.abs(sums * magnification - wanted).max() * detection
+    numbers = {3620: reference, 3621: min(points), 3622: max(points), 3623: magnification, 3624: step}
+    numbers |= {3625: 360} if endless else {}
+    lines = [
+        f"(pitch error compensation of axis {axis}; rounding leaves {left:.5f})",
+        "(made from actual minus target; try one point, and compare with a file that the control has put out)",
+        *(f"N{number:05d}A{axis}P{value:g}" for number, value in numbers.items()),
+        *(f"N{10000 + number}P{value}" for number, value in points.items()),
+    ]
+    return "\n".join(lines) + "\n"
