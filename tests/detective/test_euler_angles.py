@@ -232,6 +232,13 @@ def test_a_reversed_sign_is_named(kin, joint):
         assert any(f"the sign of {name} is reversed" in sentence for sentence in sentences), str(found)
 
 
+@pytest.mark.parametrize(("off", "right"), [(1.9, True), (2.1, False)])
+def test_angles_are_right_if_the_halves_of_both_last_digits_explain_the_tool_axis(dmu50v, off, right):
+    """C alone turns the tool axis by its own angle where B lays the tool flat: B180 on this machine."""
+    axis, half = dmu50v.forward([[0, 0, 0, 180, 25]], degrees=True)[1], 0.0005
+    assert JointCase(dmu50v, axis, np.array([[180, 25 + off * half]]), half, 0.0).makes_the_axis() == right
+
+
 def test_mixed_branches_exchange_and_radians_are_named(kin):
     axes = _reachable_axes(kin)
     first, second = _angles(kin, axes, 0), _angles(kin, axes, 1)
