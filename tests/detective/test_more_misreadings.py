@@ -137,6 +137,8 @@ def test_names_of_the_trade():
             found = explain(ANGLES, POINT, rotation.apply(POINT).round(6))
             assert name in found.misreadings[0].sentence, str(found)
     assert "left-handed" in explain(ANGLES, POINT, (passive(-ANGLES) @ POINT).round(6)).misreadings[0].sentence
+    twice = explain(ANGLES, POINT, (passive(np.deg2rad(ANGLES)) @ POINT).round(6)).misreadings[0]
+    assert "converted to radians twice" in twice.sentence
     assert "gon" in explain(ANGLES, POINT, (passive(ANGLES * 0.9) @ POINT).round(6)).misreadings[0].sentence
 
 
