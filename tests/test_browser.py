@@ -515,7 +515,7 @@ def test_a_long_walk_stops_at_the_blocks_that_it_knows(offline, dmu50v, tmp_path
 
 def test_a_small_screen_shows_picture_and_sliders_together(offline, dmu50v, tmp_path):
     view_machine.machine(dmu50v).save(tmp_path / "machine.html")
-    for width, height in ((980, 440), (520, 440)):
+    for width, height in ((980, 440), (520, 440), (390, 650)):
         offline.set_viewport_size({"width": width, "height": height})
         offline.goto((tmp_path / "machine.html").as_uri())
         Live(offline)
