@@ -47,13 +47,13 @@ def main(arguments=None):
     )
     parser.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
     commands = {"": parser.add_subparsers(dest="command", required=True)}
-    for function, name, said, options in COMMANDS:
+    for function, name, said, given in COMMANDS:
         above, _, name = name.rpartition(" ")
         if above not in commands:
             commands[above] = commands[""].add_parser(above, help=said).add_subparsers(required=True)
         command = commands[above].add_parser(name, help=said)
         command.set_defaults(run=function)
-        for names, how in options:
+        for names, how in given:
             command.add_argument(*names, **how)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     if arguments is None:

@@ -214,7 +214,8 @@ def _latex(kin):
         f"Inverse: {derived.inner} on both branches, then {derived.outer}, then X Y Z": inverse,
     }
     name = _title(kin).encode("ascii", "ignore").decode()
-    lines = [_LATEX, rf"\section*{{{name}}}", *header[:2], header[-2], "Out of reach where an $r$ is negative."]
+    lines = [f"% {name}. Printed by mathpost from its symbolic derivation.", _LATEX]
+    lines += [rf"\section*{{{name}}}", *header[:2], header[-2], "Out of reach where an $r$ is negative."]
     for title, formulas in sections.items():
         lines += [rf"\subsection*{{{title}}}", *(rf"\fit{{{left} = {_tex(value)}}}" for left, value in formulas)]
     return "\n".join([*lines, r"\end{document}", ""])

@@ -25,42 +25,23 @@ BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
 class Inverse:
     """The derivation of the inverse in sympy, for display; `Kinematics.inverse` compiles these expressions.
 
-    Attributes
-    ----------
-    tip, axis
-        The CL data: tool tip x y z and unit tool axis i j k in the workpiece.
-    outer, inner
-        The rotary joint next to the workpiece and the one next to the tool.
-    equation
-        A·cos(inner) + B·sin(inner) = D, the component of the tool axis along the outer axis.
-    below, above
-        r − D and r + D with r = √(A² + B²), written with the chords from the tool axis to the two ends of the
-        outer axis, which lose no digits at the pole. Either is negative if the tool axis is out of reach.
-    solutions
-        The inner angle on the first and the second branch, in `below` and `above` as symbols.
-    turn
-        The outer angle is atan2 of these two, given the inner one.
-    linear
-        Programmed X Y Z, given the tip and both rotary angles.
-    pole
-        The end of the outer axis, a unit vector in the workpiece, that the tool comes nearest to where the two
-        solutions meet.
-    reach
-        Smallest and greatest angle between the tool axis and the pole.
+    All tuples are of sympy expressions or symbols. With r = √(A² + B²) the equation has solutions where neither
+    r − D nor r + D is negative; both are written with the chords from the tool axis to the two ends of the outer
+    axis, which lose no digits at the pole.
     """
 
-    tip: tuple
-    axis: tuple
-    outer: sp.Symbol
-    inner: sp.Symbol
-    equation: sp.Eq
-    below: sp.Expr
-    above: sp.Expr
-    solutions: tuple
-    turn: tuple
-    linear: tuple
-    pole: tuple
-    reach: tuple
+    tip: tuple  # x y z of the tool tip in the workpiece, mm
+    axis: tuple  # i j k of the tool axis there, a unit vector
+    outer: sp.Symbol  # the rotary joint next to the workpiece
+    inner: sp.Symbol  # and next to the tool
+    equation: sp.Eq  # A·cos(inner) + B·sin(inner) = D, the component of the tool axis along the outer axis
+    below: sp.Expr  # r − D
+    above: sp.Expr  # r + D
+    solutions: tuple  # the inner angle on the first and the second branch, in `below` and `above` as symbols
+    turn: tuple  # the outer angle is atan2 of these two, given the inner one
+    linear: tuple  # programmed X Y Z, given the tip and both rotary angles
+    pole: tuple  # the end of the outer axis, in the workpiece, nearest to the tool where the two solutions meet
+    reach: tuple  # smallest and greatest angle between the tool axis and the pole
 
 
 @lru_cache(maxsize=64)

@@ -8,8 +8,10 @@ import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from mathpost import angles as euler
+from mathpost import machine
 from mathpost.errors import InputError
 from mathpost.frame import CsyTransform, Frame, machine_frames
+from tests.machines import content
 
 
 @pytest.fixture
@@ -85,6 +87,16 @@ def test_only_what_carries_turns(kin):
         body = turned[changed.index(True)].rotation @ still[changed.index(True)].rotation.T
         expected = Rotation.from_rotvec(np.array(rotary.axis) / np.linalg.norm(rotary.axis)).as_matrix()
         np.testing.assert_allclose(body, expected, atol=1e-15)
+
+
+@pytest.mark.parametrize("tool", [(0, 0, 1), (0, 0, -1), (3, 0, 4), (0, -5, -12), (1, 2, 2)])
+def test_the_tool_frame_is_turned_the_shortest_way_from_machine_z(tool):
+    _, found = machine_frames(machine.from_dict(content((0, 1, 0), (1, 1, -1), tool=tool)), np.zeros(5))
+    direction = np.array(tool) / np.linalg.norm(tool)
+    np.testing.assert_allclose(found.z, direction, atol=1e-15)
+    turned = Rotation.from_matrix(found.rotation)
+    assert turned.magnitude() == pytest.approx(np.arccos(direction[2]))
+    np.testing.assert_allclose(turned.as_rotvec()[2], 0, atol=1e-12)
 
 
 # Source 003

@@ -1,12 +1,14 @@
 """The chain and its inverse: round trips, the pole, the edge of reach, and a chain built without the package."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy as sp
 from hypothesis import HealthCheck, given, settings
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine, rotation
+from mathpost import chain, machine, rotation
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from tests.machines import SIDES, content, machines, random_joints
@@ -121,6 +123,34 @@ def test_links_hold_numbers_unless_asked_for_symbols(kin):
     ):
         found = set().union(*(link.matrix.free_symbols for link in links))
         assert found <= free and (found - set(kin.symbols) != set()) == (free != set(kin.symbols))
+
+
+@pytest.mark.parametrize("on_the_table", [(), ("Y",), ("X", "Z")])
+def test_a_joint_moves_the_bodies_that_it_carries_and_no_other(kin, on_the_table):
+    """Slides by a mm, against their word under the workpiece; rotary axes about their lines, turned by SciPy."""
+    linear = [replace(e, carries="workpiece" if e.name in on_the_table else "tool") for e in kin.machine.linear]
+    made = replace(kin.machine, linear=tuple(linear))
+    names, matrices = zip(*chain.bodies(made), strict=True)
+    placed = rotation.numeric(sp.ImmutableMatrix.vstack(*matrices), kin.symbols)
+    zero = placed(*np.zeros(5)).reshape(-1, 4, 4)
+    half = names.index("workpiece") + 1
+    nose = zero[-1, :3, 3] + made.tool_length * rotation.unit(np.array(made.tool_axis))
+    for joint, (name, step) in enumerate(zip(made.joint_names, (1, 1, 1, 0.3, 0.3), strict=True)):
+        moved, expected = placed(*step * np.eye(5)[joint]).reshape(-1, 4, 4), np.tile(np.eye(4), (len(names), 1, 1))
+        own = names.index(name)
+        carried = slice(own, half if own < half else None)
+        if joint < 3:
+            expected[carried, joint, 3] = -1 if own < half else 1
+        else:
+            rotary = made.rotary[joint - 3]
+            turned = Rotation.from_rotvec(step * rotation.unit(np.array(rotary.axis))).as_matrix()
+            point = np.array(rotary.point) + (0 if own < half else nose)
+            expected[carried, :3, :3], expected[carried, :3, 3] = turned, point - turned @ point
+        np.testing.assert_allclose(moved @ np.linalg.inv(zero), expected, atol=1e-9)
+    np.testing.assert_allclose(
+        np.linalg.inv(zero[half - 1]) @ zero[-1] @ [0, 0, 0, 1], [*kin.forward(np.zeros(5))[0], 1]
+    )
+    np.testing.assert_allclose(zero[half - 1, :3, 3], made.origin, atol=1e-12)
 
 
 def test_pole_gives_the_outer_angle_zero(kin):

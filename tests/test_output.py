@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from functools import partial
 
 import numpy as np
 import pytest
@@ -74,7 +75,9 @@ def test_a_signal_ends_with_one_line(number, tmp_path):
     """The command waits for CL data from a pipe that nobody writes."""
     os.mkfifo(tmp_path / "part.cl")
     command = [sys.executable, "-m", "mathpost", *POST, str(tmp_path / "part.cl"), "-o", str(tmp_path / "out.h")]
-    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as running:
+    # A shell that runs the tests in the background has told them to ignore the interrupt; the command is not to.
+    heed = partial(signal.signal, number, signal.SIG_DFL)
+    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, preexec_fn=heed) as running:
         handle = os.open(tmp_path / "part.cl", os.O_WRONLY)  # returns as soon as the command reads
         running.send_signal(number)
         _, said = running.communicate(timeout=60)

@@ -226,7 +226,7 @@ class MachineErrors:
         for each in self.tables:
             position = self._position(joints, each.joint)
             for index, fitted in each.curves.items():
-                errors[..., index] += self._evaluate(each.joint, fitted, position) * _unit(index)
+                errors[..., index] += self._evaluate(each.joint, fitted, position) * _unit(index)[1]
         return errors
 
     def _position(self, joints, index):
@@ -282,9 +282,9 @@ def read_errors(path, machine):
         file.take(key, _text, "text in quotes")
     constant, values = file.table("constant", optional=True), np.zeros(len(known))
     for index, name in enumerate(known):
-        unit = _unit_name(index)
+        unit, size = _unit(index)
         read, expected = _within(GREATEST[unit]), f"a number in {unit}, within ±{GREATEST[unit]} (other units?)"
-        values[index] = constant.take(name, read, expected, 0.0) * _unit(index)
+        values[index] = constant.take(name, read, expected, 0.0) * size
     entries = file.take("table", list, "[[table]] entries", [])
     tables = [_table(TomlTable(entry, f"{path}, table {n}"), path, machine) for n, entry in enumerate(entries, 1)]
     constant.done()
@@ -312,7 +312,7 @@ def _table(entry, path, machine):
     curves = {}
     for name in (column for column in columns if column in read):
         index = known.index(name)
-        unit = _unit_name(index)
+        unit, _ = _unit(index)
         read.require(name, np.abs(read[name]) <= GREATEST[unit], f"{unit} within ±{GREATEST[unit]} (other units?)")
         measured = spline.points(read["position"], read[name], period=360.0 if endless else None)
         curves[index] = spline.Polyline(measured) if kind else spline.through_all(measured)
@@ -321,14 +321,9 @@ def _table(entry, path, machine):
     return JointTable(joint, curves)
 
 
-def _unit_name(index):
-    """Displacements are µm, rotations and squareness µrad; six errors to a joint, then squareness."""
-    return "um" if index < 30 and index % 6 < 3 else "urad"
-
-
 def _unit(index):
-    """From the file's µm or µrad to mm or radians."""
-    return 1e-3 if _unit_name(index) == "um" else 1e-6
+    """An error's unit in a file and its size: displacements are µm, rotations and squareness, which ends, µrad."""
+    return ("um", 1e-3) if index < 30 and index % 6 < 3 else ("urad", 1e-6)
 
 
 def _within(greatest):

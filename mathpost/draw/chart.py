@@ -99,8 +99,7 @@ def printed(build, symbols, sliders, text, *, size=(7.0, 4.2), height=460):
     """
     figure = _figure(size)
     points, numbers = build(figure)
-    factors = [np.pi / 180 if each["unit"] == "°" else 1.0 for each in sliders]
-    start = [each["value"] * factor for each, factor in zip(sliders, factors, strict=True)]
+    start = [each["value"] * each["factor"] for each in sliders]
     artists = _artists(figure)
     order = [artist for artist in artists if artist in points]
     flat = [entry for artist in order for point in points[artist] for entry in point]
@@ -113,11 +112,7 @@ def printed(build, symbols, sliders, text, *, size=(7.0, 4.2), height=460):
             artist.set_data(*end.T) if hasattr(artist, "set_data") else artist.set_xy(end)
     values = numeric(tuple(numbers), tuple(symbols))(*start)
     code = "\n".join(codegen.function(n, e, symbols) for n, e in (("points", flat), ("numbers", list(numbers))))
-    state = {
-        "sliders": [each | {"factor": factor} for each, factor in zip(sliders, factors, strict=True)],
-        "text": list(text),
-        "counts": counts,
-    }
+    state = {"sliders": list(sliders), "text": list(text), "counts": counts}
     state |= _spec(figure, [artist in points for artist in artists])
     return Chart(figure, state, [code], ("points", "numbers"), "; ".join(written(text, values)), height=height)
 

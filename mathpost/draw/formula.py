@@ -13,8 +13,12 @@ NUMBER = re.compile(r"\{(\d+)(?::(\d+)|\?([^}]*))\}")
 
 
 def slider(name, low, high, value, *, step=1.0, unit="°", **more):
-    """Return a slider: an angle in degrees unless `unit` says otherwise; `hidden=True` leaves it to the buttons."""
-    return {"name": name, "low": low, "high": high, "value": value, "step": step, "unit": unit} | more
+    """Return a slider: an angle in degrees unless `unit` says otherwise; `hidden=True` leaves it to the buttons.
+
+    Its value times its factor is what printed functions take: radians of degrees, and other units as they are.
+    """
+    made = {"name": name, "low": low, "high": high, "value": value, "step": step, "unit": unit}
+    return made | {"factor": np.pi / 180 if unit == "°" else 1.0} | more
 
 
 def written(text, numbers):
@@ -78,12 +82,9 @@ def formula(
     functions = {"places": [entry for matrix in placed for entry in matrix[:3, :]]}
     functions |= {"numbers": list(numbers), "points": [entry for point in points for entry in point]}
     code = "\n".join(codegen.function(name, entries, symbols) for name, entries in functions.items())
-    factors = [np.pi / 180 if each["unit"] == "°" else 1.0 for each in sliders]
-    state = {"kind": "formula", "text": list(text), "places": [list(button) for button in buttons]}
-    state["sliders"] = [each | {"factor": factor} for each, factor in zip(sliders, factors, strict=True)]
-    if play is not None:
-        state["play"] = play
-    start = [each["value"] * factor for each, factor in zip(sliders, factors, strict=True)]
+    state = {"kind": "formula", "sliders": list(sliders), "text": list(text), "play": play}
+    state["places"] = [list(button) for button in buttons]
+    start = [each["value"] * each["factor"] for each in sliders]
     at = {name: numeric(sp.ImmutableMatrix(m), symbols)(*start) for name, m in zip(places, placed, strict=True)}
     ends = numeric(tuple(functions["points"]), symbols)(*start).reshape(-1, 3) if points else np.zeros((0, 3))
     scenes = [scene, *beside]

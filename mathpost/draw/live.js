@@ -282,9 +282,9 @@ const KINDS = {
     formula(state, [m], ui) {
         const scenes = state.scenes.map((spec) => new Scene(spec, ui.panes)), controls = ui.controls(state.sliders, () => update());
         ui.buttons(ui.places(controls), scenes);
-        if (state.play !== undefined) ui.player(controls, state.play);
+        if (Number.isInteger(state.play)) ui.player(controls, state.play);
         function update() {
-            const q = controls.values.map((x, i) => x * state.sliders[i].factor), numbers = m.numbers ? m.numbers(q) : [], points = m.points ? m.points(q) : [];
+            const q = controls.values.map((x, i) => x * state.sliders[i].factor), points = m.points(q);
             controls.show();
             for (const scene of scenes) {
                 for (const line of scene.lines) if (line.name) {
@@ -293,7 +293,7 @@ const KINDS = {
                 }
                 scene.show(m.places(q));
             }
-            ui.say(written(state.text, numbers));
+            ui.say(written(state.text, m.numbers(q)));
         }
         return update;
     },

@@ -94,17 +94,21 @@ class View:
 
     def _stroke(self, ink, line, points, depth):
         colour = np.array(ImageColor.getrgb(line.colour))
-        faint = tuple((255 - HIDDEN * (255 - colour)).astype(int).tolist())
-        width = round(FINE * line.width)
+        shown, faint = colour.tolist(), (255 - HIDDEN * (255 - colour)).astype(int).tolist()
+        pieces = []  # ends, and whether nothing stands before it
         for start, end in pairwise(points):
             count = max(1, int(np.hypot(*(end - start)[:2]) / (8 * FINE)))
-            pieces = start + np.linspace(0, 1, count + 1)[:, None] * (end - start)
-            for number, (a, b) in enumerate(pairwise(pieces)):
+            for a, b in pairwise(start + np.linspace(0, 1, count + 1)[:, None] * (end - start)):
                 x, y = ((a + b)[:2] / 2).astype(int)
                 inside = 0 <= x < self.size[0] and 0 <= y < self.size[1]
                 open_ = line.over or not (inside and depth[y, x] > (a + b)[2] / 2 + 0.012 * self.scene.radius)
-                if not (line.dash and number % 2):
-                    ink.line([*a[:2], *b[:2]], fill=tuple(colour.tolist()) if open_ else faint, width=width)
+                pieces.append(([*a[:2], *b[:2]], open_))
+        width = round(FINE * line.width)
+        for ends, open_ in pieces:
+            if line.halo and open_:
+                ink.line(ends, fill="white", width=width + round(2.5 * FINE))
+        for ends, open_ in pieces[:: 2 if line.dash else 1]:
+            ink.line(ends, fill=tuple(shown if open_ else faint), width=width)
 
     def _letters(self, ink):
         font = ImageFont.load_default(size=14 * FINE)

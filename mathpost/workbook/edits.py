@@ -23,10 +23,9 @@ def repaired(graph, wanted, values, inputs=()):
     place = next(iter(wanted))
     after = graph.downstream(wanted)
     for cause, sentence, tree in edits(graph, place, inputs) if place in graph.trees else ():
-        if cause == "wrong reference" and not after.isdisjoint(graph.used_by(tree)):
-            continue
-        if all(same(graph.cell(p, values, tree), value) for p, value in wanted.items()):
-            return cause, sentence or f"={text_of(graph.trees[place])} should be ={text_of(tree)}", tree
+        fits = all(same(graph.cell(p, values, tree), value) for p, value in wanted.items())
+        if fits and (cause != "wrong reference" or after.isdisjoint(graph.used_by(tree))):
+            return cause, sentence, tree
     return None
 
 

@@ -86,7 +86,7 @@ def _width(text):
 
 
 def check_folder(folder, task=None, *, marked=None, language="en", progress=None):
-    """Check all spreadsheets of a folder and the folders in it.
+    """Return the `Summary` of all spreadsheets of a folder and the folders in it.
 
     Parameters
     ----------
@@ -99,11 +99,6 @@ def check_folder(folder, task=None, *, marked=None, language="en", progress=None
         ``"en"`` or ``"zh"``, of the table.
     progress : callable, optional, keyword only
         ``progress(done, total, path)`` is called after each file.
-
-    Returns
-    -------
-    Summary
-        A file that cannot be read has a row that says why.
 
     Raises
     ------
@@ -146,15 +141,9 @@ def _row(report):
 
 
 def mark(report, out):
-    """Write a copy of the checked workbook: its cells coloured, notes on what is wrong.
+    """Write a copy of the workbook of a `FileReport` to `out`: its cells coloured, notes on what is wrong.
 
-    The values that were calculated are kept, and so are the comments that stand in the sheet.
-
-    Parameters
-    ----------
-    report : FileReport
-    out : str or path-like
-        The copy, an .xlsx file; folders are made. The original is never written.
+    Calculated values and the comments in the sheet are kept; folders are made; the original is never written.
 
     Raises
     ------

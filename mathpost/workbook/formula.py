@@ -281,32 +281,29 @@ COMPARISONS = {
     **{"=": np.equal, "<>": np.not_equal, "<": np.less},
     **{">": np.greater, "<=": np.less_equal, ">=": np.greater_equal},
 }
-FUNCTIONS = (
-    COMPARISONS
-    | {
-        **{"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "^": np.power, "POWER": np.power},
-        **{"minus": np.negative, "percent": lambda x: x / 100},
-        **{name: getattr(np, name.lower()) for name in ("SIN", "COS", "TAN", "SQRT", "EXP", "SIGN", "ABS")},
-        **{f"A{name}": getattr(np, f"arc{name.lower()}") for name in ("SIN", "COS", "TAN")},
-        "ATAN2": lambda x, y: np.where(
-            (x == 0) & (y == 0), np.nan, np.arctan2(y, x)
-        ),  # the spreadsheet's order is x, y
-        **{"RADIANS": np.deg2rad, "DEGREES": np.rad2deg, "PI": lambda: np.full((1, 1, 1), np.pi)},
-        **{"INT": np.floor, "LN": np.log, "MOD": lambda x, n: x - n * np.floor(x / n)},
-        **{"ROUND": _rounded(lambda x: np.floor(x + 0.5)), "ROUNDUP": _rounded(np.ceil)},
-        **{name: _rounded(np.floor) for name in ("ROUNDDOWN", "TRUNC")},
-        **{"SUM": _total(np.sum), "PRODUCT": _total(np.prod), "AVERAGE": _total(np.mean)},
-        **{"MAX": _total(np.max), "MIN": _total(np.min), "SUMSQ": _total(np.sum, np.square)},
-        **{"AND": _total(np.all), "OR": _total(np.any), "NOT": lambda x: x == 0},
-        "IF": lambda test, yes, no=0.0: np.where(test != 0, yes, no),
-        "IFERROR": lambda value, other: np.where(np.isfinite(value), value, other),
-        **{"INDEX": _index, "SUMPRODUCT": _sum_of_products},
-        "SUMXMY2": lambda a, b: ((a - b) ** 2).sum(axis=(1, 2), keepdims=True),
-        **{"MMULT": np.matmul, "TRANSPOSE": lambda a: np.swapaxes(a, 1, 2)},
-        "MINVERSE": lambda a: np.linalg.inv(np.where(np.isfinite(a), a, 0.0)),
-        "MDETERM": lambda a: np.linalg.det(a)[:, None, None],
-        **{"SINGLE": lambda a: a[:, :1, :1], "N": lambda a: a},
-        "rows": lambda *rows: np.concatenate(rows, axis=1),
-        "row": lambda *entries: np.concatenate(entries, axis=2),
-    }
-)
+FUNCTIONS = {
+    **COMPARISONS,
+    **{"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "^": np.power, "POWER": np.power},
+    **{"minus": np.negative, "percent": lambda x: x / 100},
+    **{name: getattr(np, name.lower()) for name in ("SIN", "COS", "TAN", "SQRT", "EXP", "SIGN", "ABS")},
+    **{f"A{name}": getattr(np, f"arc{name.lower()}") for name in ("SIN", "COS", "TAN")},
+    # The spreadsheet's order is x, y.
+    "ATAN2": lambda x, y: np.where((x == 0) & (y == 0), np.nan, np.arctan2(y, x)),
+    **{"RADIANS": np.deg2rad, "DEGREES": np.rad2deg, "PI": lambda: np.full((1, 1, 1), np.pi)},
+    **{"INT": np.floor, "LN": np.log, "MOD": lambda x, n: x - n * np.floor(x / n)},
+    **{"ROUND": _rounded(lambda x: np.floor(x + 0.5)), "ROUNDUP": _rounded(np.ceil)},
+    **{name: _rounded(np.floor) for name in ("ROUNDDOWN", "TRUNC")},
+    **{"SUM": _total(np.sum), "PRODUCT": _total(np.prod), "AVERAGE": _total(np.mean)},
+    **{"MAX": _total(np.max), "MIN": _total(np.min), "SUMSQ": _total(np.sum, np.square)},
+    **{"AND": _total(np.all), "OR": _total(np.any), "NOT": lambda x: x == 0},
+    "IF": lambda test, yes, no=0.0: np.where(test != 0, yes, no),
+    "IFERROR": lambda value, other: np.where(np.isfinite(value), value, other),
+    **{"INDEX": _index, "SUMPRODUCT": _sum_of_products},
+    "SUMXMY2": lambda a, b: ((a - b) ** 2).sum(axis=(1, 2), keepdims=True),
+    **{"MMULT": np.matmul, "TRANSPOSE": lambda a: np.swapaxes(a, 1, 2)},
+    "MINVERSE": lambda a: np.linalg.inv(np.where(np.isfinite(a), a, 0.0)),
+    "MDETERM": lambda a: np.linalg.det(a)[:, None, None],
+    **{"SINGLE": lambda a: a[:, :1, :1], "N": lambda a: a},
+    "rows": lambda *rows: np.concatenate(rows, axis=1),
+    "row": lambda *entries: np.concatenate(entries, axis=2),
+}

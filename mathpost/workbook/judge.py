@@ -319,7 +319,7 @@ class Judge:
                 array = graph.array(place)
                 done.update(array)
                 *fault, more = self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
-                if block and (more or len(array) == 1):
+                if block and (more or "TRANSPOSE" not in heads(graph.tree(place))):
                     *fault, more = block
                 cost = max(cost, more)
                 faults.append((place, *fault))

@@ -70,7 +70,7 @@ def test_names_from_a_file_are_text(kin):
 
 
 def test_print_writes_every_language(tmp_path, capsys):
-    for language, start in (("c", "/*"), ("js", "/*"), ("latex", "%")):
+    for language, start in (("c", "/*"), ("js", "/*"), ("latex", r"\documentclass")):
         out = tmp_path / f"machine.{language}"
         assert main(["print", "data/machines/bc_table.toml", "--to", language, "-o", str(out)]) == 0
         assert main(["print", "data/machines/bc_table.toml", "--to", language]) == 0

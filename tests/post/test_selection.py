@@ -344,6 +344,16 @@ def test_candidates_say_why_they_are_out(dmu50v_both_ways, blade):
     assert [reason == "" for *_, reason in rows] == found.inside[4].tolist()
 
 
+def test_candidates_cost_the_seconds_of_the_slowest_axis_from_the_pose_before(dmu50v_both_ways, blade):
+    found = selection.candidates(dmu50v_both_ways, blade.points, blade.axes)
+    before = found.joints[3, 0] * [1, 1, 1, 57.29577951308232, 57.29577951308232]
+    for _, joints, cost, _ in found.table(4, previous=found.joints[3, 0]):
+        change = np.abs(joints - before)
+        turn = min(change[4] % 360, -change[4] % 360)  # C has no limits and takes the short way
+        rates = [500, 500, 500, 36, 36]  # of the machine file
+        assert cost == pytest.approx(max([*change[:4], turn] / np.array(rates)), rel=1e-9)
+
+
 class TestPaper:
     """Cases (1) to (3) and the C ± 2π rule of section 1.2, by hand."""
 

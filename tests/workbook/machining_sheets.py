@@ -233,5 +233,5 @@ def tilted_plane(rng):
 
 
 def frames(rng, samples):
-    matrices = Rotation.random(samples, rng).as_matrix()
+    matrices = Rotation.random(samples, random_state=int(rng.integers(1_000_000))).as_matrix()
     return np.vstack([matrices[:, :, 0].T, matrices[:, :, 2].T])
