@@ -168,6 +168,8 @@ class Statements(Lines):
         if self.circle is not None:
             centre, normal, turns, goes_on, angle = self.circle
             self.circle = None
+            if self.point is None:
+                raise Wrong("an arc in the coordinate system of its start", "a different one")
             if angle is not None:
                 normal = self.sense(point, centre, normal, angle)
             self.sweep(point, axis, centre, normal, turns)

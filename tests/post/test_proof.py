@@ -242,3 +242,76 @@ def test_the_record_between_two_blocks_and_what_is_reported(dmu50v, by_the_pole,
     wrong = proof.measured(dmu50v, by_the_pole, replace(result.blocks, words=words), on_path(result))
     assert wrong.path_tip_error == pytest.approx(0.5, abs=0.01)
     assert wrong.worst_record in (int(np.ceil(result.place[60])) + 1, int(np.ceil(result.place[61])) + 1)
+
+
+@pytest.mark.parametrize(
+    ("rates", "feed", "to", "turn", "seconds"),
+    [
+        (True, 600.0, [0, 30, 0], 0.1, 3.0),  # the feed: 30 mm at 600 mm/min
+        (True, 1e5, [0, 30, 0], 90, 90 / 50),  # C at 50°/s
+        (True, 1e6, [0, 600, 0], 0.1, 600 / 250),  # Y at 250 mm/s
+        (False, 600.0, [0, 30, 0], 0.1, 3.0),
+        (False, 600.0, [0, 30, 0], 90, 9.0),  # without rates no axis is faster than the feed, in degrees a minute
+    ],
+)
+def test_the_least_time_of_a_block_by_hand(dmu50v, rates, feed, to, turn, seconds):
+    data = dmu50v.machine if rates else without_rates(dmu50v.machine)
+    if rates:
+        data = replace(
+            data,
+            linear=tuple(replace(each, max_rate=250.0) for each in data.linear),
+            rotary=tuple(replace(each, max_rate=np.radians(50)) for each in data.rotary),
+        )
+    cl = cldata.from_arrays([[0, 0, 0], to], [[0, 0, 1]] * 2, feed=feed)
+    words = np.array([[0.0] * 5, [*map(float, to), 0, turn]])
+    along = Motion.on_part(words, np.arange(2.0))
+
+    def look(time):
+        given = program.Blocks(words, np.full(2, np.nan), np.array([np.nan, time]), np.zeros(2, bool))
+        proof._refuse_too_fast(data, cl, given, along)
+
+    look(seconds)
+    with pytest.raises(MathpostError, match=rf"takes .* need {seconds:.3f} s at least"):
+        look(0.97 * seconds)
+
+
+@pytest.mark.parametrize("to", [50.0, -50.0])
+@pytest.mark.parametrize("tcp", [True, False])
+def test_a_lifted_move_beside_a_path_that_climbs_or_falls(dmu50v, to, tcp):
+    """The tool stays 5 mm above the part all the way."""
+    cl = cldata.from_arrays([[10, 0, 0], [10, 0, to]], [[0, 0, 1]] * 2)
+    joints = dmu50v.close(cl.points[[0, 0, 1, 1]] + np.outer([0, 5, 5, 0], [0, 0, 1]), np.zeros((4, 2)))
+    along = Motion(joints, np.array([0.0, 0, 1, 1]), np.array([False, True, True, False]))
+    blocks = program.Blocks(program.rounded(joints), np.full(4, np.nan), np.full(4, np.nan), np.zeros(4, bool))
+    if tcp:
+        blocks = replace(blocks, words=tcp_words(dmu50v, blocks), tcp=True)
+    proof.prove(dmu50v, cl, blocks, along, 0.01, AXIS_TOLERANCE)
+
+
+def test_the_worst_of_several_tools():
+    first, second = proof.Proof(0.1, 4.0, 0.3, 0.2, 7), proof.Proof(0.2, 1.0, 0.9, 0.1, 3)
+    for both in ([first, second], [second, first]):
+        assert proof.worst_of(both) == proof.Proof(0.2, 4.0, 0.9, 0.2, 3)
+
+
+def test_the_report_in_words():
+    report = proof.Report(
+        0.001, 0.002, 0.003, 0.004, 5,
+        settings={"machine": "M"}, time=61.25, peaks={"X": (0.0, 1.0), "Y": (12.5, 300.0), "C": (36.0, np.nan)},
+        slowest=(4, 1.0, 2.5), warnings=("look",), uncompensated=proof.Proof(0.0125, 0.01, 0, 0, 1),
+        strategies=(("optimal", 1.5, (10.0, 20.0), ""), ("paper", np.nan, (), "no way")), ways={},
+    )  # fmt: skip
+    assert str(report).split("\n") == [
+        "machine      M",
+        "time         61.25 s",
+        "peaks        Y 12.5 mm/s 300 mm/s², C 36.0 °/s",
+        "slow-down    before record 5: 2.500 s, the feed asks 1.000 s",
+        "tip error    0.0010 mm at the records, 0.0030 mm along the path (most before record 5)",
+        "axis error   0.0020° at the records, 0.0040° along the path",
+        "volumetric   at the records 12.5 µm and 36.0 arcsec before compensation, 1.0 µm and 7.2 arcsec after it",
+        "warning      look",
+        "",
+        "selection           cost  largest rotary steps",
+        "optimal            1.500    10.000°   20.000°",
+        "paper         no way",
+    ]

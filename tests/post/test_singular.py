@@ -93,6 +93,32 @@ def test_regions_by_cone_and_by_rate(dmu50v):
         singular.regions(dmu50v, pass_by(dmu50v, 0.01), joints)
 
 
+def test_regions_by_rate_whatever_way_the_axis_turns(dmu50v):
+    cl = pass_by(dmu50v, 0.01, feed=600)
+    back = cldata.from_arrays(cl.points[::-1], cl.axes[::-1], feed=600)
+    ((first, last),) = singular.regions(dmu50v, cl, selection.choose(dmu50v, cl).joints)
+    found = singular.regions(dmu50v, back, selection.choose(dmu50v, back).joints)
+    assert found == [(len(cl) - 1 - last, len(cl) - 1 - first)]
+
+
+def test_nearest_is_what_dense_sampling_finds(kin):
+    """Great circles of any length, by either end of reach; and nearest to the outer axis."""
+    start, end = kin.forward(random_joints(kin, 240, seed=3)[:200])[1].reshape(2, 100, 3)
+    t = np.linspace(0, 1, 4001)[:, None, None]
+    arc = np.arccos(np.vecdot(start, end))[:, None]
+    axes = (np.sin((1 - t) * arc) * start + np.sin(t * arc) * end) / np.sin(arc)
+    pole = np.array(kin.inverse_symbolic.pole, float)
+    angle = np.arccos(np.clip(axes @ pole, -1, 1))
+    for measured, dense in (
+        (singular.distance, np.minimum(angle - kin.reach[0], kin.reach[1] - angle)),
+        (singular.from_pole, np.minimum(angle, np.pi - angle)),
+    ):
+        at, away = singular.nearest(kin, start, end, measured)
+        np.testing.assert_allclose(away, dense.min(axis=0), atol=1e-3)
+        row = np.rint(at * 4000).astype(int), np.arange(100)
+        np.testing.assert_allclose(dense[row], away, atol=2e-3)
+
+
 def test_pole_between_two_records_is_found(dmu50v, blade):
     joints = selection.choose(dmu50v, blade).joints
     assert singular.regions(dmu50v, blade, joints, cone=np.radians(0.1)) == [(1, 2)]
