@@ -319,7 +319,8 @@ class Judge:
                 array = graph.array(place)
                 done.update(array)
                 *fault, more = self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
-                if block and (more or "TRANSPOSE" not in heads(graph.tree(place))):
+                tree = graph.tree(place)
+                if block and (more or tree[0] != "TRANSPOSE" or tree[1][0] == "area"):
                     *fault, more = block
                 cost = max(cost, more)
                 faults.append((place, *fault))
