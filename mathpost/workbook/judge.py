@@ -10,9 +10,10 @@ from mathpost.detective.misreadings import written_decimals
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
 from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, converted, edits, flat, repaired
 from mathpost.workbook.formula import Area, areas, heads, text_of, walk, with_areas
-from mathpost.workbook.graph import SAMPLES, beside, same
+from mathpost.workbook.graph import SAMPLES, same
 from mathpost.workbook.nc_table import Words, judge_numbers
 from mathpost.workbook.report import Fault
+from mathpost.workbook.values import read_labels, with_formulas
 
 UNLIKELY, UNEXPLAINED = 2.0, 3.0  # what a repair costs that an odd change of the formula explains, or none
 SIZES = {9: 3, 16: 4, 3: 3, 4: 4}  # rows of so many cells
@@ -86,7 +87,8 @@ class Judge:
         self.targets = {p: t for c in self.live for p, t in c.targets.items()}
         for calculation in self.found.calculations[:1]:
             self._compare_the_inputs(calculation)
-        if self.found.by == "source 000" and self.bad(self.targets):
+        self.said = self._as_the_labels_say() if self.bad(self.targets) else {}
+        if self.bad(self.targets) and not self.said and self.found.by == "source 000":
             self.reading = self._other_reading()
         for calculation in () if self.reading else self.live:
             self._repair(calculation)
@@ -134,7 +136,7 @@ class Judge:
                 return
             missed = set(self.bad(self.targets)) - calculation.targets.keys()
             targets = {p: t for p, t in self.targets.items() if p not in missed}
-            found = self._earliest(calculation, targets, bad)
+            found = self._against_the_labels(calculation, bad) or self._earliest(calculation, targets, bad)
             if found is None:
                 found, place = {p: targets[p] for p in bad}, self._typed_over(bad)
                 if place:
@@ -156,6 +158,37 @@ class Judge:
         constants = np.array([0, 1, -1, *CONVERSIONS])
         odd = [p for p in odd if (np.abs(self.graph.value(p) - constants) > 1e-3 * np.abs(constants)).all()]
         return min(odd, key=self.graph.calculation_order, default=None)
+
+    def _as_the_labels_say(self):
+        """Place → its values, of the labelled cells, if the labels say a calculation that meets the targets."""
+        _, implied = read_labels(self.graph, by_numbers=False)
+        if self.targets.keys().isdisjoint(implied):
+            return {}
+        whole = with_formulas(self.graph, implied)
+        values = whole.run({p: v for p, v in self.inputs.items() if p not in implied})
+        met = [p for p in self.targets if p in implied and not self.bad({p: self.targets[p]}, values)]
+        reached = whole.upstream(met) & implied.keys()
+        return {p: np.broadcast_to(values[p], SAMPLES) for p in whole.order if p in reached}
+
+    def _against_the_labels(self, calculation, bad):
+        """Put in what the labels say, step by step, until the results are right; None if they do not become so."""
+        before, faults, put_in = self.values, [], {}
+        scope = self.graph.upstream(bad) & self.said.keys()
+        units = [*self.found.windows, *self._lines(calculation, scope)]
+        while wrong := {p for p in scope if self.bad({p: self.said[p]})}:
+            first = [p for p in wrong if len(self.graph.upstream([p]) & wrong) == 1]
+            first = min(first, key=self.graph.calculation_order)
+            unit = next((unit for unit in units if first in unit), (first,))
+            option = {p: self.said[p] for p in unit if p in wrong}
+            faults += self._explain(calculation, unit, option)[1]
+            put_in |= option
+            self.values = self._run(put_in)
+            if not self.bad({p: self.targets[p] for p in bad}):
+                for fault in _one_convention(faults) if len(faults) >= 6 else faults:
+                    self._fault(*fault)
+                return put_in
+        self.values = before
+        return None
 
     # What else there is.
 
@@ -214,11 +247,8 @@ class Judge:
         for place in formulas - {p for window in blocks for p in window}:
             if heads(graph.trees[place]) & {"SIN", "COS", "TAN"}:
                 pairs.setdefault(tuple(graph.uses[place]), []).append(place)
-        vectors = found.vectors & scope
-        lines = {graph.component[p] for p in vectors if len(graph.component[p]) in (3, 4)} | {calculation.results}
-        blocks += [line for line in lines if len(vectors.intersection(line)) >= 2 or line == calculation.results]
-        pairs = [pair for places in pairs.values() for pair in combinations(places, 2)]
-        for block in (*blocks, *(pair for pair in pairs if pair[1] in beside(pair[0]))):
+        blocks += self._lines(calculation, scope)
+        for block in (*blocks, *(tuple(pair) for pair in pairs.values() if len(pair) == 2)):
             order = min(map(graph.calculation_order, [p for p in block if p in graph.trees] or block))
             options = [dict(zip(block, known, strict=True)) for known in calculation.known.get(len(block), ())]
             yield (*order, len(block)), block, self._tried(options, targets)
@@ -228,6 +258,12 @@ class Judge:
         self.whole = tuple(sorted(scope & graph.trees.keys(), key=graph.calculation_order))
         if isinstance(calculation, Turn):
             yield (98, (0,), 0), self.whole, self._tried(self._everywhere(calculation), targets)
+
+    def _lines(self, calculation, scope):
+        """Triples and quadruples of vector cells, the results among them."""
+        vectors = self.found.vectors & scope
+        lines = {c for p in vectors for c in [self.graph.component[p]] if len(c) in (3, 4)}
+        return {line for line in lines if len(vectors.intersection(line)) >= 2} | {calculation.results}
 
     def _tried(self, options, targets):
         """Of the options (place → value) what they change, of those that meet the targets."""
@@ -318,9 +354,7 @@ class Judge:
             if place not in done:
                 array = graph.array(place)
                 done.update(array)
-                *fault, more = self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
-                if block and (more or "TRANSPOSE" not in heads(graph.tree(place))):
-                    *fault, more = block
+                *fault, more = block or self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
                 cost = max(cost, more)
                 faults.append((place, *fault))
         if unit is self.whole:

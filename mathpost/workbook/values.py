@@ -52,7 +52,7 @@ def check_values(graph, cells=None):
     return *_judged(whole, blocks, implied), [f"{whole.address(b.places[0])}: {b.role}" for b in blocks]
 
 
-def read_labels(graph, cells=None):
+def read_labels(graph, cells=None, *, by_numbers=True):
     """Return the blocks with a role, and place → (formula, first cell of its array) that should stand there."""
     blocks, taken = [], set()
     for block in (*_named(graph, cells), *(b for sheet in graph.book.sheets for b in _labelled(sheet))):
@@ -60,7 +60,7 @@ def read_labels(graph, cells=None):
             taken.update(block.places)
             blocks.append(block)
     blocks.sort(key=lambda b: graph.reading_order(b.places[0]))
-    blocks, implied = _by_their_numbers(graph, blocks), {}
+    blocks, implied = _by_their_numbers(graph, blocks) if by_numbers else blocks, {}
     for n, block in enumerate(blocks):
         later = [b for b in blocks[n + 1 :] if b.role.kind != "negated"]
         implied.update(_formulas(block, blocks[:n][::-1] + later))
