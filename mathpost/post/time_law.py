@@ -12,6 +12,7 @@ from mathpost.post.travel import compiled
 
 SETTLE = 0.02  # s, assumed: how long an axis may take to follow when its speed jumps at a corner
 STILL = 1e-12  # mm/s or rad/s
+ROUNDING = 1e-12  # of w²: what changes less stays the same
 LONG = 10_000  # moves; with more of them it pays to load Numba
 
 
@@ -24,8 +25,8 @@ class TimeLaw:
     joints, seconds, override : ndarray, shape (m, 5), (m,) and (m,)
         mm and radians, when each pose is reached, and the w at which it is passed.
     asked, ramp, highest : ndarray, shape (m - 1,)
-        Of each move: the seconds that it would take at w = 1; how fast w changes, 1/s, up and down again; and its
-        greatest w, between.
+        Of each move: the seconds that it would take at w = 1; how fast w changes, 1/s, up and down again (∞: at
+        once); and its greatest w, between.
     peak_speeds, peak_accelerations, peak_jumps : ndarray, shape (5,)
         Of each axis, mm or radians per s and s²; NaN the acceleration of one that states none. The jumps are those
         of the speed at single corners.
@@ -48,8 +49,7 @@ class TimeLaw:
         since, left = seconds - self.seconds[move], self.seconds[move + 1] - seconds
         first, last = self.override[move], self.override[move + 1]
         ramp, highest, asked = self.ramp[move], self.highest[move], self.asked[move]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            up, down = np.nan_to_num((highest - first) / ramp), np.nan_to_num((highest - last) / ramp)
+        up, down = (highest - first) / ramp, (highest - last) / ramp
         rising = first * since + np.where(since < up, ramp, 0) * since**2 / 2
         falling = asked - last * left - np.where(left < down, ramp, 0) * left**2 / 2
         even = (first + highest) / 2 * up + highest * (since - up)
@@ -121,6 +121,7 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     ramp = np.maximum(left, np.abs(np.diff(squares)) / (2 * lengths))
     override = np.sqrt(squares)
     highest = np.minimum(1, np.sqrt((squares[1:] + squares[:-1]) / 2 + ramp * lengths))
+    ramp[ramp * lengths <= ROUNDING * highest**2] = np.inf  # or what rounding leaves of a ramp would take time
     seconds = np.zeros(len(asked))
     seconds[moving] = _durations(override, lengths, ramp, highest)
     changes = (highest > override[:-1]) | (highest > override[1:])
@@ -155,10 +156,8 @@ def climbed(squares, lengths, speed, bend, most):
 def _durations(override, lengths, ramp, highest):
     """Seconds of each move: up to the highest w, on at it, down again."""
     up, down = highest - override[:-1], highest - override[1:]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ramps = np.nan_to_num((up + down) / ramp)
-        on_ramps = np.nan_to_num((up * (highest + override[:-1]) + down * (highest + override[1:])) / (2 * ramp))
-    return ramps + np.maximum(lengths - on_ramps, 0) / highest
+    on_ramps = (up * (highest + override[:-1]) + down * (highest + override[1:])) / (2 * ramp)
+    return (up + down) / ramp + np.maximum(lengths - on_ramps, 0) / highest
 
 
 def slow_down(record, seconds, asked):

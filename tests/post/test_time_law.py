@@ -145,6 +145,16 @@ def test_it_is_where_it_says_when_it_says(dmu50v):
     assert (np.abs(speeds).max(axis=0) <= law.peak_speeds * (1 + 1e-6)).all()
 
 
+def test_no_move_lasts_longer_than_at_its_slower_end(dmu50v, blade):
+    """What rounding leaves of a ramp, where w stays as it is, takes no time."""
+    crossing = Crossing(dmu50v, blade, selection.choose(dmu50v, blade).joints, (1, 2))
+    for lean in np.radians([2, 7.5, 8]):
+        law = crossing.way("aside", lean=lean).law
+        slower = np.minimum(law.override[1:], law.override[:-1])
+        with np.errstate(divide="ignore"):
+            assert (np.diff(law.seconds) <= law.asked / slower * (1 + 1e-9))[law.asked > 0].all()
+
+
 def test_the_way_back_takes_as_long(dmu50v):
     joints, lengths = wander(6, 60, 0.02)
     there, back = (time_law(dmu50v.machine, joints[::way], lengths[::way]) for way in (1, -1))
