@@ -232,7 +232,8 @@ class Judge:
                 break
             for option in options:
                 cost, faults = self._explain(calculation, unit, option)
-                best = min(best or (99,), (cost, order, option, faults), key=lambda b: b[:2])
+                own = (*min(map(self.graph.calculation_order, option)), order[-1])
+                best = min(best or (99,), (cost, max(order, own), option, faults), key=lambda b: b[:2])
         if best is None or (best[0] >= UNEXPLAINED and self._typed_over(bad)):
             return None
         for fault in best[3]:
