@@ -315,12 +315,8 @@ class Judge:
 
     def _everywhere(self, turn):
         """The same slip in many places: sines in degrees, the other convention, matrices exchanged."""
-        trees = {p: self.graph.trees[p] for p in self.whole}
-        yield {
-            p: self._calculate(p, converted(t, "RADIANS"))
-            for p, t in trees.items()
-            if heads(t) & TRIGONOMETRY.keys()
-        }
+        trees = ((p, self.graph.trees[p]) for p in self.whole)
+        yield {p: self._calculate(p, converted(t, "RADIANS")) for p, t in trees if heads(t) & TRIGONOMETRY.keys()}
         elements = self._elements(turn)
         yield {p: v for window, (_, other) in elements.items() for p, v in _as_window(window, other).items()}
         for first, second in combinations(elements, 2):
@@ -329,15 +325,19 @@ class Judge:
                 if all(map(self.bad, option)):
                     yield option[0] | option[1]
 
-    def _elements(self, turn):
-        """The windows that are elementary matrices now → their sense of rotation, and what the other would be."""
+    def _elements(self, turn, option=()):
+        """The windows that are elementary matrices, with `option` → their sense, and what the other would be."""
         half = len(turn.elements) // 2
         return {
             window: (n < half, turn.elements[n - half])
             for window in self.found.windows
             for n, element in enumerate(turn.elements)
-            if not self.bad(_as_window(window, element))
+            if not self.bad(_as_window(window, element), dict(option))
         }
+
+    def _stands(self, calculation, places):
+        """Whether some cells hold together what may stand in so many."""
+        return any(same(known, self.block(places)) for known in calculation.known.get(len(places), ()))
 
     # Why.
 
@@ -349,7 +349,7 @@ class Judge:
         if in_window and self.found.typed.issuperset(places):  # a typed matrix: what is wrong by its number first
             places.sort(key=lambda p: abs(option[p][0] - graph.value(p)) < 1e-9)
         elements = self._elements(calculation) if isinstance(calculation, Turn) else {}
-        is_block = len(unit) in SIZES and (len(places) > 2 or (in_window and unit not in elements))
+        is_block = len(unit) in SIZES and unit not in elements and (in_window or len(places) > 1)
         block = self._of_the_block(calculation, unit, option) if is_block else None
         for place in places:
             if place not in done:
@@ -363,8 +363,10 @@ class Judge:
         if unit in elements and len(places) == 2:  # do the others turn the same way?
             senses = [sense for sense, _ in elements.values()]
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
-        elif len(unit) == 1 and any(unit[0] in window for window in elements):
-            cost += UNLIKELY  # an elementary matrix as it stands
+        elif elements and len(places) == 1 and len(self._elements(calculation, option)) > len(elements):
+            cost = 0.0  # an elementary matrix but for this cell
+        elif len(unit) == 1 and any(unit[0] in w and self._stands(calculation, w) for w in self.found.windows):
+            cost += UNLIKELY  # in a matrix that may stand there as it is
         elif not block:
             cost += 0.25 * (len(faults) - 1)
         return cost, faults
@@ -447,23 +449,19 @@ class Judge:
         if square and same(now, _turned(wanted)):
             copy = all(self.graph.tree(p)[0] == "area" for p in unit)
             copy &= any(same(w, now) for w in windows.values())
-            known = any(same(k, self.block(unit)) for k in calculation.known.get(len(unit), ()))
+            known = self._stands(calculation, unit)
             known |= any(same(w, wanted) for w in windows.values())
             known |= any(same(v @ w, now) for v, w in product(windows.values(), repeat=2))
             return "transposed", "the matrix should be transposed", UNLIKELY * (known and not copy)
-        others = (
-            windows if square else {c: matrix(c) for c in self.graph.components if len(c) == size and c != unit}
-        )
+        vectors = [c for c in self.graph.components if len(c) == size and c != unit]
+        others = windows if square else {v: matrix(v) for v in vectors}
         for (a, left), (b, right) in product(windows.items(), others.items()):
             if same(left @ right, wanted):
                 if same(_turned(left) @ right, now) or (square and same(left @ _turned(right), now)):
                     return "transposed", "a factor of the product is transposed", 0.0
                 if square and same(right @ left, now):
-                    return (
-                        "order of product",
-                        f"the order is {self.graph.range(a)} times {self.graph.range(b)}",
-                        0.0,
-                    )
+                    text = f"the order is {self.graph.range(a)} times {self.graph.range(b)}"
+                    return "order of product", text, 0.0
                 if square and same(_turned(left @ right), now):
                     return "transposed", "the product is transposed", 0.0
         return None

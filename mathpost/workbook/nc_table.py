@@ -188,9 +188,8 @@ def looked_at(rows, values):
     low, high = np.where(np.arange(5) > 2, np.rad2deg(machine.limits.T), machine.limits.T)
     lines = [row.results[0][1] for row in rows]
     for k, name in enumerate(machine.joint_names):
-        beyond = [
-            r for r, word in zip(lines, own[:, k], strict=True) if not low[k] - 1e-6 <= word <= high[k] + 1e-6
-        ]
+        within = (low[k] - 1e-6 <= own[:, k]) & (own[:, k] <= high[k] + 1e-6)
+        beyond = [row for row, good in zip(lines, within, strict=True) if not good]
         if beyond:
             text = ", ".join(map(str, beyond[:6]))
             yield f"{name} beyond its travel {low[k]:g} … {high[k]:g} in row{'s' * (len(beyond) > 1)} {text}"

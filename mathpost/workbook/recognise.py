@@ -207,6 +207,9 @@ class Recognised:
             triple = tuple(_at(place, (n - k) * down, (n - k) * right) for n in range(3))
             count = sum(p in cells for p in triple)
             if count >= least and self.typed.issuperset(triple):
+                within = [_at(triple[0], n * (down > 0), n * (right > 0)) for n in range(1, 2 * (down + right))]
+                # A number within that nobody uses tells that the formula which did is lost.
+                count -= any(p in self.typed and p not in self.graph.used for p in within if p not in triple)
                 found[triple] = (-count, down + right, self.graph.reading_order(triple[0]))
         return sorted(found, key=found.get)
 
@@ -305,8 +308,7 @@ class Recognised:
 
     def _three(self, cells):
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
-        lines = [tuple(cells)] if len(cells) == 3 else self.lines(set(cells), 2)
-        lines = lines or (self.lines(set(cells), 1) if len(cells) == 1 else [])
+        lines = [tuple(cells)] if len(cells) == 3 else self.lines(set(cells), min(len(cells), 2))
         return lines[0] if lines else None
 
     def _vectors(self, cells, row):
