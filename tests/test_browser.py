@@ -141,14 +141,14 @@ def browser():
         browser.close()
 
 
-def opened(browser, **size):
+def opened(browser, kernelless=False, **size):
     """A page with the errors of its console in `page.errors`."""
     page = browser.new_page(viewport={"width": 1280, "height": 720} | size)
     page.set_default_timeout(PATIENCE)
-    page.errors, page.kernelless = [], False
+    page.errors = []
 
     def fault(error):
-        if not CLOSED.match(error.removeprefix("Error: ")) and not (page.kernelless and NO_SESSION in error):
+        if not CLOSED.match(error.removeprefix("Error: ")) and not (kernelless and NO_SESSION in error):
             page.errors.append(error)
 
     page.on("console", lambda message: message.type == "error" and fault(message.text))
@@ -156,15 +156,25 @@ def opened(browser, **size):
     return page
 
 
-@pytest.fixture(scope="module")
-def page(browser, lab):
+def workbench(page, address):
     """JupyterLab on the screen of a small laptop."""
-    page = opened(browser)
-    page.goto(lab)
+    page.goto(address)
     page.wait_for_function("window.jupyterapp !== undefined")
     page.evaluate("async () => { await window.jupyterapp.restored; }")
     page.evaluate("() => window.jupyterapp.shell.collapseLeft()")
     return page
+
+
+@pytest.fixture(scope="module")
+def page(browser, lab):
+    """JupyterLab for lessons with a kernel."""
+    return workbench(opened(browser), lab)
+
+
+@pytest.fixture(scope="module")
+def reader(browser, lab):
+    """JupyterLab for lessons without one."""
+    return workbench(opened(browser, kernelless=True), lab.replace("/lab?", "/lab/workspaces/reader?"))
 
 
 @pytest.fixture(scope="module")
@@ -179,7 +189,6 @@ def offline(browser):
 def run(page, name):
     """Open a lesson with a kernel and run all of it; return the panel's id and the code cells."""
     page.errors.clear()
-    page.kernelless = False
     ran = page.evaluate(RUN, f"notebooks/{name}.ipynb")
     return ran["id"], ran["code"]
 
@@ -187,7 +196,6 @@ def run(page, name):
 def reopen(page, name):
     """Open a lesson as it was saved, without a kernel; return the panel's id."""
     page.errors.clear()
-    page.kernelless = True
     return page.evaluate(REOPEN, f"notebooks/{name}.ipynb")
 
 
@@ -250,17 +258,17 @@ def numbers(text):
     return [float(x) for x in re.findall(r"-?\d+\.\d+", text)]
 
 
-def test_a_lesson_that_is_not_trusted_shows_the_still_picture(page):
+def test_a_lesson_that_is_not_trusted_shows_the_still_picture(reader):
     """Opened for the first time, before it is run: JupyterLab takes the scripts away."""
-    panel = reopen(page, LIVE[0])
-    picture = page.locator(f"#{panel} .mathpost-live img")
+    panel = reopen(reader, LIVE[0])
+    picture = reader.locator(f"#{panel} .mathpost-live img")
     picture.scroll_into_view_if_needed()
-    assert page.locator(f"#{panel} .mathpost-live iframe[srcdoc]").count() == 0
+    assert reader.locator(f"#{panel} .mathpost-live iframe[srcdoc]").count() == 0
     box = picture.bounding_box()
     assert box["width"] > 400 and box["height"] > 300
     assert "tip 0.000 0.000 24.000, tool axis" in picture.get_attribute("alt")
-    page.screenshot(path=PICTURES / "not_trusted.png")
-    page.evaluate(CLOSE_ONLY, panel)
+    reader.screenshot(path=PICTURES / "not_trusted.png")
+    reader.evaluate(CLOSE_ONLY, panel)
 
 
 def test_an_exercise_tells_wrong_from_right(page):
@@ -360,22 +368,22 @@ def test_a_lesson_lives_with_a_kernel(page, run_here):
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_lesson_lives_without_a_kernel(page, path):
+def test_a_lesson_lives_without_a_kernel(reader, path):
     """Opened as it was saved: every view and the console, and what the text says."""
-    panel = reopen(page, path.stem)
-    assert page.evaluate(FIRST, panel) > 0.5, "the first screen shows the lesson's question"
-    again = lives(page.locator(f"#{panel}"))
+    panel = reopen(reader, path.stem)
+    assert reader.evaluate(FIRST, panel) > 0.5, "the first screen shows the lesson's question"
+    again = lives(reader.locator(f"#{panel}"))
     assert len(again) == views_of(json.loads(path.read_text(encoding="utf-8"))["cells"])
     assert all(view.moves() for view in again)
-    assert "model not found" not in page.locator(f"#{panel}").inner_text()
+    assert "model not found" not in reader.locator(f"#{panel}").inner_text()
     for view in again:
         view.timed(f"{path.stem}, without a kernel:")
     if path.stem[:2] in SAYS:
         SAYS[path.stem[:2]](again[-1])
     for number, view in enumerate(again, 1):
         view.outside.screenshot(path=PICTURES / f"{path.stem}_view_{number}.png")
-    assert not page.errors
-    page.evaluate(CLOSE_ONLY, panel)
+    assert not reader.errors
+    reader.evaluate(CLOSE_ONLY, panel)
 
 
 @pytest.fixture(scope="module")
