@@ -57,6 +57,28 @@ def test_moved_references_in_the_sheet_of_the_source_are_found(recipe, tmp_path)
             assert "always the same" in said, f"{case.planted()}: {said}"
 
 
+@pytest.mark.parametrize("author", [layouts.matrix_sheet, layouts.two_tables])
+def test_a_slip_in_an_elementary_matrix_is_found_there(author, tmp_path):
+    """Not in the product that uses it, even where the spoiled cell goes into a single coordinate."""
+    rng, path, seen = np.random.default_rng(5), tmp_path / "sheet.xlsx", 0
+    for _ in range(6):
+        book = author(rng)
+        values = Values(book)
+        slips = [
+            c for c in mistakes.candidates(book, values) if c[0] in ("degrees for radians", "typed over formula")
+        ]
+        slips = [c for c in slips if "COS(" in (formula_of(book.cells[next(iter(c[1]))]) or "")]
+        for number in rng.permutation(len(slips))[:4]:
+            slip = mistakes.judge(book, values, *slips[number])
+            if slip and slip.verdict == "wrong":
+                case = score.make_case("slip", book, slip, values)
+                save(path, case.book, case.values)
+                counts, said = score.judge(case, path)
+                assert "first cell" in counts, f"{case.planted()}: {said}"
+                seen += 1
+    assert seen > 8
+
+
 def test_the_sheet_of_the_source_has_lucky_references():
     """At the source's own angles many wrong references leave every value as it is: numbers alone do not tell."""
     lucky = 0
