@@ -11,15 +11,6 @@ from mathpost.measure import angular_error, spline
 DATA = Path(__file__).parent.parent.parent / "data"
 
 
-@pytest.fixture
-def example():
-    """The example of four targets whose statistics were computed by hand."""
-    spread = np.array([-0.4, -0.2, 0, 0.2, 0.4])
-    up = np.array([1, 10, -6, 3])[:, None] + spread
-    down = np.array([0, 8.5, -7.2, 2.5])[:, None] + spread / 2
-    return angular_error.from_arrays([0, 90, 180, 270], up, down)
-
-
 def test_statistics_of_iso_230_2(example):
     result = angular_error.accuracy(example)
     assert result.s_up == pytest.approx(np.full(4, 0.316228), abs=5e-7)

@@ -12,15 +12,6 @@ from mathpost.measure import angular_error, control_table, spline
 DATA = Path(__file__).parent.parent.parent / "data"
 
 
-@pytest.fixture
-def example():
-    """The example of four targets whose statistics were computed by hand."""
-    spread = np.array([-0.4, -0.2, 0, 0.2, 0.4])
-    up = np.array([1, 10, -6, 3])[:, None] + spread
-    down = np.array([0, 8.5, -7.2, 2.5])[:, None] + spread / 2
-    return angular_error.from_arrays([0, 90, 180, 270], up, down)
-
-
 def test_eec_table_closes_and_moves_against_the_error(example):
     error = spline.through_all(example.points(endless=True))
     text = control_table.siemens("AX5", 22.5, error)
