@@ -146,8 +146,8 @@ def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
     Raises
     ------
     InputError
-        With file and line: if the file cannot be read, holds no GOTO, or has statements that are wrong, hazardous
-        or not known. All of them are listed.
+        With file and line: if the file cannot be read, holds no GOTO, has statements that are wrong, hazardous or
+        not known, or stops within a GOTO that lacks numbers of the one before. All wrong statements are listed.
 
     Examples
     --------
@@ -155,7 +155,18 @@ def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
     >>> len(cl), cl.points[0], cl.axes[0].round(6)
     (5, array([50.31991, 58.40925, 52.13969]), array([0.145196, 0.      , 0.989403]))
     """
-    return _parsed(read_bytes(path).removeprefix(codecs.BOM_UTF8), str(path), tolerance, ignored)
+    content = read_bytes(path).removeprefix(codecs.BOM_UTF8)
+    made = _parsed(content, str(path), tolerance, ignored)
+    *before, last = content[-1000:].rsplit(b"\n", 2)
+    if b"/" not in last:
+        return made
+    wanted = before[-1].count(b",") if before and before[-1].startswith(b"GOTO/") else 0
+    if last.startswith(b"GOTO/") and last.count(b",") < wanted:
+        expected = f"{wanted + 1} numbers, as in the line before"
+        found = f"the end of the file after {last[-60:].decode(errors='replace')!r}"
+        line = content.count(b"\n") + 1
+        raise InputError(f"{path}, line {line}", expected, found)
+    return replace(made, notes=(*made.notes, "no line break at the end: the last statement may be cut off"))
 
 
 def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):

@@ -238,3 +238,21 @@ def test_components_lie_one_after_the_other():
     for cl in (cldata.parse(FILE), cldata.from_arrays(points, points + 1)):
         assert cl.points.T.flags.c_contiguous and cl.axes.T.flags.c_contiguous
         assert not cl.points.flags.writeable and points.flags.writeable
+
+
+def test_a_file_that_stops_within_a_record(tmp_path):
+    """Cut anywhere in its last record, a file is refused, or its report says that it may be cut off."""
+    path, whole = tmp_path / "cut.cl", "GOTO/1,2,3,0,0,1\nGOTO/50.31915,58.40925,52.14198,0,0,1.0000\n"
+    refused = 0
+    for length in range(whole.index("GOTO/50") + len("GOTO/5"), len(whole)):
+        path.write_text(whole[:length], encoding="utf-8")
+        try:
+            assert "cut off" in cldata.read(path).notes[-1]
+        except InputError as error:
+            refused += "cut.cl, line 2" in str(error)
+        else:
+            assert whole[:length].count(",") == 10, "no number is missing"
+    assert refused > 20
+    for complete in (whole, whole + "FINI"):
+        path.write_text(complete, encoding="utf-8")
+        assert not cldata.read(path).notes
