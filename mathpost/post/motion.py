@@ -13,7 +13,7 @@ import numpy as np
 from mathpost.errors import ReachError
 from mathpost.post import singular
 from mathpost.post.between_blocks import axis_lag, derivative, deviation, from_segment, tip_deviation
-from mathpost.post.travel import nearest
+from mathpost.post.travel import UNITS, nearest
 
 LOST = 1 / 8  # of the axis tolerance: a move that spans less and strays more does not go along its great circle
 
@@ -49,13 +49,18 @@ class Motion:
         return Motion(self.joints[rows], self.place[rows], self.lifted[rows])
 
     @property
+    def record(self):
+        """The record that each pose is at or leads to, shape (m,)."""
+        return np.ceil(self.place).astype(int)
+
+    @property
     def in_cut(self):
         """Whether each move is in cut, both ends on the part, shape (m - 1,)."""
         return ~(self.lifted[:-1] | self.lifted[1:])
 
     def at_feed(self, cl):
         """Whether each move is in cut and not rapid, so that its tool axis counts, shape (m - 1,)."""
-        return self.in_cut & ~cl.rapid[np.ceil(self.place[1:]).astype(int)]
+        return self.in_cut & ~cl.rapid[self.record[1:]]
 
 
 def follow(kin, cl, motion, tolerance, *, free=False):
@@ -144,12 +149,14 @@ def block_times(machine, joints, tip, feeds, in_cut):
     moves. On a machine that states no rates, no axis goes faster than the feed, in mm and degrees per minute; zero
     where there is no feed either.
     """
-    rates, steps = machine.max_rates, np.abs(np.diff(joints, axis=0))
-    if np.isnan(rates).all():
-        degrees = np.array([1, 1, 1, *np.degrees([1, 1])])
-        by_axis = np.nan_to_num(60 * (steps * degrees).max(axis=1) / feeds)
-    else:
-        by_axis = (steps / np.where(np.isnan(rates), np.inf, rates)).max(axis=1)
+    rates, by_axis = machine.max_rates, np.zeros(len(joints) - 1)
+    if no_rates := np.isnan(rates).all():
+        rates = 1 / UNITS
+    for column, rate in zip(joints.T, rates, strict=True):
+        if not np.isnan(rate):
+            np.maximum(by_axis, np.abs(np.diff(column)) / rate, out=by_axis)
+    if no_rates:
+        by_axis = np.nan_to_num(60 * by_axis / feeds)
     return np.fmax(by_axis, np.where(in_cut, feed_times(tip, feeds), 0))
 
 

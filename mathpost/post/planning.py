@@ -105,8 +105,7 @@ def plan(
     motion, blocks, asked, by_feed = _blocks(kin, cl, motion, tcp)
     _refuse_turning_compensation(cl, machine, blocks)
     law, moving = time_law(machine, motion.joints, asked), asked > 0
-    record = np.ceil(motion.place[1:]).astype(int)
-    slowest = slow_down(first + record[moving], np.diff(law.seconds), by_feed[moving])
+    slowest = slow_down(first + motion.record[1:][moving], np.diff(law.seconds), by_feed[moving])
     return Plan(kin, cl, first, chosen, found, singular, crossing, motion, ideal, blocks, law, slowest, cautions)
 
 
@@ -183,7 +182,7 @@ def _blocks(kin, cl, motion, tcp):
     kept = np.r_[True, (words[1:] != words[:-1]).any(axis=1)]
     if not kept.all():
         motion, words = motion[kept], words[kept]
-    record = np.ceil(motion.place).astype(int)
+    record = motion.record
     feeds, rapid, (tip, _) = cl.feeds[record], cl.rapid[record], cl.at(motion.place)  # in cut it is on the path
     seconds = np.r_[np.nan, block_times(kin.machine, motion.joints, tip, feeds[1:], motion.in_cut)]
     turning = np.r_[False, (words[1:, 3:] != words[:-1, 3:]).any(axis=1)]

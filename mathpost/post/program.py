@@ -95,7 +95,7 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     columns = _columns(control, machine.joint_names, blocks, before[:-1], changes, switches)
     texts, at = [], 0
     for row in sorted(between):
-        texts.append(_moves(columns, at, row))
+        texts += bulk.lines([column[at:row] for column in columns], row - at)
         count, at = before[row] - numbered[row], row
         for line in between[row]:
             takes_one = _takes_number(control, line)
@@ -226,11 +226,6 @@ def _codes(rapid, timed):
 def _changes(values):
     """Where a value is not the one before; the first always is not."""
     return np.concatenate([[True], values[1:] != values[:-1]]) if len(values) else np.empty(0, bool)
-
-
-def _moves(columns, start, stop):
-    """The lines of some moves."""
-    return bulk.lines([column[start:stop] for column in columns], stop - start)
 
 
 def _comment(control, remark):

@@ -80,12 +80,20 @@ def measured(kin, cl, blocks, motion, *, real=None):
     tips, axes = cl.at(motion.place)
     moves = len(joints) - 1
     least, most, off = LEAST_INTERVALS if real else 2, np.full((2, moves), np.inf), np.zeros(moves)
-    for rows in slices((moves,)):
-        poses = slice(rows.start, rows.stop + 1)
+    # A record whose block was left out as a repetition has the pose of the block before.
+    on_part = np.flatnonzero(~motion.lifted)
+    at = on_part[np.searchsorted(motion.place[on_part], np.arange(len(cl)), side="right") - 1]
+    tip_error = chord = 0.0
+    for rows in slices(joints.shape[:1]):
+        poses = slice(rows.start, rows.stop + 1)  # that after the last move included
         reached = machine.forward(joints[poses])
         off[rows] = np.linalg.norm(reached[0] - tips[poses], axis=1)[1:]
         if not real:
             most[:, rows] = bounds(kin.machine, joints[poses], tips[poses], axes[poses], reached)
+        records = slice(*np.searchsorted(at, [rows.start, rows.stop]))
+        tip, axis = (each[at[records] - rows.start] for each in reached)
+        tip_error = max(tip_error, np.linalg.norm(tip - cl.points[records], axis=1).max(initial=0))
+        chord = max(chord, np.linalg.norm(axis - cl.axes[records], axis=1).max(initial=0))
     off[~motion.in_cut], most[:, ~motion.in_cut] = 0, -1
     most[1, ~motion.at_feed(cl)] = -1
     path_axis, _ = largest(1, machine, joints, axes, most[1], least=least)
@@ -94,20 +102,12 @@ def measured(kin, cl, blocks, motion, *, real=None):
     else:
         path_tip, worst = largest(0, machine, joints, tips, most[0], least=least)
 
-    # A record whose block was left out as a repetition has the pose of the block before.
-    on_part = np.flatnonzero(~motion.lifted)
-    at = on_part[np.searchsorted(motion.place[on_part], np.arange(len(cl)), side="right") - 1]
-    tip_error = chord = 0.0
-    for records in slices(at.shape):
-        tip, axis = machine.forward(joints[at[records]])
-        tip_error = max(tip_error, np.linalg.norm(tip - cl.points[records], axis=1).max())
-        chord = max(chord, np.linalg.norm(axis - cl.axes[records], axis=1).max())
     return Proof(
         tip_error=float(tip_error),
         axis_error=float(np.degrees(2 * np.arcsin(min(chord / 2, 1)))),
         path_tip_error=float(path_tip),
         path_axis_error=float(np.degrees(path_axis)),
-        worst_record=int(np.ceil(motion.place[worst + 1])) + 1,
+        worst_record=int(motion.record[worst + 1]) + 1,
     )
 
 
@@ -136,7 +136,7 @@ def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
         tips, axes = cl.at(motion.place[moves] + t * (motion.place[moves + 1] - motion.place[moves]))
         height = np.vecdot(tip - tips, axes).min(axis=0)
         if not height.min() >= -tolerance:
-            record = int(np.ceil(motion.place[moves + 1][height.argmin()]))
+            record = motion.record[moves[height.argmin()] + 1]
             raise MathpostError(
                 f"{cl.where(record)}: on its way there the lifted tool goes {-height.min():.3f} mm into the part"
             )
@@ -144,7 +144,7 @@ def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
 
 def _refuse_other_feeds(cl, blocks, motion):
     """Rapid where the CL data are, and at their feed elsewhere, if no time is stated instead."""
-    record = np.ceil(motion.place).astype(int)
+    record = motion.record
     feeds, rapid = cl.feeds[record], cl.rapid[record]
     by_feed = ~rapid & np.isnan(blocks.seconds) & ~np.isnan(feeds)
     as_it_is = (blocks.feeds <= feeds + 1e-9) & (blocks.feeds >= feeds - FEED_DIGITS)
@@ -162,7 +162,7 @@ def _refuse_too_fast(machine, cl, blocks, motion):
     An axis goes at its rate; where the machine states none, at the feed, in mm and degrees a minute.
     """
     timed = 1 + np.flatnonzero(~np.isnan(blocks.seconds[1:]))
-    seconds, feeds = blocks.seconds[timed], cl.feeds[np.ceil(motion.place[timed]).astype(int)]
+    seconds, feeds = blocks.seconds[timed], cl.feeds[motion.record[timed]]
     start, end = (cl.at(motion.place[rows])[0] for rows in (timed - 1, timed))
     by_feed = np.where(motion.in_cut[timed - 1], np.linalg.norm(end - start, axis=1) * 60 / feeds, 0)
     rates = np.where(np.isnan(machine.max_rates), np.inf, machine.max_rates) * [1, 1, 1, *np.degrees([1, 1])]
@@ -174,7 +174,7 @@ def _refuse_too_fast(machine, cl, blocks, motion):
     fast = seconds < 0.99 * least - 0.001 - 1e-6 * seconds**2 - 0.012 / feeds
     if fast.any():
         block = int(fast.argmax())
-        where = cl.where(int(np.ceil(motion.place[timed[block]])))
+        where = cl.where(motion.record[timed[block]])
         raise MathpostError(
             f"{where}: a block takes {seconds[block]:.3f} s, feed and axes need {least[block]:.3f} s at least"
         )

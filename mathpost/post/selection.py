@@ -227,7 +227,7 @@ def _solutions(kin, tip, axis):
         at_pole = np.abs(joints[:, 0, inner] - joints[:, 1, inner]) < 2 * POLE
     elsewhere = np.flatnonzero(~at_pole)
     if not at_pole.any() or not elsewhere.size:
-        return np.ascontiguousarray(joints.T)
+        return joints.T
     solved = np.full((5, 6, len(joints)), np.nan)
     solved[:, :2] = joints.T
     after = np.searchsorted(elsewhere, np.flatnonzero(at_pole))

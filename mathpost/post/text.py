@@ -146,12 +146,12 @@ class Column:
 
 
 def lines(columns, count):
-    r"""Return the text of `count` lines; where a line ends, a `Column` says.
+    r"""Yield the text of `count` lines, many at a time; where a line ends, a `Column` says.
 
     Examples
     --------
     >>> x = np.array([1.25, -1234.56789, -0.0])
-    >>> lines([Column("X", x, 4, "+"), Column(" L", shown=x > 0), Column("\n")], 3)
+    >>> "".join(lines([Column("X", x, 4, "+"), Column(" L", shown=x > 0), Column("\n")], 3))
     'X+1.2500 L\nX-1234.5679\nX-0.0000\n'
     """
     widest = sum(len(column.literal) + WIDEST * (column.values is not None) for column in columns)
@@ -159,7 +159,7 @@ def lines(columns, count):
     decimals = np.array([-1 if column.values is None else column.decimals for column in columns])
     plus = np.array([ord(column.plus or "\0") for column in columns])
     literals = _characters(column.literal for column in columns)
-    out, parts = np.empty(min(count, ROWS) * widest, np.uint8), []
+    out = np.empty(min(count, ROWS) * widest, np.uint8)
     for start in range(0, count, ROWS):
         rows = slice(start, min(start + ROWS, count))
         shown, values = np.ones((2, len(columns), rows.stop - start))
@@ -172,11 +172,10 @@ def lines(columns, count):
         while start + line < rows.stop:
             with np.errstate(over="ignore"):  # of a number too large for the loop
                 line, end = write(out, *literals, shown, values, decimals, plus, line)
-            parts.append(out[:end].tobytes().decode("ascii"))
+            yield out[:end].tobytes().decode("ascii")
             if start + line < rows.stop:  # one that is better written with care
-                parts += [column.text(start + line) for column in columns]
+                yield from (column.text(start + line) for column in columns)
                 line += 1
-    return "".join(parts)
 
 
 def runs(values):

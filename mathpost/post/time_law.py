@@ -4,6 +4,7 @@ Every move is *asked* to take the time that its feed or its slowest axis needs. 
 speed at which it is really run, 0 to 1; from rest to rest, and never faster than the axes can follow.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,56 +88,49 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     array([0.  , 5.18])
     """
     joints, asked = np.asarray(joints, dtype=float), np.asarray(asked, dtype=float)
-    moving = asked > 0
-    kept = np.r_[True, moving]
+    moving = np.flatnonzero(asked > 0)
     lengths, most = asked[moving], np.nan_to_num(machine.max_accelerations, nan=np.inf)
-    pause = (lengths[1:] + lengths[:-1]) / 2  # from the middle of a move to that of the next
-    corner, needed = pause >= settle, np.zeros(max(len(lengths) - 1, 0))
-    speed = np.zeros((5, len(lengths)))  # of each axis at w = 1
-    bend = np.zeros((5, len(lengths) + 1))  # its acceleration at a pose that is passed at w = 1
-    jumps = []  # of its speed at the corners
-    for axis, column in enumerate(joints.T):
-        velocity = np.diff(column)[moving] / lengths
-        jump = np.abs(np.diff(velocity))
-        speed[axis] = np.abs(velocity)
-        np.divide(jump, pause, out=bend[axis, 1:-1], where=~corner)
-        needed = np.maximum(needed, jump / most[axis])  # seconds, in which all axes can take their jumps
-        jumps.append(jump[corner])
-
-    squares = np.zeros(len(lengths) + 1)
-    with np.errstate(divide="ignore"):
-        limits = np.minimum(np.where(corner, np.inf, pause / needed), (settle / needed) ** 2)
-        squares[1:-1] = np.minimum(limits, 1)
+    loops = [compiled(loop) if len(lengths) > LONG else loop for loop in (corners, climbed, driven)]
+    velocity, bend, squares = loops[0](joints, moving, lengths, most, settle)
     if np.isfinite(most).any():
-        climb = compiled(climbed) if len(lengths) > LONG else climbed
-        squares = climb(squares, lengths, speed, bend, most)
-        squares = climb(squares[::-1], lengths[::-1], speed[:, ::-1], bend[:, ::-1], most)[::-1]
-
-    def used(bend):
-        return np.maximum(bend[:-1] * squares[:-1], bend[1:] * squares[1:])
-
-    left = np.full(len(lengths), np.inf)
-    for v, bent, limit in zip(speed, bend, most, strict=True):
-        left = np.minimum(left, np.where(v > STILL, (limit - used(bent)) / np.maximum(v, STILL), np.inf))
-    ramp = np.maximum(left, np.abs(np.diff(squares)) / (2 * lengths))
-    override = np.sqrt(squares)
-    highest = np.minimum(1, np.sqrt((squares[1:] + squares[:-1]) / 2 + ramp * lengths))
-    ramp[ramp * lengths <= ROUNDING * highest**2] = np.inf  # or what rounding leaves of a ramp would take time
-    seconds = np.zeros(len(asked))
-    seconds[moving] = _durations(override, lengths, ramp, highest)
-    changes = (highest > override[:-1]) | (highest > override[1:])
-    pull = np.where(changes & np.isfinite(ramp), ramp, 0)
-    peaks = [
-        [(v * highest).max(initial=0) for v in speed],
-        [(v * pull + used(bent)).max(initial=0) for v, bent in zip(speed, bend, strict=True)],
-        [(jump * override[1:-1][corner]).max(initial=0) for jump in jumps],
-    ]
-    peaks[1] = np.where(np.isfinite(most), peaks[1], np.nan)
-    seconds = np.r_[0.0, np.cumsum(seconds)][kept]
-    return TimeLaw(joints[kept], seconds, override, lengths, ramp, highest, *map(np.array, peaks))
+        squares = loops[1](squares, lengths, velocity, bend, most)
+        squares = loops[1](squares[::-1], lengths[::-1], velocity[:, ::-1], bend[:, ::-1], most)[::-1]
+    ramp, highest, durations, peaks = loops[2](squares, lengths, velocity, bend, most)
+    peaks[1, np.isinf(most)] = np.nan
+    seconds = np.r_[0.0, np.cumsum(durations)]
+    if len(moving) < len(asked):
+        joints = joints[np.r_[0, moving + 1]]
+    return TimeLaw(joints, seconds, np.sqrt(squares), lengths, ramp, highest, *peaks)
 
 
-def climbed(squares, lengths, speed, bend, most):
+# The loops run as they stand, or as machine code if Numba compiles them.
+
+
+def corners(joints, moving, lengths, most, settle):
+    """The velocity of each axis at w = 1, its acceleration at the poses (bend), and the squares of w for the jumps.
+
+    The path begins and ends at rest.
+    """
+    count, axes = len(lengths), len(most)
+    velocity, bend, squares = np.zeros((axes, count)), np.zeros((axes, count + 1)), np.zeros(count + 1)
+    for move in range(count):
+        row, length, needed = moving[move], lengths[move], 0.0
+        pause = (length + lengths[move - 1]) / 2  # from the middle of a move to that of the next
+        for axis in range(axes):
+            velocity[axis, move] = (joints[row + 1, axis] - joints[row, axis]) / length
+            if move > 0:
+                jump = abs(velocity[axis, move] - velocity[axis, move - 1])
+                needed = max(needed, jump / most[axis])  # seconds, in which all axes can take their jumps
+                if pause < settle:
+                    bend[axis, move] = jump / pause
+        if move > 0:
+            squares[move] = 1.0
+        if move > 0 and needed > 0:
+            squares[move] = min(1.0, (settle / needed) ** 2, pause / needed if pause < settle else np.inf)
+    return velocity, bend, squares
+
+
+def climbed(squares, lengths, velocity, bend, most):
     """The squares of w at the poses, so far lowered that every axis can follow where w rises from pose to pose.
 
     What the bend at either end of a move takes of the acceleration of an axis is not left for the rise.
@@ -145,7 +139,7 @@ def climbed(squares, lengths, speed, bend, most):
     for move in range(len(lengths)):
         length, square, rise = lengths[move], squares[move], np.inf
         for axis in range(len(most)):
-            v, here, there = speed[axis, move], bend[axis, move], bend[axis, move + 1]
+            v, here, there = abs(velocity[axis, move]), bend[axis, move], bend[axis, move + 1]
             if v > STILL:
                 rise = min(rise, (most[axis] - here * square) / v)
                 rise = min(rise, (most[axis] - there * square) / (v + 2 * length * there))
@@ -153,11 +147,35 @@ def climbed(squares, lengths, speed, bend, most):
     return squares
 
 
-def _durations(override, lengths, ramp, highest):
-    """Seconds of each move: up to the highest w, on at it, down again."""
-    up, down = highest - override[:-1], highest - override[1:]
-    on_ramps = (up * (highest + override[:-1]) + down * (highest + override[1:])) / (2 * ramp)
-    return (up + down) / ramp + np.maximum(lengths - on_ramps, 0) / highest
+def driven(squares, lengths, velocity, bend, most):
+    """Ramp, highest w and seconds of each move: up to the highest w, on at it, down again; and the peaks, (3, 5)."""
+    count, axes = len(lengths), len(most)
+    ramp, highest, seconds, peaks = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((3, axes))
+    used = np.zeros(axes)  # of the acceleration, by the bends
+    for move in range(count):
+        length, before, after, pull = lengths[move], squares[move], squares[move + 1], np.inf
+        for axis in range(axes):
+            v, used[axis] = abs(velocity[axis, move]), max(bend[axis, move] * before, bend[axis, move + 1] * after)
+            if v > STILL:
+                pull = min(pull, (most[axis] - used[axis]) / v)
+        pull = max(pull, abs(after - before) / (2 * length))
+        top, first, last = (before + after) / 2 + pull * length, math.sqrt(before), math.sqrt(after)
+        top = math.sqrt(min(top, 1.0))
+        if pull * length <= ROUNDING * top**2:  # or what rounding leaves of a ramp would take time
+            pull = np.inf
+        up, down = top - first, top - last
+        on_ramps = (up * (top + first) + down * (top + last)) / (2 * pull)
+        seconds[move] = (up + down) / pull + max(length - on_ramps, 0.0) / top
+        ramp[move], highest[move] = pull, top
+        for axis in range(axes):
+            v, pulled = abs(velocity[axis, move]), used[axis]
+            if max(up, down) > 0 and pull < np.inf:
+                pulled += v * pull
+            peaks[0, axis], peaks[1, axis] = max(peaks[0, axis], v * top), max(peaks[1, axis], pulled)
+            if move > 0 and bend[axis, move] == 0:
+                jump = abs(velocity[axis, move] - velocity[axis, move - 1])
+                peaks[2, axis] = max(peaks[2, axis], jump * first)
+    return ramp, highest, seconds, peaks
 
 
 def slow_down(record, seconds, asked):

@@ -244,7 +244,7 @@ class Crossing:
         before, after = np.arange(max(self.first - NEAR, 0), self.first), np.arange(self.last + 1, len(self.joints))
         run = [Motion.on_part(self.joints[near], near) for near in (before, after[:NEAR])]
         run = Motion.joined([run[0], motion, run[1]])
-        tips, feeds = self.kin.forward(run.joints)[0], self.cl.feeds[np.ceil(run.place[1:]).astype(int)]
+        tips, feeds = self.kin.forward(run.joints)[0], self.cl.feeds[run.record[1:]]
         machine = self.kin.machine
         return time_law(machine, run.joints, block_times(machine, run.joints, tips, feeds, run.in_cut))
 
