@@ -249,7 +249,7 @@ def _warnings(each):
         yield "X Y Z do not name the tip: the length of the tools has to be 0 in the control's tool table"
     if (np.isnan(cl.feeds) & ~cl.rapid).any():
         yield "the CL data state no feed for some moves; they carry no F word"
-    swings = np.degrees(np.abs(np.diff(joints[:, 3:], axis=0))).max(axis=1)
+    swings = np.degrees(np.maximum(*(np.abs(np.diff(joint)) for joint in joints.T[3:])))
     if swings.max(initial=0) > 90:
         record = each.first + int(swings.argmax())
         yield f"a rotary axis swings {swings.max():.1f}° from record {record + 1} to the next"

@@ -154,7 +154,9 @@ def bounds(machine, joints, tips, axes, reached):
     bend = derivative(machine, joints[:-1], joints[1:], 2) / 8
     for rows in slices(bend.shape):
         poses = slice(rows.start, rows.stop + 1)
-        ends = (np.linalg.norm(at[poses] - path[poses], axis=1) for at, path in zip(reached, (tips, axes), strict=True))
+        ends = (
+            np.linalg.norm(at[poses] - path[poses], axis=1) for at, path in zip(reached, (tips, axes), strict=True)
+        )
         tip_off, axis_off = (np.maximum(off[:-1], off[1:]) for off in ends)
         turn = np.abs(np.diff(joints[poses, 3:], axis=0)).sum(axis=1)
         axis = axis_off + (turn**2 + (turn + np.pi * axis_off) ** 2) / 8

@@ -198,7 +198,8 @@ def _turned_over(records, remarks, counts):
     """
     points, axes, feeds, rapid, lines = records
     changes = [record for record, remark in remarks if getattr(remark, "kind", "") == "tool"]
-    over = np.flatnonzero((np.linalg.norm(axes[:, 1:] + axes[:, :-1], axis=0) < OPPOSITE) & rapid[1:]) + 1
+    over = 1 + np.flatnonzero(rapid[1:])
+    over = over[np.linalg.norm(axes[:, over] + axes[:, over - 1], axis=0) < OPPOSITE]
     over = np.setdiff1d(over, changes)  # the new tool comes from elsewhere
     if not over.size:
         return records, remarks

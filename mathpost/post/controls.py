@@ -54,7 +54,9 @@ class Blocks:
     @property
     def joints(self):
         """`words` with the rotary angles in radians, shape (n, 5)."""
-        return np.concatenate([self.words[:, :3], np.deg2rad(self.words[:, 3:])], axis=1)
+        joints = np.array(self.words)
+        np.deg2rad(joints[:, 3:], out=joints[:, 3:])
+        return joints
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,5 +160,7 @@ def axis_word(name):
 
 
 def printed(words):
-    """Words as they stand in a program, to the last digit; a zero has no sign."""
-    return np.round(words, DECIMALS) + 0.0
+    """Round words, in place, to the last digit that stands in a program; a zero has no sign."""
+    np.round(words, DECIMALS, out=words)
+    words += 0.0
+    return words

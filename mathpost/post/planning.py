@@ -120,7 +120,7 @@ def _unbroken(regions, breaks):
 
 def _through_the_records(joints, ways):
     """The `Motion` through the joints (n, 5) chosen for the records, with each of `ways` in its place."""
-    joints, place = np.asfortranarray(joints), np.arange(len(joints))  # joint by joint is read fastest
+    place = np.arange(len(joints))
     parts, record = [], 0  # the next record to be reached
     for way in sorted(ways, key=lambda way: way.place[0]):
         first, last = int(way.place[0]), int(way.place[-1])

@@ -36,7 +36,9 @@ FEED_WORD = re.compile(rf"(FMAX|FT|F)({NUMBER})?")
 
 def rounded(joints):
     """Return joints (n, 5) in mm and radians as words in mm and degrees, rounded as they will be printed."""
-    return printed(np.concatenate([joints[:, :3], np.rad2deg(joints[:, 3:])], axis=1))
+    words = np.array(joints)
+    np.rad2deg(words[:, 3:], out=words[:, 3:])
+    return printed(words)
 
 
 def joined(parts):
@@ -165,7 +167,7 @@ def _number(control, count):
 
 def _columns(control, axes, blocks, numbers, changes, switches):
     """The moves as `Column`s; `changes` and `switches` as in `_between`."""
-    words, timed = printed(blocks.words), ~(blocks.rapid | np.isnan(blocks.seconds))
+    rows, timed = np.arange(len(blocks.words)), ~(blocks.rapid | np.isnan(blocks.seconds))
     # A time is rounded up and a feed down: no block is faster than it may be.
     seconds = np.where(timed, np.maximum(_up(blocks.seconds, 3), SHORTEST_TIME), 1.0)
     per_minute = np.where(timed, np.maximum(_down(60 / np.maximum(blocks.seconds, SHORTEST_TIME), 4), 1e-4), 1.0)
@@ -175,20 +177,19 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     else:
         start, rapid = [Column("N", _number(control, numbers)), *_codes(blocks.rapid, timed)], []
         times = Column(FEED, per_minute, 4, shown=timed)
-    changed = np.concatenate([np.ones((1, 5), bool), words[1:] != words[:-1]])
-    changed[changes] = True  # nobody knows where the machine went for its tool
-    positions = [
-        Column(axis_word(axis), values, DECIMALS, control.sign, shown)
-        for axis, values, shown in zip(axes, words.T, changed.T, strict=True)
-    ]
-    switched = [Column(word, shown=np.arange(len(words)) == row) for row, word in switches]
+    positions = []
+    for axis, column in zip(axes, blocks.words.T, strict=True):
+        shown = _changes(values := printed(np.array(column)))
+        shown[changes] = True  # nobody knows where the machine went for its tool
+        positions.append(Column(axis_word(axis), values, DECIMALS, control.sign, shown))
+    switched = [Column(word, shown=rows == row) for row, word in switches]
     if control is not HEIDENHAIN:
         start, switched = [*start, *switched], []
     # An ISO control that has been told times has forgotten the feed.
     times_before = np.cumsum(timed) * (control is not HEIDENHAIN)
-    tools_before = np.searchsorted(changes, np.arange(len(words)), side="right")
+    tools_before = np.searchsorted(changes, rows, side="right")
     fed = np.flatnonzero(~(blocks.rapid | timed | np.isnan(blocks.feeds)))
-    stated = np.zeros(len(words), bool)
+    stated = np.zeros(len(rows), bool)
     stated[fed] = _changes(blocks.feeds[fed]) | _changes(times_before[fed]) | _changes(tools_before[fed])
     whole = blocks.feeds == np.round(blocks.feeds)
     feeds = [
@@ -254,7 +255,7 @@ def read(text, machine, dialect="heidenhain", *, name="program"):
         or a program without a move.
     """
     lines = _Lines(machine, dialect, name)
-    lines.take_all(text.encode("utf-8", "surrogatepass"))
+    lines.take_all(text)
     if not lines.runs:
         raise InputError(name, "at least one move", "none")
     words, *rows = (np.concatenate(columns, axis=-1) for columns in zip(*lines.runs, strict=True))

@@ -91,9 +91,9 @@ def measured(kin, cl, blocks, motion, *, real=None):
         if not real:
             most[:, rows] = bounds(kin.machine, joints[poses], tips[poses], axes[poses], reached)
         records = slice(*np.searchsorted(at, [rows.start, rows.stop]))
-        tip, axis = (each[at[records] - rows.start] for each in reached)
-        tip_error = max(tip_error, np.linalg.norm(tip - cl.points[records], axis=1).max(initial=0))
-        chord = max(chord, np.linalg.norm(axis - cl.axes[records], axis=1).max(initial=0))
+        tip, axis = (np.take(each.T, at[records] - rows.start, axis=1) for each in reached)
+        tip_error = max(tip_error, np.linalg.norm(tip - cl.points[records].T, axis=0).max(initial=0))
+        chord = max(chord, np.linalg.norm(axis - cl.axes[records].T, axis=0).max(initial=0))
     off[~motion.in_cut], most[:, ~motion.in_cut] = 0, -1
     most[1, ~motion.at_feed(cl)] = -1
     path_axis, _ = largest(1, machine, joints, axes, most[1], least=least)

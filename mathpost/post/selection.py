@@ -202,10 +202,16 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
             f"{cl.where(stuck)}: the path breaks here, no choice of branch and winding goes on in cut (so far "
             f"{angles}); split it, with a retract and an unwind"
         )
-    solution, winding = np.divmod(picks, turns.shape[1])
-    joints = (solved[:, solution, np.arange(len(cl))] + turns[:, winding]).T
-    further = np.where(np.diff(solution, prepend=-1) == 0, beyond[solution, np.arange(len(cl))], 0)
-    joints = travel.count_turns(machine, joints, np.zeros(5) if start is None else start, outer, further)
+    (solution, winding), records = np.divmod(picks, turns.shape[1]), np.arange(len(cl))
+    joints = np.empty((5, len(cl))).T  # joint by joint is read fastest
+    for joint in range(5):
+        joints[:, joint] = solved[joint, solution, records] + turns[joint, winding]
+    further = np.where(np.diff(solution, prepend=-1) == 0, beyond[solution, records], 0)
+    for joint in np.flatnonzero(
+        travel.endless(machine)
+    ):  # goes on the short way, and the outer one `further` turns
+        turned = np.diff(joints[:, joint], prepend=0.0 if start is None else start[joint])
+        joints[:, joint] -= TURN * np.cumsum(np.rint(turned / TURN) - further * (joint == outer))
     breaks = tuple(np.flatnonzero(broken).tolist())
     return Selection(joints, solution % 2, travel.path_cost(machine, joints, weights, start), breaks, strategy)
 

@@ -98,14 +98,16 @@ class Reader:
     """
 
     def take_all(self, content):
-        """Take all lines of bytes."""
-        start = 0
+        """Take all lines of bytes, or of a text."""
+        start, end = 0, "\n" if isinstance(content, str) else b"\n"
         while start < len(content):
-            stop = content.find(b"\n", start + BLOCK) + 1 or len(content)
+            stop = content.find(end, start + BLOCK) + 1 or len(content)
             self._take_block(content[start:stop])
             start = stop
 
     def _take_block(self, block):
+        if isinstance(block, str):
+            block = block.encode("utf-8", "surrogatepass")
         block += b"" if block.endswith(b"\n") else b"\n"
         values, plain = self.pattern.match(block)
         plain &= self.fits(values)

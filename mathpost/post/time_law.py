@@ -91,11 +91,11 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     moving = np.flatnonzero(asked > 0)
     lengths, most = asked[moving], np.nan_to_num(machine.max_accelerations, nan=np.inf)
     loops = [compiled(loop) if len(lengths) > LONG else loop for loop in (corners, climbed, driven)]
-    velocity, bend, squares = loops[0](joints, moving, lengths, most, settle)
+    velocity, pause, squares = loops[0](joints, moving, lengths, most, settle)
     if np.isfinite(most).any():
-        squares = loops[1](squares, lengths, velocity, bend, most)
-        squares = loops[1](squares[::-1], lengths[::-1], velocity[:, ::-1], bend[:, ::-1], most)[::-1]
-    ramp, highest, durations, peaks = loops[2](squares, lengths, velocity, bend, most)
+        squares = loops[1](squares, lengths, velocity, pause, most)
+        squares = loops[1](squares[::-1], lengths[::-1], velocity[:, ::-1], pause[::-1], most)[::-1]
+    ramp, highest, durations, peaks = loops[2](squares, lengths, velocity, pause, most)
     peaks[1, np.isinf(most)] = np.nan
     seconds = np.r_[0.0, np.cumsum(durations)]
     if len(moving) < len(asked):
@@ -107,59 +107,68 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
 
 
 def corners(joints, moving, lengths, most, settle):
-    """The velocity of each axis at w = 1, its acceleration at the poses (bend), and the squares of w for the jumps.
+    """The velocity of each axis at w = 1, and at each pose the time for its jump on a curve and the square of w.
 
-    The path begins and ends at rest.
+    That time is from the middle of a move to that of the next; infinite at a corner, where the jump is limited
+    instead, and at both ends of the path, which are at rest.
     """
     count, axes = len(lengths), len(most)
-    velocity, bend, squares = np.zeros((axes, count)), np.zeros((axes, count + 1)), np.zeros(count + 1)
+    velocity, pause, squares = np.zeros((axes, count)), np.full(count + 1, np.inf), np.zeros(count + 1)
     for move in range(count):
-        row, length, needed = moving[move], lengths[move], 0.0
-        pause = (length + lengths[move - 1]) / 2  # from the middle of a move to that of the next
+        needed = 0.0  # seconds, in which all axes can take their jumps
         for axis in range(axes):
-            velocity[axis, move] = (joints[row + 1, axis] - joints[row, axis]) / length
+            row = moving[move]
+            velocity[axis, move] = (joints[row + 1, axis] - joints[row, axis]) / lengths[move]
             if move > 0:
-                jump = abs(velocity[axis, move] - velocity[axis, move - 1])
-                needed = max(needed, jump / most[axis])  # seconds, in which all axes can take their jumps
-                if pause < settle:
-                    bend[axis, move] = jump / pause
+                needed = max(needed, abs(velocity[axis, move] - velocity[axis, move - 1]) / most[axis])
         if move > 0:
-            squares[move] = 1.0
-        if move > 0 and needed > 0:
-            squares[move] = min(1.0, (settle / needed) ** 2, pause / needed if pause < settle else np.inf)
-    return velocity, bend, squares
+            squares[move], between = 1.0, (lengths[move] + lengths[move - 1]) / 2
+            if between < settle:
+                pause[move] = between
+            if needed > 0:
+                squares[move] = min(1.0, pause[move] / needed, (settle / needed) ** 2)
+    return velocity, pause, squares
 
 
-def climbed(squares, lengths, velocity, bend, most):
+def climbed(squares, lengths, velocity, pause, most):
     """The squares of w at the poses, so far lowered that every axis can follow where w rises from pose to pose.
 
     What the bend at either end of a move takes of the acceleration of an axis is not left for the rise.
     """
-    squares = squares.copy()
-    for move in range(len(lengths)):
+    squares, bend, moves = squares.copy(), np.zeros(len(most)), len(lengths)
+    for move in range(moves):
         length, square, rise = lengths[move], squares[move], np.inf
         for axis in range(len(most)):
-            v, here, there = abs(velocity[axis, move]), bend[axis, move], bend[axis, move + 1]
+            v, here, there = abs(velocity[axis, move]), bend[axis], 0.0
+            if move + 1 < moves:
+                there = abs(velocity[axis, move + 1] - velocity[axis, move]) / pause[move + 1]
             if v > STILL:
                 rise = min(rise, (most[axis] - here * square) / v)
                 rise = min(rise, (most[axis] - there * square) / (v + 2 * length * there))
+            bend[axis] = there
         squares[move + 1] = min(squares[move + 1], square + 2 * length * max(rise, 0.0))
     return squares
 
 
-def driven(squares, lengths, velocity, bend, most):
+def driven(squares, lengths, velocity, pause, most):
     """Ramp, highest w and seconds of each move: up to the highest w, on at it, down again; and the peaks, (3, 5)."""
-    count, axes = len(lengths), len(most)
-    ramp, highest, seconds, peaks = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((3, axes))
-    used = np.zeros(axes)  # of the acceleration, by the bends
-    for move in range(count):
+    moves, axes = len(lengths), len(most)
+    ramp, highest, seconds, peaks = np.zeros(moves), np.zeros(moves), np.zeros(moves), np.zeros((3, axes))
+    bend, used = np.zeros(axes), np.zeros(axes)  # what the bends use of the acceleration
+    for move in range(moves):
         length, before, after, pull = lengths[move], squares[move], squares[move + 1], np.inf
         for axis in range(axes):
-            v, used[axis] = abs(velocity[axis, move]), max(bend[axis, move] * before, bend[axis, move + 1] * after)
+            v, there = abs(velocity[axis, move]), 0.0
+            if move + 1 < moves:
+                jump = abs(velocity[axis, move + 1] - velocity[axis, move])
+                there = jump / pause[move + 1]
+                if math.isinf(pause[move + 1]):
+                    peaks[2, axis] = max(peaks[2, axis], jump * math.sqrt(after))
+            used[axis], bend[axis] = max(bend[axis] * before, there * after), there
             if v > STILL:
                 pull = min(pull, (most[axis] - used[axis]) / v)
         pull = max(pull, abs(after - before) / (2 * length))
-        top, first, last = (before + after) / 2 + pull * length, math.sqrt(before), math.sqrt(after)
+        first, last, top = math.sqrt(before), math.sqrt(after), (before + after) / 2 + pull * length
         top = math.sqrt(min(top, 1.0))
         if pull * length <= ROUNDING * top**2:  # or what rounding leaves of a ramp would take time
             pull = np.inf
@@ -172,9 +181,6 @@ def driven(squares, lengths, velocity, bend, most):
             if max(up, down) > 0 and pull < np.inf:
                 pulled += v * pull
             peaks[0, axis], peaks[1, axis] = max(peaks[0, axis], v * top), max(peaks[1, axis], pulled)
-            if move > 0 and bend[axis, move] == 0:
-                jump = abs(velocity[axis, move] - velocity[axis, move - 1])
-                peaks[2, axis] = max(peaks[2, axis], jump * first)
     return ramp, highest, seconds, peaks
 
 

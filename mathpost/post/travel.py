@@ -106,7 +106,7 @@ def without_far_limits(machine):
 def windings(low, high):
     """Return the whole turns that may bring an angle in [−180°, 180°] into travel, radians, least turns first.
 
-    An endless axis has one winding here: its turns are counted when the path is known, by `count_turns`.
+    An endless axis has one winding here: its turns are counted when the path is known.
 
     Examples
     --------
@@ -126,18 +126,6 @@ def short_way(machine, steps):
     around = endless(machine)
     steps[..., around] = nearest(steps[..., around])
     return steps
-
-
-def count_turns(machine, joints, start, outer, beyond):
-    """Return the path of joints (n, 5) with endless axes that go on from `start` (5,) and turn the short way.
-
-    The axis `outer` makes `beyond`, shape (n,), whole turns besides.
-    """
-    counted = joints.copy()
-    for joint in np.flatnonzero(endless(machine)):
-        turns = np.rint(np.diff(joints[:, joint], prepend=start[joint]) / TURN)
-        counted[:, joint] -= TURN * np.cumsum(turns - beyond * (joint == outer))
-    return counted
 
 
 def rates_or_weights(machine, weights=None):
@@ -168,7 +156,7 @@ def move_costs(machine, steps, weights=None):
 
 def path_cost(machine, joints, weights=None, start=None):
     """Return what a sequence of joints, shape (n, 5), costs, the way from `start` to its first row included."""
-    total = float(np.sum(move_costs(machine, np.diff(joints, axis=0), weights)))
+    total = float(np.sum(cost([np.diff(joint) for joint in joints.T], *rates_or_weights(machine, weights))))
     if start is not None and len(joints):
         total += float(move_costs(machine, short_way(machine, joints[0] - start), weights))
     return total
