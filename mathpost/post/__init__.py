@@ -1,6 +1,6 @@
 """From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
-Read `run` first, then `cl` (with `cl_words` and `arcs`), `planning`, `selection` (beside it `travel` and
+Read `run` first, then `cl` (with `cl_words` and `arcs`), `planning`, `selection` (beside it
 `yu_dan`), `singular` (and `ways` through it), `between_blocks`, `time_law`, `program` (with `controls` and `text`),
 `proof`.
 """
@@ -19,7 +19,7 @@ from mathpost.post import controls, program, selection
 from mathpost.post.between_blocks import deviation
 from mathpost.post.planning import AXIS_DIGITS, plan
 from mathpost.post.proof import Report, worst_of
-from mathpost.post.travel import UNITS
+from mathpost.machine import UNITS
 from mathpost.post.ways import AXIS_TOLERANCE, CLEARANCE, LEAN, Crossing, refuse_nonsense
 
 TOLERANCE = 0.01  # mm

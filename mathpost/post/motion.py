@@ -13,7 +13,8 @@ import numpy as np
 from mathpost.errors import ReachError
 from mathpost.post import singular
 from mathpost.post.between_blocks import axis_lag, derivative, deviation, from_segment, tip_deviation
-from mathpost.post.travel import UNITS, nearest
+from mathpost.machine import UNITS
+from mathpost.post.selection import nearest
 
 LOST = 1 / 8  # of the axis tolerance: a move that spans less and strays more does not go along its great circle
 

@@ -8,7 +8,7 @@ import numpy as np
 from mathpost.compensate.compensation import Compensated, PoseError
 from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
-from mathpost.post import program, travel
+from mathpost.post import program
 from mathpost.post.between_blocks import AXIS_RESOLUTION, RESOLUTION, levers
 from mathpost.post.cl import OPPOSITE, CLData
 from mathpost.post.controls import Blocks
@@ -152,9 +152,9 @@ def _linearized(kin, cl, motion, tolerance):
 
 def _refuse_out_of_travel(machine, cl, motion):
     """Raise `ReachError` for the first pose, those between the records included, that is out of travel."""
-    out = np.flatnonzero(~travel.all_within(machine, motion.joints))
+    out = np.flatnonzero(~machine.within(motion.joints).all(axis=1))
     if out.size:
-        sentences = travel.out_of_travel(machine, motion.joints[out[0]])
+        sentences = machine.out_of_travel(motion.joints[out[0]])
         raise ReachError(f"{cl.where(int(motion.place[out[0]]))} and on: {'; '.join(sentences)}")
 
 

@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from mathpost.post.travel import compiled
+from mathpost.post.compiled import compiled
 
 BLOCK = 2**19  # bytes that are read at once: what is made of them fits the processor's cache
 WORTH = 2**19  # bytes; a smaller text takes less time without machine code than loading that does

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.post.travel import compiled
+from mathpost.post.compiled import compiled
 
 SETTLE = 0.02  # s, assumed: how long an axis may take to follow when its speed jumps at a corner
 STILL = 1e-12  # mm/s or rad/s

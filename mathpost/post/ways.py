@@ -9,7 +9,7 @@ import numpy as np
 
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post import cl as cldata
-from mathpost.post import selection, travel, yu_dan
+from mathpost.post import selection, yu_dan
 from mathpost.post.between_blocks import deviation
 from mathpost.post.motion import Motion, block_times, follow, linearize
 from mathpost.post.singular import distance
@@ -157,9 +157,9 @@ class Crossing:
         found = selection.candidates(self.kin, self.cl.points[self.records], self.cl.axes[self.records])
         joints = self.joints[self.records]
         for row in range(swing + 1 - self.first, len(joints)):
-            chosen = np.abs(travel.nearest((joints[row] - found.joints[row])[:, 3:])).max(axis=1) < 1e-5
-            steps = travel.short_way(machine, found.joints[row] - joints[row - 1])
-            costs = np.where(chosen, np.inf, travel.move_costs(machine, steps))
+            chosen = np.abs(selection.nearest((joints[row] - found.joints[row])[:, 3:])).max(axis=1) < 1e-5
+            steps = selection.short_way(machine, found.joints[row] - joints[row - 1])
+            costs = np.where(chosen, np.inf, selection.move_costs(machine, steps))
             pick = np.where(found.inside[row], costs, np.inf).argmin()
             if chosen[pick] or not found.inside[row, pick]:
                 raise MathpostError(f"{self.cl.where(self.first + row)}: {found.reason(row, int(costs.argmin()))}")

@@ -12,7 +12,7 @@ import sympy as sp
 from scipy.interpolate import CubicSpline
 
 from mathpost.errors import InputError, MathpostError, ReachError
-from mathpost.post.travel import TURN, all_within, out_of_travel, within_travel
+from mathpost.machine import TRAVEL_TOLERANCE
 
 
 @dataclass(frozen=True)
@@ -82,14 +82,14 @@ def cases(kin, cl, prefer):
         found = f"{kin.machine.name}, where it is elsewhere"
         raise InputError("strategy 'paper'", f"a machine whose two solutions are ±{derived.inner}", found)
     tilting = kin.symbols.index(derived.inner)
-    near, far = sorted(np.abs(kin.machine.limits[tilting]))
+    near, far = np.sort(np.abs(kin.machine.limits[tilting])) + TRAVEL_TOLERANCE
     dominant = 0 if prefer > 0 else 1
     found, before = [], 0.0
     for size in np.abs(kin.inverse(cl.points, cl.axes)[:, 0, tilting]).tolist():
-        if not within_travel(size, 0.0, far):
+        if not size <= far:
             found.append(Case(1, size, None))
             continue
-        if within_travel(size, 0.0, near):
+        if size <= near:
             steps = abs(size - before), abs(-size - before)
             found.append(Case(3, size, min((dominant, 1 - dominant), key=lambda kappa: steps[kappa]), steps))
         else:
@@ -107,7 +107,7 @@ def turns(angles):
     angles, found = [float(angle) for angle in angles], []
     for record in range(1, len(angles) - 1):
         before, angle, after = angles[record - 1 : record + 2]
-        turned = angle - TURN * np.sign(angle)
+        turned = angle - 2 * np.pi * np.sign(angle)
         deltas = (abs(each - before) + abs(each - after) for each in (angle, turned))
         found.append(Turn(angle, turned, *deltas))
         angles[record] = found[-1].taken
@@ -130,9 +130,9 @@ def choose(kin, cl, prefer):
     joints = kin.inverse(cl.points, cl.axes)[np.arange(len(branch)), branch]
     outer = kin.symbols.index(kin.inverse_symbolic.outer)
     joints[1:-1, outer] = [turn.taken for turn in turns(joints[:, outer])]
-    out = np.flatnonzero(~all_within(kin.machine, joints))
+    out = np.flatnonzero(~kin.machine.within(joints).all(axis=1))
     if out.size:
-        raise ReachError(f"{cl.where(int(out[0]))}: {'; '.join(out_of_travel(kin.machine, joints[out[0]]))}")
+        raise ReachError(f"{cl.where(int(out[0]))}: {'; '.join(kin.machine.out_of_travel(joints[out[0]]))}")
     return joints, branch
 
 
