@@ -151,7 +151,7 @@ def climbed(squares, lengths, velocity, pause, most):
 
 
 def driven(squares, lengths, velocity, pause, most):
-    """Ramp, highest w and seconds of each move: up to the highest w, on at it, down again; and the peaks, (3, 5)."""
+    """Ramp, highest w and seconds of each move: up to the highest w, on at it, down again; peaks, shape (3, 5)."""
     moves, axes = len(lengths), len(most)
     ramp, highest, seconds, peaks = np.zeros(moves), np.zeros(moves), np.zeros(moves), np.zeros((3, axes))
     bend, used = np.zeros(axes), np.zeros(axes)  # what the bends use of the acceleration
