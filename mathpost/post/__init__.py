@@ -16,7 +16,7 @@ from mathpost.compensate.compensation import Compensator
 from mathpost.errors import InputError, MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS
-from mathpost.post import controls, motion, program, selection
+from mathpost.post import motion, program, selection
 from mathpost.post.between_blocks import AXIS_RESOLUTION, deviation
 from mathpost.post.cl import OPPOSITE, CLData
 from mathpost.post.motion import Motion
@@ -136,14 +136,14 @@ def run(
     if not 0 < tolerance < np.inf:
         raise InputError("tolerance", "mm above 0", repr(tolerance))
     if not 2 * AXIS_DIGITS <= axis_tolerance < np.inf:
-        expected = f"at least {np.degrees(2 * AXIS_DIGITS):.4f}°, for words of {controls.DECIMALS} decimals"
+        expected = f"at least {np.degrees(2 * AXIS_DIGITS):.4f}°, for words of {program.DECIMALS} decimals"
         raise InputError("axis_tolerance", expected, f"{np.degrees(axis_tolerance):g}°")
     if cone is not None and not 0 < cone < np.pi:
         raise InputError("cone", "radians above 0 and below π, or none", repr(cone))
     if errors is not None and errors.machine != machine:
         raise InputError("errors", f"those of {machine.name!r}, set up alike", repr(errors.machine.name))
     refuse_nonsense(lean, clearance)
-    controls.control_for(machine, dialect)  # refuses what cannot be written before the work
+    program.control_for(machine, dialect)  # refuses what cannot be written before the work
     progress, name = progress or (lambda stage: None), name or Path(cl.name).stem
     tools, real = cl.by_tool(), None if errors is None else Compensator(errors)
     if real is not None and any(length not in (None, machine.tool_length) for _, length in tools):

@@ -76,7 +76,7 @@ class Motion:
 
 
 def follow(kin, cl, motion, tolerance, *, free=False):
-    """Divide every move in cut along the CL path until the tool axis keeps `tolerance` of its great circle, radians.
+    """Divide every move in cut along the CL path until the tool axis keeps `tolerance` (radians) of its circle.
 
     Moves are halved on the great circle. Where it meets a singular tool axis there is a pose just before and one
     just after it: the outer axis turns while the tool axis all but stands still. The poses in cut are on the path;
@@ -138,9 +138,9 @@ def _pose(kin, cl, place, beside):
 def subdivide(kin, start, end, pieces):
     """Divide moves evenly: tip on the segment, rotary angles in equal steps, X Y Z recomputed.
 
-    `start` and `end`, shape (m, 5), are the joints at both ends of each move, mm and radians; `pieces` is a number or
-    one for each. Returns the joints (k, 5) at the end of every piece, and its place (k,): 2.25 is a quarter of the
-    third move.
+    `start` and `end`, shape (m, 5), are the joints at both ends of each move, mm and radians; `pieces` is a number
+    or one for each. Returns the joints (k, 5) at the end of every piece, and its place (k,): 2.25 is a quarter of
+    the third move.
     """
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     pieces = np.broadcast_to(pieces, len(start))
@@ -316,8 +316,8 @@ def equation_8(kin, start, end, tolerance, *, max_depth=12):
     """Divide a move by equation (8) of source 002 taken literally, for the audit only.
 
     The new points lie on the line in joint space, and each half is measured at its middle against its own chord.
-    Returns the joints, shape (pieces + 1, 5), "converged" by that measure, the largest error by that measure, and the
-    true one, against the segment of the whole move, mm.
+    Returns the joints (pieces + 1, 5), "converged" by that measure, the largest error by that measure, and the true
+    one, against the segment of the whole move, mm.
     """
     for depth in range(max_depth):
         joints = np.linspace(start, end, 2**depth + 1)

@@ -6,6 +6,7 @@ a few that do not move an axis; any other word is an error with its line.
 """
 
 import re
+from dataclasses import dataclass
 from functools import cache
 from operator import itemgetter
 
@@ -13,25 +14,75 @@ import numpy as np
 
 from mathpost.errors import NUMBER, InputError
 from mathpost.post import text as bulk
-from mathpost.post.controls import (
-    DECIMALS,
-    DIALECTS,
-    FANUC,
-    HEIDENHAIN,
-    LAST_BLOCK_NUMBER,
-    SHORTEST_TIME,
-    Blocks,
-    axis_word,
-    control_for,
-    printed,
-)
+from mathpost.post.controls import DIALECTS, FANUC, HEIDENHAIN
 from mathpost.post.text import Column, Item, Pattern
 
-__all__ = ["DECIMALS", "DIALECTS", "SHORTEST_TIME", "Blocks", "joined", "read", "rounded", "write"]
-
+DECIMALS = 4
+SHORTEST_TIME = 0.001  # s, the least that FT may state
+LAST_BLOCK_NUMBER = 99_999  # Fanuc counts no further; numbering begins again
 MOTION_ONLY = "MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT"  # a program says so before its first move
 RAPID, TIME, FEED = " FMAX", " FT", " F"
 FEED_WORD = re.compile(rf"(FMAX|FT|F)({NUMBER})?")
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """The moves of a program.
+
+    Attributes
+    ----------
+    words : ndarray, shape (n, 5)
+        What the axis words say: mm and degrees, X Y Z and the rotary axes in the order of the machine file.
+    feeds, seconds, rapid : ndarray, shape (n,)
+        mm/min, NaN where no feed is stated; time of the block where inverse time is programmed, otherwise NaN; and
+        whether it is in rapid traverse.
+    tcp : bool
+        Whether X Y Z are the tool tip in the workpiece (M128, G43.4, TRAORI) instead of joints.
+    remarks : tuple of (int, str or Command)
+        Comments, each with the number of the block that follows it; what is a `cl_words.Command` instead of a text
+        is written in the control's words.
+    """
+
+    words: np.ndarray
+    feeds: np.ndarray
+    seconds: np.ndarray
+    rapid: np.ndarray
+    tcp: bool = False
+    remarks: tuple = ()
+
+    def __getitem__(self, rows):
+        """The moves of a slice, without remarks."""
+        columns = (column[rows] for column in (self.words, self.feeds, self.seconds, self.rapid))
+        return Blocks(*columns, self.tcp)
+
+    @property
+    def joints(self):
+        """`words` with the rotary angles in radians, shape (n, 5)."""
+        joints = np.array(self.words)
+        np.deg2rad(joints[:, 3:], out=joints[:, 3:])
+        return joints
+
+
+def control_for(machine, dialect):
+    """Return the `Control` called `dialect`; refuse an unknown one, or one that cannot name the machine's axes."""
+    if dialect not in DIALECTS:
+        raise InputError("dialect", " or ".join(DIALECTS), repr(dialect))
+    for axis in machine.joint_names[3:]:
+        if dialect == "heidenhain" and len(axis) > 1:
+            raise InputError("rotary axis name", "one letter for a Heidenhain program", repr(axis))
+    return DIALECTS[dialect]
+
+
+def axis_word(name):
+    """What stands before the number of an axis: names of more than one letter take an equals sign."""
+    return f" {name}=" if len(name) > 1 else f" {name}"
+
+
+def printed(words):
+    """Round words, in place, to the last digit that stands in a program; a zero has no sign."""
+    np.round(words, DECIMALS, out=words)
+    words += 0.0
+    return words
 
 
 def rounded(joints):

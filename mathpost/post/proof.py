@@ -20,33 +20,23 @@ FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to thre
 class Proof:
     """How far a program, read back from its own text, is from the CL data.
 
-    Attributes
-    ----------
-    tip_error, axis_error : float
-        Largest distance of the tip (mm) and angle of the tool axis (degrees) at the records.
-    path_tip_error, path_axis_error : float
-        No less than these anywhere on the path that the joints run between the blocks, for the moves in cut: the
-        distance from the CL segment, and the angle from the great circle, where a rapid move does not count.
-    worst_record : int
-        The record (from 1) that the largest tip error of the path comes before or at.
+    On the path that the joints run between the blocks the errors are nowhere larger than stated, for the moves in
+    cut; a rapid move does not count for the tool axis.
     """
 
-    tip_error: float
-    axis_error: float
-    path_tip_error: float
-    path_axis_error: float
-    worst_record: int
+    tip_error: float  # largest at the records, mm,
+    axis_error: float  # and of the tool axis, degrees
+    path_tip_error: float  # from the CL segments, mm
+    path_axis_error: float  # from the great circles, degrees
+    worst_record: int  # (from 1) that the largest tip error of the path comes before or at
 
 
 def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None):
-    """Return the `Proof` of a program, or refuse it; tolerances in mm and radians, the others as in `measured`.
+    """Return the `Proof` of a program; tolerances in mm and radians, the others as in `measured`.
 
-    Raises
-    ------
-    MathpostError
-        If the tip or the tool axis is off the CL path by more than its tolerance, or the tip below the part on a
-        lifted move, or if a block has another feed than the CL data, or less time than its feed and the rates of
-        the machine allow.
+    Raises `MathpostError` if the tip or the tool axis is off the CL path by more than its tolerance, or the tip below
+    the part on a lifted move, or if a block has another feed than the CL data, or less time than its feed and the
+    rates of the machine allow.
     """
     proof = measured(kin, cl, blocks, motion, real=real)
     tip, axis = max(proof.tip_error, proof.path_tip_error), max(proof.axis_error, proof.path_axis_error)
@@ -61,18 +51,10 @@ def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None):
 
 
 def measured(kin, cl, blocks, motion, *, real=None):
-    """Return as `Proof` how far a program's blocks are from the CL data, at the records and between the blocks.
+    """Return as `Proof` how far blocks that were read back are from the CL data, at the records and between them.
 
-    Parameters
-    ----------
-    kin : Kinematics
-    cl : CLData
-    blocks : mathpost.post.program.Blocks
-        As read back from the text.
-    motion : Motion
-        Where on the CL path each block ends, and which are lifted off the part.
-    real : Compensator, optional
-        The machine that runs the program, if it is not the one that its control knows.
+    `motion` says where on the CL path each block ends, and which are lifted off the part; `real`, a `Compensator`, is
+    the machine that runs the program, if it is not the one that its control knows.
     """
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")

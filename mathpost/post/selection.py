@@ -31,25 +31,12 @@ LONG = 100_000  # moves to compare; with more of them it pays to load Numba
 
 @dataclass(frozen=True)
 class Selection:
-    """A choice of joints for a path.
+    """A choice of joints for a path."""
 
-    Attributes
-    ----------
-    joints : ndarray, shape (n, 5)
-        mm and radians; windings of endless axes counted.
-    branch : ndarray of int, shape (n,)
-        0 or 1, as `Kinematics.inverse` orders them.
-    cost : float
-        By `move_costs`; from `start` if that is given.
-    breaks : tuple of int
-        Records (from 0) that cannot be reached from the one before without retracting and unwinding.
-    strategy : str
-    """
-
-    joints: np.ndarray
-    branch: np.ndarray
-    cost: float
-    breaks: tuple
+    joints: np.ndarray  # shape (n, 5), mm and radians; windings of endless axes counted
+    branch: np.ndarray  # shape (n,), 0 or 1, as `Kinematics.inverse` orders them
+    cost: float  # by `move_costs`; from `start` if that is given
+    breaks: tuple  # records (from 0) that cannot be reached without retracting and unwinding
     strategy: str
 
 
@@ -57,18 +44,12 @@ class Selection:
 class Candidates:
     """All candidates of each record, to look at.
 
-    Attributes
-    ----------
-    kin : Kinematics
-    joints : ndarray, shape (n, m, 5)
-        mm and radians. NaN where the tool axis is out of reach, and where a candidate stands for the pole only.
-    branch : ndarray of int, shape (m,)
-        0 or 1, as `Kinematics.inverse` orders them.
+    `joints` are NaN where the tool axis is out of reach, and where a candidate stands for the pole only.
     """
 
     kin: object
-    joints: np.ndarray
-    branch: np.ndarray
+    joints: np.ndarray  # shape (n, m, 5), mm and radians
+    branch: np.ndarray  # shape (m,), 0 or 1, as `Kinematics.inverse` orders them
 
     @cached_property
     def inside(self):
@@ -292,15 +273,10 @@ def _longer_side(kin):
 
 
 def nearest(step):
-    """Return a rotary step (radians) less whole turns, in [−180°, 180°].
+    """A rotary step (radians) less whole turns, in [−180°, 180°].
 
     Half a turn keeps its direction, so that there and back again does not wind an axis up; this is where it differs
     from `rotation.wrap`.
-
-    Examples
-    --------
-    >>> np.degrees(nearest(np.radians([190, 180, -180, 720])))
-    array([-170.,  180., -180.,    0.])
     """
     return step - TURN * np.rint(step / TURN)
 
@@ -315,15 +291,7 @@ def cost(steps, price, slowest):
 
 
 def without_far_limits(machine):
-    """Return the machine with its rotary axes endless that have room for more than `MANY` turns.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> dmu50v = machine.load("data/machines/dmu50v.toml")
-    >>> without_far_limits(dmu50v) == dmu50v
-    True
-    """
+    """The machine with its rotary axes endless that have room for more than `MANY` turns."""
     rotary = (
         replace(joint, limits=ENDLESS) if joint.limits[1] - joint.limits[0] > MANY * TURN else joint
         for joint in machine.rotary
@@ -332,14 +300,9 @@ def without_far_limits(machine):
 
 
 def windings(low, high):
-    """Return the whole turns that may bring an angle in [−180°, 180°] into travel, radians, least turns first.
+    """The whole turns that may bring an angle in [−180°, 180°] into travel, radians, least turns first.
 
     An endless axis has one winding here: its turns are counted when the path is known.
-
-    Examples
-    --------
-    >>> np.degrees(windings(np.radians(-200), np.radians(360)))
-    array([   0., -360.,  360.])
     """
     if not (np.isfinite(low) and np.isfinite(high)):
         return np.zeros(1)
@@ -397,31 +360,15 @@ def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slow
 
         best(r, j) = min over i of [best(r − 1, i) + move(i, j)],    best = (breaks, cost), compared in this order
 
-    Parameters
-    ----------
-    solved, turns : ndarrays, shape (5, s, n) and (5, w)
-        Joints of each record's solutions, and what the windings add: candidate ``k·w + t`` is solution ``k`` in
-        winding ``t``.
-    outer, beyond : int, ndarray of int, shape (s, n)
-        The outer axis, and how many whole turns it makes beyond its short way to each record, on the same solution.
-    ends, endless : ndarrays, shape (5, 2) and (5,)
-        `Machine.ends` of travel, and which joints have none.
-    beginning : ndarray, shape (s·w,)
-        What it costs to begin with each candidate.
-    price, slowest
-        By `rates_or_weights`.
-    meeting, rapid : ndarrays of bool, shape (n,)
-        Moves to each record on which the branches meet, so that it may change, and those in rapid traverse, which
-        never break the path.
-    greedy : bool
-        Whether only the best candidate of each record is kept: the shortest next move.
+    `solved`, shape (5, s, n), are the joints of each record's solutions and `turns`, (5, w), what the windings add:
+    candidate ``k·w + t`` is solution ``k`` in winding ``t``, and costs `beginning`, (s·w,), to begin with. The joint
+    `outer` makes `beyond`, (s, n), whole turns beyond its short way to each record, on the same solution. `meeting`
+    and `rapid`, (n,), are the moves to each record on which the branches meet, so that it may change, and those in
+    rapid traverse, which never break the path. If `greedy`, only the best candidate of each record is kept: the
+    shortest next move.
 
-    Returns
-    -------
-    picks, broken : ndarrays, shape (n,)
-        Number of the candidate of each record, and whether the move to it breaks the path.
-    unreachable, stuck : int
-        First record without a candidate inside travel, and first that every way reaches with a break; or −1.
+    Returns the number of the candidate of each record, and whether the move to it breaks the path, both (n,); the
+    first record without a candidate inside travel, and the first that every way reaches with a break, or −1.
     """
     records, windings = solved.shape[2], turns.shape[1]
     count = solved.shape[1] * windings

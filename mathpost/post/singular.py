@@ -114,12 +114,7 @@ def near(kin, cl, cone):
 def nearest(kin, start, end, measured=distance):
     """Return where the great circle between tool axes (n, 3) comes nearest to a singular one, and how near.
 
-    With `from_pole` as `measured`, nearest to the outer axis.
-
-    Returns
-    -------
-    t, distance : ndarray, shape (n,)
-        From 0 to 1 along the arc, and radians.
+    That is t (n,), from 0 to 1 along the arc, and radians (n,). With `from_pole` as `measured`: to the outer axis.
     """
     along = end - start  # of neighbours only the difference keeps its digits
     across = along - np.vecdot(along, start)[:, None] * start
