@@ -106,9 +106,9 @@ def true_tip(kin, joints, *, samples=24):
 def largest(kind, kin, joints, path, most, *, least=2):
     """How far the tip (`kind` 0) or the tool axis (1) strays at most from `path` (n, 3), and the first such move.
 
-    `most`, shape (n - 1,), is how far each move may stray, from `bounds`; infinite where that is not known, negative
-    for moves that do not count. Looks first at the moves that may stray most, then only at those that may stray
-    further than these have. What the samples may miss is added; without moves the number is -1.
+    `most`, shape (n - 1,), is how far each move may stray, from `bounds`; infinite where that is not known,
+    negative for moves that do not count. Looks first at the moves that may stray most, then only at those that may
+    stray further than these have. What the samples may miss is added; without moves the number is -1.
     """
     if not len(most):
         return 0.0, -1

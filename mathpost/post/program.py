@@ -27,28 +27,14 @@ FEED_WORD = re.compile(rf"(FMAX|FT|F)({NUMBER})?")
 
 @dataclass(frozen=True)
 class Blocks:
-    """The moves of a program.
+    """The moves of a program."""
 
-    Attributes
-    ----------
-    words : ndarray, shape (n, 5)
-        What the axis words say: mm and degrees, X Y Z and the rotary axes in the order of the machine file.
-    feeds, seconds, rapid : ndarray, shape (n,)
-        mm/min, NaN where no feed is stated; time of the block where inverse time is programmed, otherwise NaN; and
-        whether it is in rapid traverse.
-    tcp : bool
-        Whether X Y Z are the tool tip in the workpiece (M128, G43.4, TRAORI) instead of joints.
-    remarks : tuple of (int, str or Command)
-        Comments, each with the number of the block that follows it; what is a `cl_words.Command` instead of a text
-        is written in the control's words.
-    """
-
-    words: np.ndarray
-    feeds: np.ndarray
-    seconds: np.ndarray
-    rapid: np.ndarray
-    tcp: bool = False
-    remarks: tuple = ()
+    words: np.ndarray  # shape (n, 5), mm and degrees, X Y Z and the rotary axes in the order of the machine file
+    feeds: np.ndarray  # shape (n,), mm/min, NaN where no feed is stated
+    seconds: np.ndarray  # shape (n,), of the block where inverse time is programmed, otherwise NaN
+    rapid: np.ndarray  # shape (n,), whether in rapid traverse
+    tcp: bool = False  # whether X Y Z are the tool tip in the workpiece (M128, G43.4, TRAORI) instead of joints
+    remarks: tuple = ()  # (number of the block that follows, a comment or a `cl_words.Command`)
 
     def __getitem__(self, rows):
         """The moves of a slice, without remarks."""
@@ -108,16 +94,8 @@ def joined(parts):
 def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     """Return the text of a program; words that do not change are left out.
 
-    Parameters
-    ----------
-    blocks : Blocks
-        At least one block, and none that repeats all words of the one before.
-    machine : Machine
-        For the names of its axes.
-    dialect : str
-        ``"heidenhain"``, ``"fanuc"`` or ``"siemens"``.
-    name : str
-        Program name; letters, digits and underscores of it are used.
+    There is at least one block, and none repeats all words of the one before. Of the name letters, digits and
+    underscores are used.
 
     Examples
     --------
@@ -159,16 +137,9 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
 
 
 def _between(control, machine, blocks):
-    """What stands between the moves.
+    """What stands between the moves: lines by the number of the move that follows, also behind the last.
 
-    Returns
-    -------
-    between : dict
-        Lines by the number of the move that follows them; always for the first and behind the last.
-    changes : list of int
-        The moves before which a tool is changed.
-    switches : list of (int, str)
-        Words that a move itself takes.
+    And the moves before which a tool is changed, and, as (int, str), words that a move itself takes.
     """
     rows, tool, tcp = len(blocks.words), 1, False
     between, changes, switches = {0: []}, [0], []
@@ -288,22 +259,10 @@ def _comment(control, remark):
 
 
 def read(text, machine, dialect="heidenhain", *, name="program"):
-    """Return the `Blocks` of a program's text.
+    """Return the `Blocks` of a program's text; `name` begins every error message.
 
-    Parameters
-    ----------
-    text : str
-    machine : Machine
-        For the names of its axes.
-    dialect : str
-    name : str
-        Begins every error message.
-
-    Raises
-    ------
-    InputError
-        With the line: for a word that is not known or stands twice, a block before which an axis was never set,
-        or a program without a move.
+    Raises `InputError` with the line for a word that is not known or stands twice, a block before which an axis was
+    never set, or a program without a move.
     """
     lines = _Lines(machine, dialect, name)
     lines.take_all(text)

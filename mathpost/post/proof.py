@@ -34,9 +34,9 @@ class Proof:
 def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None):
     """Return the `Proof` of a program; tolerances in mm and radians, the others as in `measured`.
 
-    Raises `MathpostError` if the tip or the tool axis is off the CL path by more than its tolerance, or the tip below
-    the part on a lifted move, or if a block has another feed than the CL data, or less time than its feed and the
-    rates of the machine allow.
+    Raises `MathpostError` if the tip or the tool axis is off the CL path by more than its tolerance, or the tip
+    below the part on a lifted move, or if a block has another feed than the CL data, or less time than its feed and
+    the rates of the machine allow.
     """
     proof = measured(kin, cl, blocks, motion, real=real)
     tip, axis = max(proof.tip_error, proof.path_tip_error), max(proof.axis_error, proof.path_axis_error)
@@ -53,8 +53,8 @@ def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None):
 def measured(kin, cl, blocks, motion, *, real=None):
     """Return as `Proof` how far blocks that were read back are from the CL data, at the records and between them.
 
-    `motion` says where on the CL path each block ends, and which are lifted off the part; `real`, a `Compensator`, is
-    the machine that runs the program, if it is not the one that its control knows.
+    `motion` says where on the CL path each block ends, and which are lifted off the part; `real`, a `Compensator`,
+    is the machine that runs the program, if it is not the one that its control knows.
     """
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")

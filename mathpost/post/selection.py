@@ -361,11 +361,11 @@ def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slow
         best(r, j) = min over i of [best(r − 1, i) + move(i, j)],    best = (breaks, cost), compared in this order
 
     `solved`, shape (5, s, n), are the joints of each record's solutions and `turns`, (5, w), what the windings add:
-    candidate ``k·w + t`` is solution ``k`` in winding ``t``, and costs `beginning`, (s·w,), to begin with. The joint
-    `outer` makes `beyond`, (s, n), whole turns beyond its short way to each record, on the same solution. `meeting`
-    and `rapid`, (n,), are the moves to each record on which the branches meet, so that it may change, and those in
-    rapid traverse, which never break the path. If `greedy`, only the best candidate of each record is kept: the
-    shortest next move.
+    candidate ``k·w + t`` is solution ``k`` in winding ``t``, and costs `beginning`, (s·w,), to begin with. The
+    joint `outer` makes `beyond`, (s, n), whole turns beyond its short way to each record, on the same solution.
+    `meeting` and `rapid`, (n,), are the moves to each record on which the branches meet, so that it may change, and
+    those in rapid traverse, which never break the path. If `greedy`, only the best candidate of each record is
+    kept: the shortest next move.
 
     Returns the number of the candidate of each record, and whether the move to it breaks the path, both (n,); the
     first record without a candidate inside travel, and the first that every way reaches with a break, or −1.

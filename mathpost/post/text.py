@@ -47,11 +47,7 @@ class Item:
 class Pattern:
     r"""What a plain line looks like: items in their order, and the end of the line, LF or CRLF.
 
-    Parameters
-    ----------
-    items : sequence of Item
-    relaxed : bool
-        Whether letters may be of either case, and blanks stand before and behind numbers and behind literals.
+    If `relaxed`, letters may be of either case, and blanks stand before and behind numbers and behind literals.
 
     Examples
     --------
@@ -73,14 +69,9 @@ class Pattern:
     def match(self, block):
         """Read the numbers of the plain lines among whole lines of bytes, of which the last must end, too.
 
-        Returns
-        -------
-        values : ndarray, shape (items, lines)
-            What `float` makes of each number, 0 for an item without one, NaN where an optional item is missing; of
-            lines that are not plain, anything.
-        plain : ndarray of bool, shape (lines,)
-            Whether the line is read. One with a number of more than 18 digits, or of more than about 15 that count,
-            is not.
+        That is, shape (items, lines), what `float` makes of each number, 0 for an item without one, NaN where an
+        optional item is missing; and, shape (lines,), whether the line is read. One with a number of more than 18
+        digits, or of more than about 15 that count, is not.
         """
         lines = np.count_nonzero(np.frombuffer(block, np.uint8) == NEWLINE)
         values, plain = np.empty((len(self.items), lines)), np.zeros(lines, bool)
@@ -181,25 +172,13 @@ def lines(columns, count):
 
 
 def runs(values):
-    """Yield where equal neighbours begin and end.
-
-    Examples
-    --------
-    >>> list(runs(np.array([True, True, False])))
-    [(0, 2), (2, 3)]
-    """
+    """Yield where equal neighbours begin and end."""
     edges = [0, *(np.flatnonzero(values[1:] != values[:-1]) + 1).tolist(), len(values)]
     return pairwise(edges)
 
 
 def held(values, before):
-    """Replace NaN by the last number before it, or by `before`.
-
-    Examples
-    --------
-    >>> held(np.array([np.nan, 2.0, np.nan]), 1.0)
-    array([1., 2., 2.])
-    """
+    """Replace NaN by the last number before it, or by `before`."""
     missing = np.isnan(values)
     if not missing.any():
         return values

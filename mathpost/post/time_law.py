@@ -19,29 +19,17 @@ LONG = 10_000  # moves; with more of them it pays to load Numba
 
 @dataclass(frozen=True)
 class TimeLaw:
-    """When a machine reaches the poses of a path, and how.
+    """When a machine reaches the m poses of a path, and how."""
 
-    Attributes
-    ----------
-    joints, seconds, override : ndarray, shape (m, 5), (m,) and (m,)
-        mm and radians, when each pose is reached, and the w at which it is passed.
-    asked, ramp, highest : ndarray, shape (m - 1,)
-        Of each move: the seconds that it would take at w = 1; how fast w changes, 1/s, up and down again (∞: at
-        once); and its greatest w, between.
-    peak_speeds, peak_accelerations, peak_jumps : ndarray, shape (5,)
-        Of each axis, mm or radians per s and s²; NaN the acceleration of one that states none. The jumps are those
-        of the speed at single corners.
-    """
-
-    joints: np.ndarray
-    seconds: np.ndarray
-    override: np.ndarray
-    asked: np.ndarray
-    ramp: np.ndarray
-    highest: np.ndarray
-    peak_speeds: np.ndarray
-    peak_accelerations: np.ndarray
-    peak_jumps: np.ndarray
+    joints: np.ndarray  # shape (m, 5), mm and radians
+    seconds: np.ndarray  # shape (m,), when each pose is reached,
+    override: np.ndarray  # and the w at which it is passed
+    asked: np.ndarray  # shape (m - 1,), seconds that each move would take at w = 1
+    ramp: np.ndarray  # how fast w changes in it, 1/s, up and down again (∞: at once)
+    highest: np.ndarray  # and its greatest w, between
+    peak_speeds: np.ndarray  # shape (5,), of each axis, mm or radians per s,
+    peak_accelerations: np.ndarray  # and s²; NaN for one that states none
+    peak_jumps: np.ndarray  # of the speed, at single corners
 
     def at(self, seconds):
         """Return the joints, shape (..., 5), at times from 0 to ``seconds[-1]``."""
@@ -187,8 +175,8 @@ def driven(squares, lengths, velocity, pause, most):
 def slow_down(record, seconds, asked):
     """Return the record that costs the tip the most time above what its feed asks: record, asked, taken seconds.
 
-    All three are arrays, shape (m,), for the moves: the record that each leads to, the seconds that it takes, and
-    those that its feed asks. Where these are NaN no feed is asked for; if it is nowhere, the answer is None.
+    The arrays (m,) are, of each move, the record that it leads to, the seconds that it takes, and those that its
+    feed asks: NaN where none is asked for. If it is nowhere, the answer is None.
     """
     fed = np.flatnonzero(~np.isnan(asked))
     if not fed.size:
