@@ -23,27 +23,15 @@ NEAR = 50  # records on both sides of a region that its ways are run with
 
 @dataclass(frozen=True)
 class Way(Motion):
-    """One way through a region, from its first record to its last; without poses if it is not possible.
-
-    Attributes
-    ----------
-    law : TimeLaw or None
-        From rest `NEAR` records before the region to rest as many after it, the way between.
-    peak_speed, peak_acceleration : float
-        Of the outer rotary axis meanwhile, radians per s and s²; NaN an acceleration without a limit.
-    tip_error, axis_error : float
-        Largest distance (mm) and angle (radians) of the moves in cut from the CL data: what the way needs.
-    reason : str
-        Why the way is not possible, or "".
-    """
+    """One way through a region, from its first record to its last; without poses if it is not possible."""
 
     name: str
-    law: TimeLaw | None = None
-    peak_speed: float = np.nan
-    peak_acceleration: float = np.nan
-    tip_error: float = np.nan
-    axis_error: float = np.nan
-    reason: str = ""
+    law: TimeLaw | None = None  # from rest `NEAR` records before the region to rest as many after it
+    peak_speed: float = np.nan  # of the outer rotary axis meanwhile, radians per s,
+    peak_acceleration: float = np.nan  # and s²; NaN without a limit
+    tip_error: float = np.nan  # largest distance of the moves in cut from the CL data, mm,
+    axis_error: float = np.nan  # and angle, radians: what the way needs
+    reason: str = ""  # why the way is not possible
 
     @property
     def time(self):
@@ -137,8 +125,7 @@ class Crossing:
                 motion = follow(self.kin, self.cl, motion, self.axis_tolerance)
                 motion = linearize(self.kin, motion, in_the_air(motion, self.tolerance, clearance))
         except MathpostError as error:
-            none = Motion.on_part(np.empty((0, 5)), [])
-            return Way(**vars(none), name=name, reason=str(error))
+            return Way(**vars(Motion.on_part(np.empty((0, 5)), [])), name=name, reason=str(error))
         return Way(**vars(motion), name=name, **self._figures(motion))
 
     def _direct(self):
@@ -220,8 +207,7 @@ class Crossing:
 
     def _figures(self, motion):
         """What `Way` says of a motion."""
-        joints, place, in_cut = motion.joints, motion.place, motion.in_cut
-        tips, axes = self.cl.at(place)
+        joints, (tips, axes) = motion.joints, self.cl.at(motion.place)
         tip_error, axis_error = deviation(
             self.kin, joints[:-1], joints[1:], tips=(tips[:-1], tips[1:]), axes=(axes[:-1], axes[1:])
         )
@@ -230,7 +216,7 @@ class Crossing:
             "law": law,
             "peak_speed": law.peak_speeds[self.outer],
             "peak_acceleration": law.peak_accelerations[self.outer],
-            "tip_error": tip_error[in_cut].max(initial=0),
+            "tip_error": tip_error[motion.in_cut].max(initial=0),
             "axis_error": axis_error[motion.at_feed(self.cl)].max(initial=0),
         }
 

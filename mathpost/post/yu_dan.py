@@ -19,15 +19,14 @@ from mathpost.machine import TRAVEL_TOLERANCE
 class Case:
     """What section 1.2 says of the tilting angle of one record.
 
-    Case `number` 1: |θ|, `size` in radians, is outside travel, or NaN. 2: only one sign is inside, equation (5).
-    3: both are, and the smaller of `steps` is taken, the radians from the record before for κ = 0 and 1. `kappa` is
-    the κ of (−1)^κ·|θ| that is taken, None in case (1).
+    Case 1: |θ| is outside travel, or NaN. 2: only one sign is inside, equation (5). 3: both are, and the smaller
+    step is taken.
     """
 
-    number: int
-    size: float
-    kappa: int | None
-    steps: tuple = ()
+    number: int  # of the case
+    size: float  # |θ|, radians
+    kappa: int | None  # the κ of (−1)^κ·|θ| that is taken, None in case (1)
+    steps: tuple = ()  # radians from the record before for κ = 0 and 1
 
     @property
     def angle(self):
@@ -200,21 +199,9 @@ def paper_cubic(rows, t):
 def smooth(kin, cl, joints, region, n, *, dt=(1.0, 1.0)):
     """Put `n` points, even in the virtual time, into a region: angles on the clamped cubic, X Y Z recomputed.
 
-    Parameters
-    ----------
-    kin : Kinematics
-    cl : CLData
-    joints : array_like, shape (m, 5)
-        Chosen for all records, mm and radians.
-    region : (int, int)
-        First and last record, from 0.
-    dt : tuple of 2 floats
-        As in `end_slopes`.
-
-    Returns
-    -------
-    place, joints : ndarray, shape (n + 2,) and (n + 2, 5)
-        The virtual time: 2.25 is a quarter of the way from record 2 to record 3, counted from 0; mm and radians.
+    `joints`, shape (m, 5), are those chosen for all records, mm and radians; `region` is the first and the last
+    record, from 0; `dt` as in `end_slopes`. Returns the virtual time (n + 2,), of which 2.25 is a quarter of the
+    way from record 2 to record 3, and joints (n + 2, 5).
     """
     first, last = region
     curve = clamped(four_records(joints, region)[:, 3:], last - first, dt)
