@@ -138,18 +138,12 @@ def bounds(machine, joints, tips, axes, reached):
 
     `tips` and `axes`, shape (n, 3), are where the path has them, `reached` where the joints (n, 5) have them.
     """
-    result = np.empty((2, len(joints) - 1))
+    ends = (np.linalg.norm(at - path, axis=1) for at, path in zip(reached, (tips, axes), strict=True))
+    tip_off, axis_off = (np.maximum(off[:-1], off[1:]) for off in ends)
+    turn = np.abs(np.diff(joints[:, 3:], axis=0)).sum(axis=1)
+    axis = axis_off + (turn**2 + (turn + np.pi * axis_off) ** 2) / 8
     bend = derivative(machine, joints[:-1], joints[1:], 2) / 8
-    for rows in slices(bend.shape):
-        poses = slice(rows.start, rows.stop + 1)
-        ends = (
-            np.linalg.norm(at[poses] - path[poses], axis=1) for at, path in zip(reached, (tips, axes), strict=True)
-        )
-        tip_off, axis_off = (np.maximum(off[:-1], off[1:]) for off in ends)
-        turn = np.abs(np.diff(joints[poses, 3:], axis=0)).sum(axis=1)
-        axis = axis_off + (turn**2 + (turn + np.pi * axis_off) ** 2) / 8
-        result[:, rows] = tip_off + bend[rows], 2 * np.arcsin(np.minimum(axis / 2, 1))
-    return result
+    return np.array([tip_off + bend, 2 * np.arcsin(np.minimum(axis / 2, 1))])
 
 
 def derivative(machine, start, end, order):

@@ -126,7 +126,7 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     columns = _columns(control, machine.joint_names, blocks, before[:-1], changes, switches)
     texts, at = [], 0
     for row in sorted(between):
-        texts += bulk.lines([column[at:row] for column in columns], row - at)
+        texts += bulk.lines(columns, at, row)
         count, at = before[row] - numbered[row], row
         for line in between[row]:
             takes_one = _takes_number(control, line)

@@ -124,11 +124,6 @@ class Column:
     plus: str = ""  # the sign of a number that is not negative
     shown: np.ndarray | None = None  # which lines hold it; by default all
 
-    def __getitem__(self, rows):
-        """The same of some lines."""
-        values, shown = (array if array is None else array[rows] for array in (self.values, self.shown))
-        return Column(self.literal, values, self.decimals, self.plus, shown)
-
     def text(self, row):
         """What stands in one line."""
         if self.shown is not None and not self.shown[row]:
@@ -138,23 +133,23 @@ class Column:
         return f"{self.literal}{self.values[row]:{'+' if self.plus else ''}.{self.decimals}f}"
 
 
-def lines(columns, count):
-    r"""Yield the text of `count` lines, many at a time; where a line ends, a `Column` says.
+def lines(columns, first, stop):
+    r"""Yield the text of the lines from `first` to `stop`, many at a time; where a line ends, a `Column` says.
 
     Examples
     --------
     >>> x = np.array([1.25, -1234.56789, -0.0])
-    >>> "".join(lines([Column("X", x, 4, "+"), Column(" L", shown=x > 0), Column("\n")], 3))
+    >>> "".join(lines([Column("X", x, 4, "+"), Column(" L", shown=x > 0), Column("\n")], 0, 3))
     'X+1.2500 L\nX-1234.5679\nX-0.0000\n'
     """
     widest = sum(len(column.literal) + WIDEST * (column.values is not None) for column in columns)
-    write = _loops(count * widest)[1]
+    write = _loops((stop - first) * widest)[1]
     decimals = np.array([-1 if column.values is None else column.decimals for column in columns])
     plus = np.array([ord(column.plus or "\0") for column in columns])
     literals = _characters(column.literal for column in columns)
-    out = np.empty(min(count, ROWS) * widest, np.uint8)
-    for start in range(0, count, ROWS):
-        rows = slice(start, min(start + ROWS, count))
+    out = np.empty(min(stop - first, ROWS) * widest, np.uint8)
+    for start in range(first, stop, ROWS):
+        rows = slice(start, min(start + ROWS, stop))
         shown, values = np.ones((2, len(columns), rows.stop - start))
         for n, column in enumerate(columns):
             if column.shown is not None:

@@ -135,10 +135,8 @@ def test_what_is_written_is_what_formatting_writes(rows, decimals, plus, literal
     expected = [f"N{count}{form % value if there else ''};\n" for value, there, count in rows]
     for used in (True, False):
         with machine_code(used):
-            assert "".join(text.lines(columns, len(rows))) == "".join(expected)
-            assert "".join(text.lines([column[1:3] for column in columns], len(rows[1:3]))) == "".join(
-                expected[1:3]
-            )
+            assert "".join(text.lines(columns, 0, len(rows))) == "".join(expected)
+            assert "".join(text.lines(columns, 1, len(rows[:3]))) == "".join(expected[1:3])
 
 
 def test_machine_code_is_made_even_if_there_is_no_folder_to_keep_it_in(monkeypatch):
