@@ -16,13 +16,12 @@ from mathpost.compensate.compensation import Compensator
 from mathpost.errors import InputError, MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS
-from mathpost.post import motion, program, selection
+from mathpost.post import motion, program, selection, time_law
 from mathpost.post.between_blocks import AXIS_RESOLUTION, deviation
 from mathpost.post.cl import OPPOSITE, CLData
 from mathpost.post.motion import Motion
 from mathpost.post.proof import Report, measured, prove, worst_of
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, refuse_nonsense, regions
-from mathpost.post.time_law import TimeLaw, slow_down, time_law
 from mathpost.post.ways import Crossing, through_the_records, unbroken
 
 TOLERANCE = 0.01  # mm
@@ -219,8 +218,8 @@ class Plan:
     motion: Motion  # where the machine goes,
     ideal: Motion  # and where it would go if nothing had been measured on it
     blocks: program.Blocks  # to be written
-    law: TimeLaw  # of the moves
-    slowest: tuple | None  # from `slow_down`, in records of the whole path
+    law: time_law.TimeLaw  # of the moves
+    slowest: tuple | None  # from `time_law.slow_down`, in records of the whole path
     cautions: tuple
 
     def proved(self, blocks, tolerance, axis_tolerance, real):
@@ -265,8 +264,8 @@ def _plan(kin, cl, first, chosen, found, crossing, way, options, tolerance, tcp,
         motion.refuse_out_of_travel(kin.machine, cl, going)
     going, blocks, asked, by_feed = motion.blocks(kin, cl, going, tcp)
     motion.refuse_turning_compensation(cl, kin.machine, blocks)
-    law, moving = time_law(kin.machine, going.joints, asked), asked > 0
-    slowest = slow_down(first + going.record[1:][moving], np.diff(law.seconds), by_feed[moving])
+    law, moving = time_law.time_law(kin.machine, going.joints, asked), asked > 0
+    slowest = time_law.slow_down(first + going.record[1:][moving], np.diff(law.seconds), by_feed[moving])
     return Plan(kin, cl, first, chosen, found, crossing, going, ideal, blocks, law, slowest, cautions)
 
 

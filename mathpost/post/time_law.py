@@ -29,7 +29,6 @@ class TimeLaw:
     highest: np.ndarray  # and its greatest w, between
     peak_speeds: np.ndarray  # shape (5,), of each axis, mm or radians per s,
     peak_accelerations: np.ndarray  # and s²; NaN for one that states none
-    peak_jumps: np.ndarray  # of the speed, at single corners
 
     def at(self, seconds):
         """Return the joints, shape (..., 5), at times from 0 to ``seconds[-1]``."""
@@ -139,19 +138,16 @@ def climbed(squares, lengths, velocity, pause, most):
 
 
 def driven(squares, lengths, velocity, pause, most):
-    """Ramp, highest w and seconds of each move: up to the highest w, on at it, down again; peaks, shape (3, 5)."""
+    """Ramp, highest w and seconds of each move: up to the highest w, on at it, down again; peaks, shape (2, 5)."""
     moves, axes = len(lengths), len(most)
-    ramp, highest, seconds, peaks = np.zeros(moves), np.zeros(moves), np.zeros(moves), np.zeros((3, axes))
+    ramp, highest, seconds, peaks = np.zeros(moves), np.zeros(moves), np.zeros(moves), np.zeros((2, axes))
     bend, used = np.zeros(axes), np.zeros(axes)  # what the bends use of the acceleration
     for move in range(moves):
         length, before, after, pull = lengths[move], squares[move], squares[move + 1], np.inf
         for axis in range(axes):
             v, there = abs(velocity[axis, move]), 0.0
             if move + 1 < moves:
-                jump = abs(velocity[axis, move + 1] - velocity[axis, move])
-                there = jump / pause[move + 1]
-                if math.isinf(pause[move + 1]):
-                    peaks[2, axis] = max(peaks[2, axis], jump * math.sqrt(after))
+                there = abs(velocity[axis, move + 1] - velocity[axis, move]) / pause[move + 1]
             used[axis], bend[axis] = max(bend[axis] * before, there * after), there
             if v > STILL:
                 pull = min(pull, (most[axis] - used[axis]) / v)
