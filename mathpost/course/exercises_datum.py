@@ -5,8 +5,8 @@ from functools import cache
 import numpy as np
 
 from mathpost.course.answers import Angle, Name, Names, Number, Vector
-from mathpost.course.lesson_data import data, load
-from mathpost.course.verdict import define, slip
+from mathpost.course.lesson_data import data, load, of_lesson
+from mathpost.course.verdict import slip
 from mathpost.measure import horizontal_head, work_offset
 from mathpost.measure.horizontal_head import VERTICAL
 
@@ -27,14 +27,7 @@ ADDRESSES = Names(
 # 08 The datum after rotation
 
 
-@define("08-face", Name({"+X": ["X"], "-X": [], "+Z": ["Z"], "-Z": []}))
-@slip(
-    "That is a table that turns as a head does. By ISO 841 B+ turns the *tool* right-handed about Y, "
-    "so the table goes the other way.",
-    b=-90,
-)
-@slip("The table turns by a quarter, so the face cannot still look along Z.", "+Z")
-@slip("The table turns by a quarter, so the face at the back does not come to the front.", "-Z")
+@of_lesson("08-face", Name({"+X": ["X"], "-X": [], "+Z": ["Z"], "-Z": []}))
 def face(b=90):
     """The table carries +X to +Z, where the spindle is."""
     _, rotary = work_offset.ab_table(**CENTRES, order="AB")
@@ -45,28 +38,15 @@ def face(b=90):
     return next(name for name, normal in turned.items() if normal[2] > 0.5)
 
 
-@define("08-datum", Vector(unit="mm"), "Carry the datum back to A0 B0 first, then forward.")
-@slip(
-    "This is from A0 B0. The part was set up at A15 B-50: carry its datum back to zero first.",
-    start={"A": 0, "B": 0},
-)
-@slip(
-    "The differences of the angles are not enough: B is carried back at A15 and forward at A-20.",
-    start={"A": 0, "B": 0},
-    end={"A": -35, "B": 80},
-)
-@slip("This is the stack order BA; here A stands on the bed and carries B.", order="BA")
-@slip("Both axes turn the other way round: right size of the angles, wrong sign. Table or head?", iso=False)
-@slip("The turn is run backwards: `start` is where the part was set up.", start=NEW, end=SET_UP)
+@of_lesson("08-datum", Vector(unit="mm"))
+@slip("backwards", start=NEW, end=SET_UP)
 def after_turn(start=SET_UP, end=NEW, order="AB", iso=True):
     """Back to zero with the old angles, forward with the new, each axis about its own line."""
     table = work_offset.ab_table(**CENTRES, order=order, iso=iso)
     return work_offset.moved(G54, table, start, end, degrees=True)
 
 
-@define("08-words", ADDRESSES, "Which axes must move before the datum in G55 is true?", given=lambda: CALL)
-@slip("These the macro has stored in G55. What has it not stored?", "X Y Z")
-@slip("Not D and E: they told the macro where to go. What moves the axes?", "D E")
+@of_lesson("08-words", ADDRESSES, given=lambda: CALL)
 def missing_words():
     """G10 L2 stores X Y Z only; without A-30. B10. the table stands where it stood, and G55 names another place."""
     old = work_offset.WorkOffset("G54", *G54, A=0, B=0)
@@ -74,11 +54,7 @@ def missing_words():
     return set(work_offset.p9795(table, old, **work_offset.read_call(CALL)).angles)
 
 
-@define("08-dmu", Vector(unit="mm"), "Which axis stands on the bed, and which way does the file let it turn?")
-@slip("C first, then B? B stands on the bed and carries C.", order=-1)
-@slip("This table turns the other way from ISO 841; its file says so.", end={"B": -90, "C": -90})
-@slip("Only C has turned.", end={"B": 0, "C": 90})
-@slip("Only B has turned.", end={"B": 90, "C": 0})
+@of_lesson("08-dmu", Vector(unit="mm"))
 def dmu(end=QUARTERS, order=1):
     """The same function: a table is two axes with their own lines, a tilted one too."""
     b_carries_c = load("dmu50v").machine.rotary[::order]
@@ -94,50 +70,33 @@ def head():
     return horizontal_head.read_head(data("measurements/five_face_head.csv"))
 
 
-@define("09-vertical", Vector(unit="mm"), "Which head vector is in an offset that the vertical head measured?")
-@slip("That is for offsets measured with the horizontal head at 0°. Here no head vector is in them.", measured=0)
-@slip(
-    "That is a head vector. LHYSET takes a measured offset back to the vertical head: how far is that here?",
-    lambda: head().vector(0),
-)
+@of_lesson("09-vertical", Vector(unit="mm"))
+@slip("head vector", lambda: head().vector(0))
 def vertical(measured=VERTICAL):
     """Nothing to take back: the offset already belongs to the vertical head."""
     return horizontal_head.lhyset(head(), measured, measured, measured)
 
 
-@define("09-missed", Vector(unit="mm"), "Fit the other three; then measured minus predicted.")
-@slip(
-    "This is the manufacturer's rule, the signs of the 90° vector flipped. Fit the three others instead.",
-    lambda: horizontal_head.opposite_errors(head())[270],
-)
-@slip("Predicted minus measured; the question asks for measured minus predicted.", lambda: -missed())
-@slip("That is what is left in a fit of all four. Leave the 270° position out.", fitted=4)
+@of_lesson("09-missed", Vector(unit="mm"))
+@slip("flipped", lambda: horizontal_head.opposite_errors(head())[270])
+@slip("predicted less measured", lambda: -missed())
 def missed(fitted=3):
     """Twice the residuals of the full fit: a point that was not fitted is missed by more than one that was."""
     chosen = horizontal_head.Head(head().angles[:fitted], head().vectors[:fitted])
     return head().vector(270) - horizontal_head.fit_head(chosen).head().vector(270)
 
 
-@define("09-wrapped", Angle(decimals=1), "Write UZZ as a function of the position.")
-@slip("270° gives exactly -180, which a control accepts; the test is `<`.", 270)
-@slip(
-    "The head turns clockwise: UZZ is 90 - φ, not 90 + φ.",
-    lambda: next(a for a in np.arange(0, 360, 2.5) if 90 + a > 180),
-)
+@of_lesson("09-wrapped", Angle(decimals=1))
+@slip("counterclockwise", lambda: next(a for a in np.arange(0, 360, 2.5) if 90 + a > 180))
 def wrapped():
     """From here on UZZ would be below -180, and comes back from the other side, just below +180."""
     positions = np.arange(0, 360, 2.5)
     return next(angle for angle in positions if 90 + head().sense * angle < -180)
 
 
-@define(
-    "09-unlisted",
-    Number(decimals=0, unit="mm"),
-    "Which label does the program reach, and which vector does it load there?",
-)
-@slip("That is at 45°, from the lesson.", angle=45)
+@of_lesson("09-unlisted", Number(decimals=0, unit="mm"))
 @slip(
-    "These are the arms only; the head vectors differ in direction.",
+    "arms",
     lambda: np.linalg.norm(horizontal_head.fit_head(head()).head().vector(205)) - np.linalg.norm(head().vector(0)),
 )
 def unlisted(angle=205):

@@ -3,8 +3,8 @@
 import numpy as np
 
 from mathpost.course.answers import Name, Number, Vector
-from mathpost.course.lesson_data import SWING, blade, largest_swing, load, with_travel
-from mathpost.course.verdict import define, slip
+from mathpost.course.lesson_data import SWING, blade, largest_swing, load, of_lesson, with_travel
+from mathpost.course.verdict import slip
 from mathpost.post import selection, singular, yu_dan
 from mathpost.post.between_blocks import deviation
 from mathpost.post.motion import equation_8, linearize
@@ -13,33 +13,25 @@ from mathpost.post.ways import Crossing
 # 06 The singular region
 
 
-@define("06-price", Number(decimals=2), "How far is the *tool* from the pole there?")
-@slip(
-    "That is 1/sin B. B is not the tool's angle from the pole: a tilted table moves the tool by less than B.",
-    lambda: 1 / np.sin(np.radians(2.335)),
-)
-@slip(
-    "That is 1/|n·(a₁×a₂)|. A turn about an axis at 45° moves the tool by less: see `amplification`.",
-    measure=lambda kin, tool: 1 / singular.closeness(kin, tool),
-)
+@of_lesson("06-price", Number(decimals=2))
+@slip("sine of B", lambda: 1 / np.sin(np.radians(2.335)))
+@slip("closeness", measure=lambda kin, tool: 1 / singular.closeness(kin, tool))
 def price(measure=singular.amplification):
     """Near the pole the price is one over the angle of the *tool* from it, in radians, on every machine."""
     _tip, tool = load("dmu50v").forward([0, 0, 0, 2.335, 0], degrees=True)
     return measure(load("dmu50v"), tool)
 
 
-@define("06-speed", Number(decimals=2, unit="degrees"), "By which factor may C be faster than the tool?")
-@slip("That takes the sine for the angle itself. At this size the second decimal shows it.", inverse=lambda x: x)
-@slip("That takes the tangent. Near the pole C turns 1/sin d times as fast as the tool.", inverse=np.arctan)
-@slip("That is the angle from the equator: you took the cosine.", inverse=np.arccos)
+@of_lesson("06-speed", Number(decimals=2, unit="degrees"))
+@slip("sine", inverse=lambda x: x)
+@slip("tangent", inverse=np.arctan)
+@slip("cosine", inverse=np.arccos)
 def speed(inverse=np.arcsin):
     """C may be five times as fast as the tool, so sin d is one fifth."""
     return np.degrees(inverse(12 / 60))
 
 
-@define("06-region", Number(decimals=2, unit="degrees"), "Which point of a great circle is nearest to the pole?")
-@slip("That is the nearer of the two ends. Between them the tool comes nearer.", share=0)
-@slip("That is half way. The nearest point lies where the circle turns back from the pole.", share=0.5)
+@of_lesson("06-region", Number(decimals=2, unit="degrees"))
 def nearest(share=None):
     """The circle stays in a plane; the pole is as far from it as it is from being square to the plane's normal."""
     first, last = np.array([-0.05, 0.03, 1]), np.array([0.07, 0.03, 1])
@@ -50,22 +42,16 @@ def nearest(share=None):
     return np.degrees(np.arcsin(abs(normal[2]) / np.linalg.norm(normal)))
 
 
-@define("06-pieces", Number(decimals=0, tolerance=2.5), "How does the error fall with the number of pieces?")
-@slip(
-    "A quarter of the error needs twice the pieces, not four times: the error falls with the square.",
-    lambda: 4 * pieces(0.01),
-)
-@slip("That is the number for 0.01 mm.", tolerance=0.01)
+@of_lesson("06-pieces", Number(decimals=0, tolerance=2.5))
+@slip("four times", lambda: 4 * pieces(0.01))
 def pieces(tolerance=0.0025):
     """Twice as many: the error falls with the square of the number of pieces."""
     joints = selection.choose(load("dmu50v"), blade()).joints
     return len(linearize(load("dmu50v"), joints[1:3], tolerance).joints) - 1
 
 
-@define("06-yardstick", Number(decimals=1, unit="mm"), "Where is the tip half way, and where should it be?")
-@slip("That is what it claims, measured against its own chords. Where should the tip be?", measured=1)
-@slip("That takes the sagitta of the whole angle; the angle is halved first.", angle=240)
-@slip("That is the chord, not its distance from the arc.", lambda: 2 * 40 * np.sin(np.radians(60)))
+@of_lesson("06-yardstick", Number(decimals=1, unit="mm"))
+@slip("chord", lambda: 2 * 40 * np.sin(np.radians(60)))
 def yardstick(measured=2, angle=120):
     """All its points lie on the line that the control follows anyway: r·(1 − cos 60°), however many there are."""
     kin = load("dmu50v")
@@ -82,7 +68,7 @@ def no_swing(limits):
     return "" if swing > SWING else f"With A from {low:g} to {high:g} C turns by {swing:.1f}° at most: no swing."
 
 
-@define("06-limits", Vector(names="low high", decimals=None, unit="degrees"), complaint=no_swing)
+@of_lesson("06-limits", Vector(names="low high", decimals=None, unit="degrees"), complaint=no_swing)
 def limits():
     """Neither the first two records nor the last three may fit below zero; then A has to turn back at the pole."""
     return next((low, 120) for low in (-20, -10, -5, 0) if not no_swing((low, 120)))
@@ -94,28 +80,21 @@ ROWS = np.array([20.0, 24.0, 150.0, 153.0])  # C at four records, degrees
 STEPS = (0.5, 0.4)  # Δt₁ and Δt₂
 
 
-@define("06b-slopes", Vector(names="k1 k2", decimals=2), "Which two records does each slope belong to?")
-@slip("Those are the differences. Divide each by its Δt.", dt=(1, 1))
-@slip("Multiplied by Δt: a slope is a difference per time.", dt=(2, 2.5))
-@slip("That is the step across the region, not those before and after it.", records=((1, 2), (1, 2)))
+@of_lesson("06b-slopes", Vector(names="k1 k2", decimals=2))
 def slopes(dt=STEPS, records=((0, 1), (2, 3))):
     """k₁ comes from the records before the region, k₂ from those after it."""
     return [(ROWS[end] - ROWS[start]) / step for (start, end), step in zip(records, dt, strict=True)]
 
 
-@define("06b-cubic", Number(decimals=3, unit="degrees"), "Four conditions: both ends, both slopes.")
-@slip("That is the straight line.", lambda: ROWS[1] + 0.25 * (ROWS[2] - ROWS[1]))
-@slip("Both slopes are taken for 0. That curve stops at both ends.", dt=(np.inf, np.inf))
-@slip("The slopes are those for Δt = 1.", dt=(1, 1))
-@slip("That is at t = 0.75.", t=0.75)
+@of_lesson("06b-cubic", Number(decimals=3, unit="degrees"))
+@slip("straight", lambda: ROWS[1] + 0.25 * (ROWS[2] - ROWS[1]))
 def cubic(t=0.25, dt=STEPS):
     """A quarter of the time, and less than a quarter of the way: C is still gathering speed."""
     return yu_dan.clamped(ROWS, 1.0, dt)(t)
 
 
-@define("06b-points", Number(decimals=0, tolerance=2), "How does the error fall with n?")
-@slip("The error falls with the square of n, not with n.", lambda: 5 * off(5) / 0.03)
-@slip("That is for 0.3 mm.", tolerance=0.3)
+@of_lesson("06b-points", Number(decimals=0, tolerance=2))
+@slip("proportional", lambda: 5 * off(5) / 0.03)
 def points(tolerance=0.03):
     """Two points and an estimate by the square bring you near; then count."""
     return next(n for n in range(1, 300) if off(n) <= tolerance)
@@ -129,9 +108,8 @@ def off(n):
     return deviation(kin, rows[:-1], rows[1:], tips=(tips[:-1], tips[1:]))[0].max()
 
 
-@define("06b-lift", Vector(decimals=3, unit="mm"), "Along which direction of the workpiece is the tool lifted?")
-@slip("That is the machine's Z. The table is tilted: in the workpiece the tool leans.", lambda: [0, 0, 5])
-@slip("That is equation (10), which returns the tool.", clearance=-5)
+@of_lesson("06b-lift", Vector(decimals=3, unit="mm"))
+@slip("along Z", lambda: [0, 0, 5])
 def lift(clearance=5):
     """ΔA times the tool axis: along the tool, away from the part."""
     kin = load("dmu50v")
@@ -139,9 +117,7 @@ def lift(clearance=5):
     return kin.forward(yu_dan.lifted(kin, pose, clearance))[0] - kin.forward(pose)[0]
 
 
-@define("06b-seconds", Vector(names="s60 s8", decimals=3, unit="s"), "Does C reach its rate on the way?")
-@slip("Those are the times at full speed. C has to speed up and to slow down.", acceleration=np.inf)
-@slip("On the 8° C never reaches 36°/s. The time of a triangle is 2·√(angle/acceleration).", triangle=False)
+@of_lesson("06b-seconds", Vector(names="s60 s8", decimals=3, unit="s"))
 def seconds(acceleration=100, triangle=True):
     """From rest to rest: a trapezoid takes angle/rate + rate/acceleration, a triangle has no top."""
     times = []
@@ -152,19 +128,13 @@ def seconds(acceleration=100, triangle=True):
     return times
 
 
-@define("06b-corner", Number(decimals=3), "By how much does the speed of C jump at w = 1, and how much may it?")
-@slip("That counts the speed after the corner, not the jump.", before=0)
-@slip("Before the corner C turns the other way: the speeds add.", before=4)
+@of_lesson("06b-corner", Number(decimals=3))
 def corner(before=-4):
     """The jump is the difference of two speeds with their signs; the override takes it down to what is allowed."""
     return 100 * 0.02 / (32 - before)
 
 
-@define("06b-way", Name("direct linear cubic aside retract"), "Read the column of the axis error first.")
-@slip("It takes less time, and needs an axis tolerance of more than 2.6°.", "linear")
-@slip("It is smooth in virtual time. Its axis error is 1.55°.", "cubic")
-@slip("Its axis error is what you allowed it: 1°.", "aside")
-@slip("It keeps the tolerance, and takes longer than one other way that does.", "retract")
+@of_lesson("06b-way", Name("direct linear cubic aside retract"))
 def best_way():
     """The tool axis stands still at the pole while C turns: the tolerances are kept, at a small cost of time."""
     kin = load("dmu50v")
