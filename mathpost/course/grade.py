@@ -67,7 +67,7 @@ class Result:
     verdicts: dict = field(default_factory=dict)  # exercise → the best `Verdict` that the notebooks hold
     edited: list = field(
         default_factory=list
-    )  # exercises of which a notebook says what their answer does not deserve
+    )  # exercises of which a notebook says what the answer does not deserve
     mixups: set = field(default_factory=set)  # exercise and sentence of the mix-ups that gave the answers
     workbooks: list = field(default_factory=list)  # of `Workbook`
     trouble: list = field(default_factory=list)  # file and why: not read, or empty
@@ -125,7 +125,7 @@ class Class:
 
 
 def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
-    """Judge what a class handed in.
+    """Judge what a class handed in; return a `Class`.
 
     Parameters
     ----------
@@ -133,15 +133,11 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
         See `mathpost.course.handed_in`.
     rules : Rules, optional
     lessons : str or Path, optional, keyword only
-        The notebooks as they were handed out; what they say is nobody's own work. By default the course's.
+        The folder of the notebooks as handed out, by default the course's; what they say is nobody's own work.
     rerun : callable, optional, keyword only
         ``rerun(path)`` returns the path of the executed notebook, or raises `InputError`; see `rerun.Place`.
     progress : callable, optional, keyword only
         ``progress(done, total, name)`` is called after each slow step: a workbook, a notebook that is run.
-
-    Returns
-    -------
-    Class
 
     Raises
     ------
@@ -149,7 +145,9 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
         If there is nothing to judge. What is wrong with one file is in its student's `trouble`.
     """
     rules = rules or Rules()
-    handed_out = _handed_out(lessons)
+    if lessons is not None and not Path(lessons).is_dir():
+        raise InputError(str(lessons), "the folder of the notebooks as they were handed out", "none")
+    handed_out = sorted(Path(lessons or COURSE / "notebooks").rglob("*.ipynb"))
     with tempfile.TemporaryDirectory() as unpacked:
         students = collect(folder, unpacked, [path.stem for path in handed_out])
         course = {digest(path) for path in (*handed_out, *(COURSE / "data").glob("**/*.xlsx"))}
@@ -176,13 +174,7 @@ def _say_whose_numbers(results):
 
 
 def read_rules(path):
-    """Return the `Rules` of a TOML file.
-
-    Raises
-    ------
-    InputError
-        If it is no TOML, or a key is unknown or of the wrong kind.
-    """
+    """Return the `Rules` of a TOML file; raise `InputError` of an unknown key or a value of the wrong kind."""
     try:
         found = tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as error:
@@ -220,15 +212,6 @@ def digest(path):
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def _handed_out(lessons):
-    """The notebooks as they were handed out."""
-    if lessons is None:
-        return sorted((COURSE / "notebooks").glob("*.ipynb"))
-    if not Path(lessons).is_dir():
-        raise InputError(str(lessons), "the folder of the notebooks as they were handed out", "none")
-    return sorted(Path(lessons).rglob("*.ipynb"))
-
-
 def _asked(rules, results):
     """The exercises that count."""
     asked = set(rules.exercises) or {lesson for each in results for lesson in each.lessons}
@@ -244,7 +227,7 @@ def _student(student, same, rerun, step):
             _trying(result, path, lambda path=path: _rerun(result, path, rerun))
             step(f"{student.name}: {path.name}")
     for path in student.workbooks:
-        if not same.handed_out(path):
+        if digest(path) not in same.course:
             _trying(result, path, lambda path=path: _workbook(result, path, same))
         step(f"{student.name}: {path.name}")
     if not (result.notebooks or result.workbooks or result.trouble):
@@ -328,10 +311,7 @@ class _Same:
 
     def __init__(self, own, course):
         self.own, self.course, self.works = own, course, []  # student, file, answers, sources
-        self.files, self.sheets = defaultdict(list), defaultdict(list)  # bytes, or cells → students and files
-
-    def handed_out(self, path):
-        return digest(path) in self.course
+        self.having = {"file": defaultdict(list), "text": defaultdict(list), "cells": defaultdict(list)}
 
     def notebook(self, student, path, sources, verdicts):
         if (bytes_ := digest(path)) in self.course:
@@ -339,23 +319,22 @@ class _Same:
         answers = json.dumps([(each.name, each.answer) for each in verdicts if each.status != OPEN])
         sources = [source for source in sources if source and source not in self.own]
         if sources or answers != "[]":
-            self.files[bytes_].append((student, path.name))
+            self.having["file"][bytes_].append((student, path.name))
             self.works.append((student, path.name, answers, sources))
 
     def workbook(self, student, path):
-        self.files[digest(path)].append((student, path.name))
-        self.sheets[_cells_of(path)].append((student, path.name))
+        self.having["file"][digest(path)].append((student, path.name))
+        self.having["cells"][_cells_of(path)].append((student, path.name))
 
     def groups(self, students):
         """What is the same, in which file, and who has it."""
         found, seen = [], set()
         has, most = Counter(source for *_, each in self.works for source in set(each)), SHARED_BY_CLASS * students
-        texts = defaultdict(list)
         for student, file, answers, sources in self.works:
             beyond = tuple(source for source in sources if students < 10 or has[source] <= most)
             if sum(map(len, beyond)) >= TEXT_ENOUGH:
-                texts[answers, beyond].append((student, file))
-        for kind, groups in (("file", self.files), ("text", texts), ("cells", self.sheets)):
+                self.having["text"][answers, beyond].append((student, file))
+        for kind, groups in self.having.items():
             for content, files in groups.items():
                 who = tuple(sorted({student for student, _ in files}))
                 names = ", ".join(sorted({file for _, file in files}))
