@@ -19,20 +19,7 @@ from mathpost.rotation import ACTIVE, wrap, zxz_right, zxz_steps
 
 POINT = (3, 4, 5)
 SLIP = ((20, 70, 50), (3.278276, -0.856658, 6.206371))  # angles, and the point that the colleague of 01-slip shows
-AXES = Name({axis: [f"{axis} axis", f"{axis}轴", f"{axis}坐标"] for axis in "xyz"})
-KINDS = Name({"active": ["active matrix", "主动", "主动矩阵"], "passive": ["passive matrix", "被动", "被动矩阵"]})
-TURNS = Name(
-    {"moving": ["intrinsic", "动轴", "动坐标系"], "fixed": ["extrinsic", "定轴", "固定", "固定轴", "静轴"]}
-)
 ORDERS = Name({"".join(order): [] for order in permutations("XYZ")})
-LINKS = Names(
-    {"workpiece": ["工件"], "C": [], "A": [], "linear": ["直线轴"], "tool": ["刀具"]},
-    about={
-        "workpiece": "The workpiece link knows where the part sits, not how long the tool is.",
-        "C": "It turns the table, whatever tool is in the spindle.",
-        "A": "It tilts the table, whatever tool is in the spindle.",
-    }.get,
-)
 
 # 01 Rotating a point
 
@@ -60,14 +47,14 @@ def by_hand(angles=(30, 90, 0), point=POINT, degrees=True):
     return zxz_right(*angles, degrees=degrees) @ point
 
 
-@of_lesson("01-slip", KINDS, given=lambda: SLIP)
+@of_lesson("01-slip", Name, given=lambda: SLIP)
 def kind_of_matrix():
     """So look at the first elementary matrix: the minus before the sine is in the wrong place, in all six."""
     angles, shown = SLIP
     return explain(angles, POINT, shown).misreadings[0].kinds[0]
 
 
-@of_lesson("01-still", AXES)
+@of_lesson("01-still", Name)
 def still():
     """The last turn is about the newest Z, and turning about an axis keeps the coordinate along it."""
     alpha, beta, gamma = sp.symbols("alpha beta gamma")
@@ -102,7 +89,7 @@ def lock(sequence="xyz"):
     return next(b for b, matrix in tried if euler.is_locked(sequence, matrix))
 
 
-@of_lesson("02-order", TURNS, given=lambda: "F = Rz(c) @ Ry(b) @ Rx(a)")
+@of_lesson("02-order", Name, given=lambda: "F = Rz(c) @ Ry(b) @ Rx(a)")
 def order():
     """About the fixed X, the fixed Y, the fixed Z. The comment needs Rx(a)·Ry(b)·Rz(c), in SciPy's spelling XYZ."""
     a, b, c = sp.symbols("a b c")
@@ -179,7 +166,7 @@ def choice():
 # 04 The transform chain
 
 
-@of_lesson("04-links", LINKS)
+@of_lesson("04-links", Names)
 def links():
     """The two changes cancel at the tip. On `ac_head`, where X Y Z name the pivot, the tool link alone changes."""
     model = load("ac_table").machine

@@ -32,8 +32,14 @@ def toml(name):
 
 
 def of_lesson(name, kind, **how):
-    """Enter the decorated function as `define` does, with the hint and the slips of `exercises.toml`."""
+    """Enter the decorated function as `define` does, with the hint and the slips of `exercises.toml`.
+
+    Where the file has the choices of a `Name` or `Names`, `kind` is that class.
+    """
     words = toml("exercises").get(name, {})
+    if "choices" in words:
+        about = [words["about"].get] if "about" in words else []
+        kind = kind(words["choices"], *about)
 
     def enter(solve):
         computed = vars(solve).pop("slips", {})
