@@ -88,9 +88,9 @@ def five_face_head(fitted):
 def _fit(measurement, errors, at, sigma):
     """Return noisy readings, and to first order the errors found from them with one deviation of each.
 
-    The readings are exact. Of a fit the first step from zero is left: for errors of some hundredths of a mm the
-    steps after it change less than 0.01 µm. `errors` are what the unknowns are set to, `at` the settings of each
-    reading, `sigma` its deviation; sympy expressions, mm and radians.
+    The first step of a fit from zero: for errors of some hundredths of a mm the steps after it change less than
+    0.01 µm. `errors` are what the unknowns are set to, `at` the settings of each reading, `sigma` its deviation, as
+    sympy expressions, mm and radians.
     """
     random, unknowns, zero = np.random.default_rng(1), measurement.unknowns, dict.fromkeys(measurement.unknowns, 0)
     read, noise, slopes = [], [], []
@@ -107,8 +107,9 @@ def _fit(measurement, errors, at, sigma):
     return read, list(found), [sigma * sp.sqrt(entry) for entry in inverse.diagonal()]
 
 
-def rotation_centre(rotary, radius=150.0, heights=(50.0, 350.0)):
+def rotation_centre(rotary):
     """Give a C axis errors, let a ball on its table be followed over a turn, and recover them from the readings."""
+    radius, heights = 150.0, (50.0, 350.0)
     ball = rotary_axis.ball(rotary)
     names, units = [str(symbol) for symbol in ball.unknowns], ("µm", "µm", "µrad", "µrad")
     symbols, turn = (*ball.unknowns, sp.Symbol("noise", real=True)), range(12)
@@ -142,9 +143,9 @@ def rotation_centre(rotary, radius=150.0, heights=(50.0, 350.0)):
     return printed(build, symbols, sliders, [", ".join(said)], size=(8.0, 4.0), height=560)
 
 
-def rtcp_zero(lengths=(500.0, 700.0)):
+def rtcp_zero():
     """Give a head a wrong zero and pivot, tilt it to ±ψ with two tools, recover them, and see the source err."""
-    tip, arcsec = rotary_axis.rtcp_zero(), 3600 * 180 / sp.pi
+    tip, arcsec, lengths = rotary_axis.rtcp_zero(), 3600 * 180 / sp.pi, (500.0, 700.0)
     symbols = alpha, dy, dl, psi, noise = sp.symbols("alpha dy dL psi noise", real=True)
     true = (alpha / arcsec, dy / 1000, dl / 1000)
     at = [(a, length) for length in lengths for a in (psi, -psi)]

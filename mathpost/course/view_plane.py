@@ -20,17 +20,14 @@ _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpi
 STEPS = ("start", "turn I", "turn J", "turn K")
 
 
-def cut_corner(frame, final, *, side=60.0, cut=45.0):
+def cut_corner(frame, final):
     """A cube, its zero in the middle of the top face, with the corner (+, +, top) cut off, and a frame on the face.
 
-    Parameters
-    ----------
-    frame : mathpost.frame.Frame
-        Of the face; its origin carries the frame that the sliders I, J, K turn, ZXZ.
-    final : sequence of 3 floats
-        The angles at the start, degrees; buttons go there turn by turn.
+    The origin of `frame`, that of the face, carries the frame that the sliders I, J, K turn, ZXZ. They start at the
+    `final` angles, degrees; buttons go there turn by turn.
     """
-    symbols, half = sp.symbols("I J K", real=True), side / 2
+    side, cut, symbols = 60.0, 45.0, sp.symbols("I J K", real=True)
+    half = side / 2
     corner = np.array([half, half, 0.0])
     corners = block([-half, -half, -side], corner)
     kept = [point for point in corners if np.abs(point - corner).max() > 1e-9]
@@ -110,16 +107,9 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
 def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
     """Machines beside each other, turned together by two sliders, outer and inner; their tips stay where they are.
 
-    The outer axis is the one next to the workpiece in the chain, the inner one next to the tool.
-
-    Parameters
-    ----------
-    kinematics : sequence of Kinematics
-    outer, inner : float, keyword only
-        Where the sliders start, degrees.
-    senses : bool, keyword only
-        Whether there are buttons for the sense: with −1 both axes turn against their programmed angles, as a table
-        does that is taken for a head, or a head for a table.
+    The outer axis is next to the workpiece in the chain, the inner one next to the tool; degrees. With `senses`
+    there are buttons for the sense: with −1 both axes turn against their programmed angles, as a table does that is
+    taken for a head, or a head for a table.
     """
     symbols, places, drawn, text, numbers = sp.symbols("outer inner sense", real=True), {}, [], [], []
     for number, kin in enumerate(kinematics):
