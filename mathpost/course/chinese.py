@@ -18,13 +18,7 @@ def word(text):
 
 @cache
 def mixup(name, sentence):
-    """What is said of a mix-up of an exercise; "" if that has no Chinese, as in a teacher's own exercise.
-
-    Examples
-    --------
-    >>> mixup("05b-count", "That is twice the right answer."), mixup("my-bevel", "That is the sine.")
-    ('这是正确答案的两倍。', '')
-    """
+    """What is said of a mix-up of an exercise; "" if that has no Chinese, as in a teacher's own exercise."""
     for pattern, chinese in (*_patterns(name), *_patterns("any")):
         if found := pattern.fullmatch(sentence):
             return chinese.format(*(mixup(name, part) or part for part in found.groups()))

@@ -13,7 +13,7 @@ import tempfile
 import tomllib
 import zipfile
 from collections import Counter, defaultdict
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
 
@@ -26,7 +26,19 @@ COURSE = Path(__file__).parents[2]
 ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
 TEXT_ENOUGH = 80  # characters that the course did not write and two students share, before they are called the same
 SHARED_BY_CLASS = 0.5  # cells that more of a class have than this were handed out; from ten students on
-NUMBER = "a number, 0 or more"
+NAMES = (
+    lambda value: isinstance(value, list) and all(isinstance(each, str) for each in value),
+    "a list of names in quotes",
+)
+NUMBER = (lambda value: type(value) in (int, float) and 0 <= value < math.inf, "a number, 0 or more")
+RULES = {  # the keys of a file of rules: whether a value is right, and what is expected
+    "students": NAMES,
+    "exercises": NAMES,
+    "points": (lambda value: isinstance(value, dict), "a table of exercises and lessons"),
+    "notebooks": NUMBER,
+    "workbooks": NUMBER,
+    "expected_workbooks": (lambda value: type(value) is int and value > 0, "a whole number above 0"),
+}
 FAULTS = (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, RecursionError, MemoryError)
 
 
@@ -180,31 +192,16 @@ def read_rules(path):
     except tomllib.TOMLDecodeError as error:
         raise InputError(str(path), "TOML", str(error)) from None
     for key, value in found.items():
-        match key:
-            case "students" | "exercises":
-                right = isinstance(value, list) and all(isinstance(each, str) for each in value)
-                expected = "a list of names in quotes"
-            case "points":
-                right, expected = isinstance(value, dict), "a table of exercises and lessons"
-            case "notebooks" | "workbooks":
-                right, expected = _is_number(value), NUMBER
-            case "expected_workbooks":
-                right, expected = type(value) is int and value > 0, "a whole number above 0"
-            case _:
-                right, expected = False, f"one of {', '.join(each.name for each in fields(Rules))}"
-        if not right:
+        is_right, expected = RULES.get(key, (lambda _: False, f"one of {', '.join(RULES)}"))
+        if not is_right(value):
             raise InputError(f"{path}, {key}", expected, repr(value))
         for name in value if key in ("exercises", "points") else ():
             if name not in {*EXERCISES, *(each.split("-")[0] for each in EXERCISES)}:
                 expected = 'an exercise such as "07-pivot" or a lesson such as "07"'
                 raise InputError(f"{path}, {key}", expected, repr(name))
-            if key == "points" and not _is_number(value[name]):
-                raise InputError(f"{path}, points.{name}", NUMBER, repr(value[name]))
+            if key == "points" and not NUMBER[0](value[name]):
+                raise InputError(f"{path}, points.{name}", NUMBER[1], repr(value[name]))
     return Rules(**{key: tuple(value) if isinstance(value, list) else value for key, value in found.items()})
-
-
-def _is_number(value):
-    return type(value) in (int, float) and 0 <= value < math.inf
 
 
 def digest(path):
