@@ -15,7 +15,7 @@ from mathpost.course.exercise import MARKS
 from mathpost.course.verdict import OPEN, RIGHT, WRONG
 
 LANGUAGES = ("en", "zh")
-ENGLISH = {OPEN: "open", "": "not handed in"}  # where the report says something else than its programs
+ENGLISH = {OPEN: "open"}  # where the report says something else than its programs
 EDITED = "verdict differs from its answer: the file was edited, or saved with another edition of the course"
 SAME = {
     "file": "the same file",
@@ -39,7 +39,7 @@ def to_csv(graded, language="en"):
     head = ["student_id", *graded.exercises, "score", "max_score", "workbooks_right", "first_wrong_cell", "cause"]
     rows = [[*head, "percent_correct", "edited", "same_as", "trouble"]]
     for result in graded.results:
-        statuses = [say(language, result.status(name)) for name in graded.exercises]
+        statuses = [say(language, result.status(name) or "not handed in") for name in graded.exercises]
         wrong = [each for each in result.workbooks if each.cell]
         cells = [[each.cell for each in wrong], [say(language, each.cause) for each in wrong]]
         mark = graded.mark(result)
@@ -102,10 +102,10 @@ def to_html(graded, language="en"):
         heads = ("student", "file", "verdict", "checked", "cell", "cause", "why")
         rows = []
         for who, book in books:
-            checked, cause = f"{book.checked}/{book.total}", _cause(language, book)
-            rows.append((who, book.file, say(language, book.verdict), checked, book.cell, cause, book.message))
+            verdict, cause = say(language, book.verdict), say(language, book.cause)
+            rows.append((who, book.file, verdict, f"{book.checked}/{book.total}", book.cell, cause, book.message))
         parts.append(_section(word, "Workbooks: the first wrong cell", heads, rows))
-        causes = Counter(_cause(language, book) for _, book in books if book.cause)
+        causes = Counter(say(language, book.cause) for _, book in books if book.cause)
         rows = [(cause, _bar(number, len(books))) for cause, number in causes.most_common()]
         parts.append(_section(word, "Causes by frequency", ("cause", "students"), rows))
     no_proof = "The same beyond what the course handed out. A reason to ask, no proof."
@@ -125,10 +125,6 @@ def _mixup(language, name, sentence):
 def _why(language, verdict):
     """What is said of an answer."""
     return _mixup(language, verdict.name, verdict.mixup) or verdict.why
-
-
-def _cause(language, book):
-    return say(language, book.cause) if book.cause else ""
 
 
 class _Safe(str):
