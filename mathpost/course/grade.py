@@ -26,10 +26,7 @@ COURSE = Path(__file__).parents[2]
 ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
 TEXT_ENOUGH = 80  # characters that the course did not write and two students share, before they are called the same
 SHARED_BY_CLASS = 0.5  # cells that more of a class have than this were handed out; from ten students on
-NAMES = (
-    lambda value: isinstance(value, list) and all(isinstance(each, str) for each in value),
-    "a list of names in quotes",
-)
+NAMES = (lambda value: isinstance(value, list) and {*map(type, value)} <= {str}, "a list of names in quotes")
 NUMBER = (lambda value: type(value) in (int, float) and 0 <= value < math.inf, "a number, 0 or more")
 RULES = {  # the keys of a file of rules: whether a value is right, and what is expected
     "students": NAMES,
@@ -77,9 +74,7 @@ class Result:
 
     name: str
     verdicts: dict = field(default_factory=dict)  # exercise → the best `Verdict` that the notebooks hold
-    edited: list = field(
-        default_factory=list
-    )  # exercises of which a notebook says what the answer does not deserve
+    edited: list = field(default_factory=list)  # exercises whose answer deserves another verdict than it has
     mixups: set = field(default_factory=set)  # exercise and sentence of the mix-ups that gave the answers
     workbooks: list = field(default_factory=list)  # of `Workbook`
     trouble: list = field(default_factory=list)  # file and why: not read, or empty
@@ -159,7 +154,7 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
     rules = rules or Rules()
     if lessons is not None and not Path(lessons).is_dir():
         raise InputError(str(lessons), "the folder of the notebooks as they were handed out", "none")
-    handed_out = sorted(Path(lessons or COURSE / "notebooks").rglob("*.ipynb"))
+    handed_out = sorted(Path(lessons).rglob("*.ipynb") if lessons else (COURSE / "notebooks").glob("*.ipynb"))
     with tempfile.TemporaryDirectory() as unpacked:
         students = collect(folder, unpacked, [path.stem for path in handed_out])
         course = {digest(path) for path in (*handed_out, *(COURSE / "data").glob("**/*.xlsx"))}

@@ -62,9 +62,8 @@ def five_face_head(fitted):
         axes.plot(*table.vectors[:, :2].T, color=plot.COLOUR["machine"], linewidth=0.8)
         axes.plot(*fitted.measured.vectors[:, :2].T, "o", color=plot.COLOUR["published"], label="measured")
         axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="X (mm)", ylabel="Y (mm)", aspect="equal")
-        (arm,) = axes.plot(
-            [], [], color=plot.COLOUR["tool"], linewidth=3, label="U, from vertical to horizontal head"
-        )
+        style = {"color": plot.COLOUR["tool"], "linewidth": 3}
+        (arm,) = axes.plot([], [], label="U, from vertical to horizontal head", **style)
         roles = {"X'": "first branch", "Z'": "workpiece"}
         arrows = [axes.plot([], [], color=plot.COLOUR[roles[n]], linewidth=2, label=n)[0] for n in roles]
         figure.legend(loc="outside lower center", ncols=4, fontsize=8)
