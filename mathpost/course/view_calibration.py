@@ -4,7 +4,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost.draw import plot
-from mathpost.draw.chart import Moving, printed, recorded
+from mathpost.draw.chart import printed, recorded
 from mathpost.draw.formula import slider
 from mathpost.measure import horizontal_head, rotary_axis, work_offset
 
@@ -29,7 +29,7 @@ def datum_after_rotation(centre_a, centre_b, point):
     paths = {name: path(table) for name, table in tables.items()}
 
     def build(figure):
-        views, moving = figure.subplots(1, 2), Moving()
+        views, moving = figure.subplots(1, 2), plot.Moving()
         for axes, (across, centre) in zip(views, ((0, centre_b), (1, centre_a)), strict=True):
             reach = 1.1 * max(np.linalg.norm(np.subtract(point, c)) for c in (centre_a, centre_b))
             axes.plot(centre[across], centre[2], "+", color=plot.COLOUR["machine"], markersize=12)
@@ -121,7 +121,7 @@ def rotation_centre(rotary):
     spread = [3 * factor * value for factor, value in zip(scale, deviation, strict=True)]
 
     def build(figure):
-        (left, right), moving = figure.subplots(1, 2), Moving()
+        (left, right), moving = figure.subplots(1, 2), plot.Moving()
         for marker, height, rows in zip("ox", heights, (slice(12), slice(12, 24)), strict=True):
             dots = [(1000 * x, 1000 * y) for x, y in zip(read[0][rows], read[1][rows], strict=True)]
             moving.line(left, "tool", dots, marker, label=f"z = {height:.0f}")
@@ -153,7 +153,7 @@ def rtcp_zero():
     way = range(-90, 91, 5)
 
     def build(figure):
-        axes, moving = figure.subplots(), Moving()
+        axes, moving = figure.subplots(), plot.Moving()
         roles = ("first branch", "second branch")
         for role, length, (plus, minus) in zip(roles, lengths, (read[0][:2], read[0][2:]), strict=True):
             settings = [dict(zip(tip.settings, (float(np.radians(a)), length), strict=True)) for a in way]

@@ -5,7 +5,7 @@ import sympy as sp
 
 from mathpost.course.lesson_data import with_travel
 from mathpost.draw import plot
-from mathpost.draw.chart import Moving, printed, recorded
+from mathpost.draw.chart import printed, recorded
 from mathpost.draw.formula import slider
 from mathpost.post import selection
 
@@ -30,11 +30,12 @@ def inner_and_outer(kin):
         square = {"xlim": (-1.25, 1.25), "ylim": (-1.25, 1.25), "aspect": "equal"}
         side.set(xlabel="from the side: across the outer axis", ylabel="k, along the outer axis", **square)
         top.set(xlabel="along the outer axis: i", ylabel="j", **square)
-        moving, ends, same_k = Moving(), [(-w[1], w[2]), (w[1], w[2])], [n.subs(outer, angle) for angle in turn]
+        moving, ends = plot.Moving(), [(-w[1], w[2]), (w[1], w[2])]
+        same_k = [tuple(n.subs(outer, angle)[:2]) for angle in turn]
         moving.line(side, "published", ends, ":")
         moving.line(side, "first branch", [(0, 0), ends[0]], label=f"{inner}", linewidth=2.5)
         moving.line(side, "second branch", [(0, 0), ends[1]], "--", label=f"−{inner}", linewidth=2.5)
-        moving.line(top, "published", [tuple(each[:2]) for each in same_k], ":", label="same k")
+        moving.line(top, "published", same_k, ":", label="same k")
         arc = [tuple(n.subs(outer, outer * m / 18)[:2, 0] / 2) for m in range(19)]
         moving.line(top, "workpiece", arc, label=f"{outer}")
         moving.line(top, "machine", [(0, 0), tuple(w[:2])], label=f"w, at {outer} = 0", linewidth=2.5)

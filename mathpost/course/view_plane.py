@@ -8,7 +8,7 @@ import sympy as sp
 from mathpost import angles, chain
 from mathpost.draw import plot, scene
 from mathpost.draw.arrangement import arrange
-from mathpost.draw.chart import Moving, printed
+from mathpost.draw.chart import printed
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import Line, Scene
 from mathpost.draw.solid import Hull, block
@@ -75,7 +75,7 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
         return [(length * x + shift, length * y) for length in lengths]
 
     def build(figure):
-        circle, moving = np.stack([np.cos(turn), np.sin(turn)]), Moving()
+        circle, moving = np.stack([np.cos(turn), np.sin(turn)]), plot.Moving()
         bore, probe = figure.subplots(1, 2)
         titles = {bore: "boring bar, retracted along −X", probe: "stylus ball, believed (dotted) and true"}
         for axes, title in titles.items():

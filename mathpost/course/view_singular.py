@@ -4,7 +4,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost.draw import plot
-from mathpost.draw.chart import Moving, printed, recorded
+from mathpost.draw.chart import printed, recorded
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import DARK, Label, Line, Scene
 from mathpost.post import yu_dan
@@ -70,7 +70,7 @@ def pass_by(limit):
 
     def build(figure):
         above, below = figure.subplots(2, 1, sharex=True)
-        moving, rate = Moving(), -longitude.diff(TILT) * SPEED
+        moving, rate = plot.Moving(), -longitude.diff(TILT) * SPEED
         curve = [(angle / SPEED, 90 - sp.deg(longitude.subs(TILT, sp.rad(angle)))) for angle in tilts]
         moving.line(above, "machine", curve)
         moving.line(below, "machine", [(angle / SPEED, rate.subs(TILT, sp.rad(angle))) for angle in tilts])
@@ -94,7 +94,7 @@ def clamped(rows):
     slope = cubic.diff(t)
 
     def build(figure):
-        (above, below), moving = figure.subplots(2, 1, sharex=True), Moving()
+        (above, below), moving = figure.subplots(2, 1, sharex=True), plot.Moving()
         places, width = [sp.Rational(k, 40) for k in range(41)], sp.Rational(3, 20)
         above.plot([2, 3], rows[1:3], "o", color=plot.COLOUR["machine"], label="records s and e")
         above.plot([2, 3], rows[1:3], color=plot.COLOUR["linear"], linestyle="--", label="linear")

@@ -15,7 +15,6 @@ from mathpost import codegen
 from mathpost.draw.described import describe, describe_values
 from mathpost.draw.formula import written
 from mathpost.draw.live import Live
-from mathpost.draw.plot import COLOUR
 from mathpost.rotation import numeric
 
 DASHES = {"-": [], "--": [6, 4], ":": [1, 3], "-.": [7, 3, 1, 3]}
@@ -39,15 +38,6 @@ class Chart(Live):
         moving = zip(*self.state.get("frames", []), strict=True)
         ways = (describe_values(f"moving artist {n}", np.concatenate(way)) for n, way in enumerate(moving, 1))
         return [describe(self.figure), *ways]
-
-
-class Moving(dict):
-    """The artists of a figure that move: each with its points, pairs (x, y) of sympy expressions."""
-
-    def line(self, axes, role, points, style="-", **how):
-        """Add a line in the colour of a role."""
-        (line,) = axes.plot([], [], style, color=COLOUR[role], **how)
-        self[line] = points
 
 
 def recorded(build, control, *, size=(7.0, 4.2), height=460):
@@ -103,9 +93,9 @@ def recorded(build, control, *, size=(7.0, 4.2), height=460):
 def printed(build, symbols, sliders, text, *, size=(7.0, 4.2), height=460):
     """Move a figure's artists by printed expressions.
 
-    ``build(figure)`` draws the artists and returns those of `Moving` and the numbers of the text, a list of
-    expressions. `symbols`, `sliders` and `text` are those of
-    `mathpost.draw.formula.formula`, `size` and `height` those of `recorded`.
+    ``build(figure)`` draws the artists and returns the moving ones, a `mathpost.draw.plot.Moving`, and the numbers of
+    the text, a list of expressions. `symbols`, `sliders` and `text` are those of `mathpost.draw.formula.formula`,
+    `size` and `height` those of `recorded`.
     """
     figure = _figure(size)
     points, numbers = build(figure)
