@@ -236,8 +236,8 @@ def define(name, kind, hint="", **how):
 def slip(sentence, answer=None, **changed):
     """Name a mix-up of the exercise that is defined above: what is said of an answer that it leads to.
 
-    `answer` is that answer, or a function that computes it from the arguments of the solution that it names. Without
-    it, the keywords are the arguments with which the *solution* gives the answer.
+    `answer` is that answer, or a function that computes it from the arguments of the solution that it names. Else
+    the keywords are the arguments with which the *solution* gives the answer.
     """
 
     def enter(solve):
