@@ -4,7 +4,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost.draw import plot
-from mathpost.draw.chart import printed, recorded
+from mathpost.draw.chart import printed, recorded, subplots
 from mathpost.draw.formula import slider
 from mathpost.measure import horizontal_head, rotary_axis, work_offset
 
@@ -28,26 +28,24 @@ def datum_after_rotation(centre_a, centre_b, point):
 
     paths = {name: path(table) for name, table in tables.items()}
 
-    def build(figure):
-        views, moving = figure.subplots(1, 2), plot.Moving()
-        for axes, (across, centre) in zip(views, ((0, centre_b), (1, centre_a)), strict=True):
-            reach = 1.1 * max(np.linalg.norm(np.subtract(point, c)) for c in (centre_a, centre_b))
-            axes.plot(centre[across], centre[2], "+", color=plot.COLOUR["machine"], markersize=12)
-            axes.plot(point[across], point[2], "o", color=plot.COLOUR["workpiece"], fillstyle="none")
-            axes.set(xlim=centre[across] + reach * np.array([-1, 1]), ylim=centre[2] + reach * np.array([-1, 1]))
-            axes.set(xlabel=f"{'XY'[across]} (mm)", ylabel="Z (mm)", aspect="equal")
-            for (name, points), (role, style) in zip(paths.items(), roles.items(), strict=True):
-                seen = [(point[across], point[2]) for point in points]
-                moving.line(axes, role, seen, style, marker="o", markevery=[-1], label=name)
-        figure.legend(*views[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
-        return moving, [entry for points in paths.values() for entry in points[-1]]
-
+    (figure, views), moving = subplots(1, 2, size=(8.0, 4.2)), plot.Moving()
+    for axes, (across, centre) in zip(views, ((0, centre_b), (1, centre_a)), strict=True):
+        reach = 1.1 * max(np.linalg.norm(np.subtract(point, c)) for c in (centre_a, centre_b))
+        axes.plot(centre[across], centre[2], "+", color=plot.COLOUR["machine"], markersize=12)
+        axes.plot(point[across], point[2], "o", color=plot.COLOUR["workpiece"], fillstyle="none")
+        axes.set(xlim=centre[across] + reach * np.array([-1, 1]), ylim=centre[2] + reach * np.array([-1, 1]))
+        axes.set(xlabel=f"{'XY'[across]} (mm)", ylabel="Z (mm)", aspect="equal")
+        for (name, points), (role, style) in zip(paths.items(), roles.items(), strict=True):
+            seen = [(point[across], point[2]) for point in points]
+            moving.line(axes, role, seen, style, marker="o", markevery=[-1], label=name)
+    figure.legend(*views[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
     return printed(
-        build,
+        figure,
+        moving,
+        [entry for points in paths.values() for entry in points[-1]],
         symbols,
         [slider("A", -90, 90, -30), slider("B", -180, 180, 70)],
         [f"{name}: X{{{n}:3}} Y{{{n + 1}:3}} Z{{{n + 2}:3}}" for n, name in zip((0, 3, 6), tables, strict=True)],
-        size=(8.0, 4.2),
         height=540,
     )
 
@@ -56,32 +54,29 @@ def five_face_head(fitted):
     """Turn a horizontal head, seen from above: its frame, its vector, and what the printed program would take."""
     table = fitted.head()
 
-    def build(figure):
-        axes = figure.subplots()
-        reach = 1.5 * np.linalg.norm(table.vectors[0, :2])
-        axes.plot(*table.vectors[:, :2].T, color=plot.COLOUR["machine"], linewidth=0.8)
-        axes.plot(*fitted.measured.vectors[:, :2].T, "o", color=plot.COLOUR["published"], label="measured")
-        axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="X (mm)", ylabel="Y (mm)", aspect="equal")
-        style = {"color": plot.COLOUR["tool"], "linewidth": 3}
-        (arm,) = axes.plot([], [], label="U, from vertical to horizontal head", **style)
-        roles = {"X'": "first branch", "Z'": "workpiece"}
-        arrows = [axes.plot([], [], color=plot.COLOUR[roles[n]], linewidth=2, label=n)[0] for n in roles]
-        figure.legend(loc="outside lower center", ncols=4, fontsize=8)
+    figure, axes = subplots(size=(6.0, 5.0))
+    reach = 1.5 * np.linalg.norm(table.vectors[0, :2])
+    axes.plot(*table.vectors[:, :2].T, color=plot.COLOUR["machine"], linewidth=0.8)
+    axes.plot(*fitted.measured.vectors[:, :2].T, "o", color=plot.COLOUR["published"], label="measured")
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="X (mm)", ylabel="Y (mm)", aspect="equal")
+    style = {"color": plot.COLOUR["tool"], "linewidth": 3}
+    (arm,) = axes.plot([], [], label="U, from vertical to horizontal head", **style)
+    roles = {"X'": "first branch", "Z'": "workpiece"}
+    arrows = [axes.plot([], [], color=plot.COLOUR[roles[n]], linewidth=2, label=n)[0] for n in roles]
+    figure.legend(loc="outside lower center", ncols=4, fontsize=8)
 
-        def update(angle):
-            measured = angle % 360 in fitted.measured.angles
-            head, kind = (fitted.measured, "measured") if measured else (table, "predicted")
-            vector = head.vector(angle)
-            frame = horizontal_head.lhy(head, (0, 0, 0), angle)
-            arm.set_data(*np.array([(0, 0), vector[:2]]).T)
-            for arrow, direction in zip(arrows, frame.rotation.T[[0, 2]], strict=True):
-                arrow.set_data(*np.array([vector[:2], vector[:2] + 120 * direction[:2]]).T)
-            off = np.linalg.norm(vector - fitted.measured.vectors[0])
-            return [*frame.block.splitlines(), f"{kind}; U₀ in its place would be {off:.2f} mm off"]
+    def update(angle):
+        measured = angle % 360 in fitted.measured.angles
+        head, kind = (fitted.measured, "measured") if measured else (table, "predicted")
+        vector = head.vector(angle)
+        frame = horizontal_head.lhy(head, (0, 0, 0), angle)
+        arm.set_data(*np.array([(0, 0), vector[:2]]).T)
+        for arrow, direction in zip(arrows, frame.rotation.T[[0, 2]], strict=True):
+            arrow.set_data(*np.array([vector[:2], vector[:2] + 120 * direction[:2]]).T)
+        off = np.linalg.norm(vector - fitted.measured.vectors[0])
+        return [*frame.block.splitlines(), f"{kind}; U₀ in its place would be {off:.2f} mm off"]
 
-        return update
-
-    return recorded(build, slider("angle", 0, 360, 45, step=2.5), size=(6.0, 5.0), height=560)
+    return recorded(figure, update, slider("angle", 0, 360, 45, step=2.5), height=560)
 
 
 def _fit(measurement, errors, at, sigma):
@@ -120,26 +115,23 @@ def rotation_centre(rotary):
     got = [factor * value for factor, value in zip(scale, found, strict=True)]
     spread = [3 * factor * value for factor, value in zip(scale, deviation, strict=True)]
 
-    def build(figure):
-        (left, right), moving = figure.subplots(1, 2), plot.Moving()
-        for marker, height, rows in zip("ox", heights, (slice(12), slice(12, 24)), strict=True):
-            dots = [(1000 * x, 1000 * y) for x, y in zip(read[0][rows], read[1][rows], strict=True)]
-            moving.line(left, "tool", dots, marker, label=f"z = {height:.0f}")
-        left.set(xlim=(-90, 90), ylim=(-90, 90), xlabel="e_x (µm)", ylabel="e_y (µm)", aspect="equal")
-        moving.line(right, "published", list(enumerate(symbols[:4])), "_", markersize=24, label="true")
-        moving.line(right, "workpiece", list(enumerate(got)), "o", label="recovered, ±3σ")
-        for place, (value, half) in enumerate(zip(got, spread, strict=True)):
-            moving.line(right, "workpiece", [(place, value - half), (place, value + half)])
-        right.set(xlim=(-0.5, 3.5), ylim=(-110, 110), xticks=range(4), xticklabels=names, ylabel="µm, µrad")
-        for axes in (left, right):
-            axes.legend(fontsize=8)
-        return moving, [*got, *spread]
-
+    (figure, (left, right)), moving = subplots(1, 2, size=(8.0, 4.0)), plot.Moving()
+    for marker, height, rows in zip("ox", heights, (slice(12), slice(12, 24)), strict=True):
+        dots = [(1000 * x, 1000 * y) for x, y in zip(read[0][rows], read[1][rows], strict=True)]
+        moving.line(left, "tool", dots, marker, label=f"z = {height:.0f}")
+    left.set(xlim=(-90, 90), ylim=(-90, 90), xlabel="e_x (µm)", ylabel="e_y (µm)", aspect="equal")
+    moving.line(right, "published", list(enumerate(symbols[:4])), "_", markersize=24, label="true")
+    moving.line(right, "workpiece", list(enumerate(got)), "o", label="recovered, ±3σ")
+    for place, (value, half) in enumerate(zip(got, spread, strict=True)):
+        moving.line(right, "workpiece", [(place, value - half), (place, value + half)])
+    right.set(xlim=(-0.5, 3.5), ylim=(-110, 110), xticks=range(4), xticklabels=names, ylabel="µm, µrad")
+    for axes in (left, right):
+        axes.legend(fontsize=8)
     rows = list(zip(names, (10, -6, -30, 40), units, strict=True))
     sliders = [slider(name, -60, 60, start, unit=unit) for name, start, unit in rows]
     sliders.append(slider("noise", 0, 10, 1, step=0.5, unit="µm"))
     said = [f"{name} {{{n}:1}} ± {{{n + 4}:1}} {unit}" for n, (name, _, unit) in enumerate(rows)]
-    return printed(build, symbols, sliders, [", ".join(said)], size=(8.0, 4.0), height=560)
+    return printed(figure, moving, [*got, *spread], symbols, sliders, [", ".join(said)], height=560)
 
 
 def rtcp_zero():
@@ -152,19 +144,17 @@ def rtcp_zero():
     axial = tip.readings["axial"].subs(dict(zip(tip.unknowns, true, strict=True)))
     way = range(-90, 91, 5)
 
-    def build(figure):
-        axes, moving = figure.subplots(), plot.Moving()
-        roles = ("first branch", "second branch")
-        for role, length, (plus, minus) in zip(roles, lengths, (read[0][:2], read[0][2:]), strict=True):
-            settings = [dict(zip(tip.settings, (float(np.radians(a)), length), strict=True)) for a in way]
-            curve = [(a, 1000 * axial.subs(s)) for a, s in zip(way, settings, strict=True)]
-            moving.line(axes, role, curve, label=f"L = {length:.0f}")
-            moving.line(axes, role, [(psi * 180 / sp.pi, 1000 * plus), (-psi * 180 / sp.pi, 1000 * minus)], "o")
-        axes.set(xlim=(-95, 95), ylim=(-200, 200), xlabel="ψ (degrees)", ylabel="axial reading (µm)")
-        axes.legend(fontsize=8)
-        source = arcsec * sp.atan(read[0][2] / lengths[1])
-        return moving, [arcsec * found[0], 3 * arcsec * deviation[0], 1000 * found[1], 1000 * found[2], source]
-
+    (figure, axes), moving = subplots(), plot.Moving()
+    roles = ("first branch", "second branch")
+    for role, length, (plus, minus) in zip(roles, lengths, (read[0][:2], read[0][2:]), strict=True):
+        settings = [dict(zip(tip.settings, (float(np.radians(a)), length), strict=True)) for a in way]
+        curve = [(a, 1000 * axial.subs(s)) for a, s in zip(way, settings, strict=True)]
+        moving.line(axes, role, curve, label=f"L = {length:.0f}")
+        moving.line(axes, role, [(psi * 180 / sp.pi, 1000 * plus), (-psi * 180 / sp.pi, 1000 * minus)], "o")
+    axes.set(xlim=(-95, 95), ylim=(-200, 200), xlabel="ψ (degrees)", ylabel="axial reading (µm)")
+    axes.legend(fontsize=8)
+    source = arcsec * sp.atan(read[0][2] / lengths[1])
+    numbers = [arcsec * found[0], 3 * arcsec * deviation[0], 1000 * found[1], 1000 * found[2], source]
     sliders = [
         slider("alpha", -40, 40, 29, unit="″"),
         slider("dy", -60, 60, 0, unit="µm"),
@@ -173,4 +163,4 @@ def rtcp_zero():
         slider("noise", 0, 2, 0, step=0.1, unit="µm"),
     ]
     said = "alpha {0:1} ± {1:1} arcsec, dy {2:1} µm, dL {3:1} µm; arctan(y/x) of the reading at +ψ: {4:1} arcsec"
-    return printed(build, symbols, sliders, [said], height=620)
+    return printed(figure, moving, numbers, symbols, sliders, [said], height=620)

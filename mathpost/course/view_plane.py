@@ -8,7 +8,7 @@ import sympy as sp
 from mathpost import angles, chain
 from mathpost.draw import plot, scene
 from mathpost.draw.arrangement import arrange
-from mathpost.draw.chart import printed
+from mathpost.draw.chart import printed, subplots
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import Line, Scene
 from mathpost.draw.solid import Hull, block
@@ -74,34 +74,31 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
     def along(*lengths, shift=0.0):
         return [(length * x + shift, length * y) for length in lengths]
 
-    def build(figure):
-        circle, moving = np.stack([np.cos(turn), np.sin(turn)]), plot.Moving()
-        bore, probe = figure.subplots(1, 2)
-        titles = {bore: "boring bar, retracted along −X", probe: "stylus ball, believed (dotted) and true"}
-        for axes, title in titles.items():
-            axes.set(title=title, aspect="equal", xlim=(-1.55, 1.55), ylim=(-1.55, 1.55))
-            axes.set_axis_off()
-            for direction, label in zip(np.eye(2), "XY", strict=True):
-                axes.plot(*np.array([(0, 0), 1.3 * direction]).T, color=_WORKPIECE)
-                axes.text(*(1.42 * direction), label, color=_WORKPIECE, ha="center", va="center")
-            moving.line(axes, "machine", along(0.4, 1.15), lw=2)
-            label = axes.text(0, 0, "Xₛ", color=_MACHINE, ha="center", va="center")
-            moving[label] = [(1.05 * x + 0.2 * y, 1.05 * y - 0.2 * x)]
-        bore.plot(*circle, color=_WORKPIECE)
-        bore.fill(*(0.6 * circle - [[0.25], [0]]), color=_TOOL, alpha=0.35)  # the retract is not to scale
-        moving.line(bore, "tool", along(0.6, 1.0, shift=-0.25), lw=5)
-        probe.plot(*(0.3 * circle + [[0.35], [0]]), color=_WORKPIECE, ls=":")
-        ball = [(0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)]
-        moving.line(probe, "tool", ball)
-        return moving, numbers
-
+    circle, moving = np.stack([np.cos(turn), np.sin(turn)]), plot.Moving()
+    figure, (bore, probe) = subplots(1, 2, size=(7.0, 4.0))
+    titles = {bore: "boring bar, retracted along −X", probe: "stylus ball, believed (dotted) and true"}
+    for axes, title in titles.items():
+        axes.set(title=title, aspect="equal", xlim=(-1.55, 1.55), ylim=(-1.55, 1.55))
+        axes.set_axis_off()
+        for direction, label in zip(np.eye(2), "XY", strict=True):
+            axes.plot(*np.array([(0, 0), 1.3 * direction]).T, color=_WORKPIECE)
+            axes.text(*(1.42 * direction), label, color=_WORKPIECE, ha="center", va="center")
+        moving.line(axes, "machine", along(0.4, 1.15), lw=2)
+        label = axes.text(0, 0, "Xₛ", color=_MACHINE, ha="center", va="center")
+        moving[label] = [(1.05 * x + 0.2 * y, 1.05 * y - 0.2 * x)]
+    bore.plot(*circle, color=_WORKPIECE)
+    bore.fill(*(0.6 * circle - [[0.25], [0]]), color=_TOOL, alpha=0.35)  # the retract is not to scale
+    moving.line(bore, "tool", along(0.6, 1.0, shift=-0.25), lw=5)
+    probe.plot(*(0.3 * circle + [[0.35], [0]]), color=_WORKPIECE, ls=":")
+    ball = [(0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)]
+    moving.line(probe, "tool", ball)
     angles = ", ".join(f"{r.name} {a:z.3f}" for r, a in zip(machine.rotary, choice.angles, strict=True))
     text = [
         f"{angles}, ρ = {{0:3}}",
         "tip after the retract: {1:3} mm {2?clear of the wall}{3?IN THE WALL}",
         "centre measured by the probe: wrong by {4:1} µm",
     ]
-    return printed(build, [K], [slider("K", -180, 180, k, step=5.0)], text, size=(7.0, 4.0), height=500)
+    return printed(figure, moving, numbers, [K], [slider("K", -180, 180, k, step=5.0)], text, height=500)
 
 
 def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):

@@ -40,33 +40,38 @@ class Chart(Live):
         return [describe(self.figure), *ways]
 
 
-def recorded(build, control, *, size=(7.0, 4.2), height=460):
+def subplots(rows=1, columns=1, *, size=(7.0, 4.2), **shared):
+    """Return a figure of so many inches, which no window shows, and its axes, as `Figure.subplots` does."""
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, **shared)
+
+
+def recorded(figure, update, control, *, height=460):
     """Record what one slider does to a figure: Python draws each position once, the page needs no Python.
 
     Parameters
     ----------
-    build : callable
-        ``build(figure)`` draws the artists and returns ``update(value)``, which moves them to the slider's value
-        and returns a list of lines of text.
+    figure : matplotlib.figure.Figure
+        From `subplots`.
+    update : callable
+        ``update(value)`` moves artists to the slider's value and returns a list of lines of text.
     control : dict
         From `mathpost.draw.formula.slider`; every step of it is recorded.
-    size, height
-        Of the figure, inches; on the page, pixels.
+    height : int
+        On the page, pixels.
 
     Examples
     --------
     >>> from mathpost.draw.formula import slider
-    >>> def build(figure):
-    ...     line, = figure.subplots().plot([0, 1], [0, 0])
-    ...     def update(rise):
-    ...         line.set_ydata([0, rise])
-    ...         return [f"ends at {rise:.1f}"]
-    ...     return update
-    >>> recorded(build, slider("rise", 0, 1, 0.5, step=0.1, unit=""))
+    >>> figure, axes = subplots()
+    >>> line, = axes.plot([0, 1], [0, 0])
+    >>> def update(rise):
+    ...     line.set_ydata([0, rise])
+    ...     return [f"ends at {rise:.1f}"]
+    >>> recorded(figure, update, slider("rise", 0, 1, 0.5, step=0.1, unit=""))
     ends at 0.5
     """
-    figure = _figure(size)
-    update = build(figure)
     steps = round((control["high"] - control["low"]) / control["step"])
     values = control["low"] + np.arange(steps + 1) * control["step"]
     said, frames = [], []
@@ -90,15 +95,13 @@ def recorded(build, control, *, size=(7.0, 4.2), height=460):
     return Chart(figure, state | _spec(figure, moving), [], (), "; ".join(said[start]), height=height)
 
 
-def printed(build, symbols, sliders, text, *, size=(7.0, 4.2), height=460):
+def printed(figure, points, numbers, symbols, sliders, text, *, height=460):
     """Move a figure's artists by printed expressions.
 
-    ``build(figure)`` draws the artists and returns the moving ones, a `mathpost.draw.plot.Moving`, and the numbers
-    of the text, a list of expressions. `symbols`, `sliders` and `text` are those of
-    `mathpost.draw.formula.formula`, `size` and `height` those of `recorded`.
+    `figure` is from `subplots`; `points` a dict of artist to pairs (x, y) of sympy expressions, such as a
+    `mathpost.draw.plot.Moving`; `numbers` those of the text. `symbols`, `sliders` and `text` are those of
+    `mathpost.draw.formula.formula`, `height` that of `recorded`.
     """
-    figure = _figure(size)
-    points, numbers = build(figure)
     start = [each["value"] * each["factor"] for each in sliders]
     artists = _artists(figure)
     order = [artist for artist in artists if artist in points]
@@ -115,12 +118,6 @@ def printed(build, symbols, sliders, text, *, size=(7.0, 4.2), height=460):
     state = {"sliders": list(sliders), "text": list(text), "counts": counts}
     state |= _spec(figure, [artist in points for artist in artists])
     return Chart(figure, state, [code], ("points", "numbers"), "; ".join(written(text, values)), height=height)
-
-
-def _figure(size):
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
 
 
 def _artists(figure):
