@@ -30,21 +30,18 @@ def inner_and_outer(kin):
         square = {"xlim": (-1.25, 1.25), "ylim": (-1.25, 1.25), "aspect": "equal"}
         side.set(xlabel="from the side: across the outer axis", ylabel="k, along the outer axis", **square)
         top.set(xlabel="along the outer axis: i", ylabel="j", **square)
-        colour, points = plot.COLOUR, {}
-
-        def line(panel, at, tint, label=None, **style):
-            points[panel.plot([], [], color=colour[tint], label=label, **style)[0]] = at
-
-        ends = [(-w[1], w[2]), (w[1], w[2])]
-        line(side, ends, "published", linestyle=":")
-        line(side, [(0, 0), ends[0]], "first branch", f"{inner}", linewidth=2.5)
-        line(side, [(0, 0), ends[1]], "second branch", f"−{inner}", linewidth=2.5, linestyle="--")
-        line(top, [tuple(n.subs(outer, angle)[:2]) for angle in turn], "published", "same k", linestyle=":")
-        line(top, [tuple(n.subs(outer, outer * m / 18)[:2, 0] / 2) for m in range(19)], "workpiece", f"{outer}")
-        line(top, [(0, 0), tuple(w[:2])], "machine", f"w, at {outer} = 0", linewidth=2.5)
-        line(top, [(0, 0), tuple(n[:2])], "tool", "n, the tool axis", linewidth=2.5)
+        moving, ends = plot.Moving(), [(-w[1], w[2]), (w[1], w[2])]
+        same_k = [tuple(n.subs(outer, angle)[:2]) for angle in turn]
+        moving.line(side, "published", ends, ":")
+        moving.line(side, "first branch", [(0, 0), ends[0]], label=f"{inner}", linewidth=2.5)
+        moving.line(side, "second branch", [(0, 0), ends[1]], "--", label=f"−{inner}", linewidth=2.5)
+        moving.line(top, "published", same_k, ":", label="same k")
+        arc = [tuple(n.subs(outer, outer * m / 18)[:2, 0] / 2) for m in range(19)]
+        moving.line(top, "workpiece", arc, label=f"{outer}")
+        moving.line(top, "machine", [(0, 0), tuple(w[:2])], label=f"w, at {outer} = 0", linewidth=2.5)
+        moving.line(top, "tool", [(0, 0), tuple(n[:2])], label="n, the tool axis", linewidth=2.5)
         figure.legend(loc="outside lower center", ncols=6, fontsize=8)
-        return points, [*n, *products, sp.deg(sp.atan2(*products))]
+        return moving, [*n, *products, sp.deg(sp.atan2(*products))]
 
     return printed(
         build,

@@ -20,17 +20,14 @@ _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpi
 STEPS = ("start", "turn I", "turn J", "turn K")
 
 
-def cut_corner(frame, final, *, side=60.0, cut=45.0):
+def cut_corner(frame, final):
     """A cube, its zero in the middle of the top face, with the corner (+, +, top) cut off, and a frame on the face.
 
-    Parameters
-    ----------
-    frame : mathpost.frame.Frame
-        Of the face; its origin carries the frame that the sliders I, J, K turn, ZXZ.
-    final : sequence of 3 floats
-        The angles at the start, degrees; buttons go there turn by turn.
+    The origin of `frame`, that of the face, carries the frame that the sliders I, J, K turn, ZXZ. They start at the
+    `final` angles, degrees; buttons go there turn by turn.
     """
-    symbols, half = sp.symbols("I J K", real=True), side / 2
+    side, cut, symbols = 60.0, 45.0, sp.symbols("I J K", real=True)
+    half = side / 2
     corner = np.array([half, half, 0.0])
     corners = block([-half, -half, -side], corner)
     kept = [point for point in corners if np.abs(point - corner).max() > 1e-9]
@@ -78,7 +75,7 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
         return [(length * x + shift, length * y) for length in lengths]
 
     def build(figure):
-        circle, moving = np.stack([np.cos(turn), np.sin(turn)]), {}
+        circle, moving = np.stack([np.cos(turn), np.sin(turn)]), plot.Moving()
         bore, probe = figure.subplots(1, 2)
         titles = {bore: "boring bar, retracted along −X", probe: "stylus ball, believed (dotted) and true"}
         for axes, title in titles.items():
@@ -87,15 +84,15 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
             for direction, label in zip(np.eye(2), "XY", strict=True):
                 axes.plot(*np.array([(0, 0), 1.3 * direction]).T, color=_WORKPIECE)
                 axes.text(*(1.42 * direction), label, color=_WORKPIECE, ha="center", va="center")
-            moving[axes.plot([], [], color=_MACHINE, lw=2)[0]] = along(0.4, 1.15)
+            moving.line(axes, "machine", along(0.4, 1.15), lw=2)
             label = axes.text(0, 0, "Xₛ", color=_MACHINE, ha="center", va="center")
             moving[label] = [(1.05 * x + 0.2 * y, 1.05 * y - 0.2 * x)]
         bore.plot(*circle, color=_WORKPIECE)
         bore.fill(*(0.6 * circle - [[0.25], [0]]), color=_TOOL, alpha=0.35)  # the retract is not to scale
-        moving[bore.plot([], [], color=_TOOL, lw=5)[0]] = along(0.6, 1.0, shift=-0.25)
+        moving.line(bore, "tool", along(0.6, 1.0, shift=-0.25), lw=5)
         probe.plot(*(0.3 * circle + [[0.35], [0]]), color=_WORKPIECE, ls=":")
         ball = [(0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)]
-        moving[probe.plot([], [], color=_TOOL)[0]] = ball
+        moving.line(probe, "tool", ball)
         return moving, numbers
 
     angles = ", ".join(f"{r.name} {a:z.3f}" for r, a in zip(machine.rotary, choice.angles, strict=True))
@@ -110,16 +107,9 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
 def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
     """Machines beside each other, turned together by two sliders, outer and inner; their tips stay where they are.
 
-    The outer axis is the one next to the workpiece in the chain, the inner one next to the tool.
-
-    Parameters
-    ----------
-    kinematics : sequence of Kinematics
-    outer, inner : float, keyword only
-        Where the sliders start, degrees.
-    senses : bool, keyword only
-        Whether there are buttons for the sense: with −1 both axes turn against their programmed angles, as a table
-        does that is taken for a head, or a head for a table.
+    The outer axis is next to the workpiece in the chain, the inner one next to the tool; degrees. With `senses`
+    there are buttons for the sense: with −1 both axes turn against their programmed angles, as a table does that is
+    taken for a head, or a head for a table.
     """
     symbols, places, drawn, text, numbers = sp.symbols("outer inner sense", real=True), {}, [], [], []
     for number, kin in enumerate(kinematics):

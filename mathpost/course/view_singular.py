@@ -70,16 +70,15 @@ def pass_by(limit):
 
     def build(figure):
         above, below = figure.subplots(2, 1, sharex=True)
-        rate = -longitude.diff(TILT) * SPEED
+        moving, rate = plot.Moving(), -longitude.diff(TILT) * SPEED
         curve = [(angle / SPEED, 90 - sp.deg(longitude.subs(TILT, sp.rad(angle)))) for angle in tilts]
-        speed = [(angle / SPEED, rate.subs(TILT, sp.rad(angle))) for angle in tilts]
-        (turned,) = above.plot([0, 1], [0, 1], color=plot.COLOUR["machine"])
-        (needed,) = below.plot([0, 1], [0, 1], color=plot.COLOUR["machine"])
+        moving.line(above, "machine", curve)
+        moving.line(below, "machine", [(angle / SPEED, rate.subs(TILT, sp.rad(angle))) for angle in tilts])
         below.plot([-2, 2], [limit] * 2, color=plot.COLOUR["tool"], linestyle="--", label=f"C can do {limit:g}°/s")
         above.set(ylabel="C, degrees", ylim=(-95, 95), xlim=(-2, 2))
         below.set(ylabel="speed of C, °/s", ylim=(0, 600), xlabel="time, s")
         below.legend(loc="upper right")
-        return {turned: curve, needed: speed}, [rate.subs(TILT, 0), sp.deg(sp.asin(SPEED / limit))]
+        return moving, [rate.subs(TILT, 0), sp.deg(sp.asin(SPEED / limit))]
 
     speed = slider("speed of the tool", 2, 60, 20, unit="°/s")
     sliders = [slider("distance from the pole", 0.2, 20, 4, step=0.1), speed]
@@ -95,29 +94,22 @@ def clamped(rows):
     slope = cubic.diff(t)
 
     def build(figure):
-        above, below = figure.subplots(2, 1, sharex=True)
-        places = [sp.Rational(k, 40) for k in range(41)]
+        (above, below), moving = figure.subplots(2, 1, sharex=True), plot.Moving()
+        places, width = [sp.Rational(k, 40) for k in range(41)], sp.Rational(3, 20)
         above.plot([2, 3], rows[1:3], "o", color=plot.COLOUR["machine"], label="records s and e")
         above.plot([2, 3], rows[1:3], color=plot.COLOUR["linear"], linestyle="--", label="linear")
-        (curve,) = above.plot([0, 1], [0, 1], color=plot.COLOUR["cubic"], label="clamped cubic")
-        (first,) = above.plot([0, 1], [0, 1], color=plot.COLOUR["tool"], linewidth=3, label="k₁, k₂")
-        (last,) = above.plot([0, 1], [0, 1], color=plot.COLOUR["tool"], linewidth=3)
-        (dot,) = above.plot([1], [0], "o", color=plot.COLOUR["cubic"])
+        moving.line(above, "cubic", [(2 + at, cubic.subs(t, at)) for at in places], label="clamped cubic")
+        for end, row, slope_there, label in ((2, rows[1], k_1, "k₁, k₂"), (3, rows[2], k_2, None)):
+            tangent = [(end + step, row + step * slope_there) for step in (-width, width)]
+            moving.line(above, "tool", tangent, linewidth=3, label=label)
+        moving.line(above, "cubic", [(2 + t, cubic)], "o")
         below.plot([2, 3], [rows[2] - rows[1]] * 2, color=plot.COLOUR["linear"], linestyle="--")
-        (rate,) = below.plot([0, 1], [0, 1], color=plot.COLOUR["cubic"])
-        (at,) = below.plot([1], [0], "o", color=plot.COLOUR["cubic"])
+        moving.line(below, "cubic", [(2 + at, slope.subs(t, at)) for at in places])
+        moving.line(below, "cubic", [(2 + t, slope)], "o")
         above.set(ylabel="C, degrees", ylim=(-70, 250))
         below.set(ylabel="slope, ° per record", ylim=(-420, 60), xlim=(1.8, 3.2), xlabel="virtual time, records")
         above.legend(loc="upper right")
-        width = sp.Rational(3, 20)
-        return {
-            curve: [(2 + place, cubic.subs(t, place)) for place in places],
-            first: [(2 - width, rows[1] - width * k_1), (2 + width, rows[1] + width * k_1)],
-            last: [(3 - width, rows[2] - width * k_2), (3 + width, rows[2] + width * k_2)],
-            dot: [(2 + t, cubic)],
-            rate: [(2 + place, slope.subs(t, place)) for place in places],
-            at: [(2 + t, slope)],
-        }, [k_1, k_2, cubic, slope]
+        return moving, [k_1, k_2, cubic, slope]
 
     sliders = [slider("t", 0, 1, 0.3, step=0.01, unit="")]
     sliders += [slider(name, 0.02, 2, 1, step=0.01, unit="") for name in ("Δt₁", "Δt₂")]

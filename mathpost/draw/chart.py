@@ -93,8 +93,8 @@ def recorded(build, control, *, size=(7.0, 4.2), height=460):
 def printed(build, symbols, sliders, text, *, size=(7.0, 4.2), height=460):
     """Move a figure's artists by printed expressions.
 
-    ``build(figure)`` draws the artists and returns the moving ones, a dict of artist to pairs (x, y) of sympy
-    expressions, and the numbers of the text, a list of expressions. `symbols`, `sliders` and `text` are those of
+    ``build(figure)`` draws the artists and returns the moving ones, a `mathpost.draw.plot.Moving`, and the numbers
+    of the text, a list of expressions. `symbols`, `sliders` and `text` are those of
     `mathpost.draw.formula.formula`, `size` and `height` those of `recorded`.
     """
     figure = _figure(size)

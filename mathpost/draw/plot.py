@@ -219,6 +219,15 @@ def costs(axes, position, priced, *, label, dearest=6):
     axes.legend(loc="upper left", bbox_to_anchor=(1, 1))
 
 
+class Moving(dict):
+    """The lines of a figure that move, for `mathpost.draw.chart.printed`: each with pairs (x, y) of expressions."""
+
+    def line(self, axes, role, points, style="-", **how):
+        """Add a line in the colour of a role."""
+        (line,) = axes.plot([], [], style, color=COLOUR[role], **how)
+        self[line] = points
+
+
 # Frames, machines and tilted planes
 
 
