@@ -39,15 +39,10 @@ def datum_after_rotation(centre_a, centre_b, point):
             seen = [(point[across], point[2]) for point in points]
             moving.line(axes, role, seen, style, marker="o", markevery=[-1], label=name)
     figure.legend(*views[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
-    return printed(
-        figure,
-        moving,
-        [entry for points in paths.values() for entry in points[-1]],
-        symbols,
-        [slider("A", -90, 90, -30), slider("B", -180, 180, 70)],
-        [f"{name}: X{{{n}:3}} Y{{{n + 1}:3}} Z{{{n + 2}:3}}" for n, name in zip((0, 3, 6), tables, strict=True)],
-        height=540,
-    )
+    numbers = [entry for points in paths.values() for entry in points[-1]]
+    sliders = [slider("A", -90, 90, -30), slider("B", -180, 180, 70)]
+    said = [f"{name}: X{{{n}:3}} Y{{{n + 1}:3}} Z{{{n + 2}:3}}" for n, name in zip((0, 3, 6), tables, strict=True)]
+    return printed(figure, moving, numbers, symbols, sliders, said, height=540)
 
 
 def five_face_head(fitted):

@@ -42,7 +42,7 @@ def tool_axis(kin):
     about, (near, far) = _about(kin), np.degrees(kin.reach)
     drawn, made = scene.machine(kin)
     _, framed = scene.best_start(kin, drawn, made, aspect=0.75)
-    tilt, direction = float(min(max(30.0, near), far)), -30.0
+    tilt, direction, most = float(min(max(30.0, near), far)), -30.0, float(min(180.0, far + 10.0))
     pole = np.array(about["pole"])
     zero, quarter = across(pole)  # as the browser takes them
     angle, turn = np.radians([tilt, direction])
@@ -58,10 +58,7 @@ def tool_axis(kin):
             lean = float(np.degrees(np.arctan2(np.linalg.norm(np.cross(pole, leaning)), pole @ leaning)))
             places.append([f"{joint} limit {limit:.0f}°", [lean, None]])
     places.append(["edge of reach", [far, None]])
-    sliders = [
-        slider("tilt", 0.0, float(min(180.0, far + 10.0)), tilt, step=0.5),
-        slider("direction", -180.0, 180.0, direction),
-    ]
+    sliders = [slider("tilt", 0.0, most, tilt, step=0.5), slider("direction", -180.0, 180.0, direction)]
     state = {"kind": "both", "about": about, "tip": tip.tolist(), "sliders": sliders, "places": places}
     text = "; ".join(f"{name}: {_words(kin, joints)}" for name, joints in zip(BRANCHES, both, strict=True))
     text, scenes = f"tool axis {_list(axis, 4)}; {text}", [_sphere(kin, axis), *pair]

@@ -43,16 +43,13 @@ def cut_corner(frame, final):
     lean = sp.acos(sp.Min(1, turned[:, 2].dot(sp.Matrix(frame.z)))) * 180 / sp.pi
     off = sp.acos(sp.Min(1, turned[:, 0].dot(sp.Matrix(frame.x)))) * 180 / sp.pi
     after = [[angle if n < step else 0.0 for n, angle in enumerate(final)] for step in range(4)]
-    return formula(
-        drawn.frame(75, 24),
-        symbols,
-        [slider(name, -180, 180, value) for name, value in zip("IJK", final, strict=True)],
-        {"feature": placed},
-        ["z = ({0:4}, {1:4}, {2:4}), off the face by {3:2}°", "x = ({4:4}, {5:4}, {6:4}), off the slope by {7:2}°"],
-        numbers=[*turned[:, 2], lean, *turned[:, 0], off],
-        buttons=list(zip(STEPS, after, strict=True)),
-        height=430,
-    )
+    text = [
+        "z = ({0:4}, {1:4}, {2:4}), off the face by {3:2}°",
+        "x = ({4:4}, {5:4}, {6:4}), off the slope by {7:2}°",
+    ]
+    sliders = [slider(name, -180, 180, value) for name, value in zip("IJK", final, strict=True)]
+    more = {"numbers": [*turned[:, 2], lean, *turned[:, 0], off], "buttons": list(zip(STEPS, after, strict=True))}
+    return formula(drawn.frame(75, 24), symbols, sliders, {"feature": placed}, text, height=430, **more)
 
 
 def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.02):
@@ -128,21 +125,14 @@ def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
         text.append(f"{number + 1} {model.name}: n = ({{{first}:4}}, {{{first + 1}:4}}, {{{first + 2}:4}})")
         numbers += kin.forward_symbolic()[:3, 2].subs(turns)
     pictures = [replace(picture, bodies=list(places)) for picture in drawn]
-    sense = slider("sense", -1, 1, 1, unit="", hidden=True)
+    sliders = [slider("outer", -180, 180, outer), slider("inner", -90, 90, inner)]
+    sliders.append(slider("sense", -1, 1, 1, unit="", hidden=True))
     text = ["; ".join(text[n : n + 2]) for n in range(0, len(text), 2)]
     buttons = [("0, 0", [0, 0, None]), ("outer 90°", [90, None, None]), ("inner 90°", [None, 90, None])]
     if senses:
         text.append(f"sense {{{len(numbers)}:0}}")
         buttons += [("sense 1", [None, None, 1]), ("sense −1", [None, None, -1])]
-    return formula(
-        pictures[0],
-        symbols,
-        [slider("outer", -180, 180, outer), slider("inner", -90, 90, inner), sense],
-        places,
-        text,
-        numbers=[*numbers, symbols[2]],
-        buttons=buttons,
-        beside=pictures[1:],
-        layout="column",
-        height=390 + 170 * ((len(pictures) - 1) // 3),
-    )
+    numbers.append(symbols[2])
+    more = {"numbers": numbers, "buttons": buttons, "beside": pictures[1:], "layout": "column"}
+    height = 390 + 170 * ((len(pictures) - 1) // 3)
+    return formula(pictures[0], symbols, sliders, places, text, height=height, **more)

@@ -44,23 +44,15 @@ def globe():
     scene.labels.append(Label("C", 1.12 * meridian[-1], "longitude", DARK))
     scene.middle, scene.radius = np.array([0, 0, 0.72 * RADIUS]), 0.95 * RADIUS
     rate = sp.Abs(longitude.diff(TILT))
-    return formula(
-        scene,
-        (DISTANCE, TILT, SPEED),
-        [
-            slider("distance from the pole", 0.2, 30, 4, step=0.1),
-            slider("tilt", -50, 50, -12),
-            slider("speed of the tool", 1, 60, 10, unit="°/s"),
-        ],
-        {"C": ACTIVE["Z"](longitude)},
-        [
-            "longitude {0:2}°; per degree of tilt it turns by {1:2}°: C has to turn at {2:1}°/s",
-            "at the nearest point by {3:2}°: at {4:1}°/s",
-        ],
-        numbers=[sp.deg(longitude), *(x for each in (rate, rate.subs(TILT, 0)) for x in (each, each * SPEED))],
-        points=[*path, *arrow],
-        buttons=[("through it", [0.2, None, None]), ("nearest point", [None, 0, None])],
-    )
+    numbers = [sp.deg(longitude), *(x for each in (rate, rate.subs(TILT, 0)) for x in (each, each * SPEED))]
+    text = ["longitude {0:2}°; per degree of tilt it turns by {1:2}°: C has to turn at {2:1}°/s"]
+    text.append("at the nearest point by {3:2}°: at {4:1}°/s")
+    sliders = [slider("distance from the pole", 0.2, 30, 4, step=0.1), slider("tilt", -50, 50, -12)]
+    sliders.append(slider("speed of the tool", 1, 60, 10, unit="°/s"))
+    symbols, places = (DISTANCE, TILT, SPEED), {"C": ACTIVE["Z"](longitude)}
+    buttons = [("through it", [0.2, None, None]), ("nearest point", [None, 0, None])]
+    more = {"numbers": numbers, "points": [*path, *arrow], "buttons": buttons}
+    return formula(scene, symbols, sliders, places, text, **more)
 
 
 def pass_by(limit):
