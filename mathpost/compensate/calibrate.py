@@ -11,18 +11,15 @@ Student's t for the degrees of freedom after Welch and Satterthwaite (GUM, annex
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
-from os import PathLike
+from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from mathpost.compensate import readings as files
-from mathpost.compensate.model import SQUARENESS, JointTable, MachineErrors, error_names
+from mathpost.compensate.model import SQUARENESS, JointTable, MachineErrors, error_names, table_position
 from mathpost.errors import InputError, ReachError
-from mathpost.measure import spline
+from mathpost.measure import rotary_axis
 from mathpost.measure.fit import Value, coverage_factor, least_squares
-from mathpost.measure.rotary_axis import square_to
 from mathpost.rotation import unit
 
 DEPENDENT = 1e-5  # of a column that others leave: below it the readings do not tell the unknown from theirs
@@ -34,12 +31,12 @@ SMALL = 1e-3  # of a rotary axis' direction: a component that its positioning er
 class Calibration:
     """What readings say about a machine, `nominal` as the control believed it to be.
 
-    `values` takes the unknowns of the geometry to what the machine has more than `nominal`, mm or radians,
-    `positioning` has a `mathpost.compensate.readings.Positioning` for each axis measured, as the one estimate has
-    it. `parts` are pairs for each file: what it contributes to the covariance of all unknowns, geometry first, and
-    its degrees of freedom. `assumed` takes an unknown that stays at zero to the reason, `noise` a file to the
-    standard deviation of a reading and its degrees of freedom. `bar` has ``"length"``, by which the test bar is
-    longer than the tool of `nominal`, and ``"radius"`` of its ball, those that were measured, as `Value`.
+    `values` takes the unknowns of the geometry to what the machine has more than `nominal`, mm or radians;
+    `positioning` has a `Positioning` for each axis measured, as the one estimate has it. `parts` are pairs for each
+    file: what it contributes to the covariance of all unknowns, geometry first, and its degrees of freedom.
+    `assumed` takes an unknown that stays at zero to the reason, `noise` a file to the standard deviation of a
+    reading and its degrees of freedom. `bar` has, as `Value`, what was measured of ``"length"``, by which the test
+    bar is longer than the tool of `nominal`, and the ``"radius"`` of its ball.
     """
 
     nominal: object
@@ -57,13 +54,11 @@ class Calibration:
 
     def of(self, function):
         """Return any number of the calibrated machine as `Value`: `function` takes a `mathpost.machine.Machine`."""
-        slopes = []
-        for name in self.values:
-            ends = [
-                function(corrected(self.nominal, self.values | {name: self.values[name] + h}))
-                for h in (1e-6, -1e-6)
-            ]
-            slopes.append((ends[0] - ends[1]) / 2e-6)
+
+        def at(name, value):
+            return function(corrected(self.nominal, self.values | {name: value}))
+
+        slopes = [(at(name, value + 1e-6) - at(name, value - 1e-6)) / 2e-6 for name, value in self.values.items()]
         return self.value(float(function(self.machine)), np.array(slopes))
 
     @cached_property
@@ -78,13 +73,8 @@ class Calibration:
         constant = np.array([self.values.get(name, 0.0) if name in SQUARENESS else 0.0 for name in names])
         tables = []
         for each in self.positioning:
-            curves = {
-                names.index(name): spline.through_all(
-                    spline.Points(each.at, values, 360.0 if each.endless else None)
-                )
-                for name, values in columns(self.machine, each).items()
-            }
-            tables.append(JointTable(each.joint, curves))
+            found = columns(self.machine, each).items()
+            tables.append(JointTable(each.joint, {names.index(name): each.curve(column) for name, column in found}))
         return MachineErrors(self.machine, constant, tuple(tables))
 
     def value(self, value, gradient):
@@ -92,17 +82,15 @@ class Calibration:
         gradient = np.pad(gradient, (0, len(self.parts[0][0]) - len(gradient)))
         shares = np.array([gradient @ part @ gradient for part, _ in self.parts])
         variance, freedoms = shares.sum(), np.array([freedom for _, freedom in self.parts])
-        freedom = float(variance**2 / (shares**2 / freedoms).sum()) if (shares**2 / freedoms).sum() > 0 else np.inf
-        return Value.of(value, float(np.sqrt(variance)), freedom)
+        spread = (shares**2 / freedoms).sum()
+        return Value.of(value, float(np.sqrt(variance)), float(variance**2 / spread) if spread > 0 else np.inf)
 
     def __str__(self):
         lines = [f"{'':6s} {'value':>10s} {'U 95 %':>9s}        k  freedom"]
         for name in self.values:
             each, (size, unit) = self[name], ((1e3, "µm  ") if name[1] in "XYZ12" else (1e6, "µrad"))
-            free = "∞" if np.isinf(each.freedom) else f"{each.freedom:.1f}"
-            lines.append(
-                f"{name:6s} {size * each.value:10.2f} {size * each.U:9.2f} {unit} {each.k:5.2f} {free:>8s}"
-            )
+            found = f"{size * each.value:10.2f} {size * each.U:9.2f} {unit} {each.k:5.2f}"
+            lines.append(f"{name:6s} {found} {each.free:>8s}")
         for each in self.positioning:
             name, (size, unit) = self.machine.joint_names[each.joint], _shown(each.joint)
             most = size * coverage_factor(each.freedom) * each.sigma.max()
@@ -121,13 +109,12 @@ class Calibration:
 
 
 def calibrate(machine, paths, *, squareness=None, **settings):
-    """Return the `Calibration` of `machine` from files of readings.
+    """Return the `Calibration` of `machine`, as the control believed it to be, from files of readings.
 
     Parameters
     ----------
     machine : mathpost.machine.Machine
-        As the control believed it to be when the readings were taken.
-    paths : sequence of paths, or of what `mathpost.compensate.readings.read` returns
+    paths : sequence of paths
         CSV files; see `mathpost.compensate.readings.template`.
     squareness : bool, optional, keyword only
         Whether the squareness of the slides is sought: if left out, only when a ballbar has seen them.
@@ -146,7 +133,7 @@ def calibrate(machine, paths, *, squareness=None, **settings):
     >>> f"{1e3 * found['EX0C'].value:.1f} ± {1e3 * found['EX0C'].U:.1f} µm"
     '10.1 ± 0.4 µm'
     """
-    read = [files.read(each, machine, **settings) if isinstance(each, str | PathLike) else each for each in paths]
+    read = [files.read(each, machine, **settings) for each in paths]
     seen = [each for each in read if isinstance(each, files.Positioning)]
     if len({each.joint for each in seen}) < len(seen):
         raise InputError(seen[-1].where, "one file of positioning for each axis", "a second one")
@@ -162,11 +149,9 @@ def calibrate(machine, paths, *, squareness=None, **settings):
 
 def unknowns(machine):
     """Return the names of the geometry's unknowns, those first that are given up last."""
-    letters = [(each, _across(each)[0]) for each in machine.rotary]
-    offsets = [f"E{direction}0{each.name}" for each, plane in letters for direction in plane]
-    tilts = [f"E{_turn(direction)}0{each.name}" for each, plane in letters for direction in plane]
+    first, second = (rotary_axis.location_errors(each)[0] for each in machine.rotary)
     spindle = ["EA0S", "EB0S"] if any(each.carries == "tool" for each in machine.rotary) else []
-    return [*offsets, *tilts, *spindle, *SQUARENESS]
+    return [*first[:2], *second[:2], *first[2:], *second[2:], *spindle, *SQUARENESS]
 
 
 def corrected(machine, values):
@@ -189,17 +174,11 @@ def corrected(machine, values):
 
 def _moved(machine, values):
     """The axes, points and tool of `machine` moved by `values`, in the coordinates of its slides."""
-    rotary = []
-    for each in machine.rotary:
-        names, plane = _across(each)
-        offset = plane @ [values.get(f"E{name}0{each.name}", 0.0) for name in names]
-        tilt = plane @ [values.get(f"E{_turn(name)}0{each.name}", 0.0) for name in names]
-        axis = unit(each.axis)
-        axis = unit(axis + np.cross(tilt, axis))
-        rotary.append(replace(each, axis=tuple(axis.tolist()), point=tuple((each.point + offset).tolist())))
+    values = dict.fromkeys(unknowns(machine), 0.0) | values
     tool = unit(machine.tool_axis)
     tool = unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
-    return replace(machine, rotary=tuple(rotary), tool_axis=tuple(tool.tolist()))
+    rotary = tuple(rotary_axis.corrected(each, values) for each in machine.rotary)
+    return replace(machine, rotary=rotary, tool_axis=tuple(tool.tolist()))
 
 
 def columns(machine, positioning):
@@ -244,7 +223,9 @@ class _Problem:
             )
             zeroed = np.flatnonzero(~np.isnan(reference[:, 0]))
             for at, rows in ((joints, np.arange(len(joints))), (reference[zeroed], zeroed)):
-                self.poses.append((at, rows, [_basis(each, self._position(at, each)) for each in tables]))
+                self.poses.append(
+                    (at, rows, [_weights(each, table_position(machine, at, each.joint)) for each in tables])
+                )
 
     def solve(self):
         """Estimate unknowns and noise in turn until neither changes."""
@@ -355,34 +336,13 @@ class _Problem:
         np.put_along_axis(derivatives, ball, along, axis=1)
         return np.einsum("ni,ni->n", along, self.target[rows] + x[ball] - tip[..., 0]), derivatives
 
-    def _position(self, joints, table):
-        """Positions as a table has them: degrees, or mm in machine coordinates."""
-        joint = joints[:, table.joint]
-        return np.rad2deg(joint) if table.joint > 2 else joint + self.machine.origin[table.joint]
 
-
-def _basis(table, at):
+def _weights(table, at):
     """What each entry of a positioning table weighs at positions `at`, shape (n, targets): the spline is linear."""
-    eye = np.eye(len(table.at))
-    if table.endless:
-        nodes, values = np.append(table.at, table.at[0] + 360), np.vstack([eye, eye[:1]])
-        return CubicSpline(nodes, values, bc_type="periodic")(at)
-    if (at < table.at[0] - 1e-9).any() or (at > table.at[-1] + 1e-9).any():
-        raise ReachError(
-            f"{table.where}: {at.min():g} to {at.max():g} is needed, {table.at[0]:g} to {table.at[-1]:g} measured"
-        )
-    return CubicSpline(table.at, eye)(at)
-
-
-@lru_cache(maxsize=64)
-def _across(rotary):
-    names, plane = square_to(rotary)
-    return names, np.array(plane, dtype=float)
-
-
-def _turn(direction):
-    """The name of the tilt that belongs to a direction: A to X; 3, 4 to the 1, 2 of a skew axis."""
-    return dict(zip("XYZ12", "ABC34", strict=True))[direction]
+    try:
+        return table.curve(np.eye(len(table.at)))(at)
+    except ReachError as error:
+        raise ReachError(f"{table.where}: {error}") from None
 
 
 def _shown(joint):

@@ -45,15 +45,8 @@ class Tracker:
     gate : float, optional, keyword only
         Standard deviations beyond which a reading is set aside; infinite believes everything.
 
-    Attributes
-    ----------
-    values, covariance : ndarray
-        The estimate, mm and radians, and, if the errors stood still and `forgetting` is 1, its covariance.
-
-    Raises
-    ------
-    InputError
-        If the poses cannot tell the errors apart. The message says which, and which joint to move as well.
+    The estimate is `values`, mm and radians, and, if the errors stood still and `forgetting` is 1, `covariance`.
+    `InputError` if the poses cannot tell the errors apart: it says which, and which joint to move as well.
 
     Examples
     --------
@@ -150,18 +143,16 @@ class Tracker:
         if not confused:
             return
         helpful = []
-        for joint, name in enumerate(self.model.machine.joint_names):
-            moved = self.poses.copy()
-            moved[:, joint] += 100.0 if joint < 3 else np.deg2rad(50)
-            more = self._confused(np.vstack([self.design, self._design(moved)]))
-            if len(more) < len(confused):
+        steps = np.diag([100, 100, 100, *np.deg2rad([50, 50])])
+        for name, step in zip(self.model.machine.joint_names, steps, strict=True):
+            further = np.vstack([self.design, self._design(self.poses + step)])
+            if len(self._confused(further)) < len(confused):
                 helpful.append(name)
-        advice = (
-            f"moving {', '.join(helpful[:-1]) + ' or ' * (len(helpful) > 1) + helpful[-1]} too would"
-            if helpful
-            else "no other position of one joint would"
-        )
-        many = "tell " + " and ".join(confused) + " apart" if len(confused) > 1 else f"show {confused[0]}"
+        advice = "no other position of one joint would"
+        if helpful:
+            *others, last = helpful
+            advice = f"moving {', '.join(others) + ' or ' * bool(others) + last} too would"
+        many = f"tell {' and '.join(confused)} apart" if len(confused) > 1 else f"show {confused[0]}"
         raise InputError("poses", f"poses that {many} ({advice})", f"{len(self.poses)} that do not")
 
     def _confused(self, design):

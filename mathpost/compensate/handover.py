@@ -12,7 +12,7 @@ from mathpost.compensate.calibrate import SMALL, columns
 from mathpost.compensate.model import SQUARENESS
 from mathpost.errors import InputError, OutputError, write_text
 from mathpost.machine import find, read_toml
-from mathpost.measure import control_table, spline
+from mathpost.measure import control_table
 from mathpost.rotation import unit
 
 FANUC = {"table-table": 12, "head-head": 2, "head-table": 21}  # parameter 19680
@@ -81,7 +81,7 @@ def control_tables(calibration):
     files, notes = {}, []
     for each in calibration.positioning:
         name = calibration.machine.joint_names[each.joint]
-        curve = spline.through_all(spline.Points(each.at, each.value, 360.0 if each.endless else None))
+        curve = each.curve(each.value)
         step = 360 / len(each.at) if each.endless else np.ptp(each.at) / (len(each.at) - 1)
         unit = np.rad2deg(1) if each.joint > 2 else 1.0
         files[f"siemens_{name.lower()}.ini"] = control_table.siemens(name, step, curve, unit=unit)
@@ -135,8 +135,7 @@ def _bar(calibration):
 
 
 def _sure(value):
-    free = "∞" if np.isinf(value.freedom) else f"{value.freedom:.1f}"
-    return f"± {value.U:.5f} (k {value.k:.2f}, {free})"
+    return f"± {value.U:.5f} (k {value.k:.2f}, {value.free})"
 
 
 def _entries(nominal):

@@ -118,14 +118,10 @@ class ErrorModel:
         return sp.ImmutableMatrix(chain.product(link.matrix for link in self.links()))
 
     @cached_property
-    def _ideal(self):
-        return dict.fromkeys(self.errors, sp.S.Zero)
-
-    @cached_property
     def _partial(self):
-        """Each link without errors, and the products of those before and behind it."""
+        """The links, and the products of those before and behind each of them without errors."""
         links = self.links()
-        matrices = [link.matrix.xreplace(self._ideal) for link in links]
+        matrices = [link.matrix.xreplace(dict.fromkeys(self.errors, 0)) for link in links]
         before, behind = [sp.eye(4)], [matrices[-1][:, 2:]]
         for matrix in matrices[:-1]:
             before.append(before[-1] * matrix)
@@ -144,7 +140,8 @@ class ErrorModel:
         moved = sp.zeros(4, 2)
         for index, link in enumerate(links[:-1]):
             if symbol in link.matrix.free_symbols:
-                moved += before[index] * link.matrix.diff(symbol).xreplace(self._ideal) * behind[index + 1]
+                slope = link.matrix.diff(symbol).xreplace(dict.fromkeys(self.errors, 0))
+                moved += before[index] * slope * behind[index + 1]
         return sp.ImmutableMatrix([*moved[:3, 1], *moved[:3, 0]])
 
     def forward(self, joints, errors):
@@ -171,13 +168,14 @@ class ErrorModel:
 
     @cached_property
     def _jacobian(self):
-        columns = sp.Matrix.hstack(*(self.sensitivity(name) for name in self.machine.joint_names))
-        return numeric(sp.ImmutableMatrix(columns), self.joints)
+        return self._by(self.machine.joint_names)
 
     @cached_property
     def _sensitivities(self):
-        columns = sp.Matrix.hstack(*(self.sensitivity(name) for name in self.names))
-        return numeric(sp.ImmutableMatrix(columns), self.joints)
+        return self._by(self.names)
+
+    def _by(self, names):
+        return numeric(sp.ImmutableMatrix.hstack(*map(self.sensitivity, names)), self.joints)
 
 
 def error_frame(errors, point, inverse=False):
@@ -214,34 +212,25 @@ class MachineErrors:
         return self.constant + self.varying(joints)
 
     def varying(self, joints):
-        """Return the second group alone: what tables and drift add at `joints`.
-
-        Raises
-        ------
-        ReachError
-            If a joint stands where its errors were not measured.
-        """
+        """Return the second group alone: what tables and drift add; `ReachError` where that was not measured."""
         joints = as_array(joints, 5, "joints")
         errors = np.zeros((*joints.shape[:-1], len(self.constant))) + self.drift
         for each in self.tables:
-            position = self._position(joints, each.joint)
+            position = table_position(self.machine, joints, each.joint)
             for index, fitted in each.curves.items():
                 errors[..., index] += self._evaluate(each.joint, fitted, position) * _unit(index)[1]
         return errors
 
-    def _position(self, joints, index):
-        """The joint's position as its table has it: degrees, or mm in machine coordinates."""
-        return np.rad2deg(joints[..., index]) if index > 2 else joints[..., index] + self.machine.origin[index]
-
     def _evaluate(self, joint, fitted, position):
-        if fitted.points.period is None:
-            low, high = fitted.points.at[[0, -1]]
-            inside = np.clip(position, low, high)
-            position = np.where(np.abs(position - inside) < MARGIN, inside, position)
         try:
-            return fitted(position)
+            return fitted(position, margin=MARGIN)
         except ReachError as error:
             raise ReachError(f"{self.machine.joint_names[joint]}: {error}") from None
+
+
+def table_position(machine, joints, joint):
+    """Where a joint stands, as a table over its position has it: degrees, or mm in machine coordinates."""
+    return np.rad2deg(joints[..., joint]) if joint > 2 else joints[..., joint] + machine.origin[joint]
 
 
 def constant_errors(machine, errors):
@@ -264,11 +253,8 @@ def constant_errors(machine, errors):
 def read_errors(path, machine):
     """Read the errors of `machine` from a TOML file, as `MachineErrors`.
 
-    Raises
-    ------
-    InputError
-        If a file cannot be read, a key or a column is missing or unknown, an error belongs to no joint of the
-        machine, or a value suggests other units than µm, µrad, mm and degrees.
+    `InputError` if a file cannot be read, a key or a column is missing or unknown, an error belongs to no joint of
+    the machine, or a value suggests other units than µm, µrad, mm and degrees.
 
     Examples
     --------
@@ -315,7 +301,7 @@ def _table(entry, path, machine):
         unit, _ = _unit(index)
         read.require(name, np.abs(read[name]) <= GREATEST[unit], f"{unit} within ±{GREATEST[unit]} (other units?)")
         measured = spline.points(read["position"], read[name], period=360.0 if endless else None)
-        curves[index] = spline.Polyline(measured) if kind else spline.through_all(measured)
+        curves[index] = spline.through_all(measured, straight=bool(kind))
     if not curves:
         raise InputError(read.path, f"at least one of the columns {', '.join(columns)}", "only 'position'")
     return JointTable(joint, curves)

@@ -16,10 +16,10 @@ from mathpost import chain
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.machine import ENDLESS, LETTERS, Linear, Machine
-from mathpost.measure import csv_table
+from mathpost.measure import csv_table, spline
 from mathpost.measure.angular_error import RUNS
 from mathpost.measure.fit import Value
-from mathpost.measure.rotary_axis import square_to
+from mathpost.measure.rotary_axis import location_errors
 from mathpost.rotation import numeric, unit
 
 LARGEST = 5  # mm: of a reading that is no position
@@ -113,6 +113,10 @@ class Positioning:
     freedom: float
     endless: bool
     reversal: float
+
+    def curve(self, values):
+        """The spline through `values`, shape (targets, ...), as `mathpost.measure.spline.Curve`."""
+        return spline.through_all(spline.Points(self.at, values, 360.0 if self.endless else None))
 
 
 def template(method, machine):
@@ -233,7 +237,7 @@ def _readings(table, machine, method, where):
     directions = {name: np.tile(np.eye(3)[index], (len(table), 1)) for index, name in _indices(columns)}
     reference = np.full((len(table) * len(columns), 5), np.nan)
     if method == "dial":
-        directions["dial"] = -turn @ np.array(square_to(axis)[1], dtype=float)[:, 0]
+        directions["dial"] = -turn @ location_errors(axis)[1][:, 0]
     elif method == "ballbar":
         along = unit(target - (_vector(table, "centre", where) - machine.origin), f"{where}, x y z minus centre")
         directions["bar"] = -np.einsum("nij,nj->ni", turn, along)
@@ -403,7 +407,7 @@ def _place(table, machine, method, axis, where):
     if method == "dial":
         if "R" not in table:
             raise InputError(where, "a column R, the radius of the circle", "none")
-        out = np.array(square_to(axis)[1], dtype=float)[:, 0]
+        out = location_errors(axis)[1][:, 0]
         place = np.array(axis.point) + table["R"][:, None] * out
         if "z" in table:
             up = unit(axis.axis) * np.sign(max(axis.axis, key=abs))

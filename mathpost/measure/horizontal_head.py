@@ -27,8 +27,8 @@ class Head:
     """A horizontal head: its measured vectors, and which way it turns.
 
     `angles` are the listed index angles, degrees; `vectors`, shape (n, 3), U for each of them, mm. `sense` is −1
-    if the head turns clockwise seen from +Z as its angle grows, as the source's does, else +1; `zero` is where the
-    spindle's Z′ points at angle 0, degrees from +X towards +Y.
+    if the head turns clockwise seen from +Z as its angle grows, as the source's does, else +1; `zero` is where Z′
+    points at angle 0, degrees from +X towards +Y.
     """
 
     angles: tuple
@@ -130,9 +130,7 @@ def lhyset(head, x, y, z):
 
 
 def lhy(head, correction, angle):
-    """Return the `HeadFrame` for the head at `angle`, CPOS in degrees, or `VERTICAL` for the vertical head.
-
-    `correction` comes from `lhyset`.
+    """Return the `HeadFrame` for the head at `angle`, CPOS in degrees, or `VERTICAL`; `correction` is `lhyset`'s.
 
     Examples
     --------
@@ -181,7 +179,6 @@ def turning_arm(sense=-1, zero=0.0):
         unknowns=(cx, cy, a, b, d, e, f),
         settings=(CPOS,),
         readings={"x": cx + arm[0], "y": cy + arm[1], "z": d + e * sp.cos(CPOS) + f * sp.sin(CPOS)},
-        angles=("CPOS",),
         more={
             "one position more": {CPOS: CPOS + sp.pi / 4},
             "the same 90° further": {CPOS: CPOS + sp.pi / 2},

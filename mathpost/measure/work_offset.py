@@ -20,15 +20,12 @@ from mathpost.machine import Rotary
 from mathpost.rotation import numeric
 
 POINT = sp.symbols("x y z", real=True)
-ADDRESSES = "XYZABDESUVW"
+ADDRESSES = "XYZABDEUVW"  # and S
 
 
 @dataclass(frozen=True)
 class WorkOffset:
-    """An entry of the control's offset table: mm and degrees, in machine coordinates.
-
-    `code` is ``"G54"`` to ``"G59"``, or ``"G54.1 P7"`` for an additional one.
-    """
+    """An entry of the control's offset table, ``"G54"`` to ``"G59"`` or ``"G54.1 P7"``: machine mm and degrees."""
 
     code: str
     X: float
@@ -42,12 +39,11 @@ class WorkOffset:
 class NewDatum:
     """What `p9795` returns.
 
-    `before` and `after`, shape (3,), are the point in machine coordinates before and after the turn, mm; `angles`
-    takes an axis to its machine angle after it, degrees. `offset` is the target offset, of which `block`, an NC
-    block, stores X, Y and Z only: its A and B are those of the old offset.
+    `after`, shape (3,), is the point in machine coordinates after the turn, mm; `angles` takes an axis to its
+    machine angle, degrees. `offset` is the target offset, of which `block`, an NC block, stores X, Y and Z only:
+    its A and B are those of the old offset.
     """
 
-    before: np.ndarray
     after: np.ndarray
     angles: dict
     offset: WorkOffset
@@ -110,19 +106,9 @@ def moved_symbolic(table):
 def moved(point, table, start, end, *, degrees=False):
     """Return where a point of the part, shape (..., 3), goes when the table turns: mm, in machine coordinates.
 
-    Parameters
-    ----------
-    point : array_like, shape (..., 3)
-        With the table at `start`.
-    table : tuple of mathpost.machine.Rotary
-        From the bed outwards; `Machine.rotary` of a machine whose rotary axes both carry the workpiece.
-    start, end : dict
-        Axis name to machine angle before and after; numbers or arrays, broadcast.
-
-    Raises
-    ------
-    InputError
-        If an angle is missing or not finite, or an axis carries the tool.
+    `table` is a tuple of `mathpost.machine.Rotary` from the bed outwards, such as `Machine.rotary`; `start` and
+    `end` take an axis' name to its machine angle before and after, numbers or arrays, broadcast. `InputError` if an
+    angle is missing or not finite, or an axis carries the tool.
 
     Examples
     --------
@@ -134,16 +120,14 @@ def moved(point, table, start, end, *, degrees=False):
     values = list(np.moveaxis(point, -1, 0))
     for axis in table:
         if axis.carries != "workpiece":
-            raise InputError(
-                f"table, {axis.name}", "an axis that carries the workpiece", "one that carries the tool"
-            )
+            raise InputError(f"table, {axis.name}", "an axis that carries the workpiece", "one of the tool")
         angles = [_angle(angles, axis.name, name) for angles, name in ((start, "start"), (end, "end"))]
         values += [*axis.point, *(map(np.deg2rad, angles) if degrees else angles)]
     expressions, symbols = moved_symbolic(tuple(table))
     return numeric(expressions, symbols)(*values)
 
 
-def p9795(table, offset, *, S=None, current=None, shift="machine", decimals=3, **arguments):
+def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
     """Recalculate a work offset for new angles of A and B, with the arguments of the macro, as `NewDatum`.
 
     Parameters
@@ -158,8 +142,6 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", decimals=3, *
         Present position in workpiece coordinates, by X, Y, Z, A, B.
     shift : str, keyword only
         Whether U, V, W lie along the ``"machine"`` axes or are turned with the ``"part"``; the source is silent.
-    decimals : int, keyword only
-        Of the numbers in the block.
     **arguments
         X, Y, Z, A, B: workpiece coordinates, mm and degrees, before the turn; those of `current` if left out. D,
         E: new A and new B, degrees. (The source's table calls both "A axis".) U, V, W: extra shift after the turn,
@@ -179,19 +161,16 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", decimals=3, *
     >>> p9795(table, old, **read_call("G65P9795X0Y0Z0A0B0D-30.E10.S55")).block
     'G90 G10 L2 P2 X-352.854 Y-370.364 Z-654.922'
     """
-    known = [*ADDRESSES.replace("S", "")]
     for address in arguments:
-        if address not in known:
-            raise InputError(address, f"arguments among {', '.join(known)}, S", "another")
-    given = dict.fromkeys(known) | dict.fromkeys("UVW", 0.0) | arguments
-    for address in "XYZAB":
-        if given[address] is None:
-            given[address] = (current or {}).get(address, 0.0 if _lacks(table, address) else None)
+        if address not in ADDRESSES:
+            raise InputError(address, f"arguments among {', '.join(ADDRESSES)}, S", "another")
+    position = {address: (current or {}).get(address) for address in "XYZAB"}
+    given = position | {"D": None, "E": None} | dict.fromkeys("UVW", 0.0) | arguments
     for axis, address in (("A", "D"), ("B", "E")):
-        if _lacks(table, axis):
+        if axis not in [each.name for each in table]:
             if given[axis] or given[address]:
                 raise InputError(address, f"no angle: the table has no {axis} axis", f"{given[address]}")
-            given[address] = 0.0
+            given |= {axis: 0.0, address: 0.0}
     for address, number in given.items():
         if not isinstance(number, Real) or not np.isfinite(number):
             raise InputError(address, "a number", "nothing" if number is None else repr(number))
@@ -208,7 +187,7 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", decimals=3, *
     code, store = _target(offset.code if S is None else S)
     new = WorkOffset(code, *after.tolist(), A=offset.A, B=offset.B)
     angles = {axis.name: end[axis.name] for axis in table}
-    return NewDatum(before, after, angles, new, f"G90 G10 {store} {words(after, decimals)}")
+    return NewDatum(after, angles, new, f"G90 G10 {store} {words(after)}")
 
 
 def words(point, decimals=3):
@@ -239,19 +218,13 @@ def read_call(block):
         raise InputError(f"block {block!r}", "G65 P9795", " ".join(letter + number for letter, number in pairs[:2]))
     arguments = {}
     for letter, number in pairs[2:]:
-        if letter not in ADDRESSES or letter in arguments:
+        if letter not in ADDRESSES + "S" or letter in arguments:
             found = f"{letter} twice" if letter in arguments else letter
-            raise InputError(f"block {block!r}", f"each of {' '.join(ADDRESSES)} at most once", found)
+            raise InputError(f"block {block!r}", f"each of {' '.join(ADDRESSES)} S at most once", found)
         if letter != "S" and "." not in number and float(number) != 0:
-            raise InputError(
-                f"block {block!r}, {letter}", f"a decimal point, {letter}{number}.", f"{letter}{number}"
-            )
+            raise InputError(f"block {block!r}, {letter}", f"a decimal point, {letter}{number}.", letter + number)
         arguments[letter] = int(float(number)) if letter == "S" else float(number)
     return arguments
-
-
-def _lacks(table, address):
-    return address in "AB" and address not in [axis.name for axis in table]
 
 
 def _target(code):
