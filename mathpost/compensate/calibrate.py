@@ -12,11 +12,12 @@ Student's t for the degrees of freedom after Welch and Satterthwaite (GUM, annex
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from mathpost.compensate import readings as files
-from mathpost.compensate.model import SQUARENESS, JointTable, MachineErrors, error_names, table_position
+from mathpost.compensate.model import SQUARENESS, MachineErrors, error_names, table_position
 from mathpost.errors import InputError, ReachError
 from mathpost.measure import rotary_axis
 from mathpost.measure.fit import Value, coverage_factor, least_squares
@@ -53,13 +54,15 @@ class Calibration:
         return self.value(self.values[name], np.eye(len(self.values))[index])
 
     def of(self, function):
-        """Return any number of the calibrated machine as `Value`: `function` takes a `mathpost.machine.Machine`."""
+        """Return numbers of the calibrated machine, each as `Value`: `function` takes a machine to a list."""
 
         def at(name, value):
-            return function(corrected(self.nominal, self.values | {name: value}))
+            return np.array(function(corrected(self.nominal, self.values | {name: value})))
 
         slopes = [(at(name, value + 1e-6) - at(name, value - 1e-6)) / 2e-6 for name, value in self.values.items()]
-        return self.value(float(function(self.machine)), np.array(slopes))
+        numbers = np.asarray(function(self.machine), dtype=float)
+        slopes = np.reshape(slopes, (len(self.values), len(numbers)))
+        return [self.value(number, slope) for number, slope in zip(numbers.tolist(), slopes.T, strict=True)]
 
     @cached_property
     def machine(self):
@@ -71,11 +74,11 @@ class Calibration:
         """What a machine file cannot say, as `MachineErrors` of `machine`: squareness and positioning."""
         names = error_names(self.machine)
         constant = np.array([self.values.get(name, 0.0) if name in SQUARENESS else 0.0 for name in names])
-        tables = []
+        curves = []
         for each in self.positioning:
             found = columns(self.machine, each).items()
-            tables.append(JointTable(each.joint, {names.index(name): each.curve(column) for name, column in found}))
-        return MachineErrors(self.machine, constant, tuple(tables))
+            curves += [(names.index(name), each.curve(column)) for name, column in found]
+        return MachineErrors(self.machine, constant, tuple(curves))
 
     def value(self, value, gradient):
         """Return a number with its U as `Value`, given its derivatives by `values`, then by all table entries."""
@@ -198,14 +201,14 @@ class _Problem:
     def __init__(self, machine, blocks, tables, squareness):
         self.machine, self.blocks, self.tables, self.squareness = machine, blocks, tables, squareness
         self.names = unknowns(machine)
-        self.first = len(self.names) + np.cumsum([0, *(len(each.at) for each in tables)])
-        self.count, setups = int(self.first[-1]), []
+        self.entries = _slices(tables, len(self.names))
+        self.all_entries = slice(len(self.names), len(self.names) + sum(len(each.at) for each in tables))
+        self.count, setups = self.all_entries.stop, []
         for block in blocks:
             setups.append(self.count + 4 * block.setup)
             self.count += 4 * (int(block.setup.max()) + 1)
         self.kept = list(range(self.count))
-        sizes = [len(each.value) for each in (*blocks, *tables)]
-        self.group = np.repeat(np.arange(len(sizes)), sizes)
+        self.rows = _slices([*blocks, *tables])  # of each file
         self.observed = np.concatenate([each.value for each in (*blocks, *tables)])
         self.moves = np.zeros((18, len(self.names)))  # of the machine's axes, points and tool
         for column, name in enumerate(self.names):
@@ -213,19 +216,16 @@ class _Problem:
             self.moves[:, column] = np.subtract(*ends) / 2e-5
         self.poses = []  # joints, rows of the readings, what each table's entries weigh there
         if blocks:
-            self.setup, self.zeroed = (
-                np.concatenate(setups),
-                np.concatenate([b.zeroed + 0 * b.setup for b in blocks]),
-            )
+            self.setup = np.concatenate(setups)
+            self.zeroed = np.repeat([each.zeroed for each in blocks], [len(each.value) for each in blocks])
             self.target, self.direction, self.length, joints, reference = (
                 np.concatenate([getattr(block, name) for block in blocks])
                 for name in ("target", "direction", "length", "joints", "reference")
             )
             zeroed = np.flatnonzero(~np.isnan(reference[:, 0]))
             for at, rows in ((joints, np.arange(len(joints))), (reference[zeroed], zeroed)):
-                self.poses.append(
-                    (at, rows, [_weights(each, table_position(machine, at, each.joint)) for each in tables])
-                )
+                weights = [_weights(each, table_position(machine, at, each.joint)) for each in tables]
+                self.poses.append((at, rows, weights))
 
     def solve(self):
         """Estimate unknowns and noise in turn until neither changes."""
@@ -238,34 +238,29 @@ class _Problem:
             x, covariance, residuals, rows = least_squares(self._evaluate, self.observed, sigmas, x, where)
             spare = 1 - np.einsum("ij,jk,ik->i", rows, covariance, rows)
             before = sigmas.copy()
-            for number, block in enumerate(self.blocks):
-                own = self.group == number
+            for number, (block, own) in enumerate(zip(self.blocks, self.rows, strict=False)):
                 if np.isnan(block.sigma):
                     freedom[number] = spare[own].sum()
                     if freedom[number] < 0.5:
                         expected = "more readings than unknowns, or a line # sigma = deviation of a reading"
-                        raise InputError(block.where, expected, f"{own.sum()} readings, none to spare")
+                        raise InputError(block.where, expected, f"{len(block.value)} readings, none to spare")
                     sigmas[own] = max(np.sqrt((residuals[own] ** 2).sum() / freedom[number]), files.ROUNDING)
             if np.allclose(before, sigmas, rtol=1e-3):
                 break
         gain = covariance @ rows.T
-        parts = [(gain[:, own] @ gain[:, own].T, free) for own, free in zip(self._groups(), freedom, strict=True)]
+        parts = [(gain[:, own] @ gain[:, own].T, free) for own, free in zip(self.rows, freedom, strict=True)]
         full, deviations = np.zeros(self.count), np.zeros(self.count)
         full[self.kept], deviations[self.kept] = x, np.sqrt(np.diag(covariance))
         values = {name: float(full[n]) for n, name in enumerate(self.names) if name not in reasons}
         tables = tuple(
-            replace(each, value=full[start:stop], sigma=deviations[start:stop])
-            for each, start, stop in zip(self.tables, self.first, self.first[1:], strict=False)
+            replace(each, value=full[own], sigma=deviations[own])
+            for each, own in zip(self.tables, self.entries, strict=True)
         )
         noise = {
-            each.where: (float(sigmas[own][0]), free)
-            for each, own, free in zip(self.blocks, self._groups(), freedom, strict=False)
+            each.where: (float(sigmas[own.start]), free)
+            for each, own, free in zip(self.blocks, self.rows, freedom, strict=False)
         }
         return Calibration(self.machine, values, tables, tuple(parts), reasons, noise, {})
-
-    def _groups(self):
-        """Which readings came from each file."""
-        return [self.group == number for number in range(len(self.blocks) + len(self.tables))]
 
     def _keep_apart(self):
         """Keep the unknowns that the readings tell from those before them; return the reasons of the others.
@@ -296,7 +291,7 @@ class _Problem:
 
     def _evaluate(self, x):
         """The predicted readings and their derivatives by the unknowns that are kept."""
-        full, entries = np.zeros(self.count), slice(self.first[0], self.first[-1])
+        full = np.zeros(self.count)
         full[self.kept] = x
         gaps, derivatives = np.zeros(0), np.zeros((0, self.count))
         if self.poses:
@@ -308,10 +303,10 @@ class _Problem:
                 derivatives[rows] -= their
             gaps += self.zeroed * full[self.setup + 3]
             derivatives[np.arange(len(gaps)), self.setup + 3] += self.zeroed
-        eye = np.eye(self.count)[entries]
-        return np.concatenate([gaps, full[entries]]), np.vstack([derivatives, eye])[:, self.kept]
+        eye = np.eye(self.count)[self.all_entries]
+        return np.concatenate([gaps, full[self.all_entries]]), np.vstack([derivatives, eye])[:, self.kept]
 
-    def _gap(self, x, joints, rows, bases):
+    def _gap(self, x, joints, rows, weights):
         """How far the ball stands from the tip along each reading's direction; its derivatives by all unknowns."""
         values = dict(zip(self.names, x[: len(self.names)], strict=True))
         numbers = files.parameters(self.machine, self.length[rows])
@@ -321,8 +316,8 @@ class _Problem:
             turned, slide = np.eye(3)["ABC".index(name[1])], "XYZ".index(name[3])
             paths[name] = np.outer(slides[:, slide], np.cross(turned, np.eye(3)[slide]))
             actual[:, :3] += values[name] * paths[name]
-        for each, basis, start in zip(self.tables, bases, self.first, strict=False):
-            actual[:, each.joint] += basis @ x[start : start + len(each.at)]
+        for each, weight, own in zip(self.tables, weights, self.entries, strict=True):
+            actual[:, each.joint] += weight @ x[own]
         tip, by = (kernel(*actual.T, *numbers, self.length[rows]) for kernel in files.kernels(self.machine))
         along = np.einsum("ni,nji->nj", self.direction[rows], by[..., :3])  # the direction, in the workpiece
         slopes = -np.einsum("ni,nij->nj", along, by)
@@ -330,11 +325,17 @@ class _Problem:
         derivatives[:, : len(self.names)] = slopes[:, 5:23] @ self.moves
         for name, path in paths.items():
             derivatives[:, self.names.index(name)] += (slopes[:, :3] * path).sum(axis=1)
-        for each, basis, start in zip(self.tables, bases, self.first, strict=False):
-            derivatives[:, start : start + len(each.at)] = slopes[:, [each.joint]] * basis
+        for each, weight, own in zip(self.tables, weights, self.entries, strict=True):
+            derivatives[:, own] = slopes[:, [each.joint]] * weight
         ball = self.setup[rows][:, None] + np.arange(3)
         np.put_along_axis(derivatives, ball, along, axis=1)
         return np.einsum("ni,ni->n", along, self.target[rows] + x[ball] - tip[..., 0]), derivatives
+
+
+def _slices(sources, start=0):
+    """Where the values of each source stand, one behind the other from `start` on."""
+    ends = start + np.cumsum([0, *(len(each.value) for each in sources)])
+    return [slice(*each) for each in pairwise(ends.tolist())]
 
 
 def _weights(table, at):

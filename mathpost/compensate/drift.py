@@ -16,13 +16,11 @@ from mathpost.measure.fit import undetermined
 
 @dataclass(frozen=True)
 class Update:
-    """What one part's readings did; arrays have the shape (poses, 3).
+    """What one part's readings did: which were `set_aside`, shape (poses, 3), because they contradict the past.
 
-    `surprise` is reading minus expectation, in standard deviations of that difference, `set_aside` which readings
-    were not believed, `changed` whether most contradicted the past, so that the past was dropped instead.
+    If most of them do, the machine has `changed`, and the past is dropped instead.
     """
 
-    surprise: np.ndarray
     set_aside: np.ndarray
     changed: bool
 
@@ -106,15 +104,16 @@ class Tracker:
             raise InputError("readings", f"shape {(len(self.poses), 3)}, one for each pose", f"{readings.shape}")
         readings = readings.ravel() + self.design @ np.broadcast_to(corrected, len(self.names))
         self.covariance = self.covariance / self.forgetting
-        surprise = self._surprise(readings)
-        changed = bool((np.abs(surprise) > self.gate).mean() > 0.5)
+        variance = np.einsum("ij,jk,ik->i", self.design, self.covariance, self.design) + self.sigma**2
+        surprise = np.abs(readings - self.design @ self.values) / np.sqrt(variance)
+        changed = bool((surprise > self.gate).mean() > 0.5)
         if changed:
             self.covariance = np.diag(self.expected**2) + self.covariance
         # The least surprising first: a liar is judged by what the others have already said.
         set_aside = np.zeros(len(readings), dtype=bool)
-        for row in np.argsort(np.abs(surprise)):
+        for row in np.argsort(surprise):
             set_aside[row] = not self._take(self.design[row], readings[row])
-        return Update(surprise.reshape(-1, 3), set_aside.reshape(-1, 3), changed)
+        return Update(set_aside.reshape(-1, 3), changed)
 
     def _take(self, h, reading):
         """One scalar step of recursive least squares, unless the reading lies beyond the gate."""
@@ -129,10 +128,6 @@ class Tracker:
         keep = np.eye(len(h)) - np.outer(gain, h)
         self.covariance = keep @ self.covariance @ keep.T + self.sigma**2 * np.outer(gain, gain)
         return True
-
-    def _surprise(self, readings):
-        variance = np.einsum("ij,jk,ik->i", self.design, self.covariance, self.design) + self.sigma**2
-        return (readings - self.design @ self.values) / np.sqrt(variance)
 
     def _design(self, poses):
         columns = [self.model.names.index(name) for name in self.names]

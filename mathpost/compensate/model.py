@@ -79,6 +79,7 @@ class ErrorModel:
         self.joints = chain.joint_symbols(machine)
         self.errors = sp.symbols(self.names, real=True)
         self.symbol = dict(zip(self.names, self.errors, strict=True))
+        self._compiled = {}
 
     def links(self):
         """Return the chain from the workpiece to the tool as a list of `mathpost.chain.Link`."""
@@ -111,11 +112,6 @@ class ErrorModel:
         return chain.Link(
             f"error {name}", error_frame([self.symbol[f"E{c}{name}"] for c in COMPONENTS], point, inverse)
         )
-
-    @cached_property
-    def forward_symbolic(self):
-        """The 4×4 matrix workpiece_from_tool in the symbols of joints and errors."""
-        return sp.ImmutableMatrix(chain.product(link.matrix for link in self.links()))
 
     @cached_property
     def _partial(self):
@@ -155,27 +151,21 @@ class ErrorModel:
 
     def jacobian(self, joints):
         """Return d(tip, axis)/d(joints) of the ideal machine, shape (..., 6, 5), at `joints` in radians."""
-        return self._jacobian(*np.moveaxis(as_array(joints, 5, "joints"), -1, 0))
+        return self._derivatives(joints, self.machine.joint_names)
 
     def sensitivities(self, joints):
         """Return d(tip, axis)/d(errors) of the ideal machine, shape (..., 6, 33), at `joints` in radians."""
-        return self._sensitivities(*np.moveaxis(as_array(joints, 5, "joints"), -1, 0))
+        return self._derivatives(joints, self.names)
 
     @cached_property
     def _forward(self):
-        matrix = self.forward_symbolic
+        matrix = chain.product(link.matrix for link in self.links())
         return numeric((*matrix[:3, 3], *matrix[:3, 2]), (*self.joints, *self.errors))
 
-    @cached_property
-    def _jacobian(self):
-        return self._by(self.machine.joint_names)
-
-    @cached_property
-    def _sensitivities(self):
-        return self._by(self.names)
-
-    def _by(self, names):
-        return numeric(sp.ImmutableMatrix.hstack(*map(self.sensitivity, names)), self.joints)
+    def _derivatives(self, joints, names):
+        if names not in self._compiled:
+            self._compiled[names] = numeric(sp.ImmutableMatrix.hstack(*map(self.sensitivity, names)), self.joints)
+        return self._compiled[names](*np.moveaxis(as_array(joints, 5, "joints"), -1, 0))
 
 
 def error_frame(errors, point, inverse=False):
@@ -187,24 +177,17 @@ def error_frame(errors, point, inverse=False):
 
 
 @dataclass(frozen=True)
-class JointTable:
-    """Errors over the position of one joint: its index, and a curve for each error by index."""
-
-    joint: int
-    curves: dict
-
-
-@dataclass(frozen=True)
 class MachineErrors:
-    """Constants and tables (`JointTable`) of all errors of a machine.
+    """Constants and tables of all errors of a machine.
 
     `constant`, shape (33,), is in the order of `error_names`, mm and radians; so is `drift`, what has been added
-    since the calibration, by heat for instance.
+    since the calibration, by heat for instance. `curves` are pairs: an error's index, and its table in µm or µrad
+    over the position of its joint.
     """
 
     machine: Machine
     constant: np.ndarray
-    tables: tuple = ()
+    curves: tuple = ()
     drift: np.ndarray | float = 0.0
 
     def at(self, joints):
@@ -215,17 +198,14 @@ class MachineErrors:
         """Return the second group alone: what tables and drift add; `ReachError` where that was not measured."""
         joints = as_array(joints, 5, "joints")
         errors = np.zeros((*joints.shape[:-1], len(self.constant))) + self.drift
-        for each in self.tables:
-            position = table_position(self.machine, joints, each.joint)
-            for index, fitted in each.curves.items():
-                errors[..., index] += self._evaluate(each.joint, fitted, position) * _unit(index)[1]
+        for index, curve in self.curves:
+            joint = index // len(COMPONENTS)
+            try:
+                table = curve(table_position(self.machine, joints, joint), margin=MARGIN)
+            except ReachError as error:
+                raise ReachError(f"{self.machine.joint_names[joint]}: {error}") from None
+            errors[..., index] += table * _unit(index)[1]
         return errors
-
-    def _evaluate(self, joint, fitted, position):
-        try:
-            return fitted(position, margin=MARGIN)
-        except ReachError as error:
-            raise ReachError(f"{self.machine.joint_names[joint]}: {error}") from None
 
 
 def table_position(machine, joints, joint):
@@ -234,15 +214,7 @@ def table_position(machine, joints, joint):
 
 
 def constant_errors(machine, errors):
-    """Return `MachineErrors` with the given constants: a dict of name to mm or radians, all others 0.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> errors = constant_errors(machine.load("data/machines/ac_table.toml"), {"EXC": 0.012, "EAC": 30e-6})
-    >>> errors.constant[errors.constant != 0]
-    array([1.2e-02, 3.0e-05])
-    """
+    """Return `MachineErrors` with the given constants: a dict of name to mm or radians, all others 0."""
     known = error_names(machine)
     for name in errors:
         if name not in known:
@@ -255,13 +227,6 @@ def read_errors(path, machine):
 
     `InputError` if a file cannot be read, a key or a column is missing or unknown, an error belongs to no joint of
     the machine, or a value suggests other units than µm, µrad, mm and degrees.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> errors = read_errors("data/errors/ac_table.toml", machine.load("data/machines/ac_table.toml"))
-    >>> [errors.machine.joint_names[each.joint] for each in errors.tables]
-    ['X', 'A', 'C']
     """
     file, known = TomlTable(read_toml(path), str(path)), error_names(machine)
     for key in ("name", "source"):
@@ -269,21 +234,24 @@ def read_errors(path, machine):
     constant, values = file.table("constant", optional=True), np.zeros(len(known))
     for index, name in enumerate(known):
         unit, size = _unit(index)
-        read, expected = _within(GREATEST[unit]), f"a number in {unit}, within ±{GREATEST[unit]} (other units?)"
+        read = _typed(int, float, holds=lambda value, most=GREATEST[unit]: abs(value) <= most)
+        expected = f"a number in {unit}, within ±{GREATEST[unit]} (other units?)"
         values[index] = constant.take(name, read, expected, 0.0) * size
     entries = file.take("table", list, "[[table]] entries", [])
-    tables = [_table(TomlTable(entry, f"{path}, table {n}"), path, machine) for n, entry in enumerate(entries, 1)]
+    curves = []
+    for number, entry in enumerate(entries, 1):
+        curves += _table(TomlTable(entry, f"{path}, table {number}"), path, machine)
     constant.done()
     file.done()
-    return MachineErrors(machine, values, tuple(tables))
+    return MachineErrors(machine, values, tuple(curves))
 
 
 def _table(entry, path, machine):
-    """Read one [[table]] and the CSV file that it names."""
+    """Read one [[table]] and the CSV file that it names: pairs of an error's index and its curve."""
     joints = machine.joint_names
     joint = entry.take("joint", joints.index, f"one of {', '.join(joints)}")
     file = entry.take("file", _text, "a file name in quotes")
-    endless = entry.take("endless", _switch, "true or false", False)
+    endless = entry.take("endless", _typed(bool), "true or false", False)
     kind = entry.take("interpolation", ("spline", "linear").index, '"spline" or "linear"', 0)
     entry.done()
     if endless and joint < 3:
@@ -295,16 +263,16 @@ def _table(entry, path, machine):
     if joint > 2:
         read.check_angles("position")
     read.check_increasing("position")
-    curves = {}
+    curves = []
     for name in (column for column in columns if column in read):
         index = known.index(name)
         unit, _ = _unit(index)
         read.require(name, np.abs(read[name]) <= GREATEST[unit], f"{unit} within ±{GREATEST[unit]} (other units?)")
         measured = spline.points(read["position"], read[name], period=360.0 if endless else None)
-        curves[index] = spline.through_all(measured, straight=bool(kind))
+        curves.append((index, spline.through_all(measured, straight=bool(kind))))
     if not curves:
         raise InputError(read.path, f"at least one of the columns {', '.join(columns)}", "only 'position'")
-    return JointTable(joint, curves)
+    return curves
 
 
 def _unit(index):
@@ -312,22 +280,15 @@ def _unit(index):
     return ("um", 1e-3) if index < 30 and index % 6 < 3 else ("urad", 1e-6)
 
 
-def _within(greatest):
+def _typed(*types, holds=lambda value: True):
+    """A reader for `TomlTable.take`: a value of one of `types`, for which `holds` is true."""
+
     def read(value):
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= greatest:
+        if type(value) not in types or not holds(value):
             raise ValueError
-        return float(value)
+        return value
 
     return read
 
 
-def _text(value):
-    if not isinstance(value, str) or not value.strip():
-        raise ValueError
-    return value
-
-
-def _switch(value):
-    if not isinstance(value, bool):
-        raise ValueError
-    return value
+_text = _typed(str, holds=str.strip)

@@ -71,12 +71,6 @@ def read_runs(path):
     Angles in degrees, increasing; errors in seconds of arc unless the file names another unit. `InputError` with
     file, line and column if a column is missing, angles do not increase, or a number suggests other units: an angle
     beyond a turn, an error beyond a degree, none beyond 0.05″.
-
-    Examples
-    --------
-    >>> runs = read_runs("data/measurements/angular_error.csv")
-    >>> runs.up.shape, runs.angles[:3]
-    ((37, 5), array([ 0., 10., 20.]))
     """
     also = dict.fromkeys(("A", "B", "C", "position"), "angle")
     read = csv_table.read(path, ["angle", *RUNS[:4]], optional=RUNS[4:], also=also)

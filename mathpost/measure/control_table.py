@@ -27,13 +27,6 @@ def entries(error, step):
     return low + step * np.arange(round(count) + 1)
 
 
-def between_entries(error, step, fineness=20):
-    """Return how far the control, which joins its entries by straight lines, departs from the curve."""
-    at = entries(error, step)
-    fine = np.linspace(at[0], at[-1], fineness * (len(at) - 1) + 1)
-    return float(np.abs(np.interp(fine, at, error(at)) - error(fine)).max())
-
-
 def siemens(axis, step, error, error_down=None, *, unit=DEGREES):
     """Return a compensation table for a Siemens 840D as the text of an INI file.
 

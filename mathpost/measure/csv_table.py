@@ -126,12 +126,6 @@ def read(path, columns, *, optional=(), text=(), also=MappingProxyType({})):
     headers, such as ``"C"``, to the columns that they mean. `InputError` with file, line and column if the file
     cannot be read, has no row, lacks a column, has an unknown or a repeated one, or an entry is missing or not a
     finite number.
-
-    Examples
-    --------
-    >>> table = read("data/measurements/five_face_head.csv", ["angle", "x", "y", "z"])
-    >>> len(table), table["y"][1].item(), table.where(1, "y")
-    (4, -378.873, "data/measurements/five_face_head.csv, line 4, column 'y'")
     """
     settings, names, rows, lines = {}, None, [], []
     wanted = (*columns, *optional)

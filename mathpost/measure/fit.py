@@ -108,7 +108,6 @@ class Measurement:
         `values` takes unknowns to numbers, mm and radians; those left out are zero. `settings` takes settings to
         numbers or arrays, which are broadcast; `degrees` says whether the angle among them is in degrees.
         """
-        self._check_known(values)
         predict, _ = self._compiled(self.readings, self.unknowns)
         predicted = predict(*self._all(values), *self._settings(settings, degrees))
         return dict(zip(self.readings, np.moveaxis(predicted, -1, 0), strict=True))
@@ -132,7 +131,7 @@ class Measurement:
         `csv_table.read` knows, suspected units, and angles that do not increase.
         """
         angle, *others = map(str, self.settings)
-        also = dict.fromkeys("ABC", "angle")
+        also = dict.fromkeys("ABC", angle)
         columns = csv_table.read(path, [angle, *others], optional=[*self.readings, "run"], also=also)
         if not any(name in columns for name in self.readings):
             raise InputError(str(path), f"a column of readings: {', '.join(self.readings)}", "none")
@@ -166,7 +165,6 @@ class Measurement:
             If the readings leave unknowns undetermined: the message says which, and what would tell them.
         """
         known = known or {}
-        self._check_known(known)
         if sigma is not None and not 0 < sigma < np.inf:
             raise InputError("sigma", "a standard deviation above 0", repr(sigma))
         from_file = isinstance(data, csv_table.Table)
@@ -179,8 +177,7 @@ class Measurement:
         sought = tuple(s for s in self.unknowns if s in appearing and str(s) not in known)
         if not sought:
             raise InputError(where, f"something sought among {', '.join(map(str, self.unknowns))}", "nothing")
-        columns = [np.broadcast_to(self._array(data, name, length), length) for name in used]
-        readings = np.stack(columns, axis=-1)
+        readings = np.stack([np.broadcast_to(self._array(data, n, length), length) for n in used], axis=-1)
         settings = [np.broadcast_to(s, length) for s in self._settings(data, degrees or from_file, length)]
         predict, derive = self._compiled(used, sought)
 
@@ -227,7 +224,11 @@ class Measurement:
         return _compiled(tuple(readings.values()), sought, (*self.unknowns, *self.settings))
 
     def _all(self, values):
-        return [values.get(str(symbol), 0.0) for symbol in self.unknowns]
+        names = list(map(str, self.unknowns))
+        for name in values:
+            if name not in names:
+                raise InputError(self.name, f"unknowns among {', '.join(names)}", repr(name))
+        return [values.get(name, 0.0) for name in names]
 
     def _settings(self, data, degrees, length=None):
         names = list(map(str, self.settings))
@@ -248,12 +249,6 @@ class Measurement:
         if length is not None and array.ndim and array.shape != (length,):
             raise InputError(where, f"{length} numbers, one for each reading", f"shape {array.shape}")
         return array
-
-    def _check_known(self, values):
-        names = [str(symbol) for symbol in self.unknowns]
-        for name in values:
-            if name not in names:
-                raise InputError(self.name, f"unknowns among {', '.join(names)}", repr(name))
 
 
 def coverage_factor(freedom):
@@ -296,11 +291,6 @@ def undetermined(matrix, names):
 
     `matrix`, shape (readings, unknowns), holds the derivatives of the readings, `names` are the unknowns'. A group
     of one is an unknown that leaves no trace at all.
-
-    Examples
-    --------
-    >>> undetermined(np.array([[1.0, 1, 0, 0], [2, 2, 0, 1]]), "abcd")
-    [['a', 'b'], ['c']]
     """
     _, singular, vt = np.linalg.svd(matrix / _lengths(matrix), full_matrices=True)
     rank = int((singular > SINGULAR * max(1.0, singular.max(initial=0.0))).sum())

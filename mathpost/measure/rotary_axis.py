@@ -182,12 +182,6 @@ def square_to(rotary):
 
     The machine's own two other axes if the axis lies along one of them; else, named "1" and "2", the machine axis
     nearest to square with it, made square, and the third direction of the right-handed frame.
-
-    Examples
-    --------
-    >>> from mathpost.machine import Rotary
-    >>> square_to(Rotary("B", "tool", axis=(0, 1, 0), point=(0, 0, 0)))[0]
-    ['X', 'Z']
     """
     axis = exact_unit(rotary.axis)
     across = [row for row in range(3) if axis[row] == 0]

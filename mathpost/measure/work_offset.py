@@ -39,14 +39,12 @@ class WorkOffset:
 class NewDatum:
     """What `p9795` returns.
 
-    `after`, shape (3,), is the point in machine coordinates after the turn, mm; `angles` takes an axis to its
-    machine angle, degrees. `offset` is the target offset, of which `block`, an NC block, stores X, Y and Z only:
-    its A and B are those of the old offset.
+    `after`, shape (3,), is the point in machine coordinates after the turn, mm, which `block`, an NC block, stores;
+    `angles` takes an axis to its machine angle, degrees, which it does not.
     """
 
     after: np.ndarray
     angles: dict
-    offset: WorkOffset
     block: str
 
 
@@ -56,11 +54,6 @@ def ab_table(centre_a, centre_b, *, order="AB", iso=True):
     `centre_a` and `centre_b` are points on either axis with both at zero, mm in machine coordinates; A lies along
     X and B along Y. `order` is ``"AB"`` if A stands on the bed and carries B, ``"BA"`` if B carries A; `iso` says
     that the table turns against the programmed angle, as ISO 841 has it.
-
-    Examples
-    --------
-    >>> [axis.name for axis in ab_table((0, -200, -850), (-350, 0, -900), order="BA")]
-    ['B', 'A']
     """
     sign = -1 if iso else 1
     axes = {
@@ -184,20 +177,12 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
     carried = before + extra if shift == "part" else before
     after = moved(carried, table, start, end, degrees=True) + (extra if shift == "machine" else 0.0)
 
-    code, store = _target(offset.code if S is None else S)
-    new = WorkOffset(code, *after.tolist(), A=offset.A, B=offset.B)
     angles = {axis.name: end[axis.name] for axis in table}
-    return NewDatum(after, angles, new, f"G90 G10 {store} {words(after)}")
+    return NewDatum(after, angles, f"G90 G10 {_store(offset.code if S is None else S)} {words(after)}")
 
 
 def words(point, decimals=3):
-    """Return a point, shape (3,), as NC words.
-
-    Examples
-    --------
-    >>> words((-300, 0.5, -0.0001))
-    'X-300.000 Y0.500 Z0.000'
-    """
+    """Return a point, shape (3,), as NC words."""
     return " ".join(f"{name}{number:z.{decimals}f}" for name, number in zip("XYZ", point, strict=True))
 
 
@@ -227,14 +212,12 @@ def read_call(block):
     return arguments
 
 
-def _target(code):
-    """The offset's name and the G10 words that select it: L2 for G54 to G59, L20 for G54.1."""
+def _store(code):
+    """The G10 words that select an offset: L2 for G54 to G59, L20 for G54.1."""
     match = re.fullmatch(r"G?(5[4-9])|G?54\.1 ?P(\d+)", str(code).strip().upper())
     if not match:
         raise InputError("S", "54 to 59, or 54.1 P and a number", repr(code))
-    if match[1]:
-        return f"G{match[1]}", f"L2 P{int(match[1]) - 53}"
-    return f"G54.1 P{match[2]}", f"L20 P{match[2]}"
+    return f"L2 P{int(match[1]) - 53}" if match[1] else f"L20 P{match[2]}"
 
 
 def _angle(angles, axis, where):
