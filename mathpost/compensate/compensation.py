@@ -248,9 +248,9 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
     """Return one step of the total differential, dq = −J⁺·Jₑ·e, (..., 5), and where it was limited, (...).
 
     The Jacobian J of tip and axis (6×5) falls in two: only the rotary axes turn the tool, and X Y Z, which are
-    never singular, then make up for what the turn does to the tip. `joints`, shape (..., 5), and `errors`, (...,
-    33) in the order of `model.names`, are mm and radians. `max_turn`, radians, limits a turn that is more than
-    `MAX_GAIN` times the tilt for which it is made; what takes out an axis' own positioning error does not count.
+    never singular, then make up for what the turn does to the tip. `joints` have the shape (..., 5), `errors`, in
+    the order of `model.names`, (..., 33); mm and radians. `max_turn` limits a turn that is more than `MAX_GAIN`
+    times the tilt for which it is made; what takes out an axis' own positioning error does not count.
 
     Examples
     --------

@@ -41,16 +41,9 @@ FANUC = {
 def write(calibration, path, folder, inputs=()):
     """Write machine.toml, errors.toml and tables of controls for each axis, and terms.txt; return their paths.
 
-    Parameters
-    ----------
-    calibration : mathpost.compensate.calibrate.Calibration
-    path : path-like
-        The machine file that was calibrated, or the name of a machine that comes with the package: limits, rates
-        and program lines are taken over.
-    folder : pathlib.Path
-        Is made if it does not exist.
-    inputs : sequence of paths
-        Files that must not be replaced.
+    `path` is the machine file that was calibrated, or the name of a machine that comes with the package: limits,
+    rates and program lines are taken over. `folder`, a `pathlib.Path`, is made if it does not exist; `inputs` are
+    files that must not be replaced.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

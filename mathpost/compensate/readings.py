@@ -219,8 +219,8 @@ def _readings(table, machine, method, where):
         values = {
             name: values[name] - machine.origin[index] - joints[:, index] for index, name in _indices(columns)
         }
-    directions = {name: np.tile(np.eye(3)[index], (len(table), 1)) for index, name in _indices(columns)}
-    reference = np.full((len(table) * len(columns), 5), np.nan)
+    directions = {name: np.eye(3)[index] for index, name in _indices(columns)}
+    reference = np.full((len(table), 5), np.nan)
     if method == "dial":
         directions["dial"] = -turn @ location_errors(axis)[1][:, 0]
     elif method == "ballbar":
@@ -229,21 +229,21 @@ def _readings(table, machine, method, where):
     elif method == "tip":
         tool = unit(machine.tool_axis)
         directions |= {"axial": tool, "lateral": np.cross(tool, unit(axis.axis))}
-        directions = {name: np.broadcast_to(-directions[name], target.shape) for name in columns}
+        directions = {name: -directions[name] for name in columns}
         upright = angles * [each.carries == "workpiece" for each in machine.rotary]
-        reference = np.tile(held(machine, target, upright, length)[0], (len(columns), 1))
+        reference, _ = held(machine, target, upright, length)
     sign = _one_of(table, "positive", SIGNS[method], where) if method in SIGNS else 1
-    count = len(columns)
+    rows = np.tile(np.arange(len(table)), len(columns))
     return Readings(
         table.path,
         method,
-        joints=np.tile(joints, (count, 1)),
-        reference=reference,
-        target=np.tile(target, (count, 1)),
-        direction=np.concatenate([directions[name] for name in columns]),
-        length=np.tile(length, count),
+        joints=joints[rows],
+        reference=reference[rows],
+        target=target[rows],
+        direction=np.concatenate([np.broadcast_to(directions[name], target.shape) for name in columns]),
+        length=length[rows],
         value=sign * np.concatenate([values[name] for name in columns]),
-        setup=np.tile(setup, count),
+        setup=setup[rows],
         zeroed=method in ("dial", "ballbar"),
         sigma=_sigma(table, table.unit(columns[0], "length"), where),
     )

@@ -266,9 +266,8 @@ def least_squares(evaluate, readings, sigmas, start, where):
     """Return the values of the unknowns, their covariance, the residuals, and the weighted derivatives.
 
     Gauss and Newton: formulas of small errors are nearly linear, and two or three steps do. `evaluate` takes the
-    values and returns the predicted readings, shape (n,), and their derivatives, shape (n, unknowns); `sigmas`,
-    shape (n,), are the readings' standard deviations. `where` begins the message of the `InputError` if the steps
-    do not end.
+    values to the predicted readings, shape (n,), and their derivatives, (n, unknowns); `sigmas` are the deviations
+    of the readings. `InputError` at `where` if the steps do not end.
     """
     x = start
     for _ in range(50):

@@ -7,7 +7,7 @@ three: the result of its example depends on them.
 """
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from numbers import Real
 
@@ -20,7 +20,7 @@ from mathpost.machine import Rotary
 from mathpost.rotation import numeric
 
 POINT = sp.symbols("x y z", real=True)
-ADDRESSES = "XYZABDEUVW"  # and S
+ADDRESSES = "XYZABDESUVW"
 
 
 @dataclass(frozen=True)
@@ -63,11 +63,6 @@ def ab_table(centre_a, centre_b, *, order="AB", iso=True):
     if sorted(order) != ["A", "B"]:
         raise InputError("order", '"AB" or "BA"', repr(order))
     return tuple(axes[name] for name in order)
-
-
-def with_common_centre(table, centre):
-    """Return the same table with all its axes through one point: the slip whose cost lesson 08 shows."""
-    return tuple(replace(axis, point=tuple(as_array(centre, 3, "centre").tolist())) for axis in table)
 
 
 @lru_cache(maxsize=32)
@@ -156,7 +151,7 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
     """
     for address in arguments:
         if address not in ADDRESSES:
-            raise InputError(address, f"arguments among {', '.join(ADDRESSES)}, S", "another")
+            raise InputError(address, f"arguments among {', '.join(ADDRESSES)}", "another")
     position = {address: (current or {}).get(address) for address in "XYZAB"}
     given = position | {"D": None, "E": None} | dict.fromkeys("UVW", 0.0) | arguments
     for axis, address in (("A", "D"), ("B", "E")):
@@ -203,9 +198,9 @@ def read_call(block):
         raise InputError(f"block {block!r}", "G65 P9795", " ".join(letter + number for letter, number in pairs[:2]))
     arguments = {}
     for letter, number in pairs[2:]:
-        if letter not in ADDRESSES + "S" or letter in arguments:
+        if letter not in ADDRESSES or letter in arguments:
             found = f"{letter} twice" if letter in arguments else letter
-            raise InputError(f"block {block!r}", f"each of {' '.join(ADDRESSES)} S at most once", found)
+            raise InputError(f"block {block!r}", f"each of {' '.join(ADDRESSES)} at most once", found)
         if letter != "S" and "." not in number and float(number) != 0:
             raise InputError(f"block {block!r}, {letter}", f"a decimal point, {letter}{number}.", letter + number)
         arguments[letter] = int(float(number)) if letter == "S" else float(number)

@@ -41,7 +41,8 @@ def test_worked_numbers(order, iso, start, end, expected):
 @pytest.mark.parametrize("order", ["AB", "BA"])
 @pytest.mark.parametrize(("height", "slip"), [(-900, 25.8819), (-850, 8.71557)])
 def test_the_cost_of_one_common_centre(order, height, slip):
-    right, wrong = table(order), work_offset.with_common_centre(table(order), (-350, -200, height))
+    common = (-350, -200, height)
+    right, wrong = table(order), work_offset.ab_table(common, common, order=order)
     start, end = {"A": 0, "B": 0}, {"A": -30, "B": 10}
     pair = [work_offset.moved((-300, -250, -600), t, start, end, degrees=True) for t in (right, wrong)]
     assert np.linalg.norm(pair[0] - pair[1]) == pytest.approx(slip, abs=6e-5)
