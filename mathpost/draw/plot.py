@@ -188,7 +188,7 @@ def cutter(axes, cutter, tip, tilt, *, height=None, **style):
 def runs(axes, measured, result):
     """Draw bidirectional runs (`mathpost.measure.angular_error.Runs`) with the means ± 2 s of their `Accuracy`."""
     for role, label in (("first branch", "up"), ("second branch", "down")):
-        each, mean, s = getattr(measured, label), getattr(result, f"mean_{label}"), getattr(result, f"s_{label}")
+        each, mean, s = getattr(measured, label), measured.mean(label), getattr(result, f"s_{label}")
         axes.plot(measured.angles, each, ".", color=COLOUR[role], markersize=3)
         axes.plot(measured.angles, mean, STYLE[role], color=COLOUR[role], label=f"{label}: mean, ± 2 s")
         axes.fill_between(measured.angles, mean - 2 * s, mean + 2 * s, color=COLOUR[role], alpha=0.25)
