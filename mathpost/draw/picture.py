@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from PIL import Image, ImageColor, ImageDraw, ImageFont
 
-from mathpost.draw.solid import smooth
+from mathpost.draw.solid import put, smooth
 
 FINE = 2  # pixels drawn for one pixel shown, each way
 HIDDEN = 0.35  # how strong a line is behind a solid
@@ -42,8 +42,7 @@ class View:
 
     def pixels(self, body, points):
         """Return pixels right, pixels down and depth towards the viewer of points (..., 3) of a body."""
-        matrix = self.places[body]
-        away = np.asarray(points) @ matrix[:3, :3].T + matrix[:3, 3] - self.scene.middle
+        away = put(self.places[body], np.asarray(points)) - self.scene.middle
         flat = self.camera.project(away) * [self.scale, -self.scale] + self.size / 2
         return np.concatenate([flat, (away @ self.camera.towards)[..., None]], axis=-1)
 
