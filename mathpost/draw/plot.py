@@ -15,39 +15,27 @@ from mathpost.rotation import unit
 from mathpost.workbook.report import STATUS_COLOUR
 
 # Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.
-COLOUR = {
-    "machine": "#7f7f7f",
-    "workpiece": "#0072b2",
-    "tool": "#d55e00",
-    "outer": "#56b4e9",
-    "inner": "#e69f00",
-    "first branch": "#009e73",
-    "second branch": "#cc79a7",
-    "published": "#000000",
-    "optimal": "#e69f00",
-    "shortest": "#56b4e9",
-    "paper": "#000000",
-    "kept": "#d55e00",
-    "forbidden": "#f0e442",
-    "direct": "#332288",
-    "linear": "#882255",
-    "cubic": "#44aa99",
-    "aside": "#999933",
-    "retract": "#aa4499",
+ROLES = {
+    "machine": ("#7f7f7f", "-"),
+    "workpiece": ("#0072b2", "-"),
+    "tool": ("#d55e00", "-"),
+    "outer": ("#56b4e9", "-"),
+    "inner": ("#e69f00", "--"),
+    "first branch": ("#009e73", "-"),
+    "second branch": ("#cc79a7", "--"),
+    "published": ("#000000", ":"),
+    "optimal": ("#e69f00", "-"),
+    "shortest": ("#56b4e9", "-."),
+    "paper": ("#000000", ":"),
+    "kept": ("#d55e00", "--"),
+    "forbidden": ("#f0e442", "-"),
+    "direct": ("#332288", "-"),
+    "linear": ("#882255", "--"),
+    "cubic": ("#44aa99", "-"),
+    "aside": ("#999933", ":"),
+    "retract": ("#aa4499", "-."),
 }
-STYLE = {
-    "outer": "-",
-    "inner": "--",
-    "first branch": "-",
-    "second branch": "--",
-    "published": ":",
-    "shortest": "-.",
-    "paper": ":",
-    "kept": "--",
-    "linear": "--",
-    "aside": ":",
-    "retract": "-.",
-}
+COLOUR, STYLE = ({role: look[n] for role, look in ROLES.items()} for n in (0, 1))
 
 
 def figure(rows=1, columns=1, *, size=(7.0, 4.2), three_d=False):
@@ -78,7 +66,7 @@ def frame(axes, matrix, origin, *, colour, length=1.0, labels="XYZ", **style):
 
 def along(axes, place, values, role, label=None, *, points=False):
     """Draw one quantity along a path in the colour and style of its `role`, one of `COLOUR`."""
-    style = {"color": COLOUR[role], "linestyle": STYLE.get(role, "-")}
+    style = {"color": COLOUR[role], "linestyle": STYLE[role]}
     axes.plot(place, values, label=label or role, marker="o" if points else None, markersize=4, **style)
 
 
@@ -142,7 +130,7 @@ def on_pole_map(kin, tool_axes):
 def tip_path(axes, kin, joints, *, role, label=None, samples=40):
     """Draw, seen from above, where the tip really goes when all joints move linearly from row to row."""
     tip, _ = true_tip(kin, joints, samples=samples)
-    axes.plot(tip[:, 0], tip[:, 1], color=COLOUR[role], linestyle=STYLE.get(role, "-"), label=label or role)
+    axes.plot(tip[:, 0], tip[:, 1], color=COLOUR[role], linestyle=STYLE[role], label=label or role)
     axes.set(xlabel="x in the workpiece, mm", ylabel="y, mm", aspect="equal")
 
 

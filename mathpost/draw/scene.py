@@ -148,7 +148,7 @@ def _extent(kin, made):
 def best_start(kin, scene, made, *, aspect=1.2):
     """Choose rotary angles and a camera; return the joints, shape (5,), and the scene from there.
 
-    The first of a few that `hidden` finds nothing wrong with, or the one with the least.
+    The first of a few in which nothing is `crossed` or `covered`, or the one with the least.
     """
     starts = _turned(kin, made, STARTS)
     return _best((joints, *best_camera(kin, scene, joints, aspect=aspect)) for joints in starts)[:2]
@@ -175,11 +175,6 @@ def _turned(kin, made, angles):
     inner = kin.symbols.index(kin.inverse_symbolic.inner) - 3
     rotary = np.radians(angles)[:, [inner, 1 - inner]]
     return kin.close(kin.forward(made.home)[0], np.clip(rotary, *kin.machine.limits[3:].T))
-
-
-def hidden(kin, scene, joints):
-    """Return what cannot be seen at these joints, a list of sentences: axes on one line, bodies behind others."""
-    return crossed(kin, scene, joints) + covered(kin, scene, joints)
 
 
 def crossed(kin, scene, joints):
