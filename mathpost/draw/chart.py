@@ -136,11 +136,10 @@ def _spec(figure, moving):
         panel = {"title": axes.get_title(), "equal": axes.get_aspect() == 1, "drawn": axes.axison, "artists": []}
         for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
             low, high = limits = getattr(axes, f"get_{name}lim")()
-            places = axis.get_majorticklocs()
-            written = axis.get_major_formatter().format_ticks(places)
+            marks = axis.get_majorticklocs()
             ticks = [
                 [float(at), f"{at:g}" if "$" in text else text]
-                for at, text in zip(places, written, strict=True)
+                for at, text in zip(marks, axis.get_major_formatter().format_ticks(marks), strict=True)
                 if min(low, high) <= at <= max(low, high)
             ]
             label, log = axis.get_label_text(), axis.get_scale() == "log"

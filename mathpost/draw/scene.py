@@ -138,11 +138,11 @@ def _extent(kin, made):
     """Points that hold plate, table and head, also when they turn by 45 and 90 degrees."""
     still = ("bed", *kin.machine.joint_names[:3])
     moving = [(solid.body, solid.triangles().reshape(-1, 3)) for solid in made.solids if solid.body not in still]
-    points = [made.plate]
+    points = []
     for joints in _turned(kin, made, [[0, 0], [45, 0], [-45, 0], [45, 90], [45, -90]]):
         places = placing(kin.machine)(joints)
         points += [put(places[body], corners) for body, corners in moving]
-    return np.concatenate(points)
+    return np.concatenate([*points, made.plate])
 
 
 def best_start(kin, scene, made, *, aspect=1.2):
@@ -161,7 +161,7 @@ def best_camera(kin, scene, joints, *, aspect=1.2):
 
 
 def _best(tries):
-    """The first of `tries` with which nothing is wrong, or the one with the least; what is wrong comes last in each."""
+    """The first of `tries` with nothing wrong, which comes last in each of them, or the one with the least."""
     found = []
     for each in tries:
         if not each[-1]:
