@@ -131,7 +131,7 @@ def _about(origin, sequence):
 
 
 @dataclass(frozen=True)
-class _Match(reading.Match):
+class _Match(reading.Misread):
     """A product that fits: its factors, and its wordings, the simplest first."""
 
     factors: Factors

@@ -138,27 +138,23 @@ class Explanation:
         return "\n".join([*lines, self.note] if self.note else lines)
 
 
-class Match:
-    """What both detectives find: some `slips` that give the answer, and the `product` that they come to."""
+class Misread:
+    """Anything with `slips`: what they cost together, and the words for them."""
 
     @property
     def cost(self):
-        """How far-fetched it is."""
         return sum(slip.cost for slip in self.slips)
 
     @property
     def sentence(self):
-        """What went wrong, in words."""
         return " and ".join(slip.phrase for slip in self.slips) or "right"
-
-    def __str__(self):
-        return f"{self.sentence}: {self.product}"
 
 
 def grouped(matches, key, most=None):
     """Return the matches worth telling, the least far-fetched first, in lists of those with one `key`.
 
-    The first `most` are looked at; one that has all the slips of another and more explains nothing.
+    A match is a `Misread`. The first `most` are looked at; one that has all the slips of another and more explains
+    nothing.
     """
     matches, groups = sorted(matches, key=COST)[:most], {}
     near = [match for match in matches if match.cost <= matches[0].cost + FAR_FETCHED]
@@ -171,8 +167,9 @@ def grouped(matches, key, most=None):
 def told(group, value):
     """Return the first of a group of matches, all of one `value`, as a `Misreading`; the others are the same."""
     first, *others = group
-    same = tuple(str(other) for other in sorted(others, key=COST) if other.cost <= first.cost + FAR_FETCHED)
-    return Misreading(first.sentence, first.product, tuple(s.kind for s in first.slips), value, same, first.cost)
+    near = [match for match in sorted(others, key=COST) if match.cost <= first.cost + FAR_FETCHED]
+    same, kinds = (f"{match.sentence}: {match.product}" for match in near), (slip.kind for slip in first.slips)
+    return Misreading(first.sentence, first.product, tuple(kinds), value, tuple(same), first.cost)
 
 
 def written_decimals(values):
@@ -205,7 +202,7 @@ def half_digit(values):
 
 
 @dataclass(frozen=True)
-class Wording(Match):
+class Wording(Misread):
     """One way to make the product; `order` and `signs` are those that are said, before any transpose."""
 
     recipe: int
@@ -230,7 +227,7 @@ class Wording(Match):
 
 
 @dataclass(frozen=True)
-class Factors(Match):
+class Factors(Misread):
     """What stands in the factors of the first, second and third rotation, and what is done to point and answer."""
 
     axes: str

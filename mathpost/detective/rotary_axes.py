@@ -84,7 +84,7 @@ def explain_joints(kinematics, axis, angles, *, decimals=None):
 
 
 @dataclass(frozen=True)
-class _Match(reading.Match):
+class _Match(reading.Misread):
     """A misreading that fits: what was done to the tool axis, to each angle, on which branch of each."""
 
     slips: tuple
