@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from itertools import combinations, product
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from mathpost.angles import SEQUENCES
 from mathpost.detective import misreadings as reading
@@ -24,10 +23,6 @@ def _copied(phrase, cost=1, **changes):
 ROUNDING = 1e-9  # relative: what a spreadsheet's own arithmetic may lose
 MOST, SHOWN = 100, 6  # right angles and points on an axis have many misreadings: how many are looked at and shown
 MORE_DIGITS = Slip(reading.UNROUNDED, 0.5, "the angles were used with more digits than are given")
-QUATERNION = tuple(
-    Slip("quaternion", 1.25, f"the quaternion is stored as {stored} and read as {read}", {"quaternion": stored})
-    for stored, read in (("x y z w", "w x y z"), ("w x y z", "x y z w"))
-)
 COPIED = (
     (),
     _copied("the answer's x and y are exchanged", order=(1, 0, 2)),
@@ -159,10 +154,6 @@ class _Match(reading.Misread):
         """What it gives, shape (n, 3)."""
         each = self.factors
         matrix = matrices([each], [self.wordings[0].key], angles)[0, 0]
-        if each.quaternion:
-            first = each.quaternion == "w x y z"
-            stored = Rotation.from_matrix(matrix).as_quat(scalar_first=first)
-            matrix = Rotation.from_quat(stored, scalar_first=not first).as_matrix()
         turned = (points + each.before) @ matrix.T
         return turned[:, each.order] * each.signs + each.after
 
@@ -254,11 +245,6 @@ class _Case:
                 near = np.argwhere((misfit > self.tolerance) & (misfit <= self.reach))
                 near = [(factors[f], same[k]) for f, k in near if self.fits_unrounded(_Match(factors[f], same[k]))]
                 found += [(*each, (MORE_DIGITS,)) for each in near]
-        if not factors[0].slips:
-            for slip, of_one in product(QUATERNION, same):
-                value = _Match(factors[0].misread(slip), of_one).value(self.angles, self.points)
-                if np.abs(value - self.target).max() <= self.tolerance:
-                    found.append((factors[0], of_one, (slip,)))
         return found, len(COPIED) * costs.size, np.sort(costs, axis=None)
 
     def fits_unrounded(self, match):

@@ -14,6 +14,7 @@ from operator import attrgetter
 
 import numpy as np
 
+from mathpost.angles import from_quaternion, to_quaternion
 from mathpost.errors import InputError
 from mathpost.rotation import PASSIVE, from_angles
 
@@ -150,6 +151,12 @@ class Misread:
         return " and ".join(slip.phrase for slip in self.slips) or "right"
 
 
+QUATERNION = tuple(
+    Slip("quaternion", 1.25, f"the quaternion is stored as {stored} and read as {read}", {"quaternion": shift})
+    for stored, read, shift in (("x y z w", "w x y z", -1), ("w x y z", "x y z w", 1))
+)
+
+
 def grouped(matches, key, most=None):
     """Return the matches worth telling, the least far-fetched first, in lists of those with one `key`.
 
@@ -241,7 +248,7 @@ class Factors(Misread):
     after: tuple = NOWHERE
     point: str = "p"  # how both are written
     added: str = ""
-    quaternion: str | None = None  # in which order it is stored, of one that is read in the other
+    quaternion: int = 0  # by how many places its entries are shifted
     order: tuple = (0, 1, 2)  # where the answer's entries come from, and their signs
     signs: tuple = (1, 1, 1)
     slips: tuple = ()
@@ -312,16 +319,16 @@ def _dots(order):
 def all_factors(sequence, depth):
     """Return the `Factors` to try on the Euler angles `sequence`, the cheapest first.
 
-    At `depth` 2 that is every slip of the factors alone and every two together, but of the meanings only the units
-    with others; at depth 3 the common slips (other axes, angles exchanged or left out, degrees taken for radians,
-    angles rounded) in all their combinations.
+    At `depth` 2 that is every slip of the factors alone and every two together, but quaternions and meanings other
+    than units only alone; at depth 3 the common slips (other axes, angles exchanged or left out, degrees taken for
+    radians, angles rounded) in all their combinations.
     """
     meanings = list(_meanings())
     units = [slip for slip in meanings if slip.kind == "unit"]
     groups = [list(_axes(sequence)), list(_sources()), list(_left_out()), units, list(_roundings())]
     if depth == 2:
         chosen = [()] + [(slip,) for group in groups for slip in group]
-        chosen += [(slip,) for slip in meanings if slip.kind != "unit"]
+        chosen += [(slip,) for slip in (*meanings, *QUATERNION) if slip.kind != "unit"]
         chosen += [pair for a, b in combinations(groups, 2) for pair in product(a, b)]
     else:
         common = [[None, *(slip for slip in group if slip.cost <= 1)] for group in groups]
@@ -403,7 +410,11 @@ def matrices(factors, keys, angles):
     order = np.array([key[0] for key in keys])
     negative = np.array([[int(key[1][n] < 0) for n in key[0]] for key in keys])
     left, middle, right = (elements[:, order[:, n], negative[:, n]] for n in range(3))
-    return left @ middle @ right
+    made = left @ middle @ right
+    for index, each in enumerate(factors):
+        if each.quaternion:
+            made[index] = from_quaternion(np.roll(to_quaternion(made[index]), each.quaternion, axis=-1))
+    return made
 
 
 def common_matrices(names, angles):
