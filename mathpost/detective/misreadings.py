@@ -27,44 +27,38 @@ UNROUNDED = "unrounded"  # the kind of slip that is none: more digits of the inp
 NOWHERE = (0.0, 0.0, 0.0)
 OUTSIDE = {"before", "after", "point", "added", "quaternion", "order", "signs"}  # what is not done in the product
 PI_WRITTEN = (3.14, 3.142, 3.1416, 3.14159, 22 / 7)
-# What the number of an angle may mean: radians from it with some value of π, and how it is written; of the slip its
-# kind, its cost for all angles and for one (None if it is not tried), and the words for it.
+# What the number of an angle may mean: the degrees that are used, with some value of π, and how they are written;
+# of the slip its kind, its cost for all angles and for one (None if it is not tried), and the words for it.
 MEANINGS = {
-    "degrees": (lambda angle, pi: angle * pi / 180, "{}"),
-    "radians": (lambda angle, pi: angle, "{} rad", "unit", 1, 1.25, "the degrees of {} are taken for radians"),
+    "degrees": (lambda angle, pi: angle, "{}"),
+    "radians": (
+        lambda angle, pi: angle * 180 / pi, "{} rad", "unit", 1, 1.25, "the degrees of {} are taken for radians"
+    ),
     "twice": (
-        lambda angle, pi: angle * (pi / 180) ** 2, "{}·π/180",
-        "unit", 1.25, 1.5, "{} {verb} converted to radians twice",
+        lambda angle, pi: angle * pi / 180, "{}·π/180", "unit", 1.25, 1.5, "{} {verb} converted to radians twice"
     ),
     "reversed": (
-        lambda angle, pi: angle * 180 / pi, "{}·180/π rad",
+        lambda angle, pi: angle * (180 / pi) ** 2, "{}·180/π rad",
         "unit", 1.5, 1.75, "{} {verb} converted with DEGREES, not with RADIANS",
     ),
-    "gon": (lambda angle, pi: angle * pi / 200, "{} gon", "unit", 1.5, 1.75, "the degrees of {} are taken for gon"),
+    "gon": (lambda angle, pi: 0.9 * angle, "{} gon", "unit", 1.5, 1.75, "the degrees of {} are taken for gon"),
     "half": (
-        lambda angle, pi: angle / 2 * pi / 180, "{}/2",
-        "half angle", 1.25, 1.25, "half of {} is used, as in a quaternion",
+        lambda angle, pi: angle / 2, "{}/2", "half angle", 1.25, 1.25, "half of {} is used, as in a quaternion"
     ),
-    "double": (lambda angle, pi: 2 * angle * pi / 180, "2{}", "double angle", 1.25, 1.25, "twice {} is used"),
+    "double": (lambda angle, pi: 2 * angle, "2{}", "double angle", 1.25, 1.25, "twice {} is used"),
     "complement": (
-        lambda angle, pi: (90 - angle) * pi / 180, "90° − {}",
+        lambda angle, pi: 90 - angle, "90° − {}",
         "complement", 1.25, 1.25, "90° − {} is used, or sine and cosine are exchanged",
     ),
-    "quarter more": (
-        lambda angle, pi: (angle + 90) * pi / 180, "{} + 90°", "offset", None, 1.25, "90° are added to {}"
-    ),
-    "quarter less": (
-        lambda angle, pi: (angle - 90) * pi / 180, "{} − 90°", "offset", None, 1.25, "90° are taken from {}"
-    ),
-    "half turn more": (
-        lambda angle, pi: (angle + 180) * pi / 180, "{} + 180°", "offset", None, 1.25, "180° are added to {}"
-    ),
+    "quarter more": (lambda angle, pi: angle + 90, "{} + 90°", "offset", None, 1.25, "90° are added to {}"),
+    "quarter less": (lambda angle, pi: angle - 90, "{} − 90°", "offset", None, 1.25, "90° are taken from {}"),
+    "half turn more": (lambda angle, pi: angle + 180, "{} + 180°", "offset", None, 1.25, "180° are added to {}"),
     "minutes": (
-        lambda angle, pi: _fraction_times(angle, 100 / 60) * pi / 180, "{} in ° ′",
+        lambda angle, pi: _fraction_times(angle, 100 / 60), "{} in ° ′",
         "minutes", 1.25, 1.25, "the decimals of {} are taken for minutes, 35.30 for 35°30′",
     ),
     "no minutes": (
-        lambda angle, pi: _fraction_times(angle, 60 / 100) * pi / 180, "{} from ° ′",
+        lambda angle, pi: _fraction_times(angle, 60 / 100), "{} from ° ′",
         "minutes", 1.25, 1.25, "the minutes of {} are written as decimals, 35.30 for 35.5°",
     ),
 }  # fmt: skip
@@ -265,14 +259,15 @@ class Factors(Misread):
     def radians(self, angles):
         """The angle of each rotation, shape (3,), from the given degrees."""
         angles, rows = self.rounded(angles), zip(self.source, self.meaning, self.kept, strict=True)
-        return np.array([MEANINGS[meaning][0](angles[n], self.pi) * kept for n, meaning, kept in rows])
+        meant = [MEANINGS[meaning][0](angles[n], self.pi) * kept for n, meaning, kept in rows]
+        return np.array(meant) * self.pi / 180
 
     def matters(self, angles):
         """Whether rounding and meaning change any angle: to round 135 to two decimals is no slip."""
         if self.angle_decimals is not None and np.array_equal(self.rounded(angles), angles):
             return False
         meant = [MEANINGS[meaning][0](angle, np.pi) for meaning, angle in zip(self.meaning, angles, strict=True)]
-        return set(self.meaning) == {"degrees"} or not np.array_equal(meant, angles * np.pi / 180)
+        return set(self.meaning) == {"degrees"} or not np.array_equal(meant, angles)
 
 
 @lru_cache(maxsize=1)
