@@ -143,15 +143,7 @@ def png(scenes, places, size, columns):
 
 
 def spread(positions, gap, rounds=12):
-    """Return positions, shape (n, 2), moved apart until no two are nearer than `gap`, each as little as can be.
-
-    Examples
-    --------
-    >>> spread([[0.0, 0.0], [0.2, 0.0], [5.0, 5.0]], 1.0).round(2) + 0.0
-    array([[-0.4,  0. ],
-           [ 0.6,  0. ],
-           [ 5. ,  5. ]])
-    """
+    """Return positions, shape (n, 2), moved apart until no two are nearer than `gap`, each as little as can be."""
     positions = np.array(positions, dtype=float)
     for _ in range(rounds):
         for i in range(len(positions)):
