@@ -37,7 +37,7 @@ def function(name, outputs, arguments, language="js"):
     """
     named = dict(zip(arguments, sp.symbols(f"q:{len(arguments)}"), strict=True))
     exact = [in_floats(sp.sympify(entry)).xreplace(named) for entry in outputs]
-    common, results = sp.cse(exact, symbols=sp.numbered_symbols("t"), optimizations="basic")
+    common, results = sp.cse(exact, symbols=sp.numbered_symbols("t"))
     head, number, code = _DIALECTS[language]
     used = set().union(*(entry.free_symbols for entry in exact)) if exact else set()
     lines = [
@@ -239,5 +239,5 @@ _LATEX = r"""\documentclass{article}
 
 def _shared(names, outputs, letter="t"):
     """Pairs of name and expression, the common parts first as t_0, t_1, …"""
-    common, results = sp.cse(list(outputs), symbols=sp.numbered_symbols(f"{letter}_"), optimizations="basic")
+    common, results = sp.cse(list(outputs), symbols=sp.numbered_symbols(f"{letter}_"))
     return [(_tex(symbol), value) for symbol, value in common] + list(zip(names, results, strict=True))
