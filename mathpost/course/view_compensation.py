@@ -65,8 +65,8 @@ def towards_the_pole(compensator, joints, tilt):
     def build(figure):
         axes = figure.subplots()
         for name, (role, tip) in curves.items():
-            style = {"color": plot.COLOUR[role], "linestyle": plot.STYLE.get(role, "-."), "label": name}
-            axes.loglog(degrees, 1e3 * np.maximum(tip, 1e-8), **style)
+            style = {"color": plot.COLOUR[role], "linestyle": "-." if name == "before" else plot.STYLE[role]}
+            axes.loglog(degrees, 1e3 * np.maximum(tip, 1e-8), label=name, **style)
         marks = [axes.plot([], [], "o", color=plot.COLOUR[role])[0] for role, _ in curves.values()]
         axes.set(xlabel="tilt, deg", ylabel="error at the tip, µm")
         axes.invert_xaxis()

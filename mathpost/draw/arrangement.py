@@ -22,6 +22,12 @@ UP = np.array([0.0, 0.0, 1.0])
 ACROSS = 0.5  # an axis at more than 60 degrees from what it carries gets a bearing on both sides
 RING, LEVELS = 24, 9  # points of a blade's outline, and outlines that it is drawn by
 BLADE = [(0.0, 0.07), (0.5, 0.055), (0.93, 0.035), (0.98, 0.025)]  # height and half width of one that is made up
+# Profiles in shares of radius and height: a round table with a bevel and two grooves, a holder from half the tool's
+# length to the spindle's face with cone, groove and flange, a spindle.
+TABLE = [(0, 0), (0.94, 0), (1, 0.25), (1, 0.92), (0.98, 1), (0.86, 1), (0.86, 0.85), (0.82, 0.85), (0.82, 1)]
+TABLE += [(0.62, 1), (0.62, 0.85), (0.58, 0.85), (0.58, 1), (0, 1)]
+HOLDER = [(0, 0.5), (0.55, 0.5), (0.7, 0.82), (1, 0.82), (1, 0.87), (0.9, 0.91), (1, 0.95), (1, 1), (0, 1)]
+SPINDLE = [(0, 0), (0.8, 0), (1, 0.24), (1, 1), (0, 1)]
 BLADE_COLOUR = "#62a9d4"  # the workpiece's, lighter
 GREYS = {  # the machine's role, one shade a body
     "bed": "#9aa3aa",
@@ -150,7 +156,9 @@ def _workpiece_side(made, machine, stock):
         radius = max(1.05 * np.linalg.norm(across, axis=1).max(), 0.4 * size)
         top = _foot(turntable, (stock @ axis).min() * axis)
         under, hub = top - 0.12 * size * axis, 0.6 * radius
-        made.solids.append(Turned(turntable.name, GREYS["second"], _table(radius, 0.12 * size), under, axis))
+        made.solids.append(
+            Turned(turntable.name, GREYS["second"], _scaled(TABLE, radius, 0.12 * size), under, axis)
+        )
         carried = [ring(under - 0.12 * size * axis, axis, hub)]
         made.solids.append(_disc(turntable.name, under - 0.12 * size * axis, axis, hub, 0.12 * size))
         made.lines[turntable.name] = _line(carried, axis, size)
@@ -198,7 +206,7 @@ def _tool_side(made, machine, tip, tool_axis, plate):
         carried = _turns(made, swivel.name, bearings, axis, 0.8 * width)
     else:
         carried = [ring(face + 0.5 * size * tool_axis, tool_axis, width)]
-        profile = [(0, 0), (0.8 * width, 0), (width, 0.12 * size), (width, 0.5 * size), (0, 0.5 * size)]
+        profile = _scaled(SPINDLE, width, 0.5 * size)
         made.solids.append(Turned(slides[2], GREYS["second"], profile, face, tool_axis))
     if len(heads) == 2:
         turning, across = heads[0], axis
@@ -260,25 +268,14 @@ def _disc(body, start, axis, radius, height):
     return Turned(body, GREYS["bearing"], [*profile, (0, height)], start, axis)
 
 
-def _table(radius, height):
-    """A round table with a bevel and two grooves."""
-    profile = [
-        (0, 0),
-        (0.94 * radius, 0),
-        (radius, 0.25 * height),
-        (radius, 0.92 * height),
-        (0.98 * radius, height),
-    ]
-    for groove in (0.86, 0.62):
-        outer, inner = groove * radius, (groove - 0.04) * radius
-        profile += [(outer, height), (outer, 0.85 * height), (inner, 0.85 * height), (inner, height)]
-    return [*profile, (0, height)]
+def _scaled(profile, radius, height):
+    return [(radius * r, height * h) for r, h in profile]
 
 
 def tool_solids(tip, axis, size, reach):
     """A cutter and its holder, from the tip along the tool axis for `reach`, as thick as suits `size`; mm."""
     cutter = Turned("tool", COLOUR["tool"], _cutter(0.04 * size, 0.55 * reach), tip, axis)
-    return [cutter, Turned("tool", GREYS["holder"], _holder(0.1 * size, reach), tip, axis)]
+    return [cutter, Turned("tool", GREYS["holder"], _scaled(HOLDER, 0.1 * size, reach), tip, axis)]
 
 
 def _cutter(radius, length):
@@ -286,15 +283,6 @@ def _cutter(radius, length):
     turn = np.linspace(0, np.pi / 2, 7)
     ball = list(zip(radius * np.sin(turn), radius * (1 - np.cos(turn)), strict=True))
     return [*ball, (radius, length), (0, length)]
-
-
-def _holder(radius, reach):
-    """A tool holder from half the tool's length to the spindle's face: cone, groove, flange."""
-    cone, flange = 0.5 * reach, 0.82 * reach
-    groove = (flange + reach) / 2
-    profile = [(0, cone), (0.55 * radius, cone), (0.7 * radius, flange), (radius, flange)]
-    profile += [(radius, groove - 0.04 * reach), (0.9 * radius, groove), (radius, groove + 0.04 * reach)]
-    return [*profile, (radius, reach), (0, reach)]
 
 
 def _line(bearings, axis, size):
