@@ -57,7 +57,7 @@ def main(arguments=None):
             command.add_argument(*names, **how)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     if arguments is None:
-        signal.signal(signal.SIGTERM, _stopped)
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
     try:
         status = options.run(options)
         sys.stdout.flush()
@@ -78,10 +78,6 @@ def main(arguments=None):
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, what is left to be written goes nowhere
         print(f"mathpost: standard output: {error.strerror or error}", file=sys.stderr)
         return 2
-
-
-def _stopped(*_):
-    raise KeyboardInterrupt
 
 
 def _joined(arguments):
@@ -166,7 +162,7 @@ def _post(options):
         split=options.split,
         compare=options.compare,
         errors=read_errors(options.errors, setup) if options.errors else None,
-        progress=_stage if sys.stderr.isatty() else None,
+        progress=(lambda name: print(f"{name} …", file=sys.stderr)) if sys.stderr.isatty() else None,
     )
     _write(options.output, result.program, inputs=list(filter(None, (options.cl, options.machine, options.errors))))
     print(result.report, file=sys.stderr)
@@ -179,10 +175,6 @@ def _write(path, text, inputs=()):
         write_text(path, text, inputs=inputs)
     else:
         print(text, end="")
-
-
-def _stage(name):
-    print(f"{name} …", file=sys.stderr)
 
 
 @_command(
@@ -239,9 +231,12 @@ def _check(options):
         if options.marked is not None:
             workbook.mark(report, options.marked)
         return report.status
-    summary = workbook.check_folder(
-        options.path, task, marked=options.marked, language=options.language, progress=_progress
-    )
+
+    def progress(done, total, path):
+        print(f"{done}/{total} {path.name}", file=sys.stderr)
+
+    how = {"marked": options.marked, "language": options.language, "progress": progress}
+    summary = workbook.check_folder(options.path, task, **how)
     for path, text in ((options.csv, summary.to_csv), (options.html, summary.to_html)):
         if path is not None:
             write_bytes(path, text().encode())
@@ -259,10 +254,6 @@ def _task(options):
     names = ("sequence", "convention", "angles", "point", "origin", "cells", "machine")
     given |= {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     return workbook.Task(**given)
-
-
-def _progress(done, total, path):
-    print(f"{done}/{total} {path.name}", file=sys.stderr)
 
 
 @_command(
