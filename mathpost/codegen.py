@@ -99,12 +99,8 @@ def machine(kin, language):
     comment = "\n".join([title, *_header(kin), " */"])
     if language == "js":
         return f"{comment}\n{body(kin)}\nexport {{ {', '.join(EXPORTS)} }};\n"
-    derived = kin.inverse_symbolic
-    outer, inner = kin.symbols.index(derived.outer), kin.symbols.index(derived.inner)
-    functions = "\n\n".join(function(name, *pair, "c") for name, pair in _functions(kin).items())
-    glue = _C_INVERSE.format(outer=outer, inner=inner, tolerance=REACH_TOLERANCE, pole=AT_POLE)
-    public = re.sub(r"static (void (?:places|forward|jacobian|close_loop)\()", r"\1", functions)
-    return f"{comment}\n#include <math.h>\n\n{public}\n{glue}"
+    public = re.sub(r"static (void (?:places|forward|jacobian|close_loop)\()", r"\1", _printed(kin, "c"))
+    return f"{comment}\n#include <math.h>\n\n{public}"
 
 
 EXPORTS = ("bodies", "places", "forward", "jacobian", "close", "inverse")
@@ -112,13 +108,17 @@ EXPORTS = ("bodies", "places", "forward", "jacobian", "close", "inverse")
 
 def body(kin, *, jacobian=True):
     """Print a machine as JavaScript without exports, to stand inside of a page: it defines the `EXPORTS`."""
-    derived = kin.inverse_symbolic
-    outer, inner = kin.symbols.index(derived.outer), kin.symbols.index(derived.inner)
-    wanted = {name: pair for name, pair in _functions(kin).items() if jacobian or name != "jacobian"}
-    functions = "\n\n".join(function(name, *pair) for name, pair in wanted.items())
     names = ", ".join(f'"{name}"' for name, _ in chain.bodies(kin.machine))
-    glue = _JS_INVERSE.format(outer=outer, inner=inner, tolerance=REACH_TOLERANCE, pole=AT_POLE)
-    return f"const bodies = [{names}];\n\n{functions}\n{glue}"
+    return f"const bodies = [{names}];\n\n{_printed(kin, 'js', jacobian)}"
+
+
+def _printed(kin, language, jacobian=True):
+    """All functions of a machine in one language, the inverse made of them by hand."""
+    pairs = {name: pair for name, pair in _functions(kin).items() if jacobian or name != "jacobian"}
+    functions = "\n\n".join(function(name, *pair, language) for name, pair in pairs.items())
+    outer, inner = (kin.symbols.index(s) for s in (kin.inverse_symbolic.outer, kin.inverse_symbolic.inner))
+    inverse = {"js": _JS_INVERSE, "c": _C_INVERSE}[language]
+    return f"{functions}\n{inverse.format(outer=outer, inner=inner, tolerance=REACH_TOLERANCE, pole=AT_POLE)}"
 
 
 def _functions(kin):

@@ -12,7 +12,7 @@ from mathpost.course.verdict import slip
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
-from mathpost.post import program, run, travel, yu_dan
+from mathpost.post import program, run, yu_dan
 from mathpost.post.between_blocks import deviation
 from mathpost.post.motion import linearize
 
@@ -157,7 +157,7 @@ def unproved(text):
     kin, path = load("bc_table"), cldata.parse(new_path(), "the CL data")
     blocks = program.read(text, kin.machine, name="your program")
     joints = kin.close(blocks.joints[:, :3], blocks.joints[:, 3:]) if blocks.tcp else blocks.joints
-    if out := [words for each in joints for words in travel.out_of_travel(kin.machine, each)]:
+    if out := [words for each in joints for words in kin.machine.out_of_travel(each)]:
         return f"Out of travel: {out[0]}."
     tip, axis = kin.forward(joints)
     at = 0

@@ -13,7 +13,7 @@ def datum_after_rotation(centre_a, centre_b, point):
     """Turn A and B and see where a point of the part goes: both stack orders, and one centre for both axes."""
     tables = {order: work_offset.ab_table(centre_a, centre_b, order=order) for order in ("AB", "BA")}
     common = (centre_b[0], centre_a[1], centre_b[2])
-    tables["AB, one centre"] = work_offset.with_common_centre(tables["AB"], common)
+    tables["AB, one centre"] = work_offset.ab_table(common, common, order="AB")
     roles = {"first branch": "-", "second branch": "--", "published": ":"}
     symbols, way = sp.symbols("A B", real=True), [k / 10 for k in range(11)]
 

@@ -12,7 +12,7 @@ from mathpost.draw.formula import slider
 from mathpost.draw.live import Live
 from mathpost.draw.scene import Line, Scene
 from mathpost.draw.solid import Turned, across, ring
-from mathpost.post import selection, travel
+from mathpost.post import selection
 from mathpost.post.singular import distance, regions
 
 CONE = np.radians(1.0)  # about the singular tool axes
@@ -201,7 +201,7 @@ def _words(kin, joints):
     """Joints as NC words, and what is out of travel."""
     shown = np.r_[joints[:3], np.degrees(joints[3:])]
     words = " ".join(f"{name}{value:z.3f}" for name, value in zip(kin.machine.joint_names, shown, strict=True))
-    return "; ".join([words, *travel.out_of_travel(kin.machine, joints)])
+    return "; ".join([words, *kin.machine.out_of_travel(joints)])
 
 
 def pose_text(kin, joints):

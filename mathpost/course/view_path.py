@@ -103,7 +103,7 @@ def travel_limit(kin, cl, records, high):
     price.set(xlabel=f"{name} from, degrees", ylabel="seconds", ylim=(0, 6.5))
     lines, dots = {}, {}
     for way in ways:
-        style = {"color": plot.COLOUR[way], "linestyle": plot.STYLE.get(way, "-")}
+        style = {"color": plot.COLOUR[way], "linestyle": plot.STYLE[way]}
         price.plot(lows, [each[way].cost for each in found], **style, label=way)
         lines[way] = tilt.plot(places, places, linewidth=2.5, **style)[0]
         dots[way] = price.plot([], [], "o", color=plot.COLOUR[way])[0]
