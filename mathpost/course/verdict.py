@@ -1,7 +1,7 @@
 """One exercise: its solution, the mix-ups that give a wrong answer, all of them computed, and the verdict.
 
-The exercises of the lessons stand in `mathpost.course.exercises_rotation` and its neighbours; the learner meets
-them through `mathpost.course.exercise`, and so does a teacher who writes one.
+The exercises of the lessons stand in `mathpost.course.exercises_rotation` and its neighbours, their words in
+`exercises.toml`; the learner meets them through `mathpost.course.exercise`, and so does a teacher who writes one.
 """
 
 import ast
