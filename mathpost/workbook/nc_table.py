@@ -43,7 +43,7 @@ class Words(Calculation):
         rotary, self.votes = nearest(now[:, 3:], both, preferred=self.preferred)
         self.radians = np.deg2rad(rotary)
         linear = self.kinematics.close(tip, self.radians)[:, :3]
-        self.should_be(self.results, np.concatenate([linear, rotary], axis=-1))
+        self.should_be(self.results, np.concatenate([linear, rotary], axis=-1).T)
 
     def draw(self, rng, units):
         """Place → samples, of tool axes at random, in travel, away from the pole, all around the other axis."""
@@ -151,12 +151,10 @@ def judge_numbers(rows, values):
     half_axis = 0.0 if (axis % 1 == 0).all() else _half_digit(axis)
     case = JointCase(kinematics, axis, words[:, 3:], half_angle + 1e-9, half_axis)
     both, spread = case.both_branches(axis)
-    slack = spread + case.half_digit
-    off = (words[:, None, 3:] - both + 180) % 360 - 180
-    fits = np.abs(off) <= slack
-    branch = (fits.sum(axis=2) - np.nan_to_num(np.abs(off).max(axis=2), nan=999) / 1e4).argmax(axis=1)
-    n = np.arange(len(rows))
-    off, right, slack = off[n, branch], fits[n, branch] | case.makes_the_axis()[:, None], slack[n, branch]
+    slack = spread.max(axis=1) + case.half_digit
+    demanded, _ = nearest(words[:, 3:], both, slack=slack[:, None])
+    off = (words[:, 3:] - demanded + 180) % 360 - 180
+    right = (np.abs(off) <= slack) | case.makes_the_axis()[:, None]
     demanded = words[:, 3:] - np.where(right, 0, off)
     linear, from_words = (kinematics.close(tip, np.deg2rad(angles))[:, :3] for angles in (demanded, words[:, 3:]))
     reach = np.linalg.norm(from_words, axis=1, keepdims=True) + np.linalg.norm(tip, axis=1, keepdims=True)
@@ -184,7 +182,8 @@ def _half_digit(numbers):
 
 def looked_at(rows, values):
     """Yield what deserves a look in the words as they stand, place → number: travel, flips between rows."""
-    machine, own = rows[0].kinematics.machine, np.array([[values[p] for p in row.results] for row in rows])
+    machine = rows[0].kinematics.machine
+    own = np.array([[values[p] for p in row.results] for row in rows], dtype=float)
     low, high = np.where(np.arange(5) > 2, np.rad2deg(machine.limits.T), machine.limits.T)
     lines = [row.results[0][1] for row in rows]
     for k, name in enumerate(machine.joint_names):

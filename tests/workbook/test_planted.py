@@ -12,7 +12,7 @@ from mathpost.workbook import Task, check_file
 from mathpost.workbook.file import read
 from mathpost.workbook.graph import Graph
 from tests.workbook import layouts, machining_sheets, mistakes, score
-from tests.workbook.cells import SAMPLES, Array, Book, Values, formula_of, save
+from tests.workbook.cells import SAMPLES, Array, Book, Values, formula_of, letters, save
 
 COUNT = 80
 
@@ -79,6 +79,36 @@ def test_a_slip_in_an_elementary_matrix_is_found_there(author, tmp_path):
     assert seen > 8
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_all_dollars_lost_at_once_are_named(seed, tmp_path):
+    """A formula copied down without any of its $, in a table of points, from the second row on."""
+    book = layouts.many_points(np.random.default_rng(seed))
+    values, path, seen = Values(book), tmp_path / "sheet.xlsx", 0
+    lost = [changes for cause, changes in mistakes.wide_slips(book) if cause == "missing $"]
+    for changes in sorted(lost, key=len)[-3:]:
+        slip = mistakes.judge(book, values, "missing $", changes)
+        if slip.verdict == "wrong":
+            case = score.make_case("slip", book, slip, values)
+            save(path, case.book, case.values)
+            counts, said = score.judge(case, path)
+            assert counts == {"first cell", "cause"}, f"{case.planted()}: {said}"
+            seen += 1
+    assert seen
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5])
+def test_two_angles_wrong_in_one_formula(seed, tmp_path):
+    """Both references to γ in a product of sines and cosines are made α."""
+    book, path = layouts.direct_elements(np.random.default_rng(seed)), tmp_path / "sheet.xlsx"
+    values, (first, _, last) = Values(book), (f"${letters(k[2])}${k[1]}" for k in book.inputs[0][0])
+    key = next(key for key in book.formulas() if formula_of(book.cells[key]).count(last) == 2)
+    slip = mistakes.judge(book, values, "wrong angle", {key: formula_of(book.cells[key]).replace(last, first)})
+    case = score.make_case("slip", book, slip, values)
+    save(path, case.book, case.values)
+    counts, said = score.judge(case, path)
+    assert counts == {"first cell", "cause"}, f"{case.planted()}: {said}"
+
+
 def test_the_sheet_of_the_source_has_lucky_references():
     """At the source's own angles many wrong references leave every value as it is: numbers alone do not tell."""
     lucky = 0
@@ -96,7 +126,7 @@ def test_the_graph_has_the_values_that_the_generator_has(tmp_path):
         path = tmp_path / "sheet.xlsx"
         save(path, case.book, case.values)
         inputs = {key: case.values[key] for key in case.book.input_cells()}
-        found = Graph(read(path)).run(inputs, fixed=inputs)
+        found = Graph(read(path)).run(inputs)
         for key in case.book.formulas():
             for cell in mistakes.spilled(case.book, key):
                 value = case.values[cell]

@@ -327,6 +327,8 @@ def test_a_class(tmp_path):
     assert "1 not read, 1 right, 1 wrong" in str(summary) and "<table>" in summary._repr_html_()
     chinese = workbook.check_folder(folder, marked=folder / "marked", language="zh")
     assert "矩阵乘积顺序" in chinese.to_csv() and "正确" in chinese.to_html()
+    shutil.copy(RIGHT, folder / "=1+1.xlsx")
+    assert "\r\n'=1+1.xlsx,right" in workbook.check_folder(folder, marked=folder / "marked").to_csv()
     with pytest.raises(InputError):
         workbook.check_folder(tmp_path / "nowhere")
 
