@@ -57,7 +57,7 @@ def main(arguments=None):
             command.add_argument(*names, **how)
     options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     if arguments is None:
-        signal.signal(signal.SIGTERM, _stopped)
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
     try:
         status = options.run(options)
         sys.stdout.flush()
@@ -78,10 +78,6 @@ def main(arguments=None):
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, what is left to be written goes nowhere
         print(f"mathpost: standard output: {error.strerror or error}", file=sys.stderr)
         return 2
-
-
-def _stopped(*_):
-    raise KeyboardInterrupt
 
 
 def _joined(arguments):
@@ -166,19 +162,19 @@ def _post(options):
         split=options.split,
         compare=options.compare,
         errors=read_errors(options.errors, setup) if options.errors else None,
-        progress=_stage if sys.stderr.isatty() else None,
+        progress=(lambda name: print(f"{name} …", file=sys.stderr)) if sys.stderr.isatty() else None,
     )
-    if options.output:
-        inputs = [each for each in (options.cl, options.machine, options.errors) if each]
-        write_text(options.output, result.program, inputs=inputs)
-    else:
-        print(result.program, end="")
+    _write(options.output, result.program, inputs=list(filter(None, (options.cl, options.machine, options.errors))))
     print(result.report, file=sys.stderr)
     return 0
 
 
-def _stage(name):
-    print(f"{name} …", file=sys.stderr)
+def _write(path, text, inputs=()):
+    """Write a file, or to standard output if there is no `path`."""
+    if path:
+        write_text(path, text, inputs=inputs)
+    else:
+        print(text, end="")
 
 
 @_command(
@@ -218,10 +214,8 @@ def _calibrate(options):
     _arg("--sequence", help="ZXZ, ZYX, … about turned axes, zyx about fixed ones"),
     _arg("--convention", choices=("active", "passive")),
     _arg("--angles", type=_vector, metavar="A,B,C", help="degrees, to be found in the input cells"),
-    *(
-        _arg(f"--{name}", type=_vector, metavar="A,B,C", help="to be found in the input cells")
-        for name in ("point", "origin")
-    ),
+    _arg("--point", type=_vector, metavar="X,Y,Z", help="to be found in the input cells"),
+    _arg("--origin", type=_vector, metavar="X,Y,Z", help="to be found in the input cells"),
     _arg("--cells", type=_cells, metavar="NAME=RANGE,…", help="angles=B2:B4,point=C2:C4,result=D2:D4"),
     _file("--machine", help="machine file: a table of CL data and NC words"),
     _file("--marked", metavar="OUT", help="copy with coloured cells; of a folder, a folder"),
@@ -237,9 +231,12 @@ def _check(options):
         if options.marked is not None:
             workbook.mark(report, options.marked)
         return report.status
-    summary = workbook.check_folder(
-        options.path, task, marked=options.marked, language=options.language, progress=_progress
-    )
+
+    def progress(done, total, path):
+        print(f"{done}/{total} {path.name}", file=sys.stderr)
+
+    how = {"marked": options.marked, "language": options.language, "progress": progress}
+    summary = workbook.check_folder(options.path, task, **how)
     for path, text in ((options.csv, summary.to_csv), (options.html, summary.to_html)):
         if path is not None:
             write_bytes(path, text().encode())
@@ -259,10 +256,6 @@ def _task(options):
     return workbook.Task(**given)
 
 
-def _progress(done, total, path):
-    print(f"{done}/{total} {path.name}", file=sys.stderr)
-
-
 @_command(
     "print",
     "forward, inverse and Jacobian of a machine as JavaScript, C or LaTeX",
@@ -272,11 +265,7 @@ def _progress(done, total, path):
 )
 def _print(options):
     """Print the functions of a machine."""
-    text = codegen.machine(Kinematics(machine.load(options.machine)), options.to)
-    if options.output:
-        write_text(options.output, text)
-    else:
-        print(text, end="")
+    _write(options.output, codegen.machine(Kinematics(machine.load(options.machine)), options.to))
     return 0
 
 
@@ -313,29 +302,25 @@ def _explain(options):
     """Print what gives the answer; 0 if it is right, 1 if not."""
     results = options.result or []
     if options.machine is not None:
-        _need(options, axis="--axis", result="--result")
+        _need(options, "axis", "result")
         kinematics = Kinematics(machine.load(options.machine))
         found = explain_joints(kinematics, *_alone(options.axis, results))
-    elif options.matrix is not None:
-        _need(options, angles="--angles")
-        rows = [options.matrix[n : n + 3] for n in (0, 3, 6)]
-        found = explain(options.angles, None, rows, sequence=options.sequence.upper())
     else:
-        _need(options, angles="--angles", point="--point", result="--result")
-        found = explain(
-            options.angles,
-            *_alone(options.point, results),
-            sequence=options.sequence.upper(),
-            origin=options.origin,
-        )
+        if options.matrix is not None:
+            _need(options, "angles")
+            pair = None, [options.matrix[n : n + 3] for n in (0, 3, 6)]
+        else:
+            _need(options, "angles", "point", "result")
+            pair = _alone(options.point, results)
+        found = explain(options.angles, *pair, sequence=options.sequence.upper(), origin=options.origin)
     print(found)
     return int(not found.right)
 
 
-def _need(options, **flags):
-    for name, flag in flags.items():
+def _need(options, *names):
+    for name in names:
         if not getattr(options, name):
-            raise InputError("explain", flag, "nothing")
+            raise InputError("explain", f"--{name}", "nothing")
 
 
 def _alone(given, results):

@@ -1,9 +1,10 @@
 """A rotation as three angles in sequence, as an axis and an angle, and as a quaternion, to and from the matrix.
 
-A sequence is named as in SciPy: upper case turns about the axes as already turned (``"ZXZ"``: Z, new X, newest Z;
-intrinsic), lower case about the fixed ones (``"xyz"``; extrinsic). Matrices are active: their columns are the axes
-of the turned frame. Angles are radians unless `degrees`. `InputError` is raised for an unknown sequence, for what
-is not finite numbers of the shape stated, a matrix that is no rotation and a direction of length zero.
+A `sequence` is named as in SciPy: upper case, one of `SEQUENCES`, turns about the axes as already turned
+(``"ZXZ"``: Z, new X, newest Z; intrinsic), the same in lower case about the fixed ones (``"xyz"``; extrinsic).
+Three angles stand in the order of the sequence, shape (..., 3), radians unless `degrees`. Matrices are active,
+shape (..., 3, 3): their columns are the axes of the turned frame. `InputError` is raised for an unknown sequence,
+for what is not finite numbers of the shape stated, a matrix that is no rotation and a direction of length zero.
 """
 
 from functools import lru_cache
@@ -19,18 +20,7 @@ LOCK = 1e-13  # first and last axis are parallel if the sine between them is bel
 
 
 def matrix(sequence, angles, *, degrees=False):
-    """Return the active matrix of three angles in sequence.
-
-    Parameters
-    ----------
-    sequence : str
-        One of `SEQUENCES`, or the same in lower case.
-    angles : array_like, shape (..., 3), or three sympy expressions
-        In the order of the sequence.
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3), or sympy.Matrix
+    """Return the active matrix of three angles in sequence; of sympy expressions a sympy.Matrix.
 
     Examples
     --------
@@ -53,20 +43,8 @@ def angles(sequence, matrix, *, lock="third", degrees=False):
     Where the first and the last axis are parallel only the sum or the difference of the first and the third
     angle is defined (gimbal lock): then the one named by `lock` is 0 and the other takes it all. The angles
     always give the matrix back to rounding, also beside the lock, because the third is read after the first has
-    been taken off.
-
-    Parameters
-    ----------
-    sequence : str
-        One of `SEQUENCES`, or the same in lower case.
-    matrix : array_like, shape (..., 3, 3)
-    lock : str, keyword only
-        ``"first"`` or ``"third"``, counted in the order of the sequence as it is written.
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        In the order of the sequence; in (−π, π].
+    been taken off. They are in (−π, π]. `lock` is ``"first"`` or ``"third"``, counted in the order of the sequence
+    as it is written.
 
     Examples
     --------
@@ -89,21 +67,9 @@ def is_locked(sequence, matrix):
 def from_direction(sequence, direction, third=0.0, *, degrees=False):
     """Return the angles of the intrinsic `sequence` that turn its last axis into `direction`.
 
-    Two angles are enough for a direction, the third is free: it turns the frame about it. Along the first axis
-    itself the first angle is free as well, and 0.
-
-    Parameters
-    ----------
-    sequence : str
-        One of `SEQUENCES`, not extrinsic.
-    direction : array_like, shape (..., 3)
-        Of any length above zero.
-    third : array_like, shape (...)
-        Returned as given.
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
+    Two angles are enough for a `direction`, shape (..., 3), of any length above zero. The third is free and
+    returned as given: it turns the frame about it. Along the first axis itself the first angle is free as well,
+    and 0.
 
     Examples
     --------

@@ -37,7 +37,7 @@ def function(name, outputs, arguments, language="js"):
     """
     named = dict(zip(arguments, sp.symbols(f"q:{len(arguments)}"), strict=True))
     exact = [in_floats(sp.sympify(entry)).xreplace(named) for entry in outputs]
-    common, results = sp.cse(exact, symbols=sp.numbered_symbols("t"), optimizations="basic")
+    common, results = sp.cse(exact, symbols=sp.numbered_symbols("t"))
     head, number, code = _DIALECTS[language]
     used = set().union(*(entry.free_symbols for entry in exact)) if exact else set()
     lines = [
@@ -99,12 +99,8 @@ def machine(kin, language):
     comment = "\n".join([title, *_header(kin), " */"])
     if language == "js":
         return f"{comment}\n{body(kin)}\nexport {{ {', '.join(EXPORTS)} }};\n"
-    derived = kin.inverse_symbolic
-    outer, inner = kin.symbols.index(derived.outer), kin.symbols.index(derived.inner)
-    functions = "\n\n".join(function(name, *pair, "c") for name, pair in _functions(kin).items())
-    glue = _C_INVERSE.format(outer=outer, inner=inner, tolerance=REACH_TOLERANCE, pole=AT_POLE)
-    public = re.sub(r"static (void (?:places|forward|jacobian|close_loop)\()", r"\1", functions)
-    return f"{comment}\n#include <math.h>\n\n{public}\n{glue}"
+    public = re.sub(r"static (void (?:places|forward|jacobian|close_loop)\()", r"\1", _printed(kin, "c"))
+    return f"{comment}\n#include <math.h>\n\n{public}"
 
 
 EXPORTS = ("bodies", "places", "forward", "jacobian", "close", "inverse")
@@ -112,13 +108,17 @@ EXPORTS = ("bodies", "places", "forward", "jacobian", "close", "inverse")
 
 def body(kin, *, jacobian=True):
     """Print a machine as JavaScript without exports, to stand inside of a page: it defines the `EXPORTS`."""
-    derived = kin.inverse_symbolic
-    outer, inner = kin.symbols.index(derived.outer), kin.symbols.index(derived.inner)
-    wanted = {name: pair for name, pair in _functions(kin).items() if jacobian or name != "jacobian"}
-    functions = "\n\n".join(function(name, *pair) for name, pair in wanted.items())
     names = ", ".join(f'"{name}"' for name, _ in chain.bodies(kin.machine))
-    glue = _JS_INVERSE.format(outer=outer, inner=inner, tolerance=REACH_TOLERANCE, pole=AT_POLE)
-    return f"const bodies = [{names}];\n\n{functions}\n{glue}"
+    return f"const bodies = [{names}];\n\n{_printed(kin, 'js', jacobian)}"
+
+
+def _printed(kin, language, jacobian=True):
+    """All functions of a machine in one language, the inverse made of them by hand."""
+    pairs = {name: pair for name, pair in _functions(kin).items() if jacobian or name != "jacobian"}
+    functions = "\n\n".join(function(name, *pair, language) for name, pair in pairs.items())
+    outer, inner = (kin.symbols.index(s) for s in (kin.inverse_symbolic.outer, kin.inverse_symbolic.inner))
+    inverse = {"js": _JS_INVERSE, "c": _C_INVERSE}[language]
+    return f"{functions}\n{inverse.format(outer=outer, inner=inner, tolerance=REACH_TOLERANCE, pole=AT_POLE)}"
 
 
 def _functions(kin):
@@ -239,5 +239,5 @@ _LATEX = r"""\documentclass{article}
 
 def _shared(names, outputs, letter="t"):
     """Pairs of name and expression, the common parts first as t_0, t_1, …"""
-    common, results = sp.cse(list(outputs), symbols=sp.numbered_symbols(f"{letter}_"), optimizations="basic")
+    common, results = sp.cse(list(outputs), symbols=sp.numbered_symbols(f"{letter}_"))
     return [(_tex(symbol), value) for symbol, value in common] + list(zip(names, results, strict=True))

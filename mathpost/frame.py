@@ -177,7 +177,7 @@ class CsyTransform:
     phi: float = 0.0
 
     def __post_init__(self):
-        self.update(self.x0, self.y0, self.z0, self.theta, self.psi, self.phi)
+        self.update(*self.parameters)
 
     def update(self, x0, y0, z0, theta, psi, phi):
         """Set all six parameters anew, in place, and return the transform."""

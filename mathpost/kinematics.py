@@ -223,13 +223,16 @@ class Kinematics:
 
         `tip` has shape (..., 3), mm in the workpiece; `rotary` (..., 2), radians in the order of the machine file.
         """
-        tip, rotary = np.asarray(tip, dtype=float), np.asarray(rotary, dtype=float)
-        linear = self._linear(*np.moveaxis(tip, -1, 0), *np.moveaxis(rotary, -1, 0))
+        tip, rotary, derived = np.asarray(tip, dtype=float), np.asarray(rotary, dtype=float), self.inverse_symbolic
+        closing = numeric(derived.linear, (*derived.tip, *self.symbols[3:]))
+        linear = closing(*np.moveaxis(tip, -1, 0), *np.moveaxis(rotary, -1, 0))
         return np.concatenate([linear, np.broadcast_to(rotary, (*linear.shape[:-1], 2))], axis=-1)
 
     def reach_terms(self, axis):
         """Return r − D and r + D of `Inverse` for unit tool axes (..., 3): 0 at the ends of reach, NaN beyond."""
-        terms = self._reach_terms(*np.moveaxis(np.asarray(axis, dtype=float), -1, 0))
+        derived = self.inverse_symbolic
+        evaluate = numeric((derived.below, derived.above), derived.axis)
+        terms = evaluate(*np.moveaxis(np.asarray(axis, dtype=float), -1, 0))
         terms[terms < -REACH_TOLERANCE] = np.nan
         return np.moveaxis(np.maximum(terms, 0, out=terms), -1, 0)
 
@@ -237,16 +240,6 @@ class Kinematics:
     def _pose(self):
         matrix = self.forward_symbolic()
         return numeric((*matrix[:3, 3], *matrix[:3, 2]), self.symbols)
-
-    @cached_property
-    def _linear(self):
-        derived = self.inverse_symbolic
-        return numeric(derived.linear, (*derived.tip, *self.symbols[3:]))
-
-    @cached_property
-    def _reach_terms(self):
-        derived = self.inverse_symbolic
-        return numeric((derived.below, derived.above), derived.axis)
 
     @cached_property
     def _both_branches(self):

@@ -18,7 +18,8 @@ PROGRAM = {"program_head": "head", "program_foot": "foot", "tool_change": "tool_
 LETTERS = ("X", "Y", "Z")
 LARGEST = 1e9  # of any number
 ENDLESS = (-math.inf, math.inf)
-TRAVEL_TOLERANCE = 1e-9  # mm and radians
+TRAVEL_TOLERANCE = 1e-9  # mm and radians, by which a joint may stand beyond an end of its travel
+UNITS = np.array([1, 1, 1, np.degrees(1), np.degrees(1)])  # mm and degrees of one mm or radian of each joint
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ class Rotary:
         >>> c.nearest_turn(90, 350), c.nearest_turn(10, 350), c.nearest_turn(-20, 300)
         (90.0, 10.0, 340.0)
         """
-        ends = np.degrees(np.add(self.limits, (-TRAVEL_TOLERANCE, TRAVEL_TOLERANCE)))
+        ends = np.degrees(_widened(self.limits))
         low, high = np.ceil((ends[0] - angle) / 360), np.floor((ends[1] - angle) / 360)
         return float(angle + 360 * np.clip(np.round((present - angle) / 360), low, high)) if low <= high else np.nan
 
@@ -144,6 +145,40 @@ class Machine:
         return limits
 
     @property
+    def ends(self):
+        """`limits` and what a joint may stand beyond them by rounding: the one place that says so."""
+        return _widened(self.limits)
+
+    @property
+    def endless(self):
+        """Which of the five joints are rotary axes without an end of travel, shape (5,)."""
+        return ~np.isfinite(self.limits).all(axis=1) & (np.arange(5) > 2)
+
+    def within(self, joints):
+        """Return whether each of the joints, shape (..., 5) in mm and radians, is inside travel; NaN is not."""
+        low, high = self.ends.T
+        return (low <= joints) & (joints <= high)
+
+    def out_of_travel(self, joints):
+        """Return a sentence for each of the joints, shape (5,) in mm and radians, that is outside travel.
+
+        Examples
+        --------
+        >>> load("dmu50v").out_of_travel([0, 0, 900, 0, 7])
+        ['Z 900.000mm is outside -200 … 200']
+        """
+        moved = np.r_[self.slides, 0, 0]  # where the slides are
+        columns = self.joint_names, joints, self.limits, moved, UNITS, ("mm", "mm", "mm", "°", "°")
+        return [
+            f"{'slide ' * bool(by)}{name} {(value + by) * unit:.3f}{letter} is outside "
+            f"{(low + by) * unit:g} … {(high + by) * unit:g}"
+            for (name, value, (low, high), by, unit, letter), inside in zip(
+                zip(*columns, strict=True), self.within(joints), strict=True
+            )
+            if not inside
+        ]
+
+    @property
     def max_rates(self):
         """Greatest rates of the five joints, shape (5,): mm/s and rad/s, NaN where not stated."""
         return np.array([joint.max_rate for joint in (*self.linear, *self.rotary)], dtype=float)
@@ -169,6 +204,10 @@ class Machine:
                 raise InputError("tool length", "mm, not negative", f"{tool_length}")
             changes["tool_length"] = float(tool_length)
         return replace(self, **changes)
+
+
+def _widened(limits):
+    return np.add(limits, (-TRAVEL_TOLERANCE, TRAVEL_TOLERANCE))
 
 
 def load(path):

@@ -188,11 +188,9 @@ def zxz_steps(recipe, angles, point, *, elementary=PASSIVE, degrees=False):
     values = {"−α, −β, −γ": [-angle for angle in angles]} if recipe == "left" else {}
     for name in build(0, 0, 0):
         values[name] = from_angles(lambda a, b, c, name=name: build(a, b, c, elementary)[name], angles, degrees)
-    matrix = values[name]
-    if isinstance(matrix, sp.MatrixBase):
-        values["x', y', z'"] = matrix * sp.Matrix(point)
-    else:
-        values["x', y', z'"] = (matrix @ as_array(point, 3, "point")[..., None])[..., 0]
+    matrix, exact = values[name], isinstance(values[name], sp.MatrixBase)
+    moved = matrix * sp.Matrix(point) if exact else (matrix @ as_array(point, 3, "point")[..., None])[..., 0]
+    values["x', y', z'"] = moved
     return [Step(number, *step) for number, step in enumerate(values.items(), 0 if recipe == "left" else 1)]
 
 
@@ -241,19 +239,11 @@ def _as_angles(angles, degrees):
 def numeric(expression, arguments):
     """Compile a sympy expression into a function of NumPy arrays: the one place that does, and remembers it.
 
-    What the entries have in common is computed once. Large arrays go through in pieces of `SLICE` elements, so that
-    the intermediate results stay in the processor's cache.
-
-    Parameters
-    ----------
-    expression : sympy expression, ImmutableMatrix or tuple of expressions
-    arguments : tuple of sympy symbols
-
-    Returns
-    -------
-    callable
-        Takes numbers or arrays, broadcast against each other to shape ``(...)``, and returns a float array of shape
-        ``(...)``, ``(..., rows, columns)`` or ``(..., len(tuple))``.
+    `expression` is one expression, an ImmutableMatrix or a tuple of expressions, `arguments` a tuple of symbols.
+    The function takes numbers or arrays, broadcast against each other to shape ``(...)``, and returns a float array
+    of shape ``(...)``, ``(..., rows, columns)`` or ``(..., len(tuple))``. What the entries have in common is
+    computed once. Large arrays go through in pieces of `SLICE` elements, so that the intermediate results stay in
+    the processor's cache.
 
     Examples
     --------

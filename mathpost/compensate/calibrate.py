@@ -11,18 +11,16 @@ Student's t for the degrees of freedom after Welch and Satterthwaite (GUM, annex
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
-from os import PathLike
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from mathpost.compensate import readings as files
-from mathpost.compensate.model import SQUARENESS, JointTable, MachineErrors, error_names
+from mathpost.compensate.model import SQUARENESS, MachineErrors, error_names, table_position
 from mathpost.errors import InputError, ReachError
-from mathpost.measure import spline
+from mathpost.measure import rotary_axis
 from mathpost.measure.fit import Value, coverage_factor, least_squares
-from mathpost.measure.rotary_axis import square_to
 from mathpost.rotation import unit
 
 DEPENDENT = 1e-5  # of a column that others leave: below it the readings do not tell the unknown from theirs
@@ -34,12 +32,12 @@ SMALL = 1e-3  # of a rotary axis' direction: a component that its positioning er
 class Calibration:
     """What readings say about a machine, `nominal` as the control believed it to be.
 
-    `values` takes the unknowns of the geometry to what the machine has more than `nominal`, mm or radians,
-    `positioning` has a `mathpost.compensate.readings.Positioning` for each axis measured, as the one estimate has
-    it. `parts` are pairs for each file: what it contributes to the covariance of all unknowns, geometry first, and
-    its degrees of freedom. `assumed` takes an unknown that stays at zero to the reason, `noise` a file to the
-    standard deviation of a reading and its degrees of freedom. `bar` has ``"length"``, by which the test bar is
-    longer than the tool of `nominal`, and ``"radius"`` of its ball, those that were measured, as `Value`.
+    `values` takes the unknowns of the geometry to what the machine has more than `nominal`, mm or radians;
+    `positioning` has a `Positioning` for each axis measured, as the one estimate has it. `parts` are pairs for each
+    file: what it contributes to the covariance of all unknowns, geometry first, and its degrees of freedom.
+    `assumed` takes an unknown that stays at zero to the reason, `noise` a file to the standard deviation of a
+    reading and its degrees of freedom. `bar` has, as `Value`, what was measured of ``"length"``, by which the test
+    bar is longer than the tool of `nominal`, and the ``"radius"`` of its ball.
     """
 
     nominal: object
@@ -56,15 +54,15 @@ class Calibration:
         return self.value(self.values[name], np.eye(len(self.values))[index])
 
     def of(self, function):
-        """Return any number of the calibrated machine as `Value`: `function` takes a `mathpost.machine.Machine`."""
-        slopes = []
-        for name in self.values:
-            ends = [
-                function(corrected(self.nominal, self.values | {name: self.values[name] + h}))
-                for h in (1e-6, -1e-6)
-            ]
-            slopes.append((ends[0] - ends[1]) / 2e-6)
-        return self.value(float(function(self.machine)), np.array(slopes))
+        """Return numbers of the calibrated machine, each as `Value`: `function` takes a machine to a list."""
+
+        def at(name, value):
+            return np.array(function(corrected(self.nominal, self.values | {name: value})))
+
+        slopes = [(at(name, value + 1e-6) - at(name, value - 1e-6)) / 2e-6 for name, value in self.values.items()]
+        numbers = np.asarray(function(self.machine), dtype=float)
+        slopes = np.reshape(slopes, (len(self.values), len(numbers)))
+        return [self.value(number, slope) for number, slope in zip(numbers.tolist(), slopes.T, strict=True)]
 
     @cached_property
     def machine(self):
@@ -76,33 +74,26 @@ class Calibration:
         """What a machine file cannot say, as `MachineErrors` of `machine`: squareness and positioning."""
         names = error_names(self.machine)
         constant = np.array([self.values.get(name, 0.0) if name in SQUARENESS else 0.0 for name in names])
-        tables = []
+        curves = []
         for each in self.positioning:
-            curves = {
-                names.index(name): spline.through_all(
-                    spline.Points(each.at, values, 360.0 if each.endless else None)
-                )
-                for name, values in columns(self.machine, each).items()
-            }
-            tables.append(JointTable(each.joint, curves))
-        return MachineErrors(self.machine, constant, tuple(tables))
+            found = columns(self.machine, each).items()
+            curves += [(names.index(name), each.curve(column)) for name, column in found]
+        return MachineErrors(self.machine, constant, tuple(curves))
 
     def value(self, value, gradient):
         """Return a number with its U as `Value`, given its derivatives by `values`, then by all table entries."""
         gradient = np.pad(gradient, (0, len(self.parts[0][0]) - len(gradient)))
         shares = np.array([gradient @ part @ gradient for part, _ in self.parts])
         variance, freedoms = shares.sum(), np.array([freedom for _, freedom in self.parts])
-        freedom = float(variance**2 / (shares**2 / freedoms).sum()) if (shares**2 / freedoms).sum() > 0 else np.inf
-        return Value.of(value, float(np.sqrt(variance)), freedom)
+        spread = (shares**2 / freedoms).sum()
+        return Value.of(value, float(np.sqrt(variance)), float(variance**2 / spread) if spread > 0 else np.inf)
 
     def __str__(self):
         lines = [f"{'':6s} {'value':>10s} {'U 95 %':>9s}        k  freedom"]
         for name in self.values:
             each, (size, unit) = self[name], ((1e3, "µm  ") if name[1] in "XYZ12" else (1e6, "µrad"))
-            free = "∞" if np.isinf(each.freedom) else f"{each.freedom:.1f}"
-            lines.append(
-                f"{name:6s} {size * each.value:10.2f} {size * each.U:9.2f} {unit} {each.k:5.2f} {free:>8s}"
-            )
+            found = f"{size * each.value:10.2f} {size * each.U:9.2f} {unit} {each.k:5.2f}"
+            lines.append(f"{name:6s} {found} {each.free:>8s}")
         for each in self.positioning:
             name, (size, unit) = self.machine.joint_names[each.joint], _shown(each.joint)
             most = size * coverage_factor(each.freedom) * each.sigma.max()
@@ -121,13 +112,12 @@ class Calibration:
 
 
 def calibrate(machine, paths, *, squareness=None, **settings):
-    """Return the `Calibration` of `machine` from files of readings.
+    """Return the `Calibration` of `machine`, as the control believed it to be, from files of readings.
 
     Parameters
     ----------
     machine : mathpost.machine.Machine
-        As the control believed it to be when the readings were taken.
-    paths : sequence of paths, or of what `mathpost.compensate.readings.read` returns
+    paths : sequence of paths
         CSV files; see `mathpost.compensate.readings.template`.
     squareness : bool, optional, keyword only
         Whether the squareness of the slides is sought: if left out, only when a ballbar has seen them.
@@ -146,7 +136,7 @@ def calibrate(machine, paths, *, squareness=None, **settings):
     >>> f"{1e3 * found['EX0C'].value:.1f} ± {1e3 * found['EX0C'].U:.1f} µm"
     '10.1 ± 0.4 µm'
     """
-    read = [files.read(each, machine, **settings) if isinstance(each, str | PathLike) else each for each in paths]
+    read = [files.read(each, machine, **settings) for each in paths]
     seen = [each for each in read if isinstance(each, files.Positioning)]
     if len({each.joint for each in seen}) < len(seen):
         raise InputError(seen[-1].where, "one file of positioning for each axis", "a second one")
@@ -162,11 +152,9 @@ def calibrate(machine, paths, *, squareness=None, **settings):
 
 def unknowns(machine):
     """Return the names of the geometry's unknowns, those first that are given up last."""
-    letters = [(each, _across(each)[0]) for each in machine.rotary]
-    offsets = [f"E{direction}0{each.name}" for each, plane in letters for direction in plane]
-    tilts = [f"E{_turn(direction)}0{each.name}" for each, plane in letters for direction in plane]
+    first, second = (rotary_axis.location_errors(each)[0] for each in machine.rotary)
     spindle = ["EA0S", "EB0S"] if any(each.carries == "tool" for each in machine.rotary) else []
-    return [*offsets, *tilts, *spindle, *SQUARENESS]
+    return [*first[:2], *second[:2], *first[2:], *second[2:], *spindle, *SQUARENESS]
 
 
 def corrected(machine, values):
@@ -189,17 +177,11 @@ def corrected(machine, values):
 
 def _moved(machine, values):
     """The axes, points and tool of `machine` moved by `values`, in the coordinates of its slides."""
-    rotary = []
-    for each in machine.rotary:
-        names, plane = _across(each)
-        offset = plane @ [values.get(f"E{name}0{each.name}", 0.0) for name in names]
-        tilt = plane @ [values.get(f"E{_turn(name)}0{each.name}", 0.0) for name in names]
-        axis = unit(each.axis)
-        axis = unit(axis + np.cross(tilt, axis))
-        rotary.append(replace(each, axis=tuple(axis.tolist()), point=tuple((each.point + offset).tolist())))
+    values = dict.fromkeys(unknowns(machine), 0.0) | values
     tool = unit(machine.tool_axis)
     tool = unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
-    return replace(machine, rotary=tuple(rotary), tool_axis=tuple(tool.tolist()))
+    rotary = tuple(rotary_axis.corrected(each, values) for each in machine.rotary)
+    return replace(machine, rotary=rotary, tool_axis=tuple(tool.tolist()))
 
 
 def columns(machine, positioning):
@@ -219,14 +201,14 @@ class _Problem:
     def __init__(self, machine, blocks, tables, squareness):
         self.machine, self.blocks, self.tables, self.squareness = machine, blocks, tables, squareness
         self.names = unknowns(machine)
-        self.first = len(self.names) + np.cumsum([0, *(len(each.at) for each in tables)])
-        self.count, setups = int(self.first[-1]), []
+        self.entries = _slices(tables, len(self.names))
+        self.all_entries = slice(len(self.names), len(self.names) + sum(len(each.at) for each in tables))
+        self.count, setups = self.all_entries.stop, []
         for block in blocks:
             setups.append(self.count + 4 * block.setup)
             self.count += 4 * (int(block.setup.max()) + 1)
         self.kept = list(range(self.count))
-        sizes = [len(each.value) for each in (*blocks, *tables)]
-        self.group = np.repeat(np.arange(len(sizes)), sizes)
+        self.rows = _slices([*blocks, *tables])  # of each file
         self.observed = np.concatenate([each.value for each in (*blocks, *tables)])
         self.moves = np.zeros((18, len(self.names)))  # of the machine's axes, points and tool
         for column, name in enumerate(self.names):
@@ -234,17 +216,16 @@ class _Problem:
             self.moves[:, column] = np.subtract(*ends) / 2e-5
         self.poses = []  # joints, rows of the readings, what each table's entries weigh there
         if blocks:
-            self.setup, self.zeroed = (
-                np.concatenate(setups),
-                np.concatenate([b.zeroed + 0 * b.setup for b in blocks]),
-            )
+            self.setup = np.concatenate(setups)
+            self.zeroed = np.repeat([each.zeroed for each in blocks], [len(each.value) for each in blocks])
             self.target, self.direction, self.length, joints, reference = (
                 np.concatenate([getattr(block, name) for block in blocks])
                 for name in ("target", "direction", "length", "joints", "reference")
             )
             zeroed = np.flatnonzero(~np.isnan(reference[:, 0]))
             for at, rows in ((joints, np.arange(len(joints))), (reference[zeroed], zeroed)):
-                self.poses.append((at, rows, [_basis(each, self._position(at, each)) for each in tables]))
+                weights = [_weights(each, table_position(machine, at, each.joint)) for each in tables]
+                self.poses.append((at, rows, weights))
 
     def solve(self):
         """Estimate unknowns and noise in turn until neither changes."""
@@ -257,34 +238,29 @@ class _Problem:
             x, covariance, residuals, rows = least_squares(self._evaluate, self.observed, sigmas, x, where)
             spare = 1 - np.einsum("ij,jk,ik->i", rows, covariance, rows)
             before = sigmas.copy()
-            for number, block in enumerate(self.blocks):
-                own = self.group == number
+            for number, (block, own) in enumerate(zip(self.blocks, self.rows, strict=False)):
                 if np.isnan(block.sigma):
                     freedom[number] = spare[own].sum()
                     if freedom[number] < 0.5:
                         expected = "more readings than unknowns, or a line # sigma = deviation of a reading"
-                        raise InputError(block.where, expected, f"{own.sum()} readings, none to spare")
+                        raise InputError(block.where, expected, f"{len(block.value)} readings, none to spare")
                     sigmas[own] = max(np.sqrt((residuals[own] ** 2).sum() / freedom[number]), files.ROUNDING)
             if np.allclose(before, sigmas, rtol=1e-3):
                 break
         gain = covariance @ rows.T
-        parts = [(gain[:, own] @ gain[:, own].T, free) for own, free in zip(self._groups(), freedom, strict=True)]
+        parts = [(gain[:, own] @ gain[:, own].T, free) for own, free in zip(self.rows, freedom, strict=True)]
         full, deviations = np.zeros(self.count), np.zeros(self.count)
         full[self.kept], deviations[self.kept] = x, np.sqrt(np.diag(covariance))
         values = {name: float(full[n]) for n, name in enumerate(self.names) if name not in reasons}
         tables = tuple(
-            replace(each, value=full[start:stop], sigma=deviations[start:stop])
-            for each, start, stop in zip(self.tables, self.first, self.first[1:], strict=False)
+            replace(each, value=full[own], sigma=deviations[own])
+            for each, own in zip(self.tables, self.entries, strict=True)
         )
         noise = {
-            each.where: (float(sigmas[own][0]), free)
-            for each, own, free in zip(self.blocks, self._groups(), freedom, strict=False)
+            each.where: (float(sigmas[own.start]), free)
+            for each, own, free in zip(self.blocks, self.rows, freedom, strict=False)
         }
         return Calibration(self.machine, values, tables, tuple(parts), reasons, noise, {})
-
-    def _groups(self):
-        """Which readings came from each file."""
-        return [self.group == number for number in range(len(self.blocks) + len(self.tables))]
 
     def _keep_apart(self):
         """Keep the unknowns that the readings tell from those before them; return the reasons of the others.
@@ -315,7 +291,7 @@ class _Problem:
 
     def _evaluate(self, x):
         """The predicted readings and their derivatives by the unknowns that are kept."""
-        full, entries = np.zeros(self.count), slice(self.first[0], self.first[-1])
+        full = np.zeros(self.count)
         full[self.kept] = x
         gaps, derivatives = np.zeros(0), np.zeros((0, self.count))
         if self.poses:
@@ -327,10 +303,10 @@ class _Problem:
                 derivatives[rows] -= their
             gaps += self.zeroed * full[self.setup + 3]
             derivatives[np.arange(len(gaps)), self.setup + 3] += self.zeroed
-        eye = np.eye(self.count)[entries]
-        return np.concatenate([gaps, full[entries]]), np.vstack([derivatives, eye])[:, self.kept]
+        eye = np.eye(self.count)[self.all_entries]
+        return np.concatenate([gaps, full[self.all_entries]]), np.vstack([derivatives, eye])[:, self.kept]
 
-    def _gap(self, x, joints, rows, bases):
+    def _gap(self, x, joints, rows, weights):
         """How far the ball stands from the tip along each reading's direction; its derivatives by all unknowns."""
         values = dict(zip(self.names, x[: len(self.names)], strict=True))
         numbers = files.parameters(self.machine, self.length[rows])
@@ -340,8 +316,8 @@ class _Problem:
             turned, slide = np.eye(3)["ABC".index(name[1])], "XYZ".index(name[3])
             paths[name] = np.outer(slides[:, slide], np.cross(turned, np.eye(3)[slide]))
             actual[:, :3] += values[name] * paths[name]
-        for each, basis, start in zip(self.tables, bases, self.first, strict=False):
-            actual[:, each.joint] += basis @ x[start : start + len(each.at)]
+        for each, weight, own in zip(self.tables, weights, self.entries, strict=True):
+            actual[:, each.joint] += weight @ x[own]
         tip, by = (kernel(*actual.T, *numbers, self.length[rows]) for kernel in files.kernels(self.machine))
         along = np.einsum("ni,nji->nj", self.direction[rows], by[..., :3])  # the direction, in the workpiece
         slopes = -np.einsum("ni,nij->nj", along, by)
@@ -349,40 +325,25 @@ class _Problem:
         derivatives[:, : len(self.names)] = slopes[:, 5:23] @ self.moves
         for name, path in paths.items():
             derivatives[:, self.names.index(name)] += (slopes[:, :3] * path).sum(axis=1)
-        for each, basis, start in zip(self.tables, bases, self.first, strict=False):
-            derivatives[:, start : start + len(each.at)] = slopes[:, [each.joint]] * basis
+        for each, weight, own in zip(self.tables, weights, self.entries, strict=True):
+            derivatives[:, own] = slopes[:, [each.joint]] * weight
         ball = self.setup[rows][:, None] + np.arange(3)
         np.put_along_axis(derivatives, ball, along, axis=1)
         return np.einsum("ni,ni->n", along, self.target[rows] + x[ball] - tip[..., 0]), derivatives
 
-    def _position(self, joints, table):
-        """Positions as a table has them: degrees, or mm in machine coordinates."""
-        joint = joints[:, table.joint]
-        return np.rad2deg(joint) if table.joint > 2 else joint + self.machine.origin[table.joint]
+
+def _slices(sources, start=0):
+    """Where the values of each source stand, one behind the other from `start` on."""
+    ends = start + np.cumsum([0, *(len(each.value) for each in sources)])
+    return [slice(*each) for each in pairwise(ends.tolist())]
 
 
-def _basis(table, at):
+def _weights(table, at):
     """What each entry of a positioning table weighs at positions `at`, shape (n, targets): the spline is linear."""
-    eye = np.eye(len(table.at))
-    if table.endless:
-        nodes, values = np.append(table.at, table.at[0] + 360), np.vstack([eye, eye[:1]])
-        return CubicSpline(nodes, values, bc_type="periodic")(at)
-    if (at < table.at[0] - 1e-9).any() or (at > table.at[-1] + 1e-9).any():
-        raise ReachError(
-            f"{table.where}: {at.min():g} to {at.max():g} is needed, {table.at[0]:g} to {table.at[-1]:g} measured"
-        )
-    return CubicSpline(table.at, eye)(at)
-
-
-@lru_cache(maxsize=64)
-def _across(rotary):
-    names, plane = square_to(rotary)
-    return names, np.array(plane, dtype=float)
-
-
-def _turn(direction):
-    """The name of the tilt that belongs to a direction: A to X; 3, 4 to the 1, 2 of a skew axis."""
-    return dict(zip("XYZ12", "ABC34", strict=True))[direction]
+    try:
+        return table.curve(np.eye(len(table.at)))(at)
+    except ReachError as error:
+        raise ReachError(f"{table.where}: {error}") from None
 
 
 def _shown(joint):

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from mathpost.compensate.model import COMPONENTS, SQUARENESS, ErrorModel, error_frame
+from mathpost.compensate.model import COMPONENTS, ErrorModel, error_frame
 from mathpost.errors import as_array
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import numeric, unit, wrap
@@ -49,38 +49,47 @@ class CalibratedKinematics:
     """
 
     def __init__(self, model, constant):
-        machine = model.machine
-        errors = dict(zip(model.names, np.asarray(constant, dtype=float), strict=True))
-        directions = [_path(name, errors) for name in "XYZ"]
         self.slides = np.empty((3, 3))
-
-        moved, frame = {}, np.eye(4)
-        for name in machine.slides_that_carry("workpiece"):
-            frame = self._pass_slide(name, frame, errors, directions)
-        for rotary in machine.rotary:
-            if rotary.carries == "workpiece":
-                moved[rotary.name], frame = _pass_rotary(rotary, frame, errors)
-        origin = _translation(machine.origin)
+        machine, errors = model.machine, dict(zip(model.names, np.asarray(constant, dtype=float), strict=True))
+        moved, origin = {}, _translation(machine.origin)
+        frame = self._outwards("workpiece", machine, errors, moved, start=np.zeros(3))
         self.workpiece = np.linalg.inv(origin) @ frame @ origin
-
-        frame = np.eye(4)
-        for name in machine.slides_that_carry("tool"):
-            frame = self._pass_slide(name, frame, errors, directions)
         # Beyond the slides the chain counts from the spindle nose.
-        length, axis = machine.tool_length, unit(machine.tool_axis)
-        named = {"tip": -length * axis, "nose": np.zeros(3)}.get(machine.programmed_point)
+        axis = unit(machine.tool_axis)
+        named = {"tip": -machine.tool_length * axis, "nose": np.zeros(3)}.get(machine.programmed_point)
         programmed = np.array(machine.programmed_point) if named is None else named
-        frame = _translation(programmed) @ frame @ _translation(-programmed)
-        for rotary in machine.rotary:
-            if rotary.carries == "tool":
-                moved[rotary.name], frame = _pass_rotary(rotary, frame, errors)
+        frame = self._outwards("tool", machine, errors, moved, start=programmed)
         nose = frame[:3, 3]
+        rotary = []
+        for each in machine.rotary:
+            point, direction = moved[each.name]
+            point = point - nose * (each.carries == "tool")
+            rotary.append(replace(each, point=tuple(point.tolist()), axis=tuple(direction.tolist())))
         self.machine = replace(
             machine,
-            rotary=tuple(self._from_nose(moved[rotary.name], nose) for rotary in machine.rotary),
+            rotary=tuple(rotary),
             tool_axis=tuple((frame[:3, :3] @ axis).tolist()),
             programmed_point=tuple((programmed - nose).tolist()),
         )
+
+    def _outwards(self, side, machine, errors, moved, start):
+        """Move all error frames of a side outwards from the bed; return the one frame that they leave at its end.
+
+        The slides' directions and, in `moved`, point and direction of each rotary axis are those behind them.
+        """
+        frame = np.eye(4)
+        for name in machine.slides_that_carry(side):
+            along = np.eye(3)["XYZ".index(name)]
+            turned = [errors.get(f"E{about}0{name}", 0.0) for about in "ABC"]  # out of square
+            self.slides[:, "XYZ".index(name)] = frame[:3, :3] @ (along + np.cross(turned, along))
+            frame = frame @ _frame(name, np.zeros(3), errors)
+        frame = _translation(start) @ frame @ _translation(-start)
+        for rotary in machine.rotary:
+            if rotary.carries == side:
+                point = np.array(rotary.point)
+                frame = frame @ _frame(rotary.name, point, errors)
+                moved[rotary.name] = frame[:3, :3] @ point + frame[:3, 3], frame[:3, :3] @ unit(rotary.axis)
+        return frame
 
     def inverse(self, tip, axis):
         """Return the joints of both branches with which the machine, errors and all, reaches a pose.
@@ -97,17 +106,6 @@ class CalibratedKinematics:
     @cached_property
     def _kinematics(self):
         return Kinematics(self.machine)
-
-    def _pass_slide(self, name, frame, errors, directions):
-        index = "XYZ".index(name)
-        self.slides[:, index] = frame[:3, :3] @ directions[index]
-        return frame @ _frame(name, np.zeros(3), errors)
-
-    @staticmethod
-    def _from_nose(rotary, nose):
-        if rotary.carries == "workpiece":
-            return rotary
-        return replace(rotary, point=tuple((np.array(rotary.point) - nose).tolist()))
 
 
 @dataclass(frozen=True)
@@ -250,16 +248,9 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
     """Return one step of the total differential, dq = −J⁺·Jₑ·e, (..., 5), and where it was limited, (...).
 
     The Jacobian J of tip and axis (6×5) falls in two: only the rotary axes turn the tool, and X Y Z, which are
-    never singular, then make up for what the turn does to the tip.
-
-    Parameters
-    ----------
-    model : mathpost.compensate.model.ErrorModel
-    joints, errors : array_like, shapes (..., 5) and (..., 33)
-        mm and radians; errors in the order of `model.names`.
-    max_turn : float, optional, keyword only
-        Limit, in radians, of a turn that is more than `MAX_GAIN` times the tilt for which it is made. What takes
-        out an axis' own positioning error does not count.
+    never singular, then make up for what the turn does to the tip. `joints` have the shape (..., 5), `errors`, in
+    the order of `model.names`, (..., 33); mm and radians. `max_turn` limits a turn that is more than `MAX_GAIN`
+    times the tilt for which it is made; what takes out an axis' own positioning error does not count.
 
     Examples
     --------
@@ -296,25 +287,9 @@ def _own_turns(model, errors):
     return -np.einsum("...ij,ij->...i", np.asarray(errors)[..., columns], axes)
 
 
-def _pass_rotary(rotary, frame, errors):
-    """Move the error frame of a rotary joint, and all before it, to behind the joint."""
-    point = np.array(rotary.point)
-    frame = frame @ _frame(rotary.name, point, errors)
-    moved = frame[:3, :3] @ point + frame[:3, 3]
-    axis = frame[:3, :3] @ unit(rotary.axis)
-    return replace(rotary, axis=tuple(axis.tolist()), point=tuple(moved.tolist())), frame
-
-
 def _frame(joint, point, errors):
     kernel = numeric(error_frame(_SIX, sp.Matrix(_POINT)), (*_SIX, *_POINT))
     return kernel(*(errors[f"E{component}{joint}"] for component in COMPONENTS), *point)
-
-
-def _path(name, errors):
-    """The direction of a slide's path, out of square."""
-    along = np.eye(3)["XYZ".index(name)]
-    turned = [errors[f"E{axis}0{name}"] if f"E{axis}0{name}" in SQUARENESS else 0 for axis in "ABC"]
-    return along + np.cross(turned, along)
 
 
 def _translation(vector):

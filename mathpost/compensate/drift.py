@@ -16,13 +16,11 @@ from mathpost.measure.fit import undetermined
 
 @dataclass(frozen=True)
 class Update:
-    """What one part's readings did; arrays have the shape (poses, 3).
+    """What one part's readings did: which were `set_aside`, shape (poses, 3), because they contradict the past.
 
-    `surprise` is reading minus expectation, in standard deviations of that difference, `set_aside` which readings
-    were not believed, `changed` whether most contradicted the past, so that the past was dropped instead.
+    If most of them do, the machine has `changed`, and the past is dropped instead.
     """
 
-    surprise: np.ndarray
     set_aside: np.ndarray
     changed: bool
 
@@ -45,15 +43,8 @@ class Tracker:
     gate : float, optional, keyword only
         Standard deviations beyond which a reading is set aside; infinite believes everything.
 
-    Attributes
-    ----------
-    values, covariance : ndarray
-        The estimate, mm and radians, and, if the errors stood still and `forgetting` is 1, its covariance.
-
-    Raises
-    ------
-    InputError
-        If the poses cannot tell the errors apart. The message says which, and which joint to move as well.
+    The estimate is `values`, mm and radians, and, if the errors stood still and `forgetting` is 1, `covariance`.
+    `InputError` if the poses cannot tell the errors apart: it says which, and which joint to move as well.
 
     Examples
     --------
@@ -113,15 +104,16 @@ class Tracker:
             raise InputError("readings", f"shape {(len(self.poses), 3)}, one for each pose", f"{readings.shape}")
         readings = readings.ravel() + self.design @ np.broadcast_to(corrected, len(self.names))
         self.covariance = self.covariance / self.forgetting
-        surprise = self._surprise(readings)
-        changed = bool((np.abs(surprise) > self.gate).mean() > 0.5)
+        variance = np.einsum("ij,jk,ik->i", self.design, self.covariance, self.design) + self.sigma**2
+        surprise = np.abs(readings - self.design @ self.values) / np.sqrt(variance)
+        changed = bool((surprise > self.gate).mean() > 0.5)
         if changed:
             self.covariance = np.diag(self.expected**2) + self.covariance
         # The least surprising first: a liar is judged by what the others have already said.
         set_aside = np.zeros(len(readings), dtype=bool)
-        for row in np.argsort(np.abs(surprise)):
+        for row in np.argsort(surprise):
             set_aside[row] = not self._take(self.design[row], readings[row])
-        return Update(surprise.reshape(-1, 3), set_aside.reshape(-1, 3), changed)
+        return Update(set_aside.reshape(-1, 3), changed)
 
     def _take(self, h, reading):
         """One scalar step of recursive least squares, unless the reading lies beyond the gate."""
@@ -137,10 +129,6 @@ class Tracker:
         self.covariance = keep @ self.covariance @ keep.T + self.sigma**2 * np.outer(gain, gain)
         return True
 
-    def _surprise(self, readings):
-        variance = np.einsum("ij,jk,ik->i", self.design, self.covariance, self.design) + self.sigma**2
-        return (readings - self.design @ self.values) / np.sqrt(variance)
-
     def _design(self, poses):
         columns = [self.model.names.index(name) for name in self.names]
         return self.model.sensitivities(poses)[:, :3, columns].reshape(-1, len(self.names))
@@ -150,18 +138,16 @@ class Tracker:
         if not confused:
             return
         helpful = []
-        for joint, name in enumerate(self.model.machine.joint_names):
-            moved = self.poses.copy()
-            moved[:, joint] += 100.0 if joint < 3 else np.deg2rad(50)
-            more = self._confused(np.vstack([self.design, self._design(moved)]))
-            if len(more) < len(confused):
+        steps = np.diag([100, 100, 100, *np.deg2rad([50, 50])])
+        for name, step in zip(self.model.machine.joint_names, steps, strict=True):
+            further = np.vstack([self.design, self._design(self.poses + step)])
+            if len(self._confused(further)) < len(confused):
                 helpful.append(name)
-        advice = (
-            f"moving {', '.join(helpful[:-1]) + ' or ' * (len(helpful) > 1) + helpful[-1]} too would"
-            if helpful
-            else "no other position of one joint would"
-        )
-        many = "tell " + " and ".join(confused) + " apart" if len(confused) > 1 else f"show {confused[0]}"
+        advice = "no other position of one joint would"
+        if helpful:
+            *others, last = helpful
+            advice = f"moving {', '.join(others) + ' or ' * bool(others) + last} too would"
+        many = f"tell {' and '.join(confused)} apart" if len(confused) > 1 else f"show {confused[0]}"
         raise InputError("poses", f"poses that {many} ({advice})", f"{len(self.poses)} that do not")
 
     def _confused(self, design):

@@ -5,6 +5,8 @@ MD24500 and so on) and of Fanuc's tool centre point control (30i: 19700 and so o
 """
 
 import json
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,26 +14,36 @@ from mathpost.compensate.calibrate import SMALL, columns
 from mathpost.compensate.model import SQUARENESS
 from mathpost.errors import InputError, OutputError, write_text
 from mathpost.machine import find, read_toml
-from mathpost.measure import control_table, spline
+from mathpost.measure import control_table
+from mathpost.measure.fit import Value
 from mathpost.rotation import unit
 
-FANUC = {"table-table": 12, "head-head": 2, "head-table": 21}  # parameter 19680
-SIEMENS = {"table-table": 40, "head-head": 24, "head-table": 56}  # MD24100
+NUMBERS = {"table-table": (40, 12), "head-head": (24, 2), "head-table": (56, 21)}  # MD24100, parameter 19680
+# The vectors that belong to them, as `_point` has them; a table comes before a head.
+SIEMENS = {
+    "table-table": [("24550 BASE_TOOL", 0), ("24558 JOINT_OFFSET_PART", 1, 0), ("24500 PART_OFFSET", 1, None, -1)],
+    "head-head": [("24500 PART_OFFSET", 0), ("24560 JOINT_OFFSET", 1, 0), ("24550 BASE_TOOL", 1, None, -1)],
+    "head-table": [
+        ("24560 JOINT_OFFSET", 1),
+        ("24550 BASE_TOOL", 1, None, -1),
+        ("24558 JOINT_OFFSET_PART", 0),
+        ("24500 PART_OFFSET", 0, None, -1),
+    ],
+}
+TABLE, HEAD = "19700 + {}, rotary table position", "19709 + {}, tool axis at the nose to its rotary axis"
+FANUC = {
+    "table-table": [(TABLE, 0), ("19703 + {}, first to second axis of the table", 1, 0)],
+    "head-head": [(HEAD, 1), ("19712 + {}, second to first axis of the tool", 0, 1)],
+    "head-table": [(TABLE, 0), (HEAD, 1)],
+}
 
 
 def write(calibration, path, folder, inputs=()):
     """Write machine.toml, errors.toml and tables of controls for each axis, and terms.txt; return their paths.
 
-    Parameters
-    ----------
-    calibration : mathpost.compensate.calibrate.Calibration
-    path : path-like
-        The machine file that was calibrated, or the name of a machine that comes with the package: limits, rates
-        and program lines are taken over.
-    folder : pathlib.Path
-        Is made if it does not exist.
-    inputs : sequence of paths
-        Files that must not be replaced.
+    `path` is the machine file that was calibrated, or the name of a machine that comes with the package: limits,
+    rates and program lines are taken over. `folder`, a `pathlib.Path`, is made if it does not exist; `inputs` are
+    files that must not be replaced.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -81,7 +93,7 @@ def control_tables(calibration):
     files, notes = {}, []
     for each in calibration.positioning:
         name = calibration.machine.joint_names[each.joint]
-        curve = spline.through_all(spline.Points(each.at, each.value, 360.0 if each.endless else None))
+        curve = each.curve(each.value)
         step = 360 / len(each.at) if each.endless else np.ptp(each.at) / (len(each.at) - 1)
         unit = np.rad2deg(1) if each.joint > 2 else 1.0
         files[f"siemens_{name.lower()}.ini"] = control_table.siemens(name, step, curve, unit=unit)
@@ -107,119 +119,94 @@ def terms(calibration):
     ['-0.00594', '±', '0.00037', '(k']
     """
     lines = ["where it goes, the value, U (95 %) with k and degrees of freedom; mm, degrees, machine coordinates"]
-    for title, entries in _entries(calibration.nominal):
+    for title, rows in _entries(calibration.nominal):
         lines.append(title)
-        for words, function in entries:
-            each = calibration.of(function)
-            sure = _sure(each) if each.U > 1e-9 else "as in the machine file"
-            lines.append(f"  {words:52s} {each.value:z13.5f}  {sure}")
-    lines += _bar(calibration)
-    lines.append(
-        "A kinematics table without axis vectors cannot hold the tilts; a program made with machine.toml does."
-    )
-    lines.append("(Heidenhain's KinematicsComp can: as Trans A B C before a MachAxis, and back behind it.)")
+        for words, labels, function in rows:
+            for label, each in zip(labels, calibration.of(function), strict=True):
+                lines.append(_line(words.format(label), each if each.U > 1e-9 else each.value))
+    length, radius = calibration.bar.get("length"), calibration.bar.get("radius")
+    tool = calibration.nominal.tool_length
+    lines += [
+        "tool table, test bar (source 001, section 6, 1): enter L before the other readings are taken",
+        _line("L, length of the test bar", replace(length, value=tool + length.value) if length else tool),
+        _line("R, radius of its ball", radius) if radius else f"  {'R, radius of its ball':52s}  not measured",
+        "A kinematics table without axis vectors cannot hold the tilts; a program made with machine.toml does.",
+        "(Heidenhain's KinematicsComp can: as Trans A B C before a MachAxis, and back behind it.)",
+    ]
     return "\n".join(lines) + "\n"
 
 
-def _bar(calibration):
-    """Lines of what source 001 has measured first: length and ball radius of the test bar."""
-    length, radius = calibration.bar.get("length"), calibration.bar.get("radius")
-    long = calibration.nominal.tool_length + (length.value if length else 0.0)
-    said = f"{long:z13.5f}  {_sure(length) if length else 'as in the machine file'}"
-    ball = f"{radius.value:z13.5f}  {_sure(radius)}" if radius else f"{'not measured':>13s}"
-    return [
-        "tool table, test bar (source 001, section 6, 1): enter L before the other readings are taken",
-        f"  {'L, length of the test bar':52s} {said}",
-        f"  {'R, radius of its ball':52s} {ball}",
-    ]
-
-
-def _sure(value):
-    free = "∞" if np.isinf(value.freedom) else f"{value.freedom:.1f}"
-    return f"± {value.U:.5f} (k {value.k:.2f}, {free})"
+def _line(words, value):
+    """A line of the terms: a `Value`, or a number that was not measured."""
+    if isinstance(value, Value):
+        return f"  {words:52s} {value.value:z13.5f}  ± {value.U:.5f} (k {value.k:.2f}, {value.free})"
+    return f"  {words:52s} {value:z13.5f}  as in the machine file"
 
 
 def _entries(nominal):
-    """Yield titles, and pairs of words and functions of a machine."""
+    """Yield titles with rows: words, what fills their gap, and a function of a machine to as many numbers."""
     heads = [n for n, each in enumerate(nominal.rotary) if each.carries == "tool"]
     tables = [n for n, each in enumerate(nominal.rotary) if each.carries == "workpiece"]
     names, kind = [each.name for each in nominal.rotary], nominal.arrangement
-
-    def point(index, other=None, sign=1):
-        """Where an axis is, from the machine's zero or the spindle nose, or from another axis."""
-
-        def vector(machine):
-            start = np.zeros(3) if other is None else np.array(machine.rotary[other].point)
-            return sign * (np.array(machine.rotary[index].point) - start)
-
-        return vector
-
-    def along(words, vector, labels="XYZ"):
-        return [(words.format(name), lambda m, n=n: vector(m)[n]) for n, name in enumerate(labels)]
-
     for index in heads:
-        axis, tool = unit(nominal.rotary[index].axis), unit(nominal.tool_axis)
-        swing, pivot = np.cross(tool, axis), np.array(nominal.rotary[index].point)
-        if np.linalg.norm(swing) < SMALL:  # it turns the tool about itself
-            continue
-
-        def alpha(machine, axis=axis, tool=tool):
-            return np.cross(tool, unit(machine.tool_axis)) @ axis / (1 - (axis @ tool) ** 2)
-
-        def moved(machine, index=index, axis=axis, alpha=alpha, pivot=pivot):
-            return np.array(machine.rotary[index].point) - pivot - alpha(machine) * np.cross(axis, pivot)
-
-        yield (
-            f"head, {names[index]}: enter either these or the pivot below, not both",
-            [
-                ("alpha, where it stands when it shows 0", lambda m, f=alpha: np.degrees(f(m))),
-                ("dy, the spindle passes beside the pivot", lambda m, f=moved, s=swing: -f(m) @ s),
-                ("dL, the tip is further from the pivot: test bar length", lambda m, f=moved, t=tool: f(m) @ t),
-            ],
-        )
+        swing = np.cross(unit(nominal.tool_axis), unit(nominal.rotary[index].axis))
+        if np.linalg.norm(swing) > SMALL:  # else it turns the tool about itself
+            words = [
+                "alpha, where it stands when it shows 0",
+                "dy, the spindle passes beside the pivot",
+                "dL, the tip is further from the pivot: test bar length",
+            ]
+            title = f"head, {names[index]}: enter either these or the pivot below, not both"
+            yield title, [("{}", words, _pivot(nominal, index))]
     if len(tables) == 2 or len(heads) == 2:
         first, second = (unit(each.axis) for each in nominal.rotary)
         normal = unit(np.cross(second, first)) * np.sign(max(np.cross(second, first), key=abs))
         letters = [letter for letter, share in zip("XYZ", normal, strict=True) if abs(share) > 1 - SMALL]
         label = f"{names[0]} to {names[1]}, {f'in {letters[0]}' if letters else 'square to both'}"
-        yield "distance of the axes (source 001, section 6, 2)", [(label, lambda m: point(1, 0)(m) @ normal)]
+        distance = _point(1, 0)
+        yield "distance of the axes (source 001, section 6, 2)", [(label, [""], lambda m: [distance(m) @ normal])]
 
-    rows = []
-    for before, index in zip([None, *reversed(heads)], [*reversed(heads)], strict=False):
-        rows += along(f"Trans {{}} before MachAxis {names[index]}", point(index, before))
-    for before, index in zip([None, *tables], tables, strict=False):
-        rows += along(f"Trans {{}} before MachAxis {names[index]}", point(index, before))
+    chains = [[None, *reversed(heads)], [None, *tables]]  # each axis from the one before it
+    steps = [(index, before) for chain in chains for before, index in pairwise(chain)]
+    rows = [(f"Trans {{}} before MachAxis {names[index]}", "XYZ", _point(index, before)) for index, before in steps]
     yield "Heidenhain, kinematics table (KEY AXIS COORD), vectors of the centres from spindle to workpiece", rows
 
+    siemens, fanuc = NUMBERS[kind]
     rows = []
-    if kind == "table-table":
-        numbers = [(24550, "BASE_TOOL", point(0)), (24558, "JOINT_OFFSET_PART", point(1, 0))]
-        numbers += [(24500, "PART_OFFSET", point(1, sign=-1))]
-    elif kind == "head-head":
-        numbers = [(24500, "PART_OFFSET", point(0)), (24560, "JOINT_OFFSET", point(1, 0))]
-        numbers += [(24550, "BASE_TOOL", point(1, sign=-1))]
-    else:
-        numbers = [(24560, "JOINT_OFFSET", point(1)), (24550, "BASE_TOOL", point(1, sign=-1))]
-        numbers += [(24558, "JOINT_OFFSET_PART", point(0)), (24500, "PART_OFFSET", point(0, sign=-1))]
-    for number, name, vector in numbers:
-        rows += along(f"MD{number} $MC_TRAFO5_{name}_1[{{}}]", vector, range(3))
-    order = (1, 0) if kind == "head-table" else (0, 1)
-    for number, index in zip((24570, 24572), order, strict=True):
+    for words, *which in SIEMENS[kind]:
+        parameter, name = words.split()
+        rows.append((f"MD{parameter} $MC_TRAFO5_{name}_1[{{}}]", range(3), _point(*which)))
+    for place, index in enumerate((1, 0) if kind == "head-table" else (0, 1)):
         sign = -1 if nominal.rotary[index].carries == "workpiece" else 1  # a table's axis is entered reversed
-        words = f"MD{number} $MC_TRAFO5_AXIS{1 + order.index(index)}_1[{{}}]"
-        rows += along(words, lambda m, n=index, s=sign: s * np.array(m.rotary[n].axis), range(3))
-    yield f"Siemens, TRAORI, MD24100 $MC_TRAFO_TYPE_1 = {SIEMENS[kind]}", rows
+        words = f"MD{24570 + 2 * place} $MC_TRAFO5_AXIS{1 + place}_1[{{}}]"
+        rows.append((words, range(3), lambda m, n=index, s=sign: s * np.array(m.rotary[n].axis)))
+    yield f"Siemens, TRAORI, MD24100 $MC_TRAFO_TYPE_1 = {siemens}", rows
 
-    rows = []
-    if tables:
-        rows += along("19700 + {}, rotary table position", point(tables[0]), range(3))
-    if len(tables) == 2:
-        rows += along("19703 + {}, first to second axis of the table", point(1, 0), range(3))
-    if heads:
-        rows += along("19709 + {}, tool axis at the nose to its rotary axis", point(heads[-1]), range(3))
-    if len(heads) == 2:
-        rows += along("19712 + {}, second to first axis of the tool", point(0, 1), range(3))
-    yield f"Fanuc, tool centre point control, 19680 = {FANUC[kind]}, 19666 = 0", rows
+    rows = [(words, range(3), _point(*which)) for words, *which in FANUC[kind]]
+    yield f"Fanuc, tool centre point control, 19680 = {fanuc}, 19666 = 0", rows
+
+
+def _point(index, other=None, sign=1):
+    """A function of a machine: where an axis is, from the zero or the spindle nose, or from another axis."""
+
+    def vector(machine):
+        start = np.zeros(3) if other is None else np.array(machine.rotary[other].point)
+        return sign * (np.array(machine.rotary[index].point) - start)
+
+    return vector
+
+
+def _pivot(nominal, index):
+    """The alpha, dy and dL of lesson 11, of the head's axis `index`: a function of a machine."""
+    axis, tool = unit(nominal.rotary[index].axis), unit(nominal.tool_axis)
+
+    def found(machine):
+        alpha = np.cross(tool, unit(machine.tool_axis)) @ axis / (1 - (axis @ tool) ** 2)
+        pivot = np.array(nominal.rotary[index].point)
+        moved = np.array(machine.rotary[index].point) - pivot - alpha * np.cross(axis, pivot)
+        return [np.degrees(alpha), -moved @ np.cross(tool, axis), moved @ tool]
+
+    return found
 
 
 def toml(content):

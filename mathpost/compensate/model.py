@@ -79,6 +79,7 @@ class ErrorModel:
         self.joints = chain.joint_symbols(machine)
         self.errors = sp.symbols(self.names, real=True)
         self.symbol = dict(zip(self.names, self.errors, strict=True))
+        self._compiled = {}
 
     def links(self):
         """Return the chain from the workpiece to the tool as a list of `mathpost.chain.Link`."""
@@ -113,19 +114,10 @@ class ErrorModel:
         )
 
     @cached_property
-    def forward_symbolic(self):
-        """The 4×4 matrix workpiece_from_tool in the symbols of joints and errors."""
-        return sp.ImmutableMatrix(chain.product(link.matrix for link in self.links()))
-
-    @cached_property
-    def _ideal(self):
-        return dict.fromkeys(self.errors, sp.S.Zero)
-
-    @cached_property
     def _partial(self):
-        """Each link without errors, and the products of those before and behind it."""
+        """The links, and the products of those before and behind each of them without errors."""
         links = self.links()
-        matrices = [link.matrix.xreplace(self._ideal) for link in links]
+        matrices = [link.matrix.xreplace(dict.fromkeys(self.errors, 0)) for link in links]
         before, behind = [sp.eye(4)], [matrices[-1][:, 2:]]
         for matrix in matrices[:-1]:
             before.append(before[-1] * matrix)
@@ -144,7 +136,8 @@ class ErrorModel:
         moved = sp.zeros(4, 2)
         for index, link in enumerate(links[:-1]):
             if symbol in link.matrix.free_symbols:
-                moved += before[index] * link.matrix.diff(symbol).xreplace(self._ideal) * behind[index + 1]
+                slope = link.matrix.diff(symbol).xreplace(dict.fromkeys(self.errors, 0))
+                moved += before[index] * slope * behind[index + 1]
         return sp.ImmutableMatrix([*moved[:3, 1], *moved[:3, 0]])
 
     def forward(self, joints, errors):
@@ -158,26 +151,21 @@ class ErrorModel:
 
     def jacobian(self, joints):
         """Return d(tip, axis)/d(joints) of the ideal machine, shape (..., 6, 5), at `joints` in radians."""
-        return self._jacobian(*np.moveaxis(as_array(joints, 5, "joints"), -1, 0))
+        return self._derivatives(joints, self.machine.joint_names)
 
     def sensitivities(self, joints):
         """Return d(tip, axis)/d(errors) of the ideal machine, shape (..., 6, 33), at `joints` in radians."""
-        return self._sensitivities(*np.moveaxis(as_array(joints, 5, "joints"), -1, 0))
+        return self._derivatives(joints, self.names)
 
     @cached_property
     def _forward(self):
-        matrix = self.forward_symbolic
+        matrix = chain.product(link.matrix for link in self.links())
         return numeric((*matrix[:3, 3], *matrix[:3, 2]), (*self.joints, *self.errors))
 
-    @cached_property
-    def _jacobian(self):
-        columns = sp.Matrix.hstack(*(self.sensitivity(name) for name in self.machine.joint_names))
-        return numeric(sp.ImmutableMatrix(columns), self.joints)
-
-    @cached_property
-    def _sensitivities(self):
-        columns = sp.Matrix.hstack(*(self.sensitivity(name) for name in self.names))
-        return numeric(sp.ImmutableMatrix(columns), self.joints)
+    def _derivatives(self, joints, names):
+        if names not in self._compiled:
+            self._compiled[names] = numeric(sp.ImmutableMatrix.hstack(*map(self.sensitivity, names)), self.joints)
+        return self._compiled[names](*np.moveaxis(as_array(joints, 5, "joints"), -1, 0))
 
 
 def error_frame(errors, point, inverse=False):
@@ -189,24 +177,17 @@ def error_frame(errors, point, inverse=False):
 
 
 @dataclass(frozen=True)
-class JointTable:
-    """Errors over the position of one joint: its index, and a curve for each error by index."""
-
-    joint: int
-    curves: dict
-
-
-@dataclass(frozen=True)
 class MachineErrors:
-    """Constants and tables (`JointTable`) of all errors of a machine.
+    """Constants and tables of all errors of a machine.
 
     `constant`, shape (33,), is in the order of `error_names`, mm and radians; so is `drift`, what has been added
-    since the calibration, by heat for instance.
+    since the calibration, by heat for instance. `curves` are pairs: an error's index, and its table in µm or µrad
+    over the position of its joint.
     """
 
     machine: Machine
     constant: np.ndarray
-    tables: tuple = ()
+    curves: tuple = ()
     drift: np.ndarray | float = 0.0
 
     def at(self, joints):
@@ -214,46 +195,26 @@ class MachineErrors:
         return self.constant + self.varying(joints)
 
     def varying(self, joints):
-        """Return the second group alone: what tables and drift add at `joints`.
-
-        Raises
-        ------
-        ReachError
-            If a joint stands where its errors were not measured.
-        """
+        """Return the second group alone: what tables and drift add; `ReachError` where that was not measured."""
         joints = as_array(joints, 5, "joints")
         errors = np.zeros((*joints.shape[:-1], len(self.constant))) + self.drift
-        for each in self.tables:
-            position = self._position(joints, each.joint)
-            for index, fitted in each.curves.items():
-                errors[..., index] += self._evaluate(each.joint, fitted, position) * _unit(index)[1]
+        for index, curve in self.curves:
+            joint = index // len(COMPONENTS)
+            try:
+                table = curve(table_position(self.machine, joints, joint), margin=MARGIN)
+            except ReachError as error:
+                raise ReachError(f"{self.machine.joint_names[joint]}: {error}") from None
+            errors[..., index] += table * _unit(index)[1]
         return errors
 
-    def _position(self, joints, index):
-        """The joint's position as its table has it: degrees, or mm in machine coordinates."""
-        return np.rad2deg(joints[..., index]) if index > 2 else joints[..., index] + self.machine.origin[index]
 
-    def _evaluate(self, joint, fitted, position):
-        if fitted.points.period is None:
-            low, high = fitted.points.at[[0, -1]]
-            inside = np.clip(position, low, high)
-            position = np.where(np.abs(position - inside) < MARGIN, inside, position)
-        try:
-            return fitted(position)
-        except ReachError as error:
-            raise ReachError(f"{self.machine.joint_names[joint]}: {error}") from None
+def table_position(machine, joints, joint):
+    """Where a joint stands, as a table over its position has it: degrees, or mm in machine coordinates."""
+    return np.rad2deg(joints[..., joint]) if joint > 2 else joints[..., joint] + machine.origin[joint]
 
 
 def constant_errors(machine, errors):
-    """Return `MachineErrors` with the given constants: a dict of name to mm or radians, all others 0.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> errors = constant_errors(machine.load("data/machines/ac_table.toml"), {"EXC": 0.012, "EAC": 30e-6})
-    >>> errors.constant[errors.constant != 0]
-    array([1.2e-02, 3.0e-05])
-    """
+    """Return `MachineErrors` with the given constants: a dict of name to mm or radians, all others 0."""
     known = error_names(machine)
     for name in errors:
         if name not in known:
@@ -264,18 +225,8 @@ def constant_errors(machine, errors):
 def read_errors(path, machine):
     """Read the errors of `machine` from a TOML file, as `MachineErrors`.
 
-    Raises
-    ------
-    InputError
-        If a file cannot be read, a key or a column is missing or unknown, an error belongs to no joint of the
-        machine, or a value suggests other units than µm, µrad, mm and degrees.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> errors = read_errors("data/errors/ac_table.toml", machine.load("data/machines/ac_table.toml"))
-    >>> [errors.machine.joint_names[each.joint] for each in errors.tables]
-    ['X', 'A', 'C']
+    `InputError` if a file cannot be read, a key or a column is missing or unknown, an error belongs to no joint of
+    the machine, or a value suggests other units than µm, µrad, mm and degrees.
     """
     file, known = TomlTable(read_toml(path), str(path)), error_names(machine)
     for key in ("name", "source"):
@@ -283,21 +234,24 @@ def read_errors(path, machine):
     constant, values = file.table("constant", optional=True), np.zeros(len(known))
     for index, name in enumerate(known):
         unit, size = _unit(index)
-        read, expected = _within(GREATEST[unit]), f"a number in {unit}, within ±{GREATEST[unit]} (other units?)"
+        read = _typed(int, float, holds=lambda value, most=GREATEST[unit]: abs(value) <= most)
+        expected = f"a number in {unit}, within ±{GREATEST[unit]} (other units?)"
         values[index] = constant.take(name, read, expected, 0.0) * size
     entries = file.take("table", list, "[[table]] entries", [])
-    tables = [_table(TomlTable(entry, f"{path}, table {n}"), path, machine) for n, entry in enumerate(entries, 1)]
+    curves = []
+    for number, entry in enumerate(entries, 1):
+        curves += _table(TomlTable(entry, f"{path}, table {number}"), path, machine)
     constant.done()
     file.done()
-    return MachineErrors(machine, values, tuple(tables))
+    return MachineErrors(machine, values, tuple(curves))
 
 
 def _table(entry, path, machine):
-    """Read one [[table]] and the CSV file that it names."""
+    """Read one [[table]] and the CSV file that it names: pairs of an error's index and its curve."""
     joints = machine.joint_names
     joint = entry.take("joint", joints.index, f"one of {', '.join(joints)}")
     file = entry.take("file", _text, "a file name in quotes")
-    endless = entry.take("endless", _switch, "true or false", False)
+    endless = entry.take("endless", _typed(bool), "true or false", False)
     kind = entry.take("interpolation", ("spline", "linear").index, '"spline" or "linear"', 0)
     entry.done()
     if endless and joint < 3:
@@ -309,16 +263,16 @@ def _table(entry, path, machine):
     if joint > 2:
         read.check_angles("position")
     read.check_increasing("position")
-    curves = {}
+    curves = []
     for name in (column for column in columns if column in read):
         index = known.index(name)
         unit, _ = _unit(index)
         read.require(name, np.abs(read[name]) <= GREATEST[unit], f"{unit} within ±{GREATEST[unit]} (other units?)")
         measured = spline.points(read["position"], read[name], period=360.0 if endless else None)
-        curves[index] = spline.Polyline(measured) if kind else spline.through_all(measured)
+        curves.append((index, spline.through_all(measured, straight=bool(kind))))
     if not curves:
         raise InputError(read.path, f"at least one of the columns {', '.join(columns)}", "only 'position'")
-    return JointTable(joint, curves)
+    return curves
 
 
 def _unit(index):
@@ -326,22 +280,15 @@ def _unit(index):
     return ("um", 1e-3) if index < 30 and index % 6 < 3 else ("urad", 1e-6)
 
 
-def _within(greatest):
+def _typed(*types, holds=lambda value: True):
+    """A reader for `TomlTable.take`: a value of one of `types`, for which `holds` is true."""
+
     def read(value):
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= greatest:
+        if type(value) not in types or not holds(value):
             raise ValueError
-        return float(value)
+        return value
 
     return read
 
 
-def _text(value):
-    if not isinstance(value, str) or not value.strip():
-        raise ValueError
-    return value
-
-
-def _switch(value):
-    if not isinstance(value, bool):
-        raise ValueError
-    return value
+_text = _typed(str, holds=str.strip)

@@ -16,10 +16,10 @@ from mathpost import chain
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.machine import ENDLESS, LETTERS, Linear, Machine
-from mathpost.measure import csv_table
+from mathpost.measure import csv_table, spline
 from mathpost.measure.angular_error import RUNS
 from mathpost.measure.fit import Value
-from mathpost.measure.rotary_axis import square_to
+from mathpost.measure.rotary_axis import location_errors
 from mathpost.rotation import numeric, unit
 
 LARGEST = 5  # mm: of a reading that is no position
@@ -114,16 +114,13 @@ class Positioning:
     endless: bool
     reversal: float
 
+    def curve(self, values):
+        """The spline through `values`, shape (targets, ...), as `mathpost.measure.spline.Curve`."""
+        return spline.through_all(spline.Points(self.at, values, 360.0 if self.endless else None))
+
 
 def template(method, machine):
-    """Return a file to fill in, as text, with the names of the machine's own axes.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> print(template("dial", machine.load("data/machines/ac_table.toml")).splitlines()[-5])
-    angle,R,z,dial
-    """
+    """Return a file to fill in, as text, with the names of the machine's own axes."""
     if method not in METHODS:
         raise InputError("method", f"one of {', '.join(METHODS)}", repr(method))
     words, rows = METHODS[method]
@@ -163,9 +160,9 @@ def read(path, machine, **settings):
         raise InputError(where, f"a line # method = one of {', '.join(METHODS)}", found)
     if method == "bar":
         return _bar(table, machine, where)
-    return (
-        _positioning(table, machine, where) if method in POSITIONING else _readings(table, machine, method, where)
-    )
+    if method in POSITIONING:
+        return _positioning(table, machine, where)
+    return _readings(table, machine, method, where)
 
 
 def _bar(table, machine, where):
@@ -182,17 +179,9 @@ def _bar(table, machine, where):
             expected = "the side that the bar comes from: +X, -X and so on, along the tool or square to it"
             raise InputError(table.where(row, "face"), expected, repr(face))
         found["length" if along > 0.5 else "radius"].append(sign * size * (shown - at))
-    stated = _number(table, "sigma", where) * size
-    freedom = sum(len(each) - 1 for each in found.values() if each)
-    if np.isnan(stated) and not freedom:
-        raise InputError(where, "a face touched twice, or a line # sigma = deviation of a reading", "neither")
-    squares = sum(np.var(each) * len(each) for each in found.values() if each)
-    sigma, freedom = (np.sqrt(squares / freedom), freedom) if np.isnan(stated) else (stated, np.inf)
-    return {
-        key: Value.of(float(np.mean(each)), sigma / len(each) ** 0.5, freedom)
-        for key, each in found.items()
-        if each
-    }
+    sigma, freedom = _scatter(table, found.values(), size, where, "a face touched twice")
+    found = {key: each for key, each in found.items() if each}
+    return {key: Value.of(float(np.mean(each)), sigma / len(each) ** 0.5, freedom) for key, each in found.items()}
 
 
 def _readings(table, machine, method, where):
@@ -204,7 +193,7 @@ def _readings(table, machine, method, where):
     for name in table.columns:
         if name not in known:
             raise InputError(where, f"no columns but {', '.join(known)}", repr(name))
-    axis = _axis(table, machine, where)
+    axis = _axis(table, machine, method, where)
     angles, length = _angles(table, machine, method, axis, where), np.full(len(table), machine.tool_length)
     if "length" in table:
         length = table["length"]
@@ -230,33 +219,33 @@ def _readings(table, machine, method, where):
         values = {
             name: values[name] - machine.origin[index] - joints[:, index] for index, name in _indices(columns)
         }
-    directions = {name: np.tile(np.eye(3)[index], (len(table), 1)) for index, name in _indices(columns)}
-    reference = np.full((len(table) * len(columns), 5), np.nan)
+    directions = {name: np.eye(3)[index] for index, name in _indices(columns)}
+    reference = np.full((len(table), 5), np.nan)
     if method == "dial":
-        directions["dial"] = -turn @ np.array(square_to(axis)[1], dtype=float)[:, 0]
+        directions["dial"] = -turn @ location_errors(axis)[1][:, 0]
     elif method == "ballbar":
         along = unit(target - (_vector(table, "centre", where) - machine.origin), f"{where}, x y z minus centre")
         directions["bar"] = -np.einsum("nij,nj->ni", turn, along)
     elif method == "tip":
         tool = unit(machine.tool_axis)
         directions |= {"axial": tool, "lateral": np.cross(tool, unit(axis.axis))}
-        directions = {name: np.broadcast_to(-directions[name], target.shape) for name in columns}
+        directions = {name: -directions[name] for name in columns}
         upright = angles * [each.carries == "workpiece" for each in machine.rotary]
-        reference = np.tile(held(machine, target, upright, length)[0], (len(columns), 1))
+        reference, _ = held(machine, target, upright, length)
     sign = _one_of(table, "positive", SIGNS[method], where) if method in SIGNS else 1
-    count = len(columns)
+    rows = np.tile(np.arange(len(table)), len(columns))
     return Readings(
         table.path,
         method,
-        joints=np.tile(joints, (count, 1)),
-        reference=reference,
-        target=np.tile(target, (count, 1)),
-        direction=np.concatenate([directions[name] for name in columns]),
-        length=np.tile(length, count),
+        joints=joints[rows],
+        reference=reference[rows],
+        target=target[rows],
+        direction=np.concatenate([np.broadcast_to(directions[name], target.shape) for name in columns]),
+        length=length[rows],
         value=sign * np.concatenate([values[name] for name in columns]),
-        setup=np.tile(setup, count),
+        setup=setup[rows],
         zeroed=method in ("dial", "ballbar"),
-        sigma=_number(table, "sigma", where) * table.unit(columns[0], "length"),
+        sigma=_sigma(table, table.unit(columns[0], "length"), where),
     )
 
 
@@ -268,46 +257,49 @@ def _positioning(table, machine, where):
     if place is None:
         raise InputError(where, f"a column position, angle or {name}", "none")
     at, rotary = table[place], axis > 2
+    kind, most, scale = ("angle", np.deg2rad(1), np.deg2rad(1)) if rotary else ("length", LARGEST, 1.0)
     if rotary:
         table.check_angles(place)
     columns = [c for c in table.columns if c in ("forth", "back", "reading") or c[:2] == "up" or c[:4] == "down"]
     if not columns:
         raise InputError(where, "columns up1, down1, … or forth, back or reading", "none")
-    sides = np.full((len(table), len(columns)), np.nan)
-    values = np.empty_like(sides)
-    for column, each in enumerate(columns):
-        size = table.unit(each, "angle" if rotary else "length")
-        values[:, column] = size * table[each]
-        most = np.deg2rad(1) if rotary else LARGEST
-        found = np.deg2rad(at) if rotary else at
-        same = np.ptp(at) > 2 and np.ptp(values[:, column]) > np.ptp(found) / 2
+    values = np.column_stack([table.unit(each, kind) * table[each] for each in columns])
+    for each, deviations in zip(columns, values.T, strict=True):
+        same = np.ptp(at) > 2 and np.ptp(deviations) > np.ptp(at) * scale / 2
         table.require(each, ~np.full(len(table), same), "deviations, actual minus target, no positions")
-        table.require(each, np.abs(values[:, column]) <= most, "a deviation below 1° or 5 mm (other units?)")
-        sides[:, column] = -1 if each == "back" or each.startswith("down") else 1
-    if "reading" in columns:  # rows as they were taken: the direction is that in which the axis came
+        table.require(each, np.abs(deviations) <= most, "a deviation below 1° or 5 mm (other units?)")
+    sides = np.tile([-1 if each == "back" or each.startswith("down") else 1 for each in columns], (len(table), 1))
+    if "reading" in columns and np.ptp(at):  # rows as they were taken: the direction is that in which the axis came
         came = np.sign(np.diff(at, prepend=2 * at[0] - at[1]))
         at, values, came = at[came != 0], values[came != 0], came[came != 0]
         sides = np.tile(came[:, None], len(columns))
     endless = bool(rotary and np.isinf(machine.rotary[axis - 3].limits[0]) and np.ptp(at) > 270)
-    at = np.repeat(at % 360 if endless else at, values.shape[1])
+    at = np.repeat(at % 360 if endless else at, len(columns))
     targets, index = np.unique(at.round(6), return_inverse=True)
-    groups = [
-        [values.ravel()[(index == n) & (sides.ravel() == side)] for side in (1, -1)] for n in range(len(targets))
-    ]
-    groups = [[runs for runs in pair if len(runs)] for pair in groups]
-    freedom = sum(len(runs) - 1 for pair in groups for runs in pair)
-    sigma = _number(table, "sigma", where) * table.unit(columns[0], "angle" if rotary else "length")
-    if np.isnan(sigma):
-        if not freedom:
-            raise InputError(where, "two runs, or a line # sigma = standard deviation of a reading", "neither")
-        squares = sum(((runs - runs.mean()) ** 2).sum() for pair in groups for runs in pair)
-        sigma = max(np.sqrt(squares / freedom), ROUNDING)
-    else:
-        freedom = np.inf
-    means = np.array([np.mean([runs.mean() for runs in pair]) for pair in groups])
-    spread = np.array([np.sqrt(sum(1 / len(runs) for runs in pair)) / len(pair) for pair in groups])
+    if len(targets) < 2 + endless:
+        raise InputError(where, f"at least {2 + endless} targets", f"{len(targets)}")
+    groups = []
+    for n in range(len(targets)):
+        pair = (values.ravel()[(index == n) & (sides.ravel() == side)] for side in (1, -1))
+        groups.append([runs for runs in pair if len(runs)])
+    runs = [each for pair in groups for each in pair]
+    sigma, freedom = _scatter(table, runs, table.unit(columns[0], kind), where, "two runs")
+    means = np.array([np.mean([each.mean() for each in pair]) for pair in groups])
+    spread = np.array([np.sqrt(sum(1 / len(each) for each in pair)) / len(pair) for pair in groups])
     reversal = max((abs(pair[0].mean() - pair[1].mean()) for pair in groups if len(pair) == 2), default=0.0)
     return Positioning(where, axis, targets, means, sigma * spread, freedom, endless, float(reversal))
+
+
+def _scatter(table, groups, size, where, repeated):
+    """The standard deviation of a reading and its degrees of freedom: stated in units of `size`, or of repeats."""
+    stated = _sigma(table, size, where)
+    if not np.isnan(stated):
+        return stated, np.inf
+    groups = [each for each in groups if len(each)]
+    freedom = sum(len(each) - 1 for each in groups)
+    if not freedom:
+        raise InputError(where, f"{repeated}, or a line # sigma = standard deviation of a reading", "neither")
+    return max(np.sqrt(sum(np.var(each) * len(each) for each in groups) / freedom), ROUNDING), freedom
 
 
 def held(machine, target, angles, length):
@@ -361,40 +353,38 @@ def _compiled(machine):
     return tuple(numeric(sp.ImmutableMatrix(each), arguments) for each in (tip, derivatives))
 
 
-def _axis(table, machine, where):
+def _axis(table, machine, method, where):
     """The rotary axis that the file is about, or None if it does not say; L and a column angle need it."""
-    named = table.settings.get("axis")
-    if named is None:
-        if "angle" in table or "L" in table or table.settings["method"] in ("dial", "tip"):
-            one = [each for each in machine.rotary if each.name in table]
-            if len(one) != 1:
-                raise InputError(where, f"a line # axis = {' or '.join(r.name for r in machine.rotary)}", "none")
-            return one[0]
-        return None
-    index = _one_of(table, "axis", {each.name: n for n, each in enumerate(machine.rotary)}, where)
-    axis = machine.rotary[index]
-    side = {"dial": "workpiece", "tip": "tool"}.get(table.settings["method"], axis.carries)
-    if axis.carries != side or ("L" in table and axis.carries != "tool"):
+    rotary = {each.name: each for each in machine.rotary}
+    columns = [name for name in rotary if name in table]
+    if "axis" in table.settings or len(columns) != 1:
+        if not ("axis" in table.settings or "angle" in table or "L" in table or method in ("dial", "tip")):
+            return None
+        axis = _one_of(table, "axis", rotary, where)
+    else:
+        axis = rotary[columns[0]]
+    side = "tool" if "L" in table else {"dial": "workpiece", "tip": "tool"}.get(method, axis.carries)
+    if axis.carries != side:
         raise InputError(where, f"an axis that carries the {side}", axis.name)
     return axis
 
 
 def _angles(table, machine, method, axis, where):
     """The rotary angles of each row, shape (n, 2) in radians; an axis that is not mentioned stood at 0."""
+    columns = {name: name for name in machine.joint_names[3:] if name in table}
+    twice = "angle" in table and axis.name in columns
+    if "angle" in table:
+        columns[axis.name] = "angle"
+    if twice or not columns:
+        found = ", ".join(table.columns)
+        raise InputError(where, "the rotary angles under their axes' names, or under angle", found)
     angles = np.zeros((len(table), 2))
-    named = {each.name: each.name for each in machine.rotary if each.name in table}
-    if "angle" in table and not (named and axis.name in named):
-        named["angle"] = axis.name
-    if not named or ("angle" in table and "angle" not in named):
-        raise InputError(
-            where, "the rotary angles under their axes' names, or under angle", ", ".join(table.columns)
-        )
     for index, each in enumerate(machine.rotary):
-        for column in (column for column, name in named.items() if name == each.name):
-            table.check_angles(column)
-            angles[:, index] = np.deg2rad(table[column])
-            if method == "dial" and column == "angle":  # where on the circle, whichever way the table turns
-                angles[:, index] *= np.sign(max(each.axis, key=abs))
+        if each.name in columns:
+            table.check_angles(columns[each.name])
+            angles[:, index] = np.deg2rad(table[columns[each.name]])
+        if method == "dial" and columns.get(each.name) == "angle":  # on the circle, whichever way the table turns
+            angles[:, index] *= np.sign(max(each.axis, key=abs))
     return angles
 
 
@@ -403,7 +393,7 @@ def _place(table, machine, method, axis, where):
     if method == "dial":
         if "R" not in table:
             raise InputError(where, "a column R, the radius of the circle", "none")
-        out = np.array(square_to(axis)[1], dtype=float)[:, 0]
+        out = location_errors(axis)[1][:, 0]
         place = np.array(axis.point) + table["R"][:, None] * out
         if "z" in table:
             up = unit(axis.axis) * np.sign(max(axis.axis, key=abs))
@@ -425,12 +415,16 @@ def _one_of(table, key, choices, where):
     return choices[said]
 
 
-def _number(table, key, where):
-    """A positive number among the settings, NaN if it is not there."""
-    return _vector(table, key, where, 1, "nan")[0]
+def _sigma(table, size, where):
+    """The stated standard deviation of a reading, in units of `size`; NaN if the file does not say it."""
+    (sigma,) = _vector(table, "sigma", where, 1, "nan")
+    if sigma <= 0:
+        raise InputError(where, "a line # sigma = a number above 0", f"{sigma:g}")
+    return sigma * size
 
 
 def _vector(table, key, where, count=3, default=""):
+    """The numbers of a setting; those of `default` if it is not there."""
     said = table.settings.get(key, default)
     try:
         numbers = np.array([float(word) for word in re.split(r"[\s,;]+", said.strip())])

@@ -1,6 +1,6 @@
 """The lessons' exercises and views, and the means to run the lessons anew.
 
 Read `verdict` first (one exercise and its mix-ups), `answers` (what may be asked for) and `exercise` (as the
-learner meets it); then `exercises_rotation` and the others, by lesson, and the views likewise, from
-`view_rotation` on; `drawings` has the still pictures of lessons 00 and 01.
+learner meets it); then `exercises.toml` and, by lesson, `exercises_rotation` and the others; the views likewise,
+from `view_rotation` on; `drawings` has the still pictures of lessons 00 and 01.
 """

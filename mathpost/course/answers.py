@@ -22,29 +22,21 @@ from mathpost.rotation import wrap
 ROUNDING = 1e-6  # how much of the last digit the rounding of floats may add
 MATRIX = 0.5e-3 * (1 + ROUNDING)  # how far an entry of a matrix or quaternion may be off
 COUNTED = ("no", "one", "two", "three", "four", "five", "six")
-UNITS = {  # how many of what an answer may be in stand for one of what was asked for
-    "degrees": {"radians": np.deg2rad(1), "arcseconds": 3600.0},
-    "radians": {"degrees": np.rad2deg(1)},
-    "mm": {"µm": 1e3, "inches": 1 / 25.4},
-    "µm": {"mm": 1e-3},
-    "µrad": {"radians": 1e-6},
-}
-
-WRITTEN = {  # what may stand behind a number, as a pattern
-    "degrees": "°|degrees?|deg|度",
-    "radians": "radians?|rad|弧度",
-    "mm": "mm|毫米",
-    "µm": "μm|um|微米",
-    "µrad": "μrad|urad|微弧度",
-    "s": "seconds?|sec|s|秒",
+UNITS = {  # what may stand behind a number, as a pattern; how many of a unit that is mixed up with it are one of it
+    "degrees": ("°|degrees?|deg|度", {"radians": np.deg2rad(1), "arcseconds": 3600.0}),
+    "radians": ("radians?|rad|弧度", {"degrees": np.rad2deg(1)}),
+    "mm": ("mm|毫米", {"µm": 1e3, "inches": 1 / 25.4}),
+    "µm": ("μm|um|微米", {"mm": 1e-3}),
+    "µrad": ("μrad|urad|微弧度", {"radians": 1e-6}),
+    "s": ("seconds?|sec|s|秒", {}),
 }
 
 
 class Kind:
-    """What the kinds have in common: how a learner and an exercise talk about an answer.
+    """What the kinds have in common.
 
-    Each has `asked`, what to answer with, in words; ``read(answer)``, the answer as data, or an `InputError` whose
-    place is "answer"; and ``same(value, target)``, whether two data are the same answer.
+    Each has `asked`, what to answer with, in words; ``read(answer)``, the answer as data, or an `InputError`; and
+    ``same(value, target)``, whether two data are the same answer.
     """
 
     def coarse(self, value, target):
@@ -120,7 +112,7 @@ class Number(Kind):
     def mixups(self, target):
         target, names = np.asarray(target), self.names.split()
         yield "Right size, wrong sign: which body turns, and which way do you look at it?", -target
-        for unit, factor in UNITS.get(self.unit, {}).items():
+        for unit, factor in UNITS.get(self.unit, ("", {}))[1].items():
             if np.abs(factor * target).max() < self.period:  # further round, it would be the same as anything
                 yield f"Right, but in {unit}: answer in {self.unit}.", factor * target
         for number, name in enumerate(names):
@@ -356,7 +348,9 @@ def _numbers(answer, asked, unit="", names=()):
         bare = unicodedata.normalize("NFKC", answer).replace("−", "-").strip("[](){} ")
         *before, behind = (re.escape(unicodedata.normalize("NFKC", word)) for word in (*names, unit or "°"))
         named = rf"(?<![\w.])(?:{'|'.join(before) or '$.'})'?\s*[=:]?\s*(?=[-+.\d])"
-        bare = re.sub(rf"{named}|(?<=[\d.])\s*(?:{WRITTEN.get(unit, behind)})(?!\w)", "", bare, flags=re.IGNORECASE)
+        bare = re.sub(
+            rf"{named}|(?<=[\d.])\s*(?:{UNITS.get(unit, (behind,))[0]})(?!\w)", "", bare, flags=re.IGNORECASE
+        )
         answer = re.split(r"[,;、\s]+", bare)
     if isinstance(answer, (list, tuple)):
         answer = [astuple(each) if is_dataclass(each) else each for each in answer]

@@ -26,21 +26,16 @@ OWN, SAME = "*These numbers are yours alone.*", "*The same for everybody.*"
 
 
 def assign(lessons, folder, students=()):
-    """Write the student copy, or one for each student.
+    """Write the student copy, or one for each student; return the path of each copy with its exercises' names.
 
     Parameters
     ----------
     lessons : str or Path
         A notebook, or a folder of notebooks.
     folder : str or Path
-        Made where it is missing; a notebook that is there already is not overwritten.
+        Made where it is missing.
     students : sequence of str
         Names, each also that of a folder.
-
-    Returns
-    -------
-    dict
-        Path of each copy to the names of its exercises.
 
     Raises
     ------

@@ -1,10 +1,9 @@
-"""The Chinese of the report on a class: `chinese.toml` has it, by the English text."""
+"""The Chinese of the report on a class, by the English text: `chinese.toml`, and `exercises.toml` for its slips."""
 
 import re
-import tomllib
 from functools import cache
-from pathlib import Path
 
+from mathpost.course.lesson_data import toml
 from mathpost.course.verdict import EXERCISES
 
 
@@ -19,13 +18,7 @@ def word(text):
 
 @cache
 def mixup(name, sentence):
-    """What is said of a mix-up of an exercise; "" if that has no Chinese, as in a teacher's own exercise.
-
-    Examples
-    --------
-    >>> mixup("05b-count", "That is twice the right answer."), mixup("my-bevel", "That is the sine.")
-    ('这是正确答案的两倍。', '')
-    """
+    """What is said of a mix-up of an exercise; "" if that has no Chinese, as in a teacher's own exercise."""
     for pattern, chinese in (*_patterns(name), *_patterns("any")):
         if found := pattern.fullmatch(sentence):
             return chinese.format(*(mixup(name, part) or part for part in found.groups()))
@@ -39,8 +32,12 @@ def mixup(name, sentence):
 
 @cache
 def sections():
-    """The file as it stands."""
-    return tomllib.loads(Path(__file__).with_name("chinese.toml").read_text(encoding="utf-8"))
+    """The Chinese by section: those of the file, and one for each exercise of the lessons."""
+    found = dict(toml("chinese"))
+    for name, words in toml("exercises").items():
+        slips = {sentence: entry["zh"] for sentence, entry in words.get("slips", {}).items()}
+        found[name] = slips | words.get("said", {})
+    return found
 
 
 @cache

@@ -21,19 +21,7 @@ from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Verdict
 from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError, read_text
 
-__all__ = [
-    "answered",
-    "check",
-    "define",
-    "given",
-    "judge",
-    "progress",
-    "reveal",
-    "saved",
-    "slip",
-    "solution",
-    "student",
-]
+__all__ = ["check", "define", "given", "judge", "progress", "reveal", "saved", "slip", "solution", "student"]
 for _module in sorted(Path(__file__).parent.glob("exercises_*.py")):
     import_module(f"mathpost.course.{_module.stem}")  # for their entries in EXERCISES
 
@@ -60,17 +48,8 @@ def student(name):
 def check(name, answer):
     """Say whether `answer` solves an exercise and, if not, the mix-up that leads to it.
 
-    Parameters
-    ----------
-    name : str
-        Such as ``"07-pivot"``: the lesson and a word.
-    answer : object
-        What the question asks for; None if it has not been attempted.
-
-    Raises
-    ------
-    InputError
-        If there is no such exercise, or what it needs is missing. No answer raises anything.
+    An answer of None has not been attempted. No answer raises anything; there is an `InputError` if no exercise has
+    the name, or what the exercise needs is missing.
 
     Examples
     --------
@@ -104,11 +83,6 @@ def solution(name):
 
     Outside a notebook it is printed.
 
-    Raises
-    ------
-    InputError
-        If there is no such exercise.
-
     Examples
     --------
     >>> solution("01-sign")
@@ -123,19 +97,15 @@ def solution(name):
 def given(name):
     """Return what the question of an exercise hands out, such as a program with an error in it.
 
-    Raises
-    ------
-    InputError
-        If there is no such exercise, or it hands out nothing.
-
     Examples
     --------
     >>> given("01-slip")
     ((20, 70, 50), (3.278276, -0.856658, 6.206371))
     """
-    if _named(name).given is None:
+    found = _named(name)
+    if found.given is None:
         raise InputError("exercise", "one that hands something out", repr(name))
-    return _named(name).handed_out()
+    return found.with_arguments(found.given)
 
 
 def reveal(guess, truth):
@@ -171,44 +141,43 @@ def _same(guess, truth):
 def saved(path):
     """Return the verdicts on all answers that a saved notebook holds, each judged anew from its data.
 
-    Returns
-    -------
-    list of Verdict
-        `edited` where the notebook says something else than its answer deserves. An exercise that is not defined
-        here keeps what the notebook says.
-
-    Raises
-    ------
-    InputError
-        If it is not a notebook.
+    One is `edited` where the notebook says something else than its answer deserves. An exercise that is not defined
+    here keeps what the notebook says.
     """
     return judged(cells(path), path)
 
 
 def judged(cells, where):
     """Return the verdicts on the answers in the cells of a notebook, as `saved`; `where` names it in an error."""
-    return [_anew(*each) for each in _checked(cells, where)]
+    found = []
+    try:
+        for cell in cells:
+            if cell["cell_type"] != "code" or "exercise.check(" not in "".join(cell["source"]):
+                continue
+            for shown in (output.get("data", {}) for output in cell["outputs"]):
+                stored, whose = (shown.get(MIME, {}).get(key) for key in ("answer", "student"))
+                said = SAID.findall("".join(shown.get("text/plain", "")))
+                found += [(*each, stored, str(whose or "")) for each in said]
+    except (KeyError, TypeError, AttributeError):
+        raise InputError(str(where), "a notebook", "something else") from None
+    return [_anew(*each) for each in found]
+
+
+def _anew(name, said, stored, whose):
+    if name not in EXERCISES:
+        return Verdict(name, said, "This exercise is not defined here.", stored)
+    verdict = EXERCISES[name].of(whose).anew(json.dumps(stored))
+    return replace(verdict, edited=verdict.status != said)
 
 
 def answered(folder="."):
-    """Return the verdicts, judged anew, that the lessons saved in a folder hold: a dict by name of the exercise.
-
-    Raises
-    ------
-    InputError
-        If the folder has no lessons, or one of them is not a notebook.
-    """
+    """Return the verdicts, judged anew, that the lessons saved in a folder hold: a dict by name of the exercise."""
     found = {name: Verdict(name, OPEN) for name in sorted(EXERCISES)}
     return found | {verdict.name: verdict for path in _lessons(folder) for verdict in saved(path)}
 
 
 def progress(folder="."):
     """Print how far the notebooks saved in a folder have come: one line for each lesson.
-
-    Raises
-    ------
-    InputError
-        As `answered`.
 
     Examples
     --------
@@ -261,29 +230,6 @@ def _named(name):
         near = get_close_matches(str(name), EXERCISES, n=1, cutoff=0)
         raise InputError("exercise", f"the name of one, such as {near[0]!r}", repr(name))
     return EXERCISES[name].of(_numbers["of"])
-
-
-def _anew(name, said, stored, whose):
-    if name not in EXERCISES:
-        return Verdict(name, said, "This exercise is not defined here.", stored)
-    verdict = EXERCISES[name].of(whose).anew(json.dumps(stored))
-    return replace(verdict, edited=verdict.status != said)
-
-
-def _checked(cells, where):
-    """Name, status as said, stored answer and whose numbers, of every check in a saved notebook."""
-    found = []
-    try:
-        checks = [
-            cell for cell in cells if cell["cell_type"] == "code" and "exercise.check(" in "".join(cell["source"])
-        ]
-        for shown in (output.get("data", {}) for cell in checks for output in cell["outputs"]):
-            stored, whose = (shown.get(MIME, {}).get(key) for key in ("answer", "student"))
-            said = SAID.findall("".join(shown.get("text/plain", "")))
-            found += [(*each, stored, str(whose or "")) for each in said]
-    except (KeyError, TypeError, AttributeError):
-        raise InputError(str(where), "a notebook", "something else") from None
-    return found
 
 
 def _lessons(folder):

@@ -7,12 +7,12 @@ import numpy as np
 from scipy.optimize import brentq
 
 from mathpost.course.answers import Kind, Name, Number, Vector
-from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, with_travel
-from mathpost.course.verdict import define, slip
+from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, of_lesson, with_travel
+from mathpost.course.verdict import slip
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
-from mathpost.post import program, run, travel, yu_dan
+from mathpost.post import program, run, yu_dan
 from mathpost.post.between_blocks import deviation
 from mathpost.post.motion import linearize
 
@@ -21,9 +21,7 @@ SPOILT = 12  # the move of 07-block that is spoilt, counted from 0
 TIP, AXIS, LIFTED = 0.01, 0.1, 1.0  # mm and degrees that 07-alone grants; mm above the path: not in cut
 
 
-@define("07-pivot", Name("40 50 60 70 80"), "By how much does a turn by B move a point whose pivot is shifted?")
-@slip("Nearest to the pole, where angles are uncertain. But a shifted pivot moves what B turns *far*.", "60")
-@slip("Second: which row has the greatest B?", "40")
+@of_lesson("07-pivot", Name("40 50 60 70 80"))
 def pivot():
     """The tip moves by 2·sin(B/2) times the shift, so the row with the greatest B moves furthest."""
     kin = load("dmu50v")
@@ -39,33 +37,25 @@ def table(number):
     return np.loadtxt(data(f"tables/yu_dan_table_{number}.csv"), delimiter=",", skiprows=2)[:, 1:]
 
 
-@define("07-next", Vector(names="B C", unit="degrees"), "Only the time is missing: put it into the curve.")
-@slip("That is the clamped cubic of equation (7). The printed points are on another.", curve=yu_dan.paper_clamped)
-@slip(
-    "That is in proportion between rows 50 and 60: a straight line.",
-    curve=lambda rows, t: rows[1] + t * (rows[2] - rows[1]),
-)
+@of_lesson("07-next", Vector(names="B C", unit="degrees"))
+@slip("clamped", curve=yu_dan.paper_clamped)
+@slip("straight", curve=lambda rows, t: rows[1] + t * (rows[2] - rows[1]))
 def next_point(curve=yu_dan.paper_cubic, t=0.975):
     """A step of 0.2 from t = 0.775; no row of table 3 is needed, only the four rows that the cubic passes."""
     return curve(table(2)[:4], t)[3:]
 
 
-@define("07-time", Number(decimals=3), "C falls all the way: one equation, one unknown.")
-@slip("That is where a straight line from row 50 to row 60 has this C.", lambda: (178.52 - 90) / (178.52 - 1.144))
-@slip("That is the time on the clamped cubic of equation (7).", curve=yu_dan.paper_clamped)
+@of_lesson("07-time", Number(decimals=3))
+@slip("straight", lambda: (178.52 - 90) / (178.52 - 1.144))
+@slip("clamped", curve=yu_dan.paper_clamped)
 def time_of(curve=yu_dan.paper_cubic, c=90.0):
     """The root of C(t) = 90°, found by halving; the same equation gave all five times."""
     rows = table(2)[:4]
     return brentq(lambda t: curve(rows, t)[4] - c, 0, 1)
 
 
-@define(
-    "07-pieces",
-    Number(decimals=0, tolerance=1.5),
-    "`linearize` takes the joints of both rows in radians, and a tolerance.",
-)
-@slip("That is for 0.1 mm.", tolerance=0.1)
-@slip("That is the whole way from row 50 to row 60, not the one from row 53 to row 54.", rows=slice(1, 8, 6))
+@of_lesson("07-pieces", Number(decimals=0, tolerance=1.5))
+@slip("whole way", rows=slice(1, 8, 6))
 def pieces(rows=slice(4, 6), tolerance=0.01):
     """A swing of C by 37° about a tip 77 mm away; the error falls with the square of the number of pieces."""
     kin, printed = load("dmu50v"), table(3)[rows]
@@ -87,17 +77,9 @@ def _moves(lines):
     return [line for line in lines if " L " in line]
 
 
-@define(
-    "07-block",
-    Number(decimals=0),
-    "Read the program back: in which block do tip and tool axis leave the CL data?",
-    given=spoilt_program,
-)
-@slip("You count from 0, the control's blocks from 1.", lambda: block() - 1)
-@slip(
-    "That is the block after: its move starts from the wrong place, but it ends in the right one.",
-    lambda: block() + 1,
-)
+@of_lesson("07-block", Number(decimals=0), given=spoilt_program)
+@slip("from 0", lambda: block() - 1)
+@slip("after", lambda: block() + 1)
 def block():
     """In one block only the tip leaves the CL data, by a tenth of a millimetre; no glance at the words shows it."""
     kin = with_travel(load("dmu50v"), -25, 180)
@@ -124,7 +106,7 @@ def not_lowest(low):
     return ""
 
 
-@define("07-lowest", Number(decimals=2, unit="degrees"), complaint=not_lowest)
+@of_lesson("07-lowest", Number(decimals=2, unit="degrees"), complaint=not_lowest)
 def lowest():
     """One half of the swing of the tool must be made with B below zero: take the smaller half."""
     b = np.degrees(load("dmu50v").inverse(blade().points, blade().axes)[:, 0, 3])
@@ -132,15 +114,7 @@ def lowest():
     return -min(before, after) - 1e-3
 
 
-@define(
-    "07-way",
-    Name("direct linear cubic aside retract"),
-    "Two of them keep 0.1°. Where does the tool stand while C turns?",
-)
-@slip("Smooth, but its tool axis leaves the great circle by 1.6°.", "cubic")
-@slip("It keeps both tolerances. But the tool turns on one spot of the part for more than five seconds.", "direct")
-@slip("Its tool axis leaves the great circle by 2.6°.", "linear")
-@slip("Its tool axis leaves the great circle by 1.0°, on purpose.", "aside")
+@of_lesson("07-way", Name("direct linear cubic aside retract"))
 def way():
     """It keeps both tolerances, and while C turns the tool is in the air."""
     return "retract"
@@ -183,7 +157,7 @@ def unproved(text):
     kin, path = load("bc_table"), cldata.parse(new_path(), "the CL data")
     blocks = program.read(text, kin.machine, name="your program")
     joints = kin.close(blocks.joints[:, :3], blocks.joints[:, 3:]) if blocks.tcp else blocks.joints
-    if out := [words for each in joints for words in travel.out_of_travel(kin.machine, each)]:
+    if out := [words for each in joints for words in kin.machine.out_of_travel(each)]:
         return f"Out of travel: {out[0]}."
     tip, axis = kin.forward(joints)
     at = 0
@@ -214,7 +188,7 @@ def unproved(text):
     return ""
 
 
-@define("07-alone", Program("bc_table"), given=new_path, complaint=unproved)
+@of_lesson("07-alone", Program("bc_table"), given=new_path, complaint=unproved)
 def alone():
     """Read back, it reaches every record in order, and the way between them keeps both tolerances."""
     return run(cldata.parse(new_path()), load("bc_table").machine, name="flank").program

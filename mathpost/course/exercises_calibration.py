@@ -1,22 +1,109 @@
-"""The exercises of lessons 10 and 11: the rotation centre, RTCP."""
+"""The exercises of lessons 08 to 11b: datum after rotation, five-face head, rotation centre, RTCP, tools."""
 
 from functools import cache
 
 import numpy as np
 
 from mathpost import machine
-from mathpost.course.answers import Names, Number, Vector
-from mathpost.course.lesson_data import data, load
-from mathpost.course.verdict import define, slip
-from mathpost.measure import cutter, rotary_axis
+from mathpost.course.answers import Angle, Name, Names, Number, Vector
+from mathpost.course.lesson_data import data, load, of_lesson
+from mathpost.course.verdict import slip
+from mathpost.measure import cutter, horizontal_head, rotary_axis, work_offset
+from mathpost.measure.horizontal_head import VERTICAL
+
+CENTRES = {"centre_a": (0, -200, -850), "centre_b": (-350, 0, -900)}
+G54 = (-300, -250, -600)
+SET_UP, NEW = {"A": 15, "B": -50}, {"A": -20, "B": 30}
+QUARTERS = {"B": 90, "C": 90}
+CALL = "G65P9795X0Y0Z0A0B0D-30.E10.S55"
+NORMALS = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}
+
+# 08 The datum after rotation
+
+
+@of_lesson("08-face", Name({"+X": ["X"], "-X": [], "+Z": ["Z"], "-Z": []}))
+def face(b=90):
+    """The table carries +X to +Z, where the spindle is."""
+    _, rotary = work_offset.ab_table(**CENTRES, order="AB")
+    turned = {
+        name: np.subtract(*work_offset.moved([normal, (0, 0, 0)], (rotary,), {"B": 0}, {"B": b}, degrees=True))
+        for name, normal in NORMALS.items()
+    }
+    return next(name for name, normal in turned.items() if normal[2] > 0.5)
+
+
+@of_lesson("08-datum", Vector(unit="mm"))
+@slip("backwards", start=NEW, end=SET_UP)
+def after_turn(start=SET_UP, end=NEW, order="AB", iso=True):
+    """Back to zero with the old angles, forward with the new, each axis about its own line."""
+    table = work_offset.ab_table(**CENTRES, order=order, iso=iso)
+    return work_offset.moved(G54, table, start, end, degrees=True)
+
+
+@of_lesson("08-words", Names, given=lambda: CALL)
+def missing_words():
+    """G10 L2 stores X Y Z only; without A-30. B10. the table stands where it stood, and G55 names another place."""
+    old = work_offset.WorkOffset("G54", *G54, A=0, B=0)
+    table = work_offset.ab_table(**CENTRES, order="AB")
+    return set(work_offset.p9795(table, old, **work_offset.read_call(CALL)).angles)
+
+
+@of_lesson("08-dmu", Vector(unit="mm"))
+def dmu(end=QUARTERS, order=1):
+    """The same function: a table is two axes with their own lines, a tilted one too."""
+    b_carries_c = load("dmu50v").machine.rotary[::order]
+    return work_offset.moved((10, 20, 30), b_carries_c, {"B": 0, "C": 0}, end, degrees=True)
+
+
+# 09 The five-face head
+
+
+@cache
+def head():
+    """The measured head of source 001."""
+    return horizontal_head.read_head(data("measurements/five_face_head.csv"))
+
+
+@of_lesson("09-vertical", Vector(unit="mm"))
+@slip("head vector", lambda: head().vector(0))
+def vertical(measured=VERTICAL):
+    """Nothing to take back: the offset already belongs to the vertical head."""
+    return horizontal_head.lhyset(head(), measured, measured, measured)
+
+
+@of_lesson("09-missed", Vector(unit="mm"))
+@slip("flipped", lambda: horizontal_head.opposite_errors(head())[270])
+@slip("predicted less measured", lambda: -missed())
+def missed(fitted=3):
+    """Twice the residuals of the full fit: a point that was not fitted is missed by more than one that was."""
+    chosen = horizontal_head.Head(head().angles[:fitted], head().vectors[:fitted])
+    return head().vector(270) - horizontal_head.fit_head(chosen).head().vector(270)
+
+
+@of_lesson("09-wrapped", Angle(decimals=1))
+@slip("counterclockwise", lambda: next(a for a in np.arange(0, 360, 2.5) if 90 + a > 180))
+def wrapped():
+    """From here on UZZ would be below -180, and comes back from the other side, just below +180."""
+    positions = np.arange(0, 360, 2.5)
+    return next(angle for angle in positions if 90 + head().sense * angle < -180)
+
+
+@of_lesson("09-unlisted", Number(decimals=0, unit="mm"))
+@slip(
+    "arms",
+    lambda: np.linalg.norm(horizontal_head.fit_head(head()).head().vector(205)) - np.linalg.norm(head().vector(0)),
+)
+def unlisted(angle=205):
+    """It falls through to the first label and uses U_0, almost two arm lengths away."""
+    wanted = horizontal_head.fit_head(head()).head().vector(angle)
+    return np.linalg.norm(wanted - head().vector(0))
+
 
 # 10 Where is the rotation centre?
 
 
-@define("10-square", Vector(names="ex ey", decimals=4, unit="mm"), "Add the wave to all eight readings, and fit.")
-@slip("This is a wave of one period in a turn, which *is* an offset. Out of square has two.", waves=1)
-@slip("Only four of the eight readings are in this; fit all of them.", rows=slice(0, 8, 2))
-@slip("The dial's sense is reversed: it reads more when the spindle moves away from C.", sense=-1)
+@of_lesson("10-square", Vector(names="ex ey", decimals=4, unit="mm"))
+@slip("four", rows=slice(0, 8, 2))
 def square(waves=2, rows=slice(None), sense=1):
     """The centre does not move: an offset has one period in a turn, the wave two. Only `noise` shows it."""
     dial = rotary_axis.dial_circle()
@@ -32,12 +119,8 @@ def probed_table(sense):
     return rotary_axis.probing(machine.Rotary("A", "workpiece", axis=(sense, 0, 0), point=(0, 0, 0)))
 
 
-@define("10-angles", Number(decimals=0), "Ask `identify` for the deviation of yc, for more and more angles.")
-@slip("That is for one standard deviation; the question asks for three.", sigmas=1)
-@slip(
-    "Nine times as many as for one: but the ends count most, angles between them tell less.",
-    lambda: 9 * angles_needed(1),
-)
+@of_lesson("10-angles", Number(decimals=0))
+@slip("nine times", lambda: 9 * angles_needed(1))
 def angles_needed(sigmas=3):
     """Averaging is dear. Two angles that are 180° apart give more than many within 90°."""
     for count in range(2, 200):
@@ -54,21 +137,7 @@ def unknown_sense():
     return probed_table(1).simulate(true, at, sigma=0.002, seed=10, degrees=True)
 
 
-@define(
-    "10-sense",
-    Vector(names="yc zc", decimals=2, tolerance=0.02, unit="mm"),
-    "Fit with both senses of turning, and compare the residuals.",
-    given=unknown_sense,
-)
-@slip(
-    "This is the ISO table with three readings that contradict it: look at `noise` or at the residuals.",
-    senses=(-1,),
-)
-@slip(
-    "Two of the three readings fit any sense of turning, so they cannot tell you that it is wrong.",
-    senses=(-1,),
-    rows=[0, 2],
-)
+@of_lesson("10-sense", Vector(names="yc zc", decimals=2, tolerance=0.02, unit="mm"), given=unknown_sense)
 def sense(senses=(-1, 1), rows=(0, 1, 2)):
     """Only with the axis (1, 0, 0) are the residuals those of a probe: this table turns the other way."""
     readings = {name: np.asarray(unknown_sense()[name])[list(rows)] for name in ("angle", "y", "z")}
@@ -80,16 +149,10 @@ def sense(senses=(-1, 1), rows=(0, 1, 2)):
 # 11 How accurate is RTCP?
 
 
-@define("11-factor", Number(decimals=2), "Which part of L·α does an axial dial read at ψ?")
-@slip(
-    "That is the sine itself: the dial shows this *part* of L·α. How many times too small is it?",
-    lambda: np.sin(np.radians(20)),
-)
-@slip(
-    "The dial reads L·α·sin ψ, the axial part; the tangent does not come into it.",
-    lambda: 1 / np.tan(np.radians(20)),
-)
-@slip("That is one over the cosine: the part that the dial does not read.", lambda: 1 / np.cos(np.radians(20)))
+@of_lesson("11-factor", Number(decimals=2))
+@slip("sine", lambda: np.sin(np.radians(20)))
+@slip("tangent", lambda: 1 / np.tan(np.radians(20)))
+@slip("cosine", lambda: 1 / np.cos(np.radians(20)))
 def factor():
     """One over the sine of the tilt, whatever the head."""
     alpha = rotary_axis.source_zero_angle(0.1, 700)
@@ -97,10 +160,7 @@ def factor():
     return alpha / rotary_axis.source_zero_angle(reading, 700)
 
 
-@define("11-psi", Number(decimals=0, unit="degrees"), "Plot the deviation of alpha over ψ.")
-@slip("There the cosine grows fastest, but alpha comes from the sine.", 45)
-@slip("That is the source's own example, where the dial shows a tenth of the error.", 5)
-@slip("That is the largest tilt, not the best: the sine falls again beyond its greatest value.", 120)
+@of_lesson("11-psi", Number(decimals=0, unit="degrees"))
 def psi():
     """Where the sine is greatest; at 45° it is only √2 worse, and far easier to reach."""
 
@@ -111,16 +171,7 @@ def psi():
     return min(range(5, 121), key=deviation)
 
 
-@define(
-    "11-signs",
-    Names(
-        {"alpha": ["α"], "dy": ["Δy"], "dL": ["ΔL"]},
-        about={"dL": "The length error reads w·(cos ψ - 1): a cosine does not know the sign of ψ."}.get,
-    ),
-)
-@slip("dy adds up with L·alpha in u, and u is what changes its sign.", "alpha")
-@slip("L·alpha adds up with dy in u, and u is what changes its sign.", "dy")
-@slip("The other way round: the sine changes its sign with ψ, the cosine does not.", "dL")
+@of_lesson("11-signs", Names)
 def signs():
     """The sine's part, u = dy + L·alpha, comes out reversed; the cosine's part, dL, does not."""
     true, measurement = {"alpha": 7e-5, "dy": 0.03, "dL": 0.05}, rotary_axis.rtcp_zero()
@@ -143,7 +194,7 @@ def no_gouge(pair):
     return ""
 
 
-@define(
+@of_lesson(
     "11b-gouge", Vector(names="D₁ r₁ D₂ r₂", decimals=None, said="two cutters, old and new"), complaint=no_gouge
 )
 def gouge():
@@ -151,21 +202,16 @@ def gouge():
     return cutter.Cutter.ball(10), cutter.Cutter(diameter=8, rim=1)
 
 
-@define("11b-length", Number(decimals=1, unit="µm"), "The offset is along the tool as it stands at A0.")
-@slip("That is when nobody told the control: the whole length along the tool.", told="nothing")
-@slip(
-    "The offset moves along Z only; what is missing along Z is not all.", lambda: 250 * (1 - np.cos(np.radians(40)))
-)
-@slip("That is sideways only.", lambda: 250 * np.sin(np.radians(40)))
+@of_lesson("11b-length", Number(decimals=1, unit="µm"))
+@slip("along Z", lambda: 250 * (1 - np.cos(np.radians(40))))
+@slip("sideways", lambda: 250 * np.sin(np.radians(40)))
 def length(told="length offset"):
     """The difference of two directions 40° apart: 2·sin 20° times the length."""
     return 1e3 * np.linalg.norm(cutter.tip_shift(load("ac_head"), [0, 0, 0, 0, 40], -0.25, told, degrees=True))
 
 
-@define("11b-stock", Number(decimals=1, unit="µm"), "Compare the tips of both balls for one contact.")
-@slip("That is the difference of the radii: it is left where the wall is upright.", slope=90)
-@slip("That is sideways. Stock is measured along the normal.", lambda: 150 * np.sin(np.radians(35)))
-@slip("The difference of the *radii* counts, not that of the diameters.", diameters=(32, 31.4))
+@of_lesson("11b-stock", Number(decimals=1, unit="µm"))
+@slip("sideways", lambda: 150 * np.sin(np.radians(35)))
 def stock(slope=35, diameters=(16, 15.7)):
     """The middles of the balls are 0.15 mm apart along the tool; along the normal 0.15·(1 − cos 35°) is missing."""
     normal = [np.sin(np.radians(slope)), 0, np.cos(np.radians(slope))]

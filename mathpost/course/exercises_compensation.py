@@ -10,8 +10,8 @@ from mathpost.compensate.compensation import Compensator, total_differential
 from mathpost.compensate.drift import Tracker
 from mathpost.compensate.model import COMPONENTS, SQUARENESS, ErrorModel, constant_errors, read_errors
 from mathpost.course.answers import Angle, Name, Names, Number, Vector
-from mathpost.course.lesson_data import data, load
-from mathpost.course.verdict import define, slip
+from mathpost.course.lesson_data import data, load, of_lesson
+from mathpost.course.verdict import slip
 from mathpost.detective.euler_angles import explain
 from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.measure import angular_error, spline
@@ -29,11 +29,7 @@ def table_error():
     return spline.adaptive(measured, 0.5)
 
 
-@define("12-command", Angle(decimals=6), "Target less error: in which units?")
-@slip("The error is added where it must be taken away: this doubles it.", sign=+1)
-@slip("The error is in seconds of arc, the command in degrees.", seconds=1)
-@slip("The error is in seconds of arc, not in minutes: 3600 of them are a degree.", seconds=60)
-@slip("That is what you want, uncorrected.", sign=0)
+@of_lesson("12-command", Angle(decimals=6))
 def command(sign=-1, seconds=3600):
     """Command = target - error, both in degrees."""
     return 250 + sign * table_error()(250) / seconds
@@ -49,23 +45,15 @@ def spoilt_table():
     return "\n".join(lines)
 
 
-@define(
-    "12-table", Angle(decimals=0), "In which row do error and correction have the same sign?", given=spoilt_table
-)
-@slip(
-    "There the error is greatest, and rightly taken away.",
-    lambda: max(range(0, 360, 45), key=lambda target: abs(table_error()(target))),
-)
-@slip("0 less a positive error is negative: that is right.", 0)
+@of_lesson("12-table", Angle(decimals=0), given=spoilt_table)
+@slip("greatest", lambda: max(range(0, 360, 45), key=lambda target: abs(table_error()(target))))
 def spoilt():
     """Where the command is above the target although the axis already goes too far."""
     rows = [list(map(float, line.split(","))) for line in spoilt_table().splitlines()[1:]]
     return next(target for target, error, command in rows if (command - target) * error > 0)
 
 
-@define("12-knots", Number(decimals=0), "Fit the spline with `period=None`, and count.")
-@slip("That is enough for 0.5 seconds.", tolerance=0.5)
-@slip("These are all the measured points.", 17)
+@of_lesson("12-knots", Number(decimals=0))
 def knots(tolerance=0.2):
     """An open curve begins with both ends; the knots crowd where sin 3a bends it."""
     angles = np.arange(-120, 121, 15)
@@ -82,16 +70,12 @@ def ripple_left(step, teeth=30):
     return np.hypot(*(wave(fine) - curve(fine) for wave, curve in zip(waves, fitted, strict=True))).max()
 
 
-@define(
+@of_lesson(
     "12-steps",
     Names(
         "3 4 5 6 7 8 9 11", about=lambda step: f"A step of {step}° leaves {ripple_left(step):.0%} of the ripple."
     ),
-    "Its period is 12°. What does Nyquist ask for, and what does the spline need besides?",
 )
-@slip("These *see* the ripple, since they do not divide its period. Do they resolve it?", "5 7 8 9 11")
-@slip("Half of the period is Nyquist's limit itself. There the whole ripple is left.", "3 4 5 6")
-@slip("That is for 18 teeth, whose period is 20°.", teeth=18)
 def steps(share=0.5, teeth=30):
     """Below half of the period, and not just below: near the limit the spline still leaves much of the wave."""
     return {step for step in (3, 4, 5, 6, 7, 8, 9, 11) if ripple_left(step, teeth) <= share}
@@ -110,18 +94,9 @@ def trunnion_model():
     return ErrorModel(load("ac_table").machine)
 
 
-@define(
-    "13-sign",
-    Vector(decimals=1, unit="µm"),
-    "First in the machine, then seen from the turned workpiece.",
-    drawn=lambda rng: {"size": rng.randrange(4, 25)},
-)
-@slip(
-    "That is where the table goes. The tool stays, so *seen from the workpiece* it goes the other way.",
-    lambda size: error_sign(-size),
-)
-@slip("That is in the machine's directions. At C90 the workpiece has turned: which of its axes is along X?", c=0)
-@slip("That is where the table goes, in the machine's directions.", lambda size: error_sign(-size, 0))
+@of_lesson("13-sign", Vector(decimals=1, unit="µm"), drawn=lambda rng: {"size": rng.randrange(4, 25)})
+@slip("table", lambda size: error_sign(-size))
+@slip("table in the machine", lambda size: error_sign(-size, 0))
 def error_sign(size=10, c=90):
     """The table goes to +X, so the tool goes to -X seen from it; and at C90 the machine's X is the part's Y."""
     model = trunnion_model()
@@ -129,15 +104,8 @@ def error_sign(size=10, c=90):
     return size * sensitivity(0, 0, 0, 0, np.radians(c))[:3, 0]
 
 
-@define(
-    "13-ecc",
-    Number(decimals=2, unit="µrad"),
-    "About which axis does a positive C turn this table?",
-    drawn=lambda rng: {"seconds": rng.randrange(5, 20)},
-)
-@slip("That is right on a table whose axis is [0, 0, 1]. Which axis has this one?", z=+1)
-@slip("That is the number in seconds of arc, with the right sign. One second is 4.848 µrad.", unit=1)
-@slip("Right sign, wrong size: an error in µrad is not multiplied by its angle.", unit=90 * MICRORADIANS)
+@of_lesson("13-ecc", Number(decimals=2, unit="µrad"), drawn=lambda rng: {"seconds": rng.randrange(5, 20)})
+@slip("times 90", unit=90 * MICRORADIANS)
 def ecc(z=-1, seconds=12, unit=MICRORADIANS):
     """The error turns about the axis of the file, [0, 0, -1]: ECC is minus what the autocollimator shows."""
     return z * seconds * unit
@@ -150,11 +118,7 @@ def unlike_exx(name):
     return "It turns the tool axis as well, and that probing at different places would show."
 
 
-@define("13-twins", Names(" ".join(ERRORS), about=unlike_exx), "Which else carry the tool or the part along X?")
-@slip("A moves too when X has an error, but it is not the only one that carries them along X.", "EXA")
-@slip("These are the slides. The tables can stand wrong along X as well.", "EXY EXZ")
-@slip("C's too: A turns about X, so what C carries along X stays along X.", "EXY EXZ EXA")
-@slip("EXX itself is not one of the others.", "EXX EXY EXZ EXA EXC")
+@of_lesson("13-twins", Names(" ".join(ERRORS), about=unlike_exx))
 def twins():
     """All five have one sensitivity up to the sign: only their sum shows, and only the sum must be compensated."""
     model = trunnion_model()
@@ -173,13 +137,8 @@ def worse_at(tilt):
     return compensator.miss(joints + step, compensator.wanted(joints)).tip / compensator.miss(joints).tip
 
 
-@define(
-    "13b-tilt",
-    Number(decimals=3, tolerance=2e-3, unit="degrees"),
-    "If the ratio is r at 0.01°, at which tilt is it 1?",
-)
-@slip("The rest falls with the *square* of the tilt, not with the tilt.", falls=lambda ratio: ratio)
-@slip("There it is still more than ten times too much.", 0.01)
+@of_lesson("13b-tilt", Number(decimals=3, tolerance=2e-3, unit="degrees"))
+@slip("linear", falls=lambda ratio: ratio)
 def tilt(falls=np.sqrt):
     """The rest falls with the square of the tilt; bisection finds the same to a few thousandths of a degree."""
     return 0.01 * falls(worse_at(0.01))
@@ -188,11 +147,7 @@ def tilt(falls=np.sqrt):
 TWO_ERRORS, AT = {"EYA": 0.025, "EBC": -50e-6}, (20, 60, -10, -40, 15)
 
 
-@define("13b-inverse", Vector(decimals=4, unit="mm"), "Take the ideal pose, and give it to the calibrated inverse.")
-@slip("That is the ideal machine: it would miss the pose.", errors={})
-@slip("The errors are compensated with the wrong sign.", errors={"EYA": -0.025, "EBC": 50e-6})
-@slip("EYA alone. What does the tilt of C do, 60 mm from its axis?", errors={"EYA": 0.025})
-@slip("EBC alone. Where is the axis of A?", errors={"EBC": -50e-6})
+@of_lesson("13b-inverse", Vector(decimals=4, unit="mm"))
 def exact_inverse(errors=TWO_ERRORS):
     """Both are constants: the machine with the moved axes has its own closed-form inverse."""
     compensator = Compensator(constant_errors(machine.load(data("errors/bohez_machine.toml")), errors))
@@ -209,23 +164,15 @@ def compensated_turn(tilt):
     return joints, compensator.compensate(joints)
 
 
-@define("13b-path", Number(decimals=1, unit="µm"), "Compare `real.compensate(…).joints` with what was programmed.")
-@slip(
-    "That is how far the tip was off before. How far does *Y* move?",
-    lambda: 1e3 * compensated_turn(20)[1].before.tip.max(),
-)
-@slip("That is X.", column=0)
-@slip("That is Z.", column=2)
-@slip("That is at A0, not at A20.", tilt=0)
+@of_lesson("13b-path", Number(decimals=1, unit="µm"))
+@slip("before", lambda: 1e3 * compensated_turn(20)[1].before.tip.max())
 def path_change(column=1, tilt=20):
     """Y takes back what the errors do along it, and follows the small turns of A and C besides."""
     joints, result = compensated_turn(tilt)
     return 1e3 * np.abs(result.joints - joints)[:, column].max()
 
 
-@define("13b-drift", Number(decimals=0), "In the steady state each part takes away the same share of what is left.")
-@slip("That is with forgetting 0.5.", forgetting=0.5)
-@slip("That is with forgetting 0.9.", forgetting=0.9)
+@of_lesson("13b-drift", Number(decimals=0))
 def drift_parts(forgetting=0.8):
     """Each part leaves the share 0.8 of what was left: 0.8 to the tenth is still more than a tenth."""
     poses = np.zeros((5, 5))
@@ -245,13 +192,7 @@ SLIP = ((20, 35, 50), (1, 2, 3), (0.690, -1.540, 3.339))
 SLIPS = "sign,active,order,transpose,row,axis,reference,exchange,left out,unit,rounded".split(",")
 
 
-@define(
-    "14-slip",
-    Name(dict.fromkeys(SLIPS, ())),
-    "Ask `explain`: its first reading has the word in `kinds`.",
-    given=lambda: SLIP,
-)
-@slip("The elements are passive, as they should be; ask `explain`.", "active")
+@of_lesson("14-slip", Name(dict.fromkeys(SLIPS, ())), given=lambda: SLIP)
 def worksheet_slip():
     """Three decimals and angles that are not special were enough."""
     angles, point, answer = SLIP
@@ -266,15 +207,8 @@ def wrong_post():
     return tuple(axis.tolist()), (round(float(a), 3), round(float(c), 3))
 
 
-@define(
-    "14-post",
-    Angle(decimals=1, tolerance=0.01),
-    "Compare its C with both branches of the inverse.",
-    given=wrong_post,
-)
-@slip("That is how far off C is. What must be *added* to it?", lambda: -post())
-@slip("Half a turn is the other branch; then A would have the other sign too.", 180)
-@slip("C is off, not right: compare with both branches, or ask `explain_joints`.", 0)
+@of_lesson("14-post", Angle(decimals=1, tolerance=0.01), given=wrong_post)
+@slip("off", lambda: -post())
 def post():
     """A zero position off by a quarter turn: the post thinks of a table whose C0 is where Y should be."""
     axis, angles = wrong_post()
@@ -293,7 +227,7 @@ def hides_a_mistake(angles):
     return "" if apart[name] > 2 else f"The bar of '{name}' is only {apart[name]:.2f} long."
 
 
-@define("14-angles", Vector(names="α β γ", decimals=None, unit="degrees"), complaint=hides_a_mistake)
+@of_lesson("14-angles", Vector(names="α β γ", decimals=None, unit="degrees"), complaint=hides_a_mistake)
 def telling_angles():
     """None near 0 or 90, and no two alike: then every mistake leaves a trace of its own."""
     tried = ((a, 35, c) for a in (20, 37, 67) for c in (-59, 50))

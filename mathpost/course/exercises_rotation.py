@@ -8,8 +8,8 @@ import sympy as sp
 from mathpost import angles as euler
 from mathpost import chain
 from mathpost.course.answers import Angle, Name, Names, Number, Pose, Vector
-from mathpost.course.lesson_data import load
-from mathpost.course.verdict import define, slip
+from mathpost.course.lesson_data import load, of_lesson
+from mathpost.course.verdict import slip
 from mathpost.detective.euler_angles import explain
 from mathpost.frame import Frame
 from mathpost.plane import blocks, positioning
@@ -19,20 +19,7 @@ from mathpost.rotation import ACTIVE, wrap, zxz_right, zxz_steps
 
 POINT = (3, 4, 5)
 SLIP = ((20, 70, 50), (3.278276, -0.856658, 6.206371))  # angles, and the point that the colleague of 01-slip shows
-AXES = Name({axis: [f"{axis} axis", f"{axis}轴", f"{axis}坐标"] for axis in "xyz"})
-KINDS = Name({"active": ["active matrix", "主动", "主动矩阵"], "passive": ["passive matrix", "被动", "被动矩阵"]})
-TURNS = Name(
-    {"moving": ["intrinsic", "动轴", "动坐标系"], "fixed": ["extrinsic", "定轴", "固定", "固定轴", "静轴"]}
-)
 ORDERS = Name({"".join(order): [] for order in permutations("XYZ")})
-LINKS = Names(
-    {"workpiece": ["工件"], "C": [], "A": [], "linear": ["直线轴"], "tool": ["刀具"]},
-    about={
-        "workpiece": "The workpiece link knows where the part sits, not how long the tool is.",
-        "C": "It turns the table, whatever tool is in the spindle.",
-        "A": "It tilts the table, whatever tool is in the spindle.",
-    }.get,
-)
 
 # 01 Rotating a point
 
@@ -42,46 +29,32 @@ def drawn_point(rng):
     return {"point": tuple(rng.sample(range(2, 10), 3))}
 
 
-@define("01-sign", Vector(), "Where do the new X and the new Y point?", drawn=drawn_point)
-@slip("This turns the point (an active matrix). The frame turns: look from its new axes.", angle=-90)
-@slip("This is the point before the turn.", angle=0)
+@of_lesson("01-sign", Vector(), drawn=drawn_point)
 def sign(angle=90, point=POINT):
     """The new X stands where Y was, so x' is the old y; the new Y points along -X, so y' is minus the old x."""
     return zxz_right(angle, 0, 0, degrees=True) @ point
 
 
-@define(
+@of_lesson(
     "01-point",
     Vector(),
-    "Write the new axes as three vectors, then take three dot products.",
     detective=lambda answer, point: explain((30, 90, 0), point, np.round(answer, 6)),
     drawn=drawn_point,
 )
-@slip(
-    "These are active matrices: they turn the point. Coordinates in a turned frame take the passive ones.",
-    lambda angles, point: zxz_steps("right", angles, point, elementary=ACTIVE, degrees=True)[-1].value,
-)
-@slip(
-    "The factors stand in the order of turning; the first turn must act first, at the right end.",
-    angles=(0, 90, 30),
-)
-@slip("The angles went in as degrees where the function expects radians; say degrees=True.", degrees=False)
+@slip("active", lambda angles, point: zxz_steps("right", angles, point, elementary=ACTIVE, degrees=True)[-1].value)
 def by_hand(angles=(30, 90, 0), point=POINT, degrees=True):
     """X' = (cos 30°, sin 30°, 0), Y' = (0, 0, 1), Z' = (sin 30°, -cos 30°, 0): three dot products."""
     return zxz_right(*angles, degrees=degrees) @ point
 
 
-@define("01-slip", KINDS, given=lambda: SLIP)
-@slip("Both kinds make the recipes agree; the passive kind gives a different point. Try it.", "passive")
+@of_lesson("01-slip", Name, given=lambda: SLIP)
 def kind_of_matrix():
     """So look at the first elementary matrix: the minus before the sine is in the wrong place, in all six."""
     angles, shown = SLIP
     return explain(angles, POINT, shown).misreadings[0].kinds[0]
 
 
-@define("01-still", AXES)
-@slip("That is so for a turn about X. The last turn is about the newest Z.", "x")
-@slip("Which axis does the last turn leave in its place?", "y")
+@of_lesson("01-still", Name)
 def still():
     """The last turn is about the newest Z, and turning about an axis keeps the coordinate along it."""
     alpha, beta, gamma = sp.symbols("alpha beta gamma")
@@ -92,55 +65,31 @@ def still():
 # 02 Euler angles and frames
 
 
-@define("02-frame", Pose(), "z gives I and J; then turn about it until x fits.")
-@slip(
-    "These are the angles of the transposed matrix: it takes coordinates into the frame, F takes them out.",
-    lambda: euler.angles("ZXZ", Frame.from_axes([0, 1, 0], [0, 0, -1]).rotation.T, degrees=True),
-)
-@slip(
-    "The plane's Z is right, its X is not: the third angle is still free.",
-    lambda: euler.from_direction("ZXZ", [0, 1, 0], degrees=True),
-)
-@slip("z and x are exchanged: `from_axes` takes z first.", z=[0, 0, -1], x=[0, 1, 0])
-@slip("These are ZYZ angles. The middle turn of I J K is about the new X.", sequence="ZYZ")
+@of_lesson("02-frame", Pose())
+@slip("transposed", lambda: euler.angles("ZXZ", Frame.from_axes([0, 1, 0], [0, 0, -1]).rotation.T, degrees=True))
+@slip("any X", lambda: euler.from_direction("ZXZ", [0, 1, 0], degrees=True))
 def frame(z=(0, 1, 0), x=(0, 0, -1), sequence="ZXZ"):
     """Z alone gives I and J; X, along the slope, gives K. The twin with -J would have been right too."""
     return euler.angles(sequence, Frame.from_axes(z, x).rotation, degrees=True)
 
 
-@define(
-    "02-twin",
-    Angle(decimals=2),
-    "Is a twin a different rotation?",
-    drawn=lambda rng: {"angles": tuple(rng.sample(range(15, 60, 5), 3))},
-)
-@slip(
-    "That is the turn the other way round. A twin is the same rotation under another name.",
-    lambda angles: -twin(angles),
-)
-@slip("The three angles are about different axes, so they do not add up.", lambda angles: sum(angles))
+@of_lesson("02-twin", Angle(decimals=2), drawn=lambda rng: {"angles": tuple(rng.sample(range(15, 60, 5), 3))})
+@slip("other way", lambda angles: -twin(angles))
+@slip("sum", lambda angles: sum(angles))
 def twin(angles=(20, 30, 40)):
     """The same as before: a twin is another name of the same rotation, and the axis with its angle has no names."""
     twin = euler.twin("ZXZ", angles, degrees=True)
     return euler.to_axis_angle(euler.matrix("ZXZ", twin, degrees=True), degrees=True)[1]
 
 
-@define("02-lock", Angle(decimals=0), "When do the first and the third axis fall on one line?")
-@slip(
-    "That is where ZXZ locks (G68.2), whose first and third axis are the same. Here they are X and Z.",
-    sequence="ZXZ",
-)
-@slip("That is the second place where ZXZ locks (G68.2). Here the first and the third axis are X and Z.", 180)
-@slip("PLANE SPATIAL locks there too. The question is about SPB between 0° and 180°.", -90)
-@slip("Between them stands B: at which B does it lay X onto Z?", 45)
+@of_lesson("02-lock", Angle(decimals=0))
 def lock(sequence="xyz"):
     """SPB = 90° lays the part's X onto the fixed Z, about which SPC turns: only SPA - SPC is left."""
     tried = ((b, euler.matrix(sequence, (20, b, 30), degrees=True)) for b in range(181))
     return next(b for b, matrix in tried if euler.is_locked(sequence, matrix))
 
 
-@define("02-order", TURNS, given=lambda: "F = Rz(c) @ Ry(b) @ Rx(a)")
-@slip("About moving axes the later turns stand further *right*: Rx(a)·Ry(b)·Rz(c). Here they stand left.", "moving")
+@of_lesson("02-order", Name, given=lambda: "F = Rz(c) @ Ry(b) @ Rx(a)")
 def order():
     """About the fixed X, the fixed Y, the fixed Z. The comment needs Rx(a)·Ry(b)·Rz(c), in SciPy's spelling XYZ."""
     a, b, c = sp.symbols("a b c")
@@ -152,28 +101,22 @@ def order():
 # 03 The tilted working plane
 
 
-@define("03-plane", Pose())
-@slip("I0 J30 K0 tilts about X. J is about the *new* X: I must first turn that X into the old Y.", (0, 30, 0))
-@slip("Z is right, X is not: I has turned the plane about Z, and K must turn it back.", (90, 30, 0))
-@slip("Z leans to the other side: the sign of I.", (-90, 30, 90))
+@of_lesson("03-plane", Pose())
 def plane():
     """I lays X along the old Y, J tilts about it, and K takes I's turn back again: I = 90, K = -90."""
     return Plane("PLANE SPATIAL", [0, 30, 0]).to("G68.2").values
 
 
-@define("03-face", Pose(), "z gives I and J. Which K leaves x in the horizontal plane?")
-@slip("x points straight down the slope here. The drawing has it horizontal.", x=(2, -1, -2.5))
-@slip("x is horizontal, but along it X and Y become smaller.", x=(-1, -2, 0))
-@slip("I is where z leans to. I must end on the line of nodes, 90° further.", lambda: face_angles() - [90, 0, 0])
-@slip("The angles are those of the transposed matrix, which goes from the workpiece to the face.", inverted=True)
+@of_lesson("03-face", Pose())
+@slip("leaning", lambda: face_angles() - [90, 0, 0])
 def face_angles(x=(1, 2, 0), inverted=False):
     """Z × z is horizontal and lies in the face: it is (1, 2, 0). The frame on it has K = 0."""
     frame = Frame.from_axes([2, -1, 2], x)
     return Plane.from_frame(frame.inverse() if inverted else frame, "G68.2").values
 
 
-@define("03-mode", ORDERS, "Write 39 in bits, and take two at a time from the right.")
-@slip("You read the bits from the left. The first axis stands in the lowest bits.", lambda: mode_39()[::-1])
+@of_lesson("03-mode", ORDERS)
+@slip("from the left", lambda: mode_39()[::-1])
 def mode_39():
     """39 is 10 01 11 in bits. From the right: 3 is Z, 1 is X, 2 is Y."""
     return blocks.MODES[39].split()[1]
@@ -182,26 +125,19 @@ def mode_39():
 # 03b The tool on the tilted plane
 
 
-@define(
+@of_lesson(
     "03b-rho",
     Angle(decimals=1),
-    "Which K would leave ρ = 0 on this machine?",
     drawn=lambda rng: {"i": rng.randrange(10, 80, 5), "j": rng.randrange(20, 60, 5), "k": rng.randrange(5, 60, 5)},
 )
-@slip("Right size, wrong sense: ρ counts from the spindle's X to the feature's X.", lambda k: -90 - k)
-@slip("That is ρ on an A-C table, whose third angle is 0.", name="ac_table")
+@slip("wrong sense", lambda k: -90 - k)
 def rho(i=20, j=35, k=10, name="bc_table"):
     """The third angle of a B-C table is -90, and each degree of K beyond it is one degree of ρ: K + 90."""
     return align(Plane("G68.2", [i, j, k]).frame, load(name).machine).solutions[0].rho
 
 
-@define("03b-third", Angle(decimals=2), "What does ρ say of the position that is within the travel?")
-@slip(
-    "This is what is left (ρ). The third angle must take it away, so it has the other sign.",
-    lambda: align(Plane("G68.2", [60, 30, 0]).frame, load("dmu50v").machine).solutions[0].rho,
-)
-@slip("0 is the third angle of an A-C table. This table tilts about an axis at 45°.", name="ac_table")
-@slip("-90 is the third angle of a B-C table. This table tilts about an axis at 45°.", name="bc_table")
+@of_lesson("03b-third", Angle(decimals=2))
+@slip("left over", lambda: align(Plane("G68.2", [60, 30, 0]).frame, load("dmu50v").machine).solutions[0].rho)
 def third(name="dmu50v"):
     """Only one position is within the travel of B, and on a 45° table every plane needs a K of its own."""
     solutions = align(Plane("G68.2", [60, 30, 0]).frame, load(name).machine).solutions
@@ -220,7 +156,7 @@ def same_choice(present):
     return f"Both go to A{a:+.0f} C{c:+.0f} from there (Fanuc: {one.why}; Heidenhain: {other.why})."
 
 
-@define("03b-choice", Vector(names="A C", decimals=None, unit="degrees"), complaint=same_choice)
+@of_lesson("03b-choice", Vector(names="A C", decimals=None, unit="degrees"), complaint=same_choice)
 def choice():
     """Fanuc asks only how far A has to go; Heidenhain adds the way of C."""
     tried = ((a, c) for a in (0, 20) for c in range(-90, 91, 30))
@@ -230,9 +166,7 @@ def choice():
 # 04 The transform chain
 
 
-@define("04-links", LINKS, "Ask of each link: does the tool's length stand in its matrix?")
-@slip("Not only the tool: X Y Z name the *tip* here, so for the same words the slides must stand higher.", ["tool"])
-@slip("The linear link too, but also the tool's own: the distance from nose to tip is in it.", ["linear"])
+@of_lesson("04-links", Names)
 def links():
     """The two changes cancel at the tip. On `ac_head`, where X Y Z name the pivot, the tool link alone changes."""
     model = load("ac_table").machine
@@ -241,39 +175,22 @@ def links():
     return {one.name for one, other in pairs if one.matrix != other.matrix}
 
 
-@define(
-    "04-same",
-    Angle(decimals=1),
-    "Write down both tool axes, and compare the first two components.",
-    drawn=lambda rng: {"a": rng.randrange(20, 65, 5), "c": rng.randrange(10, 80, 5)},
+@of_lesson(
+    "04-same", Angle(decimals=1), drawn=lambda rng: {"a": rng.randrange(20, 65, 5), "c": rng.randrange(10, 80, 5)}
 )
-@slip("The head over the table tilts about Y, not about X: the same C turns the tool elsewhere.", lambda c: c)
-@slip("Right size of the step, wrong way: there the tool leans to the opposite side.", lambda c: c + 90)
+@slip("same C", lambda c: c)
+@slip("wrong way", lambda c: c + 90)
 def same_axis(a=35, c=20):
     """sin B cos C' = sin A sin C and sin B sin C' = -sin A cos C: with B = A it is C' = C - 90."""
     _tip, axis = load("ac_table").forward([0, 0, 0, a, c], degrees=True)
     return load("head_b_table_c").inverse([0, 0, 0], axis, degrees=True)[0, 3]
 
 
-@define(
-    "04-lean",
-    Angle(decimals=2),
-    "Draw the pivot above the tip: when does it stand over the middle of the ring?",
-    drawn=lambda rng: {"radius": rng.randrange(20, 80, 5)},
-)
-@slip("Leaning outwards makes the ring of the pivot wider. It must lean inwards.", lambda radius: -lean(radius))
-@slip(
-    "The pivot is L along the *tool*: it is the sine of the lean that carries it sideways, not the tangent.",
-    inverse=np.arctan,
-)
-@slip(
-    "The way from the pivot ends not at the spindle nose but at the tip: add both lengths of the file.",
-    lambda radius: -np.degrees(np.arcsin(radius / load("ac_head").machine.programmed_point[2])),
-)
-@slip(
-    "The pivot lies not at the spindle nose but further up: add both lengths of the file.",
-    lambda radius: -np.degrees(np.arcsin(radius / load("ac_head").machine.tool_length)),
-)
+@of_lesson("04-lean", Angle(decimals=2), drawn=lambda rng: {"radius": rng.randrange(20, 80, 5)})
+@slip("outwards", lambda radius: -lean(radius))
+@slip("tangent", inverse=np.arctan)
+@slip("to the nose", lambda radius: -np.degrees(np.arcsin(radius / load("ac_head").machine.programmed_point[2])))
+@slip("from the nose", lambda radius: -np.degrees(np.arcsin(radius / load("ac_head").machine.tool_length)))
 def lean(radius=40, inverse=np.arcsin):
     """The pivot stands over the middle: radius + L·sin(lean) = 0."""
     model = load("ac_head").machine
@@ -281,18 +198,8 @@ def lean(radius=40, inverse=np.arcsin):
     return -np.degrees(inverse(radius / pivot_to_tip))
 
 
-@define(
-    "04-sign",
-    Number(),
-    "Turn the table with your hand: where does the tool point, seen from the part?",
-    drawn=lambda rng: {"a": rng.choice([20, 25, 35, 40, 50, 55])},
-)
-@slip(
-    "Right size, wrong sign: this table turns as a head does. By ISO 841 the *tool* turns right-handed "
-    "about X, seen from the part.",
-    lambda a: table_sign(-a),
-)
-@slip("That is the component along Z, the cosine.", component=2)
+@of_lesson("04-sign", Number(), drawn=lambda rng: {"a": rng.choice([20, 25, 35, 40, 50, 55])})
+@slip("as a head", lambda a: table_sign(-a))
 def table_sign(a=30, component=1):
     """Right-handed about X the tool axis goes from Z towards -Y: the same on a table and on a head."""
     _tip, axis = load("ac_table").forward([0, 0, 0, a, 0], degrees=True)

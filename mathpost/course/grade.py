@@ -13,7 +13,7 @@ import tempfile
 import tomllib
 import zipfile
 from collections import Counter, defaultdict
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
 
@@ -26,7 +26,16 @@ COURSE = Path(__file__).parents[2]
 ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
 TEXT_ENOUGH = 80  # characters that the course did not write and two students share, before they are called the same
 SHARED_BY_CLASS = 0.5  # cells that more of a class have than this were handed out; from ten students on
-NUMBER = "a number, 0 or more"
+NAMES = (lambda value: isinstance(value, list) and {*map(type, value)} <= {str}, "a list of names in quotes")
+NUMBER = (lambda value: type(value) in (int, float) and 0 <= value < math.inf, "a number, 0 or more")
+RULES = {  # the keys of a file of rules: whether a value is right, and what is expected
+    "students": NAMES,
+    "exercises": NAMES,
+    "points": (lambda value: isinstance(value, dict), "a table of exercises and lessons"),
+    "notebooks": NUMBER,
+    "workbooks": NUMBER,
+    "expected_workbooks": (lambda value: type(value) is int and value > 0, "a whole number above 0"),
+}
 FAULTS = (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, RecursionError, MemoryError)
 
 
@@ -65,9 +74,7 @@ class Result:
 
     name: str
     verdicts: dict = field(default_factory=dict)  # exercise → the best `Verdict` that the notebooks hold
-    edited: list = field(
-        default_factory=list
-    )  # exercises of which a notebook says what their answer does not deserve
+    edited: list = field(default_factory=list)  # exercises whose answer deserves another verdict than it has
     mixups: set = field(default_factory=set)  # exercise and sentence of the mix-ups that gave the answers
     workbooks: list = field(default_factory=list)  # of `Workbook`
     trouble: list = field(default_factory=list)  # file and why: not read, or empty
@@ -125,7 +132,7 @@ class Class:
 
 
 def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
-    """Judge what a class handed in.
+    """Judge what a class handed in; return a `Class`.
 
     Parameters
     ----------
@@ -133,15 +140,11 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
         See `mathpost.course.handed_in`.
     rules : Rules, optional
     lessons : str or Path, optional, keyword only
-        The notebooks as they were handed out; what they say is nobody's own work. By default the course's.
+        The folder of the notebooks as handed out, by default the course's; what they say is nobody's own work.
     rerun : callable, optional, keyword only
         ``rerun(path)`` returns the path of the executed notebook, or raises `InputError`; see `rerun.Place`.
     progress : callable, optional, keyword only
         ``progress(done, total, name)`` is called after each slow step: a workbook, a notebook that is run.
-
-    Returns
-    -------
-    Class
 
     Raises
     ------
@@ -149,7 +152,9 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
         If there is nothing to judge. What is wrong with one file is in its student's `trouble`.
     """
     rules = rules or Rules()
-    handed_out = _handed_out(lessons)
+    if lessons is not None and not Path(lessons).is_dir():
+        raise InputError(str(lessons), "the folder of the notebooks as they were handed out", "none")
+    handed_out = sorted(Path(lessons).rglob("*.ipynb") if lessons else (COURSE / "notebooks").glob("*.ipynb"))
     with tempfile.TemporaryDirectory() as unpacked:
         students = collect(folder, unpacked, [path.stem for path in handed_out])
         course = {digest(path) for path in (*handed_out, *(COURSE / "data").glob("**/*.xlsx"))}
@@ -176,57 +181,27 @@ def _say_whose_numbers(results):
 
 
 def read_rules(path):
-    """Return the `Rules` of a TOML file.
-
-    Raises
-    ------
-    InputError
-        If it is no TOML, or a key is unknown or of the wrong kind.
-    """
+    """Return the `Rules` of a TOML file; raise `InputError` of an unknown key or a value of the wrong kind."""
     try:
         found = tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as error:
         raise InputError(str(path), "TOML", str(error)) from None
     for key, value in found.items():
-        match key:
-            case "students" | "exercises":
-                right = isinstance(value, list) and all(isinstance(each, str) for each in value)
-                expected = "a list of names in quotes"
-            case "points":
-                right, expected = isinstance(value, dict), "a table of exercises and lessons"
-            case "notebooks" | "workbooks":
-                right, expected = _is_number(value), NUMBER
-            case "expected_workbooks":
-                right, expected = type(value) is int and value > 0, "a whole number above 0"
-            case _:
-                right, expected = False, f"one of {', '.join(each.name for each in fields(Rules))}"
-        if not right:
+        is_right, expected = RULES.get(key, (lambda _: False, f"one of {', '.join(RULES)}"))
+        if not is_right(value):
             raise InputError(f"{path}, {key}", expected, repr(value))
         for name in value if key in ("exercises", "points") else ():
             if name not in {*EXERCISES, *(each.split("-")[0] for each in EXERCISES)}:
                 expected = 'an exercise such as "07-pivot" or a lesson such as "07"'
                 raise InputError(f"{path}, {key}", expected, repr(name))
-            if key == "points" and not _is_number(value[name]):
-                raise InputError(f"{path}, points.{name}", NUMBER, repr(value[name]))
+            if key == "points" and not NUMBER[0](value[name]):
+                raise InputError(f"{path}, points.{name}", NUMBER[1], repr(value[name]))
     return Rules(**{key: tuple(value) if isinstance(value, list) else value for key, value in found.items()})
-
-
-def _is_number(value):
-    return type(value) in (int, float) and 0 <= value < math.inf
 
 
 def digest(path):
     """Tell files apart by their bytes."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def _handed_out(lessons):
-    """The notebooks as they were handed out."""
-    if lessons is None:
-        return sorted((COURSE / "notebooks").glob("*.ipynb"))
-    if not Path(lessons).is_dir():
-        raise InputError(str(lessons), "the folder of the notebooks as they were handed out", "none")
-    return sorted(Path(lessons).rglob("*.ipynb"))
 
 
 def _asked(rules, results):
@@ -244,7 +219,7 @@ def _student(student, same, rerun, step):
             _trying(result, path, lambda path=path: _rerun(result, path, rerun))
             step(f"{student.name}: {path.name}")
     for path in student.workbooks:
-        if not same.handed_out(path):
+        if digest(path) not in same.course:
             _trying(result, path, lambda path=path: _workbook(result, path, same))
         step(f"{student.name}: {path.name}")
     if not (result.notebooks or result.workbooks or result.trouble):
@@ -328,10 +303,7 @@ class _Same:
 
     def __init__(self, own, course):
         self.own, self.course, self.works = own, course, []  # student, file, answers, sources
-        self.files, self.sheets = defaultdict(list), defaultdict(list)  # bytes, or cells → students and files
-
-    def handed_out(self, path):
-        return digest(path) in self.course
+        self.having = {"file": defaultdict(list), "text": defaultdict(list), "cells": defaultdict(list)}
 
     def notebook(self, student, path, sources, verdicts):
         if (bytes_ := digest(path)) in self.course:
@@ -339,23 +311,22 @@ class _Same:
         answers = json.dumps([(each.name, each.answer) for each in verdicts if each.status != OPEN])
         sources = [source for source in sources if source and source not in self.own]
         if sources or answers != "[]":
-            self.files[bytes_].append((student, path.name))
+            self.having["file"][bytes_].append((student, path.name))
             self.works.append((student, path.name, answers, sources))
 
     def workbook(self, student, path):
-        self.files[digest(path)].append((student, path.name))
-        self.sheets[_cells_of(path)].append((student, path.name))
+        self.having["file"][digest(path)].append((student, path.name))
+        self.having["cells"][_cells_of(path)].append((student, path.name))
 
     def groups(self, students):
         """What is the same, in which file, and who has it."""
         found, seen = [], set()
         has, most = Counter(source for *_, each in self.works for source in set(each)), SHARED_BY_CLASS * students
-        texts = defaultdict(list)
         for student, file, answers, sources in self.works:
             beyond = tuple(source for source in sources if students < 10 or has[source] <= most)
             if sum(map(len, beyond)) >= TEXT_ENOUGH:
-                texts[answers, beyond].append((student, file))
-        for kind, groups in (("file", self.files), ("text", texts), ("cells", self.sheets)):
+                self.having["text"][answers, beyond].append((student, file))
+        for kind, groups in self.having.items():
             for content, files in groups.items():
                 who = tuple(sorted({student for student, _ in files}))
                 names = ", ".join(sorted({file for _, file in files}))

@@ -5,7 +5,7 @@ of the spreadsheet program that opens the table.
 """
 
 import html
-from collections import Counter, defaultdict
+from collections import Counter
 from pathlib import Path
 
 from mathpost.course import chinese
@@ -14,7 +14,7 @@ from mathpost.course.verdict import OPEN, RIGHT, WRONG
 from mathpost.workbook.report import csv_table
 
 LANGUAGES = ("en", "zh")
-ENGLISH = {OPEN: "open", "": "not handed in"}  # where the report says something else than its programs
+ENGLISH = {OPEN: "open"}  # where the report says something else than its programs
 EDITED = "verdict differs from its answer: the file was edited, or saved with another edition of the course"
 SAME = {
     "file": "the same file",
@@ -37,29 +37,23 @@ def to_csv(graded, language="en"):
     """
     head = ["student_id", *graded.exercises, "score", "max_score", "workbooks_right", "first_wrong_cell", "cause"]
     rows = [[*head, "percent_correct", "edited", "same_as", "trouble"]]
-    same = defaultdict(set)
-    for _, _, who in graded.same:
-        for name in who:
-            same[name] |= {*who} - {name}
     for result in graded.results:
-        had, possible, right = graded.points(result)
-        mark = graded.mark(result)
+        statuses = [say(language, result.status(name) or "not handed in") for name in graded.exercises]
         wrong = [each for each in result.workbooks if each.cell]
-        rows.append(
-            [
-                result.name,
-                *(say(language, result.status(name)) for name in graded.exercises),
-                had,
-                possible,
-                right,
-                "; ".join(each.cell for each in wrong),
-                "; ".join(say(language, each.cause) for each in wrong),
-                "" if mark is None else f"{mark:.1f}",
-                " ".join(result.edited),
-                "; ".join(sorted(same[result.name])),
-                "; ".join(f"{file}: {why}" if file else why for file, why in result.trouble),
-            ]
-        )
+        cells = [[each.cell for each in wrong], [say(language, each.cause) for each in wrong]]
+        mark = graded.mark(result)
+        mark = "" if mark is None else f"{mark:.1f}"
+        same = {name for _, _, who in graded.same if result.name in who for name in who} - {result.name}
+        trouble = [f"{file}: {why}" if file else why for file, why in result.trouble]
+        row = [
+            result.name,
+            *statuses,
+            *graded.points(result),
+            *map("; ".join, cells),
+            mark,
+            " ".join(result.edited),
+        ]
+        rows.append([*row, "; ".join(sorted(same)), "; ".join(trouble)])
     return csv_table(rows)
 
 
@@ -86,33 +80,24 @@ def to_html(graded, language="en"):
     failed = [(name, tried, _bar(wrong, tried)) for name, tried, wrong in graded.failed()]
     books = [(result.name, book) for result in results for book in result.workbooks]
     same = [(say(language, SAME[kind]), file, ", ".join(who)) for kind, file, who in graded.same]
+    look = list(_attention(graded, word, language))
     parts = [
         f'<!DOCTYPE html><html lang="{language}"><meta charset="utf-8">',
         f"<title>{word('A class')}</title>",
         f"<style>\n{Path(__file__).with_suffix('.css').read_text(encoding='utf-8')}</style>",
         f"<h1>{word('A class')}</h1><p>{html.escape(summary)}</p><p class='key'>{word(judged_anew)}</p>",
-        _section(
-            word, "What needs a look", ("student", "file", "what", "why"), list(_attention(graded, word, language))
-        ),
+        _section(word, "What needs a look", ("student", "file", "what", "why"), look),
         _section(word, "Mix-ups by frequency", ("exercise", "why", "students"), mixups, own_words * lacking),
         _section(word, "Exercises that most failed", ("exercise", "tried", "not solved"), failed),
     ]
     if books:
         heads = ("student", "file", "verdict", "checked", "cell", "cause", "why")
-        rows = [
-            (
-                who,
-                b.file,
-                say(language, b.verdict),
-                f"{b.checked}/{b.total}",
-                b.cell,
-                _cause(language, b),
-                b.message,
-            )
-            for who, b in books
-        ]
+        rows = []
+        for who, book in books:
+            verdict, cause = say(language, book.verdict), say(language, book.cause)
+            rows.append((who, book.file, verdict, f"{book.checked}/{book.total}", book.cell, cause, book.message))
         parts.append(_section(word, "Workbooks: the first wrong cell", heads, rows))
-        causes = Counter(_cause(language, book) for _, book in books if book.cause)
+        causes = Counter(say(language, book.cause) for _, book in books if book.cause)
         rows = [(cause, _bar(number, len(books))) for cause, number in causes.most_common()]
         parts.append(_section(word, "Causes by frequency", ("cause", "students"), rows))
     no_proof = "The same beyond what the course handed out. A reason to ask, no proof."
@@ -132,10 +117,6 @@ def _mixup(language, name, sentence):
 def _why(language, verdict):
     """What is said of an answer."""
     return _mixup(language, verdict.name, verdict.mixup) or verdict.why
-
-
-def _cause(language, book):
-    return say(language, book.cause) if book.cause else ""
 
 
 class _Safe(str):

@@ -34,25 +34,9 @@ class Student:
 
 
 def collect(folder, unpacked, lessons=()):
-    """Return the students of a folder with their files, by name.
+    """Return the students, by name, of a folder or a zip of what was handed in; zips go to the folder `unpacked`.
 
-    Parameters
-    ----------
-    folder : str or Path
-        What was handed in; or a zip of it.
-    unpacked : Path
-        An empty folder, into which zips are unpacked.
-    lessons : iterable of str
-        Stems of the lessons' file names, which are no part of a student's name.
-
-    Returns
-    -------
-    list of Student
-
-    Raises
-    ------
-    InputError
-        If there is no such folder, or nothing in it.
+    `lessons` are the stems of the lessons' file names, which are no part of a student's name.
     """
     folder, unpacked = Path(folder), Path(unpacked)
     if zipfile.is_zipfile(folder):
@@ -71,13 +55,7 @@ def collect(folder, unpacked, lessons=()):
 
 
 def unzip(path, target):
-    """Unpack a zip into a folder that does not exist yet.
-
-    Raises
-    ------
-    InputError
-        If it is no zip, leads out of the folder, holds links, or is too large unpacked.
-    """
+    """Unpack a zip; raise `InputError` if it is none, leads out of the target, holds links, or is too large."""
     try:
         with zipfile.ZipFile(path) as packed:
             members = [each for each in packed.infolist() if not each.is_dir()]

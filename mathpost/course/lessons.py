@@ -34,13 +34,7 @@ class Change:
 
 
 def same(text, other):
-    """Whether two texts have the same words, and numbers that agree to 1e-9.
-
-    Examples
-    --------
-    >>> same("tip 1.000000000001 mm", "tip 1 mm"), same("tip 1.001 mm", "tip 1 mm")
-    (True, False)
-    """
+    """Whether two texts have the same words, and numbers that agree to 1e-9."""
     if NUMBER.split(text) != NUMBER.split(other):
         return False
     pairs = zip(NUMBER.findall(text), NUMBER.findall(other), strict=True)
@@ -48,10 +42,9 @@ def same(text, other):
 
 
 def without_views(text):
-    """Return HTML without what moves the views in it.
+    """Return HTML without the program and the PNG of its views, which change with every version of Pillow.
 
-    A view (`mathpost.draw.live`) carries its program and a PNG, which change with every version of Pillow. What it
-    shows is compared all the same: its readings are its plain text.
+    What a view shows is compared all the same: its readings are its plain text.
     """
     return VIEW.sub("a view that moves", text)
 
@@ -59,12 +52,7 @@ def without_views(text):
 def rerun(path, *, accept=False):
     """Run a notebook anew and return what changed, a list of `Change`; `accept` writes the new outputs to the file.
 
-    Raises
-    ------
-    InputError
-        If the file is not a notebook.
-    MathpostError
-        If a cell raises; nothing is written.
+    If a cell raises, there is a `MathpostError`, and nothing is written.
     """
     path = Path(path)
     try:

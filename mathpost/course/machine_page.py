@@ -27,19 +27,9 @@ p, table { font-size: 14px }</style>"""
 
 
 def words(kin):
-    """Return what the positive direction of each joint does, a dict of sentences by joint name.
+    """What the positive direction of each joint does, sentences by joint name, such as "X+ moves the tool up.".
 
     Seen by a person in front of the machine, at rotary zero: the front is towards −Y, the right side towards +X.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> from mathpost.kinematics import Kinematics
-    >>> said = words(Kinematics(machine.load("data/machines/ac_table.toml")))
-    >>> said["X"]
-    'X+ moves the tool to the right.'
-    >>> said["A"]
-    'A+ turns the table so that its front rises; as ISO 841 has it.'
     """
     names, zero, places = kin.machine.joint_names, np.zeros(5), placing(kin.machine)
     at_zero, said = places(zero), {}

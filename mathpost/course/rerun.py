@@ -17,7 +17,8 @@ from pathlib import Path
 from mathpost.errors import InputError, data_file
 
 UID = 199_999  # an account number that owns nothing, below those of the students on a hub
-SECONDS, MEMORY, FILE, PROCESSES = 300, 2 * 2**30, 64 * 2**20, 200
+SECONDS = 300  # for a notebook
+MEMORY, FILE, PROCESSES = 2 * 2**30, 64 * 2**20, 200  # bytes of each process and file; how many processes
 ALONE = ["unshare", "--net", "--pid", "--fork", "--kill-child"]
 
 PROBE = """
@@ -28,22 +29,16 @@ assert os.getuid() and not subprocess.call([sys.executable, "-c", "import ipyker
 
 
 class Place:
-    """Where notebooks are run, each in a folder of its own that is removed afterwards.
+    """Where notebooks are run, each within so many seconds, in a folder of its own that is removed afterwards.
 
-    `seconds` are for a notebook, `memory` in bytes for each of its processes. The attribute `open` is a list of
-    what could not be bounded here, in sentences.
-
-    Raises
-    ------
-    InputError
-        If the only way would be to run students' code as root.
+    The attribute `open` is a list of what could not be bounded here, in sentences. If the only way would be to run
+    students' code as root, there is an `InputError`.
     """
 
-    def __init__(self, seconds=SECONDS, memory=MEMORY):
+    def __init__(self, seconds=SECONDS):
         if os.name != "posix":
             raise InputError("--rerun", "Linux or macOS, whose processes can be bounded", os.name)
-        self.seconds, self.memory = seconds, memory
-        self.root = os.getuid() == 0
+        self.seconds, self.root = seconds, os.getuid() == 0
         account = ["setpriv", f"--reuid={UID}", f"--regid={UID}", "--clear-groups", "--no-new-privs"]
         account = [*account, "--bounding-set=-all", "--inh-caps=-all"] if self.root else []
         alone = ALONE if self.root else [*ALONE, "--user", "--map-current-user"]
@@ -63,13 +58,7 @@ class Place:
             self.open.append("Memory may not have been bounded: that works on Linux.")
 
     def __call__(self, path):
-        """Run a notebook; return the path of the executed one, valid until the next call.
-
-        Raises
-        ------
-        InputError
-            If it did not come to its end within the bounds.
-        """
+        """Run a notebook within the bounds; return the path of the executed one, valid until the next call."""
         self._kept = tempfile.TemporaryDirectory()
         executed = Path(self._kept.name) / Path(path).name
         with executed.open("wb") as said:
@@ -122,7 +111,7 @@ class Place:
         """In the child: limits that none of its processes can lift again."""
         import resource
 
-        limits = {"DATA": self.memory, "CPU": self.seconds, "FSIZE": FILE, "CORE": 0, "NOFILE": 512}
+        limits = {"DATA": MEMORY, "CPU": self.seconds, "FSIZE": FILE, "CORE": 0, "NOFILE": 512}
         if self.root:
             limits["NPROC"] = PROCESSES  # counts all processes of an account, so only where it is one of its own
         for name, limit in limits.items():

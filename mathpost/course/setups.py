@@ -1,10 +1,8 @@
 """The set-ups of lessons 08 to 13, from `setups.toml`: how things stand, what turns, which way a reading counts."""
 
-import tomllib
-from pathlib import Path
-
 import numpy as np
 
+from mathpost.course.lesson_data import toml
 from mathpost.draw import plot
 from mathpost.draw.sketch import sketch
 
@@ -19,7 +17,7 @@ def show(*names):
     >>> show("dial")
     {'image/png': ..., 'text/plain': 'picture with "dial and ring, ...
     """
-    drawings = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+    drawings = toml("setups")
     _, panels = plot.figure(1, len(names), size=(4.4 * len(names), 3.9))
     for axes, name in zip(np.atleast_1d(panels), names, strict=True):
         parts = [(kind, _points(geometry), *rest) for kind, geometry, *rest in drawings[name]["parts"]]

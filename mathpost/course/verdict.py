@@ -1,7 +1,7 @@
 """One exercise: its solution, the mix-ups that give a wrong answer, all of them computed, and the verdict.
 
-The exercises of the lessons stand in `mathpost.course.exercises_rotation` and its neighbours; the learner meets
-them through `mathpost.course.exercise`, and so does a teacher who writes one.
+The exercises of the lessons stand in `mathpost.course.exercises_rotation` and its neighbours, their words in
+`exercises.toml`; the learner meets them through `mathpost.course.exercise`, and so does a teacher who writes one.
 """
 
 import ast
@@ -71,7 +71,7 @@ class Exercise:
         found = {name: each.default for name, each in stated if each.default is not each.empty}
         return found | (self.drawn(random.Random(f"{self.name} {self.student}")) if self.student else {})
 
-    def _with_arguments(self, function, *values):
+    def with_arguments(self, function, *values):
         """Call what belongs to the exercise with the arguments of the solution that it names."""
         named = inspect.signature(function).parameters
         every = any(each.kind is each.VAR_KEYWORD for each in named.values())
@@ -81,15 +81,15 @@ class Exercise:
     @cached_property
     def solution(self):
         """The solution as data, computed once, and right in its own eyes."""
-        value = self.kind.read(self._with_arguments(self.solve))
-        if self.complaint and (why := self._with_arguments(self.complaint, value)):
+        value = self.kind.read(self.with_arguments(self.solve))
+        if self.complaint and (why := self.with_arguments(self.complaint, value)):
             raise InputError(f"exercise {self.name}", "a solution that has nothing wrong", f"{value}: {why}")
         return value
 
     @cached_property
     def mixed_up(self):
         """What each slip gives, as data: pairs of a sentence and a value."""
-        found = [(said, self.kind.read(self._with_arguments(slip))) for said, slip in self.slips.items()]
+        found = [(said, self.kind.read(self.with_arguments(slip))) for said, slip in self.slips.items()]
         for said, value in found if not self.complaint else ():
             if self.kind.same(value, self.solution):
                 raise InputError(f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {said}")
@@ -100,10 +100,6 @@ class Exercise:
         """What the mix-ups give that any answer of its kind can suffer."""
         found = self.kind.mixups(self.solution)
         return [(sentence, value) for sentence, value in found if not self.kind.same(value, self.solution)]
-
-    def handed_out(self):
-        """What the question hands out."""
-        return self._with_arguments(self.given)
 
     @property
     def source(self):
@@ -146,11 +142,11 @@ class Exercise:
         except (TypeError, ValueError, IndexError, KeyError, AttributeError):
             return self._unreadable(brief(answer))
         try:
-            if self._solves(value):
-                return Verdict(self.name, RIGHT, inspect.getdoc(self.solve) or "", value)
             mixup = self._mixup(value)
         except MathpostError as error:
             return Verdict(self.name, WRONG, f"The answer cannot be used: {error}.", value)
+        if mixup is None:
+            return Verdict(self.name, RIGHT, inspect.getdoc(self.solve) or "", value)
         why = mixup or f"{self.kind.nearly(value, self.solution) or NO_MIXUP} {self.hint}".strip()
         return Verdict(self.name, WRONG, why, value, mixup=mixup)
 
@@ -163,18 +159,15 @@ class Exercise:
         why = f"Expected {self.kind.asked}; found {found}."
         return Verdict(self.name, WRONG, why, {UNREADABLE: found})
 
-    def _solves(self, value):
-        if self.complaint:
-            return not self._with_arguments(self.complaint, value)
-        return self.kind.same(value, self.solution)
-
     def _mixup(self, value):
-        """The sentence of the first mix-up that gives the value: a named one, the detective's, or a common one."""
+        """None if the value is right, or the sentence of the first mix-up: named, of the detective, or common."""
         if self.complaint:
-            return self._with_arguments(self.complaint, value)
+            return self.with_arguments(self.complaint, value) or None
+        if self.kind.same(value, self.solution):
+            return None
         if named := [said for said, mistaken in self.mixed_up if self.kind.same(value, mistaken)]:
             return named[0]
-        found = self._with_arguments(self.detective, value) if self.detective else None
+        found = self.with_arguments(self.detective, value) if self.detective else None
         if found and found.explained and not found.right:
             first, *rest = str(found.misreadings[0])
             return "".join([first.upper() if first.isascii() else first, *rest, "."])  # a letter such as α stays
@@ -243,13 +236,8 @@ def define(name, kind, hint="", **how):
 def slip(sentence, answer=None, **changed):
     """Name a mix-up of the exercise that is defined above: what is said of an answer that it leads to.
 
-    Parameters
-    ----------
-    sentence : str
-    answer : object, optional
-        The answer to which it leads, or a function that computes it, of arguments of the solution that it names.
-    **changed
-        In place of `answer`: the arguments with which the *solution* gives it.
+    `answer` is that answer, or a function that computes it from the arguments of the solution that it names. Else
+    the keywords are the arguments with which the *solution* gives the answer.
     """
 
     def enter(solve):

@@ -4,7 +4,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost.draw import plot
-from mathpost.draw.chart import printed, recorded
+from mathpost.draw.chart import printed, recorded, subplots
 from mathpost.draw.formula import slider
 from mathpost.measure import horizontal_head, rotary_axis, work_offset
 
@@ -13,8 +13,8 @@ def datum_after_rotation(centre_a, centre_b, point):
     """Turn A and B and see where a point of the part goes: both stack orders, and one centre for both axes."""
     tables = {order: work_offset.ab_table(centre_a, centre_b, order=order) for order in ("AB", "BA")}
     common = (centre_b[0], centre_a[1], centre_b[2])
-    tables["AB, one centre"] = work_offset.with_common_centre(tables["AB"], common)
-    colours = (plot.COLOUR["first branch"], plot.COLOUR["second branch"], plot.COLOUR["published"])
+    tables["AB, one centre"] = work_offset.ab_table(common, common, order="AB")
+    roles = {"first branch": "-", "second branch": "--", "published": ":"}
     symbols, way = sp.symbols("A B", real=True), [k / 10 for k in range(11)]
 
     def path(table):
@@ -28,69 +28,58 @@ def datum_after_rotation(centre_a, centre_b, point):
 
     paths = {name: path(table) for name, table in tables.items()}
 
-    def build(figure):
-        views, lines = figure.subplots(1, 2), {}
-        for axes, (across, centre) in zip(views, ((0, centre_b), (1, centre_a)), strict=True):
-            reach = 1.1 * max(np.linalg.norm(np.subtract(point, c)) for c in (centre_a, centre_b))
-            axes.plot(centre[across], centre[2], "+", color=plot.COLOUR["machine"], markersize=12)
-            axes.plot(point[across], point[2], "o", color=plot.COLOUR["workpiece"], fillstyle="none")
-            axes.set(xlim=centre[across] + reach * np.array([-1, 1]), ylim=centre[2] + reach * np.array([-1, 1]))
-            axes.set(xlabel=f"{'XY'[across]} (mm)", ylabel="Z (mm)", aspect="equal")
-            for (name, points), colour, style in zip(paths.items(), colours, ("-", "--", ":"), strict=True):
-                (line,) = axes.plot([], [], style, color=colour, marker="o", markevery=[-1], label=name)
-                lines[line] = [(p[across], p[2]) for p in points]
-        figure.legend(*views[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
-        return lines, [entry for points in paths.values() for entry in points[-1]]
-
-    return printed(
-        build,
-        symbols,
-        [slider("A", -90, 90, -30), slider("B", -180, 180, 70)],
-        [f"{name}: X{{{n}:3}} Y{{{n + 1}:3}} Z{{{n + 2}:3}}" for n, name in zip((0, 3, 6), tables, strict=True)],
-        size=(8.0, 4.2),
-        height=540,
-    )
+    (figure, views), moving = subplots(1, 2, size=(8.0, 4.2)), plot.Moving()
+    for axes, (across, centre) in zip(views, ((0, centre_b), (1, centre_a)), strict=True):
+        reach = 1.1 * max(np.linalg.norm(np.subtract(point, c)) for c in (centre_a, centre_b))
+        axes.plot(centre[across], centre[2], "+", color=plot.COLOUR["machine"], markersize=12)
+        axes.plot(point[across], point[2], "o", color=plot.COLOUR["workpiece"], fillstyle="none")
+        axes.set(xlim=centre[across] + reach * np.array([-1, 1]), ylim=centre[2] + reach * np.array([-1, 1]))
+        axes.set(xlabel=f"{'XY'[across]} (mm)", ylabel="Z (mm)", aspect="equal")
+        for (name, points), (role, style) in zip(paths.items(), roles.items(), strict=True):
+            seen = [(point[across], point[2]) for point in points]
+            moving.line(axes, role, seen, style, marker="o", markevery=[-1], label=name)
+    figure.legend(*views[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
+    numbers = [entry for points in paths.values() for entry in points[-1]]
+    sliders = [slider("A", -90, 90, -30), slider("B", -180, 180, 70)]
+    said = [f"{name}: X{{{n}:3}} Y{{{n + 1}:3}} Z{{{n + 2}:3}}" for n, name in zip((0, 3, 6), tables, strict=True)]
+    return printed(figure, moving, numbers, symbols, sliders, said, height=540)
 
 
 def five_face_head(fitted):
     """Turn a horizontal head, seen from above: its frame, its vector, and what the printed program would take."""
     table = fitted.head()
 
-    def build(figure):
-        axes = figure.subplots()
-        reach = 1.5 * np.linalg.norm(table.vectors[0, :2])
-        axes.plot(*table.vectors[:, :2].T, color=plot.COLOUR["machine"], linewidth=0.8)
-        axes.plot(*fitted.measured.vectors[:, :2].T, "o", color=plot.COLOUR["published"], label="measured")
-        axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="X (mm)", ylabel="Y (mm)", aspect="equal")
-        (arm,) = axes.plot(
-            [], [], color=plot.COLOUR["tool"], linewidth=3, label="U, from vertical to horizontal head"
-        )
-        roles = {"X'": "first branch", "Z'": "workpiece"}
-        arrows = [axes.plot([], [], color=plot.COLOUR[roles[n]], linewidth=2, label=n)[0] for n in roles]
-        figure.legend(loc="outside lower center", ncols=4, fontsize=8)
+    figure, axes = subplots(size=(6.0, 5.0))
+    reach = 1.5 * np.linalg.norm(table.vectors[0, :2])
+    axes.plot(*table.vectors[:, :2].T, color=plot.COLOUR["machine"], linewidth=0.8)
+    axes.plot(*fitted.measured.vectors[:, :2].T, "o", color=plot.COLOUR["published"], label="measured")
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="X (mm)", ylabel="Y (mm)", aspect="equal")
+    style = {"color": plot.COLOUR["tool"], "linewidth": 3}
+    (arm,) = axes.plot([], [], label="U, from vertical to horizontal head", **style)
+    roles = {"X'": "first branch", "Z'": "workpiece"}
+    arrows = [axes.plot([], [], color=plot.COLOUR[roles[n]], linewidth=2, label=n)[0] for n in roles]
+    figure.legend(loc="outside lower center", ncols=4, fontsize=8)
 
-        def update(angle):
-            measured = angle % 360 in fitted.measured.angles
-            head, kind = (fitted.measured, "measured") if measured else (table, "predicted")
-            vector = head.vector(angle)
-            frame = horizontal_head.lhy(head, (0, 0, 0), angle)
-            arm.set_data(*np.array([(0, 0), vector[:2]]).T)
-            for arrow, direction in zip(arrows, frame.rotation.T[[0, 2]], strict=True):
-                arrow.set_data(*np.array([vector[:2], vector[:2] + 120 * direction[:2]]).T)
-            off = np.linalg.norm(vector - fitted.measured.vectors[0])
-            return [*frame.block.splitlines(), f"{kind}; U₀ in its place would be {off:.2f} mm off"]
+    def update(angle):
+        measured = angle % 360 in fitted.measured.angles
+        head, kind = (fitted.measured, "measured") if measured else (table, "predicted")
+        vector = head.vector(angle)
+        frame = horizontal_head.lhy(head, (0, 0, 0), angle)
+        arm.set_data(*np.array([(0, 0), vector[:2]]).T)
+        for arrow, direction in zip(arrows, frame.rotation.T[[0, 2]], strict=True):
+            arrow.set_data(*np.array([vector[:2], vector[:2] + 120 * direction[:2]]).T)
+        off = np.linalg.norm(vector - fitted.measured.vectors[0])
+        return [*frame.block.splitlines(), f"{kind}; U₀ in its place would be {off:.2f} mm off"]
 
-        return update
-
-    return recorded(build, slider("angle", 0, 360, 45, step=2.5), size=(6.0, 5.0), height=560)
+    return recorded(figure, update, slider("angle", 0, 360, 45, step=2.5), height=560)
 
 
 def _fit(measurement, errors, at, sigma):
     """Return noisy readings, and to first order the errors found from them with one deviation of each.
 
-    The readings are exact. Of a fit the first step from zero is left: for errors of some hundredths of a mm the
-    steps after it change less than 0.01 µm. `errors` are what the unknowns are set to, `at` the settings of each
-    reading, `sigma` its deviation; sympy expressions, mm and radians.
+    The first step of a fit from zero: for errors of some hundredths of a mm the steps after it change less than
+    0.01 µm. `errors` are what the unknowns are set to, `at` the settings of each reading, `sigma` its deviation, as
+    sympy expressions, mm and radians.
     """
     random, unknowns, zero = np.random.default_rng(1), measurement.unknowns, dict.fromkeys(measurement.unknowns, 0)
     read, noise, slopes = [], [], []
@@ -107,8 +96,9 @@ def _fit(measurement, errors, at, sigma):
     return read, list(found), [sigma * sp.sqrt(entry) for entry in inverse.diagonal()]
 
 
-def rotation_centre(rotary, radius=150.0, heights=(50.0, 350.0)):
+def rotation_centre(rotary):
     """Give a C axis errors, let a ball on its table be followed over a turn, and recover them from the readings."""
+    radius, heights = 150.0, (50.0, 350.0)
     ball = rotary_axis.ball(rotary)
     names, units = [str(symbol) for symbol in ball.unknowns], ("µm", "µm", "µrad", "µrad")
     symbols, turn = (*ball.unknowns, sp.Symbol("noise", real=True)), range(12)
@@ -120,33 +110,28 @@ def rotation_centre(rotary, radius=150.0, heights=(50.0, 350.0)):
     got = [factor * value for factor, value in zip(scale, found, strict=True)]
     spread = [3 * factor * value for factor, value in zip(scale, deviation, strict=True)]
 
-    def build(figure):
-        (left, right), moved = figure.subplots(1, 2), {}
-        for marker, height, rows in zip("ox", heights, (slice(12), slice(12, 24)), strict=True):
-            dots = left.plot([], [], marker, color=plot.COLOUR["tool"], label=f"z = {height:.0f}")
-            moved[dots[0]] = [(1000 * x, 1000 * y) for x, y in zip(read[0][rows], read[1][rows], strict=True)]
-        left.set(xlim=(-90, 90), ylim=(-90, 90), xlabel="e_x (µm)", ylabel="e_y (µm)", aspect="equal")
-        (true,) = right.plot([], [], "_", color=plot.COLOUR["published"], markersize=24, label="true")
-        (dots,) = right.plot([], [], "o", color=plot.COLOUR["workpiece"], label="recovered, ±3σ")
-        moved |= {true: list(enumerate(symbols[:4])), dots: list(enumerate(got))}
-        for place, (value, half) in enumerate(zip(got, spread, strict=True)):
-            (bar,) = right.plot([], [], color=plot.COLOUR["workpiece"])
-            moved[bar] = [(place, value - half), (place, value + half)]
-        right.set(xlim=(-0.5, 3.5), ylim=(-110, 110), xticks=range(4), xticklabels=names, ylabel="µm, µrad")
-        for axes in (left, right):
-            axes.legend(fontsize=8)
-        return moved, [*got, *spread]
-
+    (figure, (left, right)), moving = subplots(1, 2, size=(8.0, 4.0)), plot.Moving()
+    for marker, height, rows in zip("ox", heights, (slice(12), slice(12, 24)), strict=True):
+        dots = [(1000 * x, 1000 * y) for x, y in zip(read[0][rows], read[1][rows], strict=True)]
+        moving.line(left, "tool", dots, marker, label=f"z = {height:.0f}")
+    left.set(xlim=(-90, 90), ylim=(-90, 90), xlabel="e_x (µm)", ylabel="e_y (µm)", aspect="equal")
+    moving.line(right, "published", list(enumerate(symbols[:4])), "_", markersize=24, label="true")
+    moving.line(right, "workpiece", list(enumerate(got)), "o", label="recovered, ±3σ")
+    for place, (value, half) in enumerate(zip(got, spread, strict=True)):
+        moving.line(right, "workpiece", [(place, value - half), (place, value + half)])
+    right.set(xlim=(-0.5, 3.5), ylim=(-110, 110), xticks=range(4), xticklabels=names, ylabel="µm, µrad")
+    for axes in (left, right):
+        axes.legend(fontsize=8)
     rows = list(zip(names, (10, -6, -30, 40), units, strict=True))
     sliders = [slider(name, -60, 60, start, unit=unit) for name, start, unit in rows]
     sliders.append(slider("noise", 0, 10, 1, step=0.5, unit="µm"))
     said = [f"{name} {{{n}:1}} ± {{{n + 4}:1}} {unit}" for n, (name, _, unit) in enumerate(rows)]
-    return printed(build, symbols, sliders, [", ".join(said)], size=(8.0, 4.0), height=560)
+    return printed(figure, moving, [*got, *spread], symbols, sliders, [", ".join(said)], height=560)
 
 
-def rtcp_zero(lengths=(500.0, 700.0)):
+def rtcp_zero():
     """Give a head a wrong zero and pivot, tilt it to ±ψ with two tools, recover them, and see the source err."""
-    tip, arcsec = rotary_axis.rtcp_zero(), 3600 * 180 / sp.pi
+    tip, arcsec, lengths = rotary_axis.rtcp_zero(), 3600 * 180 / sp.pi, (500.0, 700.0)
     symbols = alpha, dy, dl, psi, noise = sp.symbols("alpha dy dL psi noise", real=True)
     true = (alpha / arcsec, dy / 1000, dl / 1000)
     at = [(a, length) for length in lengths for a in (psi, -psi)]
@@ -154,20 +139,17 @@ def rtcp_zero(lengths=(500.0, 700.0)):
     axial = tip.readings["axial"].subs(dict(zip(tip.unknowns, true, strict=True)))
     way = range(-90, 91, 5)
 
-    def build(figure):
-        axes, moved = figure.subplots(), {}
-        colours = (plot.COLOUR["first branch"], plot.COLOUR["second branch"])
-        for colour, length, rows in zip(colours, lengths, (slice(2), slice(2, 4)), strict=True):
-            (line,) = axes.plot([], [], color=colour, label=f"L = {length:.0f}")
-            (dots,) = axes.plot([], [], "o", color=colour)
-            settings = [dict(zip(tip.settings, (float(np.radians(a)), length), strict=True)) for a in way]
-            moved[line] = [(a, 1000 * axial.subs(s)) for a, s in zip(way, settings, strict=True)]
-            moved[dots] = [(s * psi * 180 / sp.pi, 1000 * x) for s, x in zip((1, -1), read[0][rows], strict=True)]
-        axes.set(xlim=(-95, 95), ylim=(-200, 200), xlabel="ψ (degrees)", ylabel="axial reading (µm)")
-        axes.legend(fontsize=8)
-        source = arcsec * sp.atan(read[0][2] / lengths[1])
-        return moved, [arcsec * found[0], 3 * arcsec * deviation[0], 1000 * found[1], 1000 * found[2], source]
-
+    (figure, axes), moving = subplots(), plot.Moving()
+    roles = ("first branch", "second branch")
+    for role, length, (plus, minus) in zip(roles, lengths, (read[0][:2], read[0][2:]), strict=True):
+        settings = [dict(zip(tip.settings, (float(np.radians(a)), length), strict=True)) for a in way]
+        curve = [(a, 1000 * axial.subs(s)) for a, s in zip(way, settings, strict=True)]
+        moving.line(axes, role, curve, label=f"L = {length:.0f}")
+        moving.line(axes, role, [(psi * 180 / sp.pi, 1000 * plus), (-psi * 180 / sp.pi, 1000 * minus)], "o")
+    axes.set(xlim=(-95, 95), ylim=(-200, 200), xlabel="ψ (degrees)", ylabel="axial reading (µm)")
+    axes.legend(fontsize=8)
+    source = arcsec * sp.atan(read[0][2] / lengths[1])
+    numbers = [arcsec * found[0], 3 * arcsec * deviation[0], 1000 * found[1], 1000 * found[2], source]
     sliders = [
         slider("alpha", -40, 40, 29, unit="″"),
         slider("dy", -60, 60, 0, unit="µm"),
@@ -176,4 +158,4 @@ def rtcp_zero(lengths=(500.0, 700.0)):
         slider("noise", 0, 2, 0, step=0.1, unit="µm"),
     ]
     said = "alpha {0:1} ± {1:1} arcsec, dy {2:1} µm, dL {3:1} µm; arctan(y/x) of the reading at +ψ: {4:1} arcsec"
-    return printed(build, symbols, sliders, [said], height=620)
+    return printed(figure, moving, numbers, symbols, sliders, [said], height=620)

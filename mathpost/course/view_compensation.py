@@ -4,7 +4,7 @@ import numpy as np
 
 from mathpost.compensate.compensation import total_differential
 from mathpost.draw import plot
-from mathpost.draw.chart import recorded
+from mathpost.draw.chart import recorded, subplots
 from mathpost.draw.formula import slider
 from mathpost.measure import spline
 
@@ -17,33 +17,30 @@ def knot_choice(measured):
     gaps = len(measured.at) - 1 + closed
     possible = [count for count in range(fewest, len(measured.at) + 1) if gaps % (count - 1 + closed) == 0]
 
-    def build(figure):
-        axes = figure.subplots()
-        at = np.linspace(measured.at[0], measured.at[-1], 181)
-        axes.plot(measured.at, measured.values, "x", color=plot.COLOUR["published"], markersize=4)
-        lines = {}
-        for name, role in (("adaptive", "first branch"), ("uniform", "second branch")):
-            (curve,) = axes.plot([], [], plot.STYLE[role], color=plot.COLOUR[role], label=name)
-            lines[name] = curve, *axes.plot([], [], "o", color=plot.COLOUR[role], fillstyle="none")
-        margin = 0.1 * np.ptp(measured.values) * np.array([-1, 1])
-        limits = np.add([measured.values.min(), measured.values.max()], margin)
-        axes.set(xlabel="angle, deg", ylabel="error, arcsec", ylim=limits)
-        axes.legend()
+    figure, axes = subplots()
+    at = np.linspace(measured.at[0], measured.at[-1], 181)
+    axes.plot(measured.at, measured.values, "x", color=plot.COLOUR["published"], markersize=4)
+    lines = {}
+    for name, role in (("adaptive", "first branch"), ("uniform", "second branch")):
+        (curve,) = axes.plot([], [], plot.STYLE[role], color=plot.COLOUR[role], label=name)
+        lines[name] = curve, *axes.plot([], [], "o", color=plot.COLOUR[role], fillstyle="none")
+    margin = 0.1 * np.ptp(measured.values) * np.array([-1, 1])
+    limits = np.add([measured.values.min(), measured.values.max()], margin)
+    axes.set(xlabel="angle, deg", ylabel="error, arcsec", ylim=limits)
+    axes.legend()
 
-        def update(knots):
-            fewer = max(count for count in possible if count <= knots)
-            adaptive, uniform = spline.Curve(measured, order[: round(knots)]), spline.uniform(measured, fewer)
-            fits = {"adaptive": adaptive, "uniform": uniform}
-            for name, fitted in fits.items():
-                chosen = sorted(fitted.knots)
-                lines[name][0].set_data(at, fitted(at))
-                lines[name][1].set_data(measured.at[chosen], measured.values[chosen])
-            told = "{}: {} knots, residual {:.3f} arcsec".format
-            return [told(name, len(fitted.knots), fitted.residual) for name, fitted in fits.items()]
+    def update(knots):
+        fewer = max(count for count in possible if count <= knots)
+        adaptive, uniform = spline.Curve(measured, order[: round(knots)]), spline.uniform(measured, fewer)
+        fits = {"adaptive": adaptive, "uniform": uniform}
+        for name, fitted in fits.items():
+            chosen = sorted(fitted.knots)
+            lines[name][0].set_data(at, fitted(at))
+            lines[name][1].set_data(measured.at[chosen], measured.values[chosen])
+        told = "{}: {} knots, residual {:.3f} arcsec".format
+        return [told(name, len(fitted.knots), fitted.residual) for name, fitted in fits.items()]
 
-        return update
-
-    return recorded(build, slider("knots", fewest, len(order), 6, unit=""))
+    return recorded(figure, update, slider("knots", fewest, len(order), 6, unit=""))
 
 
 def towards_the_pole(compensator, joints, tilt):
@@ -62,24 +59,21 @@ def towards_the_pole(compensator, joints, tilt):
         "limited": ("first branch", compensator.compensate(path).after.tip),
     }
 
-    def build(figure):
-        axes = figure.subplots()
-        for name, (role, tip) in curves.items():
-            style = {"color": plot.COLOUR[role], "linestyle": plot.STYLE.get(role, "-."), "label": name}
-            axes.loglog(degrees, 1e3 * np.maximum(tip, 1e-8), **style)
-        marks = [axes.plot([], [], "o", color=plot.COLOUR[role])[0] for role, _ in curves.values()]
-        axes.set(xlabel="tilt, deg", ylabel="error at the tip, µm")
-        axes.invert_xaxis()
-        axes.legend()
+    figure, axes = subplots()
+    for name, (role, tip) in curves.items():
+        style = "-." if name == "before" else plot.STYLE[role]
+        axes.loglog(degrees, 1e3 * np.maximum(tip, 1e-8), style, color=plot.COLOUR[role], label=name)
+    marks = [axes.plot([], [], "o", color=plot.COLOUR[role])[0] for role, _ in curves.values()]
+    axes.set(xlabel="tilt, deg", ylabel="error at the tip, µm")
+    axes.invert_xaxis()
+    axes.legend()
 
-        def update(log_tilt):
-            at = int(np.argmin(np.abs(np.log10(degrees) - log_tilt)))
-            for mark, (_, tip) in zip(marks, curves.values(), strict=True):
-                mark.set_data([degrees[at]], [1e3 * max(tip[at], 1e-8)])
-            turn = np.rad2deg(np.abs(whole[at, 3:]).max())
-            said = "; ".join(f"{name} {1e3 * tip[at]:.3f} µm" for name, (_, tip) in curves.items())
-            return [f"tilt {degrees[at]:.4f} deg: {said}; the whole step turns {turn:.4f} deg"]
+    def update(log_tilt):
+        at = int(np.argmin(np.abs(np.log10(degrees) - log_tilt)))
+        for mark, (_, tip) in zip(marks, curves.values(), strict=True):
+            mark.set_data([degrees[at]], [1e3 * max(tip[at], 1e-8)])
+        turn = np.rad2deg(np.abs(whole[at, 3:]).max())
+        said = "; ".join(f"{name} {1e3 * tip[at]:.3f} µm" for name, (_, tip) in curves.items())
+        return [f"tilt {degrees[at]:.4f} deg: {said}; the whole step turns {turn:.4f} deg"]
 
-        return update
-
-    return recorded(build, slider("log tilt", -3, 1.5, 1.5, step=0.025, unit=""))
+    return recorded(figure, update, slider("log tilt", -3, 1.5, 1.5, step=0.025, unit=""))

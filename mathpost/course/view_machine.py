@@ -12,10 +12,10 @@ from mathpost.draw.formula import slider
 from mathpost.draw.live import Live
 from mathpost.draw.scene import Line, Scene
 from mathpost.draw.solid import Turned, across, ring
-from mathpost.post import selection, travel
+from mathpost.post import selection
 from mathpost.post.singular import distance, regions
 
-CONE = np.radians(1.0)
+CONE = np.radians(1.0)  # about the singular tool axes
 BRANCHES = ("first branch", "second branch")
 SHOWN = 600  # blocks of a program that a walk goes through at most
 EXPORTS = ("places", "forward", "close", "inverse")
@@ -34,7 +34,7 @@ def machine(kin):
     return _live(state, [kin], [drawn], [start], pose_text(kin, start))
 
 
-def tool_axis(kin, *, tilt=30.0, direction=-30.0):
+def tool_axis(kin):
     """One tool axis and both solutions of it: sliders tilt, the angle from the pole, and direction about it.
 
     The singular cone on the sphere has a half angle of 5 degrees; dashed is the edge of reach.
@@ -42,7 +42,7 @@ def tool_axis(kin, *, tilt=30.0, direction=-30.0):
     about, (near, far) = _about(kin), np.degrees(kin.reach)
     drawn, made = scene.machine(kin)
     _, framed = scene.best_start(kin, drawn, made, aspect=0.75)
-    tilt, most = float(min(max(tilt, near), far)), float(min(180.0, far + 10.0))
+    tilt, direction, most = float(min(max(30.0, near), far)), -30.0, float(min(180.0, far + 10.0))
     pole = np.array(about["pole"])
     zero, quarter = across(pole)  # as the browser takes them
     angle, turn = np.radians([tilt, direction])
@@ -65,8 +65,11 @@ def tool_axis(kin, *, tilt=30.0, direction=-30.0):
     return _live(state, [kin], scenes, [None, *both], text, height=470, layout="column")
 
 
-def walk(kin, cl, joints=None, *, place=None, cone=CONE, second=None):
-    """Walk along a program: the machine, and both branches of both rotary axes with a cursor.
+def walk(kin, cl, joints=None, *, place=None, second=None):
+    """Walk along a program by a slider: the machine, and both branches of both rotary axes with a cursor.
+
+    Between two blocks all joints move linearly; where the tip then leaves the CL path, its true way is drawn. Of a
+    long program every n-th block is shown, and the step is n.
 
     Parameters
     ----------
@@ -75,18 +78,9 @@ def walk(kin, cl, joints=None, *, place=None, cone=CONE, second=None):
     joints : array_like, shape (m, 5), optional
         The blocks, mm and radians; by default one for each record, as `mathpost.post.selection.choose` finds them.
     place : array_like, shape (m,), optional
-        Where each block ends on the CL path, as in `mathpost.post.Result`; needed if there are more
-        blocks than records.
-    cone : float
-        Radians about the singular tool axes.
+        Where each block ends on the CL path, as in `mathpost.post.Result`, if there are more blocks than records.
     second : Kinematics, optional
         A different machine, shown beside the first on the same CL data, with its own choice of solutions.
-
-    Returns
-    -------
-    Live
-        With the slider record. Between two blocks all joints move linearly; where the tip then leaves the CL path,
-        its true way is drawn. Of a long program every n-th block is shown, and the step is n.
     """
     chosen = selection.choose(kin, cl).joints if joints is None else np.asarray(joints, dtype=float)
     place = np.arange(len(chosen), dtype=float) if place is None else np.asarray(place, dtype=float)
@@ -106,7 +100,7 @@ def walk(kin, cl, joints=None, *, place=None, cone=CONE, second=None):
         at_records = _between(ends, blocks, np.arange(len(cl), dtype=float))
         if every > 1:
             blocks, ends = _between(ends, blocks, records.astype(float)), records.astype(float)
-        near = [[first + 1, last + 1] for first, last in regions(each, cl, at_records, cone=cone)]
+        near = [[first + 1, last + 1] for first, last in regions(each, cl, at_records, cone=CONE)]
         state_runs.append({"about": _about(each), "joints": blocks, "place": ends / every, "singular": near})
     at_records = _between(place, chosen, np.arange(len(cl), dtype=float))
     step = float(every) if len(cl) > 30 else 0.05
@@ -207,7 +201,7 @@ def _words(kin, joints):
     """Joints as NC words, and what is out of travel."""
     shown = np.r_[joints[:3], np.degrees(joints[3:])]
     words = " ".join(f"{name}{value:z.3f}" for name, value in zip(kin.machine.joint_names, shown, strict=True))
-    return "; ".join([words, *travel.out_of_travel(kin.machine, joints)])
+    return "; ".join([words, *kin.machine.out_of_travel(joints)])
 
 
 def pose_text(kin, joints):

@@ -5,7 +5,7 @@ import sympy as sp
 
 from mathpost.course.lesson_data import with_travel
 from mathpost.draw import plot
-from mathpost.draw.chart import printed, recorded
+from mathpost.draw.chart import printed, recorded, subplots
 from mathpost.draw.formula import slider
 from mathpost.post import selection
 
@@ -22,38 +22,28 @@ def inner_and_outer(kin):
     w = n.subs(outer, 0)
     products = (w[0] * n[1] - w[1] * n[0], w[0] * n[0] + w[1] * n[1])
 
-    def build(figure):
-        side, top = figure.subplots(1, 2)
-        turn = np.linspace(0, 2 * np.pi, 37)
-        side.plot(np.cos(turn), np.sin(turn), color=plot.COLOUR["machine"], linewidth=0.8)
-        side.plot([0, 0], [-1.2, 1.2], color=plot.COLOUR["machine"])
-        square = {"xlim": (-1.25, 1.25), "ylim": (-1.25, 1.25), "aspect": "equal"}
-        side.set(xlabel="from the side: across the outer axis", ylabel="k, along the outer axis", **square)
-        top.set(xlabel="along the outer axis: i", ylabel="j", **square)
-        colour, points = plot.COLOUR, {}
-
-        def line(panel, at, tint, label=None, **style):
-            points[panel.plot([], [], color=colour[tint], label=label, **style)[0]] = at
-
-        ends = [(-w[1], w[2]), (w[1], w[2])]
-        line(side, ends, "published", linestyle=":")
-        line(side, [(0, 0), ends[0]], "first branch", f"{inner}", linewidth=2.5)
-        line(side, [(0, 0), ends[1]], "second branch", f"−{inner}", linewidth=2.5, linestyle="--")
-        line(top, [tuple(n.subs(outer, angle)[:2]) for angle in turn], "published", "same k", linestyle=":")
-        line(top, [tuple(n.subs(outer, outer * m / 18)[:2, 0] / 2) for m in range(19)], "workpiece", f"{outer}")
-        line(top, [(0, 0), tuple(w[:2])], "machine", f"w, at {outer} = 0", linewidth=2.5)
-        line(top, [(0, 0), tuple(n[:2])], "tool", "n, the tool axis", linewidth=2.5)
-        figure.legend(loc="outside lower center", ncols=6, fontsize=8)
-        return points, [*n, *products, sp.deg(sp.atan2(*products))]
-
-    return printed(
-        build,
-        (outer, inner),
-        [slider(f"{outer}", -180, 180, 125), slider(f"{inner}", -90, 90, 50)],
-        ["i = {0:4}, j = {1:4}, k = {2:4}", "sine product {3:4}, cosine product {4:4}, atan2 of the two {5:2}°"],
-        size=(8.0, 4.4),
-        height=530,
-    )
+    figure, (side, top) = subplots(1, 2, size=(8.0, 4.4))
+    turn = np.linspace(0, 2 * np.pi, 37)
+    side.plot(np.cos(turn), np.sin(turn), color=plot.COLOUR["machine"], linewidth=0.8)
+    side.plot([0, 0], [-1.2, 1.2], color=plot.COLOUR["machine"])
+    square = {"xlim": (-1.25, 1.25), "ylim": (-1.25, 1.25), "aspect": "equal"}
+    side.set(xlabel="from the side: across the outer axis", ylabel="k, along the outer axis", **square)
+    top.set(xlabel="along the outer axis: i", ylabel="j", **square)
+    moving, ends = plot.Moving(), [(-w[1], w[2]), (w[1], w[2])]
+    same_k = [tuple(n.subs(outer, angle)[:2]) for angle in turn]
+    moving.line(side, "published", ends, ":")
+    moving.line(side, "first branch", [(0, 0), ends[0]], label=f"{inner}", linewidth=2.5)
+    moving.line(side, "second branch", [(0, 0), ends[1]], "--", label=f"−{inner}", linewidth=2.5)
+    moving.line(top, "published", same_k, ":", label="same k")
+    arc = [tuple(n.subs(outer, outer * m / 18)[:2, 0] / 2) for m in range(19)]
+    moving.line(top, "workpiece", arc, label=f"{outer}")
+    moving.line(top, "machine", [(0, 0), tuple(w[:2])], label=f"w, at {outer} = 0", linewidth=2.5)
+    moving.line(top, "tool", [(0, 0), tuple(n[:2])], label="n, the tool axis", linewidth=2.5)
+    figure.legend(loc="outside lower center", ncols=6, fontsize=8)
+    numbers = [*n, *products, sp.deg(sp.atan2(*products))]
+    text = ["i = {0:4}, j = {1:4}, k = {2:4}", "sine product {3:4}, cosine product {4:4}, atan2 of the two {5:2}°"]
+    sliders = [slider(f"{outer}", -180, 180, 125), slider(f"{inner}", -90, 90, 50)]
+    return printed(figure, moving, numbers, (outer, inner), sliders, text, height=530)
 
 
 def past_the_pole(kin):
@@ -64,31 +54,28 @@ def past_the_pole(kin):
     across = np.cross(pole, side)
     inner = names.index(str(kin.inverse_symbolic.inner))
 
-    def build(figure):
-        panels, lines = figure.subplots(2, 1, sharex=True), {}
-        for axis, panel in enumerate(panels):
-            for branch, role in enumerate(("first branch", "second branch")):
-                style = {"color": plot.COLOUR[role], "linestyle": plot.STYLE[role], "label": role}
-                lines[axis, branch] = panel.plot(tilts, tilts, **style)[0]
-            panel.set(ylabel=f"{names[axis]}, degrees", ylim=(-60, 60) if axis == inner else (-280, 280))
-        panels[0].legend(loc="upper center", ncols=2)
-        panels[1].set_xlabel("tilt of the tool in its plane, degrees")
+    (figure, panels), lines = subplots(2, 1, size=(7.0, 4.6), sharex=True), {}
+    for axis, panel in enumerate(panels):
+        for branch, role in enumerate(("first branch", "second branch")):
+            style = {"color": plot.COLOUR[role], "linestyle": plot.STYLE[role], "label": role}
+            lines[axis, branch] = panel.plot(tilts, tilts, **style)[0]
+        panel.set(ylabel=f"{names[axis]}, degrees", ylim=(-60, 60) if axis == inner else (-280, 280))
+    panels[0].legend(loc="upper center", ncols=2)
+    panels[1].set_xlabel("tilt of the tool in its plane, degrees")
 
-        def update(distance):
-            plane = np.cos(np.radians(distance)) * pole + np.sin(np.radians(distance)) * across
-            axes = np.outer(np.cos(np.radians(tilts)), plane) + np.outer(np.sin(np.radians(tilts)), side)
-            angles = np.degrees(np.unwrap(kin.inverse([0, 0, 0], axes)[..., 3:], axis=0))
-            angles -= 360 * np.rint(angles[len(tilts) // 2] / 360)
-            for (axis, branch), line in lines.items():
-                line.set_ydata(angles[:, branch, axis])
-            turned = np.abs(np.diff(angles[:, 0, 1 - inner]))
-            middle = turned[(tilts[:-1] >= -0.5) & (tilts[1:] <= 0.5)].sum()
-            far = f"{distance:.1f}° from the pole: {names[1 - inner]} turns by {turned.sum():.1f}°"
-            return [f"{far}, by {middle:.1f}° of it while the tool tilts by 1°"]
+    def update(distance):
+        plane = np.cos(np.radians(distance)) * pole + np.sin(np.radians(distance)) * across
+        axes = np.outer(np.cos(np.radians(tilts)), plane) + np.outer(np.sin(np.radians(tilts)), side)
+        angles = np.degrees(np.unwrap(kin.inverse([0, 0, 0], axes)[..., 3:], axis=0))
+        angles -= 360 * np.rint(angles[len(tilts) // 2] / 360)
+        for (axis, branch), line in lines.items():
+            line.set_ydata(angles[:, branch, axis])
+        turned = np.abs(np.diff(angles[:, 0, 1 - inner]))
+        middle = turned[(tilts[:-1] >= -0.5) & (tilts[1:] <= 0.5)].sum()
+        far = f"{distance:.1f}° from the pole: {names[1 - inner]} turns by {turned.sum():.1f}°"
+        return [f"{far}, by {middle:.1f}° of it while the tool tilts by 1°"]
 
-        return update
-
-    return recorded(build, slider("distance", 0.1, 6.0, 3.0, step=0.1), size=(7.0, 4.6), height=520)
+    return recorded(figure, update, slider("distance", 0.1, 6.0, 3.0, step=0.1), height=520)
 
 
 def travel_limit(kin, cl, records, high):
@@ -106,31 +93,28 @@ def travel_limit(kin, cl, records, high):
     ]
     name = kin.machine.joint_names[3]
 
-    def build(figure):
-        tilt, price = figure.subplots(1, 2)
-        places = np.arange(len(records))
-        for branch, role in enumerate(("first branch", "second branch")):
-            tilt.plot(places, both[:, branch], "o", color=plot.COLOUR[role], label=role)
-        lowest = tilt.plot(places[[0, -1]], [0, 0], color=plot.COLOUR["machine"], label=f"{name} from")[0]
-        tilt.set(xlabel="row", ylabel=f"{name}, degrees", ylim=(-32, 32))
-        tilt.set_xticks(places, map(str, records))
-        price.set(xlabel=f"{name} from, degrees", ylabel="seconds", ylim=(0, 6.5))
-        lines, dots = {}, {}
-        for way in ways:
-            style = {"color": plot.COLOUR[way], "linestyle": plot.STYLE.get(way, "-")}
-            price.plot(lows, [each[way].cost for each in found], **style, label=way)
-            lines[way] = tilt.plot(places, places, linewidth=2.5, **style)[0]
-            dots[way] = price.plot([], [], "o", color=plot.COLOUR[way])[0]
-        figure.legend(loc="outside lower center", ncols=6, fontsize=8)
+    figure, (tilt, price) = subplots(1, 2, size=(8.5, 4.2))
+    places = np.arange(len(records))
+    for branch, role in enumerate(("first branch", "second branch")):
+        tilt.plot(places, both[:, branch], "o", color=plot.COLOUR[role], label=role)
+    lowest = tilt.plot(places[[0, -1]], [0, 0], color=plot.COLOUR["machine"], label=f"{name} from")[0]
+    tilt.set(xlabel="row", ylabel=f"{name}, degrees", ylim=(-32, 32))
+    tilt.set_xticks(places, map(str, records))
+    price.set(xlabel=f"{name} from, degrees", ylabel="seconds", ylim=(0, 6.5))
+    lines, dots = {}, {}
+    for way in ways:
+        style = {"color": plot.COLOUR[way], "linestyle": plot.STYLE[way]}
+        price.plot(lows, [each[way].cost for each in found], **style, label=way)
+        lines[way] = tilt.plot(places, places, linewidth=2.5, **style)[0]
+        dots[way] = price.plot([], [], "o", color=plot.COLOUR[way])[0]
+    figure.legend(loc="outside lower center", ncols=6, fontsize=8)
 
-        def update(low):
-            chosen = found[int(np.abs(lows - low).argmin())]
-            lowest.set_ydata([low, low])
-            for shift, way in enumerate(ways):
-                lines[way].set_ydata(np.degrees(chosen[way].joints[:, 3]) + 0.5 * (1 - shift))
-                dots[way].set_data([low], [chosen[way].cost])
-            return [f"{name} from {low:.0f}°: " + ", ".join(f"{way} {chosen[way].cost:.3f} s" for way in chosen)]
+    def update(low):
+        chosen = found[int(np.abs(lows - low).argmin())]
+        lowest.set_ydata([low, low])
+        for shift, way in enumerate(ways):
+            lines[way].set_ydata(np.degrees(chosen[way].joints[:, 3]) + 0.5 * (1 - shift))
+            dots[way].set_data([low], [chosen[way].cost])
+        return [f"{name} from {low:.0f}°: " + ", ".join(f"{way} {chosen[way].cost:.3f} s" for way in chosen)]
 
-        return update
-
-    return recorded(build, slider(f"{name} from", -30, 0, -5, step=1), size=(8.5, 4.2), height=520)
+    return recorded(figure, update, slider(f"{name} from", -30, 0, -5, step=1), height=520)

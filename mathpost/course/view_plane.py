@@ -8,7 +8,7 @@ import sympy as sp
 from mathpost import angles, chain
 from mathpost.draw import plot, scene
 from mathpost.draw.arrangement import arrange
-from mathpost.draw.chart import printed
+from mathpost.draw.chart import printed, subplots
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import Line, Scene
 from mathpost.draw.solid import Hull, block
@@ -20,17 +20,14 @@ _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpi
 STEPS = ("start", "turn I", "turn J", "turn K")
 
 
-def cut_corner(frame, final, *, side=60.0, cut=45.0):
+def cut_corner(frame, final):
     """A cube, its zero in the middle of the top face, with the corner (+, +, top) cut off, and a frame on the face.
 
-    Parameters
-    ----------
-    frame : mathpost.frame.Frame
-        Of the face; its origin carries the frame that the sliders I, J, K turn, ZXZ.
-    final : sequence of 3 floats
-        The angles at the start, degrees; buttons go there turn by turn.
+    The origin of `frame`, that of the face, carries the frame that the sliders I, J, K turn, ZXZ. They start at the
+    `final` angles, degrees; buttons go there turn by turn.
     """
-    symbols, half = sp.symbols("I J K", real=True), side / 2
+    side, cut, symbols = 60.0, 45.0, sp.symbols("I J K", real=True)
+    half = side / 2
     corner = np.array([half, half, 0.0])
     corners = block([-half, -half, -side], corner)
     kept = [point for point in corners if np.abs(point - corner).max() > 1e-9]
@@ -46,16 +43,13 @@ def cut_corner(frame, final, *, side=60.0, cut=45.0):
     lean = sp.acos(sp.Min(1, turned[:, 2].dot(sp.Matrix(frame.z)))) * 180 / sp.pi
     off = sp.acos(sp.Min(1, turned[:, 0].dot(sp.Matrix(frame.x)))) * 180 / sp.pi
     after = [[angle if n < step else 0.0 for n, angle in enumerate(final)] for step in range(4)]
-    return formula(
-        drawn.frame(75, 24),
-        symbols,
-        [slider(name, -180, 180, value) for name, value in zip("IJK", final, strict=True)],
-        {"feature": placed},
-        ["z = ({0:4}, {1:4}, {2:4}), off the face by {3:2}°", "x = ({4:4}, {5:4}, {6:4}), off the slope by {7:2}°"],
-        numbers=[*turned[:, 2], lean, *turned[:, 0], off],
-        buttons=list(zip(STEPS, after, strict=True)),
-        height=430,
-    )
+    text = [
+        "z = ({0:4}, {1:4}, {2:4}), off the face by {3:2}°",
+        "x = ({4:4}, {5:4}, {6:4}), off the slope by {7:2}°",
+    ]
+    sliders = [slider(name, -180, 180, value) for name, value in zip("IJK", final, strict=True)]
+    more = {"numbers": [*turned[:, 2], lean, *turned[:, 0], off], "buttons": list(zip(STEPS, after, strict=True))}
+    return formula(drawn.frame(75, 24), symbols, sliders, {"feature": placed}, text, height=430, **more)
 
 
 def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.02):
@@ -77,49 +71,39 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
     def along(*lengths, shift=0.0):
         return [(length * x + shift, length * y) for length in lengths]
 
-    def build(figure):
-        circle, moving = np.stack([np.cos(turn), np.sin(turn)]), {}
-        bore, probe = figure.subplots(1, 2)
-        titles = {bore: "boring bar, retracted along −X", probe: "stylus ball, believed (dotted) and true"}
-        for axes, title in titles.items():
-            axes.set(title=title, aspect="equal", xlim=(-1.55, 1.55), ylim=(-1.55, 1.55))
-            axes.set_axis_off()
-            for direction, label in zip(np.eye(2), "XY", strict=True):
-                axes.plot(*np.array([(0, 0), 1.3 * direction]).T, color=_WORKPIECE)
-                axes.text(*(1.42 * direction), label, color=_WORKPIECE, ha="center", va="center")
-            moving[axes.plot([], [], color=_MACHINE, lw=2)[0]] = along(0.4, 1.15)
-            label = axes.text(0, 0, "Xₛ", color=_MACHINE, ha="center", va="center")
-            moving[label] = [(1.05 * x + 0.2 * y, 1.05 * y - 0.2 * x)]
-        bore.plot(*circle, color=_WORKPIECE)
-        bore.fill(*(0.6 * circle - [[0.25], [0]]), color=_TOOL, alpha=0.35)  # the retract is not to scale
-        moving[bore.plot([], [], color=_TOOL, lw=5)[0]] = along(0.6, 1.0, shift=-0.25)
-        probe.plot(*(0.3 * circle + [[0.35], [0]]), color=_WORKPIECE, ls=":")
-        ball = [(0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)]
-        moving[probe.plot([], [], color=_TOOL)[0]] = ball
-        return moving, numbers
-
+    circle, moving = np.stack([np.cos(turn), np.sin(turn)]), plot.Moving()
+    figure, (bore, probe) = subplots(1, 2, size=(7.0, 4.0))
+    titles = {bore: "boring bar, retracted along −X", probe: "stylus ball, believed (dotted) and true"}
+    for axes, title in titles.items():
+        axes.set(title=title, aspect="equal", xlim=(-1.55, 1.55), ylim=(-1.55, 1.55))
+        axes.set_axis_off()
+        for direction, label in zip(np.eye(2), "XY", strict=True):
+            axes.plot(*np.array([(0, 0), 1.3 * direction]).T, color=_WORKPIECE)
+            axes.text(*(1.42 * direction), label, color=_WORKPIECE, ha="center", va="center")
+        moving.line(axes, "machine", along(0.4, 1.15), lw=2)
+        label = axes.text(0, 0, "Xₛ", color=_MACHINE, ha="center", va="center")
+        moving[label] = [(1.05 * x + 0.2 * y, 1.05 * y - 0.2 * x)]
+    bore.plot(*circle, color=_WORKPIECE)
+    bore.fill(*(0.6 * circle - [[0.25], [0]]), color=_TOOL, alpha=0.35)  # the retract is not to scale
+    moving.line(bore, "tool", along(0.6, 1.0, shift=-0.25), lw=5)
+    probe.plot(*(0.3 * circle + [[0.35], [0]]), color=_WORKPIECE, ls=":")
+    ball = [(0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)]
+    moving.line(probe, "tool", ball)
     angles = ", ".join(f"{r.name} {a:z.3f}" for r, a in zip(machine.rotary, choice.angles, strict=True))
     text = [
         f"{angles}, ρ = {{0:3}}",
         "tip after the retract: {1:3} mm {2?clear of the wall}{3?IN THE WALL}",
         "centre measured by the probe: wrong by {4:1} µm",
     ]
-    return printed(build, [K], [slider("K", -180, 180, k, step=5.0)], text, size=(7.0, 4.0), height=500)
+    return printed(figure, moving, numbers, [K], [slider("K", -180, 180, k, step=5.0)], text, height=500)
 
 
 def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
     """Machines beside each other, turned together by two sliders, outer and inner; their tips stay where they are.
 
-    The outer axis is the one next to the workpiece in the chain, the inner one next to the tool.
-
-    Parameters
-    ----------
-    kinematics : sequence of Kinematics
-    outer, inner : float, keyword only
-        Where the sliders start, degrees.
-    senses : bool, keyword only
-        Whether there are buttons for the sense: with −1 both axes turn against their programmed angles, as a table
-        does that is taken for a head, or a head for a table.
+    The outer axis is next to the workpiece in the chain, the inner one next to the tool; degrees. With `senses`
+    there are buttons for the sense: with −1 both axes turn against their programmed angles, as a table does that is
+    taken for a head, or a head for a table.
     """
     symbols, places, drawn, text, numbers = sp.symbols("outer inner sense", real=True), {}, [], [], []
     for number, kin in enumerate(kinematics):
@@ -141,21 +125,14 @@ def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
         text.append(f"{number + 1} {model.name}: n = ({{{first}:4}}, {{{first + 1}:4}}, {{{first + 2}:4}})")
         numbers += kin.forward_symbolic()[:3, 2].subs(turns)
     pictures = [replace(picture, bodies=list(places)) for picture in drawn]
-    sense = slider("sense", -1, 1, 1, unit="", hidden=True)
+    sliders = [slider("outer", -180, 180, outer), slider("inner", -90, 90, inner)]
+    sliders.append(slider("sense", -1, 1, 1, unit="", hidden=True))
     text = ["; ".join(text[n : n + 2]) for n in range(0, len(text), 2)]
     buttons = [("0, 0", [0, 0, None]), ("outer 90°", [90, None, None]), ("inner 90°", [None, 90, None])]
     if senses:
         text.append(f"sense {{{len(numbers)}:0}}")
         buttons += [("sense 1", [None, None, 1]), ("sense −1", [None, None, -1])]
-    return formula(
-        pictures[0],
-        symbols,
-        [slider("outer", -180, 180, outer), slider("inner", -90, 90, inner), sense],
-        places,
-        text,
-        numbers=[*numbers, symbols[2]],
-        buttons=buttons,
-        beside=pictures[1:],
-        layout="column",
-        height=390 + 170 * ((len(pictures) - 1) // 3),
-    )
+    numbers.append(symbols[2])
+    more = {"numbers": numbers, "buttons": buttons, "beside": pictures[1:], "layout": "column"}
+    height = 390 + 170 * ((len(pictures) - 1) // 3)
+    return formula(pictures[0], symbols, sliders, places, text, height=height, **more)

@@ -14,6 +14,7 @@ _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpi
 _AXIS, _NODES = plot.COLOUR["first branch"], plot.COLOUR["second branch"]  # of a turn; where two planes meet
 _UNIT = dict(zip("XYZ", np.eye(3, dtype=int).tolist(), strict=True))
 _DEGREES = 180 / sp.pi
+_NAMES = ("X", "Y", "Z", "X'", "Y'", "Z'")
 
 
 def turned_point(point):
@@ -28,22 +29,18 @@ def turned_point(point):
     extent = np.concatenate([1.35 * size * axes, 1.25 * np.array([point, np.zeros(3)])])
     scene = _frames_and_point(point, size, extent)
     scene.lines.append(Line("turned", [], _TOOL, 2.4, name="coordinates", span=(0, 4), over=True))
-    return formula(
-        scene.frame(*clearest(dict(zip(("X", "Y", "Z", "X'", "Y'", "Z'"), axes, strict=True)))),
-        symbols,
-        [slider(name, low, 180, start) for name, (low, start) in angles.items()],
-        {"turned": turned.T},
-        ["in the turned frame: x' = {0:6}, y' = {1:6}, z' = {2:6}", "with active elements: {3:6}, {4:6}, {5:6}"],
-        numbers=[*new, *wrong],
-        points=[sp.zeros(3, 1), sp.Matrix([x, 0, 0]), sp.Matrix([x, y, 0]), sp.Matrix([x, y, z])],
-    )
+    scene = scene.frame(*clearest(dict(zip(_NAMES, axes, strict=True))))
+    sliders = [slider(name, low, 180, start) for name, (low, start) in angles.items()]
+    text = ["in the turned frame: x' = {0:6}, y' = {1:6}, z' = {2:6}", "with active elements: {3:6}, {4:6}, {5:6}"]
+    points = [sp.Matrix(corner) for corner in ([0, 0, 0], [x, 0, 0], [x, y, 0], [x, y, z])]
+    return formula(scene, symbols, sliders, {"turned": turned.T}, text, numbers=[*new, *wrong], points=points)
 
 
 def _frames_and_point(point, size, extent):
     """A point in the frame that stays, and the frame that turns."""
     scene = Scene(["turned"], extent=extent)
     scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
-    scene.triad("turned", ("X'", "Y'", "Z'"), length=size, colour=_WORKPIECE, width=3)
+    scene.triad("turned", _NAMES[3:], length=size, colour=_WORKPIECE, width=3)
     scene.lines.append(Line("bed", [[np.zeros(3), np.array(point)]], _TOOL, 1.2, dash=True, over=True, dot=True))
     scene.labels.append(Label("bed", 1.1 * np.array(point), "P", _TOOL))
     return scene
@@ -68,17 +65,11 @@ def turns(point, angles):
     words = ("about Z", "about the new X", "about the newest Z")
     now = [sp.Piecewise((1, condition), (0, True)) for condition in (s <= 1, sp.And(s > 1, s <= 2), s > 2)]
     said = "".join(f"{{{3 + n}?{word}}}" for n, word in enumerate(words))
-    return formula(
-        scene.frame(*clearest(dict(zip(("X", "Y", "Z", "X'", "Y'", "Z'"), axes, strict=True)))),
-        [s],
-        [slider("turn", 0, 3, 1.5, step=0.05, unit="")],
-        {"turned": F},
-        ["α {0:4}°, β {1:4}°, γ {2:4}°; now it turns " + said],
-        numbers=[*done, *now],
-        points=[-1.2 * v, 1.2 * v],
-        play=0,
-        height=420,
-    )
+    scene = scene.frame(*clearest(dict(zip(_NAMES, axes, strict=True))))
+    sliders = [slider("turn", 0, 3, 1.5, step=0.05, unit="")]
+    text = ["α {0:4}°, β {1:4}°, γ {2:4}°; now it turns " + said]
+    more = {"numbers": [*done, *now], "points": [-1.2 * v, 1.2 * v], "play": 0}
+    return formula(scene, [s], sliders, {"turned": F}, text, height=420, **more)
 
 
 def notations(angles=(135.0, 54.7356, -90.0)):
@@ -109,13 +100,7 @@ def notations(angles=(135.0, 54.7356, -90.0)):
     scene.triad("turned", "xyz", length=1.0, colour=_WORKPIECE, width=3)
     scene.lines.append(Line("bed", [], _AXIS, 2.4, name="axis", span=(0, 2), dash=True, over=True))
     scene.lines.append(Line("bed", [], _NODES, 1.6, name="nodes", span=(2, 4), over=True))
-    return formula(
-        scene.frame(*clearest(dict(zip("XYZxyz", axes, strict=True)))),
-        symbols,
-        [slider(name, low, 180, value) for name, low, value in zip("IJK", (-180, 0, -180), angles, strict=True)],
-        {"turned": F},
-        text,
-        numbers=numbers,
-        points=[-v, v, -1.25 * node, 1.25 * node],
-        height=460,
-    )
+    scene = scene.frame(*clearest(dict(zip("XYZxyz", axes, strict=True))))
+    lows, points = (-180, 0, -180), [-v, v, -1.25 * node, 1.25 * node]
+    sliders = [slider(name, low, 180, value) for name, low, value in zip("IJK", lows, angles, strict=True)]
+    return formula(scene, symbols, sliders, {"turned": F}, text, numbers=numbers, points=points, height=460)

@@ -4,7 +4,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost.draw import plot
-from mathpost.draw.chart import printed, recorded
+from mathpost.draw.chart import printed, recorded, subplots
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import DARK, Label, Line, Scene
 from mathpost.post import yu_dan
@@ -44,23 +44,15 @@ def globe():
     scene.labels.append(Label("C", 1.12 * meridian[-1], "longitude", DARK))
     scene.middle, scene.radius = np.array([0, 0, 0.72 * RADIUS]), 0.95 * RADIUS
     rate = sp.Abs(longitude.diff(TILT))
-    return formula(
-        scene,
-        (DISTANCE, TILT, SPEED),
-        [
-            slider("distance from the pole", 0.2, 30, 4, step=0.1),
-            slider("tilt", -50, 50, -12),
-            slider("speed of the tool", 1, 60, 10, unit="°/s"),
-        ],
-        {"C": ACTIVE["Z"](longitude)},
-        [
-            "longitude {0:2}°; per degree of tilt it turns by {1:2}°: C has to turn at {2:1}°/s",
-            "at the nearest point by {3:2}°: at {4:1}°/s",
-        ],
-        numbers=[sp.deg(longitude), *(x for each in (rate, rate.subs(TILT, 0)) for x in (each, each * SPEED))],
-        points=[*path, *arrow],
-        buttons=[("through it", [0.2, None, None]), ("nearest point", [None, 0, None])],
-    )
+    numbers = [sp.deg(longitude), *(x for each in (rate, rate.subs(TILT, 0)) for x in (each, each * SPEED))]
+    text = ["longitude {0:2}°; per degree of tilt it turns by {1:2}°: C has to turn at {2:1}°/s"]
+    text.append("at the nearest point by {3:2}°: at {4:1}°/s")
+    sliders = [slider("distance from the pole", 0.2, 30, 4, step=0.1), slider("tilt", -50, 50, -12)]
+    sliders.append(slider("speed of the tool", 1, 60, 10, unit="°/s"))
+    symbols, places = (DISTANCE, TILT, SPEED), {"C": ACTIVE["Z"](longitude)}
+    buttons = [("through it", [0.2, None, None]), ("nearest point", [None, 0, None])]
+    more = {"numbers": numbers, "points": [*path, *arrow], "buttons": buttons}
+    return formula(scene, symbols, sliders, places, text, **more)
 
 
 def pass_by(limit):
@@ -68,23 +60,20 @@ def pass_by(limit):
     _, longitude = passing()
     tilts = np.round(25 * np.linspace(-1, 1, 61) ** 3, 4)
 
-    def build(figure):
-        above, below = figure.subplots(2, 1, sharex=True)
-        rate = -longitude.diff(TILT) * SPEED
-        curve = [(angle / SPEED, 90 - sp.deg(longitude.subs(TILT, sp.rad(angle)))) for angle in tilts]
-        speed = [(angle / SPEED, rate.subs(TILT, sp.rad(angle))) for angle in tilts]
-        (turned,) = above.plot([0, 1], [0, 1], color=plot.COLOUR["machine"])
-        (needed,) = below.plot([0, 1], [0, 1], color=plot.COLOUR["machine"])
-        below.plot([-2, 2], [limit] * 2, color=plot.COLOUR["tool"], linestyle="--", label=f"C can do {limit:g}°/s")
-        above.set(ylabel="C, degrees", ylim=(-95, 95), xlim=(-2, 2))
-        below.set(ylabel="speed of C, °/s", ylim=(0, 600), xlabel="time, s")
-        below.legend(loc="upper right")
-        return {turned: curve, needed: speed}, [rate.subs(TILT, 0), sp.deg(sp.asin(SPEED / limit))]
-
+    figure, (above, below) = subplots(2, 1, size=(7.0, 4.6), sharex=True)
+    moving, rate = plot.Moving(), -longitude.diff(TILT) * SPEED
+    curve = [(angle / SPEED, 90 - sp.deg(longitude.subs(TILT, sp.rad(angle)))) for angle in tilts]
+    moving.line(above, "machine", curve)
+    moving.line(below, "machine", [(angle / SPEED, rate.subs(TILT, sp.rad(angle))) for angle in tilts])
+    below.plot([-2, 2], [limit] * 2, color=plot.COLOUR["tool"], linestyle="--", label=f"C can do {limit:g}°/s")
+    above.set(ylabel="C, degrees", ylim=(-95, 95), xlim=(-2, 2))
+    below.set(ylabel="speed of C, °/s", ylim=(0, 600), xlabel="time, s")
+    below.legend(loc="upper right")
+    numbers = [rate.subs(TILT, 0), sp.deg(sp.asin(SPEED / limit))]
     speed = slider("speed of the tool", 2, 60, 20, unit="°/s")
     sliders = [slider("distance from the pole", 0.2, 20, 4, step=0.1), speed]
     text = ["C has to reach {0:0}°/s; it can follow from {1:2}° on"]
-    return printed(build, (DISTANCE, SPEED), sliders, text, size=(7.0, 4.6), height=520)
+    return printed(figure, moving, numbers, (DISTANCE, SPEED), sliders, text, height=520)
 
 
 def clamped(rows):
@@ -94,36 +83,27 @@ def clamped(rows):
     cubic = yu_dan.hermite().subs({"T": 1, "M_s": rows[1], "M_e": rows[2], "k_1": k_1, "k_2": k_2})
     slope = cubic.diff(t)
 
-    def build(figure):
-        above, below = figure.subplots(2, 1, sharex=True)
-        places = [sp.Rational(k, 40) for k in range(41)]
-        above.plot([2, 3], rows[1:3], "o", color=plot.COLOUR["machine"], label="records s and e")
-        above.plot([2, 3], rows[1:3], color=plot.COLOUR["linear"], linestyle="--", label="linear")
-        (curve,) = above.plot([0, 1], [0, 1], color=plot.COLOUR["cubic"], label="clamped cubic")
-        (first,) = above.plot([0, 1], [0, 1], color=plot.COLOUR["tool"], linewidth=3, label="k₁, k₂")
-        (last,) = above.plot([0, 1], [0, 1], color=plot.COLOUR["tool"], linewidth=3)
-        (dot,) = above.plot([1], [0], "o", color=plot.COLOUR["cubic"])
-        below.plot([2, 3], [rows[2] - rows[1]] * 2, color=plot.COLOUR["linear"], linestyle="--")
-        (rate,) = below.plot([0, 1], [0, 1], color=plot.COLOUR["cubic"])
-        (at,) = below.plot([1], [0], "o", color=plot.COLOUR["cubic"])
-        above.set(ylabel="C, degrees", ylim=(-70, 250))
-        below.set(ylabel="slope, ° per record", ylim=(-420, 60), xlim=(1.8, 3.2), xlabel="virtual time, records")
-        above.legend(loc="upper right")
-        width = sp.Rational(3, 20)
-        return {
-            curve: [(2 + place, cubic.subs(t, place)) for place in places],
-            first: [(2 - width, rows[1] - width * k_1), (2 + width, rows[1] + width * k_1)],
-            last: [(3 - width, rows[2] - width * k_2), (3 + width, rows[2] + width * k_2)],
-            dot: [(2 + t, cubic)],
-            rate: [(2 + place, slope.subs(t, place)) for place in places],
-            at: [(2 + t, slope)],
-        }, [k_1, k_2, cubic, slope]
-
+    (figure, (above, below)), moving = subplots(2, 1, size=(7.0, 5.0), sharex=True), plot.Moving()
+    places, width = [sp.Rational(k, 40) for k in range(41)], sp.Rational(3, 20)
+    above.plot([2, 3], rows[1:3], "o", color=plot.COLOUR["machine"], label="records s and e")
+    above.plot([2, 3], rows[1:3], color=plot.COLOUR["linear"], linestyle="--", label="linear")
+    moving.line(above, "cubic", [(2 + at, cubic.subs(t, at)) for at in places], label="clamped cubic")
+    for end, row, slope_there, label in ((2, rows[1], k_1, "k₁, k₂"), (3, rows[2], k_2, None)):
+        tangent = [(end + step, row + step * slope_there) for step in (-width, width)]
+        moving.line(above, "tool", tangent, linewidth=3, label=label)
+    moving.line(above, "cubic", [(2 + t, cubic)], "o")
+    below.plot([2, 3], [rows[2] - rows[1]] * 2, color=plot.COLOUR["linear"], linestyle="--")
+    moving.line(below, "cubic", [(2 + at, slope.subs(t, at)) for at in places])
+    moving.line(below, "cubic", [(2 + t, slope)], "o")
+    above.set(ylabel="C, degrees", ylim=(-70, 250))
+    below.set(ylabel="slope, ° per record", ylim=(-420, 60), xlim=(1.8, 3.2), xlabel="virtual time, records")
+    above.legend(loc="upper right")
+    numbers = [k_1, k_2, cubic, slope]
     sliders = [slider("t", 0, 1, 0.3, step=0.01, unit="")]
     sliders += [slider(name, 0.02, 2, 1, step=0.01, unit="") for name in ("Δt₁", "Δt₂")]
     sliders += [slider(name, -10, 10, 1, step=0.1, unit="") for name in ("k₁ ×", "k₂ ×")]
     text = ["k₁ = {0:2}, k₂ = {1:2} degrees per record", "at t: C = {2:3}°, slope {3:2}° per record"]
-    return printed(build, (t, dt_1, dt_2, times_1, times_2), sliders, text, size=(7.0, 5.0), height=590)
+    return printed(figure, moving, numbers, (t, dt_1, dt_2, times_1, times_2), sliders, text, height=590)
 
 
 def smoothed(kin, cl, joints, region, *, most=60):
@@ -136,31 +116,28 @@ def smoothed(kin, cl, joints, region, *, most=60):
         errors.append(deviation(kin, rows[:-1], rows[1:], tips=(tips[:-1], tips[1:]), axes=(axes[:-1], axes[1:])))
     tip, axis = np.array([[each.max() for each in pair] for pair in errors]).T
 
-    def build(figure):
-        left, right = figure.subplots(1, 2)
-        fine = yu_dan.smooth(kin, cl, joints, region, 200)
-        plot.along(left, fine[0] + 1, np.degrees(fine[1][:, outer]), "cubic", "clamped cubic")
-        (points,) = left.plot([], [], "o", color=plot.COLOUR["tool"], label="blocks")
-        left.set(xlabel="virtual time, records", ylabel=f"{name}, degrees")
-        left.legend(loc="upper right")
-        right.plot(counts, tip, color=plot.COLOUR["tool"], label="tip, mm")
-        style = {"color": plot.COLOUR["machine"], "linestyle": "--", "label": "tool axis, degrees"}
-        right.plot(counts, np.degrees(axis), **style)
-        (dot,) = right.plot([], [], "o", color=plot.COLOUR["tool"])
-        right.set(xlabel="points n", ylabel="error between the blocks", yscale="log", ylim=(0.01, 100))
-        right.legend(loc="upper right")
+    figure, (left, right) = subplots(1, 2, size=(8.5, 3.9))
+    fine = yu_dan.smooth(kin, cl, joints, region, 200)
+    plot.along(left, fine[0] + 1, np.degrees(fine[1][:, outer]), "cubic", "clamped cubic")
+    (points,) = left.plot([], [], "o", color=plot.COLOUR["tool"], label="blocks")
+    left.set(xlabel="virtual time, records", ylabel=f"{name}, degrees")
+    left.legend(loc="upper right")
+    right.plot(counts, tip, color=plot.COLOUR["tool"], label="tip, mm")
+    style = {"color": plot.COLOUR["machine"], "linestyle": "--", "label": "tool axis, degrees"}
+    right.plot(counts, np.degrees(axis), **style)
+    (dot,) = right.plot([], [], "o", color=plot.COLOUR["tool"])
+    right.set(xlabel="points n", ylabel="error between the blocks", yscale="log", ylim=(0.01, 100))
+    right.legend(loc="upper right")
 
-        def update(n):
-            n = round(n)
-            place, rows = yu_dan.smooth(kin, cl, joints, region, n)
-            points.set_data(place + 1, np.degrees(rows[:, outer]))
-            dot.set_data([n], [tip[n - 1]])
-            off = f"the tip is off by up to {tip[n - 1]:.3f} mm, the axis by {np.degrees(axis[n - 1]):.2f}°"
-            return [f"n = {n}: {off}"]
+    def update(n):
+        n = round(n)
+        place, rows = yu_dan.smooth(kin, cl, joints, region, n)
+        points.set_data(place + 1, np.degrees(rows[:, outer]))
+        dot.set_data([n], [tip[n - 1]])
+        off = f"the tip is off by up to {tip[n - 1]:.3f} mm, the axis by {np.degrees(axis[n - 1]):.2f}°"
+        return [f"n = {n}: {off}"]
 
-        return update
-
-    return recorded(build, slider("n", 1, most, 5, unit=""), size=(8.5, 3.9), height=470)
+    return recorded(figure, update, slider("n", 1, most, 5, unit=""), height=470)
 
 
 def moved_aside(crossing, *, most=6.0):
@@ -168,29 +145,26 @@ def moved_aside(crossing, *, most=6.0):
     direct, kin = crossing.way("direct"), crossing.kin
     name = kin.machine.joint_names[crossing.outer]
 
-    def build(figure):
-        chart, over_time = figure.subplots(1, 2)
-        plot.pole_map(chart, kin, crossing.cl.axes, role="workpiece", label="records")
-        moved = plot.pole_map(chart, kin, crossing.cl.axes, role="aside", label="moved aside")
-        moved.set(marker="", linestyle="-", linewidth=2)
-        chart.set(xlim=(-18, 10), ylim=(-14, 14))
-        chart.legend(loc="upper left")
-        seconds = np.linspace(0, direct.time, 80)
-        plot.along(over_time, seconds, np.degrees(direct.law.at(seconds)[:, crossing.outer]), "direct")
-        (line,) = over_time.plot([], [], color=plot.COLOUR["aside"], linestyle=plot.STYLE["aside"], linewidth=2)
-        over_time.set(xlabel="time, s", ylabel=f"{name}, degrees")
+    figure, (chart, over_time) = subplots(1, 2, size=(8.5, 4.2))
+    plot.pole_map(chart, kin, crossing.cl.axes, role="workpiece", label="records")
+    moved = plot.pole_map(chart, kin, crossing.cl.axes, role="aside", label="moved aside")
+    moved.set(marker="", linestyle="-", linewidth=2)
+    chart.set(xlim=(-18, 10), ylim=(-14, 14))
+    chart.legend(loc="upper left")
+    seconds = np.linspace(0, direct.time, 80)
+    plot.along(over_time, seconds, np.degrees(direct.law.at(seconds)[:, crossing.outer]), "direct")
+    (line,) = over_time.plot([], [], color=plot.COLOUR["aside"], linestyle=plot.STYLE["aside"], linewidth=2)
+    over_time.set(xlabel="time, s", ylabel=f"{name}, degrees")
 
-        def update(degrees):
-            way = crossing.way("aside", lean=np.radians(degrees))
-            if way.reason:
-                return [way.reason]
-            _, axes = kin.forward(way.joints[:: max(1, len(way.joints) // 60)])
-            moved.set_data(*plot.on_pole_map(kin, axes))
-            seconds = np.linspace(0, way.time, 80)
-            line.set_data(seconds, np.degrees(way.law.at(seconds)[:, crossing.outer]))
-            peaks = f"C up to {np.degrees(way.peak_speed):.0f}°/s and {np.degrees(way.peak_acceleration):.0f}°/s²"
-            return [f"{way.time:.2f} s, {peaks}, tool axis off by {np.degrees(way.axis_error):.2f}°"]
+    def update(degrees):
+        way = crossing.way("aside", lean=np.radians(degrees))
+        if way.reason:
+            return [way.reason]
+        _, axes = kin.forward(way.joints[:: max(1, len(way.joints) // 60)])
+        moved.set_data(*plot.on_pole_map(kin, axes))
+        seconds = np.linspace(0, way.time, 80)
+        line.set_data(seconds, np.degrees(way.law.at(seconds)[:, crossing.outer]))
+        peaks = f"C up to {np.degrees(way.peak_speed):.0f}°/s and {np.degrees(way.peak_acceleration):.0f}°/s²"
+        return [f"{way.time:.2f} s, {peaks}, tool axis off by {np.degrees(way.axis_error):.2f}°"]
 
-        return update
-
-    return recorded(build, slider("moved by", 0.25, most, 1.0, step=0.25), size=(8.5, 4.2), height=500)
+    return recorded(figure, update, slider("moved by", 0.25, most, 1.0, step=0.25), height=500)

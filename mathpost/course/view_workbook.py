@@ -5,7 +5,7 @@ import sympy as sp
 
 from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.draw import plot
-from mathpost.draw.chart import printed
+from mathpost.draw.chart import printed, subplots
 from mathpost.draw.formula import slider
 from mathpost.rotation import PASSIVE, zxz_right
 
@@ -25,22 +25,19 @@ def misreadings_apart(point, names):
 
     distances = [distance(name) for name in names]
 
-    def build(figure):
-        panel = figure.subplots()
-        panel.set(xlim=(0, 2 * float(point.norm())), ylim=(len(names) - 0.5, -0.5))
-        panel.set(xlabel="distance from the right point", yticks=range(len(names)), yticklabels=names)
-        bars = {}
-        for row, length in enumerate(distances):
-            (bar,) = panel.fill([], [], color=plot.COLOUR["tool"])
-            bars[bar] = [(0, row - 0.4), (length, row - 0.4), (length, row + 0.4), (0, row + 0.4)]
-        return bars, distances
-
+    figure, panel = subplots()
+    panel.set(xlim=(0, 2 * float(point.norm())), ylim=(len(names) - 0.5, -0.5))
+    panel.set(xlabel="distance from the right point", yticks=range(len(names)), yticklabels=names)
+    bars = {}
+    for row, length in enumerate(distances):
+        (bar,) = panel.fill([], [], color=plot.COLOUR["tool"])
+        bars[bar] = [(0, row - 0.4), (length, row - 0.4), (length, row + 0.4), (0, row + 0.4)]
     said = [f"{name} {{{n}:3}}" for n, name in enumerate(names)]
     sliders = [
         slider(str(name), -180, 180, angle) for name, angle in zip(symbols, (135.0, 55.0, -90.0), strict=True)
     ]
     text = ["away from the right point (0.000 cannot be seen): " + ", ".join(said)]
-    return printed(build, symbols, sliders, text, height=520)
+    return printed(figure, bars, distances, symbols, sliders, text, height=520)
 
 
 def invisible(point, names, angles):

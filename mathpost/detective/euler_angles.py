@@ -6,53 +6,36 @@ returned, the simplest first. A match that so many tries would have hit by accid
 """
 
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from mathpost.angles import SEQUENCES
 from mathpost.detective import misreadings as reading
-from mathpost.detective.misreadings import Explanation, Factors, Slip, all_factors, matrices, wordings
-from mathpost.detective.placing import PLAIN, Placing, about, translated
+from mathpost.detective.misreadings import NOWHERE, Factors, Slip, all_factors, matrices, wordings
 from mathpost.errors import InputError, as_array
+
+
+def _copied(phrase, cost=1, **changes):
+    return (Slip("copied", cost, phrase, changes),)
+
 
 ROUNDING = 1e-9  # relative: what a spreadsheet's own arithmetic may lose
 MOST, SHOWN = 100, 6  # right angles and points on an axis have many misreadings: how many are looked at and shown
 MORE_DIGITS = Slip(reading.UNROUNDED, 0.5, "the angles were used with more digits than are given")
-QUATERNION = {
-    "xyzw": Slip("quaternion", 1.25, "the quaternion is stored as x y z w and read as w x y z"),
-    "wxyz": Slip("quaternion", 1.25, "the quaternion is stored as w x y z and read as x y z w"),
-}
+COPIED = (
+    (),
+    _copied("the answer's x and y are exchanged", order=(1, 0, 2)),
+    _copied("the answer's x and z are exchanged", order=(2, 1, 0)),
+    _copied("the answer's y and z are exchanged", order=(0, 2, 1)),
+    _copied("the sign of the answer's x is lost", signs=(-1, 1, 1)),
+    _copied("the sign of the answer's y is lost", signs=(1, -1, 1)),
+    _copied("the sign of the answer's z is lost", signs=(1, 1, -1)),
+    _copied("the whole answer has the opposite sign", 1.1, signs=(-1, -1, -1)),
+)
 PROBE_ANGLES = np.array([(20, 35, 50), (-15, 70, 25), (110, 40, -65)], dtype=float)
 PROBE_POINTS = np.array([(1, 2, 3), (2, -1, 5), (7, 3, -2)], dtype=float)
 GENERIC_ANGLES = np.array([(21.1234567, 47.7654321, 74.4567891), (-36.2468135, 12.1357924, 113.9753186)])
-
-
-@dataclass(frozen=True)
-class _Copied:
-    """How an answer was copied out: where its entries come from, their signs, and the slip."""
-
-    order: tuple = (0, 1, 2)
-    signs: tuple = (1, 1, 1)
-    slips: tuple = ()
-
-
-def _copied(cost, phrase, **how):
-    return _Copied(slips=(Slip("copied", cost, phrase),), **how)
-
-
-RIGHTLY = _Copied()
-COPIED = (
-    RIGHTLY,
-    _copied(1, "the answer's x and y are exchanged", order=(1, 0, 2)),
-    _copied(1, "the answer's x and z are exchanged", order=(2, 1, 0)),
-    _copied(1, "the answer's y and z are exchanged", order=(0, 2, 1)),
-    _copied(1, "the sign of the answer's x is lost", signs=(-1, 1, 1)),
-    _copied(1, "the sign of the answer's y is lost", signs=(1, -1, 1)),
-    _copied(1, "the sign of the answer's z is lost", signs=(1, 1, -1)),
-    _copied(1.1, "the whole answer has the opposite sign", signs=(-1, -1, -1)),
-)
 
 
 def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None):
@@ -103,62 +86,76 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None
     target = as_array(answer, 3, "answer")
     if target.shape != points.shape or points.ndim > 2:
         raise InputError("answer", f"shape {points.shape}", f"shape {target.shape}")
+    is_matrix = point is None
+    placings = (Factors(sequence, point="" if is_matrix else "p"),)
+    if origin is not None and not is_matrix:
+        placings = _about(as_array(origin, 3, "origin"), sequence)
     case = _Case(
         angles=values,
         points=np.atleast_2d(points),
         # The columns of a matrix are where ex, ey and ez go, so a matrix is three points.
-        target=target.T if point is None else np.atleast_2d(target),
-        half_digits=np.array([_half_digit(angle) for angle in np.asarray(angles, dtype=object)]),
+        target=target.T if is_matrix else np.atleast_2d(target),
+        half_digits=np.array([reading.half_digit(angle) for angle in np.asarray(angles, dtype=object)]),
         decimals=reading.written_decimals(answer) if decimals is None else decimals,
-        sequence=sequence,
-        is_matrix=point is None,
-        placings=(PLAIN,) if origin is None or point is None else about(as_array(origin, 3, "origin")),
+        placings=placings,
+        is_matrix=is_matrix,
     )
     # Whole numbers are meant exactly if some misreading gives them exactly, as right angles do.
     exact = replace(case, decimals=9).explain(target.shape) if case.decimals == 0 else None
     return exact if exact and exact.explained else case.explain(target.shape)
 
 
-def _half_digit(value):
-    """Half of the last digit of a decimal fraction; 0 for a whole number or a full float: those are exact."""
-    decimals = reading.written_decimals(value)
-    return 0.5 * 10.0**-decimals if 0 < decimals < 9 else 0.0
+def _about(origin, sequence):
+    """The factors to start from where the point is to be taken relative to `origin`; the first are right."""
+    o, minus = tuple(origin.tolist()), tuple((-origin).tolist())
+    right = Factors(sequence, before=minus, point="(p − o)")
+
+    def misread(phrase, before, after, point, added, kind="origin", cost=1):
+        changes = {"before": before, "after": after, "point": point, "added": added}
+        return right.misread(Slip(kind, cost, phrase, changes))
+
+    centre = "the origin is added again after the rotation: it is taken for the centre of rotation"
+    return (
+        right,
+        misread("the origin is not subtracted", NOWHERE, NOWHERE, "p", ""),
+        misread("the origin is added, not subtracted", o, NOWHERE, "(p + o)", ""),
+        misread(centre, minus, o, "(p − o)", " + o", kind="centre"),
+        misread("the origin is subtracted after the rotation", NOWHERE, minus, "p", " − o", cost=1.1),
+        misread("the origin is added after the rotation", NOWHERE, o, "p", " + o", cost=1.25),
+    )
 
 
 @dataclass(frozen=True)
-class _Match:
-    """A product that fits: its factors, its wordings, and slips of the answer or the angles beside them."""
+class _Match(reading.Misread):
+    """A product that fits: its factors, and its wordings, the simplest first."""
 
     factors: Factors
     wordings: list
-    copied: _Copied = RIGHTLY
-    unrounded: bool = False
-    quaternion: str | None = None
-    placing: Placing = PLAIN
 
     @property
     def slips(self):
-        more = (QUATERNION[self.quaternion],) if self.quaternion else ()
-        more += (MORE_DIGITS,) if self.unrounded else ()
-        return (*self.wordings[0].slips, *self.factors.slips, *self.placing.slips, *self.copied.slips, *more)
+        return (*self.wordings[0].slips, *self.factors.slips)
 
     @property
     def cost(self):
-        return 0.01 * self.wordings[0].recipe + sum(slip.cost for slip in self.slips)
+        return 0.01 * self.wordings[0].recipe + super().cost
 
-    def value(self, angles, points):
-        """What it gives, shape (n, 3)."""
-        matrix = matrices([self.factors], [self.wordings[0].key], angles)[0, 0]
-        if self.quaternion:
-            matrix = misread_quaternion(matrix, self.quaternion)
-        turned = (points + self.placing.before) @ matrix.T
-        return turned[:, self.copied.order] * self.copied.signs + self.placing.after
+    @property
+    def product(self):
+        return reading.written(self.wordings[0], self.factors)
 
     @property
     def sentence(self):
         """What went wrong, in words, and whose convention that is."""
         known_as = reading.trade_name(self.wordings[0], self.factors) if self.slips else ""
-        return reading.sentence(self.slips) + (f" (as {known_as})" if known_as else "")
+        return super().sentence + (f" (as {known_as})" if known_as else "")
+
+    def value(self, angles, points):
+        """What it gives, shape (n, 3)."""
+        each = self.factors
+        matrix = matrices([each], [self.wordings[0].key], angles)[0, 0]
+        turned = (points + each.before) @ matrix.T
+        return turned[:, each.order] * each.signs + each.after
 
 
 @dataclass(frozen=True)
@@ -170,9 +167,8 @@ class _Case:
     target: np.ndarray
     half_digits: np.ndarray
     decimals: int
-    sequence: str
+    placings: tuple  # the factors to start from, those of the right place first
     is_matrix: bool
-    placings: tuple
     slack: float = 1.0
 
     @property
@@ -192,45 +188,47 @@ class _Case:
         tried, matches = 0, []
         for depth in (2, 3):
             for placing in self.placings if depth == 2 else self.placings[:1]:
-                turned = replace(self, points=self.points + placing.before, target=self.target - placing.after)
-                found, count = turned.likely(depth, placing)
+                found, count = self.likely(depth, placing)
                 tried, matches = tried + count, matches + found
             if matches:
                 break
         else:
             found, count = self.moved()
-            tried, matches = tried + count, found
+            tried, matches = tried + count, matches + found
         groups = reading.grouped(matches, _product, MOST)[:SHOWN]
         misreadings = tuple(self.misreading(group, shape) for group in groups)
         note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known()
-        return Explanation(misreadings, self.tolerance, tried, note)
+        return reading.Explanation(misreadings, self.tolerance, tried, note)
 
-    def likely(self, depth, placing=PLAIN):
+    def likely(self, depth, placing):
         """The matches that are no accident, as far as the search goes at `depth`, and how many were tried."""
-        found, count, costs = self.search(all_factors(self.sequence, depth))
-        found = [replace(match, placing=placing) for match in found]
-        return [match for match in found if self.chance(costs, match) < reading.CHANCE], count
+        turned = replace(self, points=self.points + placing.before, target=self.target - placing.after)
+        found, count, costs = turned.search(all_factors(placing.axes, depth))
+        place = {name: getattr(placing, name) for name in ("before", "after", "point", "added")}
+        matches = [_Match(replace(f, **place).misread(*placing.slips, *slips), same) for f, same, slips in found]
+        return [match for match in matches if turned.chance(costs, match) < reading.CHANCE], count
 
     def moved(self):
         """Matches of several points that were moved as well as turned: the differences between them only turn."""
-        if self.is_matrix or len(self.points) < 2:
-            return [], 0
         start, end = self.points.mean(axis=0), self.target.mean(axis=0)
         differences = replace(self, points=self.points - start, target=self.target - end, slack=2.0)
-        if differences.size < 1e-9:
+        if self.is_matrix or differences.size < 1e-9:  # as that of one point is
             return [], 0
-        found, count = differences.likely(2)
+        found, count = differences.likely(2, Factors(self.placings[0].axes))
         placed = []
         for match in found:
-            if not match.copied.slips:
+            if match.factors.order == (0, 1, 2) and match.factors.signs == (1, 1, 1):
                 shift = end - match.value(self.angles, start[None])[0]
-                matrix = match.value(self.angles, np.eye(3)).T
-                placed.append(replace(match, placing=translated(matrix, shift, self.tolerance)))
+                slip = _translated(match.value(self.angles, np.eye(3)).T, shift, self.tolerance)
+                placed.append(replace(match, factors=match.factors.misread(slip)))
         return placed, count
 
     def search(self, factors):
-        """Compare `factors` in all products, answers copied wrongly and angles less rounded with the answer."""
-        factors = [each for each in factors if self.matters(each)]
+        """Compare `factors` in all products, answers copied wrongly and angles less rounded with the answer.
+
+        Return factors, wordings and more slips of what fits, how many were tried, and their costs in order.
+        """
+        factors = [each for each in factors if each.matters(self.angles)]
         keys, same = list(wordings()), list(wordings().values())
         if self.is_matrix:
             same = [[wording for wording in of_one if not wording.row] for of_one in same]
@@ -238,32 +236,16 @@ class _Case:
         costs = np.add.outer([each.cost for each in factors], [of_one[0].cost for of_one in same])
         found = []
         for copied in COPIED[:1] if self.is_matrix else COPIED:
+            as_copied = Factors("").misread(*copied)
             # A wrong copy comes with one other slip at most: more is guessing.
-            rows = slice(sum(len(each.slips) < 2 for each in factors) if copied.slips else None)
-            misfit = np.abs(values[rows][..., copied.order] * copied.signs - self.target).max(axis=(2, 3))
-            found += [_Match(factors[f], same[k], copied) for f, k in np.argwhere(misfit <= self.tolerance)]
-            if not copied.slips and self.half_digits.any():
+            rows = slice(sum(len(each.slips) < 2 for each in factors) if copied else None)
+            misfit = np.abs(values[rows][..., as_copied.order] * as_copied.signs - self.target).max(axis=(2, 3))
+            found += [(factors[f], same[k], copied) for f, k in np.argwhere(misfit <= self.tolerance)]
+            if not copied and self.half_digits.any():
                 near = np.argwhere((misfit > self.tolerance) & (misfit <= self.reach))
-                matches = (_Match(factors[f], same[k], unrounded=True) for f, k in near)
-                found += [match for match in matches if self.fits_unrounded(match)]
-        if not factors[0].slips:
-            found += self.quaternions(factors[0], keys, same)
+                near = [(factors[f], same[k]) for f, k in near if self.fits_unrounded(_Match(factors[f], same[k]))]
+                found += [(*each, (MORE_DIGITS,)) for each in near]
         return found, len(COPIED) * costs.size, np.sort(costs, axis=None)
-
-    def quaternions(self, factors, keys, same):
-        """The products of the angles as they are, turned into a quaternion that is read in the wrong order."""
-        products, found = matrices([factors], keys, self.angles)[0], []
-        for kind in QUATERNION:
-            values = self.points @ np.swapaxes(misread_quaternion(products, kind), -1, -2)
-            for k in np.flatnonzero(np.abs(values - self.target).max(axis=(1, 2)) <= self.tolerance):
-                found.append(_Match(factors, same[k], quaternion=kind))
-        return found
-
-    def matters(self, factors):
-        """Whether roundings and meanings change anything: to round 135 to two decimals is no slip."""
-        if factors.angle_decimals is None and set(factors.meaning) == {"as given"}:
-            return True
-        return not np.array_equal(factors.degrees(self.angles), self.angles)
 
     def fits_unrounded(self, match):
         """Whether angles that round to the given ones give the answer, judged by the differential."""
@@ -280,12 +262,12 @@ class _Case:
 
     def chance(self, costs, match):
         """The expected number of accidental matches among the misreadings that are no more far-fetched."""
-        beside = [sum(slip.cost for slip in placing.slips) for placing in self.placings]
-        beside = np.add.outer(beside, [sum(slip.cost for slip in copied.slips) for copied in COPIED])
+        copies = [sum(slip.cost for slip in copied) for copied in COPIED]
+        beside = np.add.outer([placing.cost for placing in self.placings], copies)
         tries = np.searchsorted(costs, match.cost - beside + 1e-9, side="right").sum()
         # A point moves on a sphere, a second one on a circle around the first. The cube of the tolerance covers
         # about six of its squares on the sphere.
-        ratio = (self.reach if match.unrounded else self.tolerance) / self.size
+        ratio = (self.reach if MORE_DIGITS in match.slips else self.tolerance) / self.size
         share = min(1.0, 1.5 * ratio**2 / np.pi)
         if np.linalg.matrix_rank(self.points) > 1:
             share *= min(1.0, ratio / np.pi)
@@ -295,8 +277,7 @@ class _Case:
         first, *others = group
         others = [replace(first, wordings=[wording]) for wording in first.wordings[1:]] + others
         value = first.value(self.angles, self.points)
-        value = value.T if self.is_matrix else value.reshape(shape)
-        return reading.told([first, *others], lambda match: match.sentence, self.written, value)
+        return reading.told([first, *others], value.T if self.is_matrix else value.reshape(shape))
 
     def tell_apart(self, groups):
         """Propose the point, or else the angles, for which the misreadings differ most clearly."""
@@ -317,11 +298,9 @@ class _Case:
 
     def what_is_known(self):
         """Say why no misreading can fit, or which simple one gives all coordinates but one."""
-        for factors in all_factors(self.sequence, 2):
-            for same in wordings().values():
-                if len(factors.slips) + len(same[0].slips) > 1:
-                    continue
-                match = _Match(factors, same)
+        for factors, same in product(all_factors(self.placings[0].axes, 2), wordings().values()):
+            match = _Match(factors, same)
+            if len(match.slips) <= 1:
                 off = np.abs(match.value(self.angles, self.points) - self.target) > self.tolerance
                 if off.sum() == 1 and self.decimals > 1:
                     row, column = np.argwhere(off)[0]
@@ -339,21 +318,25 @@ class _Case:
             return "It keeps the length, so it is a rotation, but by other angles."
         return "It is written too coarsely: some misreading would fit by accident. Give more digits or more points."
 
-    def written(self, match):
-        placing = replace(PLAIN, point="") if self.is_matrix else match.placing
-        return reading.written(match.wordings[0], match.factors, placing.point) + placing.added
-
 
 def _product(match):
     """What tells products apart, whatever the angles and the point."""
     return (np.round([match.value(angles, PROBE_POINTS) for angles in GENERIC_ANGLES], 9) + 0.0).tobytes()
 
 
-def misread_quaternion(matrix, stored):
-    """Return the rotation of a quaternion that is `stored` as ``"wxyz"`` or ``"xyzw"`` and read as the other."""
-    first = stored == "wxyz"
-    quaternion = Rotation.from_matrix(matrix).as_quat(scalar_first=first)
-    return Rotation.from_quat(quaternion, scalar_first=not first).as_matrix()
+def _translated(matrix, shift, tolerance):
+    """The slip of points that were turned by `matrix` and then moved by `shift`.
+
+    A shift across the axis of rotation is what a rotation about another centre makes: the centre that is nearest
+    to the origin is named.
+    """
+    moved = np.eye(3) - matrix
+    centre = np.linalg.lstsq(moved, shift, rcond=1e-6)[0]
+    decimals = max(0, int(np.ceil(-np.log10(2 * tolerance))) - 1)
+    kind, phrase = "translation", f"({_numbers(shift, decimals)}) is added to every point"
+    if np.abs(moved @ centre - shift).max() <= 4 * tolerance:
+        kind, phrase = "centre", f"it is turned about another centre, such as ({_numbers(centre, decimals)})"
+    return Slip(kind, 1.25, phrase, {"after": tuple(shift.tolist()), "added": " + t"})
 
 
 def _numbers(values, decimals=None):

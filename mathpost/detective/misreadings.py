@@ -3,10 +3,10 @@
 A misreading is a set of slips; the right way has none. It has two parts. The *wording* says how the product is
 made: which of the two recipes of source 000, in what order, of active or passive elements, with which signs,
 transposed or not, the point as a column or as a row. The 768 wordings come to 48 different products. The *factors*
-say what stands in it: which axes, angles exchanged, repeated or left out, their unit, and what was rounded.
+say what stands in it, and what is done to the point and to the answer: a slip changes the right ones.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from decimal import Decimal, InvalidOperation
 from functools import lru_cache
 from itertools import combinations, permutations, product
@@ -14,44 +14,52 @@ from operator import attrgetter
 
 import numpy as np
 
+from mathpost.angles import from_quaternion, to_quaternion
 from mathpost.errors import InputError
 from mathpost.rotation import PASSIVE, from_angles
 
 ANGLES = "αβγ"
-ALL, EACH = ((0, 1, 2),), ((0,), (1,), (2,))  # which of them a slip may be about
+EACH_AND_ALL = ((0,), (1,), (2,), (0, 1, 2))  # which angles a slip may be about
+COST = attrgetter("cost")
+CHANCE = 0.005  # how probable an accidental match may be before it explains nothing
+FAR_FETCHED = 1.0  # misreadings so much more complicated than the simplest one are not shown
+UNROUNDED = "unrounded"  # the kind of slip that is none: more digits of the input were used than are given
+NOWHERE = (0.0, 0.0, 0.0)
+OUTSIDE = {"before", "after", "point", "added", "quaternion", "order", "signs"}  # what is not done in the product
 PI_WRITTEN = (3.14, 3.142, 3.1416, 3.14159, 22 / 7)
-# What the number of an angle may be in: radians from it, as it is written, cost and phrase of the slip.
-UNITS = {
-    "degrees": (lambda angle, pi: angle * pi / 180, "", 0, ""),
-    "radians": (lambda angle, pi: angle, " rad", 1, "the degrees of {} are taken for radians"),
-    "twice": (lambda angle, pi: angle * (pi / 180) ** 2, "·π/180", 1.25, "{} {} converted to radians twice"),
-    "reversed": (
-        lambda angle, pi: angle * 180 / pi, "·180/π rad", 1.5, "{} {} converted with DEGREES, not with RADIANS"
-    ),
-    "gon": (lambda angle, pi: angle * pi / 200, " gon", 1.5, "the degrees of {} are taken for gon"),
-}  # fmt: skip
-# What else three angles may mean: degrees from the written ones, as it is written, kind and phrase of the slip, and
-# of which angles.
+# What the number of an angle may mean: the degrees that are used, with some value of π, and how they are written;
+# of the slip its kind, its cost for all angles and for one (None if it is not tried), and the words for it.
 MEANINGS = {
-    "as given": (lambda degrees: degrees, "{}", "", "", ()),
+    "degrees": (lambda angle, pi: angle, "{}"),
+    "radians": (
+        lambda angle, pi: angle * 180 / pi, "{} rad", "unit", 1, 1.25, "the degrees of {} are taken for radians"
+    ),
+    "twice": (
+        lambda angle, pi: angle * pi / 180, "{}·π/180", "unit", 1.25, 1.5, "{} {verb} converted to radians twice"
+    ),
+    "reversed": (
+        lambda angle, pi: angle * (180 / pi) ** 2, "{}·180/π rad",
+        "unit", 1.5, 1.75, "{} {verb} converted with DEGREES, not with RADIANS",
+    ),
+    "gon": (lambda angle, pi: 0.9 * angle, "{} gon", "unit", 1.5, 1.75, "the degrees of {} are taken for gon"),
     "half": (
-        lambda degrees: degrees / 2, "{}/2", "half angle", "half of {} is used, as in a quaternion", EACH + ALL
+        lambda angle, pi: angle / 2, "{}/2", "half angle", 1.25, 1.25, "half of {} is used, as in a quaternion"
     ),
-    "double": (lambda degrees: 2 * degrees, "2{}", "double angle", "twice {} is used", EACH + ALL),
+    "double": (lambda angle, pi: 2 * angle, "2{}", "double angle", 1.25, 1.25, "twice {} is used"),
     "complement": (
-        lambda degrees: 90 - degrees, "90° − {}",
-        "complement", "90° − {} is used, or sine and cosine are exchanged", EACH + ALL,
+        lambda angle, pi: 90 - angle, "90° − {}",
+        "complement", 1.25, 1.25, "90° − {} is used, or sine and cosine are exchanged",
     ),
-    "quarter more": (lambda degrees: degrees + 90, "{} + 90°", "offset", "90° are added to {}", EACH),
-    "quarter less": (lambda degrees: degrees - 90, "{} − 90°", "offset", "90° are taken from {}", EACH),
-    "half turn more": (lambda degrees: degrees + 180, "{} + 180°", "offset", "180° are added to {}", EACH),
+    "quarter more": (lambda angle, pi: angle + 90, "{} + 90°", "offset", None, 1.25, "90° are added to {}"),
+    "quarter less": (lambda angle, pi: angle - 90, "{} − 90°", "offset", None, 1.25, "90° are taken from {}"),
+    "half turn more": (lambda angle, pi: angle + 180, "{} + 180°", "offset", None, 1.25, "180° are added to {}"),
     "minutes": (
-        lambda degrees: _whole(degrees) + (degrees - _whole(degrees)) * 100 / 60, "{} in ° ′",
-        "minutes", "the decimals of {} are taken for minutes, 35.30 for 35°30′", EACH + ALL,
+        lambda angle, pi: _fraction_times(angle, 100 / 60), "{} in ° ′",
+        "minutes", 1.25, 1.25, "the decimals of {} are taken for minutes, 35.30 for 35°30′",
     ),
     "no minutes": (
-        lambda degrees: _whole(degrees) + (degrees - _whole(degrees)) * 60 / 100, "{} from ° ′",
-        "minutes", "the minutes of {} are written as decimals, 35.30 for 35.5°", EACH + ALL,
+        lambda angle, pi: _fraction_times(angle, 60 / 100), "{} from ° ′",
+        "minutes", 1.25, 1.25, "the minutes of {} are written as decimals, 35.30 for 35.5°",
     ),
 }  # fmt: skip
 # Axes of the first, second and third angle of which a trade has a name, and the order of the frame's factors.
@@ -59,19 +67,6 @@ TRADE = {
     "ZYX": ("KUKA A B C", (0, 1, 2)),
     "XYZ": ("Fanuc W P R or Heidenhain SPA SPB SPC", (2, 1, 0)),
 }
-
-
-def _whole(degrees):
-    """The degrees without their fraction; a float such as 35.29999… counts as 35.3."""
-    return np.trunc(np.round(degrees, 9))
-
-
-COST = attrgetter("cost")
-CHANCE = 0.005  # how probable an accidental match may be before it explains nothing
-FAR_FETCHED = 1.0  # misreadings so much more complicated than the simplest one are not shown
-UNROUNDED = "unrounded"  # the kind of slip that is none: more digits of the input were used than are given
-
-
 # The keys of a few misreadings of the recipes of source 000.
 COMMON = {
     "active elements": ((2, 1, 0), (-1, -1, -1)),
@@ -83,13 +78,20 @@ COMMON = {
 }
 
 
+def _fraction_times(degrees, factor):
+    """The degrees with their fraction times `factor`; a float such as 35.29999… counts as 35.3."""
+    whole = np.trunc(np.round(degrees, 9))
+    return whole + (degrees - whole) * factor
+
+
 @dataclass(frozen=True)
 class Slip:
-    """One thing misread: its kind in a word, how far-fetched it is, and the words for it."""
+    """One thing misread: its kind in a word, how far-fetched it is, the words for it, what changes in `Factors`."""
 
     kind: str
     cost: float
     phrase: str
+    changes: dict = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True)
@@ -131,16 +133,29 @@ class Explanation:
         return "\n".join([*lines, self.note] if self.note else lines)
 
 
-def sentence(slips):
-    """Return slips in words, or that it is right."""
-    return " and ".join(slip.phrase for slip in slips) or "right"
+class Misread:
+    """Anything with `slips`: what they cost together, and the words for them."""
+
+    @property
+    def cost(self):
+        return sum(slip.cost for slip in self.slips)
+
+    @property
+    def sentence(self):
+        return " and ".join(slip.phrase for slip in self.slips) or "right"
+
+
+QUATERNION = tuple(
+    Slip("quaternion", 1.25, f"the quaternion is stored as {stored} and read as {read}", {"quaternion": shift})
+    for stored, read, shift in (("x y z w", "w x y z", -1), ("w x y z", "x y z w", 1))
+)
 
 
 def grouped(matches, key, most=None):
     """Return the matches worth telling, the least far-fetched first, in lists of those with one `key`.
 
-    A match has `slips` and a `cost`. The first `most` are looked at; one that has all the slips of another and more
-    explains nothing.
+    A match is a `Misread`. The first `most` are looked at; one that has all the slips of another and more explains
+    nothing.
     """
     matches, groups = sorted(matches, key=COST)[:most], {}
     near = [match for match in matches if match.cost <= matches[0].cost + FAR_FETCHED]
@@ -150,15 +165,12 @@ def grouped(matches, key, most=None):
     return list(groups.values())
 
 
-def told(group, sentence, product, value):
+def told(group, value):
     """Return the first of a group of matches, all of one `value`, as a `Misreading`; the others are the same."""
     first, *others = group
     near = [match for match in sorted(others, key=COST) if match.cost <= first.cost + FAR_FETCHED]
-    same, kinds = (
-        tuple(f"{sentence(match)}: {product(match)}" for match in near),
-        (slip.kind for slip in first.slips),
-    )
-    return Misreading(sentence(first), product(first), tuple(kinds), value, same, first.cost)
+    same, kinds = (f"{match.sentence}: {match.product}" for match in near), (slip.kind for slip in first.slips)
+    return Misreading(first.sentence, first.product, tuple(kinds), value, tuple(same), first.cost)
 
 
 def written_decimals(values):
@@ -184,8 +196,14 @@ def _decimals(value):
         raise InputError("answer", "numbers", repr(value)) from None
 
 
+def half_digit(values):
+    """Return half of the last digit of decimal fractions; 0 of whole numbers and full floats: those are exact."""
+    decimals = written_decimals(values)
+    return 0.5 * 10.0**-decimals if 0 < decimals < 9 else 0.0
+
+
 @dataclass(frozen=True)
-class Wording:
+class Wording(Misread):
     """One way to make the product; `order` and `signs` are those that are said, before any transpose."""
 
     recipe: int
@@ -198,7 +216,7 @@ class Wording:
 
     @property
     def cost(self):
-        return 0.01 * self.recipe + sum(slip.cost for slip in self.slips)
+        return 0.01 * self.recipe + super().cost
 
     @property
     def key(self):
@@ -210,34 +228,46 @@ class Wording:
 
 
 @dataclass(frozen=True)
-class Factors:
-    """What stands in the factors of the first, second and third rotation; the roundings are None if not done."""
+class Factors(Misread):
+    """What stands in the factors of the first, second and third rotation, and what is done to point and answer."""
 
     axes: str
-    source: tuple = (0, 1, 2)
+    source: tuple = (0, 1, 2)  # which angle stands there
     kept: tuple = (True, True, True)
-    meaning: tuple = ("as given",) * 3
-    unit: tuple = ("degrees",) * 3
-    angle_decimals: int | None = None
+    meaning: tuple = ("degrees",) * 3
+    angle_decimals: int | None = None  # None if not rounded
     pi: float = np.pi
     entry_decimals: int | None = None
+    before: tuple = NOWHERE  # what is added to the point before the rotation, and after it
+    after: tuple = NOWHERE
+    point: str = "p"  # how both are written
+    added: str = ""
+    quaternion: int = 0  # by how many places its entries are shifted
+    order: tuple = (0, 1, 2)  # where the answer's entries come from, and their signs
+    signs: tuple = (1, 1, 1)
     slips: tuple = ()
 
-    @property
-    def cost(self):
-        return sum(slip.cost for slip in self.slips)
+    def misread(self, *slips):
+        """Return them with more slips."""
+        changes = {name: value for slip in slips for name, value in slip.changes.items()}
+        return replace(self, slips=(*self.slips, *slips), **changes)
 
-    def degrees(self, angles):
-        """The three angles as they are understood, from the given degrees."""
-        if self.angle_decimals is not None:
-            angles = np.round(angles, self.angle_decimals)
-        return np.array([MEANINGS[each][0](angle) for each, angle in zip(self.meaning, angles, strict=True)])
+    def rounded(self, angles):
+        """The given angles, degrees, as they are used."""
+        return angles if self.angle_decimals is None else np.round(angles, self.angle_decimals)
 
     def radians(self, angles):
         """The angle of each rotation, shape (3,), from the given degrees."""
-        angles = self.degrees(angles)
-        rows = zip(self.source, self.unit, self.kept, strict=True)
-        return np.array([UNITS[unit][0](angles[n], self.pi) * kept for n, unit, kept in rows])
+        angles, rows = self.rounded(angles), zip(self.source, self.meaning, self.kept, strict=True)
+        meant = [MEANINGS[meaning][0](angles[n], self.pi) * kept for n, meaning, kept in rows]
+        return np.array(meant) * self.pi / 180
+
+    def matters(self, angles):
+        """Whether rounding and meaning change any angle: to round 135 to two decimals is no slip."""
+        if self.angle_decimals is not None and np.array_equal(self.rounded(angles), angles):
+            return False
+        meant = [MEANINGS[meaning][0](angle, np.pi) for meaning, angle in zip(self.meaning, angles, strict=True)]
+        return set(self.meaning) == {"degrees"} or not np.array_equal(meant, angles)
 
 
 @lru_cache(maxsize=1)
@@ -284,24 +314,22 @@ def _dots(order):
 def all_factors(sequence, depth):
     """Return the `Factors` to try on the Euler angles `sequence`, the cheapest first.
 
-    At `depth` 2 that is every slip of the factors alone and every two together, but another meaning of the angles
-    only alone; at depth 3 the common slips (other axes, angles exchanged or left out, degrees taken for radians,
-    angles rounded) in all their combinations.
+    At `depth` 2 that is every slip of the factors alone and every two together, but quaternions and meanings other
+    than units only alone; at depth 3 the common slips (other axes, angles exchanged or left out, degrees taken for
+    radians, angles rounded) in all their combinations.
     """
-    groups = [list(group) for group in (_axes(sequence), _sources(), _left_out(), _units(), _roundings())]
+    meanings = list(_meanings())
+    units = [slip for slip in meanings if slip.kind == "unit"]
+    groups = [list(_axes(sequence)), list(_sources()), list(_left_out()), units, list(_roundings())]
     if depth == 2:
         chosen = [()] + [(slip,) for group in groups for slip in group]
-        chosen += [(slip,) for slip in _meanings()]
+        chosen += [(slip,) for slip in (*meanings, *QUATERNION) if slip.kind != "unit"]
         chosen += [pair for a, b in combinations(groups, 2) for pair in product(a, b)]
     else:
-        common = [[(slip, change) for slip, change in group if slip.cost <= 1] for group in groups]
-        chosen = [[option for option in row if option] for row in product(*([None, *group] for group in common))]
-        chosen = [row for row in chosen if len(row) > 2]
-    built = []
-    for options in chosen:
-        changes = {"axes": sequence} | {key: value for _, change in options for key, value in change.items()}
-        built.append(Factors(slips=tuple(slip for slip, _ in options), **changes))
-    return tuple(sorted(built, key=COST))
+        common = [[None, *(slip for slip in group if slip.cost <= 1)] for group in groups]
+        chosen = [tuple(filter(None, row)) for row in product(*common)]
+        chosen = [slips for slips in chosen if len(slips) > 2]
+    return tuple(sorted((Factors(sequence).misread(*slips) for slips in chosen), key=COST))
 
 
 def _axes(sequence):
@@ -311,7 +339,8 @@ def _axes(sequence):
         differing = sum(a != b for a, b in zip(axes, sequence, strict=True))
         proper = axes[0] != axes[1] != axes[2]
         if axes != sequence and (proper or differing == 1):
-            yield Slip("axis", 1 if proper else 1.25, f"the axes are {' '.join(axes)}, not {said}"), {"axes": axes}
+            phrase = f"the axes are {' '.join(axes)}, not {said}"
+            yield Slip("axis", 1 if proper else 1.25, phrase, {"axes": axes})
 
 
 def _sources():
@@ -319,13 +348,12 @@ def _sources():
         moved = [n for n in range(3) if source[n] != n]
         if len(moved) == 1:
             phrase = f"{ANGLES[source[moved[0]]]} stands where {ANGLES[moved[0]]} belongs"
-            yield Slip("reference", 1.25, phrase), {"source": source}
-        elif len(moved) == 2 and sorted(source) == [0, 1, 2]:
-            a, b = (ANGLES[n] for n in moved)
-            yield Slip("exchange", 1, f"{a} and {b} are exchanged"), {"source": source}
-        elif sorted(source) == [0, 1, 2] and moved:
+            yield Slip("reference", 1.25, phrase, {"source": source})
+        elif moved and sorted(source) == [0, 1, 2]:
             phrase = f"the angles are taken in the order {', '.join(ANGLES[n] for n in source)}"
-            yield Slip("exchange", 1, phrase), {"source": source}
+            if len(moved) == 2:
+                phrase = f"{' and '.join(ANGLES[n] for n in moved)} are exchanged"
+            yield Slip("exchange", 1, phrase, {"source": source})
 
 
 def _left_out():
@@ -333,34 +361,29 @@ def _left_out():
         gone = [ANGLES[n] for n in range(3) if not kept[n]]
         if len(gone) in (1, 2):
             verb = "is" if len(gone) == 1 else "are"
-            yield Slip("left out", len(gone), f"{' and '.join(gone)} {verb} left out"), {"kept": kept}
+            yield Slip("left out", len(gone), f"{' and '.join(gone)} {verb} left out", {"kept": kept})
 
 
 def _meanings():
-    for meaning, (_, _, kind, phrase, places) in MEANINGS.items():
-        for affected in places:
-            name = "all angles" if affected == ALL[0] else ANGLES[affected[0]]
-            change = tuple(meaning if n in affected else "as given" for n in range(3))
-            yield Slip(kind, 1.25, phrase.format(name)), {"meaning": change}
-
-
-def _units():
-    for unit, (_, _, cost, phrase) in list(UNITS.items())[1:]:
-        for affected in ALL + EACH:
-            name, verb = ("all angles", "are") if affected == ALL[0] else (ANGLES[affected[0]], "is")
-            slip = Slip("unit", cost if affected == ALL[0] else cost + 0.25, phrase.format(name, verb))
-            yield slip, {"unit": tuple(unit if n in affected else "degrees" for n in range(3))}
+    for meaning, (_, _, kind, for_all, for_one, phrase) in list(MEANINGS.items())[1:]:
+        for affected in EACH_AND_ALL:
+            name, verb, cost = ANGLES[affected[0]], "is", for_one
+            if len(affected) == 3:
+                name, verb, cost = "all angles", "are", for_all
+            if cost:
+                changed = tuple(meaning if n in affected else "degrees" for n in range(3))
+                yield Slip(kind, cost, phrase.format(name, verb=verb), {"meaning": changed})
 
 
 def _roundings():
     for decimals in range(6):
         phrase = f"the angles are rounded to {decimals} decimal{'s' * (decimals != 1)}"
-        yield Slip("rounded", 0.9, phrase), {"angle_decimals": decimals}
+        yield Slip("rounded", 0.9, phrase, {"angle_decimals": decimals})
     for pi in PI_WRITTEN:
-        yield Slip("rounded", 1.1, f"π is taken as {'22/7' if pi == 22 / 7 else pi}"), {"pi": pi}
+        yield Slip("rounded", 1.1, f"π is taken as {'22/7' if pi == 22 / 7 else pi}", {"pi": pi})
     for decimals in range(1, 7):
         phrase = f"the elementary matrices are rounded to {decimals} decimal{'s' * (decimals != 1)}"
-        yield Slip("rounded", 1.1, phrase), {"entry_decimals": decimals}
+        yield Slip("rounded", 1.1, phrase, {"entry_decimals": decimals})
 
 
 def elementary(axis, angle):
@@ -382,7 +405,11 @@ def matrices(factors, keys, angles):
     order = np.array([key[0] for key in keys])
     negative = np.array([[int(key[1][n] < 0) for n in key[0]] for key in keys])
     left, middle, right = (elements[:, order[:, n], negative[:, n]] for n in range(3))
-    return left @ middle @ right
+    made = left @ middle @ right
+    for index, each in enumerate(factors):
+        if each.quaternion:
+            made[index] = from_quaternion(np.roll(to_quaternion(made[index]), each.quaternion, axis=-1))
+    return made
 
 
 def common_matrices(names, angles):
@@ -398,7 +425,7 @@ def trade_name(wording, factors):
     Both trades mean the frame Rz·Ry·Rx: KUKA gives the angle about Z first, Fanuc the one about X. The frame, or
     its inverse, turns the point. In a left-handed system all angles count the other way.
     """
-    if wording.key == COMMON["active elements"] and not factors.slips:
+    if wording.key == COMMON["active elements"] and all(slip.changes.keys() <= OUTSIDE for slip in factors.slips):
         return "in a left-handed system"
     name, order = TRADE.get(factors.axes, ("", ()))
     frame, inverse = (order, (-1, -1, -1)), (order[::-1], (1, 1, 1))
@@ -406,8 +433,8 @@ def trade_name(wording, factors):
     return name if as_given and wording.key in (frame, inverse) else ""
 
 
-def written(wording, factors, point="p"):
-    """Return the product of a misreading as text: E passive, R active elementary matrices, `point` beside it."""
+def written(wording, factors):
+    """Return the product of a misreading as text: E passive, R active elementary matrices, beside the point."""
     letter = "R" if wording.active else "E"
     parts = [
         f"{letter}_{factors.axes[n].lower()}({_angle(factors, n, wording.signs[n])})"
@@ -417,13 +444,11 @@ def written(wording, factors, point="p"):
     text = "·".join(parts) or "1"
     if wording.transposed:
         text = f"({text})ᵀ"
-    if not point:
+    if not factors.point:
         return text
-    return f"{point}ᵀ·{text}" if wording.row else f"{text}·{point}"
+    return (f"{factors.point}ᵀ·{text}" if wording.row else f"{text}·{factors.point}") + factors.added
 
 
 def _angle(factors, n, sign):
-    unit = UNITS[factors.unit[n]][1]
-    angle = MEANINGS[factors.meaning[factors.source[n]]][1].format(ANGLES[factors.source[n]])
-    angle = f"({angle})" if "°" in angle and (sign < 0 or unit) else angle
-    return f"{'−' if sign < 0 else ''}{angle}{unit}"
+    angle = MEANINGS[factors.meaning[n]][1].format(ANGLES[factors.source[n]])
+    return angle if sign > 0 else f"−({angle})" if "°" in angle else f"−{angle}"

@@ -25,15 +25,16 @@ GENERIC = np.array([(0.3, 0.2, 0.9327379), (-0.25, 0.35, 0.9027735)])
 class _Change:
     """What was done to one angle of the inverse: sign, zero position in degrees, unit; and the slips."""
 
+    name: str
     sign: int
     offset: int
     factor: float
     slips: tuple
 
-    def text(self, name, branch):
+    def text(self, branch):
         shift = f" {'+' if self.offset > 0 else '−'} {abs(self.offset)}°" if self.offset else ""
         rad = " in radians" if self.factor != 1 else ""
-        return f"{'−' if self.sign < 0 else ''}{name}{_index(branch)}{shift}{rad}"
+        return f"{'−' if self.sign < 0 else ''}{self.name}{_index(branch)}{shift}{rad}"
 
 
 def explain_joints(kinematics, axis, angles, *, decimals=None):
@@ -75,19 +76,15 @@ def explain_joints(kinematics, axis, angles, *, decimals=None):
     if directions.ndim > 2 or directions.shape[:-1] != given.shape[:-1]:
         raise InputError("angles", f"shape {(*directions.shape[:-1], 2)}", f"shape {given.shape}")
     decimals = reading.written_decimals(angles) if decimals is None else decimals
-    axis_decimals = reading.written_decimals(axis)
+    half_digit = 0.5 * 10.0**-decimals * (1 + 1e-6) + 1e-9
     case = JointCase(
-        kinematics,
-        np.atleast_2d(directions),
-        np.atleast_2d(given),
-        half_digit=0.5 * 10.0**-decimals * (1 + 1e-6) + 1e-9,
-        axis_half_digit=0.5 * 10.0**-axis_decimals if 0 < axis_decimals < 9 else 0.0,
+        kinematics, np.atleast_2d(directions), np.atleast_2d(given), half_digit, reading.half_digit(axis)
     )
     return case.explain(given.shape)
 
 
 @dataclass(frozen=True)
-class _Match:
+class _Match(reading.Misread):
     """A misreading that fits: what was done to the tool axis, to each angle, on which branch of each."""
 
     slips: tuple
@@ -98,8 +95,8 @@ class _Match:
     branches: tuple
 
     @property
-    def cost(self):
-        return sum(slip.cost for slip in self.slips)
+    def product(self):
+        return ", ".join(map(_Change.text, self.changes, self.branches))
 
     def value(self, kinematics, axis):
         """The angles that it gives for tool axes of shape (n, 3): shape (n, 2), degrees."""
@@ -109,9 +106,6 @@ class _Match:
             for n, (change, branch) in enumerate(zip(self.changes, self.branches, strict=True))
         ]
         return np.stack(angles[::-1] if self.exchanged else angles, axis=1)
-
-    def product(self, names):
-        return ", ".join(map(_Change.text, self.changes, names, self.branches))
 
 
 @dataclass(frozen=True)
@@ -139,7 +133,7 @@ class JointCase:
                 swapped = Slip("exchange", 1, f"{self.names[0]} and {self.names[1]} stand in each other's place")
                 slips = [*axis_slips, *([swapped] if exchanged else [])]
                 fits = [self.fits(values, spread, given, joint) for joint in range(2)]
-                tried += len(_changes("")) ** 2
+                tried += len(_changes(self.names[0])) ** 2
                 for first, second in product(*fits):
                     branches, extra = self.branches(fits[0][first], fits[1][second])
                     if branches:
@@ -216,7 +210,8 @@ class JointCase:
         """Rank the matches and group those that are the same for every tool axis."""
         believed = [match for match in matches if self.chance(match.cost) < reading.CHANCE]
         groups, note = reading.grouped(believed, self.angles_of)[:8], ""
-        misreadings = tuple(self.misreading(group, shape) for group in groups)
+        values = (group[0].value(self.kinematics, self.axis).reshape(shape) for group in groups)
+        misreadings = tuple(map(reading.told, groups, values))
         if len(misreadings) > 1:
             count = len(misreadings)
             note = f"{count} misreadings give the same angles here: rows with another tool axis tell them apart."
@@ -229,12 +224,6 @@ class JointCase:
         one_row = replace(match, branches=tuple(branch[:1] * len(GENERIC) for branch in match.branches))
         generic = np.round(wrap(one_row.value(self.kinematics, GENERIC)), 6) % 360
         return generic.tobytes() if np.isfinite(generic).all() else match.slips
-
-    def misreading(self, group, shape):
-        value = group[0].value(self.kinematics, self.axis).reshape(shape)
-        return reading.told(
-            group, lambda match: reading.sentence(match.slips), lambda match: match.product(self.names), value
-        )
 
     def one_by_one(self, name, found):
         """What explains one angle alone: one slip at most, as one number fits many misreadings by accident."""
@@ -280,5 +269,5 @@ def _changes(name):
             slips.append(Slip("zero", 1 if offset == 180 else 1.25, f"{name} is off by {offset:+d} degrees"))
         if factor != 1:
             slips.append(Slip("unit", 1, f"{name} is written in radians"))
-        changes.append(_Change(sign, offset, factor, tuple(slips)))
+        changes.append(_Change(name, sign, offset, factor, tuple(slips)))
     return tuple(changes)

@@ -15,13 +15,19 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.draw.plot import COLOUR
-from mathpost.draw.solid import Hull, Lofted, Turned, block, ring
+from mathpost.draw.solid import Hull, Lofted, Turned, block, put, ring
 from mathpost.rotation import numeric, unit
 
 UP = np.array([0.0, 0.0, 1.0])
 ACROSS = 0.5  # an axis at more than 60 degrees from what it carries gets a bearing on both sides
 RING, LEVELS = 24, 9  # points of a blade's outline, and outlines that it is drawn by
 BLADE = [(0.0, 0.07), (0.5, 0.055), (0.93, 0.035), (0.98, 0.025)]  # height and half width of one that is made up
+# Profiles in shares of radius and height: a round table with a bevel and two grooves, a holder from half the tool's
+# length to the spindle's face with cone, groove and flange, a spindle.
+TABLE = [(0, 0), (0.94, 0), (1, 0.25), (1, 0.92), (0.98, 1), (0.86, 1), (0.86, 0.85), (0.82, 0.85), (0.82, 1)]
+TABLE += [(0.62, 1), (0.62, 0.85), (0.58, 0.85), (0.58, 1), (0, 1)]
+HOLDER = [(0, 0.5), (0.55, 0.5), (0.7, 0.82), (1, 0.82), (1, 0.87), (0.9, 0.91), (1, 0.95), (1, 1), (0, 1)]
+SPINDLE = [(0, 0), (0.8, 0), (1, 0.24), (1, 1), (0, 1)]
 BLADE_COLOUR = "#62a9d4"  # the workpiece's, lighter
 GREYS = {  # the machine's role, one shade a body
     "bed": "#9aa3aa",
@@ -40,9 +46,7 @@ class Arrangement:
     size: float  # mm, what everything is measured by
     home: np.ndarray  # the joints (5,) that the solids were laid out at: rotary zero, the tool above the workpiece
     solids: list = field(default_factory=list)  # of Turned, Hull and Lofted
-    lines: dict = field(
-        default_factory=dict
-    )  # joint to the ends of its axis (2, 3), in the coordinates of its body
+    lines: dict = field(default_factory=dict)  # joint to the ends of its axis (2, 3), in its body's coordinates
     corner: np.ndarray = None  # of the bed, where the machine's frame is shown
     plate: np.ndarray = None  # the bed's corners (8, 3)
 
@@ -79,9 +83,7 @@ def arrange(kin, cl=None):
     _tool_side(made, machine, origin + start + lift * tool_axis, tool_axis, made.plate)
     places = placing(machine)(home)
     made.solids = [solid.moved(np.linalg.inv(places[solid.body])) for solid in made.solids]
-    for name, line in made.lines.items():
-        inverse = np.linalg.inv(places[name])
-        made.lines[name] = line @ inverse[:3, :3].T + inverse[:3, 3]
+    made.lines = {name: put(np.linalg.inv(places[name]), line) for name, line in made.lines.items()}
     return made
 
 
@@ -154,21 +156,20 @@ def _workpiece_side(made, machine, stock):
         radius = max(1.05 * np.linalg.norm(across, axis=1).max(), 0.4 * size)
         top = _foot(turntable, (stock @ axis).min() * axis)
         under, hub = top - 0.12 * size * axis, 0.6 * radius
-        made.solids.append(Turned(turntable.name, GREYS["second"], _table(radius, 0.12 * size), under, axis))
+        made.solids.append(
+            Turned(turntable.name, GREYS["second"], _scaled(TABLE, radius, 0.12 * size), under, axis)
+        )
         carried = [ring(under - 0.12 * size * axis, axis, hub)]
-        made.solids.append(_disc(turntable.name, GREYS["bearing"], under - 0.12 * size * axis, under, hub))
+        made.solids.append(_disc(turntable.name, under - 0.12 * size * axis, axis, hub, 0.12 * size))
         made.lines[turntable.name] = _line(carried, axis, size)
         lowest = carried[0][:, 2].min()
     if len(tables) == 2:
         cradle, across = tables[0], axis
         axis, foot = _along(cradle, UP), _foot(cradle, carried[0].mean(axis=0))
-        sizes = {"clear": 1.12 * radius, "thin": 0.45 * radius, "radius": 0.35 * radius}
-        bearings = _bearings(foot, axis, across, **sizes)
+        bearings = _bearings(foot, axis, across, clear=1.12 * radius, thin=0.45 * radius, radius=0.35 * radius)
         _join(made, cradle.name, carried, bearings, GREYS["first"])
-        _caps(made, cradle.name, bearings, axis, sizes["radius"])
-        made.lines[cradle.name] = _line(bearings, axis, size)
+        carried = _turns(made, cradle.name, bearings, axis, 0.35 * radius)
         lowest = min(foot[2] - 0.8 * max(np.linalg.norm(stock - foot, axis=1).max(), radius), lowest)
-        carried = bearings
     floor, half = lowest - 0.15 * size, 1.55 * max(radius, 0.6 * size)
     bed, slides = "bed", machine.slides_that_carry("workpiece")
     for bearing in carried:
@@ -202,12 +203,10 @@ def _tool_side(made, machine, tip, tool_axis, plate):
         foot = nose + _foot(swivel, face - nose, tool_axis)
         bearings = _bearings(foot, -axis, tool_axis, clear=1.1 * width, thin=0.3 * width, radius=0.9 * width)
         made.solids.append(Hull(swivel.name, GREYS["second"], np.concatenate([spindle, *bearings])))
-        _caps(made, swivel.name, bearings, axis, 0.8 * width)
-        made.lines[swivel.name] = _line(bearings, axis, size)
-        carried = bearings
+        carried = _turns(made, swivel.name, bearings, axis, 0.8 * width)
     else:
         carried = [ring(face + 0.5 * size * tool_axis, tool_axis, width)]
-        profile = [(0, 0), (0.8 * width, 0), (width, 0.12 * size), (width, 0.5 * size), (0, 0.5 * size)]
+        profile = _scaled(SPINDLE, width, 0.5 * size)
         made.solids.append(Turned(slides[2], GREYS["second"], profile, face, tool_axis))
     if len(heads) == 2:
         turning, across = heads[0], axis
@@ -218,9 +217,7 @@ def _tool_side(made, machine, tip, tool_axis, plate):
         if abs(axis @ tool_axis) >= ACROSS:  # a turning head that a fork or a nutating swivel hangs from
             bearings = [ring(foot + above * axis, axis, 1.1 * width)]
         _join(made, turning.name, carried, bearings, GREYS["first"])
-        _caps(made, turning.name, bearings, axis, 0.8 * width)
-        made.lines[turning.name] = _line(bearings, axis, size)
-        carried = bearings
+        carried = _turns(made, turning.name, bearings, axis, 0.8 * width)
     top = np.concatenate(carried).mean(axis=0)
     foot = top + max(1.2 * width, np.concatenate(carried)[:, 2].max() - top[2] + 0.4 * width) * UP
     wide = 1.1 * width * np.array([1, 1, 0])
@@ -256,40 +253,29 @@ def _join(made, body, carried, bearings, colour):
     made.solids += [Hull(body, colour, np.concatenate(pair)) for pair in product(carried, bearings)]
 
 
-def _caps(made, body, bearings, axis, radius):
-    """A dark disc on each side of every bearing, so that the axis is seen."""
+def _turns(made, body, bearings, axis, radius):
+    """Show the axis of a body: its line, and a dark disc through every bearing; return the bearings."""
     for bearing in bearings:
-        middle, half = bearing.mean(axis=0), 0.06 * made.size * axis
-        made.solids.append(_disc(body, GREYS["bearing"], middle - half, middle + half, radius))
+        half = 0.06 * made.size
+        made.solids.append(_disc(body, bearing.mean(axis=0) - half * axis, axis, radius, 2 * half))
+    made.lines[body] = _line(bearings, axis, made.size)
+    return bearings
 
 
-def _disc(body, colour, start, end, radius):
-    along = unit(end - start)
-    height = (end - start) @ along
+def _disc(body, start, axis, radius, height):
     bevel = 0.08 * radius
     profile = [(0, 0), (radius - bevel, 0), (radius, bevel), (radius, height - bevel), (radius - bevel, height)]
-    return Turned(body, colour, [*profile, (0, height)], start, along)
+    return Turned(body, GREYS["bearing"], [*profile, (0, height)], start, axis)
 
 
-def _table(radius, height):
-    """A round table with a bevel and two grooves."""
-    profile = [
-        (0, 0),
-        (0.94 * radius, 0),
-        (radius, 0.25 * height),
-        (radius, 0.92 * height),
-        (0.98 * radius, height),
-    ]
-    for groove in (0.86, 0.62):
-        outer, inner = groove * radius, (groove - 0.04) * radius
-        profile += [(outer, height), (outer, 0.85 * height), (inner, 0.85 * height), (inner, height)]
-    return [*profile, (0, height)]
+def _scaled(profile, radius, height):
+    return [(radius * r, height * h) for r, h in profile]
 
 
 def tool_solids(tip, axis, size, reach):
     """A cutter and its holder, from the tip along the tool axis for `reach`, as thick as suits `size`; mm."""
     cutter = Turned("tool", COLOUR["tool"], _cutter(0.04 * size, 0.55 * reach), tip, axis)
-    return [cutter, Turned("tool", GREYS["holder"], _holder(0.1 * size, reach), tip, axis)]
+    return [cutter, Turned("tool", GREYS["holder"], _scaled(HOLDER, 0.1 * size, reach), tip, axis)]
 
 
 def _cutter(radius, length):
@@ -297,15 +283,6 @@ def _cutter(radius, length):
     turn = np.linspace(0, np.pi / 2, 7)
     ball = list(zip(radius * np.sin(turn), radius * (1 - np.cos(turn)), strict=True))
     return [*ball, (radius, length), (0, length)]
-
-
-def _holder(radius, reach):
-    """A tool holder from half the tool's length to the spindle's face: cone, groove, flange."""
-    cone, flange = 0.5 * reach, 0.82 * reach
-    groove = (flange + reach) / 2
-    profile = [(0, cone), (0.55 * radius, cone), (0.7 * radius, flange), (radius, flange)]
-    profile += [(radius, groove - 0.04 * reach), (0.9 * radius, groove), (radius, groove + 0.04 * reach)]
-    return [*profile, (radius, reach), (0, reach)]
 
 
 def _line(bearings, axis, size):

@@ -11,11 +11,9 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from mathpost import codegen
-from mathpost.draw.described import describe, describe_values
-from mathpost.draw.formula import written
+from mathpost.draw.described import describe, describe_values, places
+from mathpost.draw.formula import compiled
 from mathpost.draw.live import Live
-from mathpost.rotation import numeric
 
 DASHES = {"-": [], "--": [6, 4], ":": [1, 3], "-.": [7, 3, 1, 3]}
 
@@ -40,39 +38,44 @@ class Chart(Live):
         return [describe(self.figure), *ways]
 
 
-def recorded(build, control, *, size=(7.0, 4.2), height=460):
+def subplots(rows=1, columns=1, *, size=(7.0, 4.2), **shared):
+    """Return a figure of so many inches, which no window shows, and its axes, as `Figure.subplots` does."""
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, **shared)
+
+
+def recorded(figure, update, control, *, height=460):
     """Record what one slider does to a figure: Python draws each position once, the page needs no Python.
 
     Parameters
     ----------
-    build : callable
-        ``build(figure)`` draws the artists and returns ``update(value)``, which moves them to the slider's value
-        and returns a list of lines of text.
+    figure : matplotlib.figure.Figure
+        From `subplots`.
+    update : callable
+        ``update(value)`` moves artists to the slider's value and returns a list of lines of text.
     control : dict
         From `mathpost.draw.formula.slider`; every step of it is recorded.
-    size, height
-        Of the figure, inches; on the page, pixels.
+    height : int
+        On the page, pixels.
 
     Examples
     --------
     >>> from mathpost.draw.formula import slider
-    >>> def build(figure):
-    ...     line, = figure.subplots().plot([0, 1], [0, 0])
-    ...     def update(rise):
-    ...         line.set_ydata([0, rise])
-    ...         return [f"ends at {rise:.1f}"]
-    ...     return update
-    >>> recorded(build, slider("rise", 0, 1, 0.5, step=0.1, unit=""))
+    >>> figure, axes = subplots()
+    >>> line, = axes.plot([0, 1], [0, 0])
+    >>> def update(rise):
+    ...     line.set_ydata([0, rise])
+    ...     return [f"ends at {rise:.1f}"]
+    >>> recorded(figure, update, slider("rise", 0, 1, 0.5, step=0.1, unit=""))
     ends at 0.5
     """
-    figure = _figure(size)
-    update = build(figure)
     steps = round((control["high"] - control["low"]) / control["step"])
     values = control["low"] + np.arange(steps + 1) * control["step"]
     said, frames = [], []
     for value in values:
         said.append(update(float(value)))
-        frames.append([_points(artist) for artist in _artists(figure)])
+        frames.append([places(artist, artist.axes) for artist in _artists(figure)])
     start = int(np.abs(values - control["value"]).argmin())
     update(float(values[start]))
     columns = list(zip(*frames, strict=True))  # for each artist its points in each position
@@ -90,50 +93,30 @@ def recorded(build, control, *, size=(7.0, 4.2), height=460):
     return Chart(figure, state | _spec(figure, moving), [], (), "; ".join(said[start]), height=height)
 
 
-def printed(build, symbols, sliders, text, *, size=(7.0, 4.2), height=460):
+def printed(figure, points, numbers, symbols, sliders, text, *, height=460):
     """Move a figure's artists by printed expressions.
 
-    ``build(figure)`` draws the artists and returns the moving ones, a dict of artist to pairs (x, y) of sympy
-    expressions, and the numbers of the text, a list of expressions. `symbols`, `sliders` and `text` are those of
-    `mathpost.draw.formula.formula`, `size` and `height` those of `recorded`.
+    `figure` is from `subplots`; `points` a dict of artist to pairs (x, y) of sympy expressions, such as a
+    `mathpost.draw.plot.Moving`; `numbers` those of the text. `symbols`, `sliders` and `text` are those of
+    `mathpost.draw.formula.formula`, `height` that of `recorded`.
     """
-    figure = _figure(size)
-    points, numbers = build(figure)
-    start = [each["value"] * each["factor"] for each in sliders]
-    artists = _artists(figure)
-    order = [artist for artist in artists if artist in points]
-    flat = [entry for artist in order for point in points[artist] for entry in point]
+    order = [artist for artist in _artists(figure) if artist in points]
     counts = [len(points[artist]) for artist in order]
-    places = numeric(tuple(flat), tuple(symbols))(*start).reshape(-1, 2)
-    for artist, end in zip(order, np.split(places, np.cumsum(counts)[:-1]), strict=True):
+    flat = [entry for artist in order for point in points[artist] for entry in point]
+    functions = {"points": flat, "numbers": list(numbers)}
+    code, start, said = compiled(functions, symbols, sliders, text)
+    for artist, end in zip(order, np.split(start["points"].reshape(-1, 2), np.cumsum(counts)[:-1]), strict=True):
         if isinstance(artist, Text):
             artist.set_position(end[0])
         else:
             artist.set_data(*end.T) if hasattr(artist, "set_data") else artist.set_xy(end)
-    values = numeric(tuple(numbers), tuple(symbols))(*start)
-    code = "\n".join(codegen.function(n, e, symbols) for n, e in (("points", flat), ("numbers", list(numbers))))
     state = {"sliders": list(sliders), "text": list(text), "counts": counts}
-    state |= _spec(figure, [artist in points for artist in artists])
-    return Chart(figure, state, [code], ("points", "numbers"), "; ".join(written(text, values)), height=height)
-
-
-def _figure(size):
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
+    state |= _spec(figure, [artist in points for artist in _artists(figure)])
+    return Chart(figure, state, [code], tuple(functions), said, height=height)
 
 
 def _artists(figure):
     return [artist for axes in figure.axes for artist in (*axes.patches, *axes.lines, *axes.texts)]
-
-
-def _points(artist):
-    """Where an artist is, shape (n, 2), in the units of its axes."""
-    if hasattr(artist, "get_xydata"):
-        return np.array(artist.get_xydata(), dtype=float)
-    if hasattr(artist, "get_position"):
-        return np.array([artist.get_position()], dtype=float)
-    return artist.get_patch_transform().transform(artist.get_path().vertices)
 
 
 def _short(points):
@@ -150,17 +133,16 @@ def _spec(figure, moving):
         panel = {"title": axes.get_title(), "equal": axes.get_aspect() == 1, "drawn": axes.axison, "artists": []}
         for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
             low, high = limits = getattr(axes, f"get_{name}lim")()
-            places = axis.get_majorticklocs()
-            written = axis.get_major_formatter().format_ticks(places)
+            marks = axis.get_majorticklocs()
             ticks = [
                 [float(at), f"{at:g}" if "$" in text else text]
-                for at, text in zip(places, written, strict=True)
+                for at, text in zip(marks, axis.get_major_formatter().format_ticks(marks), strict=True)
                 if min(low, high) <= at <= max(low, high)
             ]
             label, log = axis.get_label_text(), axis.get_scale() == "log"
             panel[name] = {"limits": [float(v) for v in limits], "log": log, "label": label, "ticks": ticks}
         for artist in (*axes.patches, *axes.lines, *axes.texts):
-            points = None if artists[artist] else _short(_points(artist))
+            points = None if artists[artist] else _short(places(artist, axes))
             panel["artists"].append(_drawn(artist) | {"points": points})
         panels.append(panel)
     return {"panels": panels, "columns": figure.axes[0].get_gridspec().ncols}

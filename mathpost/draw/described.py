@@ -10,6 +10,8 @@ import numpy as np
 from matplotlib.colors import to_hex, to_rgba_array
 from matplotlib.text import Text
 
+from mathpost.draw.solid import put
+
 PLACES = 5  # an artist is told at so many places, from its first point to its last
 DIGITS = 10
 
@@ -43,7 +45,8 @@ def describe(figure):
     lines = []
     for axes in figure.axes:
         lines.append(f"picture{_labels(axes)}")
-        told = [_told(artist, axes) for artist in _artists(axes)]
+        artists = [*axes.lines, *axes.collections, *axes.patches, *axes.images, *axes.texts]
+        told = [_told(artist, axes) for artist in artists]
         for (kind, label, colour, count), group in groupby(filter(None, told), key=lambda told: told[:4]):
             points = [points for *_, points in group]
             if label:
@@ -62,7 +65,7 @@ def describe_scene(scene, places):
     """
 
     def placed(body, points):
-        points = points @ places[body][:3, :3].T + places[body][:3, 3]
+        points = put(places[body], points)
         return np.where(np.abs(points) < 1e-12 * scene.radius, 0, points)
 
     title = f' "{scene.title}"' if scene.title else ""
@@ -94,27 +97,10 @@ def _labels(axes):
     return f" with {', '.join(said)}" if said else ""
 
 
-def _artists(axes):
-    return [*axes.lines, *axes.collections, *axes.patches, *axes.images, *axes.texts]
-
-
 def _told(artist, axes):
     """Type, label, colour, number of points and the points (n, 2 or 3); None of an artist that shows nothing."""
-    label = str(artist.get_label() or "")
-    if isinstance(artist, Text):
-        place = artist.get_position_3d() if hasattr(artist, "get_position_3d") else artist.get_position()
-        label, points = artist.get_text(), np.atleast_2d(np.asarray(place, dtype=float))
-    elif hasattr(artist, "get_data_3d"):
-        points = np.column_stack(artist.get_data_3d())
-    elif hasattr(artist, "get_xydata"):
-        points = np.asarray(artist.get_xydata(), dtype=float)
-    elif hasattr(artist, "get_extent"):  # an image: its corners, and its values as a third coordinate
-        values, (left, right, bottom, top) = np.ma.filled(artist.get_array(), np.nan), artist.get_extent()
-        values = values.reshape(*values.shape[:2], -1).mean(axis=2)
-        x, y = np.meshgrid(np.linspace(left, right, values.shape[1]), np.linspace(bottom, top, values.shape[0]))
-        points = np.column_stack([x.ravel(), y.ravel(), values.ravel()])
-    else:
-        points = _outline(artist, axes)
+    label = artist.get_text() if isinstance(artist, Text) else str(artist.get_label() or "")
+    points = places(artist, axes)
     if not len(points) or not artist.get_visible():
         return None
     return type(artist).__name__, "" if label.startswith("_") else label, _colour(artist), len(points), points
@@ -129,22 +115,34 @@ def _colour(artist):
     return ""
 
 
-def _outline(artist, axes):
-    """The points of a patch, or of a collection: its outlines, and where they are set down."""
-    to_data = axes.transData.inverted()
-    if hasattr(artist, "get_paths"):
-        if getattr(artist, "_segments3d", None) is not None:
-            return np.concatenate([np.asarray(part) for part in artist._segments3d])
-        if getattr(artist, "_offsets3d", None) is not None:
-            return np.column_stack([np.ma.filled(part, np.nan) for part in artist._offsets3d])
-        offsets = np.ma.filled(artist.get_offsets(), np.nan)
-        if len(offsets) > 1 or np.any(offsets):
-            arrows = [artist.U, artist.V] if hasattr(artist, "U") else []
-            return np.column_stack([offsets, *arrows])
-        outlines = [path.vertices for path in artist.get_paths()]
-        return np.concatenate(outlines) if outlines else np.empty((0, 2))
-    vertices = artist.get_path().vertices
-    return to_data.transform(artist.get_transform().transform(vertices))
+def places(artist, axes):
+    """Return the points (n, 2 or 3) of an artist, in the units of its axes: a place, a line, a patch's outline.
+
+    Of a collection its outlines, or where they are set down; of an image every pixel, its value as the third
+    coordinate.
+    """
+    if hasattr(artist, "get_position_3d") or hasattr(artist, "get_position"):
+        place = artist.get_position_3d() if hasattr(artist, "get_position_3d") else artist.get_position()
+        return np.atleast_2d(np.asarray(place, dtype=float))
+    if hasattr(artist, "get_data_3d"):
+        return np.column_stack(artist.get_data_3d())
+    if hasattr(artist, "get_xydata"):
+        return np.array(artist.get_xydata(), dtype=float)
+    if hasattr(artist, "get_extent"):
+        values, (left, right, bottom, top) = np.ma.filled(artist.get_array(), np.nan), artist.get_extent()
+        values = values.reshape(*values.shape[:2], -1).mean(axis=2)
+        x, y = np.meshgrid(np.linspace(left, right, values.shape[1]), np.linspace(bottom, top, values.shape[0]))
+        return np.column_stack([x.ravel(), y.ravel(), values.ravel()])
+    if not hasattr(artist, "get_paths"):
+        return axes.transData.inverted().transform(artist.get_transform().transform(artist.get_path().vertices))
+    if getattr(artist, "_segments3d", None) is not None:
+        return np.concatenate([np.asarray(part) for part in artist._segments3d])
+    if getattr(artist, "_offsets3d", None) is not None:
+        return np.column_stack([np.ma.filled(part, np.nan) for part in artist._offsets3d])
+    offsets = np.ma.filled(artist.get_offsets(), np.nan)
+    if len(offsets) > 1 or np.any(offsets):
+        return np.column_stack([offsets, *([artist.U, artist.V] if hasattr(artist, "U") else [])])
+    return np.concatenate([np.empty((0, 2)), *(path.vertices for path in artist.get_paths())])
 
 
 def _numbers(points, count):

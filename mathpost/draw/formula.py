@@ -37,6 +37,18 @@ def written(text, numbers):
     return [NUMBER.sub(filled, line) for line in text]
 
 
+def compiled(functions, symbols, sliders, text):
+    """Print `functions`, expressions by name, and evaluate them at the start of the sliders.
+
+    Return their JavaScript, a dict of arrays, and the `text` with the "numbers" among them.
+    """
+    symbols = tuple(symbols)
+    code = "\n".join(codegen.function(name, entries, symbols) for name, entries in functions.items())
+    start = [each["value"] * each["factor"] for each in sliders]
+    values = {name: numeric(tuple(entries), symbols)(*start) for name, entries in functions.items()}
+    return code, values, "; ".join(written(text, values["numbers"]))
+
+
 def formula(
     scene, symbols, sliders, places, text, *, numbers=(), points=(), buttons=(), beside=(), play=None, **options
 ):
@@ -77,19 +89,16 @@ def formula(
     >>> formula(scene, [t], [slider("t", 0, 90, 60)], plate, ["cosine {0:2}"], numbers=[sp.cos(t)])
     cosine 0.50
     """
-    symbols = tuple(symbols)
     placed = [matrix if matrix.rows == 4 else sp.diag(matrix, 1) for matrix in places.values()]
     functions = {"places": [entry for matrix in placed for entry in matrix[:3, :]]}
     functions |= {"numbers": list(numbers), "points": [entry for point in points for entry in point]}
-    code = "\n".join(codegen.function(name, entries, symbols) for name, entries in functions.items())
-    state = {"kind": "formula", "sliders": list(sliders), "text": list(text), "play": play}
-    state["places"] = [list(button) for button in buttons]
-    start = [each["value"] * each["factor"] for each in sliders]
-    at = {name: numeric(sp.ImmutableMatrix(m), symbols)(*start) for name, m in zip(places, placed, strict=True)}
-    ends = numeric(tuple(functions["points"]), symbols)(*start).reshape(-1, 3) if points else np.zeros((0, 3))
-    scenes = [scene, *beside]
+    code, start, said = compiled(functions, symbols, sliders, text)
+    at = {"bed": np.eye(4)}
+    for name, rows in zip(places, start["places"].reshape(-1, 3, 4), strict=True):
+        at[name] = np.vstack([rows, [0, 0, 0, 1]])
+    scenes, ends = [scene, *beside], start["points"].reshape(-1, 3)
     for line in (line for each in scenes for line in each.lines if line.name):
         line.parts = [ends[slice(*line.span)]]
-    values = numeric(tuple(numbers), symbols)(*start) if numbers else ()
-    said = "; ".join(written(text, values))
-    return Live(state, [code], tuple(functions), scenes, [{"bed": np.eye(4)} | at] * len(scenes), said, **options)
+    state = {"kind": "formula", "sliders": list(sliders), "text": list(text), "play": play}
+    state["places"] = [list(button) for button in buttons]
+    return Live(state, [code], tuple(functions), scenes, [at] * len(scenes), said, **options)

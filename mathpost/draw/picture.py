@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from PIL import Image, ImageColor, ImageDraw, ImageFont
 
-from mathpost.draw.solid import smooth
+from mathpost.draw.solid import put, smooth
 
 FINE = 2  # pixels drawn for one pixel shown, each way
 HIDDEN = 0.35  # how strong a line is behind a solid
@@ -42,8 +42,7 @@ class View:
 
     def pixels(self, body, points):
         """Return pixels right, pixels down and depth towards the viewer of points (..., 3) of a body."""
-        matrix = self.places[body]
-        away = np.asarray(points) @ matrix[:3, :3].T + matrix[:3, 3] - self.scene.middle
+        away = put(self.places[body], np.asarray(points)) - self.scene.middle
         flat = self.camera.project(away) * [self.scale, -self.scale] + self.size / 2
         return np.concatenate([flat, (away @ self.camera.towards)[..., None]], axis=-1)
 
@@ -144,15 +143,7 @@ def png(scenes, places, size, columns):
 
 
 def spread(positions, gap, rounds=12):
-    """Return positions, shape (n, 2), moved apart until no two are nearer than `gap`, each as little as can be.
-
-    Examples
-    --------
-    >>> spread([[0.0, 0.0], [0.2, 0.0], [5.0, 5.0]], 1.0).round(2) + 0.0
-    array([[-0.4,  0. ],
-           [ 0.6,  0. ],
-           [ 5. ,  5. ]])
-    """
+    """Return positions, shape (n, 2), moved apart until no two are nearer than `gap`, each as little as can be."""
     positions = np.array(positions, dtype=float)
     for _ in range(rounds):
         for i in range(len(positions)):

@@ -15,39 +15,27 @@ from mathpost.rotation import unit
 from mathpost.workbook.report import STATUS_COLOUR
 
 # Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.
-COLOUR = {
-    "machine": "#7f7f7f",
-    "workpiece": "#0072b2",
-    "tool": "#d55e00",
-    "outer": "#56b4e9",
-    "inner": "#e69f00",
-    "first branch": "#009e73",
-    "second branch": "#cc79a7",
-    "published": "#000000",
-    "optimal": "#e69f00",
-    "shortest": "#56b4e9",
-    "paper": "#000000",
-    "kept": "#d55e00",
-    "forbidden": "#f0e442",
-    "direct": "#332288",
-    "linear": "#882255",
-    "cubic": "#44aa99",
-    "aside": "#999933",
-    "retract": "#aa4499",
+ROLES = {
+    "machine": ("#7f7f7f", "-"),
+    "workpiece": ("#0072b2", "-"),
+    "tool": ("#d55e00", "-"),
+    "outer": ("#56b4e9", "-"),
+    "inner": ("#e69f00", "--"),
+    "first branch": ("#009e73", "-"),
+    "second branch": ("#cc79a7", "--"),
+    "published": ("#000000", ":"),
+    "optimal": ("#e69f00", "-"),
+    "shortest": ("#56b4e9", "-."),
+    "paper": ("#000000", ":"),
+    "kept": ("#d55e00", "--"),
+    "forbidden": ("#f0e442", "-"),
+    "direct": ("#332288", "-"),
+    "linear": ("#882255", "--"),
+    "cubic": ("#44aa99", "-"),
+    "aside": ("#999933", ":"),
+    "retract": ("#aa4499", "-."),
 }
-STYLE = {
-    "outer": "-",
-    "inner": "--",
-    "first branch": "-",
-    "second branch": "--",
-    "published": ":",
-    "shortest": "-.",
-    "paper": ":",
-    "kept": "--",
-    "linear": "--",
-    "aside": ":",
-    "retract": "-.",
-}
+COLOUR, STYLE = ({role: look[n] for role, look in ROLES.items()} for n in (0, 1))
 
 
 def figure(rows=1, columns=1, *, size=(7.0, 4.2), three_d=False):
@@ -78,7 +66,7 @@ def frame(axes, matrix, origin, *, colour, length=1.0, labels="XYZ", **style):
 
 def along(axes, place, values, role, label=None, *, points=False):
     """Draw one quantity along a path in the colour and style of its `role`, one of `COLOUR`."""
-    style = {"color": COLOUR[role], "linestyle": STYLE.get(role, "-")}
+    style = {"color": COLOUR[role], "linestyle": STYLE[role]}
     axes.plot(place, values, label=label or role, marker="o" if points else None, markersize=4, **style)
 
 
@@ -139,17 +127,17 @@ def on_pole_map(kin, tool_axes):
     return angle * np.cos(direction), angle * np.sin(direction)
 
 
-def tip_path(axes, kin, joints, *, role, label=None, samples=40):
+def tip_path(axes, kin, joints, *, role, label):
     """Draw, seen from above, where the tip really goes when all joints move linearly from row to row."""
-    tip, _ = true_tip(kin, joints, samples=samples)
-    axes.plot(tip[:, 0], tip[:, 1], color=COLOUR[role], linestyle=STYLE.get(role, "-"), label=label or role)
+    tip, _ = true_tip(kin, joints, samples=40)
+    axes.plot(tip[:, 0], tip[:, 1], color=COLOUR[role], linestyle=STYLE[role], label=label)
     axes.set(xlabel="x in the workpiece, mm", ylabel="y, mm", aspect="equal")
 
 
 # Lessons 08 to 11: datum, head, calibration
 
 
-def turned_point(axes, path, centre, *, names, colour=COLOUR["workpiece"]):
+def turned_point(axes, path, centre, *, names):
     """Draw the way of a point about an axis seen end on, from a ring to a dot, with the radius at both ends.
 
     `path` has shape (n, 2), `centre` is a point of the axis; `names` label the plane's two axes.
@@ -157,38 +145,37 @@ def turned_point(axes, path, centre, *, names, colour=COLOUR["workpiece"]):
     path, centre = np.asarray(path), np.asarray(centre)
     axes.plot(*np.array([path[0], centre, path[-1]]).T, color=COLOUR["machine"], linewidth=0.8)
     axes.plot(*centre, "+", color=COLOUR["machine"], markersize=12)
-    axes.plot(*path.T, color=colour)
-    axes.plot(*path[0], "o", color=colour, fillstyle="none")
-    axes.plot(*path[-1], "o", color=colour)
+    axes.plot(*path.T, color=COLOUR["workpiece"])
+    axes.plot(*path[0], "o", color=COLOUR["workpiece"], fillstyle="none")
+    axes.plot(*path[-1], "o", color=COLOUR["workpiece"])
     axes.set(xlabel=f"{names[0]} (mm)", ylabel=f"{names[1]} (mm)", aspect="equal")
 
 
-def ellipse(axes, centre, covariance, *, scale=3, **style):
-    """Draw the ellipse of `scale` standard deviations of a covariance, shape (2, 2), about `centre`."""
+def ellipse(axes, centre, covariance, **style):
+    """Draw the ellipse of three standard deviations of a covariance, shape (2, 2), about `centre`."""
     values, directions = np.linalg.eigh(covariance)
     turn = np.linspace(0, 2 * np.pi, 181)
-    ring = directions @ (scale * np.sqrt(values)[:, None] * [np.cos(turn), np.sin(turn)])
+    ring = directions @ (3 * np.sqrt(values)[:, None] * [np.cos(turn), np.sin(turn)])
     axes.plot(*(ring + np.reshape(centre, (2, 1))), **style)
 
 
-def cutter(axes, cutter, tip, tilt, *, height=None, **style):
+def cutter(axes, cutter, tip, tilt, *, height):
     """Fill the outline of a `Cutter`, its `tip` at (x, z) and its axis `tilt` radians from z to x."""
     rise = np.linspace(0, np.pi / 2, 30)
     flat = cutter.diameter / 2 - cutter.rim
     across = np.concatenate([[0], flat + cutter.rim * np.sin(rise), [cutter.diameter / 2, 0]])
-    top = 1.5 * cutter.diameter if height is None else height
-    up = np.concatenate([[0], cutter.rim * (1 - np.cos(rise)), [top, top]])
+    up = np.concatenate([[0], cutter.rim * (1 - np.cos(rise)), [height, height]])
     across, up = np.concatenate([across, -across[::-1]]), np.concatenate([up, up[::-1]])
     x = tip[0] + across * np.cos(tilt) + up * np.sin(tilt)
     z = tip[1] - across * np.sin(tilt) + up * np.cos(tilt)
-    axes.fill(x, z, **{"color": COLOUR["tool"], "alpha": 0.3} | style)
+    axes.fill(x, z, color=COLOUR["tool"], alpha=0.3)
     axes.set_aspect("equal")
 
 
 def runs(axes, measured, result):
     """Draw bidirectional runs (`mathpost.measure.angular_error.Runs`) with the means ± 2 s of their `Accuracy`."""
     for role, label in (("first branch", "up"), ("second branch", "down")):
-        each, mean, s = getattr(measured, label), getattr(result, f"mean_{label}"), getattr(result, f"s_{label}")
+        each, mean, s = getattr(measured, label), measured.mean(label), getattr(result, f"s_{label}")
         axes.plot(measured.angles, each, ".", color=COLOUR[role], markersize=3)
         axes.plot(measured.angles, mean, STYLE[role], color=COLOUR[role], label=f"{label}: mean, ± 2 s")
         axes.fill_between(measured.angles, mean - 2 * s, mean + 2 * s, color=COLOUR[role], alpha=0.25)
@@ -197,42 +184,51 @@ def runs(axes, measured, result):
     axes.legend()
 
 
-def knots(axes, fitted, *, colour=COLOUR["workpiece"], label="spline"):
+def knots(axes, fitted):
     """Draw a `mathpost.measure.spline.Curve` over its measured points, the knots as circles."""
     measured = fitted.points
     end = measured.at[-1] if measured.period is None else measured.at[0] + measured.period
     fine = np.linspace(measured.at[0], end, 721)
     chosen = sorted(fitted.knots)
     axes.plot(measured.at, measured.values, "x", color=COLOUR["published"], markersize=4, label="measured")
-    axes.plot(fine, fitted(fine), color=colour, label=f"{label}, {len(chosen)} knots")
-    axes.plot(measured.at[chosen], measured.values[chosen], "o", color=colour, fillstyle="none")
+    axes.plot(fine, fitted(fine), color=COLOUR["workpiece"], label=f"spline, {len(chosen)} knots")
+    axes.plot(measured.at[chosen], measured.values[chosen], "o", color=COLOUR["workpiece"], fillstyle="none")
     axes.set(xlabel="angle, deg", ylabel="error, arcsec")
     axes.legend(loc="lower left")
 
 
-def costs(axes, position, priced, *, label, dearest=6):
-    """Draw what the dearest errors cost along a path; `priced` is from `Compensator.costs`."""
-    lines = ["-", "--", "-.", ":"]
-    for index, (name, cost) in enumerate(list(priced.items())[:dearest]):
-        axes.plot(position, 1e3 * cost, lines[index % 4], color=f"C{index}", label=name)
+def costs(axes, position, priced, *, label):
+    """Draw what the six dearest errors cost along a path; `priced` is from `Compensator.costs`."""
+    lines = ("-", "--", "-.", ":", "-", "--")
+    for index, (line, (name, cost)) in enumerate(zip(lines, priced.items(), strict=False)):
+        axes.plot(position, 1e3 * cost, line, color=f"C{index}", label=name)
     axes.set(xlabel=label, ylabel="µm at the tip", ylim=(0, None))
     axes.legend(loc="upper left", bbox_to_anchor=(1, 1))
+
+
+class Moving(dict):
+    """The lines of a figure that move, for `mathpost.draw.chart.printed`: each with pairs (x, y) of expressions."""
+
+    def line(self, axes, role, points, style="-", **how):
+        """Add a line in the colour of a role."""
+        (line,) = axes.plot([], [], style, color=COLOUR[role], **how)
+        self[line] = points
 
 
 # Frames, machines and tilted planes
 
 
-def formulas(*pairs, decimals=6):
+def formulas(*pairs):
     """Return named matrices side by side as one formula: pairs of a LaTeX name and a matrix, exact or numbers."""
-    exact = (sp.Matrix(np.round(m, decimals) + 0.0) if isinstance(m, np.ndarray) else m for _, m in pairs)
+    exact = (sp.Matrix(np.round(m, 6) + 0.0) if isinstance(m, np.ndarray) else m for _, m in pairs)
     return Math(r" \qquad ".join(f"{name} = {sp.latex(m)}" for (name, _), m in zip(pairs, exact, strict=True)))
 
 
-def space(axes, radius, *, centre=(0.0, 0.0, 0.0), elevation=22.0, azimuth=-55.0):
+def space(axes, radius, *, centre=(0.0, 0.0, 0.0)):
     """Prepare three-dimensional `axes` for a cube of half-width `radius`: equal scales, no panes."""
     axes.set(**{f"{name}lim": (c - radius, c + radius) for name, c in zip("xyz", centre, strict=True)})
     axes.set_box_aspect((1, 1, 1), zoom=1.25)
-    axes.view_init(elevation, azimuth)
+    axes.view_init(elev=22, azim=-55)
     axes.set_axis_off()
 
 

@@ -12,18 +12,12 @@ import numpy as np
 from mathpost.draw.arrangement import arrange, placing
 from mathpost.draw.picture import Camera, View
 from mathpost.draw.plot import COLOUR
+from mathpost.draw.solid import put
 from mathpost.rotation import unit
 
 DARK = "#333b41"
-CAMERAS = [
-    (-58, 22),
-    (-35, 22),
-    (-70, 32),
-    (-125, 22),
-    (-20, 30),
-    (-48, 35),
-    (-110, 35),
-]  # azimuth and elevation, degrees
+# Azimuth and elevation, degrees.
+CAMERAS = [(-58, 22), (-35, 22), (-70, 32), (-125, 22), (-20, 30), (-48, 35), (-110, 35)]
 STARTS = [(30, 30), (30, 60), (-30, 30), (30, -60), (-30, -60), (40, 110)]  # inner and outer angle, degrees
 SHORT = 0.3  # an axis that looks shorter than this share of its length points at the viewer
 APART = np.radians(12)  # two axes nearer than this on the screen look like one
@@ -102,13 +96,10 @@ class Scene:
             kept = {key: value for key, value in vars(line).items() if value and key not in ("body", "parts")}
             parts = [np.round(part, 3).tolist() for part in line.parts]
             lines.append(kept | {"body": number[line.body], "parts": parts})
-        labels = [
-            vars(label) | {"body": number[label.body], "at": np.round(label.at, 2).tolist()}
-            for label in self.labels
-        ]
+        labels = [vars(e) | {"body": number[e.body], "at": np.round(e.at, 2).tolist()} for e in self.labels]
         state = {"solids": solids, "lines": lines, "labels": labels, "middle": np.round(self.middle, 2).tolist()}
-        state |= {"radius": round(float(self.radius), 2), "azimuth": self.azimuth, "elevation": self.elevation}
-        return state | {"title": self.title, "colour": self.colour}
+        state["radius"] = round(float(self.radius), 2)
+        return state | {key: getattr(self, key) for key in ("azimuth", "elevation", "title", "colour")}
 
 
 def machine(kin, cl=None, *, title="", colour=DARK):
@@ -135,61 +126,55 @@ def machine(kin, cl=None, *, title="", colour=DARK):
     return scene, made
 
 
-def _path(scene, cl, size, shown=60, drawn=400):
-    """The tip's path through up to `drawn` records, and the tool axis at up to `shown`."""
-    some = _some(len(cl), shown)
-    arms = [[point, point + 0.16 * size * axis] for point, axis in zip(cl.points[some], cl.axes[some], strict=True)]
-    scene.lines.append(Line("workpiece", arms, "#e9a56b", 1.0))
-    scene.lines.append(Line("workpiece", [cl.points[_some(len(cl), drawn)]], "#000000", 1.2))
+def _path(scene, cl, size):
+    """The tip's path through up to 400 records, and the tool axis at up to 60, evenly spread."""
+    shown, drawn = (np.unique(np.linspace(0, len(cl) - 1, min(len(cl), most)).astype(int)) for most in (60, 400))
+    pairs = zip(cl.points[shown], cl.axes[shown], strict=True)
+    scene.lines.append(Line("workpiece", [[p, p + 0.16 * size * axis] for p, axis in pairs], "#e9a56b", 1.0))
+    scene.lines.append(Line("workpiece", [cl.points[drawn]], "#000000", 1.2))
 
 
 def _extent(kin, made):
     """Points that hold plate, table and head, also when they turn by 45 and 90 degrees."""
     still = ("bed", *kin.machine.joint_names[:3])
-    inner = kin.symbols.index(kin.inverse_symbolic.inner) - 3
-    turns = np.radians([[0, 0], [45, 0], [-45, 0], [45, 90], [45, -90]])
-    limits = kin.machine.limits[3:]
-    tip = kin.forward(made.home)[0]
+    moving = [(solid.body, solid.triangles().reshape(-1, 3)) for solid in made.solids if solid.body not in still]
     points = []
-    for joints in kin.close(tip, np.clip(turns if inner == 0 else turns[:, ::-1], *limits.T)):
+    for joints in _turned(kin, made, [[0, 0], [45, 0], [-45, 0], [45, 90], [45, -90]]):
         places = placing(kin.machine)(joints)
-        moving = [solid for solid in made.solids if solid.body not in still]
-        points += [_at(places[s.body], s.triangles().reshape(-1, 3)) for s in moving]
+        points += [put(places[body], corners) for body, corners in moving]
     return np.concatenate([*points, made.plate])
 
 
 def best_start(kin, scene, made, *, aspect=1.2):
     """Choose rotary angles and a camera; return the joints, shape (5,), and the scene from there.
 
-    The first of a few that `hidden` finds nothing wrong with, or the one with the least.
+    The first of a few in which nothing is `crossed` or `covered`, or the one with the least.
     """
-    tip, inner = kin.forward(made.home)[0], kin.symbols.index(kin.inverse_symbolic.inner) - 3
-    found = []
-    for tilt, turn in STARTS:
-        rotary = np.radians((tilt, turn) if inner == 0 else (turn, tilt))
-        joints = kin.close(tip, np.clip(rotary, *kin.machine.limits[3:].T))
-        framed, wrong = best_camera(kin, scene, joints, aspect=aspect)
-        found.append((len(wrong), len(found), joints, framed))
-        if not wrong:
-            break
-    return min(found, key=lambda each: each[:2])[2:]
+    starts = _turned(kin, made, STARTS)
+    return _best((joints, *best_camera(kin, scene, joints, aspect=aspect)) for joints in starts)[:2]
 
 
 def best_camera(kin, scene, joints, *, aspect=1.2):
     """Return the scene from the first of `CAMERAS` that shows these joints best, and what is hidden from there."""
+    scenes = (scene.frame(*camera, aspect=aspect) for camera in CAMERAS)
+    return _best((each, crossed(kin, each, joints) or covered(kin, each, joints)) for each in scenes)
+
+
+def _best(tries):
+    """The first of `tries` with nothing wrong, which comes last in each of them, or the one with the least."""
     found = []
-    for number, camera in enumerate(CAMERAS):
-        framed = scene.frame(*camera, aspect=aspect)
-        wrong = crossed(kin, framed, joints) or covered(kin, framed, joints)
-        if not wrong:
-            return framed, []
-        found.append((len(wrong), number, framed, wrong))
-    return min(found, key=lambda each: each[:2])[2:]
+    for each in tries:
+        if not each[-1]:
+            return each
+        found.append(each)
+    return min(found, key=lambda each: len(each[-1]))
 
 
-def hidden(kin, scene, joints):
-    """Return what cannot be seen at these joints, a list of sentences: axes on one line, bodies behind others."""
-    return crossed(kin, scene, joints) + covered(kin, scene, joints)
+def _turned(kin, made, angles):
+    """Joints (n, 5) at these inner and outer angles (n, 2), degrees, clipped to travel, the tip as laid out."""
+    inner = kin.symbols.index(kin.inverse_symbolic.inner) - 3
+    rotary = np.radians(angles)[:, [inner, 1 - inner]]
+    return kin.close(kin.forward(made.home)[0], np.clip(rotary, *kin.machine.limits[3:].T))
 
 
 def crossed(kin, scene, joints):
@@ -233,12 +218,3 @@ def clearest(directions):
     """Return the azimuth and elevation from which the fewest of these directions, a dict by name, fall together."""
     azimuths, elevations = [-60, -50, -40, -30, -70, -20, -80, -100, -115, -130], [22, 30, 15, 38]
     return min(product(azimuths, elevations), key=lambda seen: len(together(directions, Camera(*seen))))
-
-
-def _at(matrix, points):
-    return points @ matrix[:3, :3].T + matrix[:3, 3]
-
-
-def _some(count, most):
-    """Up to `most` of the numbers 0 … count − 1, evenly spread, both ends among them."""
-    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))

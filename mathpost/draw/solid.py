@@ -4,7 +4,7 @@ A solid stays in the coordinates of the body that it belongs to. `triangles` mak
 module in the browser makes.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -27,8 +27,7 @@ class Turned:
 
     def moved(self, matrix):
         """Return the same solid in other coordinates, by a 4×4 matrix."""
-        origin, along = matrix[:3, :3] @ self.origin + matrix[:3, 3], matrix[:3, :3] @ self.along
-        return Turned(self.body, self.colour, self.profile, origin, along)
+        return replace(self, origin=put(matrix, self.origin), along=matrix[:3, :3] @ self.along)
 
     def state(self):
         """The solid as the browser has it."""
@@ -53,7 +52,7 @@ class Lofted:
 
     def moved(self, matrix):
         """Return the same solid in other coordinates, by a 4×4 matrix."""
-        return Lofted(self.body, self.colour, [ring @ matrix[:3, :3].T + matrix[:3, 3] for ring in self.rings])
+        return replace(self, rings=[put(matrix, ring) for ring in self.rings])
 
     def state(self):
         """The solid as the browser has it."""
@@ -75,7 +74,7 @@ class Hull:
 
     def moved(self, matrix):
         """Return the same solid in other coordinates, by a 4×4 matrix."""
-        return Hull(self.body, self.colour, self.points @ matrix[:3, :3].T + matrix[:3, 3])
+        return replace(self, points=put(matrix, self.points))
 
     def faces(self):
         """Return the corners that count, shape (m, 3), and triangles of their numbers, shape (n, 3)."""
@@ -111,6 +110,11 @@ def smooth(triangles):
         near = meeting @ meeting.T > CREASE
         normals[corners] = near @ meeting
     return (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)).reshape(-1, 3, 3)
+
+
+def put(matrix, points):
+    """Return points (..., 3) of a body where the 4×4 `matrix` puts it."""
+    return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def ring(centre, normal, radius, count=12):

@@ -30,10 +30,11 @@ class Runs:
 
     def mean(self, direction="both"):
         """Return the mean error at each target, shape (targets,), for "up", "down" or "both" directions."""
-        if direction not in ("up", "down", "both"):
-            raise InputError("direction", '"up", "down" or "both"', repr(direction))
         up, down = self.up.mean(axis=1), self.down.mean(axis=1)
-        return {"up": up, "down": down, "both": (up + down) / 2}[direction]
+        means = {"up": up, "down": down, "both": (up + down) / 2}
+        if direction not in means:
+            raise InputError("direction", '"up", "down" or "both"', repr(direction))
+        return means[direction]
 
     def points(self, direction="both", *, endless=False):
         """Return the means as `mathpost.measure.spline.Points`, which repeat after 360° if the axis is endless."""
@@ -44,14 +45,12 @@ class Runs:
 class Accuracy:
     """The parameters of ISO 230-2, seconds of arc.
 
-    At each target: mean and standard deviation of the approaches, up and down, and `reversal`, mean up minus mean
-    down. Of all targets: `B`, the largest |reversal|; `M`, the range of the mean of both directions; and triples
-    for up, down and both directions: `E`, the range of the means; `R`, the widest 4 s, of both directions 2 s up +
-    2 s down + |B| if that is wider; `A`, from the lowest mean − 2 s to the highest mean + 2 s.
+    At each target: the standard deviation of the approaches up and down, and `reversal`, mean up minus mean down.
+    Of all targets: `B`, the largest |reversal|; `M`, the range of the mean of both directions; and triples for up,
+    down and both directions: `E`, the range of the means; `R`, the widest 4 s, of both directions 2 s up + 2 s down
+    + |B| if that is wider; `A`, from the lowest mean − 2 s to the highest mean + 2 s.
     """
 
-    mean_up: np.ndarray
-    mean_down: np.ndarray
     s_up: np.ndarray
     s_down: np.ndarray
     reversal: np.ndarray
@@ -69,38 +68,27 @@ class Accuracy:
 def read_runs(path):
     """Read bidirectional runs from a CSV file with the columns angle, up1, down1, up2, down2, … as `Runs`.
 
-    Angles in degrees, increasing; errors in seconds of arc unless the file names another unit.
-
-    Raises
-    ------
-    InputError
-        If a column is missing, angles do not increase, or a number suggests other units: an angle beyond a turn, an
-        error beyond a degree, none beyond 0.05″. The message names file, line and column.
-
-    Examples
-    --------
-    >>> runs = read_runs("data/measurements/angular_error.csv")
-    >>> runs.up.shape, runs.angles[:3]
-    ((37, 5), array([ 0., 10., 20.]))
+    Angles in degrees, increasing; errors in seconds of arc unless the file names another unit. `InputError` with
+    file, line and column if a column is missing, angles do not increase, or a number suggests other units: an angle
+    beyond a turn, an error beyond a degree, none beyond 0.05″.
     """
-    names = RUNS
     also = dict.fromkeys(("A", "B", "C", "position"), "angle")
-    read = csv_table.read(path, ["angle", *names[:4]], optional=names[4:], also=also)
-    runs = (sum(name in read for name in names) + 1) // 2
-    for name in names[: 2 * runs]:
+    read = csv_table.read(path, ["angle", *RUNS[:4]], optional=RUNS[4:], also=also)
+    runs = (sum(name in read for name in RUNS) + 1) // 2
+    names = RUNS[: 2 * runs]
+    for name in names:
         if name not in read:
-            raise InputError(
-                read.path, f"as many runs down as up: up1, down1, … up{runs}, down{runs}", f"no {name!r}"
-            )
+            expected = f"as many runs down as up: up1, down1, … up{runs}, down{runs}"
+            raise InputError(read.path, expected, f"no {name!r}")
         size = read.unit(name, "angle", default="arcsec")
         read.columns[name] = np.rad2deg(size) * ARCSECONDS * read[name]
         read.require(name, np.abs(read[name]) <= ARCSECONDS, "seconds of arc, less than a degree (other units?)")
-    most = max(np.abs(read[name]).max() for name in names[: 2 * runs])
+    most = max(np.abs(read[name]).max() for name in names)
     if 0 < most < SMALLEST and "unit" not in read.settings:
         raise InputError(read.where(0, "up1"), "a unit, in a line such as # unit = deg", f"{most:g}″ at most")
     read.check_angles("angle")
     read.check_increasing("angle")
-    up, down = (np.column_stack([read[name] for name in names[side : 2 * runs : 2]]) for side in (0, 1))
+    up, down = (np.column_stack([read[name] for name in names[side::2]]) for side in (0, 1))
     return Runs(read["angle"], up, down)
 
 
@@ -131,20 +119,18 @@ def accuracy(runs):
     """
     up, down = runs.mean("up"), runs.mean("down")
     s_up, s_down = runs.up.std(axis=1, ddof=1), runs.down.std(axis=1, ddof=1)
-    both, s_both, reversal = np.append(up, down), np.append(s_up, s_down), up - down
-    triples = [(up, s_up), (down, s_down), (both, s_both)]
+    reversal = up - down
+    triples = [(up, s_up), (down, s_down), (np.append(up, down), np.append(s_up, s_down))]
     across = (2 * s_up + 2 * s_down + np.abs(reversal)).max()
-    repeatability = [4 * s.max() for _, s in triples]
+    repeatability = [float(4 * s.max()) for _, s in triples]
     return Accuracy(
-        mean_up=up,
-        mean_down=down,
         s_up=s_up,
         s_down=s_down,
         reversal=reversal,
         B=float(np.abs(reversal).max()),
         M=float(np.ptp(runs.mean())),
         E=tuple(float(np.ptp(mean)) for mean, _ in triples),
-        R=(*map(float, repeatability[:2]), float(max(*repeatability, across))),
+        R=(*repeatability[:2], max(*repeatability, float(across))),
         A=tuple(float((mean + 2 * s).max() - (mean - 2 * s).min()) for mean, s in triples),
     )
 
@@ -153,8 +139,7 @@ def commands(error, targets):
     """Return the angles to command so that the axis arrives at `targets`, degrees: commanded angle minus error.
 
     `error` is a `mathpost.measure.spline.Curve`, seconds of arc over degrees. It is taken at the target, as a
-    control's table does, not where the command goes; the difference is the error times its slope, some thousandths
-    of a second of arc on a machine worth compensating.
+    control's table does, not where the command goes: a difference of some thousandths of a second of arc.
     """
     targets = np.asarray(targets, dtype=float)
     return targets - error(targets) / ARCSECONDS

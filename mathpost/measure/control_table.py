@@ -27,36 +27,17 @@ def entries(error, step):
     return low + step * np.arange(round(count) + 1)
 
 
-def between_entries(error, step, fineness=20):
-    """Return how far the control, which joins its entries by straight lines, departs from the curve."""
-    at = entries(error, step)
-    fine = np.linspace(at[0], at[-1], fineness * (len(at) - 1) + 1)
-    return float(np.abs(np.interp(fine, at, error(at)) - error(fine)).max())
-
-
 def siemens(axis, step, error, error_down=None, *, unit=DEGREES):
     """Return a compensation table for a Siemens 840D as the text of an INI file.
 
+    `axis` is the machine axis, such as "C" or "AX5"; `step`, degrees or mm between entries, must divide the turn or
+    the measured travel. `error` is a `mathpost.measure.spline.Curve`, actual minus target, in units of `unit`
+    degrees or mm, by default seconds of arc; a periodic one makes a modulo table, which ends where it begins.
+
     One curve makes an EEC table, `$AA_ENC_COMP`: the control moves the axis *against* a positive entry, so the
     entries are the errors themselves. Two curves, for the positive and the negative direction of travel, need two
-    CEC tables, `$AN_CEC` with `$AN_CEC_DIRECTION` 1 and −1, from the axis onto itself. The manual's sign rule was
-    read for EEC only, so the file asks for a trial of CEC.
-
-    Parameters
-    ----------
-    axis : str
-        The machine axis, such as "C" or "AX5".
-    step : float
-        Degrees or mm between entries. It divides the turn or the measured travel.
-    error, error_down : mathpost.measure.spline.Curve
-        Actual minus target. A periodic one makes a modulo table, which ends where it begins.
-    unit : float, keyword only
-        Of the curves, in degrees or mm: by default they are seconds of arc.
-
-    Raises
-    ------
-    InputError
-        If the step does not divide the range, or the two curves have different ranges.
+    CEC tables, `$AN_CEC` with `$AN_CEC_DIRECTION` 1 and −1, from the axis onto itself; they must have one range.
+    The manual's sign rule was read for EEC only, so the file asks for a trial of CEC.
 
     Examples
     --------
@@ -77,22 +58,21 @@ def siemens(axis, step, error, error_down=None, *, unit=DEGREES):
     """
     at = entries(error, step)
     spacing = {"STEP": float(step), "MIN": float(at[0]), "MAX": float(at[-1])}
-    modulo = int(error.points.period is not None)
+    modulo = {"IS_MODULO": int(error.points.period is not None)}
+    lines = []
     if error_down is None:
-        lines = ["%_N_AX_EEC_INI", "CHANDATA(1)"]
         lines += [f"$AA_ENC_COMP[0,{n},{axis}]={value:z.6f}" for n, value in enumerate(error(at) * unit)]
-        ending = {**spacing, "IS_MODULO": modulo}
-        lines += [f"$AA_ENC_COMP_{key}[0,{axis}]={value}" for key, value in ending.items()]
-        return "\n".join([*lines, "M17"]) + "\n"
+        lines += [f"$AA_ENC_COMP_{key}[0,{axis}]={value}" for key, value in (spacing | modulo).items()]
+        return "\n".join(["%_N_AX_EEC_INI", "CHANDATA(1)", *lines, "M17"]) + "\n"
     if not np.array_equal(at, entries(error_down, step)):
         raise InputError("error_down", "a curve over the same range as error", "another range")
-    lines = ["%_N_NC_CEC_INI", "CHANDATA(1)", "; the entries are errors, actual minus target: try one before use"]
+    spacing = {"INPUT_AXIS": f"({axis})", "OUTPUT_AXIS": f"({axis})"} | spacing
     for number, (direction, each) in enumerate([(1, error), (-1, error_down)]):
         lines += [f"$AN_CEC[{number},{n}]={value:z.6f}" for n, value in enumerate(each(at) * unit)]
-        ending = {"INPUT_AXIS": f"({axis})", "OUTPUT_AXIS": f"({axis})", **spacing}
-        ending |= {"DIRECTION": direction, "MULT_BY_TABLE": 0, "IS_MODULO": modulo}
+        ending = spacing | {"DIRECTION": direction, "MULT_BY_TABLE": 0} | modulo
         lines += [f"$AN_CEC_{key}[{number}]={value}" for key, value in ending.items()]
-    return "\n".join([*lines, "M17"]) + "\n"
+    note = "; the entries are errors, actual minus target: try one before use"
+    return "\n".join(["%_N_NC_CEC_INI", "CHANDATA(1)", note, *lines, "M17"]) + "\n"
 
 
 def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=0):
@@ -103,16 +83,9 @@ def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=0):
     reference position, machine coordinate 0, is nothing: the error there belongs to that position's own setting.
     The manual gives no sign, and the words N A P are quoted from memory: the text asks for a trial.
 
-    Parameters
-    ----------
-    axis : int
-        Number of the controlled axis, from 1.
-    step, error, unit
-        As in `siemens`; whole steps lie between machine coordinate 0 and the ends of the travel, which includes it.
-    detection : float, keyword only
-        Detection unit, degrees or mm.
-    reference : int, keyword only
-        Number of the reference position's point.
+    `axis` is the number of the controlled axis, from 1, `detection` the detection unit, degrees or mm, `reference`
+    the number of the reference position's point; the rest is as in `siemens`. Whole steps lie between machine
+    coordinate 0 and the ends of the travel, which includes it.
 
     Examples
     --------

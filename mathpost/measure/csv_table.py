@@ -52,13 +52,11 @@ KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre")  # settings th
 class Table:
     """Columns of a CSV file by name, and the line that each row came from.
 
-    `columns` takes a name to a float array, shape (rows,), or to a list of strings for a text column. `source` is
-    the comment before the column names, without "source:" and settings. `settings` is what comments such as ``#
-    unit = µm`` say, and ``"unit x"`` the unit in a column's name, ``x (µm)``.
+    `columns` takes a name to a float array, shape (rows,), or to a list of strings for a text column. `settings` is
+    what comments such as ``# unit = µm`` say, and ``"unit x"`` the unit in a column's name, ``x (µm)``.
     """
 
     path: str
-    source: str
     columns: dict
     lines: tuple
     settings: dict = field(default_factory=dict)
@@ -114,48 +112,28 @@ class Table:
         expected = f"its unit, in a line such as # unit = {units.split(', ')[1]}: one of {units}"
         if kind == "length":
             expected += ", or the size of a dial's division, # unit = 0.002 mm"
-        if stated is None:
-            raise InputError(where, expected, "none")
-        size, word = re.fullmatch(rf"({NUMBER})?\s*(.*)", stated.strip()).groups()
+        size, word = re.fullmatch(rf"({NUMBER})?\s*(.*)", (stated or "").strip()).groups()
         for words, (measures, factor) in UNITS.items():
             if word.strip().casefold() in words and measures == kind and (size is None or float(size) > 0):
                 return factor * float(size or 1)
-        raise InputError(where, expected, repr(stated))
+        raise InputError(where, expected, "none" if stated is None else repr(stated))
 
 
 def read(path, columns, *, optional=(), text=(), also=MappingProxyType({})):
     """Read a CSV file as a `Table`.
 
-    Parameters
-    ----------
-    path : str or path-like
-    columns, optional, text : sequences of str
-        Names of the columns that must be there, in any order; that may be there; and of those that hold words.
-    also : mapping, keyword only
-        Other headers, such as ``"C"``, to the columns that they mean.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, has no row, lacks a column, has an unknown or a repeated one, or an entry is
-        missing or not a finite number. The message names file, line and column.
-
-    Examples
-    --------
-    >>> table = read("data/measurements/five_face_head.csv", ["angle", "x", "y", "z"])
-    >>> len(table), table["y"][1].item(), table.where(1, "y")
-    (4, -378.873, "data/measurements/five_face_head.csv, line 4, column 'y'")
+    `columns` must be there, in any order, `optional` ones may be, those of `text` hold words; `also` takes other
+    headers, such as ``"C"``, to the columns that they mean. `InputError` with file, line and column if the file
+    cannot be read, has no row, lacks a column, has an unknown or a repeated one, or an entry is missing or not a
+    finite number.
     """
-    comments, settings, names, rows, lines = [], {}, None, [], []
+    settings, names, rows, lines = {}, None, [], []
     wanted = (*columns, *optional)
     for number, line in enumerate(_text(path).splitlines(), 1):
         if line.lstrip(' "').startswith("#"):
-            comment = line.strip(' "#\t;,').rstrip()
-            key, _, value = (part.strip() for part in comment.partition("="))
+            key, _, value = (part.strip() for part in line.strip(' "#\t;,').partition("="))
             if key in KNOWN and value:
                 settings[key] = value
-            else:
-                comments.append(comment)
             continue
         if names is None:
             delimiter = max(",;\t", key=lambda mark: (line.count(mark), mark == ","))
@@ -172,8 +150,7 @@ def read(path, columns, *, optional=(), text=(), also=MappingProxyType({})):
             lines.append(number)
     if not rows:
         raise InputError(str(path), f"the columns {', '.join(columns)} and rows of readings", "no readings")
-    source = " ".join(comments).removeprefix("source:").strip()
-    table = Table(str(path), source, {}, tuple(lines), settings)
+    table = Table(str(path), {}, tuple(lines), settings)
     numbers = [column for column, name in enumerate(names) if name in wanted and name not in text]
     commas = delimiter != "," and not any("." in row[column] for row in rows for column in numbers)
     for name, entries in zip(names, zip(*rows, strict=True), strict=True):

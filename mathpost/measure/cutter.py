@@ -22,8 +22,6 @@ BOTTOM = 1e-9  # sine of the angle from normal to axis below which the cutter's 
 class Cutter:
     """A cutter by its diameter and the radius of its rim, mm.
 
-    Examples
-    --------
     >>> Cutter.ball(10), Cutter.flat(10), Cutter(diameter=10, rim=1)
     (Cutter(diameter=10, rim=5.0), Cutter(diameter=10, rim=0.0), Cutter(diameter=10, rim=1))
     """
@@ -64,18 +62,9 @@ def tip_symbolic():
 def tip_from_contact(cutter, normal, axis):
     """Return the tool tip minus the contact point, shape (..., 3), mm.
 
-    Where the normal is the axis the flat bottom touches everywhere, and its middle is returned.
-
-    Parameters
-    ----------
-    cutter : Cutter
-    normal, axis : array_like, shape (..., 3)
-        Out of the part, and from the tip towards the spindle; of any length.
-
-    Raises
-    ------
-    InputError
-        If a normal points away from the cutter: only its upper side could touch there.
+    `normal`, out of the part, and `axis`, from the tip towards the spindle, have the shape (..., 3) and any length.
+    Where they are one the flat bottom touches everywhere, and its middle is returned. `InputError` if a normal
+    points away from the cutter: only its upper side could touch there.
 
     Examples
     --------
@@ -130,22 +119,12 @@ def stock_left(normal, axis, old, new, *, longer=0.0):
 
 
 def tip_shift(kin, joints, longer, told, *, degrees=False):
-    """Return where the tip of a tool that is `longer`, mm, goes in the part, instead of where the program wants it.
+    """Return where the tip of a tool that is `longer`, mm, goes in the part, minus where it should: (..., 3), mm.
 
-    Parameters
-    ----------
-    kin : mathpost.kinematics.Kinematics
-    joints : array_like, shape (..., 5)
-        Made for the old tool.
-    told : str
-        What the control knows: ``"tcp"``, the new length, with the tool centre point under its command; ``"length
-        offset"``, the new length without TCP, so that it moves the slides back along the tool as it stands with all
-        rotary axes at zero (G43); ``"nothing"``.
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        mm, in the workpiece.
+    `kin` is a `mathpost.kinematics.Kinematics`; `joints`, shape (..., 5), were made for the old tool. `told` is
+    what the control knows: ``"tcp"``, the new length, with the tool centre point under its command; ``"length
+    offset"``, the new length without TCP, so that it moves the slides back along the tool as it stands with all
+    rotary axes at zero (G43); or ``"nothing"``.
 
     Examples
     --------

@@ -5,7 +5,7 @@ sympy, gives the least-squares estimate, the covariance of it, and the diagnosis
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 import sympy as sp
@@ -35,16 +35,21 @@ class Value:
         k = coverage_factor(freedom)
         return cls(value, k * deviation, k, freedom)
 
+    @property
+    def free(self):
+        """The degrees of freedom as they are printed."""
+        return "∞" if np.isinf(self.freedom) else f"{self.freedom:.1f}"
+
 
 @dataclass(frozen=True)
 class Estimate:
     """What the readings say about the unknowns; mm and radians.
 
-    `values` takes an unknown to its value, as does ``estimate[name]``. `covariance` is in the same order, NaN if
-    no sigma was stated and no reading is to spare. `residuals` takes a reading to an array: measured minus
-    explained. `spare` is readings minus unknowns; `noise` the standard deviation of a reading as the residuals
-    show it, in units of the stated sigma if one was stated: well above 1 means that something is not in the model.
-    Without spare readings it is NaN. `freedom` is infinite if sigma was stated, else `spare`.
+    `values` takes an unknown to its value, as does ``estimate[name]``; `covariance` is in the same order, NaN if no
+    sigma was stated and no reading is to spare. `residuals` takes a reading to an array: measured minus explained.
+    `spare` is readings minus unknowns; `noise` the standard deviation of a reading as the residuals show it, in
+    units of the stated sigma if one was stated: well above 1 means that something is not in the model. Without
+    spare readings it is NaN. `freedom` is infinite if sigma was stated, else `spare`.
     """
 
     values: dict
@@ -71,29 +76,29 @@ class Estimate:
 class Measurement:
     """A procedure: what it reads, as formulas of what is set and what is sought; mm and radians.
 
-    `unknowns` and `settings` are real sympy symbols; the first setting is the one that is stepped, `angles` names
-    those that are angles. `readings` takes a name to an expression in unknowns and settings. `more` is what could
-    be done besides, words to the settings that it would change, ``{setting: expression}``: the diagnosis of too
-    few readings proposes from these. Readings beyond `largest`, mm, are suspected to be in another unit.
+    `unknowns` and `settings` are real sympy symbols; the first setting is an angle, which is stepped. `readings`
+    takes a name to an expression in both. `more` is what could be done besides, words to the settings that it would
+    change, ``{setting: expression}``: the diagnosis of too few readings proposes from these. Readings beyond
+    `largest`, mm, are suspected to be in another unit.
 
     Examples
     --------
-    >>> h, slope, start = sp.symbols("h slope start", real=True)
-    >>> ramp = Measurement("ramp", (slope, start), (h,), {"z": start + slope * h}, more={"another h": {h: h + 100}})
-    >>> estimate = ramp.identify({"h": [0, 100, 200], "z": [1, 3, 5]}, sigma=0.01)
+    >>> turn, slope, start = sp.symbols("turn slope start", real=True)
+    >>> more = {"a further turn": {turn: turn + 1}}
+    >>> screw = Measurement("screw", (slope, start), (turn,), {"z": start + slope * turn}, more)
+    >>> estimate = screw.identify({"turn": [0, 100, 200], "z": [1, 3, 5]}, sigma=0.01)
     >>> f"{estimate['slope']:.4f} ± {estimate.deviation('slope'):.6f}"
     '0.0200 ± 0.000071'
-    >>> ramp.identify({"h": 100, "z": [3, 3.01]})
+    >>> screw.identify({"turn": 100, "z": [3, 3.01]})
     Traceback (most recent call last):
         ...
-    mathpost.errors.InputError: ramp: expected readings that tell slope and start apart (another h would), found ...
+    mathpost.errors.InputError: screw: expected readings that tell slope and start apart (a further turn would), ...
     """
 
     name: str
     unknowns: tuple
     settings: tuple
     readings: dict
-    angles: tuple = ()
     more: dict = field(default_factory=dict)
     largest: float = np.inf
 
@@ -101,33 +106,41 @@ class Measurement:
         """Return what would be read, without noise: reading to an array.
 
         `values` takes unknowns to numbers, mm and radians; those left out are zero. `settings` takes settings to
-        numbers or arrays, which are broadcast; `degrees` says whether the angles among them are degrees.
+        numbers or arrays, which are broadcast; `degrees` says whether the angle among them is in degrees.
         """
-        self._check_known(values)
-        where = self._settings(settings, degrees)
-        x = [values.get(str(symbol), 0.0) for symbol in self.unknowns]
-        predicted = self._evaluate(self.readings, self.unknowns)[0](*x, *where)
+        predict, _ = self._compiled(self.readings, self.unknowns)
+        predicted = predict(*self._all(values), *self._settings(settings, degrees))
         return dict(zip(self.readings, np.moveaxis(predicted, -1, 0), strict=True))
+
+    def simulate(self, values, settings, *, sigma, seed, degrees=False):
+        """Return settings and readings, to be given to `identify`; arguments as in `predict`.
+
+        `sigma` is the standard deviation of the normally distributed noise, mm; `seed` makes it repeatable.
+        """
+        random = np.random.default_rng(seed)
+        readings = self.predict(values, settings, degrees=degrees)
+        return dict(settings) | {
+            name: reading + sigma * random.standard_normal(reading.shape) for name, reading in readings.items()
+        }
 
     def read(self, path):
         """Read settings and at least one reading from a CSV file: a `csv_table.Table` for `identify`.
 
-        Degrees, and mm unless the file names a unit. The first setting must increase from line to line while the
-        others, and a column ``run`` if there is one, stay the same. `InputError` for every fault that
-        `csv_table.read` knows, suspected units, and settings that do not increase.
+        Degrees, and mm unless the file names a unit. The angle must increase from line to line while the other
+        settings, and a column ``run`` if there is one, stay the same. `InputError` for every fault that
+        `csv_table.read` knows, suspected units, and angles that do not increase.
         """
-        also = dict.fromkeys("ABC", "angle") if "angle" in self._names else {}
-        columns = csv_table.read(path, self._names, optional=[*self.readings, "run"], also=also)
+        angle, *others = map(str, self.settings)
+        also = dict.fromkeys("ABC", angle)
+        columns = csv_table.read(path, [angle, *others], optional=[*self.readings, "run"], also=also)
         if not any(name in columns for name in self.readings):
             raise InputError(str(path), f"a column of readings: {', '.join(self.readings)}", "none")
-        for name in self.angles:
-            columns.check_angles(name)
+        columns.check_angles(angle)
         for name in self.readings:
             if name in columns:
                 columns.columns[name] = columns.unit(name, "length", default="mm") * columns[name]
                 columns.require(name, np.abs(columns[name]) <= self.largest, f"mm within ±{self.largest:g} (µm?)")
-        groups = [name for name in (*self._names[1:], "run") if name in columns]
-        columns.check_increasing(self._names[0], within=groups)
+        columns.check_increasing(angle, within=[name for name in (*others, "run") if name in columns])
         return columns
 
     def identify(self, data, *, degrees=False, sigma=None, known=None):
@@ -139,10 +152,10 @@ class Measurement:
             Setting to number or array, and reading to array, shape (n,). Of the readings only some need be there;
             an unknown that none of those depends on is left out.
         degrees : bool, keyword only
-            Whether the angles among the settings are degrees; those of a `Table` always are.
-        sigma : float or dict, optional, keyword only
-            Standard deviation of a reading, mm, or one for each kind of reading. Without it the residuals supply
-            it, which is a poor guess if few readings are to spare.
+            Whether the angle is in degrees; that of a `Table` always is.
+        sigma : float, optional, keyword only
+            Standard deviation of a reading, mm. Without it the residuals supply it, which is a poor guess if few
+            readings are to spare.
         known : dict, optional, keyword only
             Unknowns that are not sought, with their values.
 
@@ -151,36 +164,34 @@ class Measurement:
         InputError
             If the readings leave unknowns undetermined: the message says which, and what would tell them.
         """
-        known = dict(known or {})
-        self._check_known(known)
-        where = data.path if isinstance(data, csv_table.Table) else self.name
+        known = known or {}
+        if sigma is not None and not 0 < sigma < np.inf:
+            raise InputError("sigma", "a standard deviation above 0", repr(sigma))
+        from_file = isinstance(data, csv_table.Table)
+        where = data.path if from_file else self.name
         used = {name: expression for name, expression in self.readings.items() if name in data}
-        if not used:
-            raise InputError(where, f"readings: {', '.join(self.readings)}", "none")
+        length = max((np.size(data[name]) for name in used), default=0)
+        if not length:
+            raise InputError(where, f"readings: {', '.join(used or self.readings)}", "none")
         appearing = set().union(*(expression.free_symbols for expression in used.values()))
         sought = tuple(s for s in self.unknowns if s in appearing and str(s) not in known)
         if not sought:
             raise InputError(where, f"something sought among {', '.join(map(str, self.unknowns))}", "nothing")
-        length = max(np.size(data[name]) for name in used)
-        if not length:
-            raise InputError(where, f"readings: {', '.join(used)}", "none")
-        arrays = [self._array(data[name], name, where, length) for name in used]
-        readings = np.stack([np.broadcast_to(array, length) for array in arrays], axis=-1)
-        degrees = degrees or isinstance(data, csv_table.Table)
-        settings = [np.broadcast_to(s, length) for s in self._settings(data, degrees, length)]
-        sigmas = np.broadcast_to(_sigmas(sigma, used), readings.shape).ravel()
-        predict, derive = self._evaluate(used, sought)
+        readings = np.stack([np.broadcast_to(self._array(data, n, length), length) for n in used], axis=-1)
+        settings = [np.broadcast_to(s, length) for s in self._settings(data, degrees or from_file, length)]
+        predict, derive = self._compiled(used, sought)
 
         def evaluate(x):
-            values = dict(zip(map(str, sought), x, strict=True)) | known
-            arguments = [*(values.get(str(symbol), 0.0) for symbol in self.unknowns), *settings]
+            arguments = *self._all(dict(zip(map(str, sought), x, strict=True)) | known), *settings
             return predict(*arguments).ravel(), derive(*arguments).reshape(-1, len(sought))
 
-        if undetermined(evaluate(np.zeros(len(sought)))[1], sought):
-            raise self._undetermined(where, used, sought, known, settings, readings)
-        x, covariance, residuals, _ = least_squares(
-            evaluate, readings.ravel(), sigmas, np.zeros(len(sought)), where
-        )
+        start = np.zeros(len(sought))
+        if missing := undetermined(evaluate(start)[1], list(map(str, sought))):
+            advice = self._advice(used, sought, known, settings)
+            found = f"{readings.size} of {', '.join(used)}"
+            raise InputError(where, f"readings that {_tasks(missing)} ({advice} would)", found)
+        sigmas = np.full(readings.size, sigma or 1.0)
+        x, covariance, residuals, _ = least_squares(evaluate, readings.ravel(), sigmas, start, where)
         spare = readings.size - len(sought)
         noise = float(np.linalg.norm(residuals / sigmas) / np.sqrt(spare)) if spare else np.nan
         return Estimate(
@@ -192,74 +203,52 @@ class Measurement:
             float(spare) if sigma is None else np.inf,
         )
 
-    def simulate(self, values, settings, *, sigma, seed, degrees=False):
-        """Return settings and noisy readings, to be given to `identify`; arguments as in `predict`.
+    def _advice(self, used, sought, known, settings):
+        """What would tell the unknowns that the readings `used` leave open."""
 
-        `sigma` is the standard deviation of the normally distributed noise, mm; `seed` makes it repeatable.
-        """
-        random = np.random.default_rng(seed)
-        readings = self.predict(values, settings, degrees=degrees)
-        return dict(settings) | {
-            name: reading + sigma * random.standard_normal(reading.shape) for name, reading in readings.items()
-        }
+        def rows(expressions):
+            return self._compiled(expressions, sought)[1](*self._all(known), *settings).reshape(-1, len(sought))
 
-    def _undetermined(self, where, used, sought, known, settings, readings):
-        """The `InputError` that says which unknowns the readings leave open and what would close them."""
-
-        def jacobian(expressions, changes):
-            at = dict(zip(self.settings, settings, strict=True))
-            new = {s: numeric(sp.sympify(e), self.settings)(*settings) for s, e in changes.items()}
-            arguments = [known.get(str(symbol), 0.0) for symbol in self.unknowns]
-            rows = self._evaluate(expressions, sought)[1](*arguments, *(at | new).values())
-            return rows.reshape(-1, len(sought))
-
-        def opened(rows):
-            return undetermined(rows, [str(symbol) for symbol in sought])
-
-        rows, found = jacobian(used, {}), f"{readings.size} of {', '.join(used)}"
-        missing = opened(rows)
         unread = {name: expression for name, expression in self.readings.items() if name not in used}
-        proposals = {f"also reading {', '.join(unread)}": jacobian(unread, {})} if unread else {}
-        proposals |= {words: jacobian(used, changes) for words, changes in self.more.items()}
-        enough = [words for words, extra in proposals.items() if not opened(np.vstack([rows, extra]))]
-        advice = " or ".join(enough) or " together with ".join(proposals) or "more of them"
-        tasks = [f"tell {' and '.join(names)} apart" for names in missing if len(names) > 1]
-        traceless = [names[0] for names in missing if len(names) == 1]
-        tasks += [f"determine {' and '.join(traceless)}"] if traceless else []
-        return InputError(where, f"readings that {', '.join(tasks)} ({advice} would)", found)
+        proposals = {f"also reading {', '.join(unread)}": unread} if unread else {}
+        for words, changes in self.more.items():
+            proposals[words] = {name: e.subs(changes, simultaneous=True) for name, e in used.items()}
+        enough = [
+            words
+            for words, extra in proposals.items()
+            if not undetermined(np.vstack([rows(used), rows(extra)]), sought)
+        ]
+        return " or ".join(enough) or " together with ".join(proposals) or "more of them"
 
-    @cached_property
-    def _names(self):
-        return [str(symbol) for symbol in self.settings]
-
-    def _evaluate(self, readings, sought):
+    def _compiled(self, readings, sought):
         return _compiled(tuple(readings.values()), sought, (*self.unknowns, *self.settings))
 
-    def _settings(self, data, degrees, length=None):
-        arrays = []
-        for name in self._names:
-            if name not in data:
-                raise InputError(self.name, f"the settings {', '.join(self._names)}", f"no {name!r}")
-            array = self._array(data[name], name, self.name, length)
-            arrays.append(np.deg2rad(array) if degrees and name in self.angles else array)
-        return arrays
-
-    def _array(self, values, name, where, length=None):
-        try:
-            array = np.asarray(values, dtype=float)
-        except (TypeError, ValueError):
-            raise InputError(f"{where}, {name}", "numbers", repr(values)) from None
-        if not np.isfinite(array).all():
-            raise InputError(f"{where}, {name}", "finite numbers", f"{array[~np.isfinite(array)][0]}")
-        if length is not None and array.ndim and array.shape != (length,):
-            raise InputError(f"{where}, {name}", f"{length} numbers, one for each reading", f"shape {array.shape}")
-        return array
-
-    def _check_known(self, values):
-        names = [str(symbol) for symbol in self.unknowns]
+    def _all(self, values):
+        names = list(map(str, self.unknowns))
         for name in values:
             if name not in names:
                 raise InputError(self.name, f"unknowns among {', '.join(names)}", repr(name))
+        return [values.get(name, 0.0) for name in names]
+
+    def _settings(self, data, degrees, length=None):
+        names = list(map(str, self.settings))
+        for name in names:
+            if name not in data:
+                raise InputError(self.name, f"the settings {', '.join(names)}", f"no {name!r}")
+        angle, *others = (self._array(data, name, length) for name in names)
+        return [np.deg2rad(angle) if degrees else angle, *others]
+
+    def _array(self, data, name, length):
+        where = f"{self.name}, {name}"
+        try:
+            array = np.asarray(data[name], dtype=float)
+        except (TypeError, ValueError):
+            raise InputError(where, "numbers", repr(data[name])) from None
+        if not np.isfinite(array).all():
+            raise InputError(where, "finite numbers", f"{array[~np.isfinite(array)][0]}")
+        if length is not None and array.ndim and array.shape != (length,):
+            raise InputError(where, f"{length} numbers, one for each reading", f"shape {array.shape}")
+        return array
 
 
 def coverage_factor(freedom):
@@ -277,9 +266,8 @@ def least_squares(evaluate, readings, sigmas, start, where):
     """Return the values of the unknowns, their covariance, the residuals, and the weighted derivatives.
 
     Gauss and Newton: formulas of small errors are nearly linear, and two or three steps do. `evaluate` takes the
-    values and returns the predicted readings, shape (n,), and their derivatives, shape (n, unknowns); `sigmas`,
-    shape (n,), are the readings' standard deviations. `where` begins the message of the `InputError` if the steps
-    do not end.
+    values to the predicted readings, shape (n,), and their derivatives, (n, unknowns); `sigmas` are the deviations
+    of the readings. `InputError` at `where` if the steps do not end.
     """
     x = start
     for _ in range(50):
@@ -302,11 +290,6 @@ def undetermined(matrix, names):
 
     `matrix`, shape (readings, unknowns), holds the derivatives of the readings, `names` are the unknowns'. A group
     of one is an unknown that leaves no trace at all.
-
-    Examples
-    --------
-    >>> undetermined(np.array([[1.0, 1, 0, 0], [2, 2, 0, 1]]), "abcd")
-    [['a', 'b'], ['c']]
     """
     _, singular, vt = np.linalg.svd(matrix / _lengths(matrix), full_matrices=True)
     rank = int((singular > SINGULAR * max(1.0, singular.max(initial=0.0))).sum())
@@ -327,11 +310,11 @@ def _compiled(expressions, sought, arguments):
     return numeric(expressions, arguments), numeric(sp.ImmutableMatrix(derivatives), arguments)
 
 
-def _sigmas(sigma, used):
-    sigmas = [sigma[name] if isinstance(sigma, dict) else 1.0 if sigma is None else sigma for name in used]
-    if not all(np.isfinite(s) and s > 0 for s in sigmas):
-        raise InputError("sigma", "a standard deviation above 0", repr(sigma))
-    return sigmas
+def _tasks(missing):
+    """What readings must do for groups of unknowns that they leave open."""
+    traceless = [names[0] for names in missing if len(names) == 1]
+    tasks = [f"tell {' and '.join(names)} apart" for names in missing if len(names) > 1]
+    return ", ".join(tasks + [f"determine {' and '.join(traceless)}"] * bool(traceless))
 
 
 def _lengths(matrix):

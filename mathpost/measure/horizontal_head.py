@@ -27,8 +27,8 @@ class Head:
     """A horizontal head: its measured vectors, and which way it turns.
 
     `angles` are the listed index angles, degrees; `vectors`, shape (n, 3), U for each of them, mm. `sense` is −1
-    if the head turns clockwise seen from +Z as its angle grows, as the source's does, else +1; `zero` is where the
-    spindle's Z′ points at angle 0, degrees from +X towards +Y.
+    if the head turns clockwise seen from +Z as its angle grows, as the source's does, else +1; `zero` is where Z′
+    points at angle 0, degrees from +X towards +Y.
     """
 
     angles: tuple
@@ -37,18 +37,7 @@ class Head:
     zero: float = 0.0
 
     def vector(self, angle):
-        """Return U at a listed angle (modulo 360°); any other is an `InputError`, never the nearest one.
-
-        Examples
-        --------
-        >>> head = read_head("data/measurements/five_face_head.csv")
-        >>> head.vector(-90)
-        array([1.10000e-01, 3.78931e+02, 5.33403e+02])
-        >>> head.vector(45)
-        Traceback (most recent call last):
-            ...
-        mathpost.errors.InputError: angle: expected one of the measured 0, 90, 180, 270, found 45
-        """
+        """Return U at a listed angle (modulo 360°); any other is an `InputError`, never the nearest one."""
         if not isinstance(angle, Real):
             raise InputError("angle", "a number of degrees", repr(angle))
         away = np.abs(wrap(np.array(self.angles) - angle))
@@ -79,16 +68,7 @@ class HeadFrame(Frame):
 
 
 def frame_symbolic():
-    """AROT Z=U_ZZ X=90 as a matrix: Siemens turns about Z first, then about the new X.
-
-    Examples
-    --------
-    >>> frame_symbolic().subs(UZZ, sp.pi / 2)
-    Matrix([
-    [0, 0, 1],
-    [1, 0, 0],
-    [0, 1, 0]])
-    """
+    """AROT Z=U_ZZ X=90 as a matrix: Siemens turns about Z first, then about the new X."""
     return sp.ImmutableMatrix(ACTIVE["Z"](UZZ) * ACTIVE["X"](sp.pi / 2))
 
 
@@ -130,9 +110,7 @@ def lhyset(head, x, y, z):
 
 
 def lhy(head, correction, angle):
-    """Return the `HeadFrame` for the head at `angle`, CPOS in degrees, or `VERTICAL` for the vertical head.
-
-    `correction` comes from `lhyset`.
+    """Return the `HeadFrame` for the head at `angle`, CPOS in degrees, or `VERTICAL`; `correction` is `lhyset`'s.
 
     Examples
     --------
@@ -156,11 +134,6 @@ def opposite_errors(head):
     """Return what the OEM's rule leaves, which measures one side and flips the signs of x and y for the other.
 
     A dict: angle to an array (3,), mm, for every listed angle whose opposite is listed before it.
-
-    Examples
-    --------
-    >>> opposite_errors(read_head("data/measurements/five_face_head.csv"))[180].round(3)
-    array([ 0.11 ,  0.09 , -0.065])
     """
     return {
         angle: head.vector(angle) - head.vector(angle - 180) * [-1, -1, 1]
@@ -181,7 +154,6 @@ def turning_arm(sense=-1, zero=0.0):
         unknowns=(cx, cy, a, b, d, e, f),
         settings=(CPOS,),
         readings={"x": cx + arm[0], "y": cy + arm[1], "z": d + e * sp.cos(CPOS) + f * sp.sin(CPOS)},
-        angles=("CPOS",),
         more={
             "one position more": {CPOS: CPOS + sp.pi / 4},
             "the same 90° further": {CPOS: CPOS + sp.pi / 2},

@@ -9,14 +9,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import BSpline, CubicSpline
 
 from mathpost.errors import InputError, ReachError, as_array
+
+ROUNDING = 1e-9  # by which a position may stand beyond the ends
 
 
 @dataclass(frozen=True)
 class Points:
-    """Measured values at increasing positions, both of shape (points,), once around if they have a period.
+    """Measured values, shape (points, ...), at increasing positions, (points,): once around if they have a period.
 
     The last position stands less than a period after the first. `closure` is what the value had changed by when the
     position came round again; 0 if that was not measured.
@@ -27,38 +29,44 @@ class Points:
     period: float | None
     closure: float = 0.0
 
-    def check(self, positions):
-        """Return `positions` as an array; raise `ReachError` beyond the measured travel, if it has ends."""
+    def check(self, positions, margin=ROUNDING):
+        """Return `positions`, put on an end that they miss by no more than `margin`; `ReachError` further out."""
         positions = np.asarray(positions, dtype=float)
-        if self.period is None:
-            low, high = self.at[[0, -1]]
-            outside = (positions < low) | (positions > high)
-            if outside.any():
-                raise ReachError(f"{positions[outside].flat[0]:.6g} was not measured: {low:.6g} to {high:.6g} was")
-        return positions
+        if self.period is not None:
+            return positions
+        low, high = self.at[[0, -1]]
+        inside = positions.clip(low, high)
+        if (outside := np.abs(positions - inside) > margin).any():
+            raise ReachError(f"{positions[outside].flat[0]:.6g} was not measured: {low:.6g} to {high:.6g} was")
+        return inside
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A cubic spline through some of the measured points: `knots` are their indices in the order of choice."""
+    """A cubic spline through some of the measured points: `knots` are their indices in the order of choice.
+
+    A `straight` one joins them by straight lines, as a control joins the entries of its table.
+    """
 
     points: Points
     knots: tuple
+    straight: bool = False
 
     @cached_property
     def spline(self):
-        """The `scipy.interpolate.CubicSpline`: periodic, or with SciPy's not-a-knot ends."""
-        chosen = sorted(self.knots)
+        """SciPy's spline: periodic, or with not-a-knot ends."""
+        chosen, period = sorted(self.knots), self.points.period
         at, values = self.points.at[chosen], self.points.values[chosen]
-        if self.points.period is None:
-            return CubicSpline(at, values, extrapolate=False)
-        return CubicSpline(
-            np.append(at, at[0] + self.points.period), np.append(values, values[0]), bc_type="periodic"
-        )
+        if period is not None:
+            at, values = np.append(at, at[0] + period), np.concatenate([values, values[:1]])
+        around = False if period is None else "periodic"
+        if self.straight:
+            return BSpline(np.r_[at[0], at, at[-1]], values, 1, extrapolate=around)
+        return CubicSpline(at, values, bc_type=around or "not-a-knot", extrapolate=around)
 
-    def __call__(self, positions):
-        """Return the value at `positions`; raise `ReachError` beyond the measured travel of an open curve."""
-        return self.spline(self.points.check(positions))
+    def __call__(self, positions, *, margin=ROUNDING):
+        """Return the value at `positions`; `ReachError` where they leave an open curve by more than `margin`."""
+        return self.spline(self.points.check(positions, margin))
 
     @cached_property
     def residuals(self):
@@ -71,19 +79,6 @@ class Curve:
     def residual(self):
         """The largest residual's size."""
         return float(np.abs(self.residuals).max())
-
-
-@dataclass(frozen=True)
-class Polyline:
-    """Straight lines through all measured points, as a control joins the entries of its table."""
-
-    points: Points
-
-    def __call__(self, positions):
-        """Return the value at `positions`; raise `ReachError` beyond the measured travel of an open one."""
-        return np.interp(
-            self.points.check(positions), self.points.at, self.points.values, period=self.points.period
-        )
 
 
 def points(at, values, *, period=None):
@@ -122,9 +117,9 @@ def points(at, values, *, period=None):
     return Points(at, values, period, closure)
 
 
-def through_all(measured):
+def through_all(measured, *, straight=False):
     """Return the `Curve` through every point of the `Points` `measured`."""
-    return Curve(measured, tuple(range(len(measured.at))))
+    return Curve(measured, tuple(range(len(measured.at))), straight)
 
 
 def uniform(measured, count):
@@ -166,7 +161,5 @@ def _first_knots(measured):
     at = measured.at
     if measured.period is None:
         return (0, len(at) - 1)
-    thirds = [int(np.argmin(np.abs(at - at[0] - measured.period * n / 3))) for n in (1, 2)]
-    if len({0, *thirds}) == 3:
-        return (0, *thirds)
-    return (0, 1, len(at) - 1)
+    thirds = [int(np.argmin(np.abs(at - at[0] - measured.period * n / 3))) for n in (0, 1, 2)]
+    return tuple(thirds) if len(set(thirds)) == 3 else (0, 1, len(at) - 1)

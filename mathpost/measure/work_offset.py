@@ -7,7 +7,7 @@ three: the result of its example depends on them.
 """
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from numbers import Real
 
@@ -25,10 +25,7 @@ ADDRESSES = "XYZABDESUVW"
 
 @dataclass(frozen=True)
 class WorkOffset:
-    """An entry of the control's offset table: mm and degrees, in machine coordinates.
-
-    `code` is ``"G54"`` to ``"G59"``, or ``"G54.1 P7"`` for an additional one.
-    """
+    """An entry of the control's offset table, ``"G54"`` to ``"G59"`` or ``"G54.1 P7"``: machine mm and degrees."""
 
     code: str
     X: float
@@ -42,15 +39,12 @@ class WorkOffset:
 class NewDatum:
     """What `p9795` returns.
 
-    `before` and `after`, shape (3,), are the point in machine coordinates before and after the turn, mm; `angles`
-    takes an axis to its machine angle after it, degrees. `offset` is the target offset, of which `block`, an NC
-    block, stores X, Y and Z only: its A and B are those of the old offset.
+    `after`, shape (3,), is the point in machine coordinates after the turn, mm, which `block`, an NC block, stores;
+    `angles` takes an axis to its machine angle, degrees, which it does not.
     """
 
-    before: np.ndarray
     after: np.ndarray
     angles: dict
-    offset: WorkOffset
     block: str
 
 
@@ -60,11 +54,6 @@ def ab_table(centre_a, centre_b, *, order="AB", iso=True):
     `centre_a` and `centre_b` are points on either axis with both at zero, mm in machine coordinates; A lies along
     X and B along Y. `order` is ``"AB"`` if A stands on the bed and carries B, ``"BA"`` if B carries A; `iso` says
     that the table turns against the programmed angle, as ISO 841 has it.
-
-    Examples
-    --------
-    >>> [axis.name for axis in ab_table((0, -200, -850), (-350, 0, -900), order="BA")]
-    ['B', 'A']
     """
     sign = -1 if iso else 1
     axes = {
@@ -74,11 +63,6 @@ def ab_table(centre_a, centre_b, *, order="AB", iso=True):
     if sorted(order) != ["A", "B"]:
         raise InputError("order", '"AB" or "BA"', repr(order))
     return tuple(axes[name] for name in order)
-
-
-def with_common_centre(table, centre):
-    """Return the same table with all its axes through one point: the slip whose cost lesson 08 shows."""
-    return tuple(replace(axis, point=tuple(as_array(centre, 3, "centre").tolist())) for axis in table)
 
 
 @lru_cache(maxsize=32)
@@ -110,19 +94,9 @@ def moved_symbolic(table):
 def moved(point, table, start, end, *, degrees=False):
     """Return where a point of the part, shape (..., 3), goes when the table turns: mm, in machine coordinates.
 
-    Parameters
-    ----------
-    point : array_like, shape (..., 3)
-        With the table at `start`.
-    table : tuple of mathpost.machine.Rotary
-        From the bed outwards; `Machine.rotary` of a machine whose rotary axes both carry the workpiece.
-    start, end : dict
-        Axis name to machine angle before and after; numbers or arrays, broadcast.
-
-    Raises
-    ------
-    InputError
-        If an angle is missing or not finite, or an axis carries the tool.
+    `table` is a tuple of `mathpost.machine.Rotary` from the bed outwards, such as `Machine.rotary`; `start` and
+    `end` take an axis' name to its machine angle before and after, numbers or arrays, broadcast. `InputError` if an
+    angle is missing or not finite, or an axis carries the tool.
 
     Examples
     --------
@@ -134,16 +108,14 @@ def moved(point, table, start, end, *, degrees=False):
     values = list(np.moveaxis(point, -1, 0))
     for axis in table:
         if axis.carries != "workpiece":
-            raise InputError(
-                f"table, {axis.name}", "an axis that carries the workpiece", "one that carries the tool"
-            )
+            raise InputError(f"table, {axis.name}", "an axis that carries the workpiece", "one of the tool")
         angles = [_angle(angles, axis.name, name) for angles, name in ((start, "start"), (end, "end"))]
         values += [*axis.point, *(map(np.deg2rad, angles) if degrees else angles)]
     expressions, symbols = moved_symbolic(tuple(table))
     return numeric(expressions, symbols)(*values)
 
 
-def p9795(table, offset, *, S=None, current=None, shift="machine", decimals=3, **arguments):
+def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
     """Recalculate a work offset for new angles of A and B, with the arguments of the macro, as `NewDatum`.
 
     Parameters
@@ -158,8 +130,6 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", decimals=3, *
         Present position in workpiece coordinates, by X, Y, Z, A, B.
     shift : str, keyword only
         Whether U, V, W lie along the ``"machine"`` axes or are turned with the ``"part"``; the source is silent.
-    decimals : int, keyword only
-        Of the numbers in the block.
     **arguments
         X, Y, Z, A, B: workpiece coordinates, mm and degrees, before the turn; those of `current` if left out. D,
         E: new A and new B, degrees. (The source's table calls both "A axis".) U, V, W: extra shift after the turn,
@@ -179,19 +149,16 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", decimals=3, *
     >>> p9795(table, old, **read_call("G65P9795X0Y0Z0A0B0D-30.E10.S55")).block
     'G90 G10 L2 P2 X-352.854 Y-370.364 Z-654.922'
     """
-    known = [*ADDRESSES.replace("S", "")]
     for address in arguments:
-        if address not in known:
-            raise InputError(address, f"arguments among {', '.join(known)}, S", "another")
-    given = dict.fromkeys(known) | dict.fromkeys("UVW", 0.0) | arguments
-    for address in "XYZAB":
-        if given[address] is None:
-            given[address] = (current or {}).get(address, 0.0 if _lacks(table, address) else None)
+        if address not in ADDRESSES:
+            raise InputError(address, f"arguments among {', '.join(ADDRESSES)}", "another")
+    position = {address: (current or {}).get(address) for address in "XYZAB"}
+    given = position | {"D": None, "E": None} | dict.fromkeys("UVW", 0.0) | arguments
     for axis, address in (("A", "D"), ("B", "E")):
-        if _lacks(table, axis):
+        if axis not in [each.name for each in table]:
             if given[axis] or given[address]:
                 raise InputError(address, f"no angle: the table has no {axis} axis", f"{given[address]}")
-            given[address] = 0.0
+            given |= {axis: 0.0, address: 0.0}
     for address, number in given.items():
         if not isinstance(number, Real) or not np.isfinite(number):
             raise InputError(address, "a number", "nothing" if number is None else repr(number))
@@ -205,20 +172,12 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", decimals=3, *
     carried = before + extra if shift == "part" else before
     after = moved(carried, table, start, end, degrees=True) + (extra if shift == "machine" else 0.0)
 
-    code, store = _target(offset.code if S is None else S)
-    new = WorkOffset(code, *after.tolist(), A=offset.A, B=offset.B)
     angles = {axis.name: end[axis.name] for axis in table}
-    return NewDatum(before, after, angles, new, f"G90 G10 {store} {words(after, decimals)}")
+    return NewDatum(after, angles, f"G90 G10 {_store(offset.code if S is None else S)} {words(after)}")
 
 
 def words(point, decimals=3):
-    """Return a point, shape (3,), as NC words.
-
-    Examples
-    --------
-    >>> words((-300, 0.5, -0.0001))
-    'X-300.000 Y0.500 Z0.000'
-    """
+    """Return a point, shape (3,), as NC words."""
     return " ".join(f"{name}{number:z.{decimals}f}" for name, number in zip("XYZ", point, strict=True))
 
 
@@ -243,25 +202,17 @@ def read_call(block):
             found = f"{letter} twice" if letter in arguments else letter
             raise InputError(f"block {block!r}", f"each of {' '.join(ADDRESSES)} at most once", found)
         if letter != "S" and "." not in number and float(number) != 0:
-            raise InputError(
-                f"block {block!r}, {letter}", f"a decimal point, {letter}{number}.", f"{letter}{number}"
-            )
+            raise InputError(f"block {block!r}, {letter}", f"a decimal point, {letter}{number}.", letter + number)
         arguments[letter] = int(float(number)) if letter == "S" else float(number)
     return arguments
 
 
-def _lacks(table, address):
-    return address in "AB" and address not in [axis.name for axis in table]
-
-
-def _target(code):
-    """The offset's name and the G10 words that select it: L2 for G54 to G59, L20 for G54.1."""
+def _store(code):
+    """The G10 words that select an offset: L2 for G54 to G59, L20 for G54.1."""
     match = re.fullmatch(r"G?(5[4-9])|G?54\.1 ?P(\d+)", str(code).strip().upper())
     if not match:
         raise InputError("S", "54 to 59, or 54.1 P and a number", repr(code))
-    if match[1]:
-        return f"G{match[1]}", f"L2 P{int(match[1]) - 53}"
-    return f"G54.1 P{match[2]}", f"L20 P{match[2]}"
+    return f"L2 P{int(match[1]) - 53}" if match[1] else f"L20 P{match[2]}"
 
 
 def _angle(angles, axis, where):

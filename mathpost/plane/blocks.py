@@ -84,7 +84,7 @@ def from_text(text, *, keep=""):
     >>> from_text("N20 PLANE EULER EULPR+135 EULNU+54.7356 EULROT+270 TURN FMAX SEQ+").to("G68.2").values.round(4)
     array([135.    ,  54.7356, -90.    ])
     """
-    plane, origin = None, None
+    plane, origin = None, np.zeros(3)
     for number, line in enumerate(text.splitlines(), 1):
         where = f"line {number}"
         block = re.sub(r"^\s*(?:N?\d+\s+)?", "", line.split(";")[0]).strip()
@@ -105,20 +105,16 @@ def from_text(text, *, keep=""):
 
 
 def _read_plane(block, where, origin, keep):
-    origin = origin if origin is not None else np.zeros(3)
-    if block.startswith("G68.2"):
-        rest = block.removeprefix("G68.2")
-        if re.search(r"P\s*\d", rest):
-            raise InputError(where, "G68.2 with I J K, without P", repr(block))
-        given = _words(rest, "XYZ", where, optional=True)
-        return Plane("G68.2", _words(rest, NOTATIONS["G68.2"].words, where), given)
     if block.startswith("CYCLE800"):
         return _read_cycle800(block, where)
-    for notation in ("PLANE SPATIAL", "PLANE EULER", "PLANE VECTOR"):
-        if block.startswith(notation):
-            return Plane(notation, _words(block, NOTATIONS[notation].words, where), origin, keep)
-    if block.startswith("AROT"):
-        return Plane("AROT RPY", _words(block, "XYZ", where, optional=True), origin)
+    for notation in ("G68.2", "PLANE SPATIAL", "PLANE EULER", "PLANE VECTOR", "AROT RPY"):
+        if block.startswith(notation.removesuffix(" RPY")):
+            if notation == "G68.2":
+                if re.search(r"P\s*\d", block):
+                    raise InputError(where, "G68.2 with I J K, without P", repr(block))
+                origin = _words(block, "XYZ", where, optional=True)
+            values = _words(block, NOTATIONS[notation].words, where, optional=notation == "AROT RPY")
+            return Plane(notation, values, origin, keep)
     raise InputError(where, "G68.2, PLANE SPATIAL, EULER or VECTOR, CYCLE800 or AROT", repr(block))
 
 
@@ -132,12 +128,9 @@ def _read_cycle800(block, where):
     except ValueError:
         raise InputError(where, "numbers after the swivel data record's name", repr(block)) from None
     mode, origin, angles, shift = int(numbers[0]), numbers[1:4], numbers[4:7], [*numbers[7:], 0, 0, 0][:3]
-    if mode >> 6 == 1:
-        plane = Plane("CYCLE800 solid", [*angles[:2], 0], origin)
-    elif mode in MODES:
-        plane = Plane(MODES[mode], angles, origin)
-    else:
+    if mode >> 6 != 1 and mode not in MODES:
         raise InputError(where, f"_MODE {', '.join(map(str, MODES))} or {MODE_SOLID}", str(mode))
+    plane = Plane(MODES.get(mode, "CYCLE800 solid"), angles if mode in MODES else [*angles[:2], 0], origin)
     # _X1 _Y1 _Z1 move the origin once more, along the axes as turned.
     return Plane(plane.notation, plane.values, plane.frame.point(shift))
 

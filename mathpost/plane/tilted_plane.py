@@ -99,7 +99,7 @@ class Plane:
             return cls(notation, np.concatenate([frame.x, frame.z], axis=-1), frame.origin)
         values = angles.angles(about.sequence, frame.rotation, lock=about.lock, degrees=True)
         if notation == "PLANE EULER":
-            values[..., 2] = np.where(values[..., 2] < 0, values[..., 2] + 360, values[..., 2])
+            values[..., 2] %= 360
         return cls(notation, values, frame.origin)
 
     def to(self, notation):

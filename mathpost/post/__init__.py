@@ -1,12 +1,11 @@
 """From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
-Read `run` first, then `cl` (with `cl_words` and `arcs`), `planning`, `selection` (beside it `travel` and
-`yu_dan`), `singular` (and `ways` through it), `between_blocks`, `time_law`, `program` (with `controls` and `text`),
-`proof`.
+Read `run` first, then `cl` (with `cl_words` and `arcs`), `selection` (beside it `yu_dan`), `singular` (and `ways`
+through it), `motion` with `between_blocks`, `time_law`, `program` (with `controls` and `text`), `proof`.
 """
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from inspect import signature
 from pathlib import Path
@@ -15,15 +14,21 @@ import numpy as np
 
 from mathpost.compensate.compensation import Compensator
 from mathpost.errors import InputError, MathpostError
-from mathpost.post import controls, program, selection
-from mathpost.post.between_blocks import deviation
-from mathpost.post.planning import AXIS_DIGITS, plan
-from mathpost.post.proof import Report, worst_of
-from mathpost.post.travel import UNITS
-from mathpost.post.ways import AXIS_TOLERANCE, CLEARANCE, LEAN, Crossing, refuse_nonsense
+from mathpost.kinematics import Kinematics
+from mathpost.machine import UNITS
+from mathpost.post import motion, program, selection, time_law
+from mathpost.post.between_blocks import AXIS_RESOLUTION, deviation
+from mathpost.post.cl import OPPOSITE, CLData
+from mathpost.post.motion import Motion
+from mathpost.post.proof import Report, measured, prove, worst_of
+from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, refuse_nonsense, regions
+from mathpost.post.ways import Crossing, through_the_records, unbroken
 
 TOLERANCE = 0.01  # mm
 CONE = np.radians(1.0)  # about the singular tool axes
+TRAVEL_TOLERANCE = 0.01  # mm; between the blocks travel is looked at to this, whatever the tolerance of the tip
+# Radians; how far the printed digits of both rotary axes may turn the tool axis, and what samples miss.
+AXIS_DIGITS = np.radians(10.0**-program.DECIMALS) + AXIS_RESOLUTION
 
 
 @dataclass(frozen=True)
@@ -130,14 +135,14 @@ def run(
     if not 0 < tolerance < np.inf:
         raise InputError("tolerance", "mm above 0", repr(tolerance))
     if not 2 * AXIS_DIGITS <= axis_tolerance < np.inf:
-        expected = f"at least {np.degrees(2 * AXIS_DIGITS):.4f}°, for words of {controls.DECIMALS} decimals"
+        expected = f"at least {np.degrees(2 * AXIS_DIGITS):.4f}°, for words of {program.DECIMALS} decimals"
         raise InputError("axis_tolerance", expected, f"{np.degrees(axis_tolerance):g}°")
     if cone is not None and not 0 < cone < np.pi:
         raise InputError("cone", "radians above 0 and below π, or none", repr(cone))
     if errors is not None and errors.machine != machine:
         raise InputError("errors", f"those of {machine.name!r}, set up alike", repr(errors.machine.name))
     refuse_nonsense(lean, clearance)
-    controls.control_for(machine, dialect)  # refuses what cannot be written before the work
+    program.control_for(machine, dialect)  # refuses what cannot be written before the work
     progress, name = progress or (lambda stage: None), name or Path(cl.name).stem
     tools, real = cl.by_tool(), None if errors is None else Compensator(errors)
     if real is not None and any(length not in (None, machine.tool_length) for _, length in tools):
@@ -145,14 +150,18 @@ def run(
 
     plans = []
     for part, length in tools:
-        setup = machine if length is None else machine.with_setup(tool_length=length)
+        _refuse_turns_by_180(part)
+        kin = Kinematics(machine if length is None else machine.with_setup(tool_length=length))
+        progress("choosing")
         begin = plans[-1].chosen.joints[-1] if plans else start
         options = {"start": begin, "prefer": prefer, "sway": axis_tolerance / 2}
-        chosen = partial(selection.choose, strategy=strategy, split=split, **options)
-        first, tolerances = part.first - cl.first, (tolerance, axis_tolerance)
-        plans.append(
-            plan(part, first, setup, chosen, real, tcp, *tolerances, singular, cone, lean, clearance, progress)
-        )
+        chosen = selection.choose(kin, part, strategy, split=split, **options)
+        found = regions(kin, part, chosen.joints, cone=cone)
+        progress("planning")
+        room = {"tolerance": tolerance / 2, "axis_tolerance": axis_tolerance - AXIS_DIGITS}
+        crossing = partial(Crossing, kin, part, chosen.joints, **room)
+        first, options = part.first - cl.first, {"lean": lean, "clearance": clearance}
+        plans.append(_plan(kin, part, first, chosen, found, crossing, singular, options, tolerance, tcp, real))
 
     progress("writing")
     text = program.write(program.joined([each.blocks for each in plans]), machine, dialect, name=name)
@@ -172,10 +181,14 @@ def run(
     if compare:
         progress("comparing")
         strategies = tuple(_strategies(plans, start, prefer, axis_tolerance / 2))
-        through = {region: ways for each in plans for region, ways in each.compared(lean, clearance)}
+        through = {
+            (each.first + region[0], each.first + region[1]): each.crossing(region).compare(**options)
+            for each in plans
+            for region in each.regions
+        }
     report = Report(
         **vars(worst_of(proofs)),
-        settings=dict(_settings(cl, machine, plans))
+        settings=dict(_settings(cl, machine, plans, singular))
         | {"tolerance": f"{tolerance:g} mm, tool axis {np.degrees(axis_tolerance):g}°"}
         | {"program": f"{len(blocks.words)} moves, TCP {'on' if tcp else 'off'}"}
         | dict(_said(cl)),
@@ -192,7 +205,79 @@ def run(
     return Result(joints, blocks, place, text, report)
 
 
-def _settings(cl, machine, plans):
+@dataclass(frozen=True)
+class Plan:
+    """What one tool does, on its part of the path; records are counted from 0 within it."""
+
+    kin: Kinematics  # of the machine with this tool
+    cl: CLData
+    first: int  # how many records of the path come before
+    chosen: selection.Selection
+    regions: list  # the singular ones, first and last record
+    crossing: object  # makes the `Crossing` of a region
+    motion: Motion  # where the machine goes,
+    ideal: Motion  # and where it would go if nothing had been measured on it
+    blocks: program.Blocks  # to be written
+    law: time_law.TimeLaw  # of the moves
+    slowest: tuple | None  # from `time_law.slow_down`, in records of the whole path
+    cautions: tuple
+
+    def proved(self, blocks, tolerance, axis_tolerance, real):
+        """The `Proof` of the blocks that were read back; refuses them if they are wrong."""
+        return self._counted(prove(self.kin, self.cl, blocks, self.motion, tolerance, axis_tolerance, real=real))
+
+    def uncompensated(self, real):
+        """As `Proof` what the real machine would do if nothing had been measured."""
+        ideal, blocks, *_ = motion.blocks(self.kin, self.cl, self.ideal, self.blocks.tcp)
+        return self._counted(measured(self.kin, self.cl, blocks, ideal, real=real))
+
+    def _counted(self, proof):
+        return replace(proof, worst_record=self.first + proof.worst_record)
+
+
+def _plan(kin, cl, first, chosen, found, crossing, way, options, tolerance, tcp, real):
+    """The `Plan` of the chosen joints, `way` through the singular regions `found`.
+
+    First the tool axis must keep to its great circle, then the tip to the CL path; travel is looked at between the
+    records, too. With TCP the control divides the moves itself.
+    """
+    going, clearance = Motion.on_part(chosen.joints, np.arange(len(cl))), options["clearance"]
+    passed = unbroken(found, chosen.breaks) if way != "direct" else ()
+    ways = [crossing(region).possible(way, **options) for region in passed]
+    ways += [crossing((record - 1, record)).possible("retract", **options) for record in chosen.breaks]
+    taken = np.zeros(len(cl), bool)  # by a way that goes as it does
+    if ways:
+        going = through_the_records(chosen.joints, ways)
+        for each in ways:
+            taken[int(each.place[0]) : int(each.place[-1])] = True
+    free = taken[np.floor(going.place[:-1]).astype(int)]
+    going = motion.follow(kin, cl, going, crossing.keywords["axis_tolerance"], free=free)
+    divided = motion.divided(kin, cl, going, tolerance, tcp, clearance)
+    between = divided
+    if tolerance > TRAVEL_TOLERANCE:
+        between = motion.linearize(kin, going, TRAVEL_TOLERANCE, name=f"{cl.name}, block")
+    motion.refuse_out_of_travel(kin.machine, cl, between)
+    ideal, cautions = going if tcp else divided, ()
+    going = ideal
+    if real is not None:
+        going, cautions = motion.compensated(real, ideal)
+        motion.refuse_out_of_travel(kin.machine, cl, going)
+    going, blocks, asked, by_feed = motion.blocks(kin, cl, going, tcp)
+    motion.refuse_turning_compensation(cl, kin.machine, blocks)
+    law, moving = time_law.time_law(kin.machine, going.joints, asked), asked > 0
+    slowest = time_law.slow_down(first + going.record[1:][moving], np.diff(law.seconds), by_feed[moving])
+    return Plan(kin, cl, first, chosen, found, crossing, going, ideal, blocks, law, slowest, cautions)
+
+
+def _refuse_turns_by_180(cl):
+    """Raise `InputError` where the tool axis turns over in cut: no great circle is shorter than another there."""
+    turned = np.flatnonzero(np.linalg.norm(cl.axes[1:] + cl.axes[:-1], axis=1) < OPPOSITE)
+    if turned.size:
+        expected = "a tool axis not opposite to the one before, or RAPID"
+        raise InputError(cl.where(turned[0] + 1), expected, "a turn by 180°")
+
+
+def _settings(cl, machine, plans, way):
     """Lines of the report: how the program was made."""
     first_branch = sum(int((each.chosen.branch == 0).sum()) for each in plans)
     breaks = [each.first + record for each in plans for record in each.chosen.breaks]
@@ -205,7 +290,7 @@ def _settings(cl, machine, plans):
     )
     yield "branches", f"first {first_branch}, second {len(cl) - first_branch}"
     yield "splits", ", ".join(f"before record {record + 1}" for record in breaks) or "none"
-    yield "singular", f"records {_ranges(found)}: {plans[0].singular}" if found else "no region"
+    yield "singular", f"records {_ranges(found)}: {way}" if found else "no region"
 
 
 def _peaks(machine, plans):
@@ -249,7 +334,7 @@ def _warnings(each):
         yield "X Y Z do not name the tip: the length of the tools has to be 0 in the control's tool table"
     if (np.isnan(cl.feeds) & ~cl.rapid).any():
         yield "the CL data state no feed for some moves; they carry no F word"
-    swings = np.degrees(np.abs(np.diff(joints[:, 3:], axis=0))).max(axis=1)
+    swings = np.degrees(np.maximum(*(np.abs(np.diff(joint)) for joint in joints.T[3:])))
     if swings.max(initial=0) > 90:
         record = each.first + int(swings.argmax())
         yield f"a rotary axis swings {swings.max():.1f}° from record {record + 1} to the next"

@@ -17,18 +17,8 @@ def arc(start, end, centre, axis, tolerance, turns=0):
 
     The tool turns right-handed about `axis`; equal ends make a full turn. What the ends differ by along the axis is
     the rise of a helix, which makes `turns` full turns before. The chords are as near to the arc as `tolerance`, in
-    the unit of the points.
-
-    Raises
-    ------
-    InputError
-        If the ends are not equally far from the centre, or the axis has no direction.
-
-    Examples
-    --------
-    >>> arc([1, 0, 0], [0, 1, 0], [0, 0, 0], [0, 0, 1], 0.1).round(3) + 0.0
-    array([[0.707, 0.707, 0.   ],
-           [0.   , 1.   , 0.   ]])
+    the unit of the points. `InputError` if the ends are not equally far from the centre, or the axis no unit
+    vector.
     """
     start, end, centre, axis = (np.asarray(vector, dtype=float) for vector in (start, end, centre, axis))
     length = np.linalg.norm(axis)

@@ -79,10 +79,7 @@ def axis_lag(kin, cl, start, end, place, place_after):
 
 
 def sampled(kin, start, end, samples=None, least=2):
-    """Yield k moves at a time, and what the tool does on them; arguments as in `deviation`.
-
-    That is: their numbers (k,), t from 0 to 1 (intervals + 1, 1), tips and axes (intervals + 1, k, 3).
-    """
+    """Yield k moves at a time: their numbers (k,), t from 0 to 1 (intervals + 1, 1), tips and axes (…, k, 3)."""
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     intervals = np.full(len(start), samples) if samples else _intervals(kin.machine, start, end, least)
     for count in np.unique(intervals).tolist():
@@ -98,29 +95,20 @@ def true_tip(kin, joints, *, samples=24):
 
     Both have the shape ((n - 1) * (samples + 1), 3), mm.
     """
-    joints = np.asarray(joints, dtype=float)
     t = np.linspace(0, 1, samples + 1)[:, None]
-    between = joints[:-1, None] + t * np.diff(joints, axis=0)[:, None]
-    ends = kin.forward(joints)[0]
-    chord = ends[:-1, None] + t * np.diff(ends, axis=0)[:, None]
-    return kin.forward(between)[0].reshape(-1, 3), chord.reshape(-1, 3)
+    between, ends = (
+        each[:-1, None] + t * np.diff(each, axis=0)[:, None]
+        for each in (np.asarray(joints, dtype=float), kin.forward(joints)[0])
+    )
+    return kin.forward(between)[0].reshape(-1, 3), ends.reshape(-1, 3)
 
 
 def largest(kind, kin, joints, path, most, *, least=2):
-    """Return how far the tip (`kind` 0) or the tool axis (1) strays at most along a path, and the first such move.
+    """How far the tip (`kind` 0) or the tool axis (1) strays at most from `path` (n, 3), and the first such move.
 
-    Looks first at the moves that may stray most, then only at those that may stray further than these have. What
-    the samples may miss is added; without moves the number is -1.
-
-    Parameters
-    ----------
-    kin, least
-        As in `deviation`.
-    joints, path : ndarray, shape (n, 5) and (n, 3)
-        mm and radians, and where the tips or the tool axes should be.
-    most : ndarray, shape (n - 1,)
-        How far each move may stray, from `bounds`; infinite where that is not known, negative for moves that do not
-        count.
+    `most`, shape (n - 1,), is how far each move may stray, from `bounds`; infinite where that is not known,
+    negative for moves that do not count. Looks first at the moves that may stray most, then only at those that may
+    stray further than these have. What the samples may miss is added; without moves the number is -1.
     """
     if not len(most):
         return 0.0, -1
@@ -150,20 +138,16 @@ def bounds(machine, joints, tips, axes, reached):
 
     `tips` and `axes`, shape (n, 3), are where the path has them, `reached` where the joints (n, 5) have them.
     """
-    result = np.empty((2, len(joints) - 1))
+    ends = (np.linalg.norm(at - path, axis=1) for at, path in zip(reached, (tips, axes), strict=True))
+    tip_off, axis_off = (np.maximum(off[:-1], off[1:]) for off in ends)
+    turn = np.abs(np.diff(joints[:, 3:], axis=0)).sum(axis=1)
+    axis = axis_off + (turn**2 + (turn + np.pi * axis_off) ** 2) / 8
     bend = derivative(machine, joints[:-1], joints[1:], 2) / 8
-    for rows in slices(bend.shape):
-        poses = slice(rows.start, rows.stop + 1)
-        off = np.linalg.norm([reached[0][poses] - tips[poses], reached[1][poses] - axes[poses]], axis=2)
-        tip_off, axis_off = np.maximum(off[:, :-1], off[:, 1:])
-        turn = np.abs(np.diff(joints[poses, 3:], axis=0)).sum(axis=1)
-        axis = axis_off + (turn**2 + (turn + np.pi * axis_off) ** 2) / 8
-        result[:, rows] = tip_off + bend[rows], 2 * np.arcsin(np.minimum(axis / 2, 1))
-    return result
+    return np.array([tip_off + bend, 2 * np.arcsin(np.minimum(axis / 2, 1))])
 
 
 def derivative(machine, start, end, order):
-    """Return what a derivative of the tip's way is at most, order 2 or 3, a move taking the time 1.
+    """What a derivative of the tip's way is at most, order 2 or 3, a move taking the time 1.
 
     A point at most r from the lines that it is turned about, by Ω in all, and moved by v in all, has derivatives of
     at most Ωⁿ·r + n·Ωⁿ⁻¹·v.

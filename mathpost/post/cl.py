@@ -26,38 +26,23 @@ OPPOSITE = 1e-6  # of the sum of two tool axes
 class CLData:
     """A tool path in the workpiece.
 
-    Attributes
-    ----------
-    points, axes : ndarray, shape (n, 3)
-        Tool tip, mm, and the unit vector from it towards the spindle.
-    feeds, rapid : ndarray, shape (n,)
-        Of the move to the record: mm/min, NaN where none is stated, and whether it is in rapid traverse.
-    lines : ndarray of int, shape (n,)
-        Line of the file that the record begins on; for error messages.
-    remarks : tuple of (int, str or mathpost.post.cl_words.Command)
-        Statements that do not move the tool, as comments or as what the control shall do, each with the number of
-        the record that follows it, in the order of the file.
-    notes : tuple of str
-        What was made of the file that its reader should know: for the report.
-    name, first : str and int
-        The file, for error messages, and the number of its records before these.
-    normals : ndarray, shape (n, 3), or None
-        Unit normals out of the part where the tool touches it, the last three of nine numbers; NaN where a record
-        has none. With them `mathpost.measure.cutter.compensated` makes the path of a different cutter.
-
-    The memory of `points` and `axes` holds one component after the other.
+    Of `remarks`, statements that do not move the tool, each is a pair: the number of the record that follows it,
+    and a comment or a `mathpost.post.cl_words.Command`, what the control shall do. `normals`, unit vectors out of
+    the part where the tool touches it, are the last three of nine numbers, NaN where a record has none; with them
+    `mathpost.measure.cutter.compensated` makes the path of a different cutter. The memory of `points` and `axes`
+    holds one component after the other.
     """
 
-    points: np.ndarray
-    axes: np.ndarray
-    feeds: np.ndarray
-    rapid: np.ndarray
-    lines: np.ndarray
+    points: np.ndarray  # shape (n, 3), tool tip, mm
+    axes: np.ndarray  # shape (n, 3), the unit vector from it towards the spindle
+    feeds: np.ndarray  # shape (n,), of the move to the record: mm/min, NaN where none is stated
+    rapid: np.ndarray  # shape (n,), whether it is in rapid traverse
+    lines: np.ndarray  # shape (n,), line of the file that the record begins on; for error messages
     remarks: tuple = ()
-    name: str = "CL data"
-    first: int = 0
-    notes: tuple = ()
-    normals: np.ndarray | None = None
+    name: str = "CL data"  # the file, for error messages
+    first: int = 0  # number of its records before these
+    notes: tuple = ()  # what was made of the file that its reader should know: for the report
+    normals: np.ndarray | None = None  # shape (n, 3)
 
     def __len__(self):
         return len(self.points)
@@ -198,7 +183,8 @@ def _turned_over(records, remarks, counts):
     """
     points, axes, feeds, rapid, lines = records
     changes = [record for record, remark in remarks if getattr(remark, "kind", "") == "tool"]
-    over = np.flatnonzero((np.linalg.norm(axes[:, 1:] + axes[:, :-1], axis=0) < OPPOSITE) & rapid[1:]) + 1
+    over = 1 + np.flatnonzero(rapid[1:])
+    over = over[np.linalg.norm(axes[:, over] + axes[:, over - 1], axis=0) < OPPOSITE]
     over = np.setdiff1d(over, changes)  # the new tool comes from elsewhere
     if not over.size:
         return records, remarks

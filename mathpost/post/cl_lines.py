@@ -27,11 +27,6 @@ class Lines(text.Reader):
     """Keeps where the tool is and what moves it, in mm and in the coordinate system that holds.
 
     `take`, of those who know the words, takes each statement: `statement`, which begins on line `start`.
-
-    Parameters
-    ----------
-    name : str
-        The file, for error messages.
     """
 
     pattern = PLAIN

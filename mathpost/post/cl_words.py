@@ -62,37 +62,22 @@ OF_A_CYCLE = {
 
 @dataclass(frozen=True)
 class Command:
-    """What the control shall do between two moves.
+    """What the control shall do between two moves; `values` by kind.
 
-    Attributes
-    ----------
-    kind : str
-        ``"tool"`` (number, length in mm or None), ``"spindle"`` (turns per minute or None, ``"CLW"``, ``"CCLW"`` or
-        ``"OFF"``), ``"coolant"`` (``"FLOOD"``, ``"MIST"`` or ``"OFF"``), ``"compensation"`` (``"LEFT"``,
-        ``"RIGHT"`` or ``"OFF"``), ``"dwell"`` (seconds), ``"stop"`` or ``"optional stop"``.
-    values : tuple
-    statement : str
-        The words of the CL file.
+    ``"tool"`` (number, length in mm or None), ``"spindle"`` (turns per minute or None, ``"CLW"``, ``"CCLW"`` or
+    ``"OFF"``), ``"coolant"`` (``"FLOOD"``, ``"MIST"`` or ``"OFF"``), ``"compensation"`` (``"LEFT"``, ``"RIGHT"`` or
+    ``"OFF"``), ``"dwell"`` (seconds), ``"stop"`` or ``"optional stop"``.
     """
 
     kind: str
     values: tuple
-    statement: str
+    statement: str  # the words of the CL file
 
 
 class Statements(Lines):
     """Takes statements, and keeps what holds from one to the next.
 
-    The method ``on_word`` takes what stands behind the slash of that word.
-
-    Parameters
-    ----------
-    name : str
-        The file, for error messages.
-    tolerance : float
-        mm, between an arc and the chords that are made of it.
-    ignored : collection of str
-        Words to take for inert ones, whatever they are.
+    The method ``on_word`` takes what stands behind the slash of that word. `tolerance`, `ignored`: see `cl.read`.
     """
 
     def __init__(self, name, tolerance, ignored=()):

@@ -1,12 +1,7 @@
-"""What an NC program is made of: its moves, and the words of three controls for them."""
+"""The words of three controls."""
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from mathpost.errors import InputError
-
-DECIMALS = 4
 SWITCHES = {
     ("spindle", "CLW"): "M3",
     ("spindle", "CCLW"): "M4",
@@ -17,44 +12,6 @@ SWITCHES = {
     "stop": ("M0",),
     "optional stop": ("M1",),
 }
-SHORTEST_TIME = 0.001  # s, the least that FT may state
-LAST_BLOCK_NUMBER = 99_999  # Fanuc counts no further; numbering begins again
-
-
-@dataclass(frozen=True)
-class Blocks:
-    """The moves of a program.
-
-    Attributes
-    ----------
-    words : ndarray, shape (n, 5)
-        What the axis words say: mm and degrees, X Y Z and the rotary axes in the order of the machine file.
-    feeds, seconds, rapid : ndarray, shape (n,)
-        mm/min, NaN where no feed is stated; time of the block where inverse time is programmed, otherwise NaN; and
-        whether it is in rapid traverse.
-    tcp : bool
-        Whether X Y Z are the tool tip in the workpiece (M128, G43.4, TRAORI) instead of joints.
-    remarks : tuple of (int, str or Command)
-        Comments, each with the number of the block that follows it; what is a `cl_words.Command` instead of a text
-        is written in the control's words.
-    """
-
-    words: np.ndarray
-    feeds: np.ndarray
-    seconds: np.ndarray
-    rapid: np.ndarray
-    tcp: bool = False
-    remarks: tuple = ()
-
-    def __getitem__(self, rows):
-        """The moves of a slice, without remarks."""
-        columns = (column[rows] for column in (self.words, self.feeds, self.seconds, self.rapid))
-        return Blocks(*columns, self.tcp)
-
-    @property
-    def joints(self):
-        """`words` with the rotary angles in radians, shape (n, 5)."""
-        return np.concatenate([self.words[:, :3], np.deg2rad(self.words[:, 3:])], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,23 +97,3 @@ SIEMENS = Control(
     codes=r"(?:G4 F\d+\.\d+|G(?:710|71|17|4[0-2]|90)|M0?(?:[013-9])|M30|TRAORI|TRAFOOF|[STD]\d+)",
 )
 DIALECTS = {control.name: control for control in (HEIDENHAIN, FANUC, SIEMENS)}
-
-
-def control_for(machine, dialect):
-    """Return the `Control` called `dialect`; refuse an unknown one, or one that cannot name the machine's axes."""
-    if dialect not in DIALECTS:
-        raise InputError("dialect", " or ".join(DIALECTS), repr(dialect))
-    for axis in machine.joint_names[3:]:
-        if dialect == "heidenhain" and len(axis) > 1:
-            raise InputError("rotary axis name", "one letter for a Heidenhain program", repr(axis))
-    return DIALECTS[dialect]
-
-
-def axis_word(name):
-    """What stands before the number of an axis: names of more than one letter take an equals sign."""
-    return f" {name}=" if len(name) > 1 else f" {name}"
-
-
-def printed(words):
-    """Words as they stand in a program, to the last digit; a zero has no sign."""
-    return np.round(words, DECIMALS) + 0.0

@@ -1,4 +1,4 @@
-"""The motion of a machine along a CL path: its poses, the time they take, and enough of them for both tolerances.
+"""The motion of a machine along a CL path: its poses, enough of them for both tolerances, and the blocks they make.
 
 First the tool axis: `follow` puts poses on its great circle. Then the tip: linearization (线性化) divides a move in
 the *workpiece*, tip on the CL segment, rotary angles in equal steps, which leaves the tool axis where it went, and
@@ -6,16 +6,28 @@ X Y Z recomputed. Equation (8) of source 002 divides it in the joints, which put
 that the control follows anyway.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mathpost.errors import ReachError
-from mathpost.post import singular
-from mathpost.post.between_blocks import axis_lag, derivative, deviation, from_segment, tip_deviation
-from mathpost.post.travel import nearest
+from mathpost.compensate.compensation import Compensated, PoseError
+from mathpost.errors import InputError, ReachError
+from mathpost.machine import UNITS
+from mathpost.post import program, singular
+from mathpost.post.between_blocks import (
+    RESOLUTION,
+    axis_lag,
+    derivative,
+    deviation,
+    from_segment,
+    levers,
+    tip_deviation,
+)
+from mathpost.post.selection import nearest
+from mathpost.rotation import slices
 
 LOST = 1 / 8  # of the axis tolerance: a move that spans less and strays more does not go along its great circle
+AIR = 0.1  # of the clearance, how far a lifted tip may stray
 
 
 @dataclass(frozen=True)
@@ -49,36 +61,27 @@ class Motion:
         return Motion(self.joints[rows], self.place[rows], self.lifted[rows])
 
     @property
+    def record(self):
+        """The record that each pose is at or leads to, shape (m,)."""
+        return np.ceil(self.place).astype(int)
+
+    @property
     def in_cut(self):
         """Whether each move is in cut, both ends on the part, shape (m - 1,)."""
         return ~(self.lifted[:-1] | self.lifted[1:])
 
     def at_feed(self, cl):
         """Whether each move is in cut and not rapid, so that its tool axis counts, shape (m - 1,)."""
-        return self.in_cut & ~cl.rapid[np.ceil(self.place[1:]).astype(int)]
+        return self.in_cut & ~cl.rapid[self.record[1:]]
 
 
 def follow(kin, cl, motion, tolerance, *, free=False):
-    """Divide every move in cut along the CL path until the tool axis keeps `tolerance` of its great circle.
+    """Divide every move in cut along the CL path until the tool axis keeps `tolerance` (radians) of its circle.
 
     Moves are halved on the great circle. Where it meets a singular tool axis there is a pose just before and one
-    just after it: the outer axis turns while the tool axis all but stands still.
-
-    Parameters
-    ----------
-    kin : Kinematics
-    cl : CLData
-    motion : Motion
-        With its poses in cut on the path.
-    tolerance : float
-        Radians.
-    free : array_like of bool, shape (n - 1,), optional
-        The moves that need not follow, besides those that are lifted or rapid.
-
-    Raises
-    ------
-    ReachError
-        If the joints do not go along the great circle, as where they change the branch; names the record.
+    just after it: the outer axis turns while the tool axis all but stands still. The poses in cut are on the path;
+    `free`, shape (n - 1,), are moves that need not follow, besides those that are lifted or rapid. `ReachError` if
+    the joints do not go along the great circle, as where they change the branch.
     """
     joints, place, lifted = motion.joints, motion.place, motion.lifted
     # An axis turned by Ω leaves its chord by at most Ω²/8, and so does the great circle: few need a closer look.
@@ -132,41 +135,12 @@ def _pose(kin, cl, place, beside):
     return joints
 
 
-def feed_times(tip, feeds):
-    """Times (s) that the feed gives the moves between tips (m, 3), shape (m - 1,); NaN where none is stated."""
-    return 60 * np.linalg.norm(np.diff(tip, axis=0), axis=1) / feeds
-
-
-def block_times(machine, joints, tip, feeds, in_cut):
-    """Times (s) that the moves between joints (m, 5) take: what the feed asks in cut, or the slowest axis needs.
-
-    `tip`, shape (m, 3), is where the joints put the tool; `feeds` and `in_cut`, shape (m - 1,), are those of the
-    moves. On a machine that states no rates, no axis goes faster than the feed, in mm and degrees per minute; zero
-    where there is no feed either.
-    """
-    rates, steps = machine.max_rates, np.abs(np.diff(joints, axis=0))
-    if np.isnan(rates).all():
-        degrees = np.array([1, 1, 1, *np.degrees([1, 1])])
-        by_axis = np.nan_to_num(60 * (steps * degrees).max(axis=1) / feeds)
-    else:
-        by_axis = (steps / np.where(np.isnan(rates), np.inf, rates)).max(axis=1)
-    return np.fmax(by_axis, np.where(in_cut, feed_times(tip, feeds), 0))
-
-
 def subdivide(kin, start, end, pieces):
     """Divide moves evenly: tip on the segment, rotary angles in equal steps, X Y Z recomputed.
 
-    Parameters
-    ----------
-    kin : Kinematics
-    start, end : array_like, shape (m, 5)
-        Joints at both ends of each move, mm and radians.
-    pieces : int or array_like, shape (m,)
-
-    Returns
-    -------
-    joints, place : ndarray, shape (sum of pieces, 5) and (sum of pieces,)
-        The end of every piece, one move after the other; 2.25 is a quarter of the third move.
+    `start` and `end`, shape (m, 5), are the joints at both ends of each move, mm and radians; `pieces` is a number
+    or one for each. Returns the joints (k, 5) at the end of every piece, and its place (k,): 2.25 is a quarter of
+    the third move.
     """
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     pieces = np.broadcast_to(pieces, len(start))
@@ -180,32 +154,33 @@ def subdivide(kin, start, end, pieces):
     return joints, move + t
 
 
-def linearize(kin, joints, tolerance, *, place=None, lifted=None, max_pieces=4096, name="block"):
+def linearize(kin, motion, tolerance, *, max_pieces=4096, name="block"):
     """Divide every move until the tip stays within `tolerance` of the straight segment between its ends.
 
     Parameters
     ----------
     kin : Kinematics
-    joints : array_like, shape (n, 5)
-        mm and radians.
+    motion : Motion, or array_like of shape (n, 5)
+        Or its joints alone, mm and radians, at the places 0, 1, 2 …, none lifted.
     tolerance : float or array_like, shape (n - 1,)
         mm; for all moves, or for each.
-    place, lifted : array_like, shape (n,), optional
-        Of the `Motion` that is returned; by default 0, 1, 2 … and nowhere.
     max_pieces : int
         The most pieces that one move may be divided into.
     name : str
         What a row is called in an error message.
+
+    Returns
+    -------
+    Motion
 
     Raises
     ------
     ReachError
         If a move does not meet the tolerance with `max_pieces`; names it.
     """
-    joints, rows = np.asarray(joints, dtype=float), np.arange(len(joints))
-    place = rows.astype(float) if place is None else np.asarray(place, dtype=float)
-    lifted = np.zeros(len(joints), bool) if lifted is None else np.asarray(lifted)
-    start, end = joints[:-1], joints[1:]
+    if not isinstance(motion, Motion):
+        motion = Motion.on_part(np.asarray(motion, dtype=float), np.arange(len(motion)))
+    start, end = motion.joints[:-1], motion.joints[1:]
     tolerance, pieces = np.broadcast_to(tolerance, len(start)), np.ones(len(start), dtype=int)
     # A curve leaves its chord by at most an eighth of its second derivative: most moves need no closer look.
     rest = np.flatnonzero(derivative(kin.machine, start, end, 2) / 8 > tolerance)
@@ -227,24 +202,122 @@ def linearize(kin, joints, tolerance, *, place=None, lifted=None, max_pieces=409
                 f"{tolerance[move]:g} mm, and {max_pieces} pieces are not enough"
             )
     if (pieces == 1).all():
-        return Motion(joints, place, lifted)
-    divided, at = subdivide(kin, start, end, pieces)
-    divided, at = np.concatenate([joints[:1], divided]), np.r_[0.0, at]
+        return motion
+    joints, at = subdivide(kin, start, end, pieces)
+    joints, at = np.concatenate([motion.joints[:1], joints]), np.r_[0.0, at]
     before, after = np.floor(at).astype(int), np.ceil(at).astype(int)
-    return Motion(divided, np.interp(at, rows, place), lifted[before] | lifted[after])
+    place = np.interp(at, np.arange(len(motion.place)), motion.place)
+    return Motion(joints, place, motion.lifted[before] | motion.lifted[after])
+
+
+def in_the_air(motion, tolerance, clearance):
+    """The tolerance of the tip (mm) for each move, more for those that are lifted."""
+    return np.where(motion.in_cut, tolerance, np.maximum(tolerance, AIR * clearance))
+
+
+def divided(kin, cl, motion, tolerance, tcp, clearance):
+    """The motion divided until the tip keeps the tolerance, digits and what samples miss included."""
+    tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
+    lever = (levers(kin.machine) + np.linalg.norm(tip, axis=1)) * (not tcp)  # the angles do not move the tip then
+    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever) + RESOLUTION
+    if (worst := moved.max()) > tolerance / 2:
+        expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
+        raise InputError("tolerance", expected, f"{tolerance}")
+    keep = tolerance - np.maximum(moved[:-1], moved[1:])
+    return linearize(kin, motion, in_the_air(motion, keep, clearance), name=f"{cl.name}, block")
+
+
+def compensated(real, motion):
+    """The motion compensated for the errors of the machine, and sentences on what could not be."""
+    parts = [real.compensate(motion.joints[rows]) for rows in slices(motion.joints.shape[:1])]
+
+    def whole(names, parts):
+        return (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+
+    after = PoseError(*whole(("tip", "axis"), [part.after for part in parts]))
+    joints, limited, refused = whole(("joints", "limited", "refused"), parts)
+    return replace(motion, joints=joints), Compensated(joints, parts[0].before, after, limited, refused).cautions
+
+
+def refuse_out_of_travel(machine, cl, motion):
+    """Raise `ReachError` for the first pose, those between the records included, that is out of travel."""
+    out = np.flatnonzero(~machine.within(motion.joints).all(axis=1))
+    if out.size:
+        sentences = machine.out_of_travel(motion.joints[out[0]])
+        raise ReachError(f"{cl.where(int(motion.place[out[0]]))} and on: {'; '.join(sentences)}")
+
+
+def blocks(kin, cl, motion, tcp):
+    """What a program says of a motion: the poses, the `program.Blocks` that end at them, and seconds of the moves.
+
+    The seconds are those that feed and rates ask for, and those of the feed alone, NaN where it does not count. A
+    pose that repeats all words of the one before is left out.
+    """
+    joints = motion.joints
+    words = np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1) if tcp else joints
+    words = program.rounded(words)
+    kept = np.r_[True, (words[1:] != words[:-1]).any(axis=1)]
+    if not kept.all():
+        motion, words = motion[kept], words[kept]
+    record = motion.record
+    feeds, rapid, (tip, _) = cl.feeds[record], cl.rapid[record], cl.at(motion.place)  # in cut it is on the path
+    seconds = np.r_[np.nan, block_times(kin.machine, motion.joints, tip, feeds[1:], motion.in_cut)]
+    turning = np.r_[False, (words[1:, 3:] != words[:-1, 3:]).any(axis=1)]
+    by_time = turning & ~np.isnan(feeds) & ~rapid & (not tcp)
+    # A remark stands before the first block of the move to its record.
+    before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
+    remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
+    planned = program.Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)
+    fed = np.where(motion.in_cut & ~rapid[1:], feed_times(tip, feeds[1:]), np.nan)
+    return motion, planned, seconds[1:], fed
+
+
+def feed_times(tip, feeds):
+    """Times (s) that the feed gives the moves between tips (m, 3), shape (m - 1,); NaN where none is stated."""
+    return 60 * np.linalg.norm(np.diff(tip, axis=0), axis=1) / feeds
+
+
+def block_times(machine, joints, tip, feeds, in_cut):
+    """Times (s) that the moves between joints (m, 5) take: what the feed asks in cut, or the slowest axis needs.
+
+    `tip`, shape (m, 3), is where the joints put the tool; `feeds` and `in_cut`, shape (m - 1,), are those of the
+    moves. On a machine that states no rates, no axis goes faster than the feed, in mm and degrees per minute; zero
+    where there is no feed either.
+    """
+    rates, by_axis = machine.max_rates, np.zeros(len(joints) - 1)
+    if no_rates := np.isnan(rates).all():
+        rates = 1 / UNITS
+    for column, rate in zip(joints.T, rates, strict=True):
+        if not np.isnan(rate):
+            np.maximum(by_axis, np.abs(np.diff(column)) / rate, out=by_axis)
+    if no_rates:
+        by_axis = np.nan_to_num(60 * by_axis / feeds)
+    return np.fmax(by_axis, np.where(in_cut, feed_times(tip, feeds), 0))
+
+
+def refuse_turning_compensation(cl, machine, blocks):
+    """Raise `InputError` if a rotary axis moves while the control compensates the radius of the cutter.
+
+    The control does so in its X-Y plane: the tool has to stand across it, and the rotary axes still.
+    """
+    switched = [(row, remark) for row, remark in blocks.remarks if getattr(remark, "kind", "") == "compensation"]
+    on, rows = None, len(blocks.words)
+    for row, remark in [*switched, (rows, None)]:
+        if on is not None:
+            rotary = blocks.words[max(on[0] - 1, 0) : min(row + 1, rows), 3:]
+            heads = [joint.carries == "tool" for joint in machine.rotary]
+            if blocks.tcp or np.ptp(rotary, axis=0).any() or rotary[:1, heads].any():
+                expected = "rotary axes that stand still, the tool across X and Y, and no TCP"
+                raise InputError(f"{cl.name}: {on[1].statement}", expected, "others while it holds")
+        on = (row, remark) if remark is not None and remark.values[0] != "OFF" else None
 
 
 def equation_8(kin, start, end, tolerance, *, max_depth=12):
     """Divide a move by equation (8) of source 002 taken literally, for the audit only.
 
     The new points lie on the line in joint space, and each half is measured at its middle against its own chord.
-
-    Returns
-    -------
-    joints : ndarray, shape (pieces + 1, 5)
-        "Converged" by its own measure.
-    claimed, true : float
-        The largest error by that measure, and that against the segment of the whole move, mm.
+    Returns the joints (pieces + 1, 5), "converged" by that measure, the largest error by that measure, and the true
+    one, against the segment of the whole move, mm.
     """
     for depth in range(max_depth):
         joints = np.linspace(start, end, 2**depth + 1)

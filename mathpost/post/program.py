@@ -6,6 +6,7 @@ a few that do not move an axis; any other word is an error with its line.
 """
 
 import re
+from dataclasses import dataclass
 from functools import cache
 from operator import itemgetter
 
@@ -13,30 +14,68 @@ import numpy as np
 
 from mathpost.errors import NUMBER, InputError
 from mathpost.post import text as bulk
-from mathpost.post.controls import (
-    DECIMALS,
-    DIALECTS,
-    FANUC,
-    HEIDENHAIN,
-    LAST_BLOCK_NUMBER,
-    SHORTEST_TIME,
-    Blocks,
-    axis_word,
-    control_for,
-    printed,
-)
+from mathpost.post.controls import DIALECTS, FANUC, HEIDENHAIN
 from mathpost.post.text import Column, Item, Pattern
 
-__all__ = ["DECIMALS", "DIALECTS", "SHORTEST_TIME", "Blocks", "joined", "read", "rounded", "write"]
-
+DECIMALS = 4
+SHORTEST_TIME = 0.001  # s, the least that FT may state
+LAST_BLOCK_NUMBER = 99_999  # Fanuc counts no further; numbering begins again
 MOTION_ONLY = "MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT"  # a program says so before its first move
 RAPID, TIME, FEED = " FMAX", " FT", " F"
 FEED_WORD = re.compile(rf"(FMAX|FT|F)({NUMBER})?")
 
 
+@dataclass(frozen=True)
+class Blocks:
+    """The moves of a program."""
+
+    words: np.ndarray  # shape (n, 5), mm and degrees, X Y Z and the rotary axes in the order of the machine file
+    feeds: np.ndarray  # shape (n,), mm/min, NaN where no feed is stated
+    seconds: np.ndarray  # shape (n,), of the block where inverse time is programmed, otherwise NaN
+    rapid: np.ndarray  # shape (n,), whether in rapid traverse
+    tcp: bool = False  # whether X Y Z are the tool tip in the workpiece (M128, G43.4, TRAORI) instead of joints
+    remarks: tuple = ()  # (number of the block that follows, a comment or a `cl_words.Command`)
+
+    def __getitem__(self, rows):
+        """The moves of a slice, without remarks."""
+        columns = (column[rows] for column in (self.words, self.feeds, self.seconds, self.rapid))
+        return Blocks(*columns, self.tcp)
+
+    @property
+    def joints(self):
+        """`words` with the rotary angles in radians, shape (n, 5)."""
+        joints = np.array(self.words)
+        np.deg2rad(joints[:, 3:], out=joints[:, 3:])
+        return joints
+
+
+def control_for(machine, dialect):
+    """Return the `Control` called `dialect`; refuse an unknown one, or one that cannot name the machine's axes."""
+    if dialect not in DIALECTS:
+        raise InputError("dialect", " or ".join(DIALECTS), repr(dialect))
+    for axis in machine.joint_names[3:]:
+        if dialect == "heidenhain" and len(axis) > 1:
+            raise InputError("rotary axis name", "one letter for a Heidenhain program", repr(axis))
+    return DIALECTS[dialect]
+
+
+def axis_word(name):
+    """What stands before the number of an axis: names of more than one letter take an equals sign."""
+    return f" {name}=" if len(name) > 1 else f" {name}"
+
+
+def printed(words):
+    """Round words, in place, to the last digit that stands in a program; a zero has no sign."""
+    np.round(words, DECIMALS, out=words)
+    words += 0.0
+    return words
+
+
 def rounded(joints):
     """Return joints (n, 5) in mm and radians as words in mm and degrees, rounded as they will be printed."""
-    return printed(np.concatenate([joints[:, :3], np.rad2deg(joints[:, 3:])], axis=1))
+    words = np.array(joints)
+    np.rad2deg(words[:, 3:], out=words[:, 3:])
+    return printed(words)
 
 
 def joined(parts):
@@ -55,16 +94,8 @@ def joined(parts):
 def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     """Return the text of a program; words that do not change are left out.
 
-    Parameters
-    ----------
-    blocks : Blocks
-        At least one block, and none that repeats all words of the one before.
-    machine : Machine
-        For the names of its axes.
-    dialect : str
-        ``"heidenhain"``, ``"fanuc"`` or ``"siemens"``.
-    name : str
-        Program name; letters, digits and underscores of it are used.
+    There is at least one block, and none repeats all words of the one before. Of the name letters, digits and
+    underscores are used.
 
     Examples
     --------
@@ -95,7 +126,7 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     columns = _columns(control, machine.joint_names, blocks, before[:-1], changes, switches)
     texts, at = [], 0
     for row in sorted(between):
-        texts.append(_moves(columns, at, row))
+        texts += bulk.lines(columns, at, row)
         count, at = before[row] - numbered[row], row
         for line in between[row]:
             takes_one = _takes_number(control, line)
@@ -106,16 +137,9 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
 
 
 def _between(control, machine, blocks):
-    """What stands between the moves.
+    """What stands between the moves: lines by the number of the move that follows, also behind the last.
 
-    Returns
-    -------
-    between : dict
-        Lines by the number of the move that follows them; always for the first and behind the last.
-    changes : list of int
-        The moves before which a tool is changed.
-    switches : list of (int, str)
-        Words that a move itself takes.
+    And the moves before which a tool is changed, and, as (int, str), words that a move itself takes.
     """
     rows, tool, tcp = len(blocks.words), 1, False
     between, changes, switches = {0: []}, [0], []
@@ -165,7 +189,7 @@ def _number(control, count):
 
 def _columns(control, axes, blocks, numbers, changes, switches):
     """The moves as `Column`s; `changes` and `switches` as in `_between`."""
-    words, timed = printed(blocks.words), ~(blocks.rapid | np.isnan(blocks.seconds))
+    rows, timed = np.arange(len(blocks.words)), ~(blocks.rapid | np.isnan(blocks.seconds))
     # A time is rounded up and a feed down: no block is faster than it may be.
     seconds = np.where(timed, np.maximum(_up(blocks.seconds, 3), SHORTEST_TIME), 1.0)
     per_minute = np.where(timed, np.maximum(_down(60 / np.maximum(blocks.seconds, SHORTEST_TIME), 4), 1e-4), 1.0)
@@ -175,20 +199,19 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     else:
         start, rapid = [Column("N", _number(control, numbers)), *_codes(blocks.rapid, timed)], []
         times = Column(FEED, per_minute, 4, shown=timed)
-    changed = np.concatenate([np.ones((1, 5), bool), words[1:] != words[:-1]])
-    changed[changes] = True  # nobody knows where the machine went for its tool
-    positions = [
-        Column(axis_word(axis), values, DECIMALS, control.sign, shown)
-        for axis, values, shown in zip(axes, words.T, changed.T, strict=True)
-    ]
-    switched = [Column(word, shown=np.arange(len(words)) == row) for row, word in switches]
+    positions = []
+    for axis, column in zip(axes, blocks.words.T, strict=True):
+        shown = _changes(values := printed(np.array(column)))
+        shown[changes] = True  # nobody knows where the machine went for its tool
+        positions.append(Column(axis_word(axis), values, DECIMALS, control.sign, shown))
+    switched = [Column(word, shown=rows == row) for row, word in switches]
     if control is not HEIDENHAIN:
         start, switched = [*start, *switched], []
     # An ISO control that has been told times has forgotten the feed.
     times_before = np.cumsum(timed) * (control is not HEIDENHAIN)
-    tools_before = np.searchsorted(changes, np.arange(len(words)), side="right")
+    tools_before = np.searchsorted(changes, rows, side="right")
     fed = np.flatnonzero(~(blocks.rapid | timed | np.isnan(blocks.feeds)))
-    stated = np.zeros(len(words), bool)
+    stated = np.zeros(len(rows), bool)
     stated[fed] = _changes(blocks.feeds[fed]) | _changes(times_before[fed]) | _changes(tools_before[fed])
     whole = blocks.feeds == np.round(blocks.feeds)
     feeds = [
@@ -228,11 +251,6 @@ def _changes(values):
     return np.concatenate([[True], values[1:] != values[:-1]]) if len(values) else np.empty(0, bool)
 
 
-def _moves(columns, start, stop):
-    """The lines of some moves."""
-    return bulk.lines([column[start:stop] for column in columns], stop - start)
-
-
 def _comment(control, remark):
     comment = " ".join(remark.split())
     if control is FANUC:
@@ -241,25 +259,13 @@ def _comment(control, remark):
 
 
 def read(text, machine, dialect="heidenhain", *, name="program"):
-    """Return the `Blocks` of a program's text.
+    """Return the `Blocks` of a program's text; `name` begins every error message.
 
-    Parameters
-    ----------
-    text : str
-    machine : Machine
-        For the names of its axes.
-    dialect : str
-    name : str
-        Begins every error message.
-
-    Raises
-    ------
-    InputError
-        With the line: for a word that is not known or stands twice, a block before which an axis was never set,
-        or a program without a move.
+    Raises `InputError` with the line for a word that is not known or stands twice, a block before which an axis was
+    never set, or a program without a move.
     """
     lines = _Lines(machine, dialect, name)
-    lines.take_all(text.encode("utf-8", "surrogatepass"))
+    lines.take_all(text)
     if not lines.runs:
         raise InputError(name, "at least one move", "none")
     words, *rows = (np.concatenate(columns, axis=-1) for columns in zip(*lines.runs, strict=True))

@@ -20,33 +20,23 @@ FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to thre
 class Proof:
     """How far a program, read back from its own text, is from the CL data.
 
-    Attributes
-    ----------
-    tip_error, axis_error : float
-        Largest distance of the tip (mm) and angle of the tool axis (degrees) at the records.
-    path_tip_error, path_axis_error : float
-        No less than these anywhere on the path that the joints run between the blocks, for the moves in cut: the
-        distance from the CL segment, and the angle from the great circle, where a rapid move does not count.
-    worst_record : int
-        The record (from 1) that the largest tip error of the path comes before or at.
+    On the path that the joints run between the blocks the errors are nowhere larger than stated, for the moves in
+    cut; a rapid move does not count for the tool axis.
     """
 
-    tip_error: float
-    axis_error: float
-    path_tip_error: float
-    path_axis_error: float
-    worst_record: int
+    tip_error: float  # largest at the records, mm,
+    axis_error: float  # and of the tool axis, degrees
+    path_tip_error: float  # from the CL segments, mm
+    path_axis_error: float  # from the great circles, degrees
+    worst_record: int  # (from 1) that the largest tip error of the path comes before or at
 
 
 def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None):
-    """Return the `Proof` of a program, or refuse it; tolerances in mm and radians, the others as in `measured`.
+    """Return the `Proof` of a program; tolerances in mm and radians, the others as in `measured`.
 
-    Raises
-    ------
-    MathpostError
-        If the tip or the tool axis is off the CL path by more than its tolerance, or the tip below the part on a
-        lifted move, or if a block has another feed than the CL data, or less time than its feed and the rates of
-        the machine allow.
+    Raises `MathpostError` if the tip or the tool axis is off the CL path by more than its tolerance, or the tip
+    below the part on a lifted move, or if a block has another feed than the CL data, or less time than its feed and
+    the rates of the machine allow.
     """
     proof = measured(kin, cl, blocks, motion, real=real)
     tip, axis = max(proof.tip_error, proof.path_tip_error), max(proof.axis_error, proof.path_axis_error)
@@ -61,18 +51,10 @@ def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None):
 
 
 def measured(kin, cl, blocks, motion, *, real=None):
-    """Return as `Proof` how far a program's blocks are from the CL data, at the records and between the blocks.
+    """Return as `Proof` how far blocks that were read back are from the CL data, at the records and between them.
 
-    Parameters
-    ----------
-    kin : Kinematics
-    cl : CLData
-    blocks : mathpost.post.program.Blocks
-        As read back from the text.
-    motion : Motion
-        Where on the CL path each block ends, and which are lifted off the part.
-    real : Compensator, optional
-        The machine that runs the program, if it is not the one that its control knows.
+    `motion` says where on the CL path each block ends, and which are lifted off the part; `real`, a `Compensator`,
+    is the machine that runs the program, if it is not the one that its control knows.
     """
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
@@ -80,12 +62,20 @@ def measured(kin, cl, blocks, motion, *, real=None):
     tips, axes = cl.at(motion.place)
     moves = len(joints) - 1
     least, most, off = LEAST_INTERVALS if real else 2, np.full((2, moves), np.inf), np.zeros(moves)
-    for rows in slices((moves,)):
-        poses = slice(rows.start, rows.stop + 1)
+    # A record whose block was left out as a repetition has the pose of the block before.
+    on_part = np.flatnonzero(~motion.lifted)
+    at = on_part[np.searchsorted(motion.place[on_part], np.arange(len(cl)), side="right") - 1]
+    tip_error = chord = 0.0
+    for rows in slices(joints.shape[:1]):
+        poses = slice(rows.start, rows.stop + 1)  # that after the last move included
         reached = machine.forward(joints[poses])
         off[rows] = np.linalg.norm(reached[0] - tips[poses], axis=1)[1:]
         if not real:
             most[:, rows] = bounds(kin.machine, joints[poses], tips[poses], axes[poses], reached)
+        records = slice(*np.searchsorted(at, [rows.start, rows.stop]))
+        tip, axis = (np.take(each.T, at[records] - rows.start, axis=1) for each in reached)
+        tip_error = max(tip_error, np.linalg.norm(tip - cl.points[records].T, axis=0).max(initial=0))
+        chord = max(chord, np.linalg.norm(axis - cl.axes[records].T, axis=0).max(initial=0))
     off[~motion.in_cut], most[:, ~motion.in_cut] = 0, -1
     most[1, ~motion.at_feed(cl)] = -1
     path_axis, _ = largest(1, machine, joints, axes, most[1], least=least)
@@ -94,20 +84,12 @@ def measured(kin, cl, blocks, motion, *, real=None):
     else:
         path_tip, worst = largest(0, machine, joints, tips, most[0], least=least)
 
-    # A record whose block was left out as a repetition has the pose of the block before.
-    on_part = np.flatnonzero(~motion.lifted)
-    at = on_part[np.searchsorted(motion.place[on_part], np.arange(len(cl)), side="right") - 1]
-    tip_error = chord = 0.0
-    for records in slices(at.shape):
-        tip, axis = machine.forward(joints[at[records]])
-        tip_error = max(tip_error, np.linalg.norm(tip - cl.points[records], axis=1).max())
-        chord = max(chord, np.linalg.norm(axis - cl.axes[records], axis=1).max())
     return Proof(
         tip_error=float(tip_error),
         axis_error=float(np.degrees(2 * np.arcsin(min(chord / 2, 1)))),
         path_tip_error=float(path_tip),
         path_axis_error=float(np.degrees(path_axis)),
-        worst_record=int(np.ceil(motion.place[worst + 1])) + 1,
+        worst_record=int(motion.record[worst + 1]) + 1,
     )
 
 
@@ -136,7 +118,7 @@ def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
         tips, axes = cl.at(motion.place[moves] + t * (motion.place[moves + 1] - motion.place[moves]))
         height = np.vecdot(tip - tips, axes).min(axis=0)
         if not height.min() >= -tolerance:
-            record = int(np.ceil(motion.place[moves + 1][height.argmin()]))
+            record = motion.record[moves[height.argmin()] + 1]
             raise MathpostError(
                 f"{cl.where(record)}: on its way there the lifted tool goes {-height.min():.3f} mm into the part"
             )
@@ -144,7 +126,7 @@ def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
 
 def _refuse_other_feeds(cl, blocks, motion):
     """Rapid where the CL data are, and at their feed elsewhere, if no time is stated instead."""
-    record = np.ceil(motion.place).astype(int)
+    record = motion.record
     feeds, rapid = cl.feeds[record], cl.rapid[record]
     by_feed = ~rapid & np.isnan(blocks.seconds) & ~np.isnan(feeds)
     as_it_is = (blocks.feeds <= feeds + 1e-9) & (blocks.feeds >= feeds - FEED_DIGITS)
@@ -162,7 +144,7 @@ def _refuse_too_fast(machine, cl, blocks, motion):
     An axis goes at its rate; where the machine states none, at the feed, in mm and degrees a minute.
     """
     timed = 1 + np.flatnonzero(~np.isnan(blocks.seconds[1:]))
-    seconds, feeds = blocks.seconds[timed], cl.feeds[np.ceil(motion.place[timed]).astype(int)]
+    seconds, feeds = blocks.seconds[timed], cl.feeds[motion.record[timed]]
     start, end = (cl.at(motion.place[rows])[0] for rows in (timed - 1, timed))
     by_feed = np.where(motion.in_cut[timed - 1], np.linalg.norm(end - start, axis=1) * 60 / feeds, 0)
     rates = np.where(np.isnan(machine.max_rates), np.inf, machine.max_rates) * [1, 1, 1, *np.degrees([1, 1])]
@@ -174,7 +156,7 @@ def _refuse_too_fast(machine, cl, blocks, motion):
     fast = seconds < 0.99 * least - 0.001 - 1e-6 * seconds**2 - 0.012 / feeds
     if fast.any():
         block = int(fast.argmax())
-        where = cl.where(int(np.ceil(motion.place[timed[block]])))
+        where = cl.where(motion.record[timed[block]])
         raise MathpostError(
             f"{where}: a block takes {seconds[block]:.3f} s, feed and axes need {least[block]:.3f} s at least"
         )

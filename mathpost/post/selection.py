@@ -7,42 +7,36 @@ source 002.
 """
 
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from mathpost.errors import InputError, ReachError, as_array
-from mathpost.post import singular, travel, yu_dan
-from mathpost.post.travel import TURN, UNITS
+from mathpost.machine import ENDLESS, UNITS
+from mathpost.post import singular, yu_dan
+from mathpost.post.compiled import compiled
 
 STRATEGIES = ("optimal", "shortest", "paper")
+TURN = 2 * np.pi
 SWAY = np.radians(0.05)  # how far the tool axis may leave its great circle for a change of branch in cut
 POLE = 1e-10  # radians from the pole, within which every outer angle is right
 PREFERENCE = 1e-6  # cost of beginning on the other branch than the preferred one
+HALF_TURN = np.pi + 1e-9  # a rotary step beyond this means that travel has cut off the short way round
+MANY = 10  # turns of travel
+TIE = 1e-9  # weight of travel (mm and degrees) among moves that cost the same
+QUANTA = 2.0**40  # costs are rounded to multiples of 1/QUANTA: their sums are exact, and equal ways stay equal
+LONG = 100_000  # moves to compare; with more of them it pays to load Numba
 
 
 @dataclass(frozen=True)
 class Selection:
-    """A choice of joints for a path.
+    """A choice of joints for a path."""
 
-    Attributes
-    ----------
-    joints : ndarray, shape (n, 5)
-        mm and radians; windings of endless axes counted.
-    branch : ndarray of int, shape (n,)
-        0 or 1, as `Kinematics.inverse` orders them.
-    cost : float
-        By `mathpost.post.travel.move_costs`; from `start` if that is given.
-    breaks : tuple of int
-        Records (from 0) that cannot be reached from the one before without retracting and unwinding.
-    strategy : str
-    """
-
-    joints: np.ndarray
-    branch: np.ndarray
-    cost: float
-    breaks: tuple
+    joints: np.ndarray  # shape (n, 5), mm and radians; windings of endless axes counted
+    branch: np.ndarray  # shape (n,), 0 or 1, as `Kinematics.inverse` orders them
+    cost: float  # by `move_costs`; from `start` if that is given
+    breaks: tuple  # records (from 0) that cannot be reached without retracting and unwinding
     strategy: str
 
 
@@ -50,37 +44,31 @@ class Selection:
 class Candidates:
     """All candidates of each record, to look at.
 
-    Attributes
-    ----------
-    kin : Kinematics
-    joints : ndarray, shape (n, m, 5)
-        mm and radians. NaN where the tool axis is out of reach, and where a candidate stands for the pole only.
-    branch : ndarray of int, shape (m,)
-        0 or 1, as `Kinematics.inverse` orders them.
+    `joints` are NaN where the tool axis is out of reach, and where a candidate stands for the pole only.
     """
 
     kin: object
-    joints: np.ndarray
-    branch: np.ndarray
+    joints: np.ndarray  # shape (n, m, 5), mm and radians
+    branch: np.ndarray  # shape (m,), 0 or 1, as `Kinematics.inverse` orders them
 
     @cached_property
     def inside(self):
         """Whether all five joints are inside travel, shape (n, m)."""
-        return travel.all_within(self.kin.machine, self.joints)
+        return self.kin.machine.within(self.joints).all(axis=-1)
 
     def reason(self, record, candidate):
         """Say why a candidate is out, or return "" if it is not."""
         if np.isnan(self.joints[record, candidate]).any():
             return "tool axis out of reach"
-        return "; ".join(travel.out_of_travel(self.kin.machine, self.joints[record, candidate]))
+        return "; ".join(self.kin.machine.out_of_travel(self.joints[record, candidate]))
 
     def table(self, record, previous=None, weights=None):
         """Return rows to show: branch, joints in mm and degrees, cost of the move from `previous`, why if out."""
         machine, known = self.kin.machine, ~np.isnan(self.joints[record]).any(axis=1)
         listed = np.flatnonzero(known | ~known.any())  # those for the pole only at the pole
         joints = self.joints[record, listed]
-        steps = joints if previous is None else travel.short_way(machine, joints - previous)
-        costs = travel.move_costs(machine, steps, weights)
+        steps = joints if previous is None else short_way(machine, joints - previous)
+        costs = move_costs(machine, steps, weights)
         reasons = [self.reason(record, candidate) for candidate in listed]
         return list(zip(self.branch[listed].tolist(), joints * UNITS, costs, reasons, strict=True))
 
@@ -116,7 +104,7 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         ``"optimal"``: least cost over the whole path, by dynamic programming over the candidates.
         ``"shortest"``: least cost of each next move. ``"paper"``: the cases and the C ± 2π rule of source 002.
     weights : array_like, shape (5,), optional
-        See `mathpost.post.travel.move_costs`.
+        See `move_costs`.
     start : array_like, shape (5,), optional
         Present joints (mm, radians). Without it the first record prefers the branch `prefer`, near rotary zero.
     split : bool
@@ -167,26 +155,27 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     options = {"weights": weights, "start": start, "split": split, "prefer": prefer, "sway": sway}
     if strategy == "paper":
         joints, branch = yu_dan.choose(kin, cl, prefer)
-        return Selection(joints, branch, travel.path_cost(machine, joints, weights, start), (), strategy)
+        return Selection(joints, branch, path_cost(machine, joints, weights, start), (), strategy)
 
-    if (loose := travel.without_far_limits(machine)) != machine:  # hundreds of windings that hardly ever matter
+    if (loose := without_far_limits(machine)) != machine:  # hundreds of windings that hardly ever matter
         without = copy(kin)
         without.machine = loose
         chosen = choose(without, cl, strategy, **options)
-        if travel.all_within(machine, chosen.joints).all():  # the best way without a limit, and inside it
+        if machine.within(chosen.joints).all():  # the best way without a limit, and inside it
             return chosen
 
     solved, turns = _solutions(kin, cl.points, cl.axes), _turns(machine)
     outer, beyond = _outer(kin), _beyond_the_short_way(kin, cl, solved, singular.STILL * sway)
     first = _explained(kin, solved[..., :1])
     if start is None:
-        beginning = travel.TIE * np.abs((first.joints[0] * UNITS)[:, 3:]).sum(axis=1)
+        beginning = TIE * np.abs((first.joints[0] * UNITS)[:, 3:]).sum(axis=1)
         beginning += PREFERENCE * (first.branch != (0 if prefer > 0 else 1))
     else:
-        beginning = travel.move_costs(machine, travel.short_way(machine, first.joints[0] - start), weights)
-    picks, broken, unreachable, stuck = travel.loop(len(cl) * len(first.branch) ** 2)(
-        solved, turns, outer, beyond, machine.limits, travel.endless(machine), beginning,
-        *travel.rates_or_weights(machine, weights), np.r_[False, singular.near(kin, cl, sway)], np.array(cl.rapid),
+        beginning = move_costs(machine, short_way(machine, first.joints[0] - start), weights)
+    long = len(cl) * len(first.branch) ** 2 > LONG
+    picks, broken, unreachable, stuck = (compiled(best_way, nearest, cost) if long else best_way)(
+        solved, turns, outer, beyond, machine.ends, machine.endless, beginning,
+        *rates_or_weights(machine, weights), np.r_[False, singular.near(kin, cl, sway)], np.array(cl.rapid),
         strategy == "shortest",
     )  # fmt: skip
     if unreachable >= 0:
@@ -202,12 +191,16 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
             f"{cl.where(stuck)}: the path breaks here, no choice of branch and winding goes on in cut (so far "
             f"{angles}); split it, with a retract and an unwind"
         )
-    solution, winding = np.divmod(picks, turns.shape[1])
-    joints = (solved[:, solution, np.arange(len(cl))] + turns[:, winding]).T
-    further = np.where(np.diff(solution, prepend=-1) == 0, beyond[solution, np.arange(len(cl))], 0)
-    joints = travel.count_turns(machine, joints, np.zeros(5) if start is None else start, outer, further)
+    (solution, winding), records = np.divmod(picks, turns.shape[1]), np.arange(len(cl))
+    joints = np.empty((5, len(cl))).T  # joint by joint is read fastest
+    for joint in range(5):
+        joints[:, joint] = solved[joint, solution, records] + turns[joint, winding]
+    further = np.where(np.diff(solution, prepend=-1) == 0, beyond[solution, records], 0)
+    for joint in np.flatnonzero(machine.endless):  # goes on the short way, and the outer one `further` turns
+        turned = np.diff(joints[:, joint], prepend=0.0 if start is None else start[joint])
+        joints[:, joint] -= TURN * np.cumsum(np.rint(turned / TURN) - further * (joint == outer))
     breaks = tuple(np.flatnonzero(broken).tolist())
-    return Selection(joints, solution % 2, travel.path_cost(machine, joints, weights, start), breaks, strategy)
+    return Selection(joints, solution % 2, path_cost(machine, joints, weights, start), breaks, strategy)
 
 
 def _outer(kin):
@@ -227,7 +220,7 @@ def _solutions(kin, tip, axis):
         at_pole = np.abs(joints[:, 0, inner] - joints[:, 1, inner]) < 2 * POLE
     elsewhere = np.flatnonzero(~at_pole)
     if not at_pole.any() or not elsewhere.size:
-        return np.ascontiguousarray(joints.T)
+        return joints.T
     solved = np.full((5, 6, len(joints)), np.nan)
     solved[:, :2] = joints.T
     after = np.searchsorted(elsewhere, np.flatnonzero(at_pole))
@@ -245,19 +238,19 @@ def _beyond_the_short_way(kin, cl, solved, still):
     more than half a turn. One that passes as near as `still` may go either way.
     """
     beyond, outer = np.zeros(solved.shape[1:], np.int8), solved[_outer(kin), :2]
-    steps = travel.nearest(np.diff(outer))
+    steps = nearest(np.diff(outer))
     moves = np.flatnonzero((np.abs(steps) > np.pi / 2).any(axis=0) & ~cl.rapid[1:])
     t, away = singular.nearest(kin, cl.axes[moves], cl.axes[moves + 1], singular.from_pole)
     moves, t = moves[away > still], t[away > still]
     middle = kin.inverse(*cl.at(moves + t))[..., _outer(kin)].T
-    turned = travel.nearest(middle - outer[:, moves]) + travel.nearest(outer[:, moves + 1] - middle)
+    turned = nearest(middle - outer[:, moves]) + nearest(outer[:, moves + 1] - middle)
     beyond[:2, moves + 1] = np.nan_to_num(np.rint((turned - steps[:, moves]) / TURN))
     return beyond
 
 
 def _turns(machine):
     """What each winding of the two rotary axes adds to the joints, shape (5, w), radians."""
-    pairs = np.meshgrid(*(travel.windings(*machine.limits[joint]) for joint in (3, 4)), indexing="ij")
+    pairs = np.meshgrid(*(windings(*machine.limits[joint]) for joint in (3, 4)), indexing="ij")
     return np.concatenate([np.zeros((3, pairs[0].size)), np.reshape(pairs, (2, -1))])
 
 
@@ -274,3 +267,172 @@ def _longer_side(kin):
     low, high = kin.machine.limits[kin.symbols.index(derived.inner)]
     middle = float(sum(derived.solutions) / 2)
     return 1 if np.isinf(high) or high - middle >= middle - low else -1
+
+
+# Moves: the short way round, what they cost, and the best way through the candidates.
+
+
+def nearest(step):
+    """A rotary step (radians) less whole turns, in [−180°, 180°].
+
+    Half a turn keeps its direction, so that there and back again does not wind an axis up; this is where it differs
+    from `rotation.wrap`.
+    """
+    return step - TURN * np.rint(step / TURN)
+
+
+def cost(steps, price, slowest):
+    """Return what moves cost whose joint steps are `steps[0]` … `steps[4]`, by `rates_or_weights`."""
+    total = 0.0
+    for joint in range(5):
+        part = np.abs(steps[joint]) * price[joint]
+        total = np.maximum(total, part) if slowest else total + part
+    return total
+
+
+def without_far_limits(machine):
+    """The machine with its rotary axes endless that have room for more than `MANY` turns."""
+    rotary = (
+        replace(joint, limits=ENDLESS) if joint.limits[1] - joint.limits[0] > MANY * TURN else joint
+        for joint in machine.rotary
+    )
+    return replace(machine, rotary=tuple(rotary))
+
+
+def windings(low, high):
+    """The whole turns that may bring an angle in [−180°, 180°] into travel, radians, least turns first.
+
+    An endless axis has one winding here: its turns are counted when the path is known.
+    """
+    if not (np.isfinite(low) and np.isfinite(high)):
+        return np.zeros(1)
+    turns = np.arange(np.floor((low - np.pi) / TURN), np.ceil((high + np.pi) / TURN) + 1)
+    turns = turns[(turns * TURN - np.pi <= high) & (turns * TURN + np.pi >= low)]
+    return TURN * turns[np.argsort(np.abs(turns), kind="stable")]
+
+
+def short_way(machine, steps):
+    """Return joint steps, shape (..., 5), with those of endless axes brought into [−180°, 180°]."""
+    steps = np.array(steps, dtype=float)
+    around = machine.endless
+    steps[..., around] = nearest(steps[..., around])
+    return steps
+
+
+def rates_or_weights(machine, weights=None):
+    """Return what a mm or radian of each joint costs, shape (5,), and whether only the slowest joint counts."""
+    rates = machine.max_rates
+    if weights is None and not np.isnan(rates).all():
+        return np.nan_to_num(1 / rates), True
+    return UNITS * (1.0 if weights is None else np.asarray(weights, dtype=float)), False
+
+
+def move_costs(machine, steps, weights=None):
+    """Return what moves by the joint steps `steps`, shape (..., 5) in mm and radians, cost, shape (...).
+
+    `weights`, shape (5,), are the cost of travel per mm and per degree, to add up. Without them the cost is the
+    seconds that the slowest axis needs, over the axes whose rate the machine states; if it states none, the sum of
+    mm and degrees.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> dmu50v = machine.load("data/machines/dmu50v.toml")
+    >>> steps = [[0, 0, 100, 0, np.pi]]
+    >>> move_costs(dmu50v, steps), move_costs(dmu50v, steps, weights=[1, 1, 1, 1, 1])
+    (array([5.]), array([280.]))
+    """
+    return cost(np.moveaxis(np.asarray(steps, dtype=float), -1, 0), *rates_or_weights(machine, weights))
+
+
+def path_cost(machine, joints, weights=None, start=None):
+    """Return what a sequence of joints, shape (n, 5), costs, the way from `start` to its first row included."""
+    total = float(np.sum(cost([np.diff(joint) for joint in joints.T], *rates_or_weights(machine, weights))))
+    if start is not None and len(joints):
+        total += float(move_costs(machine, short_way(machine, joints[0] - start), weights))
+    return total
+
+
+def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slowest, meeting, rapid, greedy):
+    """Find the candidate of each record: with the fewest breaks on the way, and among those of the least cost.
+
+    Bellman's recursion: the best way to a candidate goes by the best way to one of the record before it.
+
+        best(r, j) = min over i of [best(r − 1, i) + move(i, j)],    best = (breaks, cost), compared in this order
+
+    `solved`, shape (5, s, n), are the joints of each record's solutions and `turns`, (5, w), what the windings add:
+    candidate ``k·w + t`` is solution ``k`` in winding ``t``, and costs `beginning`, (s·w,), to begin with. The
+    joint `outer` makes `beyond`, (s, n), whole turns beyond its short way to each record, on the same solution.
+    `meeting` and `rapid`, (n,), are the moves to each record on which the branches meet, so that it may change, and
+    those in rapid traverse, which never break the path. If `greedy`, only the best candidate of each record is
+    kept: the shortest next move.
+
+    Returns the number of the candidate of each record, and whether the move to it breaks the path, both (n,); the
+    first record without a candidate inside travel, and the first that every way reaches with a break, or −1.
+    """
+    records, windings = solved.shape[2], turns.shape[1]
+    count = solved.shape[1] * windings
+    came_from = np.zeros((records, count), np.int32)  # the candidate of the record before on the best way
+    came_by_break = np.zeros((records, count), np.bool_)
+    # The candidates inside travel of two records, this one and the one before, take rows 0 and 1 in turn.
+    numbers, breaks = np.zeros((2, count), np.int64), np.zeros((2, count), np.int64)
+    joints, costs = np.zeros((2, count, 5)), np.zeros((2, count))
+    picks, broken, step = np.zeros(records, np.int64), np.zeros(records, np.bool_), np.zeros(5)
+    known, stuck = 0, -1
+    for record in range(records):
+        now, before, cut = record % 2, (record + 1) % 2, not rapid[record]
+
+        found = 0
+        for number in range(count):
+            inside = True
+            for joint in range(5):
+                value = solved[joint, number // windings, record] + turns[joint, number % windings]
+                inside = inside and ends[joint, 0] <= value <= ends[joint, 1]
+                joints[now, found, joint] = value
+            if inside:
+                numbers[now, found] = number
+                found += 1
+        if found == 0:
+            return picks, broken, record, stuck
+
+        best = 0
+        for j in range(found):
+            breaks[now, j], costs[now, j] = records, np.inf  # worse than any way
+            if record == 0:
+                breaks[now, j], costs[now, j] = 0, np.rint(beginning[numbers[now, j]] * QUANTA)
+            for i in range(known):
+                for joint in range(5):
+                    step[joint] = joints[now, j, joint] - joints[before, i, joint]
+                    if endless[joint]:
+                        step[joint] = nearest(step[joint])
+                solution, last = numbers[now, j] // windings, numbers[before, i] // windings
+                changed = (solution - last) % 2 == 1
+                further = TURN * beyond[solution, record] if solution == last else 0.0
+                if endless[outer]:
+                    step[outer] += further
+                too_far = max(abs(step[outer] - further), abs(step[7 - outer])) > HALF_TURN
+                breaking = cut and (too_far or (changed and not meeting[record]))
+                if breaks[before, i] + breaking > breaks[now, j]:
+                    continue
+                move = cost(step, price, slowest) + TIE * cost(step, UNITS, False)
+                way = costs[before, i] + np.rint(move * QUANTA)
+                if (breaks[before, i] + breaking, way) < (breaks[now, j], costs[now, j]):
+                    breaks[now, j], costs[now, j] = breaks[before, i] + breaking, way
+                    came_from[record, numbers[now, j]] = numbers[before, i]
+                    came_by_break[record, numbers[now, j]] = breaking
+            if (breaks[now, j], costs[now, j]) < (breaks[now, best], costs[now, best]):
+                best = j
+
+        if stuck < 0 and breaks[now, best] > 0:
+            stuck = record
+        if greedy:
+            numbers[now, 0], breaks[now, 0] = numbers[now, best], breaks[now, best]
+            joints[now, 0], costs[now, 0] = joints[now, best], costs[now, best]
+            found, best = 1, 0
+        costs[now, :found] -= costs[now, :found].min()  # what all ways have in common would only make numbers long
+        pick, known = numbers[now, best], found
+
+    for record in range(records - 1, -1, -1):
+        picks[record], broken[record] = pick, came_by_break[record, pick]
+        pick = came_from[record, pick]
+    return picks, broken, -1, stuck

@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from mathpost.post.travel import compiled
+from mathpost.post.compiled import compiled
 
 BLOCK = 2**19  # bytes that are read at once: what is made of them fits the processor's cache
 WORTH = 2**19  # bytes; a smaller text takes less time without machine code than loading that does
@@ -47,11 +47,7 @@ class Item:
 class Pattern:
     r"""What a plain line looks like: items in their order, and the end of the line, LF or CRLF.
 
-    Parameters
-    ----------
-    items : sequence of Item
-    relaxed : bool
-        Whether letters may be of either case, and blanks stand before and behind numbers and behind literals.
+    If `relaxed`, letters may be of either case, and blanks stand before and behind numbers and behind literals.
 
     Examples
     --------
@@ -73,14 +69,9 @@ class Pattern:
     def match(self, block):
         """Read the numbers of the plain lines among whole lines of bytes, of which the last must end, too.
 
-        Returns
-        -------
-        values : ndarray, shape (items, lines)
-            What `float` makes of each number, 0 for an item without one, NaN where an optional item is missing; of
-            lines that are not plain, anything.
-        plain : ndarray of bool, shape (lines,)
-            Whether the line is read. One with a number of more than 18 digits, or of more than about 15 that count,
-            is not.
+        That is, shape (items, lines), what `float` makes of each number, 0 for an item without one, NaN where an
+        optional item is missing; and, shape (lines,), whether the line is read. One with a number of more than 18
+        digits, or of more than about 15 that count, is not.
         """
         lines = np.count_nonzero(np.frombuffer(block, np.uint8) == NEWLINE)
         values, plain = np.empty((len(self.items), lines)), np.zeros(lines, bool)
@@ -98,14 +89,16 @@ class Reader:
     """
 
     def take_all(self, content):
-        """Take all lines of bytes."""
-        start = 0
+        """Take all lines of bytes, or of a text."""
+        start, end = 0, "\n" if isinstance(content, str) else b"\n"
         while start < len(content):
-            stop = content.find(b"\n", start + BLOCK) + 1 or len(content)
+            stop = content.find(end, start + BLOCK) + 1 or len(content)
             self._take_block(content[start:stop])
             start = stop
 
     def _take_block(self, block):
+        if isinstance(block, str):
+            block = block.encode("utf-8", "surrogatepass")
         block += b"" if block.endswith(b"\n") else b"\n"
         values, plain = self.pattern.match(block)
         plain &= self.fits(values)
@@ -131,11 +124,6 @@ class Column:
     plus: str = ""  # the sign of a number that is not negative
     shown: np.ndarray | None = None  # which lines hold it; by default all
 
-    def __getitem__(self, rows):
-        """The same of some lines."""
-        values, shown = (array if array is None else array[rows] for array in (self.values, self.shown))
-        return Column(self.literal, values, self.decimals, self.plus, shown)
-
     def text(self, row):
         """What stands in one line."""
         if self.shown is not None and not self.shown[row]:
@@ -145,23 +133,23 @@ class Column:
         return f"{self.literal}{self.values[row]:{'+' if self.plus else ''}.{self.decimals}f}"
 
 
-def lines(columns, count):
-    r"""Return the text of `count` lines; where a line ends, a `Column` says.
+def lines(columns, first, stop):
+    r"""Yield the text of the lines from `first` to `stop`, many at a time; where a line ends, a `Column` says.
 
     Examples
     --------
     >>> x = np.array([1.25, -1234.56789, -0.0])
-    >>> lines([Column("X", x, 4, "+"), Column(" L", shown=x > 0), Column("\n")], 3)
+    >>> "".join(lines([Column("X", x, 4, "+"), Column(" L", shown=x > 0), Column("\n")], 0, 3))
     'X+1.2500 L\nX-1234.5679\nX-0.0000\n'
     """
     widest = sum(len(column.literal) + WIDEST * (column.values is not None) for column in columns)
-    write = _loops(count * widest)[1]
+    write = _loops((stop - first) * widest)[1]
     decimals = np.array([-1 if column.values is None else column.decimals for column in columns])
     plus = np.array([ord(column.plus or "\0") for column in columns])
     literals = _characters(column.literal for column in columns)
-    out, parts = np.empty(min(count, ROWS) * widest, np.uint8), []
-    for start in range(0, count, ROWS):
-        rows = slice(start, min(start + ROWS, count))
+    out = np.empty(min(stop - first, ROWS) * widest, np.uint8)
+    for start in range(first, stop, ROWS):
+        rows = slice(start, min(start + ROWS, stop))
         shown, values = np.ones((2, len(columns), rows.stop - start))
         for n, column in enumerate(columns):
             if column.shown is not None:
@@ -172,33 +160,20 @@ def lines(columns, count):
         while start + line < rows.stop:
             with np.errstate(over="ignore"):  # of a number too large for the loop
                 line, end = write(out, *literals, shown, values, decimals, plus, line)
-            parts.append(out[:end].tobytes().decode("ascii"))
+            yield out[:end].tobytes().decode("ascii")
             if start + line < rows.stop:  # one that is better written with care
-                parts += [column.text(start + line) for column in columns]
+                yield from (column.text(start + line) for column in columns)
                 line += 1
-    return "".join(parts)
 
 
 def runs(values):
-    """Yield where equal neighbours begin and end.
-
-    Examples
-    --------
-    >>> list(runs(np.array([True, True, False])))
-    [(0, 2), (2, 3)]
-    """
+    """Yield where equal neighbours begin and end."""
     edges = [0, *(np.flatnonzero(values[1:] != values[:-1]) + 1).tolist(), len(values)]
     return pairwise(edges)
 
 
 def held(values, before):
-    """Replace NaN by the last number before it, or by `before`.
-
-    Examples
-    --------
-    >>> held(np.array([np.nan, 2.0, np.nan]), 1.0)
-    array([1., 2., 2.])
-    """
+    """Replace NaN by the last number before it, or by `before`."""
     missing = np.isnan(values)
     if not missing.any():
         return values

@@ -4,11 +4,12 @@ Every move is *asked* to take the time that its feed or its slowest axis needs. 
 speed at which it is really run, 0 to 1; from rest to rest, and never faster than the axes can follow.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from mathpost.post.travel import compiled
+from mathpost.post.compiled import compiled
 
 SETTLE = 0.02  # s, assumed: how long an axis may take to follow when its speed jumps at a corner
 STILL = 1e-12  # mm/s or rad/s
@@ -18,29 +19,16 @@ LONG = 10_000  # moves; with more of them it pays to load Numba
 
 @dataclass(frozen=True)
 class TimeLaw:
-    """When a machine reaches the poses of a path, and how.
+    """When a machine reaches the m poses of a path, and how."""
 
-    Attributes
-    ----------
-    joints, seconds, override : ndarray, shape (m, 5), (m,) and (m,)
-        mm and radians, when each pose is reached, and the w at which it is passed.
-    asked, ramp, highest : ndarray, shape (m - 1,)
-        Of each move: the seconds that it would take at w = 1; how fast w changes, 1/s, up and down again (∞: at
-        once); and its greatest w, between.
-    peak_speeds, peak_accelerations, peak_jumps : ndarray, shape (5,)
-        Of each axis, mm or radians per s and s²; NaN the acceleration of one that states none. The jumps are those
-        of the speed at single corners.
-    """
-
-    joints: np.ndarray
-    seconds: np.ndarray
-    override: np.ndarray
-    asked: np.ndarray
-    ramp: np.ndarray
-    highest: np.ndarray
-    peak_speeds: np.ndarray
-    peak_accelerations: np.ndarray
-    peak_jumps: np.ndarray
+    joints: np.ndarray  # shape (m, 5), mm and radians
+    seconds: np.ndarray  # shape (m,), when each pose is reached,
+    override: np.ndarray  # and the w at which it is passed
+    asked: np.ndarray  # shape (m - 1,), seconds that each move would take at w = 1
+    ramp: np.ndarray  # how fast w changes in it, 1/s, up and down again (∞: at once)
+    highest: np.ndarray  # and its greatest w, between
+    peak_speeds: np.ndarray  # shape (5,), of each axis, mm or radians per s,
+    peak_accelerations: np.ndarray  # and s²; NaN for one that states none
 
     def at(self, seconds):
         """Return the joints, shape (..., 5), at times from 0 to ``seconds[-1]``."""
@@ -87,84 +75,104 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     array([0.  , 5.18])
     """
     joints, asked = np.asarray(joints, dtype=float), np.asarray(asked, dtype=float)
-    moving = asked > 0
-    kept = np.r_[True, moving]
+    moving = np.flatnonzero(asked > 0)
     lengths, most = asked[moving], np.nan_to_num(machine.max_accelerations, nan=np.inf)
-    pause = (lengths[1:] + lengths[:-1]) / 2  # from the middle of a move to that of the next
-    corner, needed = pause >= settle, np.zeros(max(len(lengths) - 1, 0))
-    speed = np.zeros((5, len(lengths)))  # of each axis at w = 1
-    bend = np.zeros((5, len(lengths) + 1))  # its acceleration at a pose that is passed at w = 1
-    jumps = []  # of its speed at the corners
-    for axis, column in enumerate(joints.T):
-        velocity = np.diff(column)[moving] / lengths
-        jump = np.abs(np.diff(velocity))
-        speed[axis] = np.abs(velocity)
-        np.divide(jump, pause, out=bend[axis, 1:-1], where=~corner)
-        needed = np.maximum(needed, jump / most[axis])  # seconds, in which all axes can take their jumps
-        jumps.append(jump[corner])
-
-    squares = np.zeros(len(lengths) + 1)
-    with np.errstate(divide="ignore"):
-        limits = np.minimum(np.where(corner, np.inf, pause / needed), (settle / needed) ** 2)
-        squares[1:-1] = np.minimum(limits, 1)
+    loops = [compiled(loop) if len(lengths) > LONG else loop for loop in (corners, climbed, driven)]
+    velocity, pause, squares = loops[0](joints, moving, lengths, most, settle)
     if np.isfinite(most).any():
-        climb = compiled(climbed) if len(lengths) > LONG else climbed
-        squares = climb(squares, lengths, speed, bend, most)
-        squares = climb(squares[::-1], lengths[::-1], speed[:, ::-1], bend[:, ::-1], most)[::-1]
-
-    def used(bend):
-        return np.maximum(bend[:-1] * squares[:-1], bend[1:] * squares[1:])
-
-    left = np.full(len(lengths), np.inf)
-    for v, bent, limit in zip(speed, bend, most, strict=True):
-        left = np.minimum(left, np.where(v > STILL, (limit - used(bent)) / np.maximum(v, STILL), np.inf))
-    ramp = np.maximum(left, np.abs(np.diff(squares)) / (2 * lengths))
-    override = np.sqrt(squares)
-    highest = np.minimum(1, np.sqrt((squares[1:] + squares[:-1]) / 2 + ramp * lengths))
-    ramp[ramp * lengths <= ROUNDING * highest**2] = np.inf  # or what rounding leaves of a ramp would take time
-    seconds = np.zeros(len(asked))
-    seconds[moving] = _durations(override, lengths, ramp, highest)
-    changes = (highest > override[:-1]) | (highest > override[1:])
-    pull = np.where(changes & np.isfinite(ramp), ramp, 0)
-    peaks = [
-        [(v * highest).max(initial=0) for v in speed],
-        [(v * pull + used(bent)).max(initial=0) for v, bent in zip(speed, bend, strict=True)],
-        [(jump * override[1:-1][corner]).max(initial=0) for jump in jumps],
-    ]
-    peaks[1] = np.where(np.isfinite(most), peaks[1], np.nan)
-    seconds = np.r_[0.0, np.cumsum(seconds)][kept]
-    return TimeLaw(joints[kept], seconds, override, lengths, ramp, highest, *map(np.array, peaks))
+        squares = loops[1](squares, lengths, velocity, pause, most)
+        squares = loops[1](squares[::-1], lengths[::-1], velocity[:, ::-1], pause[::-1], most)[::-1]
+    ramp, highest, durations, peaks = loops[2](squares, lengths, velocity, pause, most)
+    peaks[1, np.isinf(most)] = np.nan
+    seconds = np.r_[0.0, np.cumsum(durations)]
+    if len(moving) < len(asked):
+        joints = joints[np.r_[0, moving + 1]]
+    return TimeLaw(joints, seconds, np.sqrt(squares), lengths, ramp, highest, *peaks)
 
 
-def climbed(squares, lengths, speed, bend, most):
+# The loops run as they stand, or as machine code if Numba compiles them.
+
+
+def corners(joints, moving, lengths, most, settle):
+    """The velocity of each axis at w = 1, and at each pose the time for its jump on a curve and the square of w.
+
+    That time is from the middle of a move to that of the next; infinite at a corner, where the jump is limited
+    instead, and at both ends of the path, which are at rest.
+    """
+    count, axes = len(lengths), len(most)
+    velocity, pause, squares = np.zeros((axes, count)), np.full(count + 1, np.inf), np.zeros(count + 1)
+    for move in range(count):
+        needed = 0.0  # seconds, in which all axes can take their jumps
+        for axis in range(axes):
+            row = moving[move]
+            velocity[axis, move] = (joints[row + 1, axis] - joints[row, axis]) / lengths[move]
+            if move > 0:
+                needed = max(needed, abs(velocity[axis, move] - velocity[axis, move - 1]) / most[axis])
+        if move > 0:
+            squares[move], between = 1.0, (lengths[move] + lengths[move - 1]) / 2
+            if between < settle:
+                pause[move] = between
+            if needed > 0:
+                squares[move] = min(1.0, pause[move] / needed, (settle / needed) ** 2)
+    return velocity, pause, squares
+
+
+def climbed(squares, lengths, velocity, pause, most):
     """The squares of w at the poses, so far lowered that every axis can follow where w rises from pose to pose.
 
     What the bend at either end of a move takes of the acceleration of an axis is not left for the rise.
     """
-    squares = squares.copy()
-    for move in range(len(lengths)):
+    squares, bend, moves = squares.copy(), np.zeros(len(most)), len(lengths)
+    for move in range(moves):
         length, square, rise = lengths[move], squares[move], np.inf
         for axis in range(len(most)):
-            v, here, there = speed[axis, move], bend[axis, move], bend[axis, move + 1]
+            v, here, there = abs(velocity[axis, move]), bend[axis], 0.0
+            if move + 1 < moves:
+                there = abs(velocity[axis, move + 1] - velocity[axis, move]) / pause[move + 1]
             if v > STILL:
                 rise = min(rise, (most[axis] - here * square) / v)
                 rise = min(rise, (most[axis] - there * square) / (v + 2 * length * there))
+            bend[axis] = there
         squares[move + 1] = min(squares[move + 1], square + 2 * length * max(rise, 0.0))
     return squares
 
 
-def _durations(override, lengths, ramp, highest):
-    """Seconds of each move: up to the highest w, on at it, down again."""
-    up, down = highest - override[:-1], highest - override[1:]
-    on_ramps = (up * (highest + override[:-1]) + down * (highest + override[1:])) / (2 * ramp)
-    return (up + down) / ramp + np.maximum(lengths - on_ramps, 0) / highest
+def driven(squares, lengths, velocity, pause, most):
+    """Ramp, highest w and seconds of each move: up to the highest w, on at it, down again; peaks, shape (2, 5)."""
+    moves, axes = len(lengths), len(most)
+    ramp, highest, seconds, peaks = np.zeros(moves), np.zeros(moves), np.zeros(moves), np.zeros((2, axes))
+    bend, used = np.zeros(axes), np.zeros(axes)  # what the bends use of the acceleration
+    for move in range(moves):
+        length, before, after, pull = lengths[move], squares[move], squares[move + 1], np.inf
+        for axis in range(axes):
+            v, there = abs(velocity[axis, move]), 0.0
+            if move + 1 < moves:
+                there = abs(velocity[axis, move + 1] - velocity[axis, move]) / pause[move + 1]
+            used[axis], bend[axis] = max(bend[axis] * before, there * after), there
+            if v > STILL:
+                pull = min(pull, (most[axis] - used[axis]) / v)
+        pull = max(pull, abs(after - before) / (2 * length))
+        first, last, top = math.sqrt(before), math.sqrt(after), (before + after) / 2 + pull * length
+        top = math.sqrt(min(top, 1.0))
+        if pull * length <= ROUNDING * top**2:  # or what rounding leaves of a ramp would take time
+            pull = np.inf
+        up, down = top - first, top - last
+        on_ramps = (up * (top + first) + down * (top + last)) / (2 * pull)
+        seconds[move] = (up + down) / pull + max(length - on_ramps, 0.0) / top
+        ramp[move], highest[move] = pull, top
+        for axis in range(axes):
+            v, pulled = abs(velocity[axis, move]), used[axis]
+            if max(up, down) > 0 and pull < np.inf:
+                pulled += v * pull
+            peaks[0, axis], peaks[1, axis] = max(peaks[0, axis], v * top), max(peaks[1, axis], pulled)
+    return ramp, highest, seconds, peaks
 
 
 def slow_down(record, seconds, asked):
     """Return the record that costs the tip the most time above what its feed asks: record, asked, taken seconds.
 
-    All three are arrays, shape (m,), for the moves: the record that each leads to, the seconds that it takes, and
-    those that its feed asks. Where these are NaN no feed is asked for; if it is nowhere, the answer is None.
+    The arrays (m,) are, of each move, the record that it leads to, the seconds that it takes, and those that its
+    feed asks: NaN where none is asked for. If it is nowhere, the answer is None.
     """
     fed = np.flatnonzero(~np.isnan(asked))
     if not fed.size:

@@ -9,47 +9,29 @@ import numpy as np
 
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post import cl as cldata
-from mathpost.post import selection, travel, yu_dan
+from mathpost.post import selection, yu_dan
 from mathpost.post.between_blocks import deviation
-from mathpost.post.motion import Motion, block_times, follow, linearize
-from mathpost.post.singular import distance
+from mathpost.post.motion import Motion, block_times, follow, in_the_air, linearize
+from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, distance, refuse_nonsense
 from mathpost.post.time_law import TimeLaw, time_law
 from mathpost.post.yu_dan import paper_clamped, paper_cubic
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline
 ASIDE_NODES = 181  # nodes of a path moved aside
-# As much as a flank 6 mm above the tip strays by 0.01 mm; what Siemens' CYCLE832 sets for finishing, too: 10° for
-# each mm of the tolerance of the contour.
-AXIS_TOLERANCE = np.radians(0.1)
-LEAN = np.radians(1.0)
-CLEARANCE = 20.0  # mm
-AIR = 0.1  # of the clearance, how far a lifted tip may stray
 NEAR = 50  # records on both sides of a region that its ways are run with
 
 
 @dataclass(frozen=True)
 class Way(Motion):
-    """One way through a region, from its first record to its last; without poses if it is not possible.
-
-    Attributes
-    ----------
-    law : TimeLaw or None
-        From rest `NEAR` records before the region to rest as many after it, the way between.
-    peak_speed, peak_acceleration : float
-        Of the outer rotary axis meanwhile, radians per s and s²; NaN an acceleration without a limit.
-    tip_error, axis_error : float
-        Largest distance (mm) and angle (radians) of the moves in cut from the CL data: what the way needs.
-    reason : str
-        Why the way is not possible, or "".
-    """
+    """One way through a region, from its first record to its last; without poses if it is not possible."""
 
     name: str
-    law: TimeLaw | None = None
-    peak_speed: float = np.nan
-    peak_acceleration: float = np.nan
-    tip_error: float = np.nan
-    axis_error: float = np.nan
-    reason: str = ""
+    law: TimeLaw | None = None  # from rest `NEAR` records before the region to rest as many after it
+    peak_speed: float = np.nan  # of the outer rotary axis meanwhile, radians per s,
+    peak_acceleration: float = np.nan  # and s²; NaN without a limit
+    tip_error: float = np.nan  # largest distance of the moves in cut from the CL data, mm,
+    axis_error: float = np.nan  # and angle, radians: what the way needs
+    reason: str = ""  # why the way is not possible
 
     @property
     def time(self):
@@ -141,11 +123,9 @@ class Crossing:
             motion = ways[name]()
             if name in self.FOLLOWING:
                 motion = follow(self.kin, self.cl, motion, self.axis_tolerance)
-                keep = in_the_air(motion, self.tolerance, clearance)
-                motion = linearize(self.kin, motion.joints, keep, place=motion.place, lifted=motion.lifted)
+                motion = linearize(self.kin, motion, in_the_air(motion, self.tolerance, clearance))
         except MathpostError as error:
-            none = Motion.on_part(np.empty((0, 5)), [])
-            return Way(**vars(none), name=name, reason=str(error))
+            return Way(**vars(Motion.on_part(np.empty((0, 5)), [])), name=name, reason=str(error))
         return Way(**vars(motion), name=name, **self._figures(motion))
 
     def _direct(self):
@@ -157,9 +137,9 @@ class Crossing:
         found = selection.candidates(self.kin, self.cl.points[self.records], self.cl.axes[self.records])
         joints = self.joints[self.records]
         for row in range(swing + 1 - self.first, len(joints)):
-            chosen = np.abs(travel.nearest((joints[row] - found.joints[row])[:, 3:])).max(axis=1) < 1e-5
-            steps = travel.short_way(machine, found.joints[row] - joints[row - 1])
-            costs = np.where(chosen, np.inf, travel.move_costs(machine, steps))
+            chosen = np.abs(selection.nearest((joints[row] - found.joints[row])[:, 3:])).max(axis=1) < 1e-5
+            steps = selection.short_way(machine, found.joints[row] - joints[row - 1])
+            costs = np.where(chosen, np.inf, selection.move_costs(machine, steps))
             pick = np.where(found.inside[row], costs, np.inf).argmin()
             if chosen[pick] or not found.inside[row, pick]:
                 raise MathpostError(f"{self.cl.where(self.first + row)}: {found.reason(row, int(costs.argmin()))}")
@@ -175,7 +155,7 @@ class Crossing:
         span, swing = self.last - self.first, np.ptp(self.joints[[self.first, self.last], 3:], axis=0).max()
         n = (int(np.ceil(swing / STEP / span)) + 1) * span - 1  # a point at each record, and others evenly between
         place, joints = yu_dan.smooth(self.kin, self.cl, self.joints, (self.first, self.last), n)
-        return linearize(self.kin, joints, self.tolerance, place=place)
+        return linearize(self.kin, Motion.on_part(joints, place), self.tolerance)
 
     def _aside(self, lean):
         place = np.unique(np.r_[np.linspace(self.first, self.last, ASIDE_NODES), self.records])
@@ -218,7 +198,8 @@ class Crossing:
 
     def _with_tip_kept(self, place, rotary):
         """Close the loop at each node and divide the moves until the tip keeps the tolerance."""
-        return linearize(self.kin, self.kin.close(self.cl.at(place)[0], rotary), self.tolerance, place=place)
+        joints = self.kin.close(self.cl.at(place)[0], rotary)
+        return linearize(self.kin, Motion.on_part(joints, place), self.tolerance)
 
     def _largest_swing(self):
         """The record that the outer axis swings from."""
@@ -226,8 +207,7 @@ class Crossing:
 
     def _figures(self, motion):
         """What `Way` says of a motion."""
-        joints, place, in_cut = motion.joints, motion.place, motion.in_cut
-        tips, axes = self.cl.at(place)
+        joints, (tips, axes) = motion.joints, self.cl.at(motion.place)
         tip_error, axis_error = deviation(
             self.kin, joints[:-1], joints[1:], tips=(tips[:-1], tips[1:]), axes=(axes[:-1], axes[1:])
         )
@@ -236,7 +216,7 @@ class Crossing:
             "law": law,
             "peak_speed": law.peak_speeds[self.outer],
             "peak_acceleration": law.peak_accelerations[self.outer],
-            "tip_error": tip_error[in_cut].max(initial=0),
+            "tip_error": tip_error[motion.in_cut].max(initial=0),
             "axis_error": axis_error[motion.at_feed(self.cl)].max(initial=0),
         }
 
@@ -244,22 +224,31 @@ class Crossing:
         before, after = np.arange(max(self.first - NEAR, 0), self.first), np.arange(self.last + 1, len(self.joints))
         run = [Motion.on_part(self.joints[near], near) for near in (before, after[:NEAR])]
         run = Motion.joined([run[0], motion, run[1]])
-        tips, feeds = self.kin.forward(run.joints)[0], self.cl.feeds[np.ceil(run.place[1:]).astype(int)]
+        tips, feeds = self.kin.forward(run.joints)[0], self.cl.feeds[run.record[1:]]
         machine = self.kin.machine
         return time_law(machine, run.joints, block_times(machine, run.joints, tips, feeds, run.in_cut))
 
 
-def in_the_air(motion, tolerance, clearance):
-    """Return the tolerance of the tip (mm) for each move, more for those that are lifted."""
-    return np.where(motion.in_cut, tolerance, np.maximum(tolerance, AIR * clearance))
+def unbroken(regions, breaks):
+    """The parts of regions between the records at which the path breaks."""
+    for first, last in regions:
+        inside = [record for record in breaks if first < record <= last]
+        for start, end in zip([first, *inside], [*(record - 1 for record in inside), last], strict=True):
+            if start < end:
+                yield start, end
 
 
-def refuse_nonsense(lean, clearance):
-    """Raise `InputError` for a lean or a clearance that leads nowhere."""
-    if not 0 < lean < np.pi / 2:
-        raise InputError("lean", "radians above 0 and below π/2", repr(lean))
-    if not 0 < clearance < np.inf:
-        raise InputError("clearance", "mm above 0", repr(clearance))
+def through_the_records(joints, ways):
+    """The `Motion` through the joints (n, 5) chosen for the records, with each of `ways` in its place."""
+    place = np.arange(len(joints))
+    parts, record = [], 0  # the next record to be reached
+    for way in sorted(ways, key=lambda way: way.place[0]):
+        first, last = int(way.place[0]), int(way.place[-1])
+        parts.append(Motion.on_part(joints[record:first], place[record:first]))
+        # Where a way begins at the record at which another has ended, that pose is there already.
+        parts.append(way[1:] if record > first else way)
+        record = last + 1
+    return Motion.joined([*parts, Motion.on_part(joints[record:], place[record:])])
 
 
 def comparison(region, ways):

@@ -12,22 +12,21 @@ import sympy as sp
 from scipy.interpolate import CubicSpline
 
 from mathpost.errors import InputError, MathpostError, ReachError
-from mathpost.post.travel import TURN, all_within, out_of_travel, within_travel
+from mathpost.machine import TRAVEL_TOLERANCE
 
 
 @dataclass(frozen=True)
 class Case:
     """What section 1.2 says of the tilting angle of one record.
 
-    Case `number` 1: |θ|, `size` in radians, is outside travel, or NaN. 2: only one sign is inside, equation (5).
-    3: both are, and the smaller of `steps` is taken, the radians from the record before for κ = 0 and 1. `kappa` is
-    the κ of (−1)^κ·|θ| that is taken, None in case (1).
+    Case 1: |θ| is outside travel, or NaN. 2: only one sign is inside, equation (5). 3: both are, and the smaller
+    step is taken.
     """
 
-    number: int
-    size: float
-    kappa: int | None
-    steps: tuple = ()
+    number: int  # of the case
+    size: float  # |θ|, radians
+    kappa: int | None  # the κ of (−1)^κ·|θ| that is taken, None in case (1)
+    steps: tuple = ()  # radians from the record before for κ = 0 and 1
 
     @property
     def angle(self):
@@ -82,14 +81,14 @@ def cases(kin, cl, prefer):
         found = f"{kin.machine.name}, where it is elsewhere"
         raise InputError("strategy 'paper'", f"a machine whose two solutions are ±{derived.inner}", found)
     tilting = kin.symbols.index(derived.inner)
-    near, far = sorted(np.abs(kin.machine.limits[tilting]))
+    near, far = np.sort(np.abs(kin.machine.limits[tilting])) + TRAVEL_TOLERANCE
     dominant = 0 if prefer > 0 else 1
     found, before = [], 0.0
     for size in np.abs(kin.inverse(cl.points, cl.axes)[:, 0, tilting]).tolist():
-        if not within_travel(size, 0.0, far):
+        if not size <= far:
             found.append(Case(1, size, None))
             continue
-        if within_travel(size, 0.0, near):
+        if size <= near:
             steps = abs(size - before), abs(-size - before)
             found.append(Case(3, size, min((dominant, 1 - dominant), key=lambda kappa: steps[kappa]), steps))
         else:
@@ -107,7 +106,7 @@ def turns(angles):
     angles, found = [float(angle) for angle in angles], []
     for record in range(1, len(angles) - 1):
         before, angle, after = angles[record - 1 : record + 2]
-        turned = angle - TURN * np.sign(angle)
+        turned = angle - 2 * np.pi * np.sign(angle)
         deltas = (abs(each - before) + abs(each - after) for each in (angle, turned))
         found.append(Turn(angle, turned, *deltas))
         angles[record] = found[-1].taken
@@ -130,9 +129,9 @@ def choose(kin, cl, prefer):
     joints = kin.inverse(cl.points, cl.axes)[np.arange(len(branch)), branch]
     outer = kin.symbols.index(kin.inverse_symbolic.outer)
     joints[1:-1, outer] = [turn.taken for turn in turns(joints[:, outer])]
-    out = np.flatnonzero(~all_within(kin.machine, joints))
+    out = np.flatnonzero(~kin.machine.within(joints).all(axis=1))
     if out.size:
-        raise ReachError(f"{cl.where(int(out[0]))}: {'; '.join(out_of_travel(kin.machine, joints[out[0]]))}")
+        raise ReachError(f"{cl.where(int(out[0]))}: {'; '.join(kin.machine.out_of_travel(joints[out[0]]))}")
     return joints, branch
 
 
@@ -200,21 +199,9 @@ def paper_cubic(rows, t):
 def smooth(kin, cl, joints, region, n, *, dt=(1.0, 1.0)):
     """Put `n` points, even in the virtual time, into a region: angles on the clamped cubic, X Y Z recomputed.
 
-    Parameters
-    ----------
-    kin : Kinematics
-    cl : CLData
-    joints : array_like, shape (m, 5)
-        Chosen for all records, mm and radians.
-    region : (int, int)
-        First and last record, from 0.
-    dt : tuple of 2 floats
-        As in `end_slopes`.
-
-    Returns
-    -------
-    place, joints : ndarray, shape (n + 2,) and (n + 2, 5)
-        The virtual time: 2.25 is a quarter of the way from record 2 to record 3, counted from 0; mm and radians.
+    `joints`, shape (m, 5), are those chosen for all records, mm and radians; `region` is the first and the last
+    record, from 0; `dt` as in `end_slopes`. Returns the virtual time (n + 2,), of which 2.25 is a quarter of the
+    way from record 2 to record 3, and joints (n + 2, 5).
     """
     first, last = region
     curve = clamped(four_records(joints, region)[:, 3:], last - first, dt)

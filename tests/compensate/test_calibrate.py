@@ -14,6 +14,7 @@ from mathpost.compensate.compensation import Compensator
 from mathpost.compensate.model import constant_errors, read_errors
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
+from mathpost.measure import rotary_axis
 from tests.benchmarks.calibration import once
 from tests.compensate.measured import AGAINST, ISO, Real, believed, files, left, nominal
 
@@ -149,6 +150,27 @@ def test_u_is_wide_with_few_spare_readings(write):
     expected = 1.96 * 0.001 / np.sqrt(2)
     u = stated["EX0C"].U
     assert u == pytest.approx(expected, rel=1e-3)
+
+
+def test_the_formula_of_one_method_finds_what_the_chain_finds():
+    """Lessons 10 and 11 fit a formula of their own; `calibrate` has one chain for all."""
+    data = machines.data_file("measurements")
+    table, head = machines.load("ac_table"), machines.load("head_b_table_c")
+    dial, probing, tip = rotary_axis.dial_circle(), rotary_axis.probing(table.rotary[0]), rotary_axis.rtcp_zero()
+    by_formula = dial.identify(dial.read(data / "dial_circle.csv"))
+    by_chain = calibrate(table, [data / "dial_circle.csv"])
+    for name, other in {"ex": "EX0C", "ey": "EY0C"}.items():
+        assert by_formula[name] == pytest.approx(-by_chain[other].value, abs=1e-6)
+        assert pytest.approx(by_chain[other].U, rel=0.01) == by_formula.expanded(name).U
+    by_formula = probing.identify(probing.read(data / "probing_a_axis.csv"))
+    by_chain = calibrate(table, [data / "probing_a_axis.csv"])
+    assert by_chain.machine.rotary[0].point[1:] == pytest.approx([by_formula["yc"], by_formula["zc"]], abs=1e-6)
+    assert pytest.approx(by_chain["EY0A"].U, rel=1e-6) == by_formula.expanded("yc").U
+    by_formula = tip.identify(tip.read(data / "rtcp_tip.csv"))
+    lines = handover.terms(calibrate(head, [data / "rtcp_tip.csv"])).splitlines()[2:5]
+    said = [float(line.partition("±")[0].split()[-1]) for line in lines]
+    expected = [np.rad2deg(by_formula["alpha"]), by_formula["dy"], by_formula["dL"]]
+    assert said == pytest.approx(expected, abs=1e-5)
 
 
 # Signs
@@ -379,6 +401,10 @@ THREE = ("angle,R,dial", "0,100,0.1", "90,100,0.1")
             "actual minus target, no positions",
         ),
         (text("position,up1,down1", "0,0,0", "90,1,1", **LASER), "expected two runs, or a line # sigma"),
+        (text("position,up1,down1", "0,0,0", "90,1,1", **LASER, sigma=-1), "a line # sigma = a number above 0"),
+        (text("position,reading", "0,0", "0,1", **LASER, sigma=1), "at least 2 targets, found 1"),
+        (text(UP_DOWN, "0,0,0,0,0", **LASER), "at least 2 targets, found 1"),
+        (text("position,up1,down1", "0,0,0", "280,1,1", **LASER, sigma=1), "at least 3 targets, found 2"),
         (text("position,up1", "0,0", **LASER | {"axis": "B"}), "a line # axis = X or Y or Z or A or C, found 'B'"),
         (text("position,up1,up2", "0,0,0", "90,9000,9000", **LASER), "a deviation below 1° or 5 mm"),
         (b"\xff\xfe\x00", "text in UTF-8 or GBK"),
@@ -389,6 +415,13 @@ def test_what_is_unclear_is_asked_for_with_the_line(content, message, write):
     with pytest.raises(InputError) as error:
         calibrate(machines.load("ac_table"), [path])
     assert str(path) in str(error.value) and message in str(error.value)
+
+
+@pytest.mark.parametrize(("head", "axis"), [("C,R,dial", {}), ("angle,R,dial", {"axis": "C"})])
+def test_a_dial_on_a_ring_needs_a_table(head, axis, write):
+    path = write(text(head, "0,100,0", "90,100,0.1", method="dial", unit="mm", positive="out", **axis))
+    with pytest.raises(InputError, match="an axis that carries the workpiece, found C"):
+        calibrate(machines.load("ac_head"), [path])
 
 
 def test_a_laser_in_degrees_is_not_nothing(write):

@@ -410,8 +410,8 @@ def test_what_is_computed_for_an_answer_has_its_chinese(name, answer):
 def test_every_phrase_of_the_detectives_has_its_chinese():
     slips = [slip for same in wordings().values() for wording in same for slip in wording.slips]
     slips += [slip for factors in all_factors("ZXZ", 2) for slip in factors.slips]
-    slips += [slip for copied in euler_angles.COPIED for slip in copied.slips]
-    slips += [euler_angles.MORE_DIGITS, *euler_angles.QUATERNION.values()]
+    slips += [slip for copied in euler_angles.COPIED for slip in copied]
+    slips.append(euler_angles.MORE_DIGITS)
     slips += [slip for slips, *_ in rotary_axes._axis_misreadings() for slip in slips]
     slips += [slip for change in rotary_axes._changes("B") for slip in change.slips]
     phrases = {slip.phrase for slip in slips}

@@ -147,7 +147,7 @@ def test_at_the_start_everything_is_seen(kin):
     (drawn,) = view.scenes
     start = np.array([slider["value"] for slider in view.state["sliders"]])
     joints = np.r_[start[:3], np.radians(start[3:])]
-    assert scene.hidden(kin, drawn, joints) == []
+    assert scene.crossed(kin, drawn, joints) == scene.covered(kin, drawn, joints) == []
     places = placing(kin.machine)(joints)
     tilt = on_screen(drawn, places["tool"][:3, 2], places["workpiece"][:3, 2])
     assert tilt > 8, "the tool is seen to lean"
@@ -156,7 +156,8 @@ def test_at_the_start_everything_is_seen(kin):
 def test_a_walk_starts_where_everything_is_seen(kin, blade):
     view = view_machine.walk(kin, blade)
     start = np.array(view.state["runs"][0]["joints"][0])
-    assert scene.hidden(kin, view.scenes[0], start) == []
+    shown = (kin, view.scenes[0], start)
+    assert scene.crossed(*shown) == scene.covered(*shown) == []
 
 
 def test_a_blade_stands_under_its_path(blade, twisted, dmu50v):
@@ -178,8 +179,8 @@ def test_what_is_hidden_is_said(kin):
     drawn, made = scene.machine(kin)
     tool = placing(kin.machine)(made.home)["tool"][:3, 2]
     along = drawn.frame(np.degrees(np.arctan2(tool[1], tool[0])), np.degrees(np.arcsin(tool[2])))
-    assert any("points at the viewer" in said for said in scene.hidden(kin, along, made.home))
-    below = scene.hidden(kin, drawn.frame(-58, -75), made.home)
+    assert any("points at the viewer" in said for said in scene.crossed(kin, along, made.home))
+    below = scene.covered(kin, drawn.frame(-58, -75), made.home)
     assert "the workpiece is hidden" in below or "the tool is hidden" in below
 
 

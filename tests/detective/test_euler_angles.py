@@ -123,7 +123,7 @@ def test_a_match_is_believed_if_an_accident_is_less_probable_than_one_in_two_hun
     """A point on a sphere of radius R, within ±t of given coordinates: 6t² of 4πR², for each misreading tried."""
     costs = np.add.outer([f.cost for f in all_factors("ZXZ", 2)], [same[0].cost for same in wordings().values()])
     # No more far-fetched than active elements; an answer copied wrongly is tried, too.
-    tries = sum((costs + sum(slip.cost for slip in each.slips) <= 1 + 1e-9).sum() for each in COPIED)
+    tries = sum((costs + sum(slip.cost for slip in slips) <= 1 + 1e-9).sum() for slips in COPIED)
     radius = np.sqrt(tries * 6 * 0.05**2 / (4 * np.pi * chance))
     point = radius * np.array([3, 4, 5]) / np.sqrt(50)
     angles = np.array([21.3123456, -47.9654321, 74.6135246])  # that every rounding changes

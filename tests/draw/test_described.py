@@ -6,7 +6,7 @@ import sympy as sp
 from IPython.lib.pretty import pretty
 
 from mathpost.draw import plot
-from mathpost.draw.chart import printed, recorded
+from mathpost.draw.chart import printed, recorded, subplots
 from mathpost.draw.described import describe
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import Scene
@@ -93,16 +93,14 @@ def test_a_wrong_view_says_something_else(wrong):
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_chart_says_its_curves_also_where_the_slider_does_not_stand(make, sign):
     def told(sign):
-        def build(figure):
-            (line,) = figure.subplots().plot([0, 1], [0, 0])
-            if make is printed:
-                return {line: [(sp.S(0), sp.S(0)), (sp.S(1), sign * t**2)]}, [t]
-            return lambda value: line.set_ydata([0, value**2 if value < 4 else sign * value**2]) or ["it rises"]
-
-        t = sp.Symbol("t")
-        control = slider("t", 0, 5, 1.0, unit="")
-        chart = recorded(build, control) if make is recorded else printed(build, [t], [control], ["it rises"])
-        return pretty(chart)
+        figure, axes = subplots()
+        (line,) = axes.plot([0, 1], [0, 0])
+        t, control = sp.Symbol("t"), slider("t", 0, 5, 1.0, unit="")
+        if make is printed:
+            points = {line: [(sp.S(0), sp.S(0)), (sp.S(1), sign * t**2)]}
+            return pretty(printed(figure, points, [t], [t], [control], ["it rises"]))
+        update = lambda value: line.set_ydata([0, value**2 if value < 4 else sign * value**2]) or ["it rises"]  # noqa: E731
+        return pretty(recorded(figure, update, control))
 
     assert (told(sign) == told(1.0)) == (sign == 1.0)
 

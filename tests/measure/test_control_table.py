@@ -40,14 +40,6 @@ def test_two_directions_make_two_cec_tables(example):
         control_table.siemens("C", 90, up, open_one)
 
 
-def test_the_straight_lines_of_a_control_want_enough_entries():
-    error = spline.through_all(
-        angular_error.read_runs(DATA / "measurements/angular_error.csv").points(endless=True)
-    )
-    coarse, fine = (control_table.between_entries(error, step) for step in (10, 5))
-    assert 0.1 < fine < coarse / 3
-
-
 # Fanuc: what the control makes of the points
 
 

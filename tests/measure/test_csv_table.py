@@ -24,7 +24,6 @@ def write(tmp_path):
 def test_columns_in_any_order_with_comments_blank_lines_and_words(write):
     path = write('# source: a "test, of sorts\n\n y , angle,way\n 1.5, 0, up\n\n# a remark\n-2e-3,90,down\n')
     read = csv_table.read(path, ["angle", "y"], optional=["way", "z"], text=["way"])
-    assert read.source == 'a "test, of sorts a remark'
     np.testing.assert_array_equal(read["angle"], [0, 90])
     np.testing.assert_array_equal(read["y"], [1.5, -2e-3])
     assert read["way"] == ["up", "down"] and read.lines == (4, 7)

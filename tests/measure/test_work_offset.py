@@ -41,7 +41,8 @@ def test_worked_numbers(order, iso, start, end, expected):
 @pytest.mark.parametrize("order", ["AB", "BA"])
 @pytest.mark.parametrize(("height", "slip"), [(-900, 25.8819), (-850, 8.71557)])
 def test_the_cost_of_one_common_centre(order, height, slip):
-    right, wrong = table(order), work_offset.with_common_centre(table(order), (-350, -200, height))
+    common = (-350, -200, height)
+    right, wrong = table(order), work_offset.ab_table(common, common, order=order)
     start, end = {"A": 0, "B": 0}, {"A": -30, "B": 10}
     pair = [work_offset.moved((-300, -250, -600), t, start, end, degrees=True) for t in (right, wrong)]
     assert np.linalg.norm(pair[0] - pair[1]) == pytest.approx(slip, abs=6e-5)
@@ -93,20 +94,19 @@ def test_the_program_of_the_source():
     new = work_offset.p9795(table(), OLD, **work_offset.read_call("G65P9795X0Y0Z0A0B0D-30.E10.S55"))
     np.testing.assert_allclose(new.after, (-352.854066, -370.363638, -654.921524), atol=6e-7)
     assert new.block == "G90 G10 L2 P2 X-352.854 Y-370.364 Z-654.922"
-    assert new.offset.code == "G55" and new.angles == {"A": -30, "B": 10}
-    np.testing.assert_array_equal(new.before, (-300, -250, -600))
+    assert new.angles == {"A": -30, "B": 10}
 
 
 def test_offsets_of_the_rotary_axes_and_the_point_count():
     old = work_offset.WorkOffset("G56", X=-310, Y=-260, Z=-590, A=5, B=-15)
-    new = work_offset.p9795(table("BA"), old, X=10, Y=10, Z=-10, A=1, B=2, D=-30, E=10, decimals=4)
+    new = work_offset.p9795(table("BA"), old, X=10, Y=10, Z=-10, A=1, B=2, D=-30, E=10)
     expected = work_offset.moved(
         (-300, -250, -600), table("BA"), {"A": 6, "B": -13}, {"A": -25, "B": -5}, degrees=True
     )
     np.testing.assert_allclose(new.after, expected, atol=1e-12)
     assert new.angles == {"B": -5, "A": -25} and new.block.startswith("G90 G10 L2 P3 X-")
     current = {"X": 10, "Y": 10, "Z": -10, "A": 1, "B": 2}
-    assert work_offset.p9795(table("BA"), old, D=-30, E=10, current=current, decimals=4).block == new.block
+    assert work_offset.p9795(table("BA"), old, D=-30, E=10, current=current).block == new.block
 
 
 def test_extra_shift_along_the_machine_or_with_the_part():

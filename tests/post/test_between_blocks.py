@@ -1,15 +1,22 @@
 """The error between blocks against closed forms and dense sampling, and bounds that hold."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation, Slerp
 
+from mathpost import machine
+from mathpost.kinematics import Kinematics
 from mathpost.post import between_blocks as module
+from mathpost.post import cl
 from mathpost.post.between_blocks import (
     AXIS_RESOLUTION,
     RESOLUTION,
     _intervals,
+    axis_lag,
     bounds,
     derivative,
     deviation,
@@ -17,7 +24,10 @@ from mathpost.post.between_blocks import (
     largest,
     levers,
     sampled,
+    tip_deviation,
+    true_tip,
 )
+from tests.machines import SIDES, content
 
 
 def moves(kin, count, seed):
@@ -42,6 +52,66 @@ def test_default_sampling_misses_no_more_than_its_resolution(kin):
     (tip, axis), (dense_tip, dense_axis) = deviation(kin, start, end), deviation(kin, start, end, samples=1024)
     np.testing.assert_allclose(tip, dense_tip, rtol=0, atol=RESOLUTION)
     np.testing.assert_allclose(axis, dense_axis, rtol=0, atol=RESOLUTION / 100)
+
+
+def test_the_tip_alone_is_the_tip_of_both(kin):
+    start, end = moves(kin, 100, seed=3)
+    np.testing.assert_array_equal(tip_deviation(kin, start, end), deviation(kin, start, end)[0])
+
+
+def test_the_true_tip_is_where_the_joints_take_it(kin):
+    start, end = moves(kin, 1, seed=4)
+    joints = np.array([start[0], end[0], start[0] + 5])
+    tip, segment = (points.reshape(2, 5, 3) for points in true_tip(kin, joints, samples=4))
+    for move in range(2):
+        quarter = joints[move] + (joints[move + 1] - joints[move]) / 4
+        np.testing.assert_allclose(tip[move, [0, 1, -1]], kin.forward([joints[move], quarter, joints[move + 1]])[0])
+        np.testing.assert_allclose(segment[move], np.linspace(*kin.forward(joints[move : move + 2])[0], 5))
+
+
+@pytest.mark.parametrize("turn", [0.01, 0.1, 0.5])
+def test_the_axis_lags_behind_the_great_circle_of_the_records(kin, turn):
+    rng = np.random.default_rng(6)
+    joints = np.cumsum(rng.normal(size=(6, 5)) * [1, 1, 1, turn, turn], axis=0)
+    points, axes = kin.forward(joints)
+    place = np.array([0, 0.25, 1, 2.5, 3, 5])  # the joints keep neither to the records nor to their parts
+    found = axis_lag(kin, cl.from_arrays(points, axes), joints[:-1], joints[1:], place[:-1], place[1:])
+    t = np.linspace(0, 1, 2001)[:, None]
+    for move, (here, there) in enumerate(pairwise(place)):
+        first = int(here)
+        if there > first + 1:  # past a record the great circle ends
+            continue
+        turned = Rotation.align_vectors(axes[first + 1], axes[first])[0]
+        between = Slerp([0, 1], Rotation.concatenate([Rotation.identity(), turned]))
+        wanted = between(here + t[:, 0] * (there - here) - first).apply(axes[first])
+        _, axis = kin.forward(joints[move] + t * (joints[move + 1] - joints[move]))
+        lag = 2 * np.arcsin(np.linalg.norm(axis - wanted, axis=1).max() / 2)
+        assert lag - 1e-9 <= found[move] <= lag + 2 * AXIS_RESOLUTION
+
+
+@pytest.mark.parametrize("order", [2, 3])
+@pytest.mark.parametrize("sides", SIDES)
+def test_no_derivative_of_the_tip_is_beyond_its_bound(sides, order):
+    """By differences, which are no greater than the derivative; on machines all of whose offsets count."""
+    file = content(
+        (1, 0, 0),
+        (0, 3, 4),
+        sides,
+        point=((30, -120, 50), (-200, 10, 75)),
+        origin=(40, -300, 20),
+        length=150,
+        programmed=[20, -30, 90],
+    )
+    kin = Kinematics(machine.from_dict(file))
+    start, end = moves(kin, 300, seed=7)
+    most = derivative(kin.machine, start, end, order)
+    intervals = 64
+    t = np.linspace(0, 1, intervals + 1)[:, None, None]
+    tip, _ = kin.forward(start + t * (end - start))
+    found = np.linalg.norm(np.diff(tip, order, axis=0), axis=-1).max(axis=0) * intervals**order
+    large = most > 1e-9 * intervals**order  # where differences keep digits
+    assert large.sum() > 100 and (found <= most)[large].all()
+    assert (found / most)[large].max() > 0.1, "a bound, and no more than needed"
 
 
 def test_the_number_of_samples_follows_the_turn_and_the_levers(kin):

@@ -9,7 +9,7 @@ from mathpost import machine, post
 from mathpost.errors import InputError, MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
-from mathpost.post import motion, planning, program, proof, singular, ways
+from mathpost.post import motion, program, proof, singular, ways
 from mathpost.post.motion import Motion
 from mathpost.post.ways import AXIS_TOLERANCE
 from tests.conftest import DATA
@@ -112,7 +112,8 @@ def test_a_block_with_a_tenth_of_its_time(by_the_pole, program_of, name):
 def test_times_computed_ten_times_too_short_are_refused(dmu50v, by_the_pole, monkeypatch, dialect, rates):
     data = dmu50v.machine if rates else without_rates(dmu50v.machine)
     post.run(by_the_pole, data, dialect=dialect)
-    monkeypatch.setattr(planning, "block_times", lambda *given: motion.block_times(*given) / 10)
+    right = motion.block_times
+    monkeypatch.setattr(motion, "block_times", lambda *given: right(*given) / 10)
     with pytest.raises(MathpostError, match="a block takes"):
         post.run(by_the_pole, data, dialect=dialect)
 
@@ -214,19 +215,19 @@ def test_ways_that_meet_at_a_record():
         rows = joints[[record - 1, record - 1, record, record, record]] + [[0], [0.1], [0.2], [0.3], [0]]
         return Motion(rows, place, np.array([False, True, True, True, False]))
 
-    whole = planning._through_the_records(joints, [over(3), over(2)])
+    whole = ways.through_the_records(joints, [over(3), over(2)])
     np.testing.assert_array_equal(whole.place, [0, 1, 1, 1.5, 2, 2, 2, 2.5, 3, 3, 4, 5])
     np.testing.assert_array_equal(np.flatnonzero(whole.lifted), [2, 3, 4, 6, 7, 8])
     np.testing.assert_array_equal(whole.joints[~whole.lifted], joints)
-    plain = planning._through_the_records(joints, [])
+    plain = ways.through_the_records(joints, [])
     np.testing.assert_array_equal(plain.joints, joints)
     assert not plain.lifted.any()
 
 
 def test_a_region_is_passed_between_the_breaks():
-    assert list(planning._unbroken([(1, 4), (6, 9), (20, 21)], [5, 7, 9, 21])) == [(1, 4), (7, 8)]
-    assert list(planning._unbroken([(1, 4)], [])) == [(1, 4)]
-    assert list(planning._unbroken([(1, 9)], [5])) == [(1, 4), (5, 9)]
+    assert list(ways.unbroken([(1, 4), (6, 9), (20, 21)], [5, 7, 9, 21])) == [(1, 4), (7, 8)]
+    assert list(ways.unbroken([(1, 4)], [])) == [(1, 4)]
+    assert list(ways.unbroken([(1, 9)], [5])) == [(1, 4), (5, 9)]
 
 
 def test_the_record_between_two_blocks_and_what_is_reported(dmu50v, by_the_pole, program_of):

@@ -12,7 +12,8 @@ from mathpost import machine
 from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
-from mathpost.post import selection, travel
+from mathpost.post import selection
+from mathpost.post.compiled import compiled
 from tests.conftest import DATA
 
 RATED = ["dmu50v", "ac_table", "nutating_head", "nutating_head_table"]
@@ -56,8 +57,8 @@ def test_optimal_equals_brute_force(name, rates):
         best = np.inf
         for picks in itertools.product(*choices):
             joints = found.joints[range(4), picks]
-            if (np.abs(np.diff(joints[:, 3:], axis=0)) <= travel.HALF_TURN).all():
-                best = min(best, travel.move_costs(kin.machine, np.diff(joints, axis=0)).sum())
+            if (np.abs(np.diff(joints[:, 3:], axis=0)) <= selection.HALF_TURN).all():
+                best = min(best, selection.move_costs(kin.machine, np.diff(joints, axis=0)).sum())
         if np.isfinite(best):
             costs = {
                 name: selection.choose(kin, cl, name, sway=np.inf, split=True) for name in ("optimal", "shortest")
@@ -204,7 +205,7 @@ def test_at_the_pole_the_outer_axis_may_take_the_angles_of_both_neighbours():
 
 @pytest.mark.parametrize("limits", [(-np.inf, 1.0), (-1.0, np.inf), (-np.inf, np.inf)])
 def test_an_axis_without_one_of_its_ends_has_one_winding(limits):
-    assert travel.windings(*limits).tolist() == [0]
+    assert selection.windings(*limits).tolist() == [0]
 
 
 def test_near_the_pole_is_not_at_it():
@@ -264,7 +265,7 @@ def test_of_moves_that_take_the_same_time_the_shorter_one_is_taken():
     joints[1, 0] = 10 * kin.machine.max_rates[0]
     cl = replace(cldata.from_arrays(*kin.forward(joints)), rapid=np.ones(2, bool))
     for turns in (0, 1):
-        joints[:, 4] += turns * travel.TURN
+        joints[:, 4] += turns * selection.TURN
         for strategy in ("optimal", "shortest"):
             chosen = selection.choose(kin, cl, strategy, start=joints[0])
             np.testing.assert_allclose(chosen.joints, joints, atol=1e-9)
@@ -293,9 +294,9 @@ def test_travel_has_a_tolerance(joint, end, beyond):
     axes = [replace(axis, limits=pair) for axis, pair in zip((*data.linear, *data.rotary), limits, strict=True)]
     joints[joint] += (1 if end else -1) * beyond * 1e-9
     small = replace(data, linear=tuple(axes[:3]), rotary=tuple(axes[3:]), limits_of="words")
-    assert travel.all_within(small, joints) == (beyond < 1)
-    assert travel.within_travel(joints, *small.limits.T).tolist() == [beyond < 1 or at != joint for at in range(5)]
-    assert len(travel.out_of_travel(small, joints)) == (beyond > 1)
+    assert small.within(joints).all() == (beyond < 1)
+    assert small.within(joints).tolist() == [beyond < 1 or at != joint for at in range(5)]
+    assert len(small.out_of_travel(joints)) == (beyond > 1)
 
 
 def nearest_to_singular(kin, start, end, reach=None):
@@ -482,7 +483,7 @@ def matrices(kin, cl, found, weights, sway):
     steps[..., endless] = np.remainder(steps[..., endless] + np.pi, 2 * np.pi) - np.pi
     away = np.array([nearest_to_singular(kin, *ends) for ends in itertools.pairwise(cl.axes)])
     solution = np.arange(steps.shape[1]) // np.prod(
-        [len(travel.windings(*ends)) for ends in kin.machine.limits[3:]]
+        [len(selection.windings(*ends)) for ends in kin.machine.limits[3:]]
     )
     further, outer = np.zeros(steps.shape), kin.symbols.index(kin.inverse_symbolic.outer)
     beside = [nearest_to_singular(kin, *ends, (0, np.pi)) > 0.01 * sway for ends in itertools.pairwise(cl.axes)]
@@ -539,8 +540,8 @@ def test_optimal_is_what_a_plain_recursion_finds(name):
         if not found.inside.any(axis=1).all():
             continue
         over, costs = matrices(kin, cl, found, chosen_by["weights"], chosen_by["sway"])
-        steps = travel.short_way(kin.machine, found.joints[0] - chosen_by["start"])
-        to, rest = plain(over, costs, travel.move_costs(kin.machine, steps, chosen_by["weights"]), found.inside)
+        steps = selection.short_way(kin.machine, found.joints[0] - chosen_by["start"])
+        to, rest = plain(over, costs, selection.move_costs(kin.machine, steps, chosen_by["weights"]), found.inside)
         through = to + rest
         breaks, cost = min(map(tuple, through[-1]))
         chosen = selection.choose(kin, cl, **chosen_by, split=True)
@@ -548,7 +549,7 @@ def test_optimal_is_what_a_plain_recursion_finds(name):
         assert chosen.cost == pytest.approx(cost, rel=1e-6, abs=1e-5)
         best = (through[..., 0] == breaks) & (through[..., 1] < cost + 1e-8)
         for record in np.flatnonzero(best.sum(axis=1) == 1):
-            turns = (chosen.joints[record] - found.joints[record, best[record].argmax()]) / travel.TURN
+            turns = (chosen.joints[record] - found.joints[record, best[record].argmax()]) / selection.TURN
             endless = ~np.isfinite(kin.machine.limits).all(axis=1) & (np.arange(5) > 2)
             np.testing.assert_allclose(np.where(endless, turns - np.round(turns), turns), 0, atol=1e-9)
             compared += 1
@@ -621,13 +622,13 @@ def assert_same(found, expected):
 @pytest.mark.parametrize("name", MACHINES)
 def test_the_compiled_loop_chooses_as_the_loop_as_it_stands(name, strategy, monkeypatch):
     numba = pytest.importorskip("numba")
-    assert isinstance(travel.loop(10**9), numba.core.dispatcher.Dispatcher)
+    assert isinstance(compiled(selection.best_way), numba.core.dispatcher.Dispatcher)
     kin, rng = MACHINES[name], np.random.default_rng(11)
     for _ in range(40):
         cl, chosen_by = random_path(kin, rng), options(rng) | {"split": bool(rng.random() < 0.8)}
-        monkeypatch.setattr(travel, "LONG", np.inf)
+        monkeypatch.setattr(selection, "LONG", np.inf)
         expected = outcome(lambda: selection.choose(kin, cl, strategy, **chosen_by))  # noqa: B023
-        monkeypatch.setattr(travel, "LONG", 0)
+        monkeypatch.setattr(selection, "LONG", 0)
         assert_same(outcome(lambda: selection.choose(kin, cl, strategy, **chosen_by)), expected)  # noqa: B023
 
 
@@ -665,8 +666,8 @@ def test_a_limit_of_many_turns_that_is_met_is_kept(strategy, monkeypatch):
     cl = turning(12, count=200)
     wide = limited("ac_table", outer=(-1900, 1900))
     chosen = selection.choose(wide, cl, strategy, split=True)
-    assert travel.all_within(wide.machine, chosen.joints).all()
-    monkeypatch.setattr(travel, "MANY", np.inf)
+    assert wide.machine.within(chosen.joints).all()
+    monkeypatch.setattr(selection, "MANY", np.inf)
     every = selection.choose(wide, cl, strategy, split=True)
     np.testing.assert_allclose(chosen.joints, every.joints, atol=1e-9)
     assert chosen.breaks == every.breaks != ()
@@ -676,7 +677,7 @@ SHORT_PATH = """
 import numpy as np
 from mathpost import machine
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl, selection, travel
+from mathpost.post import cl, selection
 kin, blade = Kinematics(machine.load("data/machines/ac_head.toml")), cl.read("data/cl/twisted_blade.cl")
 print(selection.choose(kin, blade.part(0, 40)).joints.sum().round(6), selection.choose(kin, blade.part(0, 40)).cost)
 """
@@ -688,7 +689,7 @@ def run_python(code):
 
 def test_without_numba_a_long_path_takes_the_loop_as_it_stands():
     blocked = "import sys; sys.modules['numba'] = None\n" + SHORT_PATH
-    long = "travel.LONG = 0; assert travel.loop(1) is travel.best_way\n"
+    long = "selection.LONG = 0; assert selection.compiled(selection.best_way) is selection.best_way\n"
     without = run_python(blocked + long + SHORT_PATH)
     assert without[:2] == without[2:] == run_python(SHORT_PATH)
 
@@ -707,4 +708,4 @@ def test_a_loop_is_compiled_even_if_there_is_no_folder_to_keep_it_in(monkeypatch
         return lambda function: made.append(function) or function
 
     monkeypatch.setattr(numba, "njit", njit)
-    assert travel.compiled.__wrapped__(travel.best_way) is travel.best_way and made == [travel.best_way]
+    assert compiled.__wrapped__(selection.best_way) is selection.best_way and made == [selection.best_way]

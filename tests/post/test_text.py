@@ -9,7 +9,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from mathpost.post import text, travel
+from mathpost.post import text
+from mathpost.post.compiled import compiled
 from mathpost.post.text import Column, Item, Pattern
 from tests.conftest import machine_code
 from tests.test_startup import loaded_after
@@ -134,8 +135,8 @@ def test_what_is_written_is_what_formatting_writes(rows, decimals, plus, literal
     expected = [f"N{count}{form % value if there else ''};\n" for value, there, count in rows]
     for used in (True, False):
         with machine_code(used):
-            assert text.lines(columns, len(rows)) == "".join(expected)
-            assert text.lines([column[1:3] for column in columns], len(rows[1:3])) == "".join(expected[1:3])
+            assert "".join(text.lines(columns, 0, len(rows))) == "".join(expected)
+            assert "".join(text.lines(columns, 1, len(rows[:3]))) == "".join(expected[1:3])
 
 
 def test_machine_code_is_made_even_if_there_is_no_folder_to_keep_it_in(monkeypatch):
@@ -147,14 +148,14 @@ def test_machine_code_is_made_even_if_there_is_no_folder_to_keep_it_in(monkeypat
         return lambda function: made.append(function.__name__) or function
 
     monkeypatch.setattr(numba, "njit", njit)
-    monkeypatch.setattr(text, "compiled", travel.compiled.__wrapped__)
+    monkeypatch.setattr(text, "compiled", compiled.__wrapped__)
     text._compiled.__wrapped__()
     assert made == ["_match", "_write"]
 
 
 def test_without_numba_the_loops_are_plain_python(monkeypatch):
     monkeypatch.setitem(sys.modules, "numba", None)
-    monkeypatch.setattr(text, "compiled", travel.compiled.__wrapped__)
+    monkeypatch.setattr(text, "compiled", compiled.__wrapped__)
     assert text._compiled.__wrapped__() == (text._match, text._write)
 
 
