@@ -6,7 +6,7 @@ what follows from it; but a slip that is lucky at these numbers cannot be seen.
 
 import re
 from functools import reduce
-from itertools import chain
+from itertools import chain, product
 from typing import NamedTuple
 
 import numpy as np
@@ -131,13 +131,14 @@ def _why(graph, place, mates, own, slack):
         allowed = [2e-7 * max(1, abs(value)) + 2 * slack.get(p, 0) for p, value in zip(places, values, strict=True)]
         return all(abs(v - graph.value(p)) <= a for p, v, a in zip(places, values, allowed, strict=True))
 
-    causes = ["other convention"] if len(mates) == 2 and fits(known) else []
-    for group in (array, [place]):
-        causes += [OPPOSITE.get(cause, cause) for cause, *_, tree in edits(graph, place) if fits(group, tree)][:1]
+    both = ["other convention"] if len(mates) == 2 and fits(known) else []
+    tried = product((array, [place]), edits(graph, place))
+    causes = (OPPOSITE.get(cause, cause) for group, (cause, *_, tree) in tried if fits(group, tree))
+    cause = next(chain(both, causes), "wrong value")
     decimals = written_decimals(written)
-    if not causes and decimals < FULL and abs(written - expected) <= 10.0**-decimals:
+    if cause == "wrong value" and decimals < FULL and abs(written - expected) <= 10.0**-decimals:
         return "rounded early", f"{short} is rounded to {decimals} decimals"
-    return [*causes, "wrong value"][0], f"{short} is {written:.6g}, should be {expected:.6g}"
+    return cause, f"{short} is {written:.6g}, should be {expected:.6g}"
 
 
 # From labels to roles.
