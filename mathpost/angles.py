@@ -32,7 +32,7 @@ def matrix(sequence, angles, *, degrees=False):
     Matrix([[sin(I)*sin(J), -sin(J)*cos(I), cos(J)]])
     """
     letters, step = _intrinsic(sequence)
-    if not any(isinstance(angle, sp.Basic) for angle in np.ravel(np.asarray(angles, dtype=object))):
+    if not any(isinstance(angle, sp.Basic) for angle in np.ravel(np.asarray(angles, dtype=object))[:3]):
         angles = np.moveaxis(as_array(angles, 3, "angles"), -1, 0)
     return from_angles(_turns(letters), tuple(angles)[::step], degrees)
 

@@ -15,9 +15,9 @@ BETA = np.degrees(np.arccos(1 / np.sqrt(3)))
 
 @pytest.fixture(scope="module")
 def triples():
-    """100,000 angle triples, with all multiples of 45 degrees and middle angles that almost lock."""
+    """20,000 angle triples, with all multiples of 45 degrees and middle angles that almost lock."""
     rng = np.random.default_rng(8)
-    values = rng.uniform(-np.pi, np.pi, (100_000, 3))
+    values = rng.uniform(-np.pi, np.pi, (20_000, 3))
     eighths = np.arange(-4, 5) * np.pi / 4
     exact = np.stack(np.meshgrid(eighths, eighths, eighths), axis=-1).reshape(-1, 3)
     values[: len(exact)] = exact
