@@ -52,11 +52,11 @@ def check_file(path, task=None):
     if not found.calculations and (report := _by_values(graph, task)).cells:
         return report
     places, unjudged = judge.judge_the_rest()
-    typed = [place for c in found.calculations if c.typed for place in c.results]
+    typed = {p: RIGHT if c.complete else UNCLEAR for c in found.calculations if c.typed for p in c.results}
     after = graph.downstream(judge.fixed)
     statuses = {p: CONSEQUENCE if p in after else RIGHT for p in places} | dict.fromkeys(unjudged, UNCLEAR)
     # An input that is not the task's is wrong, though it is none of the cells that follow from the inputs.
-    statuses |= dict.fromkeys(typed, RIGHT) | {fault.place: WRONG for fault in judge.faults}
+    statuses |= typed | {fault.place: WRONG for fault in judge.faults}
     warnings = [f"{graph.address(p)} depends on itself" for p in sorted(graph.circular, key=graph.reading_order)]
     stored = {p: number for p in graph.order if (number := graph.cells[p].number) is not None}
     stale = [p for p, number in stored.items() if abs(graph.own[p] - number) > 1e-6 * (1 + abs(number))]

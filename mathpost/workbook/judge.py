@@ -39,7 +39,7 @@ class Judge:
         for calculation in (*spare, *self.live):
             self.inputs.update(calculation.draw(rng, self.units))
         for place, numbers in self.inputs.items():
-            numbers[0] = self.graph.own[place]
+            numbers[0] = self.graph.own.get(place)
         self.values = self._run()
 
     def _set_units(self, places):
@@ -338,7 +338,7 @@ class Judge:
                 *fault, more = block or self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
                 cost = max(cost, more)
                 faults.append(self._fault(place, *fault))
-        if len(unit) > 16:
+        if len(unit) > 16:  # all matrices at once
             return 0.0, faults
         if unit in elements and len(places) == 2:  # do the others turn the same way?
             senses = [sense for sense, _ in elements.values()]

@@ -33,6 +33,7 @@ class Words(Calculation):
 
     kinematics: Kinematics = None
     preferred: int | None = None
+    complete: bool = True  # whether there is a number in each cell
     beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
 
     def prepare(self, values, units):
@@ -143,6 +144,13 @@ def _columns(texts, names):
 def judge_numbers(rows, values):
     """Yield (place, cause, sentence) of the words that are wrong as numbers, place → number, to their digits."""
     kinematics = rows[0].kinematics
+    for row in rows:
+        lacking = [p for p in (*row.given, *row.results) if values.get(p) is None]
+        yield from ((p, "wrong value", "a number belongs here") for p in lacking)
+        row.complete = not lacking
+    rows = [row for row in rows if row.complete]
+    if not rows:
+        return
     words, tip, axis = (
         np.array([[values[p] for p in getattr(row, part)] for row in rows]) for part in ("results", "point", "axis")
     )
@@ -183,12 +191,12 @@ def _half_digit(numbers):
 def looked_at(rows, values):
     """Yield what deserves a look in the words as they stand, place → number: travel, flips between rows."""
     machine = rows[0].kinematics.machine
-    own = np.array([[values[p] for p in row.results] for row in rows], dtype=float)
+    own = np.array([[values.get(p) for p in row.results] for row in rows], dtype=float)
     low, high = np.where(np.arange(5) > 2, np.rad2deg(machine.limits.T), machine.limits.T)
     lines = [row.results[0][1] for row in rows]
     for k, name in enumerate(machine.joint_names):
-        within = (low[k] - 1e-6 <= own[:, k]) & (own[:, k] <= high[k] + 1e-6)
-        beyond = [row for row, good in zip(lines, within, strict=True) if not good]
+        outside = (own[:, k] < low[k] - 1e-6) | (own[:, k] > high[k] + 1e-6)
+        beyond = [row for row, out in zip(lines, outside, strict=True) if out]
         if beyond:
             text = ", ".join(map(str, beyond[:6]))
             yield f"{name} beyond its travel {low[k]:g} … {high[k]:g} in row{'s' * (len(beyond) > 1)} {text}"
