@@ -9,8 +9,10 @@ import numpy as np
 
 from mathpost import angles as euler
 from mathpost.detective.misreadings import written_decimals
+from mathpost.errors import InputError
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
 from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, edits, repaired
+from mathpost.workbook.file import EMPTY
 from mathpost.workbook.formula import Area, areas, heads, text_of, walk
 from mathpost.workbook.graph import SAMPLES, Graph, beside, same
 from mathpost.workbook.nc_table import Words, judge_numbers
@@ -39,7 +41,10 @@ class Judge:
         for calculation in (*spare, *self.live):
             self.inputs.update(calculation.draw(rng, self.units))
         for place, numbers in self.inputs.items():
-            numbers[0] = self.graph.own.get(place)
+            if self.graph.own.get(place) is None:
+                where = f"{self.graph.book.path}, {self.graph.address(place)}"
+                raise InputError(where, "a number", repr(self.graph.cells.get(place, EMPTY).value))
+            numbers[0] = self.graph.own[place]
         self.values = self._run()
 
     def _set_units(self, places):
