@@ -4,15 +4,17 @@
 """
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from mathpost.errors import InputError
 from mathpost.workbook import Task, check_file
 from mathpost.workbook.file import read
 from mathpost.workbook.graph import Graph
 from tests.workbook import layouts, machining_sheets, mistakes, score
-from tests.workbook.cells import SAMPLES, Array, Book, Values, formula_of, letters, save
+from tests.workbook.cells import SAMPLES, Array, Book, Values, address, formula_of, letters, save
 
 COUNT = 80
 
@@ -167,6 +169,14 @@ def test_a_layout_that_is_not_known_gets_a_line_to_say_where_things_stand(tmp_pa
     save(path, Book(numbers))
     report = check_file(path)
     assert report.status == 2 and "--cells 'angles=S!B2:B4,point=S!D2:D4,result=S!F2:F4'" in str(report)
+
+
+def test_an_input_that_is_no_number_is_refused_by_its_cell(tmp_path):
+    book, path = machining_sheets.nc_table(np.random.default_rng(1)), tmp_path / "sheet.xlsx"
+    key = book.inputs[-1][0][0]
+    save(path, replace(book, cells={**book.cells, key: "n/a"}), {**Values(book).all(), key: "n/a"})
+    with pytest.raises(InputError, match=f"{address(key)}: expected a number, found 'n/a'"):
+        check_file(path, Task(**book.task))
 
 
 # The generator itself.
