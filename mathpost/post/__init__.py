@@ -148,7 +148,7 @@ def run(
     if real is not None and any(length not in (None, machine.tool_length) for _, length in tools):
         raise InputError("errors", f"one tool, {machine.tool_length:g} mm long", "CL data with other lengths")
 
-    plans = []
+    plans, lifting = [], {"lean": lean, "clearance": clearance}
     for part, length in tools:
         _refuse_turns_by_180(part)
         kin = Kinematics(machine if length is None else machine.with_setup(tool_length=length))
@@ -158,10 +158,8 @@ def run(
         chosen = selection.choose(kin, part, strategy, split=split, **options)
         found = regions(kin, part, chosen.joints, cone=cone)
         progress("planning")
-        room = {"tolerance": tolerance / 2, "axis_tolerance": axis_tolerance - AXIS_DIGITS}
-        crossing = partial(Crossing, kin, part, chosen.joints, **room)
-        first, options = part.first - cl.first, {"lean": lean, "clearance": clearance}
-        plans.append(_plan(kin, part, first, chosen, found, crossing, singular, options, tolerance, tcp, real))
+        first, tolerances = part.first - cl.first, (tolerance, axis_tolerance)
+        plans.append(_plan(kin, part, first, chosen, found, singular, lifting, tolerances, tcp, real))
 
     progress("writing")
     text = program.write(program.joined([each.blocks for each in plans]), machine, dialect, name=name)
@@ -182,7 +180,7 @@ def run(
         progress("comparing")
         strategies = tuple(_strategies(plans, start, prefer, axis_tolerance / 2))
         through = {
-            (each.first + region[0], each.first + region[1]): each.crossing(region).compare(**options)
+            (each.first + region[0], each.first + region[1]): each.crossing(region).compare(**lifting)
             for each in plans
             for region in each.regions
         }
@@ -235,25 +233,26 @@ class Plan:
         return replace(proof, worst_record=self.first + proof.worst_record)
 
 
-def _plan(kin, cl, first, chosen, found, crossing, way, options, tolerance, tcp, real):
+def _plan(kin, cl, first, chosen, found, way, lifting, tolerances, tcp, real):
     """The `Plan` of the chosen joints, `way` through the singular regions `found`.
 
     First the tool axis must keep to its great circle, then the tip to the CL path; travel is looked at between the
     records, too. With TCP the control divides the moves itself.
     """
-    going, clearance = Motion.on_part(chosen.joints, np.arange(len(cl))), options["clearance"]
+    tolerance, room = tolerances[0], tolerances[1] - AXIS_DIGITS
+    crossing = partial(Crossing, kin, cl, chosen.joints, tolerance=tolerance / 2, axis_tolerance=room)
     passed = unbroken(found, chosen.breaks) if way != "direct" else ()
-    ways = [crossing(region).possible(way, **options) for region in passed]
-    ways += [crossing((record - 1, record)).possible("retract", **options) for record in chosen.breaks]
+    ways = [crossing(region).possible(way, **lifting) for region in passed]
+    ways += [crossing((record - 1, record)).possible("retract", **lifting) for record in chosen.breaks]
+    going = Motion.on_part(chosen.joints, np.arange(len(cl)))
     taken = np.zeros(len(cl), bool)  # by a way that goes as it does
     if ways:
         going = through_the_records(chosen.joints, ways)
         for each in ways:
             taken[int(each.place[0]) : int(each.place[-1])] = True
     free = taken[np.floor(going.place[:-1]).astype(int)]
-    going = motion.follow(kin, cl, going, crossing.keywords["axis_tolerance"], free=free)
-    divided = motion.divided(kin, cl, going, tolerance, tcp, clearance)
-    between = divided
+    going = motion.follow(kin, cl, going, room, free=free)
+    divided = between = motion.divided(kin, cl, going, tolerance, tcp, lifting["clearance"])
     if tolerance > TRAVEL_TOLERANCE:
         between = motion.linearize(kin, going, TRAVEL_TOLERANCE, name=f"{cl.name}, block")
     motion.refuse_out_of_travel(kin.machine, cl, between)

@@ -191,12 +191,13 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     """The moves as `Column`s; `changes` and `switches` as in `_between`."""
     rows, timed = np.arange(len(blocks.words)), ~(blocks.rapid | np.isnan(blocks.seconds))
     # A time is rounded up and a feed down: no block is faster than it may be.
-    seconds = np.where(timed, np.maximum(_up(blocks.seconds, 3), SHORTEST_TIME), 1.0)
-    per_minute = np.where(timed, np.maximum(_down(60 / np.maximum(blocks.seconds, SHORTEST_TIME), 4), 1e-4), 1.0)
     if control is HEIDENHAIN:
+        seconds = np.where(timed, np.maximum(_up(blocks.seconds, 3), SHORTEST_TIME), 1.0)
         start, rapid = [Column("", numbers), Column(" L")], [Column(RAPID, shown=blocks.rapid)]
         times = Column(TIME, seconds, 3, shown=timed)
     else:
+        per_minute = _down(60 / np.maximum(blocks.seconds, SHORTEST_TIME), 4)
+        per_minute = np.where(timed, np.maximum(per_minute, 1e-4), 1.0)
         start, rapid = [Column("N", _number(control, numbers)), *_codes(blocks.rapid, timed)], []
         times = Column(FEED, per_minute, 4, shown=timed)
     positions = []
@@ -214,11 +215,9 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     stated = np.zeros(len(rows), bool)
     stated[fed] = _changes(blocks.feeds[fed]) | _changes(times_before[fed]) | _changes(tools_before[fed])
     whole = blocks.feeds == np.round(blocks.feeds)
-    feeds = [
-        Column(FEED, np.where(whole, blocks.feeds, _down(blocks.feeds, 3)), decimals, shown=shown)
-        for decimals, shown in ((0, stated & whole), (3, stated & ~whole))
-    ]
-    return [*start, *positions, *switched, *rapid, times, *feeds, Column("\n")]
+    feeds = Column(FEED, blocks.feeds, 0, shown=stated & whole)
+    parts = Column(FEED, _down(blocks.feeds, 3), 3, shown=stated & ~whole)
+    return [*start, *positions, *switched, *rapid, times, feeds, parts, Column("\n")]
 
 
 def _down(values, decimals):
@@ -232,18 +231,10 @@ def _up(values, decimals):
 
 def _codes(rapid, timed):
     """The G codes as `Column`s, each where it begins to hold; G94 holds from the head on."""
-    cutting = np.flatnonzero(~rapid)
-    inverse = timed[cutting]
-    begins = _changes(np.concatenate([[False], inverse]))[1:]
-    for word, rows in (
-        ("G1", np.flatnonzero(_changes(rapid) & ~rapid)),
-        ("G0", np.flatnonzero(_changes(rapid) & rapid)),
-        ("G94", cutting[begins & ~inverse]),
-        ("G93", cutting[begins & inverse]),
-    ):
-        shown = np.zeros(len(rapid), bool)
-        shown[rows] = True
-        yield Column(f" {word}", shown=shown)
+    changed, begins, cutting = _changes(rapid), np.zeros(len(rapid), bool), np.flatnonzero(~rapid)
+    begins[cutting] = _changes(np.r_[False, timed[cutting]])[1:]
+    words = {"G1": changed & ~rapid, "G0": changed & rapid, "G94": begins & ~timed, "G93": begins & timed}
+    return [Column(f" {word}", shown=shown) for word, shown in words.items()]
 
 
 def _changes(values):

@@ -126,16 +126,17 @@ def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
 
 def _refuse_other_feeds(cl, blocks, motion):
     """Rapid where the CL data are, and at their feed elsewhere, if no time is stated instead."""
-    record = motion.record
-    feeds, rapid = cl.feeds[record], cl.rapid[record]
-    by_feed = ~rapid & np.isnan(blocks.seconds) & ~np.isnan(feeds)
-    as_it_is = (blocks.feeds <= feeds + 1e-9) & (blocks.feeds >= feeds - FEED_DIGITS)
-    wrong = (blocks.rapid != rapid) | (by_feed & ~as_it_is)
-    if wrong.any():
-        block = int(wrong.argmax())
-        found = "rapid" if blocks.rapid[block] else f"feed {blocks.feeds[block]:g}"
-        expected = "rapid" if rapid[block] else f"feed {feeds[block]:g}"
-        raise MathpostError(f"{cl.where(record[block])}: the CL data have {expected} and the program {found}")
+    for rows in slices(motion.place.shape):
+        record, block = motion[rows].record, blocks[rows]
+        feeds, rapid = cl.feeds[record], cl.rapid[record]
+        by_feed = ~rapid & np.isnan(block.seconds) & ~np.isnan(feeds)
+        as_it_is = (block.feeds <= feeds + 1e-9) & (block.feeds >= feeds - FEED_DIGITS)
+        wrong = (block.rapid != rapid) | (by_feed & ~as_it_is)
+        if wrong.any():
+            at = int(wrong.argmax())
+            found = "rapid" if block.rapid[at] else f"feed {block.feeds[at]:g}"
+            expected = "rapid" if rapid[at] else f"feed {feeds[at]:g}"
+            raise MathpostError(f"{cl.where(record[at])}: the CL data have {expected} and the program {found}")
 
 
 def _refuse_too_fast(machine, cl, blocks, motion):

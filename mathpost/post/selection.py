@@ -238,7 +238,7 @@ def _beyond_the_short_way(kin, cl, solved, still):
     more than half a turn. One that passes as near as `still` may go either way.
     """
     beyond, outer = np.zeros(solved.shape[1:], np.int8), solved[_outer(kin), :2]
-    steps = nearest(np.diff(outer))
+    steps = np.array([nearest(np.diff(angles)) for angles in outer])
     moves = np.flatnonzero((np.abs(steps) > np.pi / 2).any(axis=0) & ~cl.rapid[1:])
     t, away = singular.nearest(kin, cl.axes[moves], cl.axes[moves + 1], singular.from_pole)
     moves, t = moves[away > still], t[away > still]
