@@ -111,6 +111,7 @@ class _Sheet:
                 cells.append(local_address((row, column + 2)))
             label = f"{letter} = E_{AXES[n].lower()}"
             entries = elementary_formulas(AXES[n], *cells)
+            entries = [[int(e[1:]) if e[1:].isdigit() else e for e in row] for row in entries]
             areas.append(self.matrix(label, top + 3, column, entries, f"{recipe}_{NAMES[n]}"))
         return areas
 

@@ -4,15 +4,14 @@ Everything that a student wrote is escaped: a file's name or an answer cannot be
 of the spreadsheet program that opens the table.
 """
 
-import csv
 import html
-import io
 from collections import Counter
 from pathlib import Path
 
 from mathpost.course import chinese
 from mathpost.course.exercise import MARKS
 from mathpost.course.verdict import OPEN, RIGHT, WRONG
+from mathpost.workbook.report import csv_table
 
 LANGUAGES = ("en", "zh")
 ENGLISH = {OPEN: "open"}  # where the report says something else than its programs
@@ -55,14 +54,7 @@ def to_csv(graded, language="en"):
             " ".join(result.edited),
         ]
         rows.append([*row, "; ".join(sorted(same)), "; ".join(trouble)])
-    text = io.StringIO()
-    csv.writer(text).writerows([[_harmless(cell) for cell in row] for row in rows])
-    return "\ufeff" + text.getvalue()
-
-
-def _harmless(cell):
-    """A text that begins as a formula does is shown by spreadsheet programs instead of calculated."""
-    return f"'{cell}" if isinstance(cell, str) and cell[:1] in ("=", "+", "-", "@", "\t", "\r") else cell
+    return csv_table(rows)
 
 
 def to_html(graded, language="en"):

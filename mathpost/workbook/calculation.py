@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mathpost import angles as euler
 from mathpost.angles import from_axis_angle
 from mathpost.detective.misreadings import elementary
 from mathpost.workbook.graph import SAMPLES
@@ -45,8 +46,8 @@ class Calculation:
         return {p: rng.uniform(-limits.get(p, 60), limits.get(p, 60), SAMPLES) for p in self.given}
 
     def should_be(self, places, expected):
-        """Set the targets: what must stand in `places`, shape (samples, len(places))."""
-        self.targets = dict(zip(places, expected.T, strict=False))
+        """Set the targets: what must stand in `places`, shape (len(places), samples)."""
+        self.targets = dict(zip(places, expected, strict=False))
 
 
 @dataclass
@@ -57,44 +58,44 @@ class Turn(Calculation):
     active: bool = False
 
     def prepare(self, values, units):
-        """Compute, for the samples in `values`, what may stand in the sheet."""
+        """Compute, for the samples in `values`, what may stand in the sheet: in 4×4, of which 3×3 are a part."""
         self.radians = look(values, self.angles) * [units[p] for p in self.angles]
-        elements = self._elements(values)
-        shift = np.tile(np.eye(4), (SAMPLES, 1, 1))
-        shift[:, :3, 3] -= look(values, self.origin) if self.origin else 0.0
-        words, ends = [], []
-        for first in range(len(elements)):
+        self.elements, words, ends = self._elements(values), [], []
+        for first in range(len(self.elements)):
             product = np.eye(4)
-            for element in elements[first:]:
-                product = product @ np.pad(element, ((0, 0), (0, 1), (0, 1)))
-                product[:, 3, 3] = 1.0
+            for element in self.elements[first:]:
+                product = product @ element
                 words.append(product)
             ends.append(product)
-        self.elements = [*elements, *(np.swapaxes(e, 1, 2) for e in elements)]
-        both = [m for word in words for m in (word, np.swapaxes(word, 1, 2))]
-        moved = [m for word in (shift, *(end @ shift for end in ends)) for m in (word, np.linalg.inv(word))]
+        shift = np.tile(np.eye(4), (SAMPLES, 1, 1))
+        shift[:, :3, 3] -= look(values, self.origin) if self.origin else 0.0
+        moved = [shift, *(end @ shift for end in ends)]
+        matrices = [each for word in words for each in (word, np.swapaxes(word, 1, 2))]
+        places = [each for word in moved for each in (word, np.linalg.inv(word))] if self.origin else []
+        self.elements += [np.swapaxes(each, 1, 2) for each in self.elements]
         pairs = [(np.cos(a), np.sin(a)) for a in self.radians.T]
         self.known = {
-            9: [_cells(m[:, :3, :3]) for m in both],
-            16: [_cells(m) for m in (*both, *moved * bool(self.origin))],
+            9: [_cells(m, 3) for m in matrices],
+            16: [_cells(m, 4) for m in (*matrices, *places)],
             2: [np.array(each) for c, s in pairs for each in ((c, s), (s, c), (c, -s), (-s, c))],
         }
-        target = ends[0] @ shift if len(self.results) == 16 else ends[0]
+        target = moved[1]
         if self.point:
             point = np.concatenate([look(values, self.point), np.ones((SAMPLES, 1))], axis=1)[..., None]
-            vectors = [shift @ point, *(end @ shift @ point for end in ends), point]
-            self.known |= {n: [_cells(v[:, :n]) for v in vectors] for n in (3, 4)}
+            vectors = [*(matrix @ point for matrix in moved), point]
+            self.known |= {n: [_cells(v, n) for v in vectors] for n in (3, 4)}
             target = vectors[1] if len(self.results) < 9 else target
-        size = {9: 3, 3: 3}.get(len(self.results), 4)
-        self.should_be(self.results, _cells(target[:, :size, :size]).T)
+        self.should_be(self.results, _cells(target, 3 if len(self.results) in (3, 9) else 4))
 
     def _elements(self, values):
-        """The elementary matrices from left to right, each of shape (samples, 3, 3)."""
+        """The elementary matrices from left to right, each of shape (samples, 4, 4)."""
+        sign = 1 if self.active else -1
         if self.axis:
-            return [from_axis_angle(look(values, self.axis), self.radians[:, 0] * (1 if self.active else -1))]
-        sign = -1 if self.active else 1
-        order = [elementary(*each) for each in zip(self.sequence.upper(), sign * self.radians.T, strict=True)]
-        return order[::-1] if self.sequence.isupper() != self.active else order
+            order = [from_axis_angle(look(values, self.axis), sign * self.radians[:, 0])]
+        else:
+            order = [elementary(*each) for each in zip(self.sequence.upper(), -sign * self.radians.T, strict=True)]
+            order = order[::-1] if self.sequence.isupper() != self.active else order
+        return [np.pad(each, ((0, 0), (0, 1), (0, 1))) + np.diag([0, 0, 0, 1.0]) for each in order]
 
     def scalars(self):
         """What may stand in one cell: cosine and sine of an angle and of its half, entries of quaternions."""
@@ -110,29 +111,65 @@ class Turn(Calculation):
             yield from product
 
 
+@dataclass
+class Plane(Calculation):
+    """The three angles of a tilted plane: G68.2, PLANE EULER, PLANE SPATIAL.
+
+    `point` and `axis` are the directions of its X and Z.
+    """
+
+    spatial: bool = False
+    degrees: bool = True
+
+    def draw(self, rng, units):
+        """Place → samples, of frames at random."""
+        x, z = rng.normal(size=(2, SAMPLES, 3))
+        frame = _frame(x, z)
+        return dict(zip((*self.point, *self.axis), (*frame[..., 0].T, *frame[..., 2].T), strict=True))
+
+    def prepare(self, values, units):
+        """Compute the angles at the samples in `values`; of the two solutions the one that the sheet has."""
+        sequence = "ZYX" if self.spatial else "ZXZ"
+        first = euler.angles(sequence, _frame(look(values, self.point), look(values, self.axis)))
+        both = np.stack([first, euler.twin(sequence, first)], axis=1)[..., :: -1 if self.spatial else 1]
+        both = np.rad2deg(both) if self.degrees else both
+        expected, _ = nearest(look(values, self.results), both, self.degrees)
+        self.radians = np.deg2rad(expected) if self.degrees else expected
+        self.should_be(self.results, expected.T)
+
+
+def _frame(x, z):
+    """The matrix of X, Y and Z in columns, from vectors along Z and in the plane of Z and X."""
+    y = np.cross(z, x)
+    columns = np.stack([np.cross(y, z), y, z], axis=-1)
+    return columns / np.linalg.norm(columns, axis=1, keepdims=True)
+
+
 def look(values, places):
     """The values of some places, shape (samples, len(places))."""
     return np.stack([np.broadcast_to(values[p], SAMPLES) for p in places], axis=-1)
 
 
-def nearest(now, both, degrees=True, preferred=None):
+def nearest(now, both, degrees=True, preferred=None, slack=1e-6):
     """Of two solutions, shape (samples, 2, angles), the one with more of the angles that there are, and the votes.
 
     An angle that is right is so with its own whole turns; of equally good solutions the preferred one counts.
     """
     turn = 360.0 if degrees else 2 * np.pi
     off = np.abs((now[:, None] - both + turn / 2) % turn - turn / 2)
-    fits = (off < 1e-6).sum(axis=-1)
+    right = off <= slack
+    fits = right.sum(axis=-1)
     votes = fits.sum(axis=0)
     better = int(np.argmax(votes)) if preferred is None else preferred
     branch = np.where(fits[:, 1 - better] > fits[:, better], 1 - better, better)
     n = np.arange(len(now))
     found = both[n, branch]
-    return found + turn * np.where(off[n, branch] < 1e-6, np.round((now - found) / turn), 0), votes
+    return found + turn * np.where(right[n, branch], np.round((now - found) / turn), 0), votes
 
 
-def _cells(matrix):
-    return matrix.reshape(SAMPLES, -1).T
+def _cells(matrix, size):
+    """The first rows and columns of matrices or vectors, shape (cells, samples)."""
+    return matrix[:, :size, :size].reshape(SAMPLES, -1).T
 
 
 def _hamilton(p, q):

@@ -2,10 +2,8 @@
 
 from itertools import product
 
-import numpy as np
-
 from mathpost.workbook.edits import as_around
-from mathpost.workbook.file import read
+from mathpost.workbook.file import EMPTY, read
 from mathpost.workbook.formula import areas
 from mathpost.workbook.graph import Graph, same
 from mathpost.workbook.judge import Judge
@@ -54,23 +52,19 @@ def check_file(path, task=None):
     if not found.calculations and (report := _by_values(graph, task)).cells:
         return report
     places, unjudged = judge.judge_the_rest()
-    typed = [c for c in found.calculations if c.typed]
+    typed = {p: RIGHT if c.complete else UNCLEAR for c in found.calculations if c.typed for p in c.results}
     after = graph.downstream(judge.fixed)
     statuses = {p: CONSEQUENCE if p in after else RIGHT for p in places} | dict.fromkeys(unjudged, UNCLEAR)
-    statuses |= {p: RIGHT for c in typed for p in c.results}
     # An input that is not the task's is wrong, though it is none of the cells that follow from the inputs.
-    statuses |= {fault.place: WRONG for fault in judge.faults}
-    now = graph.run({})
-    own = {p: float(values[0]) for p, values in now.items()}
-    stored = {p: graph.cells[p].number for p in graph.order if graph.cells[p].number is not None}
-    stale = [p for p, n in stored.items() if np.isfinite(own[p]) and not same(now[p], np.array([n]), 1e-6)]
-    stale = ", ".join(graph.ranges(stale[:6]))
+    statuses |= typed | {fault.place: WRONG for fault in judge.faults}
     warnings = [f"{graph.address(p)} depends on itself" for p in sorted(graph.circular, key=graph.reading_order)]
-    warnings += [f"stored values are not what the formulas give: {stale}"] * bool(stale)
+    stored = {p: number for p in graph.order if (number := graph.cells[p].number) is not None}
+    stale = [p for p, number in stored.items() if abs(graph.own[p] - number) > 1e-6 * (1 + abs(number))]
+    if stale:
+        warnings.append(f"stored values are not what the formulas give: {', '.join(graph.ranges(stale[:6]))}")
     warnings += [LUCKY] * bool(typed)
     if task.machine is not None:
-        words = {p: own[p] if p in own else graph.value(p) for c in found.calculations for p in c.results}
-        warnings += looked_at(found.calculations, {p: np.nan if n is None else n for p, n in words.items()})
+        warnings += looked_at(found.calculations, graph.own)
     elif not judge.faults:
         warnings += _lucky_references(graph, judge)
     seen = [f"{graph.range(c.results)}: {c.said}" for c in found.calculations]
@@ -82,11 +76,10 @@ def check_file(path, task=None):
             f"if that was asked, add --sequence {sequence} --convention {convention}",
             *(graph.range(c.results) for c in found.calculations),
         ]
-    report = _report(graph, statuses, judge.faults, [*seen, *found.problems], warnings)
-    if not report.faults and (not found.calculations or found.problems or judge.reading):
-        report.verdict = UNCLEAR
-        report.seen += [] if judge.reading or task.machine else [_ready_cells(graph, found.turning)]
-    return report
+    unclear = not found.calculations or found.problems or judge.reading
+    if unclear and not (judge.faults or judge.reading or task.machine):
+        found.problems.append(_ready_cells(graph, found.turning))
+    return _report(graph, statuses, judge.faults, [*seen, *found.problems], warnings, unclear)
 
 
 def _by_values(graph, task):
@@ -96,16 +89,16 @@ def _by_values(graph, task):
     return _report(graph, statuses, faults, seen, [LUCKY])
 
 
-def _report(graph, statuses, faults, seen, warnings):
-    report = FileReport(graph.book.path, faults=faults, seen=seen, warnings=[*warnings, *graph.book.notes])
+def _report(graph, statuses, faults, seen, warnings, unclear=False):
+    cells = []
     for place, status in statuses.items():
-        cell = graph.cells.get(place)
-        written = None if cell is None else cell.number if cell.number is not None else cell.value
-        report.cells.append(Judgement(graph.address(place), place, status, written, cell.formula if cell else ""))
-    unjudged = [place for place, status in statuses.items() if status == UNCLEAR]
-    report.not_checked = list(graph.ranges(unjudged))
-    report.verdict = WRONG if faults else UNCLEAR if unjudged or not statuses else RIGHT
-    return report
+        cell = graph.cells.get(place, EMPTY)
+        cells.append(
+            Judgement(graph.address(place), place, status, cell.value if cell.number is None else cell.number)
+        )
+    unjudged = list(graph.ranges(place for place, status in statuses.items() if status == UNCLEAR))
+    verdict = WRONG if faults else UNCLEAR if unclear or unjudged or not statuses else RIGHT
+    return FileReport(graph.book.path, verdict, faults, cells, unjudged, seen, [*warnings, *graph.book.notes])
 
 
 def _ready_cells(graph, turning=()):
@@ -113,10 +106,9 @@ def _ready_cells(graph, turning=()):
     lines = {}
     for n, place in product((1, 2), graph.component):
         lines.setdefault((graph.component[place][0], n, place[n]), []).append(place)
-    lines = sorted(
-        (line for line in lines.values() if len(line) == 3), key=lambda line: graph.reading_order(line[0])
-    )
-    given = [line for line in lines if not any(p in graph.trees for p in line)] or [None]
+    lines = (line for line in lines.values() if len(line) == 3)
+    lines = sorted(lines, key=lambda line: graph.reading_order(line[0]))
+    given = [line for line in lines if graph.trees.keys().isdisjoint(line)] or [None]
     angles = next((line for line in given if set(line or ()) & set(turning)), given[0])
     point = next((line for line in given if line != angles), None)
     result = next((line for line in lines[::-1] if line not in (angles, point)), None)

@@ -1,7 +1,7 @@
-"""Single repairs of a formula: what somebody may have meant, as (cause, sentence, tree), the likeliest first."""
+"""Single repairs of a formula: what somebody may have meant, the likeliest first."""
 
 from collections import Counter
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 
@@ -13,6 +13,7 @@ INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
 ROUNDING = {"ROUND", "ROUNDDOWN", "ROUNDUP", "TRUNC", "INT"}
 CONVERSIONS = np.array([np.pi, np.pi / 180, 180 / np.pi, 180.0, 2 * np.pi, 200 / np.pi])
 OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
+TO_RADIANS, TO_DEGREES = ("degrees for radians", "RADIANS"), ("radians for degrees", "DEGREES")
 
 
 def repaired(graph, wanted, values, inputs=()):
@@ -22,47 +23,54 @@ def repaired(graph, wanted, values, inputs=()):
     """
     place = next(iter(wanted))
     after = graph.downstream(wanted)
-    for cause, sentence, tree in edits(graph, place, inputs) if place in graph.trees else ():
+    for cause, old, new, tree in edits(graph, place, inputs) if place in graph.trees else ():
         fits = all(same(graph.cell(p, values, tree), value) for p, value in wanted.items())
         if fits and (cause != "wrong reference" or after.isdisjoint(graph.used_by(tree))):
-            return cause, sentence, tree
+            return cause, f"{text_of(old)} should be {text_of(new)}", tree
     return None
 
 
 def edits(graph, place, inputs=()):
-    """Yield (cause, sentence, tree) for every single repair of the formula in `place`."""
+    """Yield (cause, part, what it may have to be, whole tree) for every single repair of the formula in `place`."""
     tree = graph.trees[place]
-    parts = list(walk(tree))
-    if sum(part[0] in TRIGONOMETRY for _, part in parts) > 1:
-        text = "the angles are in degrees, not in radians"
-        yield "degrees for radians", text, converted(tree, "RADIANS")
-        text = "the angles are in radians already, and converted once more"
-        yield "radians for degrees", text, converted(tree, "DEGREES")
+    parts = dict(walk(tree))
+    if sum(part[0] in TRIGONOMETRY for part in parts.values()) > 1:
+        for cause, function in (TO_RADIANS, TO_DEGREES):
+            new = converted(tree, function)
+            yield cause, tree, new, new
     for kind in (_functions, _signs):
-        for path, part in parts:
-            for cause, sentence, new in kind(path, part):
-                yield cause, sentence, put(tree, path, new)
-    references = [(path, part[1]) for path, part in parts if part[0] == "area"]
+        for path, part in parts.items():
+            for cause, new in kind(part, path):
+                yield cause, part, new, put(tree, path, new)
+    references = [(path, part[1]) for path, part in parts.items() if part[0] == "area"]
     for path, area in references:
         if area.shape != (1, 1):
-            yield "transposed", f"{area} must be transposed", put(tree, path, ("TRANSPOSE", ("area", area)))
-    for path, area, new in _elsewhere(graph, place, references, inputs):
-        if new and new != area and place not in new.places:
-            yield "wrong reference", f"{area} should be {new}", put(tree, path, ("area", new))
-    for path, part in parts:
-        text = f"{text_of(part)} is rounded too early"
-        if part[0] in ROUNDING:
-            yield "rounded early", text, put(tree, path, part[1])
-        if part[0] == "number":
-            for near in CONVERSIONS[np.abs(part[1] - CONVERSIONS) < 0.01 * CONVERSIONS]:
-                yield "rounded early", text, put(tree, path, ("number", float(near)))
+            new = ("TRANSPOSE", parts[path])
+            yield "transposed", parts[path], new, put(tree, path, new)
+    for path, area, other in _elsewhere(graph, place, references, inputs):
+        if other and other != area and place not in other.places:
+            yield "wrong reference", parts[path], ("area", other), put(tree, path, ("area", other))
+    for path, part in parts.items():
+        for new in _exact(part):
+            yield "rounded early", part, new, put(tree, path, new)
     if tree[0] in ("+", "-") and tree[2][0] == "number":
-        yield "offset", f"{tree[0]}{text_of(tree[2])} is added to it", tree[1]
-    yield from _terms(tree)
-    for path, part in parts:
+        yield "offset", tree, tree[1], tree[1]
+    for step in (-1, 1):  # as the cell above or below has it
+        near = place[0], place[1] + step, place[2]
+        moved = [area if area.fixed[0] else area.moved(-step, 0) for area in areas(graph.tree(near))]
+        alike = graph.form(near) == graph.form(place)
+        if all(moved) and (alike or len(moved) > len(references)):
+            new = with_areas(graph.tree(near), moved)
+            yield "wrong reference" if alike else "missing term", tree, new, new
+    for path, part in parts.items():
         if part[0] in ("*", "/"):
-            text = f"{part[0]} should be {OTHER[part[0]]}"
-            yield "wrong value", text, put(tree, path, (OTHER[part[0]], *part[1:]))
+            new = (OTHER[part[0]], *part[1:])
+            yield "wrong value", part, new, put(tree, path, new)
+    meant = [("area", Area(*p, *p[1:])) for p in inputs]
+    own = [path for path, area in references if area.shape == (1, 1) and area.places[0] in inputs]
+    for (path, second), (a, b) in product(combinations(own, 2), product(meant, repeat=2)):
+        new = put(put(tree, path, a), second, b)
+        yield "wrong reference", tree, new, new
 
 
 def _elsewhere(graph, place, references, inputs):
@@ -84,53 +92,50 @@ def converted(tree, function):
     return (parts[0], (function, parts[1])) if tree[0] in TRIGONOMETRY else parts
 
 
-def _functions(path, part):
+def _functions(part, path):
     """Units, and one function for another."""
     name, *inner = part
-    text = text_of(part)
-    if name in TRIGONOMETRY or name == "TAN":
-        said = f"{name} takes radians: {text_of(inner[0])} is in degrees"
-        yield "degrees for radians", said, (name, ("RADIANS", inner[0]))
-        said = f"{text_of(inner[0])} is in radians already, and converted once more"
-        yield "radians for degrees", said, (name, ("DEGREES", inner[0]))
-    if name in ("RADIANS", "DEGREES"):
-        cause = "radians for degrees" if name == "RADIANS" else "degrees for radians"
-        yield cause, f"{text} is converted once more", inner[0]
-    if name in INVERSE:
-        yield "radians for degrees", f"{text} is in radians where degrees belong", ("DEGREES", part)
-    if name == "area" and not path:
-        yield "degrees for radians", f"{text} is in degrees", ("RADIANS", part)
-        yield "radians for degrees", f"{text} is in radians", ("DEGREES", part)
+    for (cause, function), back in ((TO_RADIANS, "DEGREES"), (TO_DEGREES, "RADIANS")):
+        if name in TRIGONOMETRY or name == "TAN":
+            yield cause, (name, (function, *inner))
+        if name == back:
+            yield cause, inner[0]
+        if (name in INVERSE and function == "DEGREES") or (name == "area" and not path):
+            yield cause, (function, part)
     if name in TRIGONOMETRY:
-        said = f"{name} should be {TRIGONOMETRY[name]}"
-        yield "sin and cos exchanged", said, (TRIGONOMETRY[name], *inner)
+        yield "sin and cos exchanged", (TRIGONOMETRY[name], *inner)
     if name == "ATAN2":
-        yield "atan2 order", "ATAN2 takes x first, then y", (name, *inner[::-1])
+        yield "atan2 order", (name, *inner[::-1])
     if name == "ATAN" and inner[0][0] == "/":
         _, y, x = inner[0]
-        for x_y in ((x, y), (("minus", x), ("minus", y))):
-            yield "atan for atan2", "ATAN loses the quadrant that ATAN2 keeps", ("ATAN2", *x_y)
+        yield "atan for atan2", ("ATAN2", x, y)
+        yield "atan for atan2", ("ATAN2", ("minus", x), ("minus", y))
     if name in ("TRANSPOSE", "MINVERSE"):
-        yield "transposed", f"{text_of(inner[0])} must not be transposed", inner[0]
+        yield "transposed", inner[0]
     if name == "MMULT":
         a, b = inner
-        yield "order of product", f"the order is {text_of(b)} times {text_of(a)}", (name, b, a)
-        for n, factor in enumerate(inner):
-            if factor[0] != "TRANSPOSE":
-                said = f"{text_of(factor)} must be transposed"
-                yield "transposed", said, put(part, (n + 1,), ("TRANSPOSE", factor))
+        yield "order of product", (name, b, a)
+        yield from (("transposed", (name, *factors)) for factors in ((("TRANSPOSE", a), b), (a, ("TRANSPOSE", b))))
     if not path and name in ("MMULT", "TRANSPOSE"):
-        yield "transposed", "the whole must be transposed", ("TRANSPOSE", part)
+        yield "transposed", ("TRANSPOSE", part)
 
 
-def _signs(path, part):
+def _signs(part, path):
     if part[0] == "minus":
-        yield "sign", f"the minus of {text_of(part)} is one too many", part[1]
+        yield "sign", part[1]
     if part[0] in ("+", "-"):
-        term, other = text_of(part[2]), OTHER[part[0]]
-        yield "sign", f"{part[0]}{term} should be {other}{term}", (other, *part[1:])
+        yield "sign", (OTHER[part[0]], *part[1:])
     if part[0] == "area" or part[0].isupper() or not path:
-        yield "sign", f"a minus is lost: {text_of(part)} should be negative", ("minus", part)
+        yield "sign", ("minus", part)
+
+
+def _exact(part):
+    """The part of a formula without its rounding."""
+    if part[0] in ROUNDING:
+        yield part[1]
+    if part[0] == "number":
+        near = CONVERSIONS[np.abs(part[1] - CONVERSIONS) < 0.01 * CONVERSIONS]
+        yield from (("number", float(number)) for number in near)
 
 
 def as_around(graph, place):
@@ -157,30 +162,3 @@ def as_around(graph, place):
 
 def _step(a, b):
     return b.top - a.top, b.left - a.left
-
-
-def _terms(tree):
-    """A term more: those that continue the pattern of the terms that are there."""
-    terms = list(flat(tree))
-    for n, (_, first) in enumerate(terms):
-        for _, second in terms[n + 1 :]:
-            a, b = areas(first), areas(second)
-            for factor in (2, -1, 0.5) if a and len(a) == len(b) else ():
-                steps = [np.multiply(_step(x, y), factor) for x, y in zip(a, b, strict=True)]
-                if any((step % 1).any() for step in steps):
-                    continue
-                moved = [x.moved(*map(int, step)) for x, step in zip(a, steps, strict=True)]
-                for sign in "+-" if all(moved) else "":
-                    term = with_areas(first, moved)
-                    yield "missing term", f"the term {sign}{text_of(term)} is missing", (sign, tree, term)
-
-
-def flat(tree, sign=1):
-    """The terms of a sum as (sign, tree)."""
-    if tree[0] in ("+", "-"):
-        yield from flat(tree[1], sign)
-        yield from flat(tree[2], sign if tree[0] == "+" else -sign)
-    elif tree[0] == "minus":
-        yield from flat(tree[1], -sign)
-    else:
-        yield sign, tree

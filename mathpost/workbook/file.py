@@ -7,8 +7,8 @@ import shutil
 import signal
 import subprocess
 import tempfile
-import zipfile
-from dataclasses import dataclass, field
+from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
 
 import openpyxl
@@ -16,7 +16,8 @@ from openpyxl.utils import get_column_letter, range_boundaries
 from openpyxl.worksheet.formula import ArrayFormula, DataTableFormula
 
 from mathpost.errors import NUMBER, InputError, OutputError
-from mathpost.workbook.safety import PART_LIMIT, inspect
+from mathpost.workbook.formula import Area
+from mathpost.workbook.safety import inspect
 
 COLUMN_LIMIT = 200
 NUMBER_AS_TEXT = re.compile(r"[-+−–]?\d+(?:[.,]\d+)?°?")
@@ -49,21 +50,16 @@ class Cell:
         return float(text.translate(str.maketrans(",−–", ".--", "°")))
 
 
-@dataclass(frozen=True)
-class Sheet:
-    """The cells of a sheet by (row, column), both from 1; `spans` gives the last cell of each merged range."""
-
-    name: str
-    cells: dict
-    spans: dict = field(default_factory=dict)
+EMPTY = Cell(None)
 
 
 @dataclass(frozen=True)
 class Book:
-    """A workbook: its sheets, and its named ranges as name → (sheet name, (row, column) corners)."""
+    """A workbook: its sheets' names, `Cell`s by (sheet, row, column) from 1, the `Area`s of names in upper case."""
 
     path: Path
     sheets: tuple
+    cells: dict
     names: dict
     notes: tuple = ()
 
@@ -74,28 +70,14 @@ def local_address(place):
 
 
 def read(path, *, rows=20_000):
-    """Read the first `rows` rows of each sheet of an .xlsx or .csv file, or of what LibreOffice converts.
-
-    Raises
-    ------
-    InputError
-        If the file is none of these, or is not safe to open.
-    """
+    """Read the first `rows` rows of each sheet of an .xlsx or .csv file, or of what LibreOffice converts."""
     path = Path(path)
     kind = inspect(path)
-    if kind == "text":
-        return _read_text(path, rows)
+    if kind in ("text", "xlsx"):
+        return _read_text(path, rows) if kind == "text" else _read(path, path, rows)
     with tempfile.TemporaryDirectory() as folder:
-        file = path
-        if kind != "xlsx":
-            inspect(file := recalculate(path, folder, kind))
-        try:
-            book = _read(file, path, rows)
-        except Exception as error:  # openpyxl raises whatever its parser meets
-            raise InputError(str(path), "an .xlsx workbook", f"one that cannot be read ({error})") from None
-    if not any(sheet.cells for sheet in book.sheets):
-        raise InputError(str(path), "a sheet with cells", "only empty ones")
-    return book
+        inspect(file := recalculate(path, folder, kind))
+        return _read(file, path, rows)
 
 
 def _read_text(path, rows):
@@ -110,30 +92,34 @@ def _read_text(path, rows):
         for column, text in enumerate(map(str.strip, line), 1):
             number = text if divider == "," else text.replace(",", ".")
             if text.startswith("="):
-                cells[row, column] = Cell(None, text)
+                cells[path.stem, row, column] = Cell(None, text)
             elif text:
                 is_number = re.fullmatch(rf"{NUMBER}(?:[eE][-+]?\d+)?", number)
-                cells[row, column] = Cell(float(number) if is_number else text)
+                cells[path.stem, row, column] = Cell(float(number) if is_number else text)
     if not cells:
         raise InputError(str(path), "a sheet with cells", "an empty file")
-    return Book(path, (Sheet(path.stem, cells),), {})
+    return Book(path, (path.stem,), cells, {})
 
 
 def _read(file, path, rows):
     """Read the cells of `file`, which is `path` itself or a recalculated copy of it."""
-    options = {"read_only": True, "keep_links": False}
-    values, formulas = (openpyxl.load_workbook(file, data_only=only, **options) for only in (True, False))
+    options, cells, notes = {"read_only": True, "keep_links": False}, {}, []
     try:
-        sheets, notes, names = [], [], dict(_names(formulas.defined_names, ""))
-        for value_sheet, sheet in zip(values.worksheets, formulas.worksheets, strict=True):
-            cells, more = _cells(value_sheet, sheet, rows)
-            sheets.append(Sheet(sheet.title, cells, _merged(file, sheet)))
-            notes += [f"only the first {rows} rows of sheet {sheet.title} were read"] * more
-            names.update(_names(getattr(sheet, "defined_names", {}), sheet.title))
-    finally:
-        values.close()
-        formulas.close()
-    return Book(path, tuple(sheets), names, tuple(notes))
+        with (
+            closing(openpyxl.load_workbook(file, data_only=True, **options)) as values,
+            closing(openpyxl.load_workbook(file, **options)) as formulas,
+        ):
+            names = dict(_names(formulas.defined_names, ""))
+            for value_sheet, sheet in zip(values.worksheets, formulas.worksheets, strict=True):
+                own, more = _cells(value_sheet, sheet, rows)
+                cells |= own
+                notes += [f"only the first {rows} rows of sheet {sheet.title} were read"] * more
+                names.update(_names(getattr(sheet, "defined_names", {}), sheet.title))
+    except Exception as error:  # openpyxl raises whatever its parser meets
+        raise InputError(str(path), "an .xlsx workbook", f"one that cannot be read ({error})") from None
+    if not cells:
+        raise InputError(str(path), "a sheet with cells", "only empty ones")
+    return Book(path, tuple(formulas.sheetnames), cells, names, tuple(notes))
 
 
 def _cells(value_sheet, formula_sheet, rows):
@@ -148,8 +134,8 @@ def _cells(value_sheet, formula_sheet, rows):
             text = formula.value
             if value.value is None and text is None:
                 continue
-            place = (formula.row, formula.column)
-            if place[0] > rows:
+            place = (formula_sheet.title, formula.row, formula.column)
+            if place[1] > rows:
                 more = True
                 continue
             if isinstance(text, ArrayFormula):
@@ -157,24 +143,14 @@ def _cells(value_sheet, formula_sheet, rows):
             text = "=TABLE()" if isinstance(text, DataTableFormula) else text
             text = text if isinstance(text, str) and text.startswith("=") else ""
             cells[place] = Cell(value.value, text, value.data_type == "e")
-    for anchor, area, text in arrays:
-        left, top, right, bottom = range_boundaries(area)
-        for row in range(top, min(bottom, rows) + 1):
-            for column in range(left, min(right, COLUMN_LIMIT) + 1):
-                inner = cells.get((row, column), Cell(None))
-                if not inner.formula:
-                    cells[row, column] = Cell(inner.value, text, inner.error, anchor)
+    for (sheet, *anchor), reference, text in arrays:
+        left, top, right, bottom = range_boundaries(reference)
+        area = Area(sheet, top, left, min(bottom, rows), min(right, COLUMN_LIMIT))
+        for place in area.places:
+            inner = cells.get(place, EMPTY)
+            if not inner.formula:
+                cells[place] = Cell(inner.value, text, inner.error, tuple(anchor))
     return cells, more
-
-
-def _merged(file, sheet):
-    """The last place of each merged range by its first, which openpyxl does not tell when it only reads."""
-    with zipfile.ZipFile(file) as archive:
-        part = sheet._worksheet_path.lstrip("/")
-        text = archive.read(part) if archive.getinfo(part).file_size <= PART_LIMIT else b""
-    found = re.findall(rb'<(?:\w+:)?mergeCell\s[^>]*ref="([A-Z]+\d+:[A-Z]+\d+)"', text)
-    spans = [range_boundaries(area.decode()) for area in found]
-    return {(top, left): (bottom, right) for left, top, right, bottom in spans}
 
 
 def _names(defined, own_sheet):
@@ -185,17 +161,11 @@ def _names(defined, own_sheet):
         except (ValueError, TypeError, AttributeError):
             continue
         if None not in (left, top, right, bottom):
-            yield name, (sheet or own_sheet, (top, left), (bottom, right))
+            yield name.upper(), Area(sheet or own_sheet, top, left, bottom, right, (True, True))
 
 
 def recalculate(path, folder, kind="xlsx"):
-    """Have LibreOffice calculate the spreadsheet `path`; return a copy as .xlsx, which it puts into `folder`.
-
-    Raises
-    ------
-    InputError
-        If LibreOffice is not on the PATH or cannot do it.
-    """
+    """Have LibreOffice calculate the spreadsheet `path`; return a copy as .xlsx, which it puts into `folder`."""
     office, expected = shutil.which("soffice"), "an .xlsx workbook or a .csv file"
     if office is None:
         raise InputError(str(path), expected, f"another format, .{kind}: save it as .xlsx, or install LibreOffice")

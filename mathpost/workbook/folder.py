@@ -1,6 +1,5 @@
 """A class of files: one line for each in a table, as text, CSV or HTML; and copies with coloured cells."""
 
-import csv
 import io
 import os
 import re
@@ -17,7 +16,7 @@ from openpyxl.utils.cell import coordinate_to_tuple
 from mathpost.errors import InputError, OutputError, write_bytes
 from mathpost.workbook.check import check_file
 from mathpost.workbook.file import read
-from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, WRONG, html_table
+from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, WRONG, csv_table, html_table
 from mathpost.workbook.safety import MEGABYTE, inspect
 
 DAMAGED = "not read"
@@ -67,9 +66,7 @@ class Summary:
 
     def to_csv(self):
         """Return the table as CSV, with a mark that tells spreadsheet programs the encoding."""
-        text = io.StringIO()
-        csv.writer(text).writerows(self.table)
-        return "\ufeff" + text.getvalue()
+        return csv_table(self.table)
 
     def to_html(self):
         """Return the table as a page."""
@@ -111,9 +108,8 @@ def check_folder(folder, task=None, *, marked=None, language="en", progress=None
     if not folder.is_dir():
         raise InputError(str(folder), "a folder", "none")
     paths = [path for path in sorted(folder.rglob("*")) if path.suffix.lower() in SUFFIXES and path.is_file()]
-    paths = [path for path in paths if not path.name.startswith(("~$", "."))]
-    if marked is not None:
-        paths = [path for path in paths if Path(marked).resolve() not in path.resolve().parents]
+    out = [Path(marked).resolve()] if marked is not None else []
+    paths = [p for p in paths if not p.name.startswith(("~$", ".")) and set(out).isdisjoint(p.resolve().parents)]
     if not paths:
         raise InputError(str(folder), "spreadsheets", "none")
     for done, path in enumerate(paths, 1):
@@ -124,8 +120,8 @@ def check_folder(folder, task=None, *, marked=None, language="en", progress=None
             rows.append((name, DAMAGED, "", "", "", str(error)))
         else:
             rows.append((name, *_row(report)))
-            if marked is not None and path.suffix.lower() == ".xlsx":
-                mark(report, Path(marked) / name)
+            if out and path.suffix.lower() == ".xlsx":
+                mark(report, out[0] / name)
         if progress is not None:
             progress(done, len(paths), path)
     return Summary(tuple(rows), language)
@@ -182,10 +178,10 @@ def _with_values(content, original):
         for name in source.namelist():
             data = source.read(name)
             if found := re.fullmatch(r"xl/worksheets/sheet(\d+)\.xml", name):
-                cells = original.sheets[int(found[1]) - 1].cells
+                sheet = original.sheets[int(found[1]) - 1]
 
-                def fill(match, cells=cells):
-                    cell = cells.get(coordinate_to_tuple(match[2]))
+                def fill(match, sheet=sheet):
+                    cell = original.cells.get((sheet, *coordinate_to_tuple(match[2])))
                     number = None if cell is None else cell.number
                     return match[0] if number is None else f"{match[1]}<v>{number!r}</v></c>"
 

@@ -11,10 +11,9 @@ from functools import cached_property
 
 import numpy as np
 from openpyxl.formula import Tokenizer
-from openpyxl.utils import column_index_from_string, get_column_letter
+from openpyxl.utils import get_column_letter, range_boundaries
 
 POWER = {"^": 5, "*": 4, "/": 4, "+": 3, "-": 3, "&": 2, "=": 1, "<>": 1, "<": 1, ">": 1, "<=": 1, ">=": 1}
-AREA = re.compile(r"(\$?)([A-Z]{1,3})(\$?)(\d+)(?::(\$?)([A-Z]{1,3})(\$?)(\d+))?$", re.IGNORECASE)
 LARGEST = 20_000  # cells of a range
 
 
@@ -24,10 +23,7 @@ class NotUnderstood(ValueError):
 
 @dataclass(frozen=True)
 class Area:
-    """Cells that a formula refers to: the sheet's name and corners from 1.
-
-    `fixed` tells of the first row and the first column whether a $ keeps them when the formula is copied.
-    """
+    """Cells that a formula refers to, from 1; `fixed` says whether a $ keeps the first row and the first column."""
 
     sheet: str
     top: int
@@ -76,8 +72,11 @@ def parse(text, sheet, names, sheets=None):
         tokens = [t for t in Tokenizer(text).items if t.type != "WHITE-SPACE"]
     except Exception as error:  # the tokenizer raises what it meets
         raise NotUnderstood(str(error)) from None
-    reader = _Reader(tokens[::-1], sheet, names, sheets)
-    tree = reader.expression(0)
+    reader = _Reader(tokens[::-1], sheet, names, sheets or {})
+    try:
+        tree = reader.expression()
+    except IndexError:
+        raise NotUnderstood("the end of the formula") from None
     if reader.tokens:
         raise NotUnderstood(reader.tokens[-1].value)
     return tree
@@ -90,20 +89,15 @@ class _Reader:
     tokens: list
     sheet: str
     names: dict
-    sheets: dict | None
+    sheets: dict
 
-    def take(self):
-        if not self.tokens:
-            raise NotUnderstood("the end of the formula")
-        return self.tokens.pop()
-
-    def expression(self, least):
+    def expression(self, least=0):
         left = self.operand()
         while self.tokens and self.tokens[-1].type.startswith("OPERATOR"):
             operator = self.tokens[-1].value
             if POWER.get(operator, 9) <= least:
                 break
-            if self.take().type == "OPERATOR-POSTFIX":
+            if self.tokens.pop().type == "OPERATOR-POSTFIX":
                 left = ("percent", left)
             elif operator in POWER:
                 left = (operator, left, self.expression(POWER[operator]))
@@ -112,55 +106,52 @@ class _Reader:
         return left
 
     def operand(self):
-        token = self.take()
+        token = self.tokens.pop()
         if token.type == "OPERATOR-PREFIX":
             inner = self.expression(5)  # a sign binds closer than a power: -2^2 is 4
             return inner if token.value == "+" else ("minus", inner)
-        if token.type == "PAREN" and token.subtype == "OPEN":
-            return self.until_close()[0][0]
-        if token.type == "FUNC" and token.subtype == "OPEN":
+        if token.subtype == "OPEN":
+            rows = self.until_close()
+            if token.type == "ARRAY":
+                return ("rows", *(("row", *row) for row in rows))
             name = token.value[:-1].upper().replace("_XLFN.", "").replace("_XLWS.", "")
-            return (name, *self.until_close()[0])
-        if token.type == "ARRAY" and token.subtype == "OPEN":
-            return ("rows", *(("row", *row) for row in self.until_close()))
-        if token.type == "OPERAND" and token.subtype in ("NUMBER", "LOGICAL"):
+            return (name, *rows[0]) if name else rows[0][0]
+        if token.subtype in ("NUMBER", "LOGICAL"):
             return ("number", float({"TRUE": 1, "FALSE": 0}.get(token.value.upper(), token.value)))
-        if token.type == "OPERAND" and token.subtype == "TEXT":
+        if token.subtype == "TEXT":
             return ("text", token.value[1:-1].replace('""', '"'))
-        if token.type == "OPERAND" and token.subtype == "RANGE":
-            return self.reference(token.value)
+        if token.subtype == "RANGE":
+            return ("area", self.area(token.value))
         raise NotUnderstood(token.value)
 
     def until_close(self):
         """The rows of expressions up to a closing parenthesis or brace; 0 where one is left out."""
         rows, left_out = [[]], True
-        while (token := self.take()).subtype != "CLOSE":
-            if token.type == "SEP":
+        while self.tokens[-1].subtype != "CLOSE":
+            if is_separator := self.tokens[-1].type == "SEP":
                 rows[-1] += [("number", 0.0)] * left_out
-                rows += [[] for _ in range(token.subtype == "ROW")]
+                rows += [[] for _ in range(self.tokens.pop().subtype == "ROW")]
             else:
-                self.tokens.append(token)
-                rows[-1].append(self.expression(0))
-            left_out = token.type == "SEP"
+                rows[-1].append(self.expression())
+            left_out = is_separator
+        self.tokens.pop()
         return rows
 
-    def reference(self, text):
+    def area(self, text):
         sheet, _, local = text.rpartition("!")
         if local.upper() in self.names:
-            return ("area", self.names[local.upper()])
-        found = AREA.match(local)
-        if not found:
-            raise NotUnderstood(text)
-        name = sheet.strip("'").replace("''", "'") or self.sheet
-        if self.sheets is not None and name.lower() not in self.sheets:
+            return self.names[local.upper()]
+        name = sheet.strip("'").replace("''", "'")
+        if name and name.lower() not in self.sheets:
             raise NotUnderstood(f"the sheet {name}, which is not there")
-        name = name if self.sheets is None else self.sheets[name.lower()]
-        top, left = int(found[4]), column_index_from_string(found[2].upper())
-        bottom, right = (int(found[8]), column_index_from_string(found[6].upper())) if found[6] else (top, left)
-        area = Area(name, top, left, bottom, right, (bool(found[3]), bool(found[1])))
-        if area.shape[0] * area.shape[1] > LARGEST:
-            raise NotUnderstood(f"the large range {area}")
-        return ("area", area)
+        try:
+            left, top, right, bottom = range_boundaries(local)
+        except ValueError:
+            raise NotUnderstood(text) from None
+        if None in (left, top) or (bottom - top + 1) * (right - left + 1) > LARGEST:
+            raise NotUnderstood(f"the large range {local}")
+        fixed = bool(re.match(r"\$?[A-Za-z]+\$", local)), local.startswith("$")
+        return Area(self.sheets.get(name.lower(), self.sheet), top, left, bottom, right, fixed)
 
 
 def walk(tree, path=()):
@@ -194,13 +185,7 @@ def heads(tree):
 
 
 def text_of(tree):
-    """Write a tree as a formula without its ``=``.
-
-    Examples
-    --------
-    >>> text_of(parse("=-(A1+2)*SUM(B1:B3)", "S", {}))
-    '-(A1+2)*SUM(B1:B3)'
-    """
+    """Write a tree as a formula without its ``=``."""
     head, *parts = tree
     if head in ("number", "text", "area"):
         return {"number": "{:.15g}", "text": '"{}"', "area": "{}"}[head].format(parts[0])
@@ -212,38 +197,16 @@ def text_of(tree):
     return {"rows": f"{{{inner}}}", "row": inner}.get(head, f"{head}({inner})")
 
 
+def form_of(tree):
+    """Write a tree as a formula in which all references of one size are alike."""
+    return text_of(with_areas(tree, [area.shape for area in areas(tree)]))
+
+
 def _within(tree, least):
     return f"({text_of(tree)})" if POWER.get(tree[0], 9) <= least else text_of(tree)
 
 
 # Evaluation.
-
-
-def fold(tree, leaf, functions):
-    """Return the value of a tree: `leaf(kind, content)` of its leaves, `functions` of its heads."""
-    head, *parts = tree
-    if head in ("number", "text", "area"):
-        return leaf(head, parts[0])
-    if head not in functions or (head in COMPARISONS and "text" in (part[0] for part in parts)):
-        raise NotUnderstood(f"the operator {head}" if head in POWER else head)
-    values = [fold(part, leaf, functions) for part in parts]
-    try:
-        return functions[head](*values)
-    except (TypeError, ValueError, IndexError, np.linalg.LinAlgError):
-        sizes = ", ".join("×".join(map(str, np.shape(value)[1:])) for value in values)
-        raise NotUnderstood(f"{head} of {sizes or 'nothing'}") from None
-
-
-def evaluate(tree, look):
-    """Return the value of a tree, shape (samples, rows, columns); `look(area)` returns that of an area.
-
-    Wrong arguments, such as a root of a negative number, are NaN, as an error value is.
-    """
-
-    def leaf(kind, content):
-        return look(content) if kind == "area" else np.full((1, 1, 1), np.nan if kind == "text" else content)
-
-    return fold(tree, leaf, FUNCTIONS) * 1.0
 
 
 def _rounded(how):
@@ -307,3 +270,23 @@ FUNCTIONS = {
     "rows": lambda *rows: np.concatenate(rows, axis=1),
     "row": lambda *entries: np.concatenate(entries, axis=2),
 }
+
+
+def evaluate(tree, look, functions=FUNCTIONS):
+    """Return the value of a tree, shape (samples, rows, columns); `look(area)` returns that of an area.
+
+    Wrong arguments, such as a root of a negative number, are NaN, as an error value is.
+    """
+    head, *parts = tree
+    if head == "area":
+        return look(parts[0])
+    if head in ("number", "text"):
+        return np.full((1, 1, 1), parts[0] if head == "number" else np.nan)
+    if head not in functions or (head in COMPARISONS and "text" in (part[0] for part in parts)):
+        raise NotUnderstood(f"the operator {head}" if head in POWER else head)
+    values = [evaluate(part, look, functions) for part in parts]
+    try:
+        return functions[head](*values) * 1.0
+    except (TypeError, ValueError, IndexError, np.linalg.LinAlgError):
+        sizes = ", ".join("×".join(map(str, np.shape(value)[1:])) for value in values)
+        raise NotUnderstood(f"{head} of {sizes or 'nothing'}") from None

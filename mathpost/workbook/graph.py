@@ -1,6 +1,7 @@
 """A workbook as one graph of cells: which cell uses which, and what all of them are at many inputs at once."""
 
 import re
+from dataclasses import replace
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
@@ -8,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from mathpost.errors import InputError
-from mathpost.workbook.file import local_address
-from mathpost.workbook.formula import Area, NotUnderstood, areas, evaluate, parse, text_of, walk, with_areas
+from mathpost.workbook.file import EMPTY, local_address
+from mathpost.workbook.formula import FUNCTIONS, NotUnderstood, areas, evaluate, form_of, parse, walk
 
 SAMPLES = 8
 ZERO = np.zeros(1)
@@ -21,33 +22,29 @@ class Graph:
 
     `cells` holds what stands there, `trees` every formula that was understood, `unread` what in the others is not;
     `part` the row and column in its array, from 0, of a cell of an array formula, which has the tree of the whole.
-    `circular` has one place of each circle of formulas that depend on themselves.
+    `circular` has one place of each circle of formulas that depend on themselves. `other` has formulas in place of
+    the file's, by place, each with the first cell of its array.
     """
 
-    def __init__(self, book):
-        self.book, self.trees, self.part, self.unread = book, {}, {}, {}
-        self.cells = {(sheet.name, *place): cell for sheet in book.sheets for place, cell in sheet.cells.items()}
+    def __init__(self, book, other=None):
+        self.book, self.names, self.cells = book, book.names, dict(book.cells)
+        self.trees, self.part, self.unread = {}, {}, {}
+        for place, (formula, anchor) in (other or {}).items():
+            self.cells[place] = replace(self.cells.get(place, EMPTY), formula=formula, anchor=anchor)
         self.meant = {place: cell.meant for place, cell in self.cells.items()}
-        self.sheets = {sheet.name.lower(): sheet.name for sheet in book.sheets}
-        self.numbers = {sheet.name: n for n, sheet in enumerate(book.sheets)}
-        self.names = {
-            name.upper(): Area(self.sheets.get(sheet.lower(), sheet), *first, *last, (True, True))
-            for name, (sheet, first, last) in book.names.items()
-        }
+        self.sheets = {name.lower(): name for name in book.sheets}
+        self.numbers = {name: n for n, name in enumerate(book.sheets)}
         parsed, self._forms = {}, {}
         for place, cell in self.cells.items():
             key = place[0], cell.formula
             try:
                 if cell.formula:
-                    self.trees[place] = parsed.get(key) or self._parse(cell.formula, place[0])
+                    self.trees[place] = parsed.get(key) or parse(cell.formula, place[0], self.names, self.sheets)
                     parsed[key] = self.trees[place]
             except NotUnderstood as error:
                 self.unread[place] = str(error)
             if cell.anchor:
                 self.part[place] = place[1] - cell.anchor[0], place[2] - cell.anchor[1]
-
-    def _parse(self, formula, sheet):
-        return parse(formula, sheet, self.names, self.sheets)
 
     # Places.
 
@@ -78,7 +75,7 @@ class Graph:
     def named(self, name, text):
         """Return the `Area` of an address such as ``Sheet1!B2:B4``; raise `InputError` if it is none."""
         try:
-            (area,) = areas(self._parse(f"={text}", self.book.sheets[0].name))
+            (area,) = areas(parse(f"={text}", self.book.sheets[0], self.names, self.sheets))
         except (NotUnderstood, ValueError):
             known = f"an address such as B2:B4 or Sheet1!B2, sheets {', '.join(self.numbers)}"
             raise InputError(f"cells, {name!r}", known, repr(text)) from None
@@ -177,7 +174,7 @@ class Graph:
             return None
         tree = self.trees[place]
         if id(tree) not in self._forms:
-            self._forms[id(tree)] = text_of(with_areas(tree, [area.shape for area in areas(tree)]))
+            self._forms[id(tree)] = form_of(tree)
         return self._forms[id(tree)]
 
     def upstream(self, places):
@@ -190,35 +187,40 @@ class Graph:
 
     # Values.
 
-    def run(self, inputs, fixed=None, base=None, only=None):
+    def run(self, given, base=None, only=None, functions=FUNCTIONS):
         """Evaluate the formulas, all or `only` some: place → array of shape (samples,).
 
-        `inputs` are values of typed numbers, in place of the file's, and `fixed` those of formulas; `base` is an
-        earlier run, of which the places not in `only` are kept.
+        `given` has values in place of the file's, of typed numbers and of formulas; `base` is an earlier run, of
+        which the places not in `only` are kept.
         """
-        fixed = fixed or {}
-        values, arrays = {**(base or {}), **inputs, **fixed}, {}
+        values, arrays = {**(base or {}), **given}, {}
         for place in self.order:
-            if place in fixed or (only is not None and place not in only):
+            if place in given or (only is not None and place not in only):
                 continue
-            if place in self.part:
-                key = id(self.trees[place]), self.cells[place].anchor
-                if key not in arrays:
-                    arrays[key] = self.calculate(self.trees[place], values)
-                values[place] = at(arrays[key], self.part[place])
-            else:
-                values[place] = self.calculate(self.trees[place], values)[:, 0, 0]
+            tree, index = self.trees[place], self.part.get(place)
+            if index is None:
+                values[place] = self.calculate(tree, values, functions)[:, 0, 0]
+                continue
+            key = id(tree), self.cells[place].anchor
+            if key not in arrays:
+                arrays[key] = self.calculate(tree, values, functions)
+            values[place] = at(arrays[key], index)
         return values
+
+    @cached_property
+    def own(self):
+        """Place → the number that stands there, or that the formula gives with the file's inputs; None for text."""
+        return self.meant | {place: float(values[0]) for place, values in self.run({}).items()}
 
     def cell(self, place, values, tree=None):
         """What the formula of a cell gives, or `tree` in its place: shape (samples,) or (1,)."""
         return at(self.calculate(tree or self.trees[place], values), self.part.get(place, (0, 0)))
 
-    def calculate(self, tree, values):
+    def calculate(self, tree, values, functions=FUNCTIONS):
         """Return the value of a tree, shape (samples, rows, columns), from those of the cells; NaN if none."""
         try:
             with np.errstate(all="ignore"):
-                return evaluate(tree, lambda area: self.look(area, values))
+                return evaluate(tree, lambda area: self.look(area, values), functions)
         except NotUnderstood:
             return np.full((1, 1, 1), np.nan)
 
@@ -227,7 +229,7 @@ class Graph:
         numbers = [values[p] if p in values else self.constants.get(p, ZERO) for p in area.places]
         if len(numbers) == 1:
             return numbers[0][:, None, None]
-        found = np.empty((max(map(len, numbers)), len(numbers)))
+        found = np.empty((max(map(len, numbers)), len(numbers)), max(n.dtype for n in numbers))
         for k, number in enumerate(numbers):
             found[:, k] = number
         return found.reshape(-1, *area.shape)
@@ -265,13 +267,7 @@ def at(array, index):
 
 
 def same(a, b, tolerance=CLOSE):
-    """Whether two values agree at every sample; at the first, the sheet's own numbers, either may be unknown, NaN.
-
-    Examples
-    --------
-    >>> same(np.array([1.0, 2.0]), np.array([1.0, 2.0 + 1e-12]))
-    True
-    """
+    """Whether two values agree at every sample; at the first, the sheet's own, either may be unknown, NaN."""
     fine = np.abs(a - b) <= tolerance * (1 + np.abs(b))
     if len(fine) > 1:
         fine[0] |= ~np.isfinite(a + b)[0]

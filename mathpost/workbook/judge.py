@@ -1,19 +1,23 @@
 """Right or wrong, and where: the earliest place where putting in the right thing makes all that follows right."""
 
-from itertools import combinations, islice, product
+from dataclasses import replace
+from functools import reduce
+from itertools import chain, combinations_with_replacement, islice, product
 from math import comb
 
 import numpy as np
 
 from mathpost import angles as euler
 from mathpost.detective.misreadings import written_decimals
+from mathpost.errors import InputError
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
-from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, converted, edits, flat, repaired
-from mathpost.workbook.formula import Area, areas, heads, text_of, walk, with_areas
-from mathpost.workbook.graph import SAMPLES, same
+from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, edits, repaired
+from mathpost.workbook.file import EMPTY
+from mathpost.workbook.formula import Area, areas, heads, text_of, walk
+from mathpost.workbook.graph import SAMPLES, Graph, beside, same
 from mathpost.workbook.nc_table import Words, judge_numbers
 from mathpost.workbook.report import Fault
-from mathpost.workbook.values import read_labels, with_formulas
+from mathpost.workbook.values import read_labels
 
 UNLIKELY, UNEXPLAINED = 2.0, 3.0  # what a repair costs that an odd change of the formula explains, or none
 SIZES = {9: 3, 16: 4, 3: 3, 4: 4}  # rows of so many cells
@@ -28,7 +32,7 @@ class Judge:
 
     def __init__(self, graph, found):
         self.graph, self.found, self.inputs, self.units = graph, found, {}, {}
-        self.faults, self.fixed, self.reading, self.whole = [], {}, None, None
+        self.faults, self.fixed, self.reading = [], {}, None
         self.live = [c for c in found.calculations if not c.typed]
         for calculation in self.live:
             self._set_units(calculation.angles)
@@ -37,15 +41,18 @@ class Judge:
         for calculation in (*spare, *self.live):
             self.inputs.update(calculation.draw(rng, self.units))
         for place, numbers in self.inputs.items():
-            numbers[0] = found.number(place)
+            if self.graph.own.get(place) is None:
+                where = f"{self.graph.book.path}, {self.graph.address(place)}"
+                raise InputError(where, "a number", repr(self.graph.cells.get(place, EMPTY).value))
+            numbers[0] = self.graph.own[place]
         self.values = self._run()
 
     def _set_units(self, places):
         """Degrees or radians: whole turns of which unit leave more sines and cosines as they are."""
-        own = {p: np.array([self.found.number(p) + 0.3]) for p in places}
+        own = {p: np.array([self.graph.own[p] + 0.3]) for p in places}
         after = [p for p in self.graph.downstream(places) if heads(self.graph.tree(p)) & {"SIN", "COS"}]
         turns = (0, 720, 4 * np.pi)  # half angles turn half as fast
-        runs = [self.graph.run({}, {p: number + turn for p, number in own.items()}) for turn in turns]
+        runs = [self.graph.run({p: number + turn for p, number in own.items()}) for turn in turns]
         votes = [sum(same(run[p], runs[0][p], 1e-9) for p in after) for run in runs[1:]]
         in_degrees = votes[0] > votes[1] or any(abs(number) > LARGEST_RADIANS for number in own.values())
         self.units.update(dict.fromkeys(places, np.pi / 180 if in_degrees else 1.0))
@@ -66,14 +73,14 @@ class Judge:
 
     def _run(self, more=(), only=None):
         """The values with all that was put in, and `more`."""
-        return self.graph.run({}, {**self.inputs, **self.fixed, **dict(more)}, only and self.values, only)
+        return self.graph.run({**self.inputs, **self.fixed, **dict(more)}, only and self.values, only)
 
     def _calculate(self, place, tree):
         """What a cell would hold with another formula."""
         return np.broadcast_to(self.graph.cell(place, self.values, tree), SAMPLES)
 
     def _fault(self, place, cause, message):
-        self.faults.append(Fault(self.graph.address(place), cause, message, place))
+        return Fault(self.graph.address(place), cause, message, place)
 
     # The verdict.
 
@@ -87,16 +94,14 @@ class Judge:
         self.targets = {p: t for c in self.live for p, t in c.targets.items()}
         for calculation in self.found.calculations[:1]:
             self._compare_the_inputs(calculation)
-        self.said = self._as_the_labels_say() if self.bad(self.targets) else {}
-        if self.bad(self.targets) and not self.said and self.found.by == "source 000":
+        said = self._as_the_labels_say() if self.bad(self.targets) else {}
+        if self.bad(self.targets) and not said:
             self.reading = self._other_reading()
         for calculation in () if self.reading else self.live:
-            self._repair(calculation)
+            self._repair(calculation, said)
         if typed := [row for row in self.found.calculations if row.typed]:
-            own = self.graph.run({})
-            own |= {p: [self.found.number(p)] for r in typed for p in (*r.given, *r.results) if p not in own}
-            for place, cause, message in judge_numbers(typed, {p: float(v[0]) for p, v in own.items()}):
-                self._fault(place, cause, f"{self.graph.short(place)}: {message}")
+            for place, cause, message in judge_numbers(typed, self.graph.own):
+                self.faults.append(self._fault(place, cause, f"{self.graph.short(place)}: {message}"))
         return self
 
     def _prepare(self, calculations):
@@ -109,17 +114,17 @@ class Judge:
         for name, other in (("angles", "wrong angle"), ("point", "wrong point"), ("origin", "wrong point")):
             asked = getattr(self.found.task, name) or ()
             for place, wanted in zip(getattr(calculation, name), asked, strict=False):
-                unit, number = np.rad2deg(self.units.get(place, np.pi / 180)), self.found.number(place)
+                unit, number = np.rad2deg(self.units.get(place, np.pi / 180)), self.graph.own[place]
                 half, number = 0.6 * 10.0 ** -min(written_decimals(number), 6) * unit + 1e-9, number * unit
                 if abs(number - wanted) > half:
                     cause = other if any(abs(number - each) <= half for each in asked) else "wrong value"
                     cause = "sign" if abs(number + wanted) <= half else cause
                     text = f"{self.graph.short(place)} is {number:.6g}, the task says {wanted:.6g}"
-                    self._fault(place, cause, text)
+                    self.faults.append(self._fault(place, cause, text))
 
     def _other_reading(self):
         """The sequence of other axes, nowhere named, that all results are of; None if there is none."""
-        turns = [c for c in self.live if isinstance(c, Turn) and not c.axis]
+        turns = [c for c in self.live if isinstance(c, Turn) and not c.axis and self.found.by == "source 000"]
         readings = [(s, active) for n in euler.SEQUENCES[1:] for s in (n, n.lower()) for active in (False, True)]
         for sequence, active in (*readings, ("ZXZ", self.found.active)) if turns else ():
             for turn in turns:
@@ -129,65 +134,57 @@ class Judge:
                 return sequence, "active" if active else "passive"
         return None
 
-    def _repair(self, calculation):
-        for _ in range(12):
-            bad = self.bad(calculation.targets)
-            if not bad:
-                return
+    def _repair(self, calculation, said):
+        """Put in the right things, one after the other, until the results are right."""
+        first, said = len(self.faults), said if said.keys() >= calculation.targets.keys() else {}
+        while bad := self.bad(calculation.targets):
             missed = set(self.bad(self.targets)) - calculation.targets.keys()
             targets = {p: t for p, t in self.targets.items() if p not in missed}
-            found = self._against_the_labels(calculation, bad) or self._earliest(calculation, targets, bad)
+            found = self._by_labels(calculation, said, bad) or self._earliest(calculation, targets, bad)
             if found is None:
-                found, place = {p: targets[p] for p in bad}, self._typed_over(bad)
-                if place:
-                    self._fault(place, "typed over formula", self._typed_text(place))
-                else:
+                place, cause = self._typed_over(bad), "typed over formula"
+                text = f"{place and self.graph.short(place)} is a number, typed where a formula belongs"
+                if place is None:
+                    place, cause = min(bad, key=self.graph.calculation_order), "wrong value"
                     text = "the result is not what the task asks for, and no single change makes it so"
-                    self._fault(min(bad, key=self.graph.calculation_order), "wrong value", text)
-            self.fixed.update(found)
+                self.faults.append(self._fault(place, cause, text))
+            self.fixed.update(found or {p: targets[p] for p in bad})
             self.values = self._run()
-
-    def _typed_text(self, place):
-        return f"{self.graph.short(place)} is a number, {self.graph.value(place):g}, typed where a formula belongs"
+            if found is None:
+                break
+        self.faults[first:] = _one_convention(self.faults[first:])
 
     def _typed_over(self, bad):
         """The first number on the way to a wrong result that is no input, nor a constant such as 0, 1 or π."""
         odd = self.graph.upstream(bad) & self.found.typed - self.graph.trees.keys()
         odd -= {p for c in self.found.calculations for p in c.given}
-        odd -= self.graph.upstream(p for p in self.targets if p not in set(self.bad(self.targets)))
+        odd -= self.graph.upstream(self.targets.keys() - set(self.bad(self.targets)))
         constants = np.array([0, 1, -1, *CONVERSIONS])
         odd = [p for p in odd if (np.abs(self.graph.value(p) - constants) > 1e-3 * np.abs(constants)).all()]
         return min(odd, key=self.graph.calculation_order, default=None)
 
     def _as_the_labels_say(self):
-        """Place → its values, of the labelled cells, if the labels say a calculation that meets the targets."""
+        """Place → its values, of the labelled cells of the calculations that are right as the labels say them."""
         _, implied = read_labels(self.graph, by_numbers=False)
-        if self.targets.keys().isdisjoint(implied):
-            return {}
-        whole = with_formulas(self.graph, implied)
+        whole = Graph(self.graph.book, implied)
         values = whole.run({p: v for p, v in self.inputs.items() if p not in implied})
-        met = [p for p in self.targets if p in implied and not self.bad({p: self.targets[p]}, values)]
-        reached = whole.upstream(met) & implied.keys()
+        met = [
+            c.targets for c in self.live if implied.keys() >= c.targets.keys() and not self.bad(c.targets, values)
+        ]
+        reached = whole.upstream(p for targets in met for p in targets) & implied.keys()
         return {p: np.broadcast_to(values[p], SAMPLES) for p in whole.order if p in reached}
 
-    def _against_the_labels(self, calculation, bad):
-        """Put in what the labels say, step by step, until the results are right; None if they do not become so."""
-        before, faults, put_in = self.values, [], {}
-        scope = self.graph.upstream(bad) & self.said.keys()
-        units = [*self.found.windows, *self._lines(calculation, scope)]
-        while wrong := {p for p in scope if self.bad({p: self.said[p]})}:
-            first = [p for p in wrong if len(self.graph.upstream([p]) & wrong) == 1]
-            first = min(first, key=self.graph.calculation_order)
-            unit = next((unit for unit in units if first in unit), (first,))
-            option = {p: self.said[p] for p in unit if p in wrong}
-            faults += self._explain(calculation, unit, option)[1]
-            put_in |= option
-            self.values = self._run(put_in)
-            if not self.bad({p: self.targets[p] for p in bad}):
-                for fault in _one_convention(faults) if len(faults) >= 6 else faults:
-                    self._fault(*fault)
-                return put_in
-        self.values = before
+    def _by_labels(self, calculation, said, bad):
+        """The first cell, or matrix, or vector, that is not what its label says, recorded; what the label says."""
+        scope = self.graph.upstream(bad) & said.keys()
+        wrong = {p for p in scope if self.bad({p: said[p]})}
+        first = [p for p in wrong if len(self.graph.upstream([p]) & wrong) == 1]
+        for place in sorted(first, key=self.graph.calculation_order)[:1]:
+            units = [*self.found.windows, *self._lines(calculation, scope), (place,)]
+            unit = next(unit for unit in units if place in unit)
+            option = {p: said[p] for p in unit if p in wrong}
+            self.faults += self._explain(calculation, unit, option)[1]
+            return option
         return None
 
     # What else there is.
@@ -236,8 +233,7 @@ class Judge:
                 best = min(best or (99,), (cost, max(order, own), option, faults), key=lambda b: b[:2])
         if best is None or (best[0] >= UNEXPLAINED and self._typed_over(bad)):
             return None
-        for fault in best[3]:
-            self._fault(*fault)
+        self.faults += best[3]
         return best[2]
 
     def _candidates(self, calculation, targets, bad):
@@ -256,9 +252,10 @@ class Judge:
         for place in formulas | (scope & found.constants):
             options = self._cell_options(calculation, place, targets, bad)
             yield (*graph.calculation_order(place), 0), (place,), options
-        self.whole = tuple(sorted(scope & graph.trees.keys(), key=graph.calculation_order))
-        if isinstance(calculation, Turn):
-            yield (98, (0,), 0), self.whole, self._tried(self._everywhere(calculation), targets)
+        if isinstance(calculation, Turn):  # all matrices of the other convention
+            windows = (_as_window(w, other).items() for w, (_, other) in self._elements(calculation).items())
+            option = dict(chain.from_iterable(windows))
+            yield (98, (0,), 0), tuple(option), self._tried([option], targets)
 
     def _lines(self, calculation, scope):
         """Triples and quadruples of vector cells, the results among them."""
@@ -303,7 +300,7 @@ class Judge:
         if place in self.found.turning:
             yield from (each for a in calculation.radians.T for each in (a, -a, np.rad2deg(a), -np.rad2deg(a)))
         seen = [self.now(place)]
-        for _, _, tree in edits(self.graph, place) if place in self.graph.trees else ():
+        for *_, tree in edits(self.graph, place) if place in self.graph.trees else ():
             value = self._calculate(place, tree)
             if np.isfinite(value[1:]).all() and not any(same(value, s) for s in seen):
                 seen.append(value)
@@ -312,18 +309,6 @@ class Judge:
                 break
         if isinstance(calculation, Turn):
             yield from (sign * entry for entry in calculation.scalars() for sign in (1, -1))
-
-    def _everywhere(self, turn):
-        """The same slip in many places: sines in degrees, the other convention, matrices exchanged."""
-        trees = ((p, self.graph.trees[p]) for p in self.whole)
-        yield {p: self._calculate(p, converted(t, "RADIANS")) for p, t in trees if heads(t) & TRIGONOMETRY.keys()}
-        elements = self._elements(turn)
-        yield {p: v for window, (_, other) in elements.items() for p, v in _as_window(window, other).items()}
-        for first, second in combinations(elements, 2):
-            for a, b in product(turn.elements, turn.elements):
-                option = _as_window(first, a), _as_window(second, b)
-                if all(map(self.bad, option)):
-                    yield option[0] | option[1]
 
     def _elements(self, turn, option=()):
         """The windows that are elementary matrices, with `option` → their sense, and what the other would be."""
@@ -342,7 +327,7 @@ class Judge:
     # Why.
 
     def _explain(self, calculation, unit, option):
-        """The cost of a repair, and its faults as (place, cause, sentence), the first one first."""
+        """The cost of a repair, and its faults, the first one first."""
         graph, faults, done, cost = self.graph, [], set(), 0.0
         in_window = unit in self.found.windows
         places = sorted(option, key=graph.reading_order if in_window else graph.calculation_order)
@@ -357,9 +342,9 @@ class Judge:
                 done.update(array)
                 *fault, more = block or self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
                 cost = max(cost, more)
-                faults.append((place, *fault))
-        if unit is self.whole:
-            return 0.0, _one_convention(faults)
+                faults.append(self._fault(place, *fault))
+        if len(unit) > 16:  # all matrices at once
+            return 0.0, faults
         if unit in elements and len(places) == 2:  # do the others turn the same way?
             senses = [sense for sense, _ in elements.values()]
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
@@ -386,7 +371,8 @@ class Judge:
                 return "wrong value", f"{short} is {cell.number:g}, should be {value[1]:g}", cost
             known |= not abs(value[0] - cell.number) > 5e-3
             cost = 0.0 if known and cell.number not in (0, 1, -1) else UNLIKELY * 1.1
-            return "typed over formula", self._typed_text(place), cost
+            text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
+            return "typed over formula", text, cost
         tree = graph.trees[place]
         if found := repaired(graph, wanted, self.values, calculation.given):
             cause, sentence, other = found
@@ -412,29 +398,27 @@ class Judge:
         return "wrong point" if {old.places[0], new.places[0]} <= self.found.lengths else "wrong reference"
 
     def _missing(self, calculation, place, value):
-        """A term that is missing from a sum: one of the formulas above or below, or a product of cells around."""
-        graph, lacking, (sheet, row, column) = self.graph, value - self.now(place), place
+        """A term that is missing from a sum: a number, or a product of cells and functions of those around."""
+        graph, lacking = self.graph, value - self.now(place)
         if not np.isfinite(lacking[1:]).all():
             return None
         around = graph.component[place]
-        around = around if len(around) <= 16 else [p for p in around if p[1] == row]
-        pool = dict.fromkeys([*(s for p in around for s in graph.uses.get(p, ())), *calculation.given])
-        factors = [("area", Area(*p, *p[1:])) for p in pool if p in graph.cells]
-        formulas = [part for p in around for _, part in walk(graph.tree(p))]
-        factors += [part for part in formulas if part[0] in TRIGONOMETRY or part[:2] == ("-", ("number", 1.0))]
-        terms = [("number", float(lacking[1]))]
-        for step in (-1, 1):
-            near = graph.tree((sheet, row + step, column))
-            moved = [area if area.fixed[0] else area.moved(-step, 0) for area in areas(near)]
-            terms += [term for _, term in flat(with_areas(near, moved))] if moved and all(moved) else []
-        for trees, most in ((terms, 1), ({text_of(tree): tree for tree in factors}.values(), 4)):
-            values = np.array([np.broadcast_to(graph.calculate(t, self.values)[:, 0, 0], SAMPLES) for t in trees])
-            for depth in range(1, most + 1):
-                chosen = [*combinations(range(len(trees)), depth)] if comb(len(trees), depth) < 20_000 else []
-                found = values[np.array(chosen, dtype=int).reshape(-1, depth)].prod(axis=1)
-                off = [np.abs(found + sign * lacking)[:, 1:].max(axis=1) for sign in (1, -1)]
-                for n in np.flatnonzero(np.minimum(*off) < 1e-7 * (1 + np.abs(lacking[1:]).max()))[:1]:
-                    return "*".join(text_of([*trees][k]) for k in chosen[n])
+        around = around if len(around) <= 16 else [p for p in around if p[1] == place[1]]
+        pool = [*(s for p in around for s in graph.uses.get(p, ())), *calculation.given]
+        pool = dict.fromkeys([*pool, *(near for s in graph.uses[place] for near in beside(s))])
+        factors = [("number", float(lacking[1])), *(("area", Area(*p, *p[1:])) for p in pool if p in graph.cells)]
+        parts = [part for p in around for _, part in walk(graph.tree(p))]
+        factors += [part for part in parts if part[0] in TRIGONOMETRY or part[:2] == ("-", ("number", 1.0))]
+        factors = {text_of(tree): tree for tree in factors}
+        values = [np.broadcast_to(graph.calculate(t, self.values)[:, 0, 0], SAMPLES) for t in factors.values()]
+        for depth in range(1, 5):
+            if comb(len(factors) + depth - 1, depth) > 20_000:
+                break
+            chosen = np.array([*combinations_with_replacement(range(len(factors)), depth)])
+            found = np.array(values)[chosen].prod(axis=1)
+            off = [np.abs(found + sign * lacking)[:, 1:].max(axis=1) for sign in (1, -1)]
+            for n in np.flatnonzero(np.minimum(*off) < 1e-7 * (1 + np.abs(lacking[1:]).max()))[:1]:
+                return text_of(reduce(lambda a, b: ("*", a, b), ([*factors.values()][k] for k in chosen[n])))
         return None
 
     def _of_the_block(self, calculation, unit, option):
@@ -453,17 +437,18 @@ class Judge:
             known |= any(same(w, wanted) for w in windows.values())
             known |= any(same(v @ w, now) for v, w in product(windows.values(), repeat=2))
             return "transposed", "the matrix should be transposed", UNLIKELY * (known and not copy)
-        vectors = [c for c in self.graph.components if len(c) == size and c != unit]
-        others = windows if square else {v: matrix(v) for v in vectors}
-        for (a, left), (b, right) in product(windows.items(), others.items()):
+        vectors = {c: matrix(c) for c in self.graph.components if len(c) == size and c != unit}
+        for (a, left), (b, right) in product(windows.items(), (windows if square else vectors).items()):
             if same(left @ right, wanted):
-                if same(_turned(left) @ right, now) or (square and same(left @ _turned(right), now)):
-                    return "transposed", "a factor of the product is transposed", 0.0
-                if square and same(right @ left, now):
-                    text = f"the order is {self.graph.range(a)} times {self.graph.range(b)}"
-                    return "order of product", text, 0.0
-                if square and same(_turned(left @ right), now):
-                    return "transposed", "the product is transposed", 0.0
+                order = f"the order is {self.graph.range(a)} times {self.graph.range(b)}"
+                slips = [("transposed", "a factor of the product is transposed", _turned(left) @ right)]
+                if square:
+                    slips.append((*slips[0][:2], left @ _turned(right)))
+                    slips.append(("order of product", order, right @ left))
+                    slips.append(("transposed", "the product is transposed", _turned(left @ right)))
+                for cause, text, slip in slips:
+                    if same(slip, now):
+                        return cause, text, 0.0
         return None
 
 
@@ -474,12 +459,11 @@ def _turned(matrix):
 def _one_convention(faults):
     """Faults that are all signs are those of the other convention."""
     text = "the elementary matrices are those of the other convention, active or passive"
-    signs = {cause for _, cause, _ in faults} == {"sign"}
-    return [(p, "other convention", text) for p, *_ in faults] if signs else faults
+    signs = len(faults) >= 6 and {fault.cause for fault in faults} == {"sign"}
+    return [replace(f, cause="other convention", message=text) for f in faults] if signs else faults
 
 
 def _as_window(window, matrix):
-    """Place → what stands there if a window is a matrix of 3×3, in 4×4 where it is larger."""
-    if len(window) == 16:
-        matrix = np.pad(matrix, ((0, 0), (0, 1), (0, 1))) + np.diag([0, 0, 0, 1.0])
-    return dict(zip(window, matrix.reshape(len(matrix), -1).T, strict=True))
+    """Place → what stands there if a window of 3×3 or 4×4 is a matrix, or its first rows and columns."""
+    size = 3 if len(window) == 9 else 4
+    return dict(zip(window, matrix[:, :size, :size].reshape(len(matrix), -1).T, strict=True))

@@ -7,11 +7,6 @@ import re
 import unicodedata
 from dataclasses import dataclass
 
-VECTORS = {  # three cells that have a name, and what one of them is
-    "angle": "angles angle 角度 欧拉角 eulerangles zxzangles zxz欧拉角 zxz givenangles",
-    "coordinate": "p point 点 点坐标 坐标 初始坐标 原坐标 初始点 原始点 p0 xyz originalpoint givenpoint",
-    "outcome": "result 结果 新坐标 新点 新坐标点 计算结果 最终坐标 p1 newpoint rotatedpoint finalpoint",
-}
 UNIT_WORDS = {"=", ":", "°", "deg", "degree", "degrees", "度", "mm", "rad", "弧度", "->", "→", "："}
 SPELLINGS = (  # brought to one: no blanks, one minus, one prime, Greek letters for their names
     ("[′’‘`´ʹ＇]", "'"),
@@ -43,19 +38,17 @@ NOISE = re.compile(
 class Role:
     """What a range holds.
 
-    `kind` is angle, negated, radians, cos, sin, coordinate or outcome of one cell, or of three where `word` is
-    empty; matrix or transposed of nine. `word` says which angles (0 = α) or coordinate (0 = x), of a matrix its
-    product from left to right; it is empty for a matrix said to be the final one.
+    `kind` is angle, negated, radians, cos, sin, coordinate or outcome of one cell; matrix or transposed of nine.
+    `word` says which angle (0 = α) or coordinate (0 = x), of a matrix its product from left to right; it is empty
+    for a matrix said to be the final one.
     """
 
     kind: str
     word: tuple = ()
 
     def __str__(self):
-        if self.kind in ("coordinate", "outcome"):
-            return "xyz"[self.word[0]] + "'" * (self.kind == "outcome")
-        name = "".join("αβγ"[n] for n in self.word)
-        return {"angle": "", "negated": "−", "radians": "radians of "}.get(self.kind, f"{self.kind} ") + name
+        letters = "xyz" if self.kind in ("coordinate", "outcome") else "αβγ"
+        return f"{self.kind} {''.join(letters[n] for n in self.word)}"
 
 
 def read_label(text):
@@ -66,16 +59,11 @@ def read_label(text):
     >>> read_label("矩阵γβ"), read_label("matrix gamma beta alpha =")
     (Role(kind='matrix', word=(2, 1)), Role(kind='matrix', word=(2, 1, 0)))
     >>> print(read_label("x′"), read_label("−α"), read_label("(αβγ)ᵀ"), read_label("cos β"), sep=", ")
-    x', −α, transposed αβγ, cos β
-    >>> read_label("ZXZ欧拉角α，β，γ的旋转") is None
-    True
+    outcome x, negated α, transposed αβγ, cos β
     """
     text = unicodedata.normalize("NFKC", str(text).replace("ᵀ", "^t")).lower().strip()
     for pattern, plain in SPELLINGS:
         text = re.sub(pattern, plain, text)
-    for kind, names in VECTORS.items():
-        if text in names.split():
-            return Role(kind)
     for kind, pattern in SINGLE.items():
         if found := re.fullmatch(pattern, text):
             return Role(kind, (WHICH.index(found[found.lastindex]) % 3,))

@@ -33,6 +33,7 @@ class Words(Calculation):
 
     kinematics: Kinematics = None
     preferred: int | None = None
+    complete: bool = True  # whether there is a number in each cell
     beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
 
     def prepare(self, values, units):
@@ -43,7 +44,7 @@ class Words(Calculation):
         rotary, self.votes = nearest(now[:, 3:], both, preferred=self.preferred)
         self.radians = np.deg2rad(rotary)
         linear = self.kinematics.close(tip, self.radians)[:, :3]
-        self.should_be(self.results, np.concatenate([linear, rotary], axis=-1))
+        self.should_be(self.results, np.concatenate([linear, rotary], axis=-1).T)
 
     def draw(self, rng, units):
         """Place → samples, of tool axes at random, in travel, away from the pole, all around the other axis."""
@@ -143,6 +144,13 @@ def _columns(texts, names):
 def judge_numbers(rows, values):
     """Yield (place, cause, sentence) of the words that are wrong as numbers, place → number, to their digits."""
     kinematics = rows[0].kinematics
+    for row in rows:
+        lacking = [p for p in (*row.given, *row.results) if values.get(p) is None]
+        yield from ((p, "wrong value", "a number belongs here") for p in lacking)
+        row.complete = not lacking
+    rows = [row for row in rows if row.complete]
+    if not rows:
+        return
     words, tip, axis = (
         np.array([[values[p] for p in getattr(row, part)] for row in rows]) for part in ("results", "point", "axis")
     )
@@ -151,12 +159,10 @@ def judge_numbers(rows, values):
     half_axis = 0.0 if (axis % 1 == 0).all() else _half_digit(axis)
     case = JointCase(kinematics, axis, words[:, 3:], half_angle + 1e-9, half_axis)
     both, spread = case.both_branches(axis)
-    slack = spread + case.half_digit
-    off = (words[:, None, 3:] - both + 180) % 360 - 180
-    fits = np.abs(off) <= slack
-    branch = (fits.sum(axis=2) - np.nan_to_num(np.abs(off).max(axis=2), nan=999) / 1e4).argmax(axis=1)
-    n = np.arange(len(rows))
-    off, right, slack = off[n, branch], fits[n, branch] | case.makes_the_axis()[:, None], slack[n, branch]
+    slack = spread.max(axis=1) + case.half_digit
+    demanded, _ = nearest(words[:, 3:], both, slack=slack[:, None])
+    off = (words[:, 3:] - demanded + 180) % 360 - 180
+    right = (np.abs(off) <= slack) | case.makes_the_axis()[:, None]
     demanded = words[:, 3:] - np.where(right, 0, off)
     linear, from_words = (kinematics.close(tip, np.deg2rad(angles))[:, :3] for angles in (demanded, words[:, 3:]))
     reach = np.linalg.norm(from_words, axis=1, keepdims=True) + np.linalg.norm(tip, axis=1, keepdims=True)
@@ -184,12 +190,13 @@ def _half_digit(numbers):
 
 def looked_at(rows, values):
     """Yield what deserves a look in the words as they stand, place → number: travel, flips between rows."""
-    machine, own = rows[0].kinematics.machine, np.array([[values[p] for p in row.results] for row in rows])
+    machine = rows[0].kinematics.machine
+    own = np.array([[values.get(p) for p in row.results] for row in rows], dtype=float)
     low, high = np.where(np.arange(5) > 2, np.rad2deg(machine.limits.T), machine.limits.T)
     lines = [row.results[0][1] for row in rows]
     for k, name in enumerate(machine.joint_names):
-        within = (low[k] - 1e-6 <= own[:, k]) & (own[:, k] <= high[k] + 1e-6)
-        beyond = [row for row, good in zip(lines, within, strict=True) if not good]
+        outside = (own[:, k] < low[k] - 1e-6) | (own[:, k] > high[k] + 1e-6)
+        beyond = [row for row, out in zip(lines, outside, strict=True) if out]
         if beyond:
             text = ", ".join(map(str, beyond[:6]))
             yield f"{name} beyond its travel {low[k]:g} … {high[k]:g} in row{'s' * (len(beyond) > 1)} {text}"

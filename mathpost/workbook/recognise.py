@@ -14,11 +14,10 @@ import numpy as np
 
 from mathpost import angles as euler
 from mathpost.errors import InputError, read_text
-from mathpost.workbook.calculation import Turn
-from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY
+from mathpost.workbook.calculation import Plane, Turn
+from mathpost.workbook.edits import CONVERSIONS, INVERSE, TRIGONOMETRY
 from mathpost.workbook.formula import areas, heads, walk
 from mathpost.workbook.nc_table import rows_of
-from mathpost.workbook.tilted_plane import planes_of
 
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
 SEQUENCE = re.compile(r"(?<![A-Za-z])([XYZ])['’′]*[-–→·, ]*([XYZ])['’′]*[-–→·, ]*([XYZ])['’′]*(?![A-Za-z])", re.I)
@@ -111,17 +110,13 @@ class Recognised:
         elif self.angles:
             self._find_calculations()
         else:
-            self.calculations = planes_of(graph, self)
+            self._find_planes()
             if not self.calculations:
                 self.problems.append("no cell goes into a sine or cosine as an angle")
 
     def sorted(self, places):
         """Places as they are read."""
         return tuple(sorted(places, key=self.graph.reading_order))
-
-    def number(self, place):
-        """The number that an input cell holds."""
-        return float(self.graph.cell(place, {})[0]) if place in self.graph.trees else self.graph.value(place)
 
     # Which cells are matrices, which are given.
 
@@ -132,17 +127,16 @@ class Recognised:
                 found.update(tuple(a.places) for a in areas(part) if a.shape in ((3, 3), (4, 4)))
         for component in graph.components:
             sides = [len({p[n] for p in component}) for n in (1, 2)]
-            if sides in ([3, 3], [4, 4]) and len(component) == sides[0] ** 2:
-                found[component] = 99
-            elif sorted(sides) in ([3, 6], [3, 9]) and len(component) == sides[0] * sides[1]:
-                along = 1 if sides[0] > 3 else 2
-                for k in range(0, max(sides), 3):
-                    tile = tuple(p for p in component if 0 <= p[along] - component[0][along] - k < 3)
-                    uses = [graph.uses[p] for p in tile if p in graph.trees]
-                    # Three points in rows use numbers typed in their own row; a matrix does not.
-                    own = [any(s[1] == p[1] and s in self.typed for s in graph.uses.get(p, [p])) for p in tile]
-                    if len(uses) >= 2 and not all(own):
-                        found[tile] = 50
+            size, along = min(sides), 1 if sides[0] > sides[1] else 2
+            if size not in (3, 4) or max(sides) % size or len(component) != sides[0] * sides[1]:
+                continue
+            for k in range(0, max(sides) if max(sides) <= 3 * size else 0, size):
+                tile = tuple(p for p in component if 0 <= p[along] - component[0][along] - k < size)
+                uses = [graph.uses[p] for p in tile if p in graph.trees]
+                # Three points in rows use numbers typed in their own row; a matrix does not.
+                own = [any(s[1] == p[1] and s in self.typed for s in graph.uses.get(p, [p])) for p in tile]
+                if max(sides) == size or (len(uses) >= 2 and not all(own)):
+                    found[tile] = 99
         for window, votes in list(found.items()):
             others = [o for o in found if o != window and found[o] >= votes and found[o] > 1]
             numbers = [graph.value(p) for p in window if p not in graph.trees]
@@ -173,12 +167,12 @@ class Recognised:
         for place in self.turning & self.typed:  # 180 or π multiplies or divides several others
             users = graph.used.get(place, ())
             partners = {s for user in users for s in graph.uses[user]} - {place}
-            near = (np.abs(self.number(place) - CONVERSIONS) < 1e-4 * CONVERSIONS).any()
+            near = (np.abs(graph.own[place] - CONVERSIONS) < 1e-4 * CONVERSIONS).any()
             found |= {place} if near and min(len(users), len(partners)) >= 2 else set()
         for whole in graph.components:
             if any(p in graph.trees and p not in self.typed for p in whole):
                 found |= {p for p in whole if p in self.typed - found and not self._in_typed_line(p, whole)}
-            elif len(whole) == 4 and self.number(whole[-1]) == 1:
+            elif len(whole) == 4 and graph.own[whole[-1]] == 1:
                 found.add(whole[-1])  # the fourth coordinate
         return found
 
@@ -313,14 +307,8 @@ class Recognised:
 
     def _vectors(self, cells, row):
         """The triples of lengths that a result depends on; that in the row of a table first."""
-        found, left = [], set(cells)
-        own = self.lines({p for p in left if p[:2] == row}, 2)
-        lines = [t for t in own if t[0][1] == t[1][1]] or self.lines(left, 2)
-        while lines:
-            found.append(lines[0])
-            left -= set(lines[0])
-            lines = [t for t in self.lines(left, 2) if all(set(t).isdisjoint(f) for f in found)]
-        return found
+        own = [line for line in self.lines({p for p in cells if p[:2] == row}, 2) if line[0][1] == line[1][1]]
+        return _apart((*own[:1], *self.lines(set(cells), 2)))
 
     def _in_order(self, triple):
         """The angles α, β, γ: in reading order, unless their labels say otherwise."""
@@ -328,18 +316,37 @@ class Recognised:
         named = sorted(names) in (["α", "β", "γ"], ["alpha", "beta", "gamma"])
         return tuple(p for _, p in sorted(zip(names, triple, strict=True))) if named else self.sorted(triple)
 
+    def _find_planes(self):
+        """Three angles by inverse functions, from two directions."""
+        for component in self.graph.components:
+            trees = [self.graph.trees[p] for p in component if heads(self.graph.tree(p)) & INVERSE]
+            if len(component) != 3 or len(trees) < 2:
+                continue
+            typed = self.typed - set(component)
+            used = typed & self.graph.upstream(component)
+            vectors = _apart((*self.lines(used, 2), *self.lines(used, 1), *self.lines(typed, 3)))[:2]
+            if len(vectors) == 2:
+                x, z = sorted(vectors, key=lambda v: self.graph.reading_order(v[0]))
+                x, z = (z, x) if self.label(x[0]).lower().startswith("z") else (x, z)
+                spatial = bool(re.search(r"SPATIAL|\bSPA\b|空间角", self.text, re.I))
+                said = "PLANE SPATIAL: angles about X, Y, Z" if spatial else "ZXZ angles of a tilted plane"
+                degrees = sum("DEGREES" in heads(t) or ("number", 180.0) in (p for _, p in walk(t)) for t in trees)
+                plane = Plane(component, (), x, (), z, said, spatial=spatial, degrees=2 * degrees >= len(trees))
+                self.calculations.append(plane)
+
     def _as_the_caller_says(self, cells):
         """Take angles, point, origin and result from where the caller says that they stand."""
         given = {name: tuple(self.graph.named(name, text).places) for name, text in cells.items()}
         sizes = {"angles": (3,), "result": (3, 4, 9, 16), "origin": (0, 3)}
         sizes["point"] = (0, 3) if len(given["result"]) > 4 else (3,)
         for name, allowed in sizes.items():
-            if len(given.get(name, ())) not in allowed:
+            places = given.setdefault(name, ())
+            if len(places) not in allowed:
                 raise InputError("cells", "angles, point and result of three cells each", f"no {name} of that size")
-            for place in set(given.get(name, ())) - self.graph.component.keys():
+            for place in set(places) - self.graph.component.keys():
                 raise InputError(f"cells, {name!r}", "numbers or formulas", f"none in {self.graph.address(place)}")
         self.vectors = set(given["result"])
-        self._tell(Turn(given["result"], given["angles"], given.get("point", ()), given.get("origin", ())))
+        self._tell(Turn(*(given[name] for name in ("result", "angles", "point", "origin"))))
 
     # What was asked.
 
@@ -364,3 +371,12 @@ class Recognised:
 
 def _at(place, down, right):
     return place[0], place[1] + down, place[2] + right
+
+
+def _apart(lines):
+    """The lines that have no cell in common with one before."""
+    found = []
+    for line in lines:
+        if all(set(line).isdisjoint(other) for other in found):
+            found.append(line)
+    return found

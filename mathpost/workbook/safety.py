@@ -25,13 +25,7 @@ FORBIDDEN = {
 
 
 def inspect(path):
-    """Return what `path` is, ``"xlsx"``, ``"ods"``, ``"xls"`` or ``"text"``, if it can be opened safely.
-
-    Raises
-    ------
-    InputError
-        Names what is in the way.
-    """
+    """Return what `path` is, "xlsx", "ods", "xls" or "text"; an `InputError` names what is not safe."""
     try:
         with open(path, "rb") as file:
             start = file.read(PART_LIMIT)
@@ -52,21 +46,20 @@ def inspect(path):
 def _inspect_binary(path, content):
     """An old workbook: refused if it is encrypted, or holds macros or names of what reaches outside."""
 
-    def holds(*words):
-        return any(
-            form(word) in content for word in words for form in (str.encode, lambda w: w.encode("utf-16-le"))
-        )
-
     for found, expected, words in (
         ("an encrypted file: save it without a password", "a spreadsheet", ("EncryptedPackage", "EncryptionInfo")),
         ("a workbook with macros", "no macros", ("_VBA_PROJECT",)),
         ("WEBSERVICE or DDE", "no links to outside", ("WEBSERVICE", "DDE(")),
     ):
-        if holds(*words):
+        if _holds(content, words):
             raise InputError(str(path), expected, found)
-    if not holds("Workbook", "Book"):
+    if not _holds(content, ("Workbook", "Book")):
         raise InputError(str(path), "a spreadsheet", "another kind of file, or a damaged one")
     return "xls"
+
+
+def _holds(content, words):
+    return any(word.encode(code) in content for word in words for code in ("ascii", "utf-16-le"))
 
 
 def _inspect_text(path, content):

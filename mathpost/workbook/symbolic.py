@@ -1,23 +1,24 @@
 """Cells of a spreadsheet as sympy expressions of its inputs."""
 
-import operator
-from functools import reduce
-
+import numpy as np
 import sympy as sp
 
 from mathpost.errors import InputError
 from mathpost.workbook.file import read
-from mathpost.workbook.formula import NotUnderstood, fold
+from mathpost.workbook.formula import FUNCTIONS, heads
 from mathpost.workbook.graph import Graph
 
-FUNCTIONS = {
-    **{name: getattr(sp, name.lower()) for name in ("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT")},
-    **{"ATAN2": lambda x, y: sp.atan2(y, x), "PI": lambda: sp.pi},
+EXACT = {
+    **{
+        name: FUNCTIONS[name]
+        for name in ("+", "-", "*", "/", "^", "minus", "MMULT", "TRANSPOSE", "SUM", "SUMPRODUCT")
+    },
+    **{
+        name: np.frompyfunc(getattr(sp, name.lower()), 1, 1)
+        for name in ("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT")
+    },
+    **{"ATAN2": np.frompyfunc(lambda x, y: sp.atan2(y, x), 2, 1), "PI": lambda: np.full((1, 1, 1), sp.pi)},
     **{"RADIANS": lambda x: x * sp.pi / 180, "DEGREES": lambda x: x * 180 / sp.pi},
-    **{"MMULT": operator.mul, "TRANSPOSE": lambda a: a.T, "minus": operator.neg, "^": operator.pow},
-    **{"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv},
-    "SUM": lambda *values: sum(sum(v) if isinstance(v, sp.MatrixBase) else v for v in values),
-    "SUMPRODUCT": lambda *values: sum(reduce(lambda a, b: a.multiply_elementwise(b), values)),
 }
 
 
@@ -48,23 +49,11 @@ def symbolic(path, cells, symbols):
     Matrix([[cos(pi*alpha/180), sin(pi*alpha/180)]])
     """
     graph = Graph(read(path))
-    known = {graph.named("symbols", address).places[0]: symbol for address, symbol in symbols.items()}
-
-    def of_cell(place):
-        if place not in known:
-            tree = graph.trees.get(place, ("number", graph.value(place) or 0))
-            found = fold(tree, of_leaf, FUNCTIONS)
-            known[place] = found[graph.part[place]] if place in graph.part else found
-        return known[place]
-
-    def of_leaf(kind, content):
-        if kind == "area":
-            entries = [of_cell(place) for place in content.places]
-            return entries[0] if len(entries) == 1 else sp.Matrix(*content.shape, entries)
-        return sp.nsimplify(content)
-
+    given = {graph.named("symbols", address).places[0]: np.array([symbol]) for address, symbol in symbols.items()}
     area = graph.named("cells", cells)
-    try:
-        return sp.Matrix(*area.shape, [of_cell(place) for place in area.places])
-    except NotUnderstood as error:
-        raise InputError(str(path), "functions with a sympy form", str(error)) from None
+    needed = graph.upstream(area.places)
+    used = set().union(*(heads(graph.tree(place)) for place in needed - given.keys()))
+    if other := sorted(used - EXACT.keys() - {"number", "text", "area"}):
+        raise InputError(str(path), "functions with a sympy form", ", ".join(other))
+    entries = graph.look(area, graph.run(given, only=needed, functions=EXACT))[0]
+    return sp.Matrix(entries).applyfunc(lambda entry: sp.nsimplify(entry, rational=True))

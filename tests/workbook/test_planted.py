@@ -4,15 +4,17 @@
 """
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from mathpost.errors import InputError
 from mathpost.workbook import Task, check_file
 from mathpost.workbook.file import read
 from mathpost.workbook.graph import Graph
 from tests.workbook import layouts, machining_sheets, mistakes, score
-from tests.workbook.cells import SAMPLES, Array, Book, Values, formula_of, save
+from tests.workbook.cells import SAMPLES, Array, Book, Values, address, formula_of, letters, save
 
 COUNT = 80
 
@@ -79,6 +81,31 @@ def test_a_slip_in_an_elementary_matrix_is_found_there(author, tmp_path):
     assert seen > 8
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_all_dollars_lost_at_once_are_named(seed, tmp_path):
+    """In the last row of a table of points."""
+    book = layouts.many_points(np.random.default_rng(seed))
+    values, path = Values(book), tmp_path / "sheet.xlsx"
+    *_, changes = (changes for cause, changes in mistakes.wide_slips(book) if cause == "missing $")
+    case = score.make_case("slip", book, mistakes.judge(book, values, "missing $", changes), values)
+    save(path, case.book, case.values)
+    counts, said = score.judge(case, path)
+    assert counts == {"first cell", "cause"}, f"{case.planted()}: {said}"
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5])
+def test_two_angles_wrong_in_one_formula(seed, tmp_path):
+    """Both references to γ in a product of sines and cosines are made α."""
+    book, path = layouts.direct_elements(np.random.default_rng(seed)), tmp_path / "sheet.xlsx"
+    values, (first, _, last) = Values(book), (f"${letters(k[2])}${k[1]}" for k in book.inputs[0][0])
+    key = next(key for key in book.formulas() if formula_of(book.cells[key]).count(last) == 2)
+    slip = mistakes.judge(book, values, "wrong angle", {key: formula_of(book.cells[key]).replace(last, first)})
+    case = score.make_case("slip", book, slip, values)
+    save(path, case.book, case.values)
+    counts, said = score.judge(case, path)
+    assert counts == {"first cell", "cause"}, f"{case.planted()}: {said}"
+
+
 def test_the_sheet_of_the_source_has_lucky_references():
     """At the source's own angles many wrong references leave every value as it is: numbers alone do not tell."""
     lucky = 0
@@ -96,7 +123,7 @@ def test_the_graph_has_the_values_that_the_generator_has(tmp_path):
         path = tmp_path / "sheet.xlsx"
         save(path, case.book, case.values)
         inputs = {key: case.values[key] for key in case.book.input_cells()}
-        found = Graph(read(path)).run(inputs, fixed=inputs)
+        found = Graph(read(path)).run(inputs)
         for key in case.book.formulas():
             for cell in mistakes.spilled(case.book, key):
                 value = case.values[cell]
@@ -142,6 +169,14 @@ def test_a_layout_that_is_not_known_gets_a_line_to_say_where_things_stand(tmp_pa
     save(path, Book(numbers))
     report = check_file(path)
     assert report.status == 2 and "--cells 'angles=S!B2:B4,point=S!D2:D4,result=S!F2:F4'" in str(report)
+
+
+def test_an_input_that_is_no_number_is_refused_by_its_cell(tmp_path):
+    book, path = machining_sheets.nc_table(np.random.default_rng(1)), tmp_path / "sheet.xlsx"
+    key = book.inputs[-1][0][0]
+    save(path, replace(book, cells={**book.cells, key: "n/a"}), {**Values(book).all(), key: "n/a"})
+    with pytest.raises(InputError, match=f"{address(key)}: expected a number, found 'n/a'"):
+        check_file(path, Task(**book.task))
 
 
 # The generator itself.

@@ -271,6 +271,21 @@ def test_table_2_of_source_002(dmu50v):
     assert any("jumps C" in text for text in report.warnings)
 
 
+def test_a_text_in_a_table_of_numbers_is_wrong_and_its_row_is_not_judged(dmu50v, tmp_path):
+    book = openpyxl.load_workbook(DATA / "tables/source_002_table_2.xlsx")
+    book.active["K3"], book.active["E4"] = "n/a", "#"
+    book.save(tmp_path / "text.xlsx")
+    report = check_file(tmp_path / "text.xlsx", Task(machine=dmu50v.machine))
+    assert [fault.cell for fault in report.faults] == [f"Blade!{cell}" for cell in ("K3", "E4", "L2", "L5", "L6")]
+    assert [cells.removeprefix("Blade!") for cells in report.not_checked] == [
+        "H3:H4",
+        "I3:I4",
+        "J3:J4",
+        "K4",
+        "L3:L4",
+    ]
+
+
 def test_a_second_table_below_the_first_is_judged(dmu50v, tmp_path):
     book = openpyxl.load_workbook(DATA / "tables/source_002_table_2.xlsx")
     rows = [[cell.value for cell in row] for row in book.active.iter_rows()]
@@ -327,6 +342,8 @@ def test_a_class(tmp_path):
     assert "1 not read, 1 right, 1 wrong" in str(summary) and "<table>" in summary._repr_html_()
     chinese = workbook.check_folder(folder, marked=folder / "marked", language="zh")
     assert "矩阵乘积顺序" in chinese.to_csv() and "正确" in chinese.to_html()
+    shutil.copy(RIGHT, folder / "=1+1.xlsx")
+    assert "\r\n'=1+1.xlsx,right" in workbook.check_folder(folder, marked=folder / "marked").to_csv()
     with pytest.raises(InputError):
         workbook.check_folder(tmp_path / "nowhere")
 
