@@ -145,7 +145,13 @@ def _why(graph, place, mates, own, slack):
 
 
 def _named(graph, cells):
-    """The cells that the caller names."""
+    """The cells that a name of the workbook or the caller names."""
+    for name, area in graph.names.items():
+        role = read_label(re.sub(r"^(?:recipe|method|m)_?[12]_", "", name.lower()))
+        if role and role.kind == "angle" and area.shape == (3, 3):
+            role = Role("matrix", role.word)
+        if role and area.shape == ((1, 1) if role.kind in SINGLE else (3, 3)):
+            yield Block(role, tuple(area.places))
     for name, kind in {"angles": "angle", "point": "coordinate", "result": "outcome"}.items():
         places = graph.named(name, cells[name]).places if name in (cells or {}) else ()
         yield from (Block(Role(kind, (n,)), (p,)) for n, p in enumerate(places) if len(places) == 3)

@@ -5,12 +5,17 @@ import subprocess
 import zipfile
 
 import numpy as np
+import openpyxl
 import pytest
+from openpyxl.workbook.defined_name import DefinedName
+from scipy.spatial.transform import Rotation
 
 from mathpost.errors import InputError
 from mathpost.workbook import check_file
 from tests.workbook import layouts
 from tests.workbook.cells import Values, formula_of, save
+
+TURNS = ("alpha", "beta", "gamma")
 
 
 @pytest.fixture(scope="module")
@@ -199,3 +204,33 @@ def test_sheets_of_values(books, tmp_path, text):
             assert report.verdict == "right" and report.warnings
         else:
             assert report.verdict == "wrong" and report.faults[0].cell.split("!")[1] == f"C{spoil[1]}"
+
+
+@pytest.mark.parametrize("wrong", [None, "y_new", "beta", "matrix_gamma_beta_alpha"])
+def test_numbers_that_only_names_of_the_workbook_tell(tmp_path, wrong):
+    """Without formulas and labels; "beta" names three by three cells, an elementary matrix."""
+    angles, point = (20, 70, 50), (3, 4, 5)
+
+    def turn(axis, angle):
+        return Rotation.from_euler(axis, -angle, degrees=True).as_matrix()
+
+    single = {name: turn(axis, a) for name, axis, a in zip(TURNS, "ZXZ", angles, strict=True)}
+    whole = single["gamma"] @ single["beta"] @ single["alpha"]
+    named = {f"angle_{name}": angle for name, angle in zip(TURNS, angles, strict=True)}
+    named |= dict(zip("xyz", point, strict=True)) | single | {"matrix_gamma_beta_alpha": whole}
+    named |= dict(zip(("x_new", "y_new", "z_new"), whole @ point, strict=True))
+    book = openpyxl.Workbook()
+    for number, (name, value) in enumerate(named.items()):
+        numbers, top = np.array(value, dtype=float, ndmin=2), 5 * number + 1
+        numbers[-1, -1] += 0.01 * (name == wrong)
+        size = len(numbers)
+        for row, column in np.ndindex(size, size):
+            book.active.cell(top + row, 2 + column, numbers[row, column])
+        area = f"Sheet!$B${top}" + f":$D${top + 2}" * (size > 1)
+        book.defined_names[name] = DefinedName(name, attr_text=area)
+        if name == wrong:
+            cell = f"Sheet!{'BD'[size > 1]}{top + size - 1}"
+    book.save(tmp_path / "named.xlsx")
+    report = check_file(tmp_path / "named.xlsx")
+    assert report.total == 39
+    assert report.verdict == "right" if wrong is None else report.faults[0].cell == cell
