@@ -15,6 +15,7 @@ from mathpost.post import cl as cldata
 from mathpost.post import selection
 from mathpost.post.compiled import compiled
 from tests.conftest import DATA
+from tests.machines import content
 
 RATED = ["dmu50v", "ac_table", "nutating_head", "nutating_head_table"]
 
@@ -200,7 +201,8 @@ def test_at_the_pole_the_outer_axis_may_take_the_angles_of_both_neighbours():
         )
         np.testing.assert_allclose(kin.forward(found.joints[record])[1], [[0, 0, 1]] * 6, atol=1e-12)
     assert np.isnan(outer[[1, 4], 2:]).all()
-    assert len(found.table(1)) == 2 and len(found.table(2)) == 6
+    assert [branch for branch, *_ in found.table(1)] == [0, 1]
+    assert [branch for branch, *_ in found.table(2)] == [0, 1, 0, 1, 0, 1]
 
 
 @pytest.mark.parametrize("limits", [(-np.inf, 1.0), (-1.0, np.inf), (-np.inf, np.inf)])
@@ -238,6 +240,19 @@ def test_by_default_the_longer_side_of_the_tilting_axis_is_preferred(travel_of_a
     kin = limited("ac_table", inner=travel_of_a)
     (tilt,) = selection.choose(kin, cldata.from_arrays([[0, 0, 0]], [[0.1, 0.2, 1]])).joints[:, 3]
     assert np.sign(tilt) == sign
+
+
+@pytest.mark.parametrize(("below", "above", "side"), [(40, 50, 1), (50, 40, -1)])
+def test_the_longer_side_is_counted_from_the_middle_of_the_two_solutions(below, above, side):
+    """With a tool that leans at 0 the middle, where the tool stands on the pole, is not at 0."""
+    kin = Kinematics(machine.from_dict(content((1, 0, 0), (0, 0, 1), tool=(0, -1, 2))))
+    derived = kin.inverse_symbolic
+    middle = np.degrees(float(sum(derived.solutions) / 2))
+    assert abs(middle) > 20
+    kin = restricted(kin, inner=(middle - below, middle + above))
+    tilted = kin.forward(np.radians([[0, 0, 0, middle + 10, 0], [0, 0, 0, middle - 10, 0]]))
+    chosen = selection.choose(kin, cldata.from_arrays(tilted[0][:1], tilted[1][:1]))
+    assert np.sign(np.degrees(chosen.joints[0, 3]) - middle) == side
 
 
 def test_without_a_start_the_first_record_is_near_rotary_zero():
