@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import BSpline, CubicSpline
+import scipy
 
 from mathpost.errors import InputError, ReachError, as_array
 
@@ -61,8 +61,8 @@ class Curve:
             at, values = np.append(at, at[0] + period), np.concatenate([values, values[:1]])
         around = False if period is None else "periodic"
         if self.straight:
-            return BSpline(np.r_[at[0], at, at[-1]], values, 1, extrapolate=around)
-        return CubicSpline(at, values, bc_type=around or "not-a-knot", extrapolate=around)
+            return scipy.interpolate.BSpline(np.r_[at[0], at, at[-1]], values, 1, extrapolate=around)
+        return scipy.interpolate.CubicSpline(at, values, bc_type=around or "not-a-knot", extrapolate=around)
 
     def __call__(self, positions, *, margin=ROUNDING):
         """Return the value at `positions`; `ReachError` where they leave an open curve by more than `margin`."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+import scipy
 import sympy as sp
-from scipy.interpolate import CubicSpline
 
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.machine import TRAVEL_TOLERANCE
@@ -180,7 +180,7 @@ def hermite():
 def clamped(rows, span=1.0, dt=(1.0, 1.0)):
     """Return the same cubic as a SciPy `CubicSpline` from 0 to `span`; `rows` and `dt` as in `end_slopes`."""
     k_1, k_2 = end_slopes(rows, dt)
-    return CubicSpline([0, span], [rows[1], rows[2]], bc_type=((1, k_1), (1, k_2)))
+    return scipy.interpolate.CubicSpline([0, span], [rows[1], rows[2]], bc_type=((1, k_1), (1, k_2)))
 
 
 def paper_clamped(rows, t):
@@ -193,7 +193,7 @@ def paper_cubic(rows, t):
 
     The source does not say so; all 25 printed numbers do.
     """
-    return CubicSpline([-1, 0, 1, 2], rows, bc_type="not-a-knot")(t)
+    return scipy.interpolate.CubicSpline([-1, 0, 1, 2], rows, bc_type="not-a-knot")(t)
 
 
 def smooth(kin, cl, joints, region, n, *, dt=(1.0, 1.0)):
