@@ -66,10 +66,13 @@ class Judge:
         """What is in some cells, or what `option` puts there, shape (cells, samples)."""
         return np.array([option[p] if p in option else self.now(p) for p in places])
 
-    def bad(self, targets, values=None):
-        """The targets that are missed, now or with other values."""
-        values = values or self.values
-        return [p for p, target in targets.items() if not same(values[p] if p in values else self.now(p), target)]
+    def bad(self, targets):
+        """The targets that are missed now."""
+        return [p for p, target in targets.items() if not same(self.now(p), target)]
+
+    def met(self, targets, values=()):
+        """Whether all targets are met, now or with other values."""
+        return all(same(values[p] if p in values else self.now(p), target) for p, target in targets.items())
 
     def _run(self, more=(), only=None):
         """The values with all that was put in, and `more`."""
@@ -94,8 +97,8 @@ class Judge:
         self.targets = {p: t for c in self.live for p, t in c.targets.items()}
         for calculation in self.found.calculations[:1]:
             self._compare_the_inputs(calculation)
-        said = self._as_the_labels_say() if self.bad(self.targets) else {}
-        if self.bad(self.targets) and not said:
+        said = self._as_the_labels_say() if not self.met(self.targets) else {}
+        if not (said or self.met(self.targets)):
             self.reading = self._other_reading()
         for calculation in () if self.reading else self.live:
             self._repair(calculation, said)
@@ -130,7 +133,7 @@ class Judge:
             for turn in turns:
                 turn.sequence, turn.active = sequence, active
             self._prepare(turns)
-            if not any(self.bad(turn.targets) for turn in turns):
+            if all(self.met(turn.targets) for turn in turns):
                 return sequence, "active" if active else "passive"
         return None
 
@@ -168,16 +171,14 @@ class Judge:
         _, implied = read_labels(self.graph, by_numbers=False)
         whole = Graph(self.graph.book, implied)
         values = whole.run({p: v for p, v in self.inputs.items() if p not in implied})
-        met = [
-            c.targets for c in self.live if implied.keys() >= c.targets.keys() and not self.bad(c.targets, values)
-        ]
+        met = [c.targets for c in self.live if implied.keys() >= c.targets.keys() and self.met(c.targets, values)]
         reached = whole.upstream(p for targets in met for p in targets) & implied.keys()
         return {p: np.broadcast_to(values[p], SAMPLES) for p in whole.order if p in reached}
 
     def _by_labels(self, calculation, said, bad):
         """The first cell, or matrix, or vector, that is not what its label says, recorded; what the label says."""
         scope = self.graph.upstream(bad) & said.keys()
-        wrong = {p for p in scope if self.bad({p: said[p]})}
+        wrong = {p for p in scope if not same(self.now(p), said[p])}
         first = [p for p in wrong if len(self.graph.upstream([p]) & wrong) == 1]
         for place in sorted(first, key=self.graph.calculation_order)[:1]:
             units = [*self.found.windows, *self._lines(calculation, scope), (place,)]
@@ -248,14 +249,14 @@ class Judge:
         for block in (*blocks, *(tuple(pair) for pair in pairs.values() if len(pair) == 2)):
             order = min(map(graph.calculation_order, [p for p in block if p in graph.trees] or block))
             options = [dict(zip(block, known, strict=True)) for known in calculation.known.get(len(block), ())]
-            yield (*order, len(block)), block, self._tried(options, targets)
+            yield (*order, len(block)), block, self._tried(options, targets, bad)
         for place in formulas | (scope & found.constants):
             options = self._cell_options(calculation, place, targets, bad)
             yield (*graph.calculation_order(place), 0), (place,), options
         if isinstance(calculation, Turn):  # all matrices of the other convention
             windows = (_as_window(w, other).items() for w, (_, other) in self._elements(calculation).items())
             option = dict(chain.from_iterable(windows))
-            yield (98, (0,), 0), tuple(option), self._tried([option], targets)
+            yield (98, (0,), 0), tuple(option), self._tried([option], targets, bad)
 
     def _lines(self, calculation, scope):
         """Triples and quadruples of vector cells, the results among them."""
@@ -263,19 +264,18 @@ class Judge:
         lines = {c for p in vectors for c in [self.graph.component[p]] if len(c) in (3, 4)}
         return {line for line in lines if len(vectors.intersection(line)) >= 2} | {calculation.results}
 
-    def _tried(self, options, targets):
+    def _tried(self, options, targets, bad):
         """Of the options (place → value) what they change, of those that meet the targets."""
         for option in options:
             changed = {p: value for p, value in option.items() if not same(self.now(p), value)}
             affected = self.graph.downstream(changed)
-            hopeful = changed and affected.issuperset(self.bad(targets))
-            if hopeful and not self.bad(targets, self._run(changed, affected)):
+            if changed and affected.issuperset(bad) and self.met(targets, self._run(changed, affected)):
                 yield changed
 
     def _cell_options(self, calculation, place, targets, bad):
         """The value of one cell that makes all targets right: solved where they are linear in it, or guessed."""
         if place in targets:
-            yield from self._tried([{place: targets[place]}], targets)
+            yield from self._tried([{place: targets[place]}], targets, bad)
             return
         affected, now = self.graph.downstream([place]), self.now(place)
         if not affected.issuperset(bad):
@@ -293,7 +293,7 @@ class Judge:
                 steepest = np.maximum(steepest, np.abs(slope))
         wanted[0] = np.nan if steepest[0] < 1e-8 else wanted[0]
         options = [wanted] if linear else self._plausible(calculation, place)
-        yield from islice(self._tried(({place: value} for value in options), targets), 1)
+        yield from islice(self._tried(({place: value} for value in options), targets, bad), 1)
 
     def _plausible(self, calculation, place):
         """What a cell may have to hold on which results depend in a curved way: an angle, a repaired formula."""
@@ -317,7 +317,7 @@ class Judge:
             window: (n < half, turn.elements[n - half])
             for window in self.found.windows
             for n, element in enumerate(turn.elements)
-            if not self.bad(_as_window(window, element), dict(option))
+            if self.met(_as_window(window, element), dict(option))
         }
 
     def _stands(self, calculation, places):
