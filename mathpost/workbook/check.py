@@ -47,6 +47,7 @@ def check_file(path, task=None):
     graph = Graph(read(path))
     if task.machine is None and not any(graph.uses.values()):
         return _by_values(graph, task)
+    graph.unround()
     found = Recognised(graph, task)
     judge = Judge(graph, found).run()
     if not found.calculations and (report := _by_values(graph, task)).cells:
@@ -76,6 +77,9 @@ def check_file(path, task=None):
             f"if that was asked, add --sequence {sequence} --convention {convention}",
             *(graph.range(c.results) for c in found.calculations),
         ]
+    for calculation in judge.unexplained:
+        text = "is not what the task asks for, and no single change makes it so"
+        found.problems.append(f"{graph.range(calculation.results)} {text}")
     unclear = not found.calculations or found.problems or judge.reading
     if unclear and not (judge.faults or judge.reading or task.machine):
         found.problems.append(_ready_cells(graph, found.turning))
@@ -84,7 +88,9 @@ def check_file(path, task=None):
 
 def _by_values(graph, task):
     statuses, faults, seen = check_values(graph, task.cells)
-    if not statuses:
+    if statuses:  # a formula is not looked at there
+        statuses = dict.fromkeys(graph.trees.keys() - graph.messages, UNCLEAR) | statuses
+    else:
         seen = ["no angles, point or matrices by their labels", _ready_cells(graph)]
     return _report(graph, statuses, faults, seen, [LUCKY])
 

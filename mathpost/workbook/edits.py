@@ -6,11 +6,10 @@ from itertools import combinations, product
 import numpy as np
 
 from mathpost.workbook.formula import Area, areas, put, text_of, walk, with_areas
-from mathpost.workbook.graph import same
+from mathpost.workbook.graph import ROUNDING, same
 
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
-ROUNDING = {"ROUND", "ROUNDDOWN", "ROUNDUP", "TRUNC", "INT"}
 CONVERSIONS = np.array([np.pi, np.pi / 180, 180 / np.pi, 180.0, 2 * np.pi, 200 / np.pi])
 OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
 TO_RADIANS, TO_DEGREES = ("degrees for radians", "RADIANS"), ("radians for degrees", "DEGREES")

@@ -10,9 +10,10 @@ import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.workbook.file import EMPTY, local_address
-from mathpost.workbook.formula import FUNCTIONS, NotUnderstood, areas, evaluate, form_of, parse, walk
+from mathpost.workbook.formula import FUNCTIONS, NotUnderstood, areas, evaluate, form_of, heads, parse, walk
 
 SAMPLES = 8
+ROUNDING = {"ROUND", "ROUNDDOWN", "ROUNDUP", "TRUNC", "INT"}
 ZERO = np.zeros(1)
 CLOSE = 1e-8  # relative: what the arithmetic of a spreadsheet loses
 
@@ -95,6 +96,14 @@ class Graph:
         mates = [p for p in self.part if anchor and p[0] == place[0] and self.cells[p].anchor == anchor]
         return [place, *(p for p in mates if p != place and self.trees.get(p) is self.trees.get(place))]
 
+    def unround(self):
+        """Take the rounding off what is only shown, by cells that none uses but for a message: it is no slip."""
+        assert self.own
+        for place in self.trees.keys() - self.part.keys():
+            head, *parts = self.trees[place]
+            if head in ROUNDING and self.messages.issuperset(self.used.get(place, ())):
+                self.trees[place] = parts[0]
+
     # Who uses whom.
 
     def value(self, place):
@@ -127,6 +136,16 @@ class Graph:
         for place, sources in self.uses.items():
             for source in sources:
                 found.setdefault(source, []).append(place)
+        return found
+
+    @cached_property
+    def messages(self):
+        """The formulas that give a text."""
+        found = set()
+        for place in (*self.trees, *self.unread):
+            cell = self.cells[place]
+            unsaved = cell.value is None and "text" in heads(self.trees.get(place, ("number", 0)))
+            found |= {place} if unsaved or (isinstance(cell.value, str) and not cell.error) else set()
         return found
 
     @cached_property

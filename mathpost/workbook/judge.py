@@ -32,7 +32,7 @@ class Judge:
 
     def __init__(self, graph, found):
         self.graph, self.found, self.inputs, self.units = graph, found, {}, {}
-        self.faults, self.fixed, self.reading = [], {}, None
+        self.faults, self.fixed, self.reading, self.unexplained = [], {}, None, []
         self.live = [c for c in found.calculations if not c.typed]
         for calculation in self.live:
             self._set_units(calculation.angles)
@@ -145,26 +145,11 @@ class Judge:
             targets = {p: t for p, t in self.targets.items() if p not in missed}
             found = self._by_labels(calculation, said, bad) or self._earliest(calculation, targets, bad)
             if found is None:
-                place, cause = self._typed_over(bad), "typed over formula"
-                text = f"{place and self.graph.short(place)} is a number, typed where a formula belongs"
-                if place is None:
-                    place, cause = min(bad, key=self.graph.calculation_order), "wrong value"
-                    text = "the result is not what the task asks for, and no single change makes it so"
-                self.faults.append(self._fault(place, cause, text))
-            self.fixed.update(found or {p: targets[p] for p in bad})
-            self.values = self._run()
-            if found is None:
+                self.unexplained.append(calculation)
                 break
+            self.fixed.update(found)
+            self.values = self._run()
         self.faults[first:] = _one_convention(self.faults[first:])
-
-    def _typed_over(self, bad):
-        """The first number on the way to a wrong result that is no input, nor a constant such as 0, 1 or π."""
-        odd = self.graph.upstream(bad) & self.found.typed - self.graph.trees.keys()
-        odd -= {p for c in self.found.calculations for p in c.given}
-        odd -= self.graph.upstream(self.targets.keys() - set(self.bad(self.targets)))
-        constants = np.array([0, 1, -1, *CONVERSIONS])
-        odd = [p for p in odd if (np.abs(self.graph.value(p) - constants) > 1e-3 * np.abs(constants)).all()]
-        return min(odd, key=self.graph.calculation_order, default=None)
 
     def _as_the_labels_say(self):
         """Place → its values, of the labelled cells of the calculations that are right as the labels say them."""
@@ -192,18 +177,16 @@ class Judge:
 
     def judge_the_rest(self):
         """Return all places to judge, and those that could not be: no result needs them, and they are not known."""
-        graph, messages = self.graph, set()
+        graph, messages = self.graph, self.graph.messages
         formulas = [p for p in graph.trees if p not in self.found.typed] + [*graph.unread]
-        for place in formulas:
-            cell = graph.cells[place]
-            texts = cell.value is None and "text" in heads(graph.trees.get(place, ("number", 0)))
-            messages |= {place} if texts or (isinstance(cell.value, str) and not cell.error) else set()
         # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
         typed = {p for p in self.found.typed - graph.trees.keys() if messages.issuperset(graph.used.get(p, "-"))}
         typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
         places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
-        rest = set(places) - graph.upstream(p for c in self.found.calculations for p in c.results)
-        known = [np.ones(SAMPLES), *(entry for c in self.live for entry in c.entries)]
+        unexplained = {c.results for c in self.unexplained}
+        judged = [c.results for c in self.found.calculations if c.results not in unexplained]
+        rest = set(places) - graph.upstream(p for results in judged for p in results)
+        known = [np.ones(SAMPLES), np.zeros(SAMPLES), *(entry for c in self.live for entry in c.entries)]
         for c in self.live:
             known += [np.linalg.norm(vector, axis=0) for vector in c.known.get(3, ())]
             for expected in graph.components if c.known.get(3) else ():
@@ -216,8 +199,8 @@ class Judge:
     def _is_check(self, place, known):
         """Judge a cell beside the calculation: a determinant, a length, a difference, a largest one of them."""
         value, functions = self.now(place), heads(self.graph.trees[place])
-        if not np.abs(value[1:]).max() > 1e-9 and "-" not in functions:
-            return False  # zero without a difference: something empty was taken
+        if not any(np.abs(self.now(source)).max() > 0 for source in self.graph.uses[place]):
+            return False  # something empty was taken
         return any(same(value, each) for each in (known[:1] if "MDETERM" in functions else known))
 
     # Where.
@@ -232,7 +215,7 @@ class Judge:
                 cost, faults = self._explain(calculation, unit, option)
                 own = (*min(map(self.graph.calculation_order, option)), order[-1])
                 best = min(best or (99,), (cost, max(order, own), option, faults), key=lambda b: b[:2])
-        if best is None or (best[0] >= UNEXPLAINED and self._typed_over(bad)):
+        if best is None or best[0] >= UNEXPLAINED:
             return None
         self.faults += best[3]
         return best[2]

@@ -20,7 +20,9 @@ from mathpost.workbook.formula import areas, heads, walk
 from mathpost.workbook.nc_table import rows_of
 
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
-SEQUENCE = re.compile(r"(?<![A-Za-z])([XYZ])['’′]*[-–→·, ]*([XYZ])['’′]*[-–→·, ]*([XYZ])['’′]*(?![A-Za-z])", re.I)
+BETWEEN = r"['’′]*[-–→·, ]*"
+SEQUENCE = re.compile(rf"(?<![A-Za-z])([XYZ]){BETWEEN}([XYZ]){BETWEEN}([XYZ])['’′]*(?![A-Za-z])", re.I)
+NUMBERED = re.compile(r"(?<![\d.])([123])-([123])-([123])(?![\d.])")
 TURNS = r"euler|欧拉|rotat|dreh|旋转|sequence|reihenfolge|顺序|axes|achsen|轴|intrins|extrins|rpy"
 FIXED = r"fixed axes|extrins|feste[nr]? achsen|固定(坐标)?轴|外旋|static axes"
 ACTIVE, PASSIVE = r"\bactive|aktiv|主动", r"passiv|被动"
@@ -98,7 +100,8 @@ class Recognised:
         self.text, self.calculations, self.problems, self.vectors = "\n".join(texts), [], [], set()
         self.typed = {p for p in graph.component if p not in graph.trees and graph.value(p) is not None}
         self.typed |= {p for p in graph.trees if not graph.uses[p] and p not in graph.part}
-        self.windows, self.turning = self._windows(), self._turning()
+        self.turning = self._turning()
+        self.windows = self._windows()
         self.constants = self._constants()
         inputs = {p for p in self.typed if p in graph.used} - self.constants
         self.angles, self.lengths = inputs & self.turning, inputs - self.turning
@@ -144,7 +147,7 @@ class Recognised:
             typed = len(numbers) == len(window) and None not in numbers
             table = typed and (max(map(abs, numbers)) > 1 or all(n % 1 == 0 for n in numbers))
             overlaps = any(not set(window).isdisjoint(other) for other in others)
-            if table or overlaps or not graph.component.keys() >= set(window):
+            if table or overlaps or self.turning & set(window) or not graph.component.keys() >= set(window):
                 del found[window]
         return sorted(found, key=lambda w: graph.reading_order(w[0]))
 
@@ -172,8 +175,11 @@ class Recognised:
         for whole in graph.components:
             if any(p in graph.trees and p not in self.typed for p in whole):
                 found |= {p for p in whole if p in self.typed - found and not self._in_typed_line(p, whole)}
-            elif len(whole) == 4 and graph.own[whole[-1]] == 1:
-                found.add(whole[-1])  # the fourth coordinate
+            else:  # the fourth coordinates
+                for n in (1, 2):
+                    last = [p for p in whole if p[n] == whole[-1][n]]
+                    ones = all(graph.own[p] == 1 for p in last)
+                    found.update(last if ones and len(whole) == 4 * len(last) and whole[-1][n] - whole[0][n] == 3 else ())
         return found
 
     def _in_typed_line(self, place, whole):
@@ -188,7 +194,9 @@ class Recognised:
             row = {p in self.typed for p in whole if p[1] == place[1] and p != place} if down else ()
             if typed == 1 < len(line) and len(row) == 2:
                 return False
-            if typed >= 3:  # a quaternion of a turn about one axis has two zeros
+            units = sum(abs(self.graph.value(p)) in (0, 1) for p in whole if p in self.typed)
+            if typed >= 3 and (units < 6 or any(abs(self.graph.value(p)) not in (0, 1) for p in line if p in self.typed)):
+                # A quaternion of a turn about one axis has two zeros.
                 return not (len(line) == 4 > typed and sum(self.graph.value(p) == 0 for p in line) >= 2)
             if len(line) in (3, 4) and sum(p in self.turning and p not in self.typed for p in line) >= 2:
                 return False
@@ -218,19 +226,14 @@ class Recognised:
     # Which calculations there are.
 
     def _find_calculations(self):
-        graph, self.depends = self.graph, {}
-        for place in graph.order:
-            sources = graph.uses[place]
-            direct = frozenset(s for s in sources if s in self.angles or s in self.lengths)
-            self.depends[place] = direct.union(*(self.depends.get(s, ()) for s in sources))
-        self.vectors = {p for p in graph.trees if p not in self.typed and self.depends[p] & self.lengths}
-        finals = []
+        graph, finals = self.graph, []
+        self._respond()
         for triple in self._triples():
             trees, up = [graph.trees.get(p, ("text",)) for p in triple], graph.upstream(triple)
             # A result less what was expected, or than another result, is a check and not a step.
             difference = all(t[0] == "-" and t[1][0] == t[2][0] == "area" for t in trees)
             difference &= any(s in self.vectors for p in triple for s in graph.uses.get(p, ()))
-            turned = self._of(triple, self.angles) or any(up.issuperset(w) for w in self.windows)
+            turned = any(self.depends[p] & self.angles for p in triple if p in self.depends) or any(up & self.typed >= set(w) for w in self.windows)
             finals += [triple] if turned and not difference else []
         used = {p for t in finals for p in graph.upstream(t) - set(t)}
         for triple in finals:
@@ -247,21 +250,50 @@ class Recognised:
             for row in rows:
                 row.origin = Counter(each.origin for each in rows).most_common(1)[0][0]
 
+    def _respond(self):
+        """Which inputs each cell depends on, and which cells are linear in lengths: by moving each input alone."""
+        graph, angles, lengths = self.graph, self.sorted(self.angles), self.sorted(self.lengths)
+        own = {p: graph.own[p] for p in (*angles, *lengths)}
+        step = 11.0 + 3 * max((abs(own[p]) for p in lengths), default=0)
+        inputs, count = (*angles, *lengths), 1 + len(angles) + 2 * len(lengths)
+        moved = {p: np.full(count, own[p] + (7.3 + 1.7 * k) * (p in self.angles)) for k, p in enumerate(inputs)}
+        for k, place in enumerate(inputs, 1):
+            moved[place][k] += 11.0 if place in self.angles else step
+        for k, place in enumerate(lengths, 1 + len(inputs)):
+            moved[place][k] += 2 * step
+        values, self.depends, self.reaches = graph.run(moved), {}, {}
+        for place in graph.order:
+            sources = graph.uses[place]
+            direct = frozenset(s for s in sources if s in own)
+            self.reaches[place] = direct.union(*(self.reaches.get(s, ()) for s in sources))
+            value = np.broadcast_to(values[place], count)
+            changes = np.abs(value - value[0])
+            if np.isfinite(value).all():
+                small = 1e-9 * (1 + abs(value[0]))
+                self.depends[place] = {p for p, change in zip(inputs, changes[1:], strict=False) if change > small}
+                first, second = changes[1 + len(angles) : 1 + len(inputs)], changes[1 + len(inputs) :]
+                linear = ((first > small) & (np.abs(second - 2 * first) <= 0.01 * first)).any()
+            else:
+                self.depends[place], linear = self.reaches[place], True
+            if linear and self.depends[place] & self.lengths and place not in self.typed | graph.messages:
+                self.vectors.add(place)
+
     def _of(self, places, inputs):
-        """The inputs that some places depend on, as they are read."""
-        return self.sorted({s for p in places for s in self.depends.get(p, ()) if s in inputs})
+        """The inputs to which the formulas of some places lead, as they are read."""
+        return self.sorted({s for p in places for s in self.reaches.get(p, ()) if s in inputs})
 
     def _triples(self):
         """Three cells, or four, in line that are a vector: they depend on the same lengths."""
-        left, found = self.vectors - {p for window in self.windows for p in window}, {}
+        graph, left, found = self.graph, self.vectors - {p for window in self.windows for p in window}, {}
         for place, (down, right), k in product(left, ((1, 0), (0, 1)), range(3)):
             whole = self.graph.component[place]
             line = tuple(_at(place, (n - k) * down, (n - k) * right) for n in range(3))
-            if len(whole) == 4 and 1 in (len({p[n] for p in whole}) for n in (1, 2)):
+            fourth = graph.own[whole[-1]] == 1 or whole[-1] in graph.array(whole[0])
+            if len(whole) == 4 and fourth and 1 in (len({p[n] for p in whole}) for n in (1, 2)):
                 line = whole
             inside = left.intersection(line)
             if len(inside) >= 2 and all(self.graph.component.get(p) is whole for p in line):
-                sets = [self.depends[p] & self.lengths for p in inside]
+                sets = [self.reaches[p] & self.lengths for p in inside]
                 alike = len(frozenset.intersection(*sets)) / len(frozenset.union(*sets))
                 along = 1 if line[0][1] < line[1][1] else 2
                 found[line] = (alike < 0.4, -len(inside)), (line[0][0], along, line[0][along])
@@ -279,7 +311,8 @@ class Recognised:
         angles, in_row = self._of(triple, self.angles), triple[0][1] == triple[1][1]
         own = tuple(p for p in angles if p[:2] == triple[0][:2])
         angles = own if in_row and len(own) >= 2 and len(angles) > 3 else angles
-        vectors = self._vectors(self._of(triple, self.lengths), triple[0][:2] if in_row else None)
+        moving = {s for p in triple for s in self.depends.get(p, ())} & self.lengths
+        vectors = self._vectors(moving, triple[0][:2] if in_row else None)
         users = {v: [self.graph.trees[user] for p in v for user in self.graph.used.get(p, ())] for v in vectors}
         if len(angles) == 1 and len(vectors) == 2 and re.search(ABOUT_AN_AXIS, self.text, re.I):
             # The axis is the vector that is divided by its length.
@@ -353,13 +386,15 @@ class Recognised:
     def _read_the_reading(self):
         """Sequence and convention: the task's, else what the texts say, else those of source 000."""
         task, turns = self.task, [t for t in self.text.splitlines() if re.search(TURNS, t, re.I)]
-        said = {"".join(f.groups()).upper() for t in turns for f in SEQUENCE.finditer(t)} & set(euler.SEQUENCES)
+        said = {"".join(f.groups()).upper() for t in turns for f in SEQUENCE.finditer(t)}
+        said |= {"".join("XYZ"[int(n) - 1] for n in f.groups()) for t in turns for f in NUMBERED.finditer(t)}
+        said &= set(euler.SEQUENCES)
         by_task = task.sequence or ("ZXZ" if task.kind == "zxz" else "")
         by_text = "" if len(said) != 1 else said.pop()
         by_text = by_text.lower() if re.search(FIXED, self.text, re.I) else by_text
-        active, passive = (bool(re.search(pattern, self.text, re.I)) for pattern in (ACTIVE, PASSIVE))
+        convention = re.search(f"(?P<active>{ACTIVE})|{PASSIVE}", self.text, re.I)
         self.sequence = by_task or by_text or "ZXZ"
-        self.active = task.convention == "active" if task.convention else active and not passive
+        self.active = task.convention == "active" if task.convention else bool(convention and convention["active"])
         self.by = "the task" if by_task else "the text" if by_text else "source 000"
 
     def _tell(self, calculation):
