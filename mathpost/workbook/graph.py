@@ -15,7 +15,7 @@ from mathpost.workbook.formula import FUNCTIONS, NotUnderstood, areas, evaluate,
 SAMPLES = 8
 ROUNDING = {"ROUND", "ROUNDDOWN", "ROUNDUP", "TRUNC", "INT"}
 ZERO = np.zeros(1)
-CLOSE = 1e-8  # relative: what the arithmetic of a spreadsheet loses
+CLOSE = 5e-8  # relative: what the arithmetic of a spreadsheet and π/180 as 0.0174532925 lose
 
 
 class Graph:

@@ -182,6 +182,8 @@ class Judge:
         # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
         typed = {p for p in self.found.typed - graph.trees.keys() if messages.issuperset(graph.used.get(p, "-"))}
         typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
+        results = np.array([target[0] for target in self.targets.values()])
+        typed = {p for p in typed if not (np.abs(results - graph.value(p)) <= _half_digit(graph.value(p))).any()}
         places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
         unexplained = {c.results for c in self.unexplained}
         judged = [c.results for c in self.found.calculations if c.results not in unexplained]
@@ -215,7 +217,7 @@ class Judge:
                 cost, faults = self._explain(calculation, unit, option)
                 own = (*min(map(self.graph.calculation_order, option)), order[-1])
                 best = min(best or (99,), (cost, max(order, own), option, faults), key=lambda b: b[:2])
-        if best is None or best[0] >= UNEXPLAINED:
+        if best is None or (best[0] >= UNEXPLAINED and len(bad) == len(calculation.targets)):
             return None
         self.faults += best[3]
         return best[2]
@@ -433,6 +435,10 @@ class Judge:
                     if same(slip, now):
                         return cause, text, 0.0
         return None
+
+
+def _half_digit(number):
+    return 0.51 * 10.0 ** -written_decimals(number)
 
 
 def _turned(matrix):

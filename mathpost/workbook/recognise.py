@@ -172,6 +172,9 @@ class Recognised:
             partners = {s for user in users for s in graph.uses[user]} - {place}
             near = (np.abs(graph.own[place] - CONVERSIONS) < 1e-4 * CONVERSIONS).any()
             found |= {place} if near and min(len(users), len(partners)) >= 2 else set()
+        if re.search("quaternion|四元数", self.text, re.I):  # (0, x, y, z)
+            fours = [[_at(p, 0, n) for n in range(-1, 5)] for p in self.typed if graph.own[p] == 0]
+            found |= {f[1] for f in fours if [p in self.typed for p in f] == [False, True, True, True, True, False]}
         for whole in graph.components:
             if any(p in graph.trees and p not in self.typed for p in whole):
                 found |= {p for p in whole if p in self.typed - found and not self._in_typed_line(p, whole)}
@@ -256,7 +259,7 @@ class Recognised:
         own = {p: graph.own[p] for p in (*angles, *lengths)}
         step = 11.0 + 3 * max((abs(own[p]) for p in lengths), default=0)
         inputs, count = (*angles, *lengths), 1 + len(angles) + 2 * len(lengths)
-        moved = {p: np.full(count, own[p] + (7.3 + 1.7 * k) * (p in self.angles)) for k, p in enumerate(inputs)}
+        moved = {p: np.full(count, own[p] + 7.3 + 1.7 * k) for k, p in enumerate(inputs)}
         for k, place in enumerate(inputs, 1):
             moved[place][k] += 11.0 if place in self.angles else step
         for k, place in enumerate(lengths, 1 + len(inputs)):
@@ -296,7 +299,7 @@ class Recognised:
                 sets = [self.reaches[p] & self.lengths for p in inside]
                 alike = len(frozenset.intersection(*sets)) / len(frozenset.union(*sets))
                 along = 1 if line[0][1] < line[1][1] else 2
-                found[line] = (alike < 0.4, -len(inside)), (line[0][0], along, line[0][along])
+                found[line] = (alike <= 0.4, -len(inside)), (line[0][0], along, line[0][along])
         aligned, taken, chosen = Counter(), set(), []
         for (_, inside), run in found.values():
             aligned[run] += inside
