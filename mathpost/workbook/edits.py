@@ -5,7 +5,7 @@ from itertools import combinations, product
 
 import numpy as np
 
-from mathpost.workbook.formula import Area, areas, put, text_of, walk, with_areas
+from mathpost.workbook.formula import Area, area_of, areas, put, text_of, walk, with_areas
 from mathpost.workbook.graph import ROUNDING, same
 
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
@@ -15,21 +15,21 @@ OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
 TO_RADIANS, TO_DEGREES = ("degrees for radians", "RADIANS"), ("radians for degrees", "DEGREES")
 
 
-def repaired(graph, wanted, values, inputs=()):
+def repaired(graph, wanted, values, inputs=(), windows=()):
     """Return (cause, sentence, tree) of the single repair of a formula that gives, with `values`, those `wanted`.
 
-    These are of a cell, or of several of one array formula; `inputs` may be meant wherever they stand.
+    These are of a cell, or of several of one array formula; `inputs` and matrices, `windows`, may be meant wherever they stand.
     """
     place = next(iter(wanted))
     after = graph.downstream(wanted)
-    for cause, old, new, tree in edits(graph, place, inputs) if place in graph.trees else ():
+    for cause, old, new, tree in edits(graph, place, inputs, windows) if place in graph.trees else ():
         fits = all(same(graph.cell(p, values, tree), value) for p, value in wanted.items())
         if fits and (cause != "wrong reference" or after.isdisjoint(graph.used_by(tree))):
             return cause, f"{text_of(old)} should be {text_of(new)}", tree
     return None
 
 
-def edits(graph, place, inputs=()):
+def edits(graph, place, inputs=(), windows=()):
     """Yield (cause, part, what it may have to be, whole tree) for every single repair of the formula in `place`."""
     tree = graph.trees[place]
     parts = dict(walk(tree))
@@ -46,7 +46,7 @@ def edits(graph, place, inputs=()):
         if area.shape != (1, 1):
             new = ("TRANSPOSE", parts[path])
             yield "transposed", parts[path], new, put(tree, path, new)
-    for path, area, other in _elsewhere(graph, place, references, inputs):
+    for path, area, other in _elsewhere(graph, place, references, inputs, windows):
         if other and other != area and place not in other.places:
             yield "wrong reference", parts[path], ("area", other), put(tree, path, ("area", other))
     for path, part in parts.items():
@@ -72,8 +72,8 @@ def edits(graph, place, inputs=()):
         yield "wrong reference", tree, new, new
 
 
-def _elsewhere(graph, place, references, inputs):
-    """Yield (path, area, other area): as the cells around have it, nearby, an input, further up."""
+def _elsewhere(graph, place, references, inputs, windows):
+    """Yield (path, area, other area): as the cells around have it, nearby, an input or a matrix, further up."""
     around = areas(as_around(graph, place) or ("text",))
     yield from ((*reference, new) for reference, new in zip(references, around, strict=False))
     for reach in (1, 2, 3, 4):
@@ -81,7 +81,8 @@ def _elsewhere(graph, place, references, inputs):
         steps = [(down, right) for down in span for right in span if reach in (abs(down), abs(right))]
         yield from ((path, area, area.moved(*step)) for (path, area), step in product(references, steps))
     for path, area in references:
-        yield from ((path, area, Area(*p, *p[1:])) for p in inputs if area.shape == (1, 1))
+        meant = [area_of(places) for places in (*((p,) for p in inputs), *windows)]
+        yield from ((path, area, other) for other in meant if other.shape == area.shape)
         yield from ((path, area, area.moved(-up, 0)) for up in range(5, 60) if not area.fixed[0])
 
 

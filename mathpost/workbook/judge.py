@@ -283,7 +283,7 @@ class Judge:
     def _plausible(self, calculation, place):
         """What a cell may have to hold on which results depend in a curved way: an angle, a repaired formula."""
         if place in self.found.turning:
-            yield from (each for a in calculation.radians.T for each in (a, -a, np.rad2deg(a), -np.rad2deg(a)))
+            yield from (each for a in calculation.radians.T for each in (a, -a, np.rad2deg(a), -np.rad2deg(a), a / 2))
         seen = [self.now(place)]
         for *_, tree in edits(self.graph, place) if place in self.graph.trees else ():
             value = self._calculate(place, tree)
@@ -359,7 +359,7 @@ class Judge:
             text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
             return "typed over formula", text, cost
         tree = graph.trees[place]
-        if found := repaired(graph, wanted, self.values, calculation.given):
+        if found := repaired(graph, wanted, self.values, calculation.given, self.found.windows):
             cause, sentence, other = found
             plain = tree[0] in ("+", "-") or ("minus" not in heads(tree) and tree[0] != "area")
             odd = as_around(graph, place) == tree or (plain and other == ("minus", tree))

@@ -291,7 +291,8 @@ class Recognised:
         for place, (down, right), k in product(left, ((1, 0), (0, 1)), range(3)):
             whole = self.graph.component[place]
             line = tuple(_at(place, (n - k) * down, (n - k) * right) for n in range(3))
-            fourth = graph.own[whole[-1]] == 1 or whole[-1] in graph.array(whole[0])
+            fourth = whole[-1] not in graph.messages and not abs(graph.own[whole[-1]] - 1) > 0  # 1, or an error
+            fourth |= whole[-1] in graph.array(whole[0])
             if len(whole) == 4 and fourth and 1 in (len({p[n] for p in whole}) for n in (1, 2)):
                 line = whole
             inside = left.intersection(line)
