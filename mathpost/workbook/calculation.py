@@ -12,7 +12,7 @@ from mathpost.workbook.graph import SAMPLES
 LARGEST_RADIANS = 6.3  # an angle beyond a turn in radians is in degrees
 
 
-@dataclass
+@dataclass(eq=False)
 class Calculation:
     """Inputs and results are places.
 
@@ -50,7 +50,7 @@ class Calculation:
         self.targets = dict(zip(places, expected, strict=False))
 
 
-@dataclass
+@dataclass(eq=False)
 class Turn(Calculation):
     """A rotation of a point, about an origin where there is one, by three angles in sequence or about an axis."""
 
@@ -111,7 +111,7 @@ class Turn(Calculation):
             yield from product
 
 
-@dataclass
+@dataclass(eq=False)
 class Plane(Calculation):
     """The three angles of a tilted plane: G68.2, PLANE EULER, PLANE SPATIAL.
 

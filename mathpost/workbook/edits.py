@@ -61,6 +61,9 @@ def edits(graph, place, inputs=(), windows=()):
         if all(moved) and (alike or len(moved) > len(references)):
             new = with_areas(graph.tree(near), moved)
             yield "wrong reference" if alike else "missing term", tree, new, new
+    for factor in ("*", "/"):
+        new = (factor, tree, ("number", 2.0))
+        yield "half angle", tree, new, new
     for path, part in parts.items():
         if part[0] in ("*", "/"):
             new = (OTHER[part[0]], *part[1:])

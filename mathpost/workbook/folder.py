@@ -30,7 +30,7 @@ CHINESE = """right=正确 wrong=错误 unclear=未能判定 not_read=无法读�
 typed_over_formula=公式被数字覆盖 degrees_for_radians=角度未化为弧度 radians_for_degrees=弧度误作角度
 atan2_order=ATAN2参数顺序 atan_for_atan2=应为ATAN2 sign=符号 transposed=转置 order_of_product=矩阵乘积顺序
 sin_and_cos_exchanged=正弦余弦互换 rounded_early=过早取整 missing_term=缺少一项 wrong_angle=角度用错 branch=另一分支
-wrong_point=坐标用错 other_convention=约定不同（主动/被动） offset=恒定偏移 travel=超出行程 wrong_value=数值错误"""
+wrong_point=坐标用错 other_convention=约定不同（主动/被动） offset=恒定偏移 half_angle=半角 wrong_value=数值错误"""
 CHINESE = dict(pair.replace("_", " ").split("=") for pair in CHINESE.split())
 
 

@@ -102,6 +102,8 @@ class Judge:
             self.reading = self._other_reading()
         for calculation in () if self.reading else self.live:
             self._repair(calculation, said)
+        for calculation in self.unexplained[:]:
+            self._by_a_step(calculation)
         if typed := [row for row in self.found.calculations if row.typed]:
             for place, cause, message in judge_numbers(typed, self.graph.own):
                 self.faults.append(self._fault(place, cause, f"{self.graph.short(place)}: {message}"))
@@ -151,6 +153,22 @@ class Judge:
             self.values = self._run()
         self.faults[first:] = _one_convention(self.faults[first:])
 
+    def _by_a_step(self, calculation):
+        """Judge an earlier vector in place of a result that no repair explains, if it only turns that back."""
+        up = self.graph.upstream(calculation.results)
+        for step in self.found.steps[::-1] if isinstance(calculation, Turn) else ():
+            before = self.faults[:], self.fixed.copy(), self.values, self.targets, self.unexplained[:]
+            if up.issuperset(step.results):
+                self._prepare([step])
+                self.targets = {p: t for p, t in self.targets.items() if p not in calculation.targets} | step.targets
+                self._repair(step, {})
+                if all(any(same(self.now(p), entry) for entry in step.entries) for p in calculation.results):
+                    self.unexplained.remove(calculation)
+                    self.found.calculations.append(step)
+                    self.found.calculations.remove(calculation)
+                    return
+            self.faults, self.fixed, self.values, self.targets, self.unexplained = before
+
     def _as_the_labels_say(self):
         """Place → its values, of the labelled cells of the calculations that are right as the labels say them."""
         _, implied = read_labels(self.graph, by_numbers=False)
@@ -185,10 +203,11 @@ class Judge:
         results = np.array([target[0] for target in self.targets.values()])
         typed = {p for p in typed if not (np.abs(results - graph.value(p)) <= _half_digit(graph.value(p))).any()}
         places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
-        unexplained = {c.results for c in self.unexplained}
-        judged = [c.results for c in self.found.calculations if c.results not in unexplained]
-        rest = set(places) - graph.upstream(p for results in judged for p in results)
+        judged = [c for c in self.found.calculations if c not in self.unexplained]
+        rest = set(places) - graph.upstream(p for c in judged for p in c.results)
         known = [np.ones(SAMPLES), np.zeros(SAMPLES), *(entry for c in self.live for entry in c.entries)]
+        turned = [(c.sequence, c.radians) for c in self.live if isinstance(c, Turn) and not c.axis]
+        angles = [pair for s, a in turned for pair in np.stack([a, euler.twin(s.upper(), a)], axis=1).T]
         for c in self.live:
             known += [np.linalg.norm(vector, axis=0) for vector in c.known.get(3, ())]
             for expected in graph.components if c.known.get(3) else ():
@@ -196,13 +215,17 @@ class Judge:
                     off = np.array([c.targets[p] for p in c.results[:3]]) - self.block(expected)
                     known += [*off, *-off, np.linalg.norm(off, axis=0)]
                     known += [each.max(axis=0) for each in (off, -off, np.abs(off))]
-        return places, [p for p in rest if p in typed | graph.unread.keys() or not self._is_check(p, known)]
+        return places, [p for p in rest if p in typed | graph.unread.keys() or not self._is_check(p, known, angles)]
 
-    def _is_check(self, place, known):
-        """Judge a cell beside the calculation: a determinant, a length, a difference, a largest one of them."""
+    def _is_check(self, place, known, angles):
+        """Judge a cell beside the calculation: a determinant, a length, a difference, an angle computed back."""
         value, functions = self.now(place), heads(self.graph.trees[place])
         if not any(np.abs(self.now(source)).max() > 0 for source in self.graph.uses[place]):
             return False  # something empty was taken
+        for radians in (value, np.deg2rad(value)) if functions & {"ATAN2", "ACOS", "ASIN", "DEGREES"} else ():
+            off = [np.abs((radians - pair + np.pi) % (2 * np.pi) - np.pi).min(axis=0)[1:].max() for pair in angles]
+            if any(each < 1e-6 for each in off):
+                return True
         return any(same(value, each) for each in (known[:1] if "MDETERM" in functions else known))
 
     # Where.

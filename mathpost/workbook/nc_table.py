@@ -27,7 +27,7 @@ COLUMNS = {"tip": 3, "axis": 3, "joints": 5}
 FLIP = 60.0  # degrees between two rows that are worth a look
 
 
-@dataclass
+@dataclass(eq=False)
 class Words(Calculation):
     """One row of a table; `results` are the five words in the machine's joint order, `point` is the tip."""
 

@@ -91,13 +91,14 @@ class Recognised:
 
     `typed` are the places of numbers, and of formulas such as =RADIANS(20) that use no cell; those that others
     use are `angles`, `lengths` or `constants`. `turning` go into a sine or cosine, `vectors` depend on lengths;
-    `windows` are matrices, row by row. `by` says who names the reading: the task, the text, or source 000.
+    `windows` are matrices, row by row; `steps` would be calculations if no other cells used them. `by` says who names the reading: the task, the text, or source 000.
     """
 
     def __init__(self, graph, task):
         self.graph, self.task = graph, task
         texts = [c.value for c in graph.cells.values() if isinstance(c.value, str) and not c.formula]
-        self.text, self.calculations, self.problems, self.vectors = "\n".join(texts), [], [], set()
+        self.text, self.problems, self.vectors = "\n".join(texts), [], set()
+        self.calculations, self.steps = [], []
         self.typed = {p for p in graph.component if p not in graph.trees and graph.value(p) is not None}
         self.typed |= {p for p in graph.trees if not graph.uses[p] and p not in graph.part}
         self.turning = self._turning()
@@ -231,6 +232,7 @@ class Recognised:
     def _find_calculations(self):
         graph, finals = self.graph, []
         self._respond()
+        self.windows = [w for w in self.windows if len(w) > 9 or not self.vectors.issuperset(w)]
         for triple in self._triples():
             trees, up = [graph.trees.get(p, ("text",)) for p in triple], graph.upstream(triple)
             # A result less what was expected, or than another result, is a check and not a step.
@@ -240,14 +242,13 @@ class Recognised:
             finals += [triple] if turned and not difference else []
         used = {p for t in finals for p in graph.upstream(t) - set(t)}
         for triple in finals:
-            if not used.issuperset(triple):
-                self._add_turn(triple)
+            self._add_turn(triple, self.steps if used.issuperset(triple) else self.calculations)
         most = max((len(self._of(w, self.angles)) for w in self.windows), default=0)
         for window in self.windows if not self.calculations and not self.problems else ():
             own, after = self._of(window, self.angles), graph.downstream(window) - set(window)
             last = all(after.isdisjoint(w) for w in self.windows if w != window)
             if last and len(own) == most > 0 and (angles := self._three(own)):
-                self._tell(Turn(window, self._in_order(angles)))
+                self._tell(Turn(window, self._in_order(angles)), self.calculations)
         for component in graph.components:  # the rows of a table have one origin, even if a $ is missing
             rows = [c for c in self.calculations if graph.component[c.results[0]] is component]
             for row in rows:
@@ -311,7 +312,7 @@ class Recognised:
                 chosen.append(line)
         return sorted(chosen, key=lambda t: order(t[0]))
 
-    def _add_turn(self, triple):
+    def _add_turn(self, triple, calculations):
         angles, in_row = self._of(triple, self.angles), triple[0][1] == triple[1][1]
         own = tuple(p for p in angles if p[:2] == triple[0][:2])
         angles = own if in_row and len(own) >= 2 and len(angles) > 3 else angles
@@ -321,12 +322,13 @@ class Recognised:
         if len(angles) == 1 and len(vectors) == 2 and re.search(ABOUT_AN_AXIS, self.text, re.I):
             # The axis is the vector that is divided by its length.
             axis = max(vectors, key=lambda v: any(t[0] == "/" or heads(t) & {"SUMSQ", "SQRT"} for t in users[v]))
-            self._tell(Turn(triple, angles, next(v for v in vectors if v != axis), axis=axis))
+            self._tell(Turn(triple, angles, next(v for v in vectors if v != axis), axis=axis), calculations)
             return
         chosen = self._three(angles) or self._three(self.sorted(self.angles))
         if chosen is None or not vectors:
             what = "three angles" if chosen is None else "a point"
-            self.problems.append(f"{self.graph.range(triple)}: {what} not found among its inputs")
+            if calculations is self.calculations:
+                self.problems.append(f"{self.graph.range(triple)}: {what} not found among its inputs")
             return
 
         def subtracted(vector):
@@ -335,7 +337,8 @@ class Recognised:
             return count, vectors.index(vector)
 
         origin = max(vectors, key=subtracted) if len(vectors) > 1 else ()
-        self._tell(Turn(triple, self._in_order(chosen), next(v for v in vectors if v != origin), origin))
+        turn = Turn(triple, self._in_order(chosen), next(v for v in vectors if v != origin), origin)
+        self._tell(turn, calculations)
 
     def _three(self, cells):
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
@@ -383,7 +386,7 @@ class Recognised:
             for place in set(places) - self.graph.component.keys():
                 raise InputError(f"cells, {name!r}", "numbers or formulas", f"none in {self.graph.address(place)}")
         self.vectors = set(given["result"])
-        self._tell(Turn(*(given[name] for name in ("result", "angles", "point", "origin"))))
+        self._tell(Turn(*(given[name] for name in ("result", "angles", "point", "origin"))), self.calculations)
 
     # What was asked.
 
@@ -401,11 +404,11 @@ class Recognised:
         self.active = task.convention == "active" if task.convention else bool(convention and convention["active"])
         self.by = "the task" if by_task else "the text" if by_text else "source 000"
 
-    def _tell(self, calculation):
+    def _tell(self, calculation, calculations):
         calculation.sequence, calculation.active = self.sequence, self.active
         name = "a rotation about an axis" if calculation.axis else f"{self.sequence}, as {self.by} says"
         calculation.said = f"{'active' if self.active else 'passive'} rotation, {name}"
-        self.calculations.append(calculation)
+        calculations.append(calculation)
 
 
 def _at(place, down, right):
