@@ -98,12 +98,17 @@ class Judge:
         for calculation in self.found.calculations[:1]:
             self._compare_the_inputs(calculation)
         said = self._as_the_labels_say() if not self.met(self.targets) else {}
-        if not (said or self.met(self.targets)):
-            self.reading = self._other_reading()
+        if not (said or self.met(self.targets)) and self.found.by == "source 000":
+            self.reading = self._other_reading(self.live, euler.SEQUENCES[1:])
         for calculation in () if self.reading else self.live:
             self._repair(calculation, said)
         for calculation in self.unexplained[:]:
             self._by_a_step(calculation)
+        if self.found.by == "the task" and (other := self._other_reading(self.unexplained, euler.SEQUENCES)):
+            text = f"it is {' '.join(other)}, and {self.found.calculations[0].said} is asked for"
+            for calculation in self.unexplained:
+                self.faults.append(self._fault(calculation.results[0], "other convention", text))
+            self.unexplained = []
         if typed := [row for row in self.found.calculations if row.typed]:
             for place, cause, message in judge_numbers(typed, self.graph.own):
                 self.faults.append(self._fault(place, cause, f"{self.graph.short(place)}: {message}"))
@@ -127,11 +132,11 @@ class Judge:
                     text = f"{self.graph.short(place)} is {number:.6g}, the task says {wanted:.6g}"
                     self.faults.append(self._fault(place, cause, text))
 
-    def _other_reading(self):
-        """The sequence of other axes, nowhere named, that all results are of; None if there is none."""
-        turns = [c for c in self.live if isinstance(c, Turn) and not c.axis and self.found.by == "source 000"]
-        readings = [(s, active) for n in euler.SEQUENCES[1:] for s in (n, n.lower()) for active in (False, True)]
-        for sequence, active in (*readings, ("ZXZ", self.found.active)) if turns else ():
+    def _other_reading(self, calculations, sequences):
+        """The sequence and convention, other than those asked for, that all results are of; None if there is none."""
+        turns = [c for c in calculations if isinstance(c, Turn) and not c.axis]
+        readings = [(s, active) for n in sequences for s in (n, n.lower()) for active in (False, True)]
+        for sequence, active in (*readings, (self.found.sequence, self.found.active)) if turns else ():
             for turn in turns:
                 turn.sequence, turn.active = sequence, active
             self._prepare(turns)
@@ -361,7 +366,7 @@ class Judge:
         elif len(unit) == 1 and any(unit[0] in w and self._stands(calculation, w) for w in self.found.windows):
             cost += UNLIKELY  # in a matrix that may stand there as it is
         elif not block:
-            cost += 0.25 * (len(faults) - 1)
+            cost += min(0.25 * (len(faults) - 1), 0.5)
         return cost, faults
 
     def _cause(self, calculation, wanted):

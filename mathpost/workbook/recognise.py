@@ -146,7 +146,7 @@ class Recognised:
             numbers = [graph.value(p) for p in window if p not in graph.trees]
             # A matrix has formulas, or else numbers such as cosines and sines make: it is no table of points.
             typed = len(numbers) == len(window) and None not in numbers
-            table = typed and (max(map(abs, numbers)) > 1 or all(n % 1 == 0 for n in numbers))
+            table = typed and (sum(abs(n) > 1 for n in numbers) > 1 or all(n % 1 == 0 for n in numbers))
             overlaps = any(not set(window).isdisjoint(other) for other in others)
             if table or overlaps or self.turning & set(window) or not graph.component.keys() >= set(window):
                 del found[window]
