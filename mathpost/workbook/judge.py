@@ -51,11 +51,12 @@ class Judge:
         """Degrees or radians: whole turns of which unit leave more sines and cosines as they are."""
         own = {p: np.array([self.graph.own[p] + 0.3]) for p in places}
         after = [p for p in self.graph.downstream(places) if heads(self.graph.tree(p)) & {"SIN", "COS"}]
-        turns = (0, 720, 4 * np.pi)  # half angles turn half as fast
+        turns = (0, 720, 4 * np.pi, 800)  # half angles turn half as fast
         runs = [self.graph.run({p: number + turn for p, number in own.items()}) for turn in turns]
         votes = [sum(same(run[p], runs[0][p], 1e-9) for p in after) for run in runs[1:]]
-        in_degrees = votes[0] > votes[1] or any(abs(number) > LARGEST_RADIANS for number in own.values())
-        self.units.update(dict.fromkeys(places, np.pi / 180 if in_degrees else 1.0))
+        beyond = any(abs(number) > LARGEST_RADIANS for number in own.values())
+        unit = np.pi / 200 if votes[2] > max(votes[:2]) else np.pi / 180 if votes[0] > votes[1] or beyond else 1.0
+        self.units.update(dict.fromkeys(places, unit))
 
     def now(self, place):
         """What is in a cell at the samples."""
@@ -94,6 +95,8 @@ class Judge:
         for row in rows:  # once more, on the branch that the table is on
             row.preferred = int(np.argmax(sum(r.votes for r in rows)))
         self._prepare(rows)
+        for calculation in self.live[:]:
+            self._choose(calculation)
         self.targets = {p: t for c in self.live for p, t in c.targets.items()}
         for calculation in self.found.calculations[:1]:
             self._compare_the_inputs(calculation)
@@ -158,21 +161,33 @@ class Judge:
             self.values = self._run()
         self.faults[first:] = _one_convention(self.faults[first:])
 
-    def _by_a_step(self, calculation):
-        """Judge an earlier vector in place of a result that no repair explains, if it only turns that back."""
-        up = self.graph.upstream(calculation.results)
-        for step in self.found.steps[::-1] if isinstance(calculation, Turn) else ():
-            before = self.faults[:], self.fixed.copy(), self.values, self.targets, self.unexplained[:]
-            if up.issuperset(step.results):
-                self._prepare([step])
-                self.targets = {p: t for p, t in self.targets.items() if p not in calculation.targets} | step.targets
-                self._repair(step, {})
-                if all(any(same(self.now(p), entry) for entry in step.entries) for p in calculation.results):
-                    self.unexplained.remove(calculation)
-                    self.found.calculations.append(step)
-                    self.found.calculations.remove(calculation)
-                    return
-            self.faults, self.fixed, self.values, self.targets, self.unexplained = before
+    def _choose(self, last):
+        """Take vectors on the way that are right, but for one cell, in place of what only follows from them."""
+        steps = self._steps(last)
+        self._prepare(steps)
+        right = [s for s in steps if len(self.bad(s.targets)) <= 1 and s not in self.live]
+        if right and len(self.bad(last.targets)) > 1:
+            self.live = [c for c in self.live if c is not last] + right
+            self.found.calculations = [c for c in self.found.calculations if c is not last] + right
+
+    def _steps(self, last):
+        up = self.graph.upstream(last.results)
+        return [s for s in self.found.steps if isinstance(last, Turn) and up.issuperset(s.results)]
+
+    def _by_a_step(self, last):
+        """Repair a vector on the way to a result that no repair explains: the result may only follow from it."""
+        targets = {p: t for p, t in self.targets.items() if p not in last.targets}
+        for step in self._steps(last)[::-1]:
+            before = self.faults[:], self.unexplained[:]
+            self._prepare([step])
+            self.targets = targets | step.targets
+            self._repair(step, {})
+            if step not in self.unexplained:
+                self.unexplained.remove(last)
+                self._choose(last)
+                return
+            self.faults, self.unexplained = before
+        self.targets = targets | last.targets
 
     def _as_the_labels_say(self):
         """Place → its values, of the labelled cells of the calculations that are right as the labels say them."""
@@ -201,7 +216,7 @@ class Judge:
     def judge_the_rest(self):
         """Return all places to judge, and those that could not be: no result needs them, and they are not known."""
         graph, messages = self.graph, self.graph.messages
-        formulas = [p for p in graph.trees if p not in self.found.typed] + [*graph.unread]
+        formulas = [p for p in graph.trees if p not in self.found.typed - self.found.composed] + [*graph.unread]
         # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
         typed = {p for p in self.found.typed - graph.trees.keys() if messages.issuperset(graph.used.get(p, "-"))}
         typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
@@ -220,7 +235,12 @@ class Judge:
                     off = np.array([c.targets[p] for p in c.results[:3]]) - self.block(expected)
                     known += [*off, *-off, np.linalg.norm(off, axis=0)]
                     known += [each.max(axis=0) for each in (off, -off, np.abs(off))]
-        return places, [p for p in rest if p in typed | graph.unread.keys() or not self._is_check(p, known, angles)]
+        composed = [p for p in self.found.composed if not self._is_degrees_and_minutes(p)]
+        return places, composed + [p for p in rest - self.found.composed if p in typed | graph.unread.keys() or not self._is_check(p, known, angles)]
+
+    def _is_degrees_and_minutes(self, place):
+        numbers = dict(zip(self.graph.uses[place], np.array([[35.0], [20.0], [48.0]]), strict=False))
+        return len(self.graph.uses[place]) == 3 and same(self.graph.cell(place, numbers), np.array([35.3466666667]))
 
     def _is_check(self, place, known, angles):
         """Judge a cell beside the calculation: a determinant, a length, a difference, an angle computed back."""

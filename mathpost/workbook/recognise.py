@@ -101,10 +101,11 @@ class Recognised:
         self.calculations, self.steps = [], []
         self.typed = {p for p in graph.component if p not in graph.trees and graph.value(p) is not None}
         self.typed |= {p for p in graph.trees if not graph.uses[p] and p not in graph.part}
-        self.turning = self._turning()
+        self.turning, self.composed = self._turning()
+        self.typed |= self.composed
         self.windows = self._windows()
         self.constants = self._constants()
-        inputs = {p for p in self.typed if p in graph.used} - self.constants
+        inputs = {p for p in self.typed if not self.composed.issuperset(graph.used.get(p, ()))} - self.constants
         self.angles, self.lengths = inputs & self.turning, inputs - self.turning
         self._read_the_reading()
         if task.machine is not None:
@@ -153,17 +154,29 @@ class Recognised:
         return sorted(found, key=lambda w: graph.reading_order(w[0]))
 
     def _turning(self):
-        """What goes into a sine or cosine, directly or through cells that only convert or negate."""
-        graph, found = self.graph, set()
+        """What goes into a sine or cosine, directly or through cells that only convert or negate.
+
+        And the `composed` of these: angles made of several typed numbers, as degrees and minutes, or as 180 − x.
+        """
+        graph, found, composed = self.graph, set(), set()
         stack = [p for _, part in graph.parts if part[0] in (*TRIGONOMETRY, "TAN") for p in graph.used_by(part)]
         while stack:
             place = stack.pop()
-            if place not in found:
-                found.add(place)
-                functions = {head for head in heads(graph.trees.get(place, ("text",))) if head.isupper()}
-                sources = graph.uses.get(place, ())
-                stack += sources if functions <= PASSED_ON and len(sources) <= 2 else ()
-        return found
+            if place in found:
+                continue
+            found.add(place)
+            sources = graph.uses.get(place, ())
+            if sources and {head for head in heads(graph.trees[place]) if head.isupper()} <= PASSED_ON:
+                zeros = {p: np.zeros(1) for p in sources if not self._converts(p)}
+                if len(sources) <= 2 and not abs(graph.cell(place, {**graph.constants, **zeros})[0]) > 0:
+                    stack += sources
+                elif self.typed.issuperset(sources):
+                    composed.add(place)
+        return found, composed
+
+    def _converts(self, place):
+        """Whether a typed number is π, 180 or one such as π/180."""
+        return place in self.typed and bool((np.abs(self.graph.own[place] - CONVERSIONS) < 1e-4 * CONVERSIONS).any())
 
     def _constants(self):
         """Typed numbers that are not given: zeros and ones of matrices, numbers over formulas, conversions."""
@@ -171,8 +184,7 @@ class Recognised:
         for place in self.turning & self.typed:  # 180 or π multiplies or divides several others
             users = graph.used.get(place, ())
             partners = {s for user in users for s in graph.uses[user]} - {place}
-            near = (np.abs(graph.own[place] - CONVERSIONS) < 1e-4 * CONVERSIONS).any()
-            found |= {place} if near and min(len(users), len(partners)) >= 2 else set()
+            found |= {place} if self._converts(place) and min(len(users), len(partners)) >= 2 else set()
         if re.search("quaternion|四元数", self.text, re.I):  # (0, x, y, z)
             fours = [[_at(p, 0, n) for n in range(-1, 5)] for p in self.typed if graph.own[p] == 0]
             found |= {f[1] for f in fours if [p in self.typed for p in f] == [False, True, True, True, True, False]}
@@ -232,7 +244,8 @@ class Recognised:
     def _find_calculations(self):
         graph, finals = self.graph, []
         self._respond()
-        self.windows = [w for w in self.windows if len(w) > 9 or not self.vectors.issuperset(w)]
+        inner = {w: w if len(w) == 9 else (*w[:3], *w[4:7], *w[8:11]) for w in self.windows}
+        self.windows = [w for w in self.windows if not self.vectors.issuperset(inner[w])]
         for triple in self._triples():
             trees, up = [graph.trees.get(p, ("text",)) for p in triple], graph.upstream(triple)
             # A result less what was expected, or than another result, is a check and not a step.
@@ -289,21 +302,23 @@ class Recognised:
     def _triples(self):
         """Three cells, or four, in line that are a vector: they depend on the same lengths."""
         graph, left, found = self.graph, self.vectors - {p for window in self.windows for p in window}, {}
-        for place, (down, right), k in product(left, ((1, 0), (0, 1)), range(3)):
+        for place, (down, right), k in product(left, ((1, 0), (0, 1), (0, 2), (0, 3), (0, 4)), range(3)):
             whole = self.graph.component[place]
             line = tuple(_at(place, (n - k) * down, (n - k) * right) for n in range(3))
             fourth = whole[-1] not in graph.messages and not abs(graph.own[whole[-1]] - 1) > 0  # 1, or an error
             fourth |= whole[-1] in graph.array(whole[0])
             if len(whole) == 4 and fourth and 1 in (len({p[n] for p in whole}) for n in (1, 2)):
                 line = whole
-            inside = left.intersection(line)
-            if len(inside) >= 2 and all(self.graph.component.get(p) is whole for p in line):
+            inside, apart = left.intersection(line), right > 1
+            if apart and (len(inside) < 3 or not left.isdisjoint(_at(line[0], 0, n) for n in range(1, right))):
+                continue
+            if len(inside) >= 2 and (apart or all(self.graph.component.get(p) is whole for p in line)):
                 sets = [self.reaches[p] & self.lengths for p in inside]
                 alike = len(frozenset.intersection(*sets)) / len(frozenset.union(*sets))
                 along = 1 if line[0][1] < line[1][1] else 2
-                found[line] = (alike <= 0.4, -len(inside)), (line[0][0], along, line[0][along])
+                found[line] = (alike <= 0.4, -len(inside), apart), (line[0][0], along, line[0][along])
         aligned, taken, chosen = Counter(), set(), []
-        for (_, inside), run in found.values():
+        for (_, inside, _), run in found.values():
             aligned[run] += inside
         order = self.graph.reading_order
         for line in sorted(found, key=lambda t: (found[t][0], aligned[found[t][1]], order(t[0]))):
@@ -342,8 +357,8 @@ class Recognised:
 
     def _three(self, cells):
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
-        lines = [tuple(cells)] if len(cells) == 3 else self.lines(set(cells), min(len(cells), 2))
-        return lines[0] if lines else None
+        lines = [line for line in self.lines(set(cells), min(len(cells), 2)) if self.angles.issuperset(line)]
+        return lines[0] if lines else tuple(cells) if len(cells) == 3 else None
 
     def _vectors(self, cells, row):
         """The triples of lengths that a result depends on; that in the row of a table first."""
