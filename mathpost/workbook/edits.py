@@ -1,7 +1,8 @@
 """Single repairs of a formula: what somebody may have meant, the likeliest first."""
 
 from collections import Counter
-from itertools import combinations, product
+from functools import reduce
+from itertools import combinations, permutations, product
 
 import numpy as np
 
@@ -117,10 +118,16 @@ def _functions(part, path):
         yield "transposed", inner[0]
     if name == "MMULT":
         a, b = inner
-        yield "order of product", (name, b, a)
+        for order in permutations(_factors(part)):
+            yield "order of product", reduce(lambda left, right: (name, left, right), order)
         yield from (("transposed", (name, *factors)) for factors in ((("TRANSPOSE", a), b), (a, ("TRANSPOSE", b))))
     if not path and name in ("MMULT", "TRANSPOSE"):
         yield "transposed", ("TRANSPOSE", part)
+
+
+def _factors(tree):
+    """The factors of a product of matrices, from left to right."""
+    return [*_factors(tree[1]), *_factors(tree[2])] if tree[0] == "MMULT" else [tree]
 
 
 def _signs(part, path):

@@ -235,6 +235,11 @@ class Judge:
                     off = np.array([c.targets[p] for p in c.results[:3]]) - self.block(expected)
                     known += [*off, *-off, np.linalg.norm(off, axis=0)]
                     known += [each.max(axis=0) for each in (off, -off, np.abs(off))]
+        given = graph.upstream(p for c in self.found.calculations for p in (*c.given, *c.results))
+        given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
+        leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in rest}
+        beside = {p for p, used in leaves.items() if used & self.found.typed and given.isdisjoint(used)}
+        places, rest = [p for p in places if p not in beside], rest - beside
         composed = [p for p in self.found.composed if not self._is_degrees_and_minutes(p)]
         return places, composed + [p for p in rest - self.found.composed if p in typed | graph.unread.keys() or not self._is_check(p, known, angles)]
 

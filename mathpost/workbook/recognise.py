@@ -220,7 +220,7 @@ class Recognised:
 
     def lines(self, cells, least):
         """Triples of evenly spaced typed cells of which at least `least` are in `cells`, the fullest first."""
-        found, steps = {}, [(step, 0) for step in range(1, 5)] + [(0, step) for step in range(1, 5)]
+        found, steps = {}, [way for step in range(1, 11) for way in ((step, 0), (0, step))]
         for place, (down, right), k in product(cells, steps, range(3)):
             triple = tuple(_at(place, (n - k) * down, (n - k) * right) for n in range(3))
             count = sum(p in cells for p in triple)
@@ -316,9 +316,10 @@ class Recognised:
                 sets = [self.reaches[p] & self.lengths for p in inside]
                 alike = len(frozenset.intersection(*sets)) / len(frozenset.union(*sets))
                 along = 1 if line[0][1] < line[1][1] else 2
-                found[line] = (alike <= 0.4, -len(inside), apart), (line[0][0], along, line[0][along])
+                array = set(line) <= set(self.graph.array(line[0]))
+                found[line] = (alike <= 0.4, -len(inside), apart, not array), (line[0][0], along, line[0][along])
         aligned, taken, chosen = Counter(), set(), []
-        for (_, inside, _), run in found.values():
+        for (_, inside, *_), run in found.values():
             aligned[run] += inside
         order = self.graph.reading_order
         for line in sorted(found, key=lambda t: (found[t][0], aligned[found[t][1]], order(t[0]))):
@@ -357,7 +358,8 @@ class Recognised:
 
     def _three(self, cells):
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
-        lines = [line for line in self.lines(set(cells), min(len(cells), 2)) if self.angles.issuperset(line)]
+        may = self.angles | (self.typed - self.graph.used.keys())
+        lines = [line for line in self.lines(set(cells), min(len(cells), 2)) if may.issuperset(line)]
         return lines[0] if lines else tuple(cells) if len(cells) == 3 else None
 
     def _vectors(self, cells, row):
