@@ -159,6 +159,7 @@ class Recognised:
         And the `composed` of these: angles made of several typed numbers, as degrees and minutes, or as 180 − x.
         """
         graph, found, composed = self.graph, set(), set()
+        own = {p: np.array([number]) for p, number in graph.own.items() if number is not None}
         stack = [p for _, part in graph.parts if part[0] in (*TRIGONOMETRY, "TAN") for p in graph.used_by(part)]
         while stack:
             place = stack.pop()
@@ -167,8 +168,8 @@ class Recognised:
             found.add(place)
             sources = graph.uses.get(place, ())
             if sources and {head for head in heads(graph.trees[place]) if head.isupper()} <= PASSED_ON:
-                zeros = {p: np.zeros(1) for p in sources if not self._converts(p)}
-                if len(sources) <= 2 and not abs(graph.cell(place, {**graph.constants, **zeros})[0]) > 0:
+                zeros = [graph.cell(place, {**own, p: np.zeros(1)})[0] for p in sources]
+                if len(sources) <= 2 and any(not abs(zero) > 0 for zero in zeros):
                     stack += sources
                 elif self.typed.issuperset(sources):
                     composed.add(place)
@@ -358,9 +359,11 @@ class Recognised:
 
     def _three(self, cells):
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
-        may = self.angles | (self.typed - self.graph.used.keys())
-        lines = [line for line in self.lines(set(cells), min(len(cells), 2)) if may.issuperset(line)]
-        return lines[0] if lines else tuple(cells) if len(cells) == 3 else None
+        lines = self.lines(set(cells), min(len(cells), 2))
+        if len(cells) == 3:  # which may be one of two others and a wrong one
+            may = self.angles | (self.typed - self.graph.used.keys())
+            return next((line for line in lines if may.issuperset(line)), tuple(cells))
+        return lines[0] if lines else None
 
     def _vectors(self, cells, row):
         """The triples of lengths that a result depends on; that in the row of a table first."""
