@@ -11,8 +11,7 @@ from mathpost.detective.rotary_axes import explain_joints
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
 from mathpost.post import selection, singular, yu_dan
-from mathpost.post.between_blocks import deviation
-from mathpost.post.motion import equation_8, linearize
+from mathpost.post.between_blocks import deviation, equation_8, linearize
 from mathpost.post.ways import Crossing
 from mathpost.rotation import wrap
 

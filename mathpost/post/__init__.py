@@ -1,7 +1,7 @@
 """From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
 Read `run` first, then `cl` (with `cl_words` and `arcs`), `selection` (beside it `yu_dan`), `singular` (and `ways`
-through it), `motion` with `between_blocks`, `time_law`, `program` (with `controls` and `text`), `proof`.
+through it), `between_blocks`, `time_law`, `program` (with `controls` and `text`), `proof`.
 """
 
 from collections import Counter
@@ -12,17 +12,26 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost.compensate.compensation import Compensator
-from mathpost.errors import InputError, MathpostError
+from mathpost.compensate.compensation import Compensated, Compensator, PoseError
+from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS
-from mathpost.post import motion, program, selection, time_law
-from mathpost.post.between_blocks import AXIS_RESOLUTION, deviation
-from mathpost.post.cl import OPPOSITE, CLData
-from mathpost.post.motion import Motion
+from mathpost.post import program, selection, time_law
+from mathpost.post.between_blocks import (
+    AXIS_RESOLUTION,
+    RESOLUTION,
+    Motion,
+    deviation,
+    follow,
+    in_the_air,
+    levers,
+    linearize,
+)
+from mathpost.post.cl import OPPOSITE, CLData, commands
 from mathpost.post.proof import Report, measured, prove, worst_of
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, refuse_nonsense, regions
 from mathpost.post.ways import Crossing, through_the_records, unbroken
+from mathpost.rotation import slices
 
 TOLERANCE = 0.01  # mm
 CONE = np.radians(1.0)  # about the singular tool axes
@@ -184,6 +193,10 @@ def run(
             for each in plans
             for region in each.regions
         }
+    peaks = (
+        np.max([getattr(each.law, f"peak_{what}") for each in plans], axis=0) * UNITS
+        for what in ("speeds", "accelerations")
+    )
     report = Report(
         **vars(worst_of(proofs)),
         settings=dict(_settings(cl, machine, plans, singular))
@@ -191,7 +204,7 @@ def run(
         | {"program": f"{len(blocks.words)} moves, TCP {'on' if tcp else 'off'}"}
         | dict(_said(cl)),
         time=sum(each.law.seconds[-1] for each in plans),
-        peaks=_peaks(machine, plans),
+        peaks={joint: pair for joint, *pair in zip(machine.joint_names, *peaks, strict=True)},
         slowest=max((each.slowest for each in plans if each.slowest), key=lambda at: at[2] - at[1], default=None),
         warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
         uncompensated=before,
@@ -226,7 +239,7 @@ class Plan:
 
     def uncompensated(self, real):
         """As `Proof` what the real machine would do if nothing had been measured."""
-        ideal, blocks, *_ = motion.blocks(self.kin, self.cl, self.ideal, self.blocks.tcp)
+        ideal, blocks, *_ = program.from_motion(self.kin, self.cl, self.ideal, self.blocks.tcp)
         return self._counted(measured(self.kin, self.cl, blocks, ideal, real=real))
 
     def _counted(self, proof):
@@ -251,18 +264,19 @@ def _plan(kin, cl, first, chosen, found, way, lifting, tolerances, tcp, real):
         for each in ways:
             taken[int(each.place[0]) : int(each.place[-1])] = True
     free = taken[np.floor(going.place[:-1]).astype(int)]
-    going = motion.follow(kin, cl, going, room, free=free)
-    divided = between = motion.divided(kin, cl, going, tolerance, tcp, lifting["clearance"])
+    going = follow(kin, cl, going, room, free=free)
+    block, keep = f"{cl.name}, block", _left_for_the_tip(kin, cl, going, tolerance, tcp)
+    divided = between = linearize(kin, going, in_the_air(going, keep, lifting["clearance"]), name=block)
     if tolerance > TRAVEL_TOLERANCE:
-        between = motion.linearize(kin, going, TRAVEL_TOLERANCE, name=f"{cl.name}, block")
-    motion.refuse_out_of_travel(kin.machine, cl, between)
-    ideal, cautions = going if tcp else divided, ()
-    going = ideal
+        between = linearize(kin, going, TRAVEL_TOLERANCE, name=block)
+    _refuse_out_of_travel(kin.machine, cl, between)
+    going, cautions = going if tcp else divided, ()
+    ideal = going
     if real is not None:
-        going, cautions = motion.compensated(real, ideal)
-        motion.refuse_out_of_travel(kin.machine, cl, going)
-    going, blocks, asked, by_feed = motion.blocks(kin, cl, going, tcp)
-    motion.refuse_turning_compensation(cl, kin.machine, blocks)
+        going, cautions = _compensated(real, ideal)
+        _refuse_out_of_travel(kin.machine, cl, going)
+    going, blocks, asked, by_feed = program.from_motion(kin, cl, going, tcp)
+    program.refuse_turning_compensation(cl, kin.machine, blocks)
     law, moving = time_law.time_law(kin.machine, going.joints, asked), asked > 0
     slowest = time_law.slow_down(first + going.record[1:][moving], np.diff(law.seconds), by_feed[moving])
     return Plan(kin, cl, first, chosen, found, crossing, going, ideal, blocks, law, slowest, cautions)
@@ -276,29 +290,52 @@ def _refuse_turns_by_180(cl):
         raise InputError(cl.where(turned[0] + 1), expected, "a turn by 180°")
 
 
+def _left_for_the_tip(kin, cl, motion, tolerance, tcp):
+    """What digits and samples leave of the tolerance of the tip, mm, for each move."""
+    tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
+    lever = (levers(kin.machine) + np.linalg.norm(tip, axis=1)) * (not tcp)  # the angles do not move the tip then
+    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever) + RESOLUTION
+    if (worst := moved.max()) > tolerance / 2:
+        expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
+        raise InputError("tolerance", expected, f"{tolerance}")
+    return tolerance - np.maximum(moved[:-1], moved[1:])
+
+
+def _refuse_out_of_travel(machine, cl, motion):
+    """Raise `ReachError` for the first pose, those between the records included, that is out of travel."""
+    out = np.flatnonzero(~machine.within(motion.joints).all(axis=1))
+    if out.size:
+        sentences = machine.out_of_travel(motion.joints[out[0]])
+        raise ReachError(f"{cl.where(int(motion.place[out[0]]))} and on: {'; '.join(sentences)}")
+
+
+def _compensated(real, motion):
+    """The motion compensated for the errors of the machine, and sentences on what could not be."""
+    parts = [real.compensate(motion.joints[rows]) for rows in slices(motion.joints.shape[:1])]
+
+    def whole(names, parts):
+        return (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+
+    after = PoseError(*whole(("tip", "axis"), [part.after for part in parts]))
+    joints, limited, refused = whole(("joints", "limited", "refused"), parts)
+    return replace(motion, joints=joints), Compensated(joints, parts[0].before, after, limited, refused).cautions
+
+
 def _settings(cl, machine, plans, way):
     """Lines of the report: how the program was made."""
     first_branch = sum(int((each.chosen.branch == 0).sum()) for each in plans)
     breaks = [each.first + record for each in plans for record in each.chosen.breaks]
     found = [(each.first + first, each.first + last) for each in plans for first, last in each.regions]
+    shown = ", ".join([f"{first + 1}–{last + 1}" for first, last in found[:8]] + ["…"] * (len(found) > 8))
+    cost, unit = sum(each.chosen.cost for each in plans), "mm and degrees of travel"
+    if not np.isnan(machine.max_rates).all():
+        unit = "s"
     yield "CL data", f"{cl.name}, {len(cl)} records"
     yield "machine", f"{machine.name} ({machine.arrangement})"
-    yield (
-        "selection",
-        f"{plans[0].chosen.strategy}, cost {sum(each.chosen.cost for each in plans):.3f} {_unit(machine)}",
-    )
+    yield "selection", f"{plans[0].chosen.strategy}, cost {cost:.3f} {unit}"
     yield "branches", f"first {first_branch}, second {len(cl) - first_branch}"
     yield "splits", ", ".join(f"before record {record + 1}" for record in breaks) or "none"
-    yield "singular", f"records {_ranges(found)}: {way}" if found else "no region"
-
-
-def _peaks(machine, plans):
-    """`Report.peaks`."""
-    speeds, accelerations = (
-        np.max([getattr(each.law, name) for each in plans], axis=0) * UNITS
-        for name in ("peak_speeds", "peak_accelerations")
-    )
-    return {joint: pair for joint, *pair in zip(machine.joint_names, speeds, accelerations, strict=True)}
+    yield "singular", f"records {shown}: {way}" if found else "no region"
 
 
 def _said(cl):
@@ -313,23 +350,12 @@ def _said(cl):
         yield "made of it", "; ".join(cl.notes)
 
 
-def _unit(machine):
-    """What the selection counts."""
-    return "mm and degrees of travel" if np.isnan(machine.max_rates).all() else "s"
-
-
-def _ranges(found):
-    """The first eight regions, in records counted from 1."""
-    return ", ".join([f"{first + 1}–{last + 1}" for first, last in found[:8]] + ["…"] * (len(found) > 8))
-
-
 def _warnings(each):
     """Sentences on what a person should look at in one of the plans."""
     cl, joints = each.cl, each.chosen.joints
-    kinds = {getattr(remark, "kind", "") for _, remark in cl.remarks}
-    if "compensation" in kinds:
+    if commands(cl.remarks, "compensation"):
         yield "cutter compensation: proved for a radius of 0 in the control's tool table"
-    if "tool" in kinds and each.kin.machine.programmed_point != "tip":
+    if commands(cl.remarks, "tool") and each.kin.machine.programmed_point != "tip":
         yield "X Y Z do not name the tip: the length of the tools has to be 0 in the control's tool table"
     if (np.isnan(cl.feeds) & ~cl.rapid).any():
         yield "the CL data state no feed for some moves; they carry no F word"

@@ -69,10 +69,8 @@ class CLData:
 
     def by_tool(self):
         """Return the parts of the path between changes of the tool, each with the tool's length or None."""
-        tools = [
-            (record, remark.values[1]) for record, remark in self.remarks if getattr(remark, "kind", "") == "tool"
-        ]
-        lengths = dict([(0, None), *((record, length) for record, length in tools if record < len(self))])
+        tools = [(record, tool.values[1]) for record, tool in commands(self.remarks, "tool") if record < len(self)]
+        lengths = dict([(0, None), *tools])
         edges = [*lengths, len(self)]
         if len(lengths) == 1:
             return [(self, lengths[0])]
@@ -95,6 +93,11 @@ class CLData:
             tip[between] = start + t * (end - start)
             axis[between] = _slerp(self.axes[first], self.axes[first + 1], t)
         return tip, axis
+
+
+def commands(remarks, kind):
+    """Those of `remarks`, of CL data or of blocks, that are a `Command` of this kind."""
+    return [(row, remark) for row, remark in remarks if getattr(remark, "kind", "") == kind]
 
 
 def from_arrays(points, axes, *, feed=math.nan, name="CL data"):
@@ -182,7 +185,7 @@ def _turned_over(records, remarks, counts):
     No great circle is shorter than another there. The tool points up on the way, or along X.
     """
     points, axes, feeds, rapid, lines = records
-    changes = [record for record, remark in remarks if getattr(remark, "kind", "") == "tool"]
+    changes = [record for record, _ in commands(remarks, "tool")]
     over = 1 + np.flatnonzero(rapid[1:])
     over = over[np.linalg.norm(axes[:, over] + axes[:, over - 1], axis=0) < OPPOSITE]
     over = np.setdiff1d(over, changes)  # the new tool comes from elsewhere

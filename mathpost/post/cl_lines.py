@@ -68,15 +68,12 @@ class Lines(text.Reader):
 
     def take_plain(self, values):
         """Take plain records; NaN stands for the tool axis that holds."""
-        if not self.takes_plain():
-            return 0
         numbers, count = values[1:], values.shape[1]
         numbers[:3] *= self.scale
         for row, before in zip(numbers[3:], self.axis, strict=True):
             row[:] = text.held(row, before)
         self.add(self.line + np.arange(count), numbers)
         self.line += count
-        return count
 
     def take_line(self, raw):
         """Take one line: leave out its comment, and take the statement if it is complete."""

@@ -8,20 +8,24 @@ a few that do not move an axis; any other word is an error with its line.
 import re
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 from operator import itemgetter
 
 import numpy as np
 
 from mathpost.errors import NUMBER, InputError
 from mathpost.post import text as bulk
+from mathpost.post.cl import commands
 from mathpost.post.controls import DIALECTS, FANUC, HEIDENHAIN
 from mathpost.post.text import Column, Item, Pattern
+from mathpost.post.time_law import block_times, feed_times
 
 DECIMALS = 4
 SHORTEST_TIME = 0.001  # s, the least that FT may state
 LAST_BLOCK_NUMBER = 99_999  # Fanuc counts no further; numbering begins again
 MOTION_ONLY = "MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT"  # a program says so before its first move
 RAPID, TIME, FEED = " FMAX", " FT", " F"
+NOWHERE = np.full(5, np.nan)  # nobody knows where the axes are
 FEED_WORD = re.compile(rf"(FMAX|FT|F)({NUMBER})?")
 
 
@@ -89,6 +93,44 @@ def joined(parts):
         (first + row, remark) for first, part in zip(firsts, parts, strict=True) for row, remark in part.remarks
     )
     return Blocks(words, *columns, parts[0].tcp, tuple(remarks))
+
+
+def from_motion(kin, cl, motion, tcp):
+    """What a program says of a motion: the poses, the `Blocks` that end at them, and seconds of the moves.
+
+    The seconds are those that feed and rates ask for, and those of the feed alone, NaN where it does not count. A
+    pose that repeats all words of the one before is left out.
+    """
+    joints = motion.joints
+    words = rounded(np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1) if tcp else joints)
+    kept = np.r_[True, (words[1:] != words[:-1]).any(axis=1)]
+    if not kept.all():
+        motion, words = motion[kept], words[kept]
+    record = motion.record
+    feeds, rapid, (tip, _) = cl.feeds[record], cl.rapid[record], cl.at(motion.place)  # in cut it is on the path
+    seconds = np.r_[np.nan, block_times(kin.machine, motion.joints, tip, feeds[1:], motion.in_cut)]
+    turning = np.r_[False, (words[1:, 3:] != words[:-1, 3:]).any(axis=1)]
+    by_time = turning & ~np.isnan(feeds) & ~rapid & (not tcp)
+    # A remark stands before the first block of the move to its record.
+    before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
+    remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
+    blocks = Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)
+    fed = np.where(motion.in_cut & ~rapid[1:], feed_times(tip, feeds[1:]), np.nan)
+    return motion, blocks, seconds[1:], fed
+
+
+def refuse_turning_compensation(cl, machine, blocks):
+    """Raise `InputError` if a rotary axis moves while the control compensates the radius of the cutter.
+
+    The control does so in its X-Y plane: the tool has to stand across it, and the rotary axes still.
+    """
+    heads, rows = [joint.carries == "tool" for joint in machine.rotary], len(blocks.words)
+    switched = [*commands(blocks.remarks, "compensation"), (rows, None)]
+    for (first, side), (last, _) in pairwise(switched):
+        rotary = blocks.words[max(first - 1, 0) : min(last + 1, rows), 3:]
+        if side.values[0] != "OFF" and (blocks.tcp or np.ptp(rotary, axis=0).any() or rotary[:1, heads].any()):
+            expected = "rotary axes that stand still, the tool across X and Y, and no TCP"
+            raise InputError(f"{cl.name}: {side.statement}", expected, "others while it holds")
 
 
 def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
@@ -274,7 +316,7 @@ class _Lines(bulk.Reader):
         self.pattern = _plain(self.control, self.names)
         self.passed_over = _templates((*machine.program_head, *machine.program_foot))
         self.tool_change = _templates(machine.tool_change)
-        self.line, self.position, self.feed = 1, [None] * 5, None
+        self.line, self.position, self.feed = 1, NOWHERE, np.nan
         self.rapid, self.inverse, self.tcp = False, False, False
         self.moves_tcp = None  # whether the moves so far were with TCP
         self.runs = []  # of moves: words, shape (5, n), feeds, seconds and rapid
@@ -288,34 +330,15 @@ class _Lines(bulk.Reader):
         return values[first : first + 5], np.where(said[1], times, feeds), said
 
     def fits(self, values):
-        """Which lines move an axis, and say no more than one of rapid, a time and a feed."""
-        words, _, said = self.columns(values)
-        return ~np.isnan(words).all(axis=0) & (said.sum(axis=0) < 2)
+        """Which lines move an axis, and say no more than one of rapid, a time and a feed, these above 0."""
+        words, value, said = self.columns(values)
+        return ~np.isnan(words).all(axis=0) & (said.sum(axis=0) < 2) & ~(value <= 0)
 
     def take_plain(self, values):
-        """Take plain moves, those that `take_line` refuses left to it: it says what is wrong."""
-        if None in self.position or self.moves_tcp not in (None, self.tcp):
-            return 0
         words, value, (rapid, timed, _) = self.columns(values)
-        rapid = rapid | self.rapid
-        wrong = value <= 0
-        if self.inverse:
-            wrong |= np.isnan(value) & ~rapid
-        if wrong.any():
-            count = int(np.argmax(wrong))
-            return self.take_plain(values[:, :count]) if count else 0
         seconds = 60 / value if self.inverse else np.where(timed, value, np.nan)
-        feeds = bulk.held(np.where(np.isnan(seconds), value, np.nan), np.nan if self.feed is None else self.feed)
-        for row, before in zip(words, self.position, strict=True):
-            row[:] = bulk.held(row, before)
-        self.add(words, np.where(rapid | ~np.isnan(seconds), np.nan, feeds), seconds, rapid)
-        self.position, self.feed = words[:, -1].tolist(), None if np.isnan(feeds[-1]) else float(feeds[-1])
+        self.move(words, np.where(np.isnan(seconds), value, np.nan), seconds, rapid)
         self.line += len(value)
-        return len(value)
-
-    def add(self, *run):
-        self.runs.append(run)
-        self.moves_tcp = self.tcp
 
     def take_line(self, raw):
         """Take one line, word by word."""
@@ -329,16 +352,15 @@ class _Lines(bulk.Reader):
             body = "" if body == "%" else re.sub(r"^N\d+\s*", "", body)
         template = re.sub(r"^N?\d+\s*", "", line.strip())
         if self.tool_change.fullmatch(template):  # the machine goes where its tools are
-            body, self.position, self.feed = "", [None] * 5, None
+            body, self.position, self.feed = "", NOWHERE, np.nan
         elif self.passed_over.fullmatch(template):
             body = ""
-        feed, seconds, position, rapid = None, np.nan, [None] * 5, False
+        words, feed, seconds, rapid = {}, np.nan, np.nan, False
         while body:
             if match := self.axis.match(body):
-                axis = self.names.index(match[1])
-                if position[axis] is not None:
+                if match[1] in words:
                     raise self.error(f"one {match[1]} word", "two")
-                position[axis] = float(match[2])
+                words[match[1]] = float(match[2])
             elif match := FEED_WORD.match(body):
                 rapid, feed, seconds = self.take_feed(match)
             elif self.control is not HEIDENHAIN and (match := re.match(r"G0?([01]|9[34])(?![\d.])", body)):
@@ -348,49 +370,54 @@ class _Lines(bulk.Reader):
             else:
                 raise self.error(f"a word of a {self.control.name} program", repr(body.split()[0]))
             body = body[match.end() :].lstrip()
-        if feed is not None:
+        if words:
+            column = np.array([[words.get(name, np.nan)] for name in self.names])
+            self.move(column, *np.array([[feed], [seconds]]), np.array([rapid]))
+        elif not np.isnan(feed):
             self.feed = feed
-        if position != [None] * 5:
-            self.move(position, rapid, seconds)
         self.line += 1
 
     def take_feed(self, match):
         """Return whether a feed word says rapid, the feed, and the time of the block."""
         kind, value = match[1], match[2]
         if kind == "FMAX" and value is None and self.control is HEIDENHAIN:
-            return True, None, np.nan
+            return True, np.nan, np.nan
         if value is None or float(value) <= 0 or (kind == "FT") > (self.control is HEIDENHAIN) or kind == "FMAX":
             raise self.error("a feed above 0", repr(match[0]))
         if kind == "FT":
-            return False, None, float(value)
+            return False, np.nan, float(value)
         if self.inverse:
-            return False, None, 60 / float(value)
+            return False, np.nan, 60 / float(value)
         return False, float(value), np.nan
 
     def take_mode(self, mode):
         if mode in "01":
             self.rapid = mode == "0"
         else:
-            self.inverse, self.feed = mode == "93", None
+            self.inverse, self.feed = mode == "93", np.nan
 
     def take_code(self, code):
         if re.fullmatch(r"TOOL CALL \d+(?: Z)?|M0?6", code):  # the machine goes where its tools are
-            self.position, self.feed = [None] * 5, None
+            self.position, self.feed = NOWHERE, np.nan
         if code in (self.control.tcp_on.split()[0], self.control.tcp_off):
             self.tcp = code != self.control.tcp_off
 
-    def move(self, position, rapid, seconds):
-        rapid = rapid or self.rapid
-        self.position = [old if new is None else new for new, old in zip(position, self.position, strict=True)]
-        if None in self.position:
-            missing = self.names[self.position.index(None)]
-            raise self.error(f"a {missing} word before or in the first move", "none")
-        if self.inverse and not rapid and np.isnan(seconds):
+    def move(self, words, feeds, seconds, rapid):
+        """Take n moves: words, shape (5, n), feeds and seconds, NaN where a line does not say."""
+        rapid = rapid | self.rapid
+        for row, name, before in zip(words, self.names, self.position, strict=True):
+            if np.isnan(row[0]) and np.isnan(before):
+                raise self.error(f"a {name} word before or in the first move", "none")
+            row[:] = bulk.held(row, before)
+        untimed = np.isnan(seconds)
+        if self.inverse and (untimed & ~rapid).any():
+            self.line += int((untimed & ~rapid).argmax())
             raise self.error("an F word, inverse time being active", "none")
         if self.moves_tcp not in (None, self.tcp):
             raise self.error("moves all with or all without TCP", "both")
-        feed = np.nan if rapid or not np.isnan(seconds) or self.feed is None else self.feed
-        self.add(np.array(self.position)[:, None], [feed], [seconds], [rapid])
+        feeds = bulk.held(feeds, self.feed)
+        self.runs.append((words, np.where(rapid | ~untimed, np.nan, feeds), seconds, rapid))
+        self.position, self.feed, self.moves_tcp = words[:, -1], feeds[-1], self.tcp
 
     def error(self, expected, found):
         return InputError(f"{self.name}, line {self.line}", expected, found)

@@ -83,10 +83,13 @@ class Pattern:
 class Reader:
     """Takes the lines of a text one after the other: runs of plain ones together, the others one by one.
 
-    Of those who know the language, `pattern` says what a plain line looks like, and `fits(values)` which of them
-    are plain to the end, shape (lines,). `take_plain(values)` takes the first of so many, and returns how many;
-    `take_line(raw)` takes the bytes of one line without its end.
+    Of those who know the language, `pattern` says what a plain line looks like, `fits(values)` which of them are
+    plain to the end, shape (lines,), and `takes_plain()` whether plain lines now mean what they say.
+    `take_plain(values)` takes so many, `take_line(raw)` the bytes of one line without its end.
     """
+
+    def takes_plain(self):
+        return True
 
     def take_all(self, content):
         """Take all lines of bytes, or of a text."""
@@ -105,13 +108,13 @@ class Reader:
         ends = None
         for start, stop in runs(plain):
             while start < stop:
-                if plain[start]:
-                    start += self.take_plain(values[:, start:stop])
-                if start < stop:
-                    if ends is None:
-                        ends = np.flatnonzero(np.frombuffer(block, np.uint8) == NEWLINE).tolist()
-                    self.take_line(block[ends[start - 1] + 1 if start else 0 : ends[start]])
-                    start += 1
+                if plain[start] and self.takes_plain():
+                    self.take_plain(values[:, start:stop])
+                    break
+                if ends is None:
+                    ends = np.flatnonzero(np.frombuffer(block, np.uint8) == NEWLINE).tolist()
+                self.take_line(block[ends[start - 1] + 1 if start else 0 : ends[start]])
+                start += 1
 
 
 @dataclass(frozen=True)

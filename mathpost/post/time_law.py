@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mathpost.machine import UNITS
 from mathpost.post.compiled import compiled
 
 SETTLE = 0.02  # s, assumed: how long an axis may take to follow when its speed jumps at a corner
@@ -59,8 +60,8 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     joints : array_like, shape (m, 5)
         mm and radians; all joints run linearly from each row to the next.
     asked : array_like, shape (m - 1,)
-        Seconds that feed and rates ask for each move, from `mathpost.post.motion.block_times`. One that takes no
-        time is passed over.
+        Seconds that feed and rates ask for each move, as `block_times` has them. One that takes no time is passed
+        over.
     settle : float
         Seconds.
 
@@ -88,6 +89,29 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     if len(moving) < len(asked):
         joints = joints[np.r_[0, moving + 1]]
     return TimeLaw(joints, seconds, np.sqrt(squares), lengths, ramp, highest, *peaks)
+
+
+def feed_times(tip, feeds):
+    """Times (s) that the feed gives the moves between tips (m, 3), shape (m - 1,); NaN where none is stated."""
+    return 60 * np.linalg.norm(np.diff(tip, axis=0), axis=1) / feeds
+
+
+def block_times(machine, joints, tip, feeds, in_cut):
+    """Times (s) that the moves between joints (m, 5) take: what the feed asks in cut, or the slowest axis needs.
+
+    `tip`, shape (m, 3), is where the joints put the tool; `feeds` and `in_cut`, shape (m - 1,), are those of the
+    moves. On a machine that states no rates, no axis goes faster than the feed, in mm and degrees per minute; zero
+    where there is no feed either.
+    """
+    rates, by_axis = machine.max_rates, np.zeros(len(joints) - 1)
+    if no_rates := np.isnan(rates).all():
+        rates = 1 / UNITS
+    for column, rate in zip(joints.T, rates, strict=True):
+        if not np.isnan(rate):
+            np.maximum(by_axis, np.abs(np.diff(column)) / rate, out=by_axis)
+    if no_rates:
+        by_axis = np.nan_to_num(60 * by_axis / feeds)
+    return np.fmax(by_axis, np.where(in_cut, feed_times(tip, feeds), 0))
 
 
 # The loops run as they stand, or as machine code if Numba compiles them.

@@ -10,10 +10,9 @@ import numpy as np
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post import cl as cldata
 from mathpost.post import selection, yu_dan
-from mathpost.post.between_blocks import deviation
-from mathpost.post.motion import Motion, block_times, follow, in_the_air, linearize
+from mathpost.post.between_blocks import Motion, deviation, follow, in_the_air, linearize
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, distance, refuse_nonsense
-from mathpost.post.time_law import TimeLaw, time_law
+from mathpost.post.time_law import TimeLaw, block_times, time_law
 from mathpost.post.yu_dan import paper_clamped, paper_cubic
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline
