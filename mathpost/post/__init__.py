@@ -21,11 +21,11 @@ from mathpost.post.between_blocks import (
     AXIS_RESOLUTION,
     RESOLUTION,
     Motion,
-    deviation,
     follow,
     in_the_air,
     levers,
     linearize,
+    strays,
 )
 from mathpost.post.cl import OPPOSITE, CLData, commands
 from mathpost.post.proof import Report, measured, prove, worst_of
@@ -364,11 +364,9 @@ def _warnings(each):
         record = each.first + int(swings.argmax())
         yield f"a rotary axis swings {swings.max():.1f}° from record {record + 1} to the next"
     rapid = np.flatnonzero(each.motion.in_cut & ~each.motion.at_feed(cl))
-    (before, after), place = (each.motion.joints[rapid + end] for end in (0, 1)), each.motion.place
-    axes = [cl.at(place[rapid + end])[1] for end in (0, 1)]
-    strays = np.degrees(deviation(each.kin, before, after, axes=axes)[1].max(initial=0))
-    if strays > 0.1:
-        yield f"rapid moves take the tool axis up to {strays:.1f}° off its great circle"
+    worst = np.degrees(strays(each.kin, cl, each.motion, rapid)[1].max(initial=0))
+    if worst > 0.1:
+        yield f"rapid moves take the tool axis up to {worst:.1f}° off its great circle"
     yield from each.cautions
 
 

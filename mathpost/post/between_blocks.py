@@ -97,6 +97,13 @@ def deviation(kin, start, end, *, tips=None, axes=None, samples=None, least=2):
     return tuple(_stray(kind, kin, start, end, path, samples, least) for kind, path in enumerate((tips, axes)))
 
 
+def strays(kin, cl, motion, moves=slice(None)):
+    """Return how far tip (mm) and tool axis (radians) stray from the CL path on moves of a `Motion`."""
+    starts, ends = motion[:-1][moves], motion[1:][moves]
+    tips, axes = zip(*(cl.at(poses.place) for poses in (starts, ends)), strict=True)
+    return deviation(kin, starts.joints, ends.joints, tips=tips, axes=axes)
+
+
 def _stray(kind, kin, start, end, path=None, samples=None, least=2):
     """One half of `deviation`: that of the tip (`kind` 0) or of the tool axis (1)."""
     error = np.zeros(len(start))

@@ -9,7 +9,6 @@ import re
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
-from operator import itemgetter
 
 import numpy as np
 
@@ -22,7 +21,6 @@ from mathpost.post.time_law import block_times, feed_times
 
 DECIMALS = 4
 SHORTEST_TIME = 0.001  # s, the least that FT may state
-LAST_BLOCK_NUMBER = 99_999  # Fanuc counts no further; numbering begins again
 MOTION_ONLY = "MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT"  # a program says so before its first move
 RAPID, TIME, FEED = " FMAX", " FT", " F"
 NOWHERE = np.full(5, np.nan)  # nobody knows where the axes are
@@ -153,28 +151,27 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     4 END PGM DEMO MM
     """
     control, name = control_for(machine, dialect), re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
-    rows = len(blocks.words)
     between, changes, switches = _between(control, machine, blocks)
-    bare = not (machine.program_head or machine.program_foot)
-    own = [_comment(control, MOTION_ONLY)] if bare else machine.program_head
+    own = machine.program_head
+    if not own and not machine.program_foot:
+        own = [_comment(control, MOTION_ONLY)]
     between[0][:0] = [line.replace("{name}", name) for line in (*control.head, *own)]
     foot = [line.replace("{name}", name) for line in (*machine.program_foot, *control.foot)]
+    rows = len(blocks.words)
     between[rows] += [control.tcp_off] * blocks.tcp + foot
-    places = np.array(list(between))
-    # Numbered are the moves, and the lines before each.
-    numbered = np.zeros(rows + 1, int)
-    numbered[places] = [sum(_takes_number(control, line) for line in between[row]) for row in places]
+    numbered = np.zeros(rows + 1, int)  # how many lines before each move, besides the moves
+    for row, lines in between.items():
+        numbered[row] = sum(control.takes_number(line) for line in lines)
     before = np.cumsum(numbered) + np.arange(rows + 1)
     columns = _columns(control, machine.joint_names, blocks, before[:-1], changes, switches)
     texts, at = [], 0
-    for row in sorted(between):
+    for row, lines in between.items():
         texts += bulk.lines(columns, at, row)
         count, at = before[row] - numbered[row], row
-        for line in between[row]:
-            takes_one = _takes_number(control, line)
-            letter = "" if control is HEIDENHAIN else "N"
-            texts.append(f"{letter}{_number(control, count)} {line}\n" if takes_one else f"{line}\n")
-            count += takes_one
+        for line in lines:
+            if control.takes_number(line):
+                line, count = f"{control.number_letter}{control.number(count)} {line}", count + 1
+            texts.append(f"{line}\n")
     return "".join(texts)
 
 
@@ -184,74 +181,58 @@ def _between(control, machine, blocks):
     And the moves before which a tool is changed, and, as (int, str), words that a move itself takes.
     """
     rows, tool, tcp = len(blocks.words), 1, False
-    between, changes, switches = {0: []}, [0], []
-    remarks = [(min(row, rows), remark) for row, remark in blocks.remarks]
-    starts = {row for row, remark in remarks if _kind(remark) == "tool"} | {0}
-    for row, remark in sorted([*remarks, *((row, None) for row in starts)], key=itemgetter(0)):
-        lines, kind = between.setdefault(row, []), _kind(remark)
-        if kind == "tool":
-            tool = remark.values[0]
-            lines += [control.tcp_off] * tcp
-            if machine.tool_change:
-                lines += [line.replace("{tool}", str(tool)) for line in machine.tool_change]
+    between, changes, switches = {0: [], rows: []}, [0], {}
+    for row, remark in blocks.remarks:
+        between.setdefault(min(row, rows), []).append(remark)
+    for row in sorted(between):
+        remarks, lines = between.pop(row), []
+        for remark in remarks:
+            kind = getattr(remark, "kind", "comment")
+            if kind == "comment":
+                lines.append(_comment(control, remark))
+            elif kind == "compensation":
+                switches[row] = control.words[kind, remark.values[0]].format(tool=tool)
+            elif kind == "tool":
+                tool, before, tcp = remark.values[0], [control.tcp_off] * tcp, False
+                change = [line.replace("{tool}", str(tool)) for line in machine.tool_change]
+                if not change:
+                    change = control.lines(remark)
+                    if machine.programmed_point == "tip" and not blocks.tcp:
+                        change += [line.format(tool) for line in control.words.get("tip", ())]
+                lines += before + change
+                changes.append(row)
             else:
                 lines += control.lines(remark)
-                if machine.programmed_point == "tip" and not blocks.tcp:
-                    lines += [line.format(tool) for line in control.words.get("tip", ())]
-            changes, tcp = [*changes, row], False
-        elif kind == "compensation":
-            word = control.words[remark.kind, remark.values[0]].format(tool=tool)
-            switches = [*(each for each in switches if each[0] != row), (row, word)]
-        elif kind:
-            lines += control.lines(remark)
-        elif remark is not None:
-            lines.append(_comment(control, remark))
-        elif blocks.tcp and row < rows and not tcp:  # the last of what stands before this move
+        if blocks.tcp and not tcp and row < rows:
             lines.append(control.tcp_on.format(tool=tool))
             tcp = True
-    between.setdefault(rows, [])
-    return between, [row for row in changes if row < rows], [each for each in switches if each[0] < rows]
-
-
-def _kind(remark):
-    """The kind of a `Command`; empty for a comment."""
-    return getattr(remark, "kind", "")
-
-
-def _takes_number(control, line):
-    return control is HEIDENHAIN or not line.startswith(("%", "O", ";", "("))
-
-
-def _number(control, count):
-    """The block number after `count` others."""
-    if control is HEIDENHAIN:
-        return count
-    return control.number_step * (count % (LAST_BLOCK_NUMBER // control.number_step) + 1)
+        between[row] = lines
+    return between, [row for row in changes if row < rows], switches
 
 
 def _columns(control, axes, blocks, numbers, changes, switches):
     """The moves as `Column`s; `changes` and `switches` as in `_between`."""
     rows, timed = np.arange(len(blocks.words)), ~(blocks.rapid | np.isnan(blocks.seconds))
+    heidenhain = control is HEIDENHAIN
     # A time is rounded up and a feed down: no block is faster than it may be.
-    if control is HEIDENHAIN:
-        seconds = np.where(timed, np.maximum(_up(blocks.seconds, 3), SHORTEST_TIME), 1.0)
+    if heidenhain:
+        seconds = np.where(timed, np.maximum(-_down(-blocks.seconds, 3), SHORTEST_TIME), 1.0)
         start, rapid = [Column("", numbers), Column(" L")], [Column(RAPID, shown=blocks.rapid)]
         times = Column(TIME, seconds, 3, shown=timed)
     else:
         per_minute = _down(60 / np.maximum(blocks.seconds, SHORTEST_TIME), 4)
         per_minute = np.where(timed, np.maximum(per_minute, 1e-4), 1.0)
-        start, rapid = [Column("N", _number(control, numbers)), *_codes(blocks.rapid, timed)], []
+        start, rapid = [Column("N", control.number(numbers)), *_codes(blocks.rapid, timed)], []
         times = Column(FEED, per_minute, 4, shown=timed)
     positions = []
     for axis, column in zip(axes, blocks.words.T, strict=True):
         shown = _changes(values := printed(np.array(column)))
         shown[changes] = True  # nobody knows where the machine went for its tool
         positions.append(Column(axis_word(axis), values, DECIMALS, control.sign, shown))
-    switched = [Column(word, shown=rows == row) for row, word in switches]
-    if control is not HEIDENHAIN:
-        start, switched = [*start, *switched], []
+    switched = [Column(word, shown=rows == row) for row, word in switches.items()]
+    moved = [*positions, *switched] if heidenhain else [*switched, *positions]
     # An ISO control that has been told times has forgotten the feed.
-    times_before = np.cumsum(timed) * (control is not HEIDENHAIN)
+    times_before = np.cumsum(timed) * (not heidenhain)
     tools_before = np.searchsorted(changes, rows, side="right")
     fed = np.flatnonzero(~(blocks.rapid | timed | np.isnan(blocks.feeds)))
     stated = np.zeros(len(rows), bool)
@@ -259,16 +240,12 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     whole = blocks.feeds == np.round(blocks.feeds)
     feeds = Column(FEED, blocks.feeds, 0, shown=stated & whole)
     parts = Column(FEED, _down(blocks.feeds, 3), 3, shown=stated & ~whole)
-    return [*start, *positions, *switched, *rapid, times, feeds, parts, Column("\n")]
+    return [*start, *moved, *rapid, times, feeds, parts, Column("\n")]
 
 
 def _down(values, decimals):
     """Round down to so many decimals; what is a multiple but for the last bits stays."""
     return np.floor(values * 10.0**decimals * (1 + 1e-15) + 1e-9) / 10.0**decimals
-
-
-def _up(values, decimals):
-    return -_down(-values, decimals)
 
 
 def _codes(rapid, timed):

@@ -20,8 +20,7 @@ FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to thre
 class Proof:
     """How far a program, read back from its own text, is from the CL data.
 
-    On the path that the joints run between the blocks the errors are nowhere larger than stated, for the moves in
-    cut; a rapid move does not count for the tool axis.
+    Between the blocks the moves in cut count; a rapid one does not count for the tool axis.
     """
 
     tip_error: float  # largest at the records, mm,

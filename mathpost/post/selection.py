@@ -101,15 +101,15 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     kin : Kinematics
     cl : CLData
     strategy : str
-        ``"optimal"``: least cost over the whole path, by dynamic programming over the candidates.
-        ``"shortest"``: least cost of each next move. ``"paper"``: the cases and the C ± 2π rule of source 002.
+        ``"optimal"``: least cost over the whole path, by dynamic programming. ``"shortest"``: least cost of each
+        next move. ``"paper"``: the cases and the C ± 2π rule of source 002.
     weights : array_like, shape (5,), optional
         See `move_costs`.
     start : array_like, shape (5,), optional
         Present joints (mm, radians). Without it the first record prefers the branch `prefer`, near rotary zero.
     split : bool
-        Whether the path may be split, with a retract and an unwind, where travel does not let it go on. The path
-        is split as seldom as possible; among such choices the optimal one costs least.
+        Whether the path may be split, with a retract and an unwind, where travel does not let it go on. It is
+        split as seldom as possible; among such choices the optimal one costs least.
     prefer : {1, -1}, optional
         The preferred direction of the tilting axis, the paper's dominant range (优势区间): to begin on among
         equals, and in its case (2). By default the longer side of its travel.
@@ -117,15 +117,10 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         Radians; in cut, the branch may change only where the tool axis, on its great circle between two records,
         comes nearer than this to a singular one: it has to leave the circle by as much to get there.
 
-    Returns
-    -------
-    Selection
-
     Raises
     ------
     ReachError
-        If a record has no candidate inside travel, or if the path breaks and `split` is not given; names the
-        record and the reason.
+        With record and reason: if it has no candidate inside travel, or the path breaks and may not be `split`.
     InputError
         If an argument is none of those above, or the rules of source 002 do not fit the machine.
 
@@ -147,10 +142,8 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         raise InputError("strategy", " or ".join(STRATEGIES), repr(strategy))
     if prefer not in (None, 1, -1):
         raise InputError("prefer", "1 or -1", repr(prefer))
-    weights, start = (
-        None if values is None else as_array(values, 5, name)
-        for values, name in ((weights, "weights"), (start, "start"))
-    )
+    weights = None if weights is None else as_array(weights, 5, "weights")
+    start = None if start is None else as_array(start, 5, "start")
     machine, prefer = kin.machine, prefer or _longer_side(kin)
     options = {"weights": weights, "start": start, "split": split, "prefer": prefer, "sway": sway}
     if strategy == "paper":
@@ -184,9 +177,8 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         raise ReachError(f"{cl.where(unreachable)}: no solution inside travel: {reasons}")
     if stuck >= 0 and not split:
         so_far = choose(kin, cl.part(0, stuck), strategy, **options | {"split": True}).joints[-1, 3:]
-        angles = " ".join(
-            f"{name} {np.rad2deg(angle):.3f}°" for name, angle in zip(machine.joint_names[3:], so_far, strict=True)
-        )
+        names = machine.joint_names[3:]
+        angles = " ".join(f"{name} {angle:.3f}°" for name, angle in zip(names, np.rad2deg(so_far), strict=True))
         raise ReachError(
             f"{cl.where(stuck)}: the path breaks here, no choice of branch and winding goes on in cut (so far "
             f"{angles}); split it, with a retract and an unwind"
@@ -328,7 +320,7 @@ def rates_or_weights(machine, weights=None):
 
 
 def move_costs(machine, steps, weights=None):
-    """Return what moves by the joint steps `steps`, shape (..., 5) in mm and radians, cost, shape (...).
+    """Return what moves by joint steps (..., 5), mm and radians, cost, shape (...).
 
     `weights`, shape (5,), are the cost of travel per mm and per degree, to add up. Without them the cost is the
     seconds that the slowest axis needs, over the axes whose rate the machine states; if it states none, the sum of
@@ -347,8 +339,8 @@ def move_costs(machine, steps, weights=None):
 
 def path_cost(machine, joints, weights=None, start=None):
     """Return what a sequence of joints, shape (n, 5), costs, the way from `start` to its first row included."""
-    total = float(np.sum(cost([np.diff(joint) for joint in joints.T], *rates_or_weights(machine, weights))))
-    if start is not None and len(joints):
+    total = float(np.sum(move_costs(machine, np.diff(joints, axis=0), weights)))
+    if start is not None:
         total += float(move_costs(machine, short_way(machine, joints[0] - start), weights))
     return total
 
@@ -363,9 +355,8 @@ def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slow
     `solved`, shape (5, s, n), are the joints of each record's solutions and `turns`, (5, w), what the windings add:
     candidate ``k·w + t`` is solution ``k`` in winding ``t``, and costs `beginning`, (s·w,), to begin with. The
     joint `outer` makes `beyond`, (s, n), whole turns beyond its short way to each record, on the same solution.
-    `meeting` and `rapid`, (n,), are the moves to each record on which the branches meet, so that it may change, and
-    those in rapid traverse, which never break the path. If `greedy`, only the best candidate of each record is
-    kept: the shortest next move.
+    The branch may change on the moves `meeting`, (n,), to a record; those in `rapid`, (n,), never break the path.
+    If `greedy`, only the best candidate of each record is kept: the shortest next move.
 
     Returns the number of the candidate of each record, and whether the move to it breaks the path, both (n,); the
     first record without a candidate inside travel, and the first that every way reaches with a break, or −1.

@@ -74,27 +74,11 @@ def _from_the_outer_axis(kin, axis):
 
 
 def regions(kin, cl, joints, *, cone=None):
-    """Find the singular regions of a path.
+    """Return first and last record (from 0) of each singular region of a path, list of (int, int).
 
-    Parameters
-    ----------
-    kin : Kinematics
-    cl : CLData
-    joints : array_like, shape (n, 5)
-        The chosen joints, mm and radians.
-    cone : float, optional
-        A move is singular if the tool axis comes nearer than this (radians) to a singular one. Without it, if a
-        rotary axis would have to turn faster than it can at the stated feed.
-
-    Returns
-    -------
-    list of (int, int)
-        First and last record (from 0) of each region.
-
-    Raises
-    ------
-    InputError
-        If `cone` is not given and the CL data state no feed or the machine no rate.
+    A move is singular if the tool axis comes nearer than `cone` (radians) to a singular one. Without `cone`, if a
+    rotary axis would have to turn faster than it can at the stated feed between the chosen `joints`, shape (n, 5),
+    mm and radians; `InputError` then if the CL data state no feed or the machine no rate.
     """
     singular = _too_fast(kin.machine, cl, np.asarray(joints)) if cone is None else near(kin, cl, cone)
     edges = np.flatnonzero(np.diff(np.r_[False, singular, False]))
