@@ -16,17 +16,8 @@ from mathpost.compensate.compensation import Compensated, Compensator, PoseError
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS
-from mathpost.post import program, selection, time_law
-from mathpost.post.between_blocks import (
-    AXIS_RESOLUTION,
-    RESOLUTION,
-    Motion,
-    follow,
-    in_the_air,
-    levers,
-    linearize,
-    strays,
-)
+from mathpost.post import between_blocks, program, selection, time_law
+from mathpost.post.between_blocks import Motion, linearize
 from mathpost.post.cl import OPPOSITE, CLData, commands
 from mathpost.post.proof import Report, measured, prove, worst_of
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, refuse_nonsense, regions
@@ -37,7 +28,7 @@ TOLERANCE = 0.01  # mm
 CONE = np.radians(1.0)  # about the singular tool axes
 TRAVEL_TOLERANCE = 0.01  # mm; between the blocks travel is looked at to this, whatever the tolerance of the tip
 # Radians; how far the printed digits of both rotary axes may turn the tool axis, and what samples miss.
-AXIS_DIGITS = np.radians(10.0**-program.DECIMALS) + AXIS_RESOLUTION
+AXIS_DIGITS = np.radians(10.0**-program.DECIMALS) + between_blocks.AXIS_RESOLUTION
 
 
 @dataclass(frozen=True)
@@ -73,7 +64,7 @@ def run(
     progress=None,
     **unknown,
 ):
-    """Post-process CL data into a verified program.
+    """Post-process CL data into a verified program, as `Result`.
 
     No program is handed out unverified: its own text is read back, sent through the forward kinematics and compared
     with the CL data, at the records and along the path that the joints really run between the blocks.
@@ -109,10 +100,6 @@ def run(
     progress : callable, optional
         Called with a word for each stage that begins.
 
-    Returns
-    -------
-    Result
-
     Raises
     ------
     InputError
@@ -121,7 +108,7 @@ def run(
     ReachError
         If the tool axis, a joint, or a way through a singular region is out of reach, with the record.
     MathpostError
-        If the program does not pass its proof; see `mathpost.post.proof.prove`.
+        If the program does not pass its proof, `mathpost.post.proof.prove`.
 
     Examples
     --------
@@ -163,8 +150,8 @@ def run(
         kin = Kinematics(machine if length is None else machine.with_setup(tool_length=length))
         progress("choosing")
         begin = plans[-1].chosen.joints[-1] if plans else start
-        options = {"start": begin, "prefer": prefer, "sway": axis_tolerance / 2}
-        chosen = selection.choose(kin, part, strategy, split=split, **options)
+        options = {"split": split, "start": begin, "prefer": prefer, "sway": axis_tolerance / 2}
+        chosen = selection.choose(kin, part, strategy, **options)
         found = regions(kin, part, chosen.joints, cone=cone)
         progress("planning")
         first, tolerances = part.first - cl.first, (tolerance, axis_tolerance)
@@ -188,23 +175,17 @@ def run(
     if compare:
         progress("comparing")
         strategies = tuple(_strategies(plans, start, prefer, axis_tolerance / 2))
-        through = {
-            (each.first + region[0], each.first + region[1]): each.crossing(region).compare(**lifting)
-            for each in plans
-            for region in each.regions
-        }
-    peaks = (
-        np.max([getattr(each.law, f"peak_{what}") for each in plans], axis=0) * UNITS
-        for what in ("speeds", "accelerations")
-    )
+        for each in plans:
+            for first, last in each.regions:
+                compared = each.crossing((first, last)).compare(**lifting)
+                through[each.first + first, each.first + last] = compared
+    speeds = np.max([each.law.peak_speeds for each in plans], axis=0) * UNITS
+    accelerations = np.max([each.law.peak_accelerations for each in plans], axis=0) * UNITS
     report = Report(
         **vars(worst_of(proofs)),
-        settings=dict(_settings(cl, machine, plans, singular))
-        | {"tolerance": f"{tolerance:g} mm, tool axis {np.degrees(axis_tolerance):g}°"}
-        | {"program": f"{len(blocks.words)} moves, TCP {'on' if tcp else 'off'}"}
-        | dict(_said(cl)),
+        settings=dict(_settings(cl, machine, plans, singular, (tolerance, axis_tolerance), blocks)),
         time=sum(each.law.seconds[-1] for each in plans),
-        peaks={joint: pair for joint, *pair in zip(machine.joint_names, *peaks, strict=True)},
+        peaks={name: pair for name, *pair in zip(machine.joint_names, speeds, accelerations, strict=True)},
         slowest=max((each.slowest for each in plans if each.slowest), key=lambda at: at[2] - at[1], default=None),
         warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
         uncompensated=before,
@@ -264,14 +245,14 @@ def _plan(kin, cl, first, chosen, found, way, lifting, tolerances, tcp, real):
         for each in ways:
             taken[int(each.place[0]) : int(each.place[-1])] = True
     free = taken[np.floor(going.place[:-1]).astype(int)]
-    going = follow(kin, cl, going, room, free=free)
+    going = between_blocks.follow(kin, cl, going, room, free=free)
     block, keep = f"{cl.name}, block", _left_for_the_tip(kin, cl, going, tolerance, tcp)
-    divided = between = linearize(kin, going, in_the_air(going, keep, lifting["clearance"]), name=block)
-    if tolerance > TRAVEL_TOLERANCE:
-        between = linearize(kin, going, TRAVEL_TOLERANCE, name=block)
+    keep = between_blocks.in_the_air(going, keep, lifting["clearance"])
+    divided = linearize(kin, going, keep, name=block)
+    between = divided if tolerance <= TRAVEL_TOLERANCE else linearize(kin, going, TRAVEL_TOLERANCE, name=block)
     _refuse_out_of_travel(kin.machine, cl, between)
-    going, cautions = going if tcp else divided, ()
-    ideal = going
+    going = ideal = going if tcp else divided
+    cautions = ()
     if real is not None:
         going, cautions = _compensated(real, ideal)
         _refuse_out_of_travel(kin.machine, cl, going)
@@ -293,8 +274,9 @@ def _refuse_turns_by_180(cl):
 def _left_for_the_tip(kin, cl, motion, tolerance, tcp):
     """What digits and samples leave of the tolerance of the tip, mm, for each move."""
     tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
-    lever = (levers(kin.machine) + np.linalg.norm(tip, axis=1)) * (not tcp)  # the angles do not move the tip then
-    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + 2 * np.radians(1.0) * lever) + RESOLUTION
+    lever = between_blocks.levers(kin.machine) + np.linalg.norm(tip, axis=1)
+    turned = 2 * np.radians(1.0) * lever * (not tcp)  # with TCP the angles do not move the tip
+    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + turned) + between_blocks.RESOLUTION
     if (worst := moved.max()) > tolerance / 2:
         expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
         raise InputError("tolerance", expected, f"{tolerance}")
@@ -321,29 +303,26 @@ def _compensated(real, motion):
     return replace(motion, joints=joints), Compensated(joints, parts[0].before, after, limited, refused).cautions
 
 
-def _settings(cl, machine, plans, way):
-    """Lines of the report: how the program was made."""
+def _settings(cl, machine, plans, way, tolerances, blocks):
+    """Lines of the report: how the program was made, what else the CL data say, and what was made of it."""
     first_branch = sum(int((each.chosen.branch == 0).sum()) for each in plans)
     breaks = [each.first + record for each in plans for record in each.chosen.breaks]
     found = [(each.first + first, each.first + last) for each in plans for first, last in each.regions]
     shown = ", ".join([f"{first + 1}–{last + 1}" for first, last in found[:8]] + ["…"] * (len(found) > 8))
-    cost, unit = sum(each.chosen.cost for each in plans), "mm and degrees of travel"
-    if not np.isnan(machine.max_rates).all():
-        unit = "s"
+    cost, rates = sum(each.chosen.cost for each in plans), machine.max_rates
+    unit = "mm and degrees of travel" if np.isnan(rates).all() else "s"
     yield "CL data", f"{cl.name}, {len(cl)} records"
     yield "machine", f"{machine.name} ({machine.arrangement})"
     yield "selection", f"{plans[0].chosen.strategy}, cost {cost:.3f} {unit}"
     yield "branches", f"first {first_branch}, second {len(cl) - first_branch}"
     yield "splits", ", ".join(f"before record {record + 1}" for record in breaks) or "none"
     yield "singular", f"records {shown}: {way}" if found else "no region"
-
-
-def _said(cl):
-    """Lines of the report: what else the CL data say, and what was made of it."""
+    yield "tolerance", f"{tolerances[0]:g} mm, tool axis {np.degrees(tolerances[1]):g}°"
+    yield "program", f"{len(blocks.words)} moves, TCP {'on' if blocks.tcp else 'off'}"
     remarks = [remark for _, remark in cl.remarks]
     comments = Counter(remark.upper().replace("/", " ").split()[0] for remark in remarks if isinstance(remark, str))
-    commands = Counter(remark.kind for remark in remarks if not isinstance(remark, str))
-    for name, counts in (("comments", comments), ("commands", commands)):
+    orders = Counter(remark.kind for remark in remarks if not isinstance(remark, str))
+    for name, counts in (("comments", comments), ("commands", orders)):
         if counts:
             yield name, ", ".join(f"{word} {count}" for word, count in counts.most_common())
     if cl.notes:
@@ -364,7 +343,7 @@ def _warnings(each):
         record = each.first + int(swings.argmax())
         yield f"a rotary axis swings {swings.max():.1f}° from record {record + 1} to the next"
     rapid = np.flatnonzero(each.motion.in_cut & ~each.motion.at_feed(cl))
-    worst = np.degrees(strays(each.kin, cl, each.motion, rapid)[1].max(initial=0))
+    worst = np.degrees(between_blocks.strays(each.kin, cl, each.motion, rapid)[1].max(initial=0))
     if worst > 0.1:
         yield f"rapid moves take the tool axis up to {worst:.1f}° off its great circle"
     yield from each.cautions

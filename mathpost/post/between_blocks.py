@@ -256,12 +256,11 @@ def _peak(values):
 
 
 def follow(kin, cl, motion, tolerance, *, free=False):
-    """Divide every move in cut along the CL path until the tool axis keeps `tolerance` (radians) of its circle.
+    """Divide every move in cut that is not `free` until the tool axis keeps `tolerance` of its great circle.
 
     Moves are halved on the great circle. Where it meets a singular tool axis there is a pose just before and one
-    just after it: the outer axis turns while the tool axis all but stands still. The poses in cut are on the path;
-    `free`, shape (n - 1,), are moves that need not follow, besides those that are lifted or rapid. `ReachError` if
-    the joints do not go along the great circle, as where they change the branch.
+    just after it: the outer axis turns while the tool axis all but stands still. `ReachError` if the joints do not
+    go along the great circle, as where they change the branch.
     """
     joints, place, lifted = motion.joints, motion.place, motion.lifted
     # An axis turned by Ω leaves its chord by at most Ω²/8, and so does the great circle: few need a closer look.
@@ -367,9 +366,9 @@ def linearize(kin, motion, tolerance, *, max_pieces=4096, name="block"):
         return motion
     joints, at = subdivide(kin, start, end, pieces)
     joints, at = np.concatenate([motion.joints[:1], joints]), np.r_[0.0, at]
-    before, after = np.floor(at).astype(int), np.ceil(at).astype(int)
     place = np.interp(at, np.arange(len(motion.place)), motion.place)
-    return Motion(joints, place, motion.lifted[before] | motion.lifted[after])
+    lifted = motion.lifted[np.floor(at).astype(int)] | motion.lifted[np.ceil(at).astype(int)]
+    return Motion(joints, place, lifted)
 
 
 def in_the_air(motion, tolerance, clearance):
@@ -381,8 +380,7 @@ def equation_8(kin, start, end, tolerance, *, max_depth=12):
     """Divide a move by equation (8) of source 002 taken literally, for the audit only.
 
     The new points lie on the line in joint space, and each half is measured at its middle against its own chord.
-    Returns the joints (pieces + 1, 5), "converged" by that measure, the largest error by that measure, and the true
-    one, against the segment of the whole move, mm.
+    Returns the joints (pieces + 1, 5), the largest error by that measure, and the true one of the whole move, mm.
     """
     for depth in range(max_depth):
         joints = np.linspace(start, end, 2**depth + 1)

@@ -116,7 +116,7 @@ def from_arrays(points, axes, *, feed=math.nan, name="CL data"):
 
 
 def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
-    """Read an APT CL file.
+    """Read an APT CL file as `CLData`.
 
     Parameters
     ----------
@@ -126,10 +126,6 @@ def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
         mm, between an arc and the chords that are made of it.
     ignored : collection of str
         Words that are taken for comments although they are hazardous or unknown.
-
-    Returns
-    -------
-    CLData
 
     Raises
     ------
@@ -144,7 +140,7 @@ def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
     (5, array([50.31991, 58.40925, 52.13969]), array([0.145196, 0.      , 0.989403]))
     """
     content = read_bytes(path).removeprefix(codecs.BOM_UTF8)
-    made = _parsed(content, str(path), tolerance, ignored)
+    made = parse(content, str(path), tolerance=tolerance, ignored=ignored)
     *before, last = content[-1000:].rsplit(b"\n", 2)
     if b"/" not in last:
         return made
@@ -158,24 +154,18 @@ def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
 
 
 def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
-    """Read the text of an APT CL file; see `read`. `name` begins every error message."""
-    return _parsed(text.encode("utf-8", "surrogatepass"), name, tolerance, ignored)
-
-
-def _parsed(content, name, tolerance, ignored):
+    """Read the text or the bytes of an APT CL file; see `read`. `name` begins every error message."""
     statements = Statements(name, tolerance, ignored)
-    statements.take_file(content)
-    records, remarks = _turned_over(
-        statements.records(), sorted(statements.remarks, key=itemgetter(0)), statements.counts
-    )
+    statements.take_file(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
+    remarks = sorted(statements.remarks, key=itemgetter(0))
+    records, remarks = _turned_over(statements.records(), remarks, statements.counts)
     notes = [f"{what} {detail}: {count}".replace(" :", ":") for (what, detail), count in statements.counts.items()]
     made = _made(*records, tuple(remarks), name, tuple(notes))
     if not statements.normals:
         return made
     normals = np.full(made.points.shape, math.nan)
-    last = {line: record for record, line in enumerate(made.lines.tolist())}
-    for line, normal in statements.normals.items():
-        normals[last[line]] = normal
+    records = np.searchsorted(made.lines, list(statements.normals), side="right") - 1
+    normals[records] = list(statements.normals.values())
     return replace(made, normals=normals)
 
 

@@ -1,8 +1,8 @@
 """NC programs (加工程序) out and back in: Heidenhain, Fanuc and Siemens.
 
-A program is a list of blocks that name all five axes. Writing and reading are inverse to each other to the
-printed digits, so that a program can be verified from its own text. Reading knows the words that writing uses and
-a few that do not move an axis; any other word is an error with its line.
+Writing and reading are inverse to each other to the printed digits, so that a program can be verified from its own
+text. Reading knows the words that writing uses and a few that do not move an axis; any other is an error with its
+line.
 """
 
 import re
@@ -84,12 +84,11 @@ def joined(parts):
     """Return `Blocks` one after the other as one."""
     if len(parts) == 1:
         return parts[0]
-    firsts = np.cumsum([0, *(len(part.words) for part in parts[:-1])])
     columns = (np.concatenate([getattr(part, name) for part in parts]) for name in ("feeds", "seconds", "rapid"))
-    words = np.concatenate([part.words.T for part in parts], axis=1).T
-    remarks = (
-        (first + row, remark) for first, part in zip(firsts, parts, strict=True) for row, remark in part.remarks
-    )
+    words, remarks, first = np.concatenate([part.words.T for part in parts], axis=1).T, [], 0
+    for part in parts:
+        remarks += [(first + row, remark) for row, remark in part.remarks]
+        first += len(part.words)
     return Blocks(words, *columns, parts[0].tcp, tuple(remarks))
 
 
@@ -136,19 +135,6 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
 
     There is at least one block, and none repeats all words of the one before. Of the name letters, digits and
     underscores are used.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> dmu = machine.load("data/machines/dmu50v.toml")
-    >>> words = np.array([[1, 2, 3, 4, 5], [1, 2, 3.5, 4, 5]])
-    >>> two = Blocks(words, np.full(2, 500.0), np.full(2, np.nan), np.array([True, False]))
-    >>> print(write(two, dmu, name="demo"), end="")
-    0 BEGIN PGM DEMO MM
-    1 ; MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT
-    2 L X+1.0000 Y+2.0000 Z+3.0000 B+4.0000 C+5.0000 FMAX
-    3 L Z+3.5000 F500
-    4 END PGM DEMO MM
     """
     control, name = control_for(machine, dialect), re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
     between, changes, switches = _between(control, machine, blocks)
@@ -319,18 +305,15 @@ class _Lines(bulk.Reader):
 
     def take_line(self, raw):
         """Take one line, word by word."""
-        line = raw.decode("utf-8", "surrogatepass")
-        comment = r"\([^()]*\)" if self.control is FANUC else ";.*"
-        body = re.sub(comment, " ", line).strip()
+        line = raw.decode("utf-8", "surrogatepass").strip()
+        body = re.sub(r"\([^()]*\)" if self.control is FANUC else ";.*", " ", line).strip()
+        body = re.sub(rf"^{self.control.number_letter}\d+\s*", "", body)
         if self.control is HEIDENHAIN:
-            body = re.sub(r"^\d+\s*", "", body)
             body = "" if re.fullmatch(r"(BEGIN|END) PGM \w+ MM", body) else re.sub(r"^L(\s+|$)", "", body)
-        else:
-            body = "" if body == "%" else re.sub(r"^N\d+\s*", "", body)
-        template = re.sub(r"^N?\d+\s*", "", line.strip())
+        template = re.sub(r"^N?\d+\s*", "", line)
         if self.tool_change.fullmatch(template):  # the machine goes where its tools are
             body, self.position, self.feed = "", NOWHERE, np.nan
-        elif self.passed_over.fullmatch(template):
+        elif self.passed_over.fullmatch(template) or (body == "%" and self.control is not HEIDENHAIN):
             body = ""
         words, feed, seconds, rapid = {}, np.nan, np.nan, False
         while body:
@@ -341,7 +324,10 @@ class _Lines(bulk.Reader):
             elif match := FEED_WORD.match(body):
                 rapid, feed, seconds = self.take_feed(match)
             elif self.control is not HEIDENHAIN and (match := re.match(r"G0?([01]|9[34])(?![\d.])", body)):
-                self.take_mode(match[1])
+                if match[1] in "01":
+                    self.rapid = match[1] == "0"
+                else:
+                    self.inverse, self.feed = match[1] == "93", np.nan
             elif match := self.codes.match(body):
                 self.take_code(match[0])
             else:
@@ -356,22 +342,14 @@ class _Lines(bulk.Reader):
 
     def take_feed(self, match):
         """Return whether a feed word says rapid, the feed, and the time of the block."""
-        kind, value = match[1], match[2]
-        if kind == "FMAX" and value is None and self.control is HEIDENHAIN:
+        kind, value, heidenhain = match[1], float(match[2] or "nan"), self.control is HEIDENHAIN
+        if match[0] == "FMAX" and heidenhain:
             return True, np.nan, np.nan
-        if value is None or float(value) <= 0 or (kind == "FT") > (self.control is HEIDENHAIN) or kind == "FMAX":
+        if not value > 0 or (kind == "FT" and not heidenhain) or kind == "FMAX":
             raise self.error("a feed above 0", repr(match[0]))
-        if kind == "FT":
-            return False, np.nan, float(value)
-        if self.inverse:
-            return False, np.nan, 60 / float(value)
-        return False, float(value), np.nan
-
-    def take_mode(self, mode):
-        if mode in "01":
-            self.rapid = mode == "0"
-        else:
-            self.inverse, self.feed = mode == "93", np.nan
+        if kind == "F" and not self.inverse:
+            return False, value, np.nan
+        return False, np.nan, value if kind == "FT" else 60 / value
 
     def take_code(self, code):
         if re.fullmatch(r"TOOL CALL \d+(?: Z)?|M0?6", code):  # the machine goes where its tools are

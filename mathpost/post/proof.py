@@ -55,8 +55,6 @@ def measured(kin, cl, blocks, motion, *, real=None):
     `motion` says where on the CL path each block ends, and which are lifted off the part; `real`, a `Compensator`,
     is the machine that runs the program, if it is not the one that its control knows.
     """
-    if len(blocks.words) != len(motion.place):
-        raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
     machine, joints = real or kin, _joints(kin, blocks)
     tips, axes = cl.at(motion.place)
     moves = len(joints) - 1
@@ -175,26 +173,22 @@ class Report(Proof):
     strategies: tuple  # name; cost; largest step of each rotary axis, degrees; why it is not possible
     ways: dict  # the ways through each singular region (first and last record, from 0), lists of `Way`
 
-    def _peaks(self):
-        """Greatest speed and acceleration of each axis that moves, as text."""
+    def __str__(self):
+        said, peaks = [*self.settings.items()], []
         for name, (speed, acceleration) in self.peaks.items():
             unit = "mm" if name in "XYZ" else "°"
+            pulled = "" if np.isnan(acceleration) else f" {acceleration:.0f} {unit}/s²"
             if speed > 0:
-                pulled = "" if np.isnan(acceleration) else f" {acceleration:.0f} {unit}/s²"
-                yield f"{name} {speed:.1f} {unit}/s{pulled}"
-
-    def __str__(self):
-        said = [*self.settings.items()]
+                peaks.append(f"{name} {speed:.1f} {unit}/s{pulled}")
         if self.time > 0:
-            said += [("time", f"{self.time:.2f} s"), ("peaks", ", ".join(self._peaks()))]
+            said += [("time", f"{self.time:.2f} s"), ("peaks", ", ".join(peaks))]
         if self.slowest:
             record, asked, taken = self.slowest
             said += [("slow-down", f"before record {record + 1}: {taken:.3f} s, the feed asks {asked:.3f} s")]
         along = f"{self.path_tip_error:.4f} mm along the path (most before record {self.worst_record})"
         said += [("tip error", f"{self.tip_error:.4f} mm at the records, {along}")]
-        said += [
-            ("axis error", f"{self.axis_error:.4f}° at the records, {self.path_axis_error:.4f}° along the path")
-        ]
+        along = f"{self.path_axis_error:.4f}° along the path"
+        said += [("axis error", f"{self.axis_error:.4f}° at the records, {along}")]
         if self.uncompensated:
             before, after = (
                 f"{1e3 * each.tip_error:.1f} µm and {3600 * each.axis_error:.1f} arcsec"

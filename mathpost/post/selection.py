@@ -94,7 +94,7 @@ def candidates(kin, tip, axis):
 
 
 def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False, prefer=None, sway=SWAY):
-    """Choose branch and winding for every record.
+    """Choose branch and winding for every record, as `Selection`.
 
     Parameters
     ----------
@@ -158,7 +158,8 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
             return chosen
 
     solved, turns = _solutions(kin, cl.points, cl.axes), _turns(machine)
-    outer, beyond = _outer(kin), _beyond_the_short_way(kin, cl, solved, singular.STILL * sway)
+    outer = kin.symbols.index(kin.inverse_symbolic.outer)
+    beyond = _beyond_the_short_way(kin, cl, solved, outer, singular.STILL * sway)
     first = _explained(kin, solved[..., :1])
     if start is None:
         beginning = TIE * np.abs((first.joints[0] * UNITS)[:, 3:]).sum(axis=1)
@@ -195,10 +196,6 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     return Selection(joints, solution % 2, path_cost(machine, joints, weights, start), breaks, strategy)
 
 
-def _outer(kin):
-    return kin.symbols.index(kin.inverse_symbolic.outer)
-
-
 def _solutions(kin, tip, axis):
     """Both branches of each record, shape (5, k, n), k = 2; k = 6 if some are at the pole, NaN for all others.
 
@@ -206,7 +203,7 @@ def _solutions(kin, tip, axis):
     two of each, one for each branch. It can then be turned where that costs nothing of the tool axis.
     """
     joints, tip = kin.inverse(tip, axis), np.asarray(tip, dtype=float)
-    inner, outer = kin.symbols.index(kin.inverse_symbolic.inner), _outer(kin)
+    inner, outer = (kin.symbols.index(each) for each in (kin.inverse_symbolic.inner, kin.inverse_symbolic.outer))
     at_pole = np.zeros(len(joints), dtype=bool)
     if kin.reach[0] == 0:  # there the two solutions meet at the pole
         at_pole = np.abs(joints[:, 0, inner] - joints[:, 1, inner]) < 2 * POLE
@@ -223,19 +220,19 @@ def _solutions(kin, tip, axis):
     return solved
 
 
-def _beyond_the_short_way(kin, cl, solved, still):
+def _beyond_the_short_way(kin, cl, solved, outer, still):
     """How many whole turns the outer axis makes beyond its short way to each record in cut, shape (k, n).
 
     Where the rotary axes are not at right angles, a great circle that passes beside the pole can take it a little
     more than half a turn. One that passes as near as `still` may go either way.
     """
-    beyond, outer = np.zeros(solved.shape[1:], np.int8), solved[_outer(kin), :2]
-    steps = np.array([nearest(np.diff(angles)) for angles in outer])
+    beyond, angles = np.zeros(solved.shape[1:], np.int8), solved[outer, :2]
+    steps = nearest(np.diff(angles))
     moves = np.flatnonzero((np.abs(steps) > np.pi / 2).any(axis=0) & ~cl.rapid[1:])
     t, away = singular.nearest(kin, cl.axes[moves], cl.axes[moves + 1], singular.from_pole)
     moves, t = moves[away > still], t[away > still]
-    middle = kin.inverse(*cl.at(moves + t))[..., _outer(kin)].T
-    turned = nearest(middle - outer[:, moves]) + nearest(outer[:, moves + 1] - middle)
+    middle = kin.inverse(*cl.at(moves + t))[..., outer].T
+    turned = nearest(middle - angles[:, moves]) + nearest(angles[:, moves + 1] - middle)
     beyond[:2, moves + 1] = np.nan_to_num(np.rint((turned - steps[:, moves]) / TURN))
     return beyond
 
@@ -267,8 +264,7 @@ def _longer_side(kin):
 def nearest(step):
     """A rotary step (radians) less whole turns, in [−180°, 180°].
 
-    Half a turn keeps its direction, so that there and back again does not wind an axis up; this is where it differs
-    from `rotation.wrap`.
+    Unlike in `rotation.wrap` half a turn keeps its direction: there and back again does not wind an axis up.
     """
     return step - TURN * np.rint(step / TURN)
 

@@ -58,19 +58,14 @@ def distance(kin, axis):
 
     Singular are the ends of reach: on most machines the pole, where the tool is parallel to the outer axis.
     """
-    angle = _from_the_outer_axis(kin, axis)
-    return np.minimum(angle - kin.reach[0], kin.reach[1] - angle)
+    return from_pole(kin, axis, kin.reach)
 
 
-def from_pole(kin, axis):
-    """Return the angle (radians) between tool axes (..., 3) and the outer axis, whichever way both point."""
-    angle = _from_the_outer_axis(kin, axis)
-    return np.minimum(angle, np.pi - angle)
-
-
-def _from_the_outer_axis(kin, axis):
+def from_pole(kin, axis, ends=(0, np.pi)):
+    """Return the angle (radians) between tool axes (..., 3) and the outer axis either way, or cones about it: `ends`."""
     pole, axis = np.array(kin.inverse_symbolic.pole, dtype=float), np.asarray(axis, dtype=float)
-    return 2 * np.arctan2(np.linalg.norm(axis - pole, axis=-1), np.linalg.norm(axis + pole, axis=-1))
+    angle = 2 * np.arctan2(np.linalg.norm(axis - pole, axis=-1), np.linalg.norm(axis + pole, axis=-1))
+    return np.minimum(angle - ends[0], ends[1] - angle)
 
 
 def regions(kin, cl, joints, *, cone=None):

@@ -1,12 +1,9 @@
 r"""Many decimal numbers at once, between text and arrays: what reading and writing large files rests on.
 
-Reading: a `Pattern` says what the plain lines of a language look like, and takes the numbers of all of them as
-columns. A line that is not plain beyond doubt is left to the caller, who reads it with care.
-
-Writing: `lines` puts lines together from `Column`s.
-
-Both are exact: what is read is what `float` reads, what is written is what formatting writes. The loops over the
-characters are plain Python; for a large text they are compiled, where Numba is installed.
+A `Pattern` says what the plain lines of a language look like, and takes the numbers of all of them as columns; any
+other line is left to the caller, who reads it with care. `lines` puts lines together from `Column`s. Both are
+exact: what is read is what `float` reads, what is written is what formatting writes. The loops over the characters
+are plain Python; for a large text they are compiled, where Numba is installed.
 """
 
 import math
@@ -34,13 +31,10 @@ KINDS = ("", "number", "count")  # what an item of a line holds behind its liter
 
 @dataclass(frozen=True)
 class Item:
-    """A part of a plain line: an ASCII literal, and what it holds behind it.
-
-    That is nothing, ``""``, or ``"number"``: decimal, with or without a sign and a point; or ``"count"``: digits.
-    """
+    """A part of a plain line: an ASCII literal, and what it holds behind it."""
 
     literal: str
-    holds: str = ""
+    holds: str = ""  # nothing; "number", decimal, with or without a sign and a point; or "count", digits
     optional: bool = False
 
 
@@ -59,24 +53,22 @@ class Pattern:
     """
 
     def __init__(self, items, *, relaxed=False):
-        self.items, self.relaxed = tuple(items), relaxed
-        self.literals = [item.literal for item in self.items]
+        self.literals = [item.literal for item in items]
         cases = (str.upper, str.lower) if relaxed else (str, str)
-        (self.upper, self.sizes), (self.lower, _) = (_characters(map(case, self.literals)) for case in cases)
-        self.kinds = np.array([KINDS.index(item.holds) for item in self.items])
-        self.optional = np.array([item.optional for item in self.items])
+        (upper, sizes), (lower, _) = (_characters(map(case, self.literals)) for case in cases)
+        kinds = np.array([KINDS.index(item.holds) for item in items])
+        optional = np.array([item.optional for item in items])
+        self.arrays = upper, lower, sizes, kinds, optional, relaxed
 
     def match(self, block):
         """Read the numbers of the plain lines among whole lines of bytes, of which the last must end, too.
 
         That is, shape (items, lines), what `float` makes of each number, 0 for an item without one, NaN where an
-        optional item is missing; and, shape (lines,), whether the line is read. One with a number of more than 18
-        digits, or of more than about 15 that count, is not.
+        optional item is missing; and, shape (lines,), whether the line is read: none with more than 18 digits.
         """
         lines = np.count_nonzero(np.frombuffer(block, np.uint8) == NEWLINE)
-        values, plain = np.empty((len(self.items), lines)), np.zeros(lines, bool)
-        pattern = self.upper, self.lower, self.sizes, self.kinds, self.optional, self.relaxed
-        _loops(len(block))[0](block, *pattern, values, plain)
+        values, plain = np.empty((len(self.literals), lines)), np.zeros(lines, bool)
+        _loops(len(block))[0](block, *self.arrays, values, plain)
         return values, plain
 
 
@@ -137,14 +129,7 @@ class Column:
 
 
 def lines(columns, first, stop):
-    r"""Yield the text of the lines from `first` to `stop`, many at a time; where a line ends, a `Column` says.
-
-    Examples
-    --------
-    >>> x = np.array([1.25, -1234.56789, -0.0])
-    >>> "".join(lines([Column("X", x, 4, "+"), Column(" L", shown=x > 0), Column("\n")], 0, 3))
-    'X+1.2500 L\nX-1234.5679\nX-0.0000\n'
-    """
+    """Yield the text of the lines from `first` to `stop`, many at a time; where a line ends, a `Column` says."""
     widest = sum(len(column.literal) + WIDEST * (column.values is not None) for column in columns)
     write = _loops((stop - first) * widest)[1]
     decimals = np.array([-1 if column.values is None else column.decimals for column in columns])
@@ -206,8 +191,7 @@ def _compiled():
 def _match(text, upper, lower, sizes, kinds, optional, blanks, values, plain):
     """Put the numbers of the lines of `text` that fit a pattern into `values`, and which lines fit into `plain`.
 
-    Literals are given in `upper` and, for either case, in `lower`. The text ends with the end of a line, which is
-    in no literal and no number: nothing looks behind it.
+    The text ends with the end of a line, which is in no literal and no number: nothing looks behind it.
     """
     at = 0
     for line in range(len(plain)):
@@ -253,11 +237,9 @@ def _number(text, at, with_sign_and_point):
     digits, places = at - first, 0
     if with_sign_and_point and text[at] == POINT:
         at += 1
-        first = at
         while ZERO <= text[at] <= NINE:
             value = 10 * value + (text[at] - ZERO)
-            at += 1
-        places = at - first
+            at, places = at + 1, places + 1
     if not 0 < digits + places <= MOST_DIGITS or value >= EXACT:
         return 0, 0.0
     size = value / POWERS[places]

@@ -46,8 +46,8 @@ class Crossing:
     """A singular region of a path, and the ways through it.
 
     `joints`, shape (n, 5), are those chosen for the whole path, mm and radians, windings counted; `region` is the
-    first and the last record (from 0), from `mathpost.post.singular.regions`; `tolerance` (mm) is for the tip in the
-    ways that recompute X Y Z, `axis_tolerance` (radians) for the tool axis in those that keep to its circle.
+    first and the last record (from 0), from `mathpost.post.singular.regions`; `tolerance` (mm) is that of the tip
+    in the ways that recompute X Y Z, `axis_tolerance` (radians) that of the tool axis in those on its great circle.
     """
 
     FOLLOWING = ("direct", "other branch", "retract")
@@ -191,8 +191,12 @@ class Crossing:
 
     def _figures(self, motion):
         """What `Way` says of a motion."""
+        near = np.arange(max(self.first - NEAR, 0), min(self.last + 1 + NEAR, len(self.joints)))
+        run, machine = Motion.on_part(self.joints[near], near), self.kin.machine
+        run = Motion.joined([run[near < self.first], motion, run[near > self.last]])
+        tips, feeds = self.kin.forward(run.joints)[0], self.cl.feeds[run.record[1:]]
+        law = time_law(machine, run.joints, block_times(machine, run.joints, tips, feeds, run.in_cut))
         tip_error, axis_error = strays(self.kin, self.cl, motion)
-        law = self._law(motion)
         return {
             "law": law,
             "peak_speed": law.peak_speeds[self.outer],
@@ -200,14 +204,6 @@ class Crossing:
             "tip_error": tip_error[motion.in_cut].max(initial=0),
             "axis_error": axis_error[motion.at_feed(self.cl)].max(initial=0),
         }
-
-    def _law(self, motion):
-        near = np.arange(max(self.first - NEAR, 0), min(self.last + 1 + NEAR, len(self.joints)))
-        run = Motion.on_part(self.joints[near], near)
-        run = Motion.joined([run[near < self.first], motion, run[near > self.last]])
-        tips, feeds = self.kin.forward(run.joints)[0], self.cl.feeds[run.record[1:]]
-        machine = self.kin.machine
-        return time_law(machine, run.joints, block_times(machine, run.joints, tips, feeds, run.in_cut))
 
 
 def unbroken(regions, breaks):
