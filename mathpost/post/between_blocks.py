@@ -138,13 +138,9 @@ def sampled(kin, start, end, samples=None, least=2):
 
 
 def true_tip(kin, joints, *, samples=24):
-    """Return the way of the tip when the joints (n, 5) move linearly, and the segments beside it, (m, 3) each."""
-    t = np.linspace(0, 1, samples + 1)[:, None]
-    between, ends = (
-        each[:-1, None] + t * np.diff(each, axis=0)[:, None]
-        for each in (np.asarray(joints, dtype=float), kin.forward(joints)[0])
-    )
-    return kin.forward(between)[0].reshape(-1, 3), ends.reshape(-1, 3)
+    """Return the way of the tip, shape (m, 3), when the joints (n, 5) move linearly: `samples` intervals a move."""
+    joints, t = np.asarray(joints, dtype=float), np.linspace(0, 1, samples + 1)[:, None]
+    return kin.forward(joints[:-1, None] + t * np.diff(joints, axis=0)[:, None])[0].reshape(-1, 3)
 
 
 def largest(kind, kin, joints, path, most, *, least=2):

@@ -58,22 +58,15 @@ class CLData:
         """
         first, last = (bisect_left(self.remarks, record, key=itemgetter(0)) for record in (start, stop))
         remarks = self.remarks[first : last if stop < len(self) else None]
-        return CLData(
-            *(array[start:stop] for array in (self.points, self.axes, self.feeds, self.rapid, self.lines)),
-            tuple((record - start, text) for record, text in remarks),
-            self.name,
-            self.first + start,
-            self.notes,
-            None if self.normals is None else self.normals[start:stop],
-        )
+        remarks = tuple((record - start, text) for record, text in remarks)
+        arrays = {name: array[start:stop] for name, array in vars(self).items() if isinstance(array, np.ndarray)}
+        return replace(self, **arrays, remarks=remarks, first=self.first + start)
 
     def by_tool(self):
         """Return the parts of the path between changes of the tool, each with the tool's length or None."""
         tools = [(record, tool.values[1]) for record, tool in commands(self.remarks, "tool") if record < len(self)]
         lengths = dict([(0, None), *tools])
         edges = [*lengths, len(self)]
-        if len(lengths) == 1:
-            return [(self, lengths[0])]
         return [(self.part(*edge), length) for edge, length in zip(pairwise(edges), lengths.values(), strict=True)]
 
     def at(self, place):

@@ -42,7 +42,7 @@ class Lines(text.Reader):
         self.line, self.start, self.statement, self.unfinished, self.in_comment = 1, 0, "", "", False
         self.point, self.axis = None, [0.0, 0.0, 1.0]
         self.feed, self.rapid, self.scale = math.nan, False, 1.0
-        self.first_system, self.system = None, None  # each an origin and the rows of a rotation
+        self.first_system, self.system = None, None  # each a rotation and, fourth column, an origin
         self.runs, self.count = [], 0
         self.problems = []
 
@@ -104,11 +104,12 @@ class Lines(text.Reader):
 
     def placed(self, numbers):
         """Records, shape (6, n), in the first coordinate system."""
-        if self.system is None:
+        if self.system is self.first_system:
             return numbers
-        (origin, rotation), (first_origin, first_rotation) = self.system, self.first_system
-        points = first_rotation.T @ (rotation @ numbers[:3] + (origin - first_origin)[:, None])
-        return np.concatenate([points, first_rotation.T @ (rotation @ numbers[3:])])
+        rotation, origin = np.hsplit(self.system, [3])
+        first, first_origin = np.hsplit(self.first_system, [3])
+        points = first.T @ (rotation @ numbers[:3] + (origin - first_origin))
+        return np.concatenate([points, first.T @ (rotation @ numbers[3:])])
 
     def go(self, points, axis, **options):
         """Add records at points, shape (n, 3), with one tool axis."""

@@ -100,8 +100,7 @@ class Statements(Lines):
         """Take one statement."""
         major, _, minor = self.statement.partition("/")
         upper = major.upper()
-        word = re.match(r"TOOL\s+PATH|[A-Z_][A-Z0-9_-]*|\S*", upper)[0]
-        word = "TOOL PATH" if word.startswith("TOOL ") else word
+        word = " ".join(re.match(r"TOOL\s+PATH|[A-Z_][A-Z0-9_-]*|\S*", upper)[0].split())
         if word != "GOTO":
             self.arc_before = None
         modelled = getattr(self, f"on_{ALIASES.get(word, word).lower()}", None)
@@ -306,14 +305,15 @@ class Statements(Lines):
         need(kind in CYCLES, f"CYCLE/{', '.join(CYCLES)} or OFF")
         given = {"feed": self.feed}
         while words:
-            word, words = words[0], words[1:]
+            word, *words = words
             if word in ("AUTO", "MANUAL") or (word in OF_A_CYCLE and words[:1] == ["AUTO"]):
                 continue
             own_word = "each number of a cycle after its word, such as DEPTH (in CATIA the PP table writes them)"
             need(not REAL.fullmatch(word), own_word)
             if word not in OF_A_CYCLE and word not in FEED_UNITS:
                 raise Wrong(f"one of {', '.join([*OF_A_CYCLE, *FEED_UNITS])} in a cycle", repr(word))
-            value, words = self.number(words[0] if words else ""), words[1:]
+            said, *words = words or [""]
+            value = self.number(said)
             if word in FEED_UNITS:
                 given["feed"] = self.per_minute(value, word)
             else:
@@ -357,29 +357,24 @@ class Statements(Lines):
     def on_msys(self, words):
         """NX: the origin of the coordinate system, its X and its Y."""
         origin, x, y = np.reshape(self.numbers(words, 9), (3, 3))
-        self.use_system(origin, np.column_stack([x, y, np.cross(x, y)]))
+        self.use_system(np.column_stack([x, y, np.cross(x, y), origin]))
 
     def on_csys(self, words):
         """The rows of a matrix of 3 by 4 that takes the coordinates to those of the part."""
-        rows = np.reshape(self.numbers(words, 12), (3, 4))
-        self.use_system(rows[:, 3], rows[:, :3])
+        self.use_system(np.reshape(self.numbers(words, 12), (3, 4)))
 
-    def use_system(self, origin, rotation):
+    def use_system(self, matrix):
         """Records go on in another system; all of them are brought into the first."""
+        rotation, system = matrix[:, :3], matrix * [1, 1, 1, self.scale]
         if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) or np.linalg.det(rotation) < 0:
             raise Wrong("right-handed axes at right angles", str(rotation.round(6).tolist()))
-        system = origin * self.scale, rotation
         if self.first_system is None:
             need(not self.count, "the first coordinate system before the first move", "moves before it")
-            self.first_system = system
-        if not self.same(system, self.system or self.first_system):
+            self.first_system = self.system = system
+        if not np.allclose(system, self.system, atol=1e-9):
             self.counts["changes of the coordinate system, brought into the first", ""] += 1
             self.point = None  # nobody has said it in these coordinates
-        self.system = None if self.same(system, self.first_system) else system
-
-    @staticmethod
-    def same(system, other):
-        return all(np.allclose(*each, atol=1e-9) for each in zip(system, other, strict=True))
+        self.system = self.first_system if np.allclose(system, self.first_system, atol=1e-9) else system
 
     def on_rotabl(self, words):
         """The table turns, and the points that follow are in coordinates that stand still while the part turns.
@@ -402,9 +397,10 @@ class Statements(Lines):
         a, b, c = (about(direction, angle) for direction, angle in zip(np.eye(3), self.table, strict=True))
         self.turned, self.unconfirmed = np.array(a * b * c, dtype=float), True
         self.axis = (self.turned.T @ before @ self.axis).tolist()
-        origin, standing = self.system or self.first_system or (np.zeros(3), np.eye(3))
-        self.first_system = self.first_system or (origin, standing)
-        self.use_system(origin / self.scale, standing @ before.T @ self.turned)
+        if self.system is None:
+            self.first_system = self.system = np.eye(3, 4)
+        standing, origin = np.hsplit(self.system, [3])
+        self.use_system(np.hstack([standing @ before.T @ self.turned, origin / self.scale]))
 
     def confirm_turn(self, axis):
         """Refuse a move after ROTABL if its tool axis does not say which way the table has turned."""
@@ -461,18 +457,18 @@ class Statements(Lines):
 
     def on_loadtl(self, words):
         need(self.cycle is None, "CYCLE/OFF before the tool is changed", "a cycle that holds")
-        number = self.number(words[0] if words else "")
-        need(number == int(number) and 0 <= number <= 99_999_999, "the number of a tool", words[0])
-        length, words, statement = None, words[1:], None
+        said, *words = words or [""]
+        number, length, statement = self.number(said), None, None
+        need(number == int(number) and 0 <= number <= 99_999_999, "the number of a tool", said)
         while words:
-            word, words = words[0], words[1:]
+            word, *words = words
             if word == "LENGTH":
-                length, words = self.number(words[0] if words else "") * self.scale, words[1:]
+                said, *words = words or [""]
+                length = self.number(said) * self.scale
                 need(length >= 0, "a tool length, not negative", f"{length:g}")
+                statement = f"LOADTL/{int(number)},LENGTH,{length:g}"  # in mm, whatever the file is in
             elif REAL.fullmatch(word) and (not word.isdigit() or int(word) > 99):
                 raise Wrong("the word LENGTH before a length; registers are whole numbers up to 99", word)
-        if length is not None:  # in mm, whatever the file is in
-            statement = f"LOADTL/{int(number)},LENGTH,{length:g}"
         self.command("tool", int(number), length, statement=statement)
 
     def on_spindl(self, words):

@@ -9,6 +9,7 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.errors import InputError
+from mathpost.post.time_law import feed_times
 from mathpost.rotation import about, unit
 
 # As much as a flank 6 mm above the tip strays by 0.01 mm; what Siemens' CYCLE832 sets for finishing, too: 10° for
@@ -62,7 +63,7 @@ def distance(kin, axis):
 
 
 def from_pole(kin, axis, ends=(0, np.pi)):
-    """Return the angle (radians) between tool axes (..., 3) and the outer axis either way, or cones about it: `ends`."""
+    """Return the angle (radians) between tool axes (..., 3) and the outer axis, or the nearer `ends` about it."""
     pole, axis = np.array(kin.inverse_symbolic.pole, dtype=float), np.asarray(axis, dtype=float)
     angle = 2 * np.arctan2(np.linalg.norm(axis - pole, axis=-1), np.linalg.norm(axis + pole, axis=-1))
     return np.minimum(angle - ends[0], ends[1] - angle)
@@ -113,8 +114,7 @@ def _too_fast(machine, cl, joints):
     rates = machine.max_rates[3:]
     if np.isnan(rates).all() or np.isnan(cl.feeds[~cl.rapid]).all():
         raise InputError("cone", "an angle, or a feed in the CL data and the rates of the machine", "neither")
-    length = np.linalg.norm(np.diff(cl.points, axis=0), axis=1)
-    seconds = np.where(np.isnan(cl.feeds[1:]), np.inf, 60 * length / cl.feeds[1:])
+    seconds = np.nan_to_num(feed_times(cl.points, cl.feeds[1:]), nan=np.inf, posinf=np.inf)
     needed = np.abs(np.diff(joints[:, 3:], axis=0))
     over = (needed > np.where(np.isnan(rates), np.inf, rates) * seconds[:, None] + 1e-12).any(axis=1)
     return over & ~cl.rapid[1:]
