@@ -167,9 +167,14 @@ def run(
     ends = np.cumsum([len(each.blocks.words) for each in plans])
     if ends[-1] != len(blocks.words):
         raise MathpostError(f"{ends[-1]} blocks were written and {len(blocks.words)} read back")
-    read = [blocks[end - len(each.blocks.words) : end] for each, end in zip(plans, ends, strict=True)]
-    proofs = [each.proved(part, tolerance, axis_tolerance, real) for each, part in zip(plans, read, strict=True)]
-    before = None if real is None else worst_of([each.uncompensated(real) for each in plans])
+    proofs, before = [], []
+    for each, end in zip(plans, ends, strict=True):
+        part = blocks[end - len(each.blocks.words) : end]
+        proof = prove(each.kin, each.cl, part, each.motion, tolerance, axis_tolerance, real=real)
+        proofs.append(replace(proof, worst_record=each.first + proof.worst_record))
+        if real is not None:
+            ideal, part, *_ = program.from_motion(each.kin, each.cl, each.ideal, tcp)
+            before.append(measured(each.kin, each.cl, part, ideal, real=real))
 
     strategies, through = (), {}
     if compare:
@@ -188,7 +193,7 @@ def run(
         peaks={name: pair for name, *pair in zip(machine.joint_names, speeds, accelerations, strict=True)},
         slowest=max((each.slowest for each in plans if each.slowest), key=lambda at: at[2] - at[1], default=None),
         warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
-        uncompensated=before,
+        uncompensated=worst_of(before) if before else None,
         strategies=strategies,
         ways=through,
     )
@@ -214,18 +219,6 @@ class Plan:
     slowest: tuple | None  # from `time_law.slow_down`, in records of the whole path
     cautions: tuple
 
-    def proved(self, blocks, tolerance, axis_tolerance, real):
-        """The `Proof` of the blocks that were read back; refuses them if they are wrong."""
-        return self._counted(prove(self.kin, self.cl, blocks, self.motion, tolerance, axis_tolerance, real=real))
-
-    def uncompensated(self, real):
-        """As `Proof` what the real machine would do if nothing had been measured."""
-        ideal, blocks, *_ = program.from_motion(self.kin, self.cl, self.ideal, self.blocks.tcp)
-        return self._counted(measured(self.kin, self.cl, blocks, ideal, real=real))
-
-    def _counted(self, proof):
-        return replace(proof, worst_record=self.first + proof.worst_record)
-
 
 def _plan(kin, cl, first, chosen, found, way, lifting, tolerances, tcp, real):
     """The `Plan` of the chosen joints, `way` through the singular regions `found`.
@@ -238,12 +231,9 @@ def _plan(kin, cl, first, chosen, found, way, lifting, tolerances, tcp, real):
     passed = unbroken(found, chosen.breaks) if way != "direct" else ()
     ways = [crossing(region).possible(way, **lifting) for region in passed]
     ways += [crossing((record - 1, record)).possible("retract", **lifting) for record in chosen.breaks]
-    going = Motion.on_part(chosen.joints, np.arange(len(cl)))
-    taken = np.zeros(len(cl), bool)  # by a way that goes as it does
-    if ways:
-        going = through_the_records(chosen.joints, ways)
-        for each in ways:
-            taken[int(each.place[0]) : int(each.place[-1])] = True
+    going, taken = through_the_records(chosen.joints, ways), np.zeros(len(cl), bool)
+    for each in ways:  # they go as they do
+        taken[int(each.place[0]) : int(each.place[-1])] = True
     free = taken[np.floor(going.place[:-1]).astype(int)]
     going = between_blocks.follow(kin, cl, going, room, free=free)
     block, keep = f"{cl.name}, block", _left_for_the_tip(kin, cl, going, tolerance, tcp)

@@ -178,7 +178,7 @@ def slow_down(record, seconds, asked):
     """Return the record that costs the tip the most time above what its feed asks: record, asked, taken seconds.
 
     The arrays (m,) are, of each move, the record that it leads to, the seconds that it takes, and those that its
-    feed asks: NaN where none is asked for. If it is nowhere, the answer is None.
+    feed asks, NaN where none is asked for; None if that is nowhere.
     """
     fed = np.flatnonzero(~np.isnan(asked))
     if not fed.size:
