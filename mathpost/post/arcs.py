@@ -13,12 +13,11 @@ PECK_GAP = 0.5  # mm above the bottom, where the tool slows down again after a p
 
 
 def arc(start, end, centre, axis, tolerance, turns=0):
-    """Return the points of an arc or a helix, shape (n, 3), the last one `end`.
+    """Return the points of an arc or a helix, shape (n, 3), the last one `end`; chords keep the `tolerance`.
 
     The tool turns right-handed about `axis`; equal ends make a full turn. What the ends differ by along the axis is
-    the rise of a helix, which makes `turns` full turns before. The chords are as near to the arc as `tolerance`, in
-    the unit of the points. `InputError` if the ends are not equally far from the centre, or the axis no unit
-    vector.
+    the rise of a helix, which makes `turns` full turns before. `InputError` if the ends are not equally far from
+    the centre, or the axis no unit vector.
     """
     start, end, centre, axis = (np.asarray(vector, dtype=float) for vector in (start, end, centre, axis))
     length = np.linalg.norm(axis)

@@ -1,10 +1,9 @@
 """Between two blocks: how far tip and tool axis stray from the CL path, and poses enough to keep both tolerances.
 
-A control without TCP moves all five joints linearly from block to block, so that tip and tool axis leave the path
-of the CL data (nonlinear error, 非线性误差). First the tool axis: `follow` puts poses on its great circle. Then the
-tip: linearization (线性化) divides a move in the *workpiece*, tip on the CL segment, rotary angles in equal steps,
-which leaves the tool axis where it went, and X Y Z recomputed. Equation (8) of source 002 divides it in the joints,
-which puts the new points on the very line that the control follows anyway.
+A control without TCP moves all five joints linearly from block to block: tip and tool axis leave the CL path
+(nonlinear error, 非线性误差). First `follow` puts poses on the great circle of the tool axis. Then linearization
+(线性化) divides a move in the *workpiece*: tip on the CL segment, rotary angles in equal steps, X Y Z recomputed.
+Equation (8) of source 002 puts the new points on the very line in the joints that the control follows anyway.
 """
 
 import math

@@ -27,8 +27,7 @@ class CLData:
     """A tool path in the workpiece.
 
     Of `remarks`, statements that do not move the tool, each is a pair: the number of the record that follows it,
-    and a comment or a `mathpost.post.cl_words.Command`, what the control shall do. `normals`, unit vectors out of
-    the part where the tool touches it, are the last three of nine numbers, NaN where a record has none; with them
+    and a comment or a `mathpost.post.cl_words.Command`, what the control shall do. With `normals`
     `mathpost.measure.cutter.compensated` makes the path of a different cutter. The memory of `points` and `axes`
     holds one component after the other.
     """
@@ -42,7 +41,7 @@ class CLData:
     name: str = "CL data"  # the file, for error messages
     first: int = 0  # number of its records before these
     notes: tuple = ()  # what was made of the file that its reader should know: for the report
-    normals: np.ndarray | None = None  # shape (n, 3)
+    normals: np.ndarray | None = None  # shape (n, 3), unit vectors out of the part that is touched, or NaN
 
     def __len__(self):
         return len(self.points)
@@ -141,8 +140,7 @@ def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
     if last.startswith(b"GOTO/") and last.count(b",") < wanted:
         expected = f"{wanted + 1} numbers, as in the line before"
         found = f"the end of the file after {last[-60:].decode(errors='replace')!r}"
-        line = content.count(b"\n") + 1
-        raise InputError(f"{path}, line {line}", expected, found)
+        raise InputError(f"{path}, line {made.lines[-1]}", expected, found)
     return replace(made, notes=(*made.notes, "no line break at the end: the last statement may be cut off"))
 
 

@@ -1,12 +1,8 @@
 """The words of APT CL files, in three classes.
 
-Modelled
-    They change the motion or the program, and do: a word has the method of `Statements` that is called after it.
-Inert
-    Names, displays and settings without motion (`INERT`): kept as comments.
-Hazardous
-    All others. A file that has one is refused, because leaving it out could leave out or spoil a cut; `HAZARDS`
-    says for some of them why, and what to do.
+Modelled words change the motion or the program, and do: a method of `Statements` is called after each. Inert are
+names, displays and settings without motion (`INERT`): kept as comments. All others are hazardous. A file that has
+one is refused, because leaving it out could leave out or spoil a cut; `HAZARDS` says for some why, and what to do.
 
 Forms differ from system to system; they are those of NX (.cls), Creo (.ncl), CATIA (.aptsource) and SolidWorks.
 """
@@ -75,9 +71,9 @@ class Command:
 
 
 class Statements(Lines):
-    """Takes statements, and keeps what holds from one to the next.
+    """Takes statements: the method ``on_word`` what stands behind the slash of that word.
 
-    The method ``on_word`` takes what stands behind the slash of that word. `tolerance`, `ignored`: see `cl.read`.
+    `tolerance` and `ignored` are those of `cl.read`.
     """
 
     def __init__(self, name, tolerance, ignored=()):
@@ -217,8 +213,7 @@ class Statements(Lines):
 
         NX writes the radius and tolerances and turns clockwise about the axis; Creo writes the radius, SolidWorks
         none, and both turn right-handed. The turns that NX counts by TIMES are those begun, the last one included:
-        with n - 1 full turns the helices of published files have the ramp angles that their operations were given
-        (0.4000 and 2.0000 degrees).
+        then the helices of published files have the ramp angles that their operations were given.
         """
         turns = 1.0
         if words[-2:-1] == ["TIMES"]:

@@ -1,8 +1,7 @@
 """NC programs (加工程序) out and back in: Heidenhain, Fanuc and Siemens.
 
-Writing and reading are inverse to each other to the printed digits, so that a program can be verified from its own
-text. Reading knows the words that writing uses and a few that do not move an axis; any other is an error with its
-line.
+A program is verified from its own text. Reading knows the words that writing uses and a few that do not move an
+axis; any other is an error with its line.
 """
 
 import re
@@ -93,10 +92,10 @@ def joined(parts):
 
 
 def from_motion(kin, cl, motion, tcp):
-    """What a program says of a motion: the poses, the `Blocks` that end at them, and seconds of the moves.
+    """What a program says of a motion: the poses, but repetitions, and the `Blocks` that end at them.
 
-    The seconds are those that feed and rates ask for, and those of the feed alone, NaN where it does not count. A
-    pose that repeats all words of the one before is left out.
+    And seconds of the moves: those that feed and rates ask for, and those of the feed alone, NaN where it does not
+    count.
     """
     joints = motion.joints
     words = rounded(np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1) if tcp else joints)

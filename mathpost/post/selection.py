@@ -1,9 +1,8 @@
 """Solution selection (转角选解): which branch and which winding of the rotary axes each record takes.
 
 Each record has several *candidates*: two branches, each in every winding (±360°) inside travel, and at the pole
-also the outer angles of the neighbours. Three strategies choose one candidate for each record: the best way over
-the whole path by dynamic programming (动态规划, R. Bellman 1957), the shortest next move, or by the rules of
-source 002.
+also the outer angles of the neighbours. One is chosen for each record: on the best way over the whole path by
+dynamic programming (动态规划, R. Bellman 1957), by the shortest next move, or by the rules of source 002.
 """
 
 from copy import copy
@@ -42,13 +41,10 @@ class Selection:
 
 @dataclass(frozen=True)
 class Candidates:
-    """All candidates of each record, to look at.
-
-    `joints` are NaN where the tool axis is out of reach, and where a candidate stands for the pole only.
-    """
+    """All candidates of each record, to look at."""
 
     kin: object
-    joints: np.ndarray  # shape (n, m, 5), mm and radians
+    joints: np.ndarray  # shape (n, m, 5), mm and radians; NaN out of reach, and what is for the pole only elsewhere
     branch: np.ndarray  # shape (m,), 0 or 1, as `Kinematics.inverse` orders them
 
     @cached_property

@@ -91,9 +91,8 @@ def feed_times(tip, feeds):
 def block_times(machine, joints, tip, feeds, in_cut):
     """Times (s) that the moves between joints (m, 5) take: what the feed asks in cut, or the slowest axis needs.
 
-    `tip`, shape (m, 3), is where the joints put the tool; `feeds` and `in_cut`, shape (m - 1,), are those of the
-    moves. On a machine that states no rates, no axis goes faster than the feed, in mm and degrees per minute; zero
-    where there is no feed either.
+    Tips are (m, 3), `feeds` and whether a move is `in_cut` (m - 1,). On a machine that states no rates, no axis
+    goes faster than the feed, in mm and degrees per minute; zero where there is no feed either.
     """
     rates, by_axis = machine.max_rates, np.zeros(len(joints) - 1)
     if no_rates := np.isnan(rates).all():

@@ -133,8 +133,7 @@ def four_records(joints, region):
 def end_slopes(rows, dt=(1.0, 1.0)):
     """Return k₁ and k₂ of equation (7), what changes per unit of the virtual time into and out of the region.
 
-    `rows`, shape (4, ...), is M from `four_records`; `dt` Δt₁ and Δt₂, the virtual time from s − 1 to s and from e
-    to e + 1, by default one per record.
+    `rows`, shape (4, ...), is M from `four_records`; `dt` the virtual time from s − 1 to s and from e to e + 1.
     """
     rows = np.asarray(rows, dtype=float)
     return (rows[1] - rows[0]) / dt[0], (rows[3] - rows[2]) / dt[1]
@@ -187,9 +186,6 @@ def smooth(kin, cl, joints, region, n, *, dt=(1.0, 1.0)):
 
 
 def lifted(kin, joints, clearance):
-    """Return joints (..., 5) with the tip moved by `clearance` (ΔA, mm) along the tool axis, equation (9).
-
-    The negative of it is equation (10).
-    """
+    """Return joints (..., 5), the tip moved by `clearance` (ΔA, mm) along the tool axis: (9), or back (10)."""
     tip, axis = kin.forward(joints)
     return kin.close(tip + clearance * axis, np.asarray(joints)[..., 3:])
