@@ -8,6 +8,7 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from functools import partial
 from inspect import signature
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -164,12 +165,10 @@ def run(
     blocks = program.read(text, machine, dialect, name=name)
 
     progress("proving")
-    ends = np.cumsum([len(each.blocks.words) for each in plans])
-    if ends[-1] != len(blocks.words):
-        raise MathpostError(f"{ends[-1]} blocks were written and {len(blocks.words)} read back")
+    edges = [0, *np.cumsum([len(each.blocks.words) for each in plans[:-1]], dtype=int), None]
     proofs, before = [], []
-    for each, end in zip(plans, ends, strict=True):
-        part = blocks[end - len(each.blocks.words) : end]
+    for each, edge in zip(plans, pairwise(edges), strict=True):
+        part = blocks[slice(*edge)]
         proof = prove(each.kin, each.cl, part, each.motion, tolerance, axis_tolerance, real=real)
         proofs.append(replace(proof, worst_record=each.first + proof.worst_record))
         if real is not None:

@@ -55,6 +55,8 @@ def measured(kin, cl, blocks, motion, *, real=None):
     `motion` says where on the CL path each block ends, and which are lifted off the part; `real`, a `Compensator`,
     is the machine that runs the program, if it is not the one that its control knows.
     """
+    if len(blocks.words) != len(motion.place):
+        raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
     machine, joints = real or kin, _joints(kin, blocks)
     tips, axes = cl.at(motion.place)
     moves = len(joints) - 1
