@@ -97,14 +97,13 @@ class Reader:
         block += b"" if block.endswith(b"\n") else b"\n"
         values, plain = self.pattern.match(block)
         plain &= self.fits(values)
-        ends = None
-        for start, stop in runs(plain):
+        ends = np.flatnonzero(np.frombuffer(block, np.uint8) == NEWLINE)
+        changes = np.flatnonzero(plain[1:] != plain[:-1]) + 1
+        for start, stop in pairwise([0, *changes.tolist(), len(plain)]):
             while start < stop:
                 if plain[start] and self.takes_plain():
                     self.take_plain(values[:, start:stop])
                     break
-                if ends is None:
-                    ends = np.flatnonzero(np.frombuffer(block, np.uint8) == NEWLINE).tolist()
                 self.take_line(block[ends[start - 1] + 1 if start else 0 : ends[start]])
                 start += 1
 
@@ -152,12 +151,6 @@ def lines(columns, first, stop):
             if start + line < rows.stop:  # one that is better written with care
                 yield from (column.text(start + line) for column in columns)
                 line += 1
-
-
-def runs(values):
-    """Yield where equal neighbours begin and end."""
-    edges = [0, *(np.flatnonzero(values[1:] != values[:-1]) + 1).tolist(), len(values)]
-    return pairwise(edges)
 
 
 def held(values, before):
