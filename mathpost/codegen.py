@@ -75,14 +75,10 @@ _DIALECTS = {
 
 
 def machine(kin, language):
-    """Print a machine as a file that stands alone.
+    """Print a machine, a `Kinematics`, as a file that stands alone; its header says what goes in and out.
 
-    Parameters
-    ----------
-    kin : Kinematics
-    language : str
-        One of `LANGUAGES`, or `InputError` is raised. JavaScript: an ES module that exports `EXPORTS`. C: the same
-        functions, C99. LaTeX: an article with the formulas. The header of the file says what goes in and out.
+    `language` is one of `LANGUAGES`, or `InputError` is raised. JavaScript: an ES module that exports `EXPORTS`. C:
+    the same functions, C99. LaTeX: an article with the formulas.
 
     Examples
     --------

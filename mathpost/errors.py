@@ -101,7 +101,7 @@ def write_bytes(path, content, *, inputs=()):
         handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
         with open(handle, "wb") as file:
             file.write(content)
-        if owner:
+        if owner and hasattr(os, "chown"):
             os.chown(temporary, *owner)
         os.chmod(temporary, mode)
         os.replace(temporary, path)
@@ -125,5 +125,4 @@ def _replaced(path, inputs):
     if not os.access(path, os.W_OK):
         raise OutputError(f"{path}: not written, Permission denied")
     status = path.stat()
-    mine = (status.st_uid, status.st_gid) == (os.getuid(), os.getgid()) if hasattr(os, "getuid") else True
-    return status.st_mode & 0o7777, None if mine else (status.st_uid, status.st_gid)
+    return status.st_mode & 0o7777, (status.st_uid, status.st_gid)

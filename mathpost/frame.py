@@ -69,13 +69,11 @@ class Frame:
         """
         z = unit(as_array(z, 3, "z"), "z")
         x = unit(as_array(x, 3, "x"), "x")
-        across = x - (x * z).sum(axis=-1, keepdims=True) * z
-        if (np.linalg.norm(across, axis=-1) < 1e-9).any():
+        square = np.cross(z, x)
+        if (np.linalg.norm(square, axis=-1) < 1e-9).any():
             raise InputError("x", "a direction that is not parallel to z", "one that is")
-        across = unit(across)
-        # Once more: what rounding left along z when x was nearly parallel to it.
-        across = unit(across - (across * z).sum(axis=-1, keepdims=True) * z)
-        columns = np.broadcast_arrays(across, np.cross(z, across), z)
+        x = unit(np.cross(square, z))  # square to z to the last digit, however nearly parallel the two were
+        columns = np.broadcast_arrays(x, np.cross(z, x), z)
         return cls(np.stack(columns, axis=-1), origin, parent, child)
 
     @classmethod

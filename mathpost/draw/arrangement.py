@@ -194,7 +194,11 @@ def _tool_side(made, machine, tip, tool_axis, plate):
     size, width = made.size, 0.17 * made.size
     nose = tip + machine.tool_length * tool_axis
     face = tip + max(machine.tool_length, 0.45 * size) * tool_axis  # a tool of no length is drawn all the same
-    made.solids += tool_solids(tip, tool_axis, size, np.linalg.norm(face - tip))
+    reach, turn = np.linalg.norm(face - tip), np.linspace(0, np.pi / 2, 7)
+    ball = [*zip(0.04 * size * np.sin(turn), 0.04 * size * (1 - np.cos(turn)), strict=True)]
+    cutter = [*ball, (0.04 * size, 0.55 * reach), (0, 0.55 * reach)]
+    made.solids.append(Turned("tool", COLOUR["tool"], cutter, tip, tool_axis))
+    made.solids.append(Turned("tool", GREYS["holder"], _scaled(HOLDER, 0.1 * size, reach), tip, tool_axis))
     slides, heads = machine.slides_that_carry("tool"), [r for r in machine.rotary if r.carries == "tool"]
     slides = [*["bed"] * (3 - len(slides)), *slides]
     spindle = ring(face, tool_axis, width)
@@ -270,19 +274,6 @@ def _disc(body, start, axis, radius, height):
 
 def _scaled(profile, radius, height):
     return [(radius * r, height * h) for r, h in profile]
-
-
-def tool_solids(tip, axis, size, reach):
-    """A cutter and its holder, from the tip along the tool axis for `reach`, as thick as suits `size`; mm."""
-    cutter = Turned("tool", COLOUR["tool"], _cutter(0.04 * size, 0.55 * reach), tip, axis)
-    return [cutter, Turned("tool", GREYS["holder"], _scaled(HOLDER, 0.1 * size, reach), tip, axis)]
-
-
-def _cutter(radius, length):
-    """A ball-end cutter from its tip to its shank."""
-    turn = np.linspace(0, np.pi / 2, 7)
-    ball = list(zip(radius * np.sin(turn), radius * (1 - np.cos(turn)), strict=True))
-    return [*ball, (radius, length), (0, length)]
 
 
 def _line(bearings, axis, size):

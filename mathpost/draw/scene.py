@@ -164,9 +164,9 @@ def _best(tries):
     """The first of `tries` with nothing wrong, which comes last in each of them, or the one with the least."""
     found = []
     for each in tries:
-        if not each[-1]:
-            return each
         found.append(each)
+        if not each[-1]:
+            break
     return min(found, key=lambda each: len(each[-1]))
 
 
