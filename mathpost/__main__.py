@@ -169,6 +169,10 @@ def _post(options):
     return 0
 
 
+def _given(options, names):
+    return {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+
+
 def _write(path, text, inputs=()):
     """Write a file, or to standard output if there is no `path`."""
     if path:
@@ -196,10 +200,9 @@ def _calibrate(options):
     if options.template:
         print(readings.template(options.template, setup), end="")
         return 0
-    said = {name: getattr(options, name) for name in SAID if getattr(options, name) is not None}
     if not options.readings:
         raise InputError("calibrate", "files of readings, or --template", "none")
-    found = calibrate(setup, options.readings, squareness=options.squareness or None, **said)
+    found = calibrate(setup, options.readings, squareness=options.squareness or None, **_given(options, SAID))
     print(found)
     if options.output:
         handover.write(found, options.machine, options.output, inputs=options.readings)
@@ -224,36 +227,26 @@ def _calibrate(options):
 )
 def _check(options):
     """Print what is wrong; of a folder a table, with the progress on standard error."""
-    task = _task(options)
+    said = {"kind": options.task} if options.task else {}
+    if options.task and options.task.lower().endswith(".toml"):
+        said = workbook.task_file(options.task)
+    names = ("sequence", "convention", "angles", "point", "origin", "cells", "machine")
+    task = workbook.Task(**said | _given(options, names))
     if not options.path.is_dir():
         report = workbook.check_file(options.path, task)
         print(report)
         if options.marked is not None:
             workbook.mark(report, options.marked)
         return report.status
-
-    def progress(done, total, path):
-        print(f"{done}/{total} {path.name}", file=sys.stderr)
-
-    how = {"marked": options.marked, "language": options.language, "progress": progress}
-    summary = workbook.check_folder(options.path, task, **how)
+    summary = workbook.check_folder(
+        options.path, task, marked=options.marked, language=options.language,
+        progress=lambda done, total, path: _step(done, total, path.name),
+    )  # fmt: skip
     for path, text in ((options.csv, summary.to_csv), (options.html, summary.to_html)):
         if path is not None:
             write_bytes(path, text().encode())
     print(summary)
     return summary.status
-
-
-def _task(options):
-    """The task from the options, those in a TOML file first."""
-    given = {}
-    if options.task and options.task.lower().endswith(".toml"):
-        given = workbook.task_file(options.task)
-    elif options.task:
-        given["kind"] = options.task
-    names = ("sequence", "convention", "angles", "point", "origin", "cells", "machine")
-    given |= {name: getattr(options, name) for name in names if getattr(options, name) is not None}
-    return workbook.Task(**given)
 
 
 @_command(

@@ -47,7 +47,6 @@ class Arrangement:
     home: np.ndarray  # the joints (5,) that the solids were laid out at: rotary zero, the tool above the workpiece
     solids: list = field(default_factory=list)  # of Turned, Hull and Lofted
     lines: dict = field(default_factory=dict)  # joint to the ends of its axis (2, 3), in its body's coordinates
-    corner: np.ndarray = None  # of the bed, where the machine's frame is shown
     plate: np.ndarray = None  # the bed's corners (8, 3)
 
 
@@ -70,18 +69,15 @@ def arrange(kin, cl=None):
     size = _size(machine, cl)
     low, high = _workpiece(size, cl)
     tool_axis = unit(np.array(machine.tool_axis))
-    lift = 0.3 * size if cl is None else 0.0
-    start = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, high[2]]) if cl is not None else np.zeros(3)
-    home = kin.close(start + lift * tool_axis, [0.0, 0.0])
-    made = Arrangement(size, home)
-    origin = np.array(machine.origin)
+    tip = 0.3 * size * tool_axis if cl is None else np.array([*(low + high)[:2] / 2, high[2]])
+    made, origin = Arrangement(size, kin.close(tip, [0.0, 0.0])), np.array(machine.origin)
     stock = block(origin + low, origin + high)
     made.solids.append(Hull("workpiece", COLOUR["workpiece"], stock))
     if cl is not None and len(rings := _blade(size, cl, high[2])):
         made.solids.append(Lofted("workpiece", BLADE_COLOUR, [origin + ring for ring in rings]))
-    made.plate = _workpiece_side(made, machine, stock)
-    _tool_side(made, machine, origin + start + lift * tool_axis, tool_axis, made.plate)
-    places = placing(machine)(home)
+    _workpiece_side(made, machine, stock)
+    _tool_side(made, machine, origin + tip, tool_axis)
+    places = placing(machine)(made.home)
     made.solids = [solid.moved(np.linalg.inv(places[solid.body])) for solid in made.solids]
     made.lines = {name: put(np.linalg.inv(places[name]), line) for name, line in made.lines.items()}
     return made
@@ -146,7 +142,7 @@ def _blade(size, cl, root):
 
 
 def _workpiece_side(made, machine, stock):
-    """Turntable and cradle from the workpiece down, then the bed; return the corners of its plate."""
+    """Turntable and cradle from the workpiece down, then the bed."""
     size, tables = made.size, [r for r in machine.rotary if r.carries == "workpiece"]
     lowest, radius = stock[:, 2].min(), 0.3 * size
     carried = [ring([*stock.mean(axis=0)[:2], lowest], UP, radius)]
@@ -156,9 +152,8 @@ def _workpiece_side(made, machine, stock):
         radius = max(1.05 * np.linalg.norm(across, axis=1).max(), 0.4 * size)
         top = _foot(turntable, (stock @ axis).min() * axis)
         under, hub = top - 0.12 * size * axis, 0.6 * radius
-        made.solids.append(
-            Turned(turntable.name, GREYS["second"], _scaled(TABLE, radius, 0.12 * size), under, axis)
-        )
+        profile = _scaled(TABLE, radius, 0.12 * size)
+        made.solids.append(Turned(turntable.name, GREYS["second"], profile, under, axis))
         carried = [ring(under - 0.12 * size * axis, axis, hub)]
         made.solids.append(_disc(turntable.name, under - 0.12 * size * axis, axis, hub, 0.12 * size))
         made.lines[turntable.name] = _line(carried, axis, size)
@@ -181,15 +176,12 @@ def _workpiece_side(made, machine, stock):
         made.solids.append(Hull([bed, *slides][-1], GREYS["bed"], np.concatenate([bearing, foot])))
     (left, front), (right, back) = stock.mean(axis=0)[:2] - half, stock.mean(axis=0)[:2] + half
     for name in [*reversed(slides), bed]:  # a plate for each slide under the workpiece, then the bed's
-        plate = block([left, front, floor - 0.12 * size], [right, back, floor])
-        made.solids.append(Hull(name, GREYS["bed" if name == bed else "first"], plate))
+        made.plate = block([left, front, floor - 0.12 * size], [right, back, floor])
+        made.solids.append(Hull(name, GREYS["bed" if name == bed else "first"], made.plate))
         floor, left, right = floor - 0.12 * size, left - 0.1 * size, right + 0.1 * size
-    floor, left = floor + 0.12 * size, left + 0.1 * size  # those of the bed
-    made.corner = np.array([left, front, floor])
-    return plate
 
 
-def _tool_side(made, machine, tip, tool_axis, plate):
+def _tool_side(made, machine, tip, tool_axis):
     """Tool, spindle and heads from the tool up, then the slides."""
     size, width = made.size, 0.17 * made.size
     nose = tip + machine.tool_length * tool_axis
@@ -229,12 +221,12 @@ def _tool_side(made, machine, tip, tool_axis, plate):
     shade = GREYS["first" if heads else "second"]
     _join(made, slides[2], carried, [ram[ram[:, 2] < foot[2] + 1e-9]], shade)
     made.solids.append(Hull(slides[2], shade, ram))
-    _slides(made, slides, foot, width, plate)
+    _slides(made, slides, foot, width)
 
 
-def _slides(made, slides, foot, width, plate):
+def _slides(made, slides, foot, width):
     """The outer slide on a wall behind the bed, and the beam of the next, with the ram of the last at its end."""
-    size, (left, _, floor), (right, back, _) = made.size, plate.min(axis=0), plate.max(axis=0)
+    size, (left, _, floor), (right, back, _) = made.size, made.plate.min(axis=0), made.plate.max(axis=0)
     back, bottom = max(back, foot[1] + 0.6 * size), foot[2] + 0.45 * size
     rail, behind = bottom - 0.12 * size, back + 0.4 * size
     wall = block([left, back, floor], [right, behind, rail])

@@ -22,8 +22,7 @@ class Chart(Live):
     """A `Live` view of curves; its still picture is the figure at the start."""
 
     def __init__(self, figure, state, machines, exports, readings, *, height):
-        state = state | {"kind": "chart"}
-        super().__init__(state, machines, exports, [], [], readings, height=height, layout="column")
+        super().__init__(state | {"kind": "chart"}, machines, exports, [], [], readings, height, "column")
         self.figure = figure
 
     def picture(self):
@@ -48,16 +47,8 @@ def subplots(rows=1, columns=1, *, size=(7.0, 4.2), **shared):
 def recorded(figure, update, control, *, height=460):
     """Record what one slider does to a figure: Python draws each position once, the page needs no Python.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        From `subplots`.
-    update : callable
-        ``update(value)`` moves artists to the slider's value and returns a list of lines of text.
-    control : dict
-        From `mathpost.draw.formula.slider`; every step of it is recorded.
-    height : int
-        On the page, pixels.
+    `figure` is from `subplots`. ``update(value)`` moves artists to the slider's value and returns a list of lines
+    of text. Every step of `control`, from `mathpost.draw.formula.slider`, is recorded. `height` is in pixels.
 
     Examples
     --------

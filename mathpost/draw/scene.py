@@ -117,7 +117,8 @@ def machine(kin, cl=None, *, title="", colour=DARK):
         # The turntable's name stands under it, not on the workpiece.
         scene.labels.append(Label(name, ends[0 if [name] == tables[-1:] else 1], name, colour))
     arm = 0.42 * made.size
-    scene.triad("bed", "XYZ", length=0.7 * arm, colour=DARK, origin=made.corner)
+    corner = [*made.plate.min(axis=0)[:2], made.plate[:, 2].max()]
+    scene.triad("bed", "XYZ", length=0.7 * arm, colour=DARK, origin=corner)
     scene.triad("workpiece", "xyz", length=arm, colour=COLOUR["workpiece"])
     scene.labels.append(Label("tool", np.array([-0.17 * made.size, 0, 0.3 * made.size]), "n", COLOUR["tool"]))
     if cl is not None:

@@ -34,10 +34,7 @@ class Turned:
         return {"profile": profile, "from": _short(self.origin), "along": _short(self.along, 9)}
 
     def triangles(self):
-        turn = np.linspace(0, 2 * np.pi, SIDES, endpoint=False)[:, None]
-        x, y = across(self.along)
-        around = np.cos(turn) * x + np.sin(turn) * y
-        return _between([self.origin + h * self.along + r * around for r, h in self.profile])
+        return _between([ring(self.origin + h * self.along, self.along, r, SIDES) for r, h in self.profile])
 
 
 @dataclass
