@@ -164,7 +164,7 @@ def _post(options):
         errors=read_errors(options.errors, setup) if options.errors else None,
         progress=(lambda name: print(f"{name} …", file=sys.stderr)) if sys.stderr.isatty() else None,
     )
-    _write(options.output, result.program, inputs=list(filter(None, (options.cl, options.machine, options.errors))))
+    _write(options.output, result.program, inputs=filter(None, (options.cl, options.machine, options.errors)))
     print(result.report, file=sys.stderr)
     return 0
 

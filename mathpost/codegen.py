@@ -79,13 +79,6 @@ def machine(kin, language):
 
     `language` is one of `LANGUAGES`, or `InputError` is raised. JavaScript: an ES module that exports `EXPORTS`. C:
     the same functions, C99. LaTeX: an article with the formulas.
-
-    Examples
-    --------
-    >>> from mathpost import machine as file
-    >>> from mathpost.kinematics import Kinematics
-    >>> print(machine(Kinematics(file.load("ac_table")), "c").splitlines()[0])
-    /* Trunnion, A carries C (table-table). Printed by mathpost from its symbolic derivation.
     """
     if language not in LANGUAGES:
         raise InputError("language", " or ".join(LANGUAGES), repr(language))

@@ -32,15 +32,7 @@ class OutputError(MathpostError):
 
 
 def as_array(values, length, where):
-    """Return `values` as a float array of shape ``(..., length)``, or raise `InputError`.
-
-    Examples
-    --------
-    >>> as_array([1, float("nan"), 3], 3, "tip")
-    Traceback (most recent call last):
-        ...
-    mathpost.errors.InputError: tip: expected finite numbers, found nan at index (1,)
-    """
+    """Return `values` as a float array of shape ``(..., length)``, all finite, or raise `InputError`."""
     if np.ma.is_masked(values):
         raise InputError(where, "numbers", "masked ones")
     try:

@@ -43,13 +43,6 @@ def as_rotation(matrix, where="rotation"):
     """Return `matrix` as a float array of shape (..., 3, 3) if it is a rotation, or raise `InputError`.
 
     Rounding to six decimals is accepted, and left as it is.
-
-    Examples
-    --------
-    >>> as_rotation([[1, 0, 0], [0, 1, 0], [0, 0, -1]])
-    Traceback (most recent call last):
-        ...
-    mathpost.errors.InputError: rotation: expected a right-handed frame, found a left-handed one, determinant -1
     """
     array = as_array(matrix, 3, where)
     if array.shape[-2:] != (3, 3):
