@@ -227,7 +227,7 @@ def from_dict(content, where="machine"):
         name=file.take("name", _text, "a name in quotes"),
         source=file.take("source", _text, "a source in quotes"),
         rotary=tuple(_rotary(TomlTable(entry, f"{where}, rotary {n}")) for n, entry in enumerate(rotary, 1)),
-        linear=tuple(_linear(linear.table(name, optional=True), name) for name in LETTERS),
+        linear=tuple(_joint(linear.table(name, optional=True), Linear, name, "mm", "tool") for name in LETTERS),
         slide_order=tuple(slides),
         origin=workpiece.take("origin", *VECTOR),
         tool_axis=tool.take("axis", *DIRECTION),
@@ -249,22 +249,20 @@ def _rotary(table):
     return _joint(table, Rotary, name, "degrees", axis=axis, point=point)
 
 
-def _linear(table, name):
-    table.content.setdefault("carries", "tool")
-    return _joint(table, Linear, name, "mm")
-
-
-def _joint(table, kind, name, unit, **more):
-    """What both kinds of joint have, given in `unit`."""
+def _joint(table, kind, name, unit, *carries, **more):
+    """What both kinds of joint have, given in `unit`; `carries` is what it carries if the table does not say."""
     scale = math.radians if unit == "degrees" else float
-    expected = {"max_rate": f"a rate in {unit} per second above 0"}
-    expected["max_acceleration"] = f"{unit} per second squared above 0"
-    rates = {key: table.take(key, _is(lambda x: x > 0, _number), text, None) for key, text in expected.items()}
+
+    def rate(key, expected):
+        found = table.take(key, _is(lambda x: x > 0, _number), f"{expected} above 0", None)
+        return found and scale(found)
+
     joint = kind(
         name=name,
-        carries=table.take("carries", *_one_of("workpiece", "tool")),
+        carries=table.take("carries", *_one_of("workpiece", "tool"), *carries),
         limits=tuple(map(scale, table.take("limits", _limits, f"[low, high] in {unit}", ENDLESS))),
-        **{key: rate if rate is None else scale(rate) for key, rate in rates.items()},
+        max_rate=rate("max_rate", f"a rate in {unit} per second"),
+        max_acceleration=rate("max_acceleration", f"{unit} per second squared"),
         **more,
     )
     table.done()

@@ -6,7 +6,6 @@ The figure is drawn once, as for print; its artists (lines, patches, texts) go t
 import io
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -40,7 +39,6 @@ class Chart(Live):
 def subplots(rows=1, columns=1, *, size=(7.0, 4.2), **shared):
     """Return a figure of so many inches, which no window shows, and its axes, as `Figure.subplots` does."""
     figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
     return figure, figure.subplots(rows, columns, **shared)
 
 
@@ -49,17 +47,6 @@ def recorded(figure, update, control, *, height=460):
 
     `figure` is from `subplots`. ``update(value)`` moves artists to the slider's value and returns a list of lines
     of text. Every step of `control`, from `mathpost.draw.formula.slider`, is recorded. `height` is in pixels.
-
-    Examples
-    --------
-    >>> from mathpost.draw.formula import slider
-    >>> figure, axes = subplots()
-    >>> line, = axes.plot([0, 1], [0, 0])
-    >>> def update(rise):
-    ...     line.set_ydata([0, rise])
-    ...     return [f"ends at {rise:.1f}"]
-    >>> recorded(figure, update, slider("rise", 0, 1, 0.5, step=0.1, unit=""))
-    ends at 0.5
     """
     steps = round((control["high"] - control["low"]) / control["step"])
     values = control["low"] + np.arange(steps + 1) * control["step"]
@@ -117,7 +104,7 @@ def _short(points):
 
 def _spec(figure, moving):
     """The panels of a figure: scales, ticks, artists; each moving artist with None for its points."""
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     artists = dict(zip(_artists(figure), moving, strict=True))
     panels = []
     for axes in figure.axes:

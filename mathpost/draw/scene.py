@@ -181,11 +181,9 @@ def _turned(kin, made, angles):
 def crossed(kin, scene, joints):
     """Return which axes of the machine or of the workpiece fall together on the screen."""
     places, camera = placing(kin.machine)(joints), Camera(scene.azimuth, scene.elevation)
-    at_zero = placing(kin.machine)(np.zeros(5))
     axes = {"the tool axis": places["tool"][:3, 2]}
     for rotary in kin.machine.rotary:
-        turned = places[rotary.name][:3, :3] @ at_zero[rotary.name][:3, :3].T
-        axes[rotary.name] = turned @ unit(np.array(rotary.axis))
+        axes[rotary.name] = places[rotary.name][:3, :3] @ unit(np.array(rotary.axis))
     return together(axes, camera) + together(dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), camera)
 
 
