@@ -56,18 +56,14 @@ def recorded(figure, update, control, *, height=460):
         frames.append([places(artist, artist.axes) for artist in _artists(figure)])
     start = int(np.abs(values - control["value"]).argmin())
     update(float(values[start]))
-    columns = list(zip(*frames, strict=True))  # for each artist its points in each position
-    moving = [any(not np.array_equal(p, column[0], equal_nan=True) for p in column) for column in columns]
-    upwards = [all(np.array_equal(p[:, :1], column[0][:, :1]) for p in column) for column in columns]
-    state = {
-        "sliders": [control],
-        "said": said,
-        "frames": [
-            [_short(p[:, 1] if up else p) for p, up, moves in zip(frame, upwards, moving, strict=True) if moves]
-            for frame in frames
-        ],
-        "x": [_short(p[:, 0]) if up else None for p, up, m in zip(frames[0], upwards, moving, strict=True) if m],
-    }
+    moving, state = [], {"sliders": [control], "said": said, "frames": [[] for _ in values], "x": []}
+    for way in zip(*frames, strict=True):  # the points of one artist in each position
+        moving.append(any(not np.array_equal(points, way[0], equal_nan=True) for points in way))
+        if moving[-1]:
+            upwards = all(np.array_equal(points[:, 0], way[0][:, 0]) for points in way)
+            state["x"].append(_short(way[0][:, 0]) if upwards else None)
+            for frame, points in zip(state["frames"], way, strict=True):
+                frame.append(_short(points[:, 1] if upwards else points))
     return Chart(figure, state | _spec(figure, moving), [], (), "; ".join(said[start]), height=height)
 
 

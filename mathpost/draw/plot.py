@@ -134,9 +134,6 @@ def tip_path(axes, kin, joints, *, role, label):
     axes.set(xlabel="x in the workpiece, mm", ylabel="y, mm", aspect="equal")
 
 
-# Lessons 08 to 11: datum, head, calibration
-
-
 def turned_point(axes, path, centre, *, names):
     """Draw the way of a point about an axis seen end on, from a ring to a dot, with the radius at both ends.
 
@@ -215,9 +212,6 @@ class Moving(dict):
         self[line] = points
 
 
-# Frames, machines and tilted planes
-
-
 def formulas(*pairs):
     """Return named matrices side by side as one formula: pairs of a LaTeX name and a matrix, exact or numbers."""
     exact = (sp.Matrix(np.round(m, 6) + 0.0) if isinstance(m, np.ndarray) else m for _, m in pairs)
@@ -230,9 +224,6 @@ def space(axes, radius, *, centre=(0.0, 0.0, 0.0)):
     axes.set_box_aspect((1, 1, 1), zoom=1.25)
     axes.view_init(elev=22, azim=-55)
     axes.set_axis_off()
-
-
-# Spreadsheets
 
 
 def worksheet(axes, report, sheet=None):
