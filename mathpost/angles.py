@@ -198,11 +198,6 @@ def from_axis_angle(axis, angle, *, degrees=False):
     """Return the active matrix of a right-handed turn about `axis`: `about`, compiled.
 
     Axes (..., 3), of any length above zero, and angles (...) give matrices (..., 3, 3).
-
-    Examples
-    --------
-    >>> (from_axis_angle([1, 1, 1], 120, degrees=True) @ [1, 0, 0]).round(12) + 0.0
-    array([0., 1., 0.])
     """
     axis, angle = unit(as_array(axis, 3, "axis")), as_array(np.expand_dims(angle, -1), 1, "angle")[..., 0]
     *v, t = sp.symbols("v_x v_y v_z t", real=True)
