@@ -20,12 +20,19 @@ from mathpost.post.program import DIALECTS
 from mathpost.post.selection import STRATEGIES
 from mathpost.post.ways import Crossing
 
-COMMANDS = []  # function, name, help, arguments
+PARSER = argparse.ArgumentParser(
+    prog="python -m mathpost", description="Five-axis post-processing and spreadsheets, verified."
+)
+PARSER.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
+COMMANDS = PARSER.add_subparsers(dest="command", required=True)
 
 
-def _command(name, said, *arguments):
+def _command(name, said, *arguments, among=COMMANDS):
     """Make a command of the function below: its name, its help and its arguments."""
-    return lambda function: COMMANDS.append((function, name, said, arguments)) or function
+    command = among.add_parser(name, help=said)
+    for names, how in arguments:
+        command.add_argument(*names, **how)
+    return lambda function: command.set_defaults(run=function) or function
 
 
 def _arg(*names, **how):
@@ -42,20 +49,7 @@ def main(arguments=None):
 
     0 is done, or all right; 1 something wrong in what was checked; 2 refused, with the reason on standard error.
     """
-    parser = argparse.ArgumentParser(
-        prog="python -m mathpost", description="Five-axis post-processing and spreadsheets, verified."
-    )
-    parser.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
-    commands = {"": parser.add_subparsers(dest="command", required=True)}
-    for function, name, said, given in COMMANDS:
-        above, _, name = name.rpartition(" ")
-        if above not in commands:
-            commands[above] = commands[""].add_parser(above, help=said).add_subparsers(required=True)
-        command = commands[above].add_parser(name, help=said)
-        command.set_defaults(run=function)
-        for names, how in given:
-            command.add_argument(*names, **how)
-    options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
+    options = PARSER.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     if arguments is None:
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
     try:
@@ -323,11 +317,15 @@ def _alone(given, results):
     return (given[0], results[0]) if len(given) == 1 else (given, results)
 
 
+LESSONS = COMMANDS.add_parser("lessons", help="run lessons anew and say what changed")
+
+
 @_command(
-    "lessons rerun",
+    "rerun",
     "run lessons anew and say what changed",
     _file("path", nargs="*", metavar="NOTEBOOK", help="default: notebooks/*.ipynb"),
     _arg("--accept", action="store_true", help="write the new outputs"),
+    among=LESSONS.add_subparsers(required=True),
 )
 def _rerun(options):
     """Print the numbers and pictures that changed; 1 if there are any that were not accepted."""

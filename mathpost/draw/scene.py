@@ -121,18 +121,13 @@ def machine(kin, cl=None, *, title="", colour=DARK):
     scene.triad("bed", "XYZ", length=0.7 * arm, colour=DARK, origin=corner)
     scene.triad("workpiece", "xyz", length=arm, colour=COLOUR["workpiece"])
     scene.labels.append(Label("tool", np.array([-0.17 * made.size, 0, 0.3 * made.size]), "n", COLOUR["tool"]))
-    if cl is not None:
-        _path(scene, cl, made.size)
+    if cl is not None:  # the tip's path through up to 400 records, the tool axis at up to 60, evenly spread
+        many, few = (np.linspace(0, len(cl) - 1, min(len(cl), most)).astype(int) for most in (400, 60))
+        arms = [[p, p + 0.16 * made.size * n] for p, n in zip(cl.points[few], cl.axes[few], strict=True)]
+        scene.lines.append(Line("workpiece", arms, "#e9a56b", 1.0))
+        scene.lines.append(Line("workpiece", [cl.points[many]], "#000000", 1.2))
     scene.extent = _extent(kin, made)
     return scene, made
-
-
-def _path(scene, cl, size):
-    """The tip's path through up to 400 records, and the tool axis at up to 60, evenly spread."""
-    shown, drawn = (np.unique(np.linspace(0, len(cl) - 1, min(len(cl), most)).astype(int)) for most in (60, 400))
-    pairs = zip(cl.points[shown], cl.axes[shown], strict=True)
-    scene.lines.append(Line("workpiece", [[p, p + 0.16 * size * axis] for p, axis in pairs], "#e9a56b", 1.0))
-    scene.lines.append(Line("workpiece", [cl.points[drawn]], "#000000", 1.2))
 
 
 def _extent(kin, made):
