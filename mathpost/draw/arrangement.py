@@ -138,8 +138,7 @@ def _workpiece(size, cl):
     low, high = cl.points.min(axis=0), cl.points.max(axis=0)
     middle, half = (low + high)[:2] / 2, np.maximum((high - low)[:2] / 2 + 0.08 * size, 0.3 * size)
     top = low[2] - (0.5 * size if _is_point(size, cl) else 0.0)
-    bottom = min(0.0, top - 0.3 * size)
-    return np.array([*(middle - half), bottom]), np.array([*(middle + half), top])
+    return np.array([*(middle - half), min(0.0, top - 0.3 * size)]), np.array([*(middle + half), top])
 
 
 def _is_point(size, cl):
@@ -185,8 +184,7 @@ def _workpiece_side(made, machine, stock):
         turntable, axis = tables[-1], _along(tables[-1], UP)
         across = stock - stock @ axis[:, None] * axis - _foot(turntable, np.zeros(3))
         radius = max(1.05 * np.linalg.norm(across, axis=1).max(), 0.4 * size)
-        top = _foot(turntable, (stock @ axis).min() * axis)
-        under, hub = top - 0.12 * size * axis, 0.6 * radius
+        under, hub = _foot(turntable, (stock @ axis).min() * axis) - 0.12 * size * axis, 0.6 * radius
         made.lathe(turntable.name, GREYS["second"], TABLE, radius, 0.12 * size, under, axis)
         carried = [ring(under - 0.12 * size * axis, axis, hub)]
         made.disc(turntable.name, under - 0.06 * size * axis, axis, hub)

@@ -56,12 +56,11 @@ def show():
     plt.close("all")
 
 
-def frame(axes, matrix, origin, *, colour, length=1.0, labels="XYZ", **style):
+def frame(axes, matrix, origin, *, colour, **style):
     """Draw a frame's three axes: the columns of `matrix`, shape (3, 3), from `origin`, shape (3,)."""
-    for column, label in zip(matrix.T, labels, strict=True):
-        end = origin + length * column
-        axes.plot(*zip(origin, end, strict=True), color=colour, **style)
-        axes.text(*(origin + 1.15 * length * column), label, color=colour, ha="center", va="center")
+    for column, label in zip(matrix.T, "XYZ", strict=True):
+        axes.plot(*zip(origin, origin + column, strict=True), color=colour, **style)
+        axes.text(*(origin + 1.15 * column), label, color=colour, ha="center", va="center")
 
 
 def along(axes, place, values, role, label=None, *, points=False):
@@ -226,12 +225,9 @@ def space(axes, radius, *, centre=(0.0, 0.0, 0.0)):
     axes.set_axis_off()
 
 
-def worksheet(axes, report, sheet=None):
-    """Draw the cells that a check of a spreadsheet judged, in green, red and amber; the first wrong one framed.
-
-    `sheet` names one of several sheets, by default the first.
-    """
-    sheet = sheet or report.cells[0].place[0]
+def worksheet(axes, report):
+    """Draw the cells of the first sheet judged, in green, red and amber, the first wrong one of all framed."""
+    sheet = report.cells[0].place[0]
     judged = [(cell, *cell.place[1:]) for cell in report.cells if cell.place[0] == sheet]
     rows, columns = (sorted({place[n] for place in judged}) for n in (1, 2))
     for cell, row, column in judged:
