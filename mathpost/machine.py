@@ -295,7 +295,7 @@ class TomlTable:
 
     def __init__(self, content, where):
         if not isinstance(content, dict):
-            raise InputError(where, "a table of keys", repr(content))
+            raise InputError(where, "a table of keys", "nothing" if content is None else repr(content))
         self.content, self.where = dict(content), where
 
     def take(self, key, read, expected, *default):
@@ -310,10 +310,7 @@ class TomlTable:
             raise InputError(f"{self.where}, key {key!r}", expected, repr(value)) from None
 
     def table(self, key, optional=False):
-        content = self.content.pop(key, {} if optional else None)
-        if content is None:
-            raise InputError(f"{self.where}, [{key}]", "this table", "nothing")
-        return TomlTable(content, f"{self.where}, [{key}]")
+        return TomlTable(self.content.pop(key, {} if optional else None), f"{self.where}, [{key}]")
 
     def done(self):
         if self.content:
