@@ -49,9 +49,8 @@ class Live:
         files = [HERE / name for name in MODULES[self.state["kind"]]]
         modules = "\n".join(_dense(file.read_text(encoding="utf-8")) for file in files)
         style = (HERE / "live.css").read_text(encoding="utf-8")
-        code = [
-            f"(() => {{\n{_dense(text)}\nreturn {{ {', '.join(self.exports)} }};\n}})()" for text in self.machines
-        ]
+        exports = f"return {{ {', '.join(self.exports)} }};"
+        code = [f"(() => {{\n{_dense(text)}\n{exports}\n}})()" for text in self.machines]
         state = json.dumps(self.state, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
         under = self._still("position:absolute;z-index:-1;max-width:100%") if still else ""
         return (
