@@ -361,9 +361,8 @@ def _grade(options):
     graded.notes += place.open if place else ["No notebook was run."]
     for note in graded.notes:
         print(note, file=sys.stderr)
-    report = options.output
-    report = report.with_suffix("") if report.suffix in (".html", ".csv") else report
-    page, table = report.with_name(f"{report.name}.html"), report.with_name(f"{report.name}.csv")
+    report = options.output.with_suffix("") if options.output.suffix in (".html", ".csv") else options.output
+    page, table = (report.with_name(report.name + suffix) for suffix in (".html", ".csv"))
     write_text(page, grade_page.to_html(graded, options.language))
     write_text(table, grade_page.to_csv(graded, options.language))
     print(f"students: {len(graded.results)}; {page}, {table}")

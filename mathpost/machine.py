@@ -129,13 +129,7 @@ class Machine:
         return (low <= joints) & (joints <= high)
 
     def out_of_travel(self, joints):
-        """Return a sentence for each of the joints, shape (5,) in mm and radians, that is outside travel.
-
-        Examples
-        --------
-        >>> load("dmu50v").out_of_travel([0, 0, 900, 0, 7])
-        ['Z 900.000mm is outside -200 … 200']
-        """
+        """Return a sentence for each of the joints, shape (5,) in mm and radians, that is outside travel."""
         moved = np.r_[self.slides, 0, 0]  # where the slides are
         values, (low, high) = (joints + moved) * UNITS, (self.limits.T + moved) * UNITS
         units = ("mm", "mm", "mm", "°", "°")
@@ -180,12 +174,9 @@ def _widened(limits):
 def load(path):
     """Read a `Machine` from the TOML file `path`, or by the name of one that comes with the package.
 
-    Raises
-    ------
-    InputError
-        If there is no such machine, or the file cannot be read, is not TOML, lacks a key, has one too many, or
-        holds a value that no five-axis machine can have: not exactly two rotary axes, parallel axes, an inner axis
-        along the tool.
+    `InputError` is raised if there is no such machine, or the file cannot be read, is not TOML, lacks a key, has
+    one too many, or holds a value that no five-axis machine can have: not exactly two rotary axes, parallel axes,
+    an inner axis along the tool.
 
     Examples
     --------

@@ -104,7 +104,7 @@ def zxz_right(alpha, beta, gamma, *, degrees=False):
     >>> (zxz_right(135, 54.7356, -90, degrees=True) @ [3, 4, 5]).round(6)
     array([-1.224744,  0.707107,  6.928203])
     """
-    return from_angles(_right_matrix, (alpha, beta, gamma), degrees)
+    return from_angles(_result(_right), (alpha, beta, gamma), degrees)
 
 
 def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
@@ -119,7 +119,7 @@ def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
     >>> zxz_left_transposed(a, b, c) == zxz_right(a, b, c)
     True
     """
-    return from_angles(_left_matrix, (alpha, beta, gamma), degrees)
+    return from_angles(_result(_left), (alpha, beta, gamma), degrees)
 
 
 @dataclass(frozen=True)
@@ -175,12 +175,9 @@ def _left(alpha, beta, gamma, elementary=PASSIVE):
     return {"α": a, "β": b, "γ": c, "αβ": a * b, "αβγ": a * b * c, "(αβγ)ᵀ": (a * b * c).T}
 
 
-def _right_matrix(*angles):
-    return _right(*angles)["γβα"]
-
-
-def _left_matrix(*angles):
-    return _left(*angles)["(αβγ)ᵀ"]
+@lru_cache(maxsize=2)
+def _result(recipe):
+    return lambda *angles: [*recipe(*angles).values()][-1]
 
 
 def from_angles(build, angles, degrees):

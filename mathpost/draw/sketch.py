@@ -37,8 +37,8 @@ def sketch(axes, parts, *, title=""):
             if kind in ("size", "turn", "line", "dashed"):
                 place = points[len(points) // 2] if len(points) > 2 else points.mean(axis=0)
         if text:
-            centre = "center"
-            axes.text(*(place + size * np.ravel(shift or (0, 0))), text, color=colour, ha=centre, va=centre)
+            place = place + size * np.ravel(shift or (0, 0))
+            axes.text(*place, text, color=colour, ha="center", va="center")
     axes.set_title(title, fontsize=10)
     axes.set_aspect("equal")
     axes.margins(0.12)
