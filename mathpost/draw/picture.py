@@ -102,12 +102,10 @@ class View:
             ink.line(ends, fill=tuple(shown if open_ else faint), width=width)
 
     def _letters(self, ink):
-        font = ImageFont.load_default(size=14 * FINE)
+        font, halo = ImageFont.load_default(size=14 * FINE), {"stroke_width": 2 * FINE, "stroke_fill": "white"}
         wanted = [self.pixels(label.body, label.at)[:2] for label in self.scene.labels]
         for label, at in zip(self.scene.labels, spread(wanted, 20.0 * FINE), strict=True):
-            ink.text(
-                tuple(at), label.text, label.colour, font, anchor="mm", stroke_width=2 * FINE, stroke_fill="white"
-            )
+            ink.text(tuple(at), label.text, label.colour, font, anchor="mm", **halo)
 
 
 def _light(normals, camera):
