@@ -230,7 +230,9 @@ def _plan(kin, cl, first, chosen, found, way, lifting, tolerances, tcp, real):
     passed = unbroken(found, chosen.breaks) if way != "direct" else ()
     ways = [crossing(region).possible(way, **lifting) for region in passed]
     ways += [crossing((record - 1, record)).possible("retract", **lifting) for record in chosen.breaks]
-    going, taken = through_the_records(chosen.joints, ways), np.zeros(len(cl), bool)
+    going, taken = Motion.on_part(chosen.joints, np.arange(len(cl))), np.zeros(len(cl), bool)
+    if ways:
+        going = through_the_records(chosen.joints, ways)
     for each in ways:  # they go as they do
         taken[int(each.place[0]) : int(each.place[-1])] = True
     free = taken[np.floor(going.place[:-1]).astype(int)]

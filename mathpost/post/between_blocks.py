@@ -40,8 +40,6 @@ class Motion:
     @classmethod
     def joined(cls, parts):
         """One motion after the other."""
-        if len(parts) == 1:
-            return parts[0]
         return Motion(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__annotations__))
 
     def __getitem__(self, rows):

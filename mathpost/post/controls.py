@@ -14,9 +14,6 @@ SWITCHES = {
 }
 
 
-LAST_BLOCK_NUMBER = 99_999  # Fanuc counts no further; numbering begins again
-
-
 @dataclass(frozen=True, eq=False)
 class Control:
     """The words of a control."""
@@ -31,13 +28,6 @@ class Control:
     codes: str  # the words without an axis that reading passes over, as a regular expression
     number_letter: str = "N"
     sign: str = ""  # before a number that is not negative
-
-    def number(self, count):
-        """The block number after `count` others."""
-        return 10 * (count % (LAST_BLOCK_NUMBER // 10) + 1) if self.number_letter else count
-
-    def takes_number(self, line):
-        return not self.number_letter or not line.startswith(("%", "O", ";", "("))
 
     def lines(self, command):
         """Return the lines of a `Command` that needs no move."""

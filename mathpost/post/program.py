@@ -20,6 +20,7 @@ from mathpost.post.time_law import block_times, feed_times
 
 DECIMALS = 4
 SHORTEST_TIME = 0.001  # s, the least that FT may state
+LAST_BLOCK_NUMBER = 99_999  # Fanuc counts no further; numbering begins again
 MOTION_ONLY = "MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT"  # a program says so before its first move
 RAPID, TIME, FEED = " FMAX", " FT", " F"
 NOWHERE = np.full(5, np.nan)  # nobody knows where the axes are
@@ -146,7 +147,7 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     between[rows] += [control.tcp_off] * blocks.tcp + foot
     numbered = np.zeros(rows + 1, int)  # how many lines before each move, besides the moves
     for row, lines in between.items():
-        numbered[row] = sum(control.takes_number(line) for line in lines)
+        numbered[row] = sum(_takes_number(control, line) for line in lines)
     before = np.cumsum(numbered) + np.arange(rows + 1)
     columns = _columns(control, machine.joint_names, blocks, before[:-1], changes, switches)
     texts, at = [], 0
@@ -154,8 +155,8 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
         texts += bulk.lines(columns, at, row)
         count, at = before[row] - numbered[row], row
         for line in lines:
-            if control.takes_number(line):
-                line, count = f"{control.number_letter}{control.number(count)} {line}", count + 1
+            if _takes_number(control, line):
+                line, count = f"{control.number_letter}{_number(control, count)} {line}", count + 1
             texts.append(f"{line}\n")
     return "".join(texts)
 
@@ -195,6 +196,15 @@ def _between(control, machine, blocks):
     return between, [row for row in changes if row < rows], switches
 
 
+def _takes_number(control, line):
+    return control is HEIDENHAIN or not line.startswith(("%", "O", ";", "("))
+
+
+def _number(control, count):
+    """The block number after `count` others."""
+    return count if control is HEIDENHAIN else 10 * (count % (LAST_BLOCK_NUMBER // 10) + 1)
+
+
 def _columns(control, axes, blocks, numbers, changes, switches):
     """The moves as `Column`s; `changes` and `switches` as in `_between`."""
     rows, timed = np.arange(len(blocks.words)), ~(blocks.rapid | np.isnan(blocks.seconds))
@@ -207,7 +217,7 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     else:
         per_minute = _down(60 / np.maximum(blocks.seconds, SHORTEST_TIME), 4)
         per_minute = np.where(timed, np.maximum(per_minute, 1e-4), 1.0)
-        start, rapid = [Column("N", control.number(numbers)), *_codes(blocks.rapid, timed)], []
+        start, rapid = [Column("N", _number(control, numbers)), *_codes(blocks.rapid, timed)], []
         times = Column(FEED, per_minute, 4, shown=timed)
     positions = []
     for axis, column in zip(axes, blocks.words.T, strict=True):
