@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from scipy.optimize import brentq
 
 from mathpost.course.answers import Kind, Name, Number, Vector
 from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, of_lesson, with_travel
@@ -50,6 +49,8 @@ def next_point(curve=yu_dan.paper_cubic, t=0.975):
 @slip("clamped", curve=yu_dan.paper_clamped)
 def time_of(curve=yu_dan.paper_cubic, c=90.0):
     """The root of C(t) = 90°, found by halving; the same equation gave all five times."""
+    from scipy.optimize import brentq  # slow to load, and no other lesson needs it
+
     rows = table(2)[:4]
     return brentq(lambda t: curve(rows, t)[4] - c, 0, 1)
 
