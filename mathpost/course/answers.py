@@ -81,8 +81,8 @@ class Number(Kind):
     def asked(self):
         names = self.names.split()
         what = self.said or (f"{_counted(len(names))} ({', '.join(names)})" if names else "one number")
-        exact = {None: "", 0: ", to the whole number", 1: ", to 1 decimal"}
-        exact = exact.get(self.decimals, f", to {self.decimals} decimals")
+        few = {None: "", 0: ", to the whole number", 1: ", to 1 decimal"}
+        exact = few.get(self.decimals, f", to {self.decimals} decimals")
         exact = exact if self.tolerance is None else f", within ±{self.tolerance:g}"
         return f"{what}{f' in {self.unit}' if self.unit else ''}{exact}"
 
@@ -100,9 +100,13 @@ class Number(Kind):
             raise InputError("answer", self.asked, _counted(array.size))
         return array.ravel().tolist() if names else array.item()  # a row or a column matrix will do
 
+    def near(self, value, target):
+        """Which of the numbers are right, one by one."""
+        apart = np.ravel(np.subtract(value, target))
+        return np.abs(apart if np.isinf(self.period) else wrap(apart, self.period)) <= self.bound
+
     def same(self, value, target):
-        apart = np.subtract(value, target)
-        return bool(np.abs(apart if np.isinf(self.period) else wrap(apart, self.period)).max() <= self.bound)
+        return bool(self.near(value, target).all())
 
     def coarse(self, value, target):
         shown = written_decimals(value)
@@ -127,9 +131,8 @@ class Number(Kind):
     def nearly(self, value, target):
         if self.coarse(value, target):
             return f"Correct as far as its digits go. Answer with {self.asked}."
-        names, one = self.names.split(), replace(self, names="")
-        triples = zip(names, value, target, strict=True) if names else ()
-        right = [name for name, *pair in triples if Number.same(one, *pair)]
+        names = self.names.split()
+        right = [name for name, near in zip(names, self.near(value, target), strict=False) if near]
         look = ", ".join(name for name in names if name not in right)
         return f"Right: {', '.join(right)}. Look once more at {look}." if right else ""
 

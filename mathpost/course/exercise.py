@@ -46,10 +46,9 @@ def student(name):
 
 
 def check(name, answer):
-    """Say whether `answer` solves an exercise and, if not, the mix-up that leads to it.
+    """Say whether `answer` solves an exercise and, if not, the mix-up that leads to it; None is not attempted.
 
-    An answer of None has not been attempted. No answer raises anything; there is an `InputError` if no exercise has
-    the name, or what the exercise needs is missing.
+    No answer raises anything; there is an `InputError` if no exercise has the name, or what it needs is missing.
 
     Examples
     --------
@@ -144,7 +143,7 @@ def saved(path):
     One is `edited` where the notebook says something else than its answer deserves. An exercise that is not defined
     here keeps what the notebook says.
     """
-    return judged(cells(path), path)
+    return judged(notebook(path)["cells"], path)
 
 
 def judged(cells, where):
@@ -250,11 +249,6 @@ def notebook(path):
         raise InputError(str(path), "a notebook", "something else") from None
 
 
-def cells(path):
-    """Return the cells of a saved notebook as JSON holds them; raise `InputError` if it is none."""
-    return notebook(path)["cells"]
-
-
 def asked(source):
     """Return the names of the exercises that the source of a cell checks."""
     return re.findall(r"exercise\.check\(\s*[\"']([\w-]+)[\"']", source)
@@ -262,5 +256,5 @@ def asked(source):
 
 def _title(path):
     """The first heading of a lesson up to a comma or colon, without the Chinese in brackets."""
-    heading = "".join(cells(path)[0]["source"]).splitlines()[0]
+    heading = "".join(notebook(path)["cells"][0]["source"]).splitlines()[0]
     return re.split(r"\s*\(|[,:]", heading.lstrip("# "))[0].replace(" · ", " ")

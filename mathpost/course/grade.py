@@ -149,7 +149,9 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
     with tempfile.TemporaryDirectory() as unpacked:
         students = collect(folder, unpacked, [path.stem for path in handed_out])
         course = {digest(path) for path in (*handed_out, *(COURSE / "data").glob("**/*.xlsx"))}
-        same = _Same({source for path in handed_out for source in _sources(exercise.cells(path))}, course)
+        same = _Same(
+            {source for path in handed_out for source in _sources(exercise.notebook(path)["cells"])}, course
+        )
         slow, done = sum(len(each.workbooks) + len(each.notebooks) * bool(rerun) for each in students), count(1)
         step = (lambda name: progress(next(done), slow, name)) if progress else str
         results = [_student(each, same, rerun, step) for each in students]
@@ -228,7 +230,7 @@ def _student(student, same, rerun, step):
 
 def _notebook(result, path, same, rerun):
     """Add what one notebook holds, and what is different when it is run."""
-    cells = exercise.cells(path)
+    cells = exercise.notebook(path)["cells"]
     verdicts = exercise.judged(cells, path)
     result.notebooks += 1
     sources = _sources(cells)

@@ -50,7 +50,7 @@ def of_lesson(name, kind, **how):
             slip(sentence, **leads_to)(solve)
         if computed:
             raise InputError(f"exercises.toml, {name}", f"a slip by {' and '.join(computed)}", "none")
-        return define(name, kind, words.get("hint", ""), **how)(solve)
+        return define(name, kind, hint=words.get("hint", ""), **how)(solve)
 
     return enter
 

@@ -69,47 +69,38 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
     """Walk along a program by a slider: the machine, and both branches of both rotary axes with a cursor.
 
     Between two blocks all joints move linearly; where the tip then leaves the CL path, its true way is drawn. Of a
-    long program every n-th block is shown, and the step is n.
-
-    Parameters
-    ----------
-    kin : Kinematics
-    cl : CLData
-    joints : array_like, shape (m, 5), optional
-        The blocks, mm and radians; by default one for each record, as `mathpost.post.selection.choose` finds them.
-    place : array_like, shape (m,), optional
-        Where each block ends on the CL path, as in `mathpost.post.Result`, if there are more blocks than records.
-    second : Kinematics, optional
-        A different machine, shown beside the first on the same CL data, with its own choice of solutions.
+    long program every n-th block is shown, and the step is n. `joints`, shape (m, 5), mm and radians, are the blocks,
+    by default one for each record, as `mathpost.post.selection.choose` finds them; `place`, shape (m,), is where each
+    ends on the CL path, as in `mathpost.post.Result`. `second` is the `Kinematics` of a different machine, shown
+    beside the first on the same CL data, with its own choice of solutions.
     """
     chosen = selection.choose(kin, cl).joints if joints is None else np.asarray(joints, dtype=float)
-    place = np.arange(len(chosen), dtype=float) if place is None else np.asarray(place, dtype=float)
-    runs = [(kin, chosen, place)]
+    runs = [(kin, chosen, np.arange(len(chosen)) if place is None else np.asarray(place))]
     if second is not None:
-        other = selection.choose(second, cl).joints
-        runs.append((second, other, np.arange(len(other), dtype=float)))
+        runs.append((second, selection.choose(second, cl).joints, np.arange(len(cl))))
     every = max(1, -(-len(cl) // SHOWN))
     records = np.arange(0, len(cl), every)
-    poses = np.concatenate([cl.points[records], cl.axes[records]], axis=1)
-    scenes, state_runs = [], []
+    scenes, state_runs, starts = [], [], []
     for each, blocks, ends in runs:
         drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "")
         drawn, _ = scene.best_camera(each, drawn, blocks[0], aspect=0.9)
         drawn.lines.append(Line("workpiece", [], plot.COLOUR["tool"], 1.8, name="true tip"))
-        scenes.append(drawn)
-        at_records = _between(ends, blocks, np.arange(len(cl), dtype=float))
-        if every > 1:
-            blocks, ends = _between(ends, blocks, records.astype(float)), records.astype(float)
+        at_records = np.stack([np.interp(np.arange(len(cl)), ends, column) for column in blocks.T], axis=-1)
         near = [[first + 1, last + 1] for first, last in regions(each, cl, at_records, cone=CONE)]
+        if not scenes:  # the buttons are for the first machine
+            places = _sights(kin, cl, at_records)
+        if every > 1:
+            blocks, ends = at_records[records], records
         state_runs.append({"about": _about(each), "joints": blocks, "place": ends / every, "singular": near})
-    at_records = _between(place, chosen, np.arange(len(cl), dtype=float))
+        scenes.append(drawn)
+        starts.append(blocks[0])
+    poses = np.concatenate([cl.points, cl.axes], axis=1)[records].round(9)
     step = float(every) if len(cl) > 30 else 0.05
-    state = {"kind": "walk", "cl": poses.round(9), "runs": state_runs, "first": 1, "every": every}
-    state["sliders"] = [slider("record", 1.0, float(1 + records[-1]), 1.0, step=step, unit="")]
-    state["places"] = _sights(kin, cl, at_records)
-    starts = [blocks[0] for _, blocks, _ in runs]
-    text = "; ".join(f"record 1: {pose_text(each, q)}" for (each, _, _), q in zip(runs, starts, strict=True))
-    return _live(state, [each for each, _, _ in runs], scenes, starts, text, height=520, layout="column")
+    sliders = [slider("record", 1.0, float(1 + records[-1]), 1.0, step=step, unit="")]
+    state = {"kind": "walk", "cl": poses, "runs": state_runs, "first": 1, "every": every, "sliders": sliders}
+    kins = [each for each, _, _ in runs]
+    text = "; ".join(f"record 1: {pose_text(each, q)}" for each, q in zip(kins, starts, strict=True))
+    return _live(state | {"places": places}, kins, scenes, starts, text, height=520, layout="column")
 
 
 def _live(state, kins, scenes, joints, readings, **options):
@@ -186,11 +177,6 @@ def _sights(kin, cl, joints):
             places["branch change"] = changes[swing[changes].argmax()] + 1.5
         places["largest swing"] = int(swing.argmax()) + 1.5
     return [[label, record] for label, record in places.items()]
-
-
-def _between(place, joints, wanted):
-    """Joints at places on the path, moving linearly from block to block."""
-    return np.stack([np.interp(wanted, place, column) for column in joints.T], axis=-1)
 
 
 def _list(values, digits):
