@@ -21,6 +21,7 @@ from mathpost.course import exercise
 from mathpost.course.handed_in import collect
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
 from mathpost.errors import InputError, read_text
+from mathpost.workbook import check_file
 
 COURSE = Path(__file__).parents[2]
 ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
@@ -260,8 +261,6 @@ def _notebook(result, path, same, rerun):
 
 def _workbook(result, path, same):
     """Add the check of one workbook."""
-    from mathpost.workbook import check_file  # only where there is a workbook
-
     if digest(path) in same.course:
         return
     try:

@@ -1,19 +1,22 @@
 """The report on a class as a page, `grade_page.html`, and as a table, in English or Chinese.
 
+The Chinese stands by the English text in `chinese.toml`, and in `exercises.toml` for the slips of its exercises.
 Everything that a student wrote is escaped: a file's name or an answer cannot become part of the page, nor a formula
 of the spreadsheet program that opens the table.
 """
 
+import re
 from collections import Counter
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 from jinja2 import Environment
 
-from mathpost.course import chinese
 from mathpost.course.exercise import MARKS
-from mathpost.course.verdict import OPEN, RIGHT, WRONG
+from mathpost.course.lesson_data import toml
+from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
 from mathpost.errors import read_text
+from mathpost.workbook.folder import CHINESE as CAUSES
 from mathpost.workbook.report import csv_table
 
 LANGUAGES = ("en", "zh")
@@ -28,13 +31,13 @@ STYLES = {RIGHT: "right", WRONG: "wrong", OPEN: "open"}
 
 
 def say(language, text):
-    """A word of the report."""
-    return chinese.word(text) if language == "zh" else ENGLISH.get(text, text)
+    """A word of the report, or a cause that the check of workbooks names."""
+    return ENGLISH.get(text, text) if language == "en" else sections()["report"].get(text) or CAUSES.get(text, text)
 
 
 def mixup(language, name, sentence):
     """The sentence that names a mix-up, in its own words if there are no Chinese ones."""
-    return (language == "zh" and chinese.mixup(name, sentence)) or sentence
+    return (language == "zh" and chinese(name, sentence)) or sentence
 
 
 def why(language, verdict):
@@ -82,7 +85,7 @@ def to_html(graded, language="en"):
             exercises=len(graded.exercises),
         ),
         look=list(_attention(graded, language)),
-        lacking=language == "zh" and not all(chinese.mixup(*each[:2]) for each in graded.mixups()),
+        lacking=language == "zh" and not all(chinese(*each[:2]) for each in graded.mixups()),
         books=books,
         causes=Counter(say(language, book.cause) for _, book in books if book.cause).most_common(),
         marks={status: (style, MARKS[status]) for status, style in STYLES.items()},
@@ -116,3 +119,35 @@ def _attention(graded, language):
         for book in result.workbooks:
             if book.verdict == "unclear":
                 yield result.name, book.file, "workbook not judged to the end", f"{book.checked}/{book.total}"
+
+
+@cache
+def chinese(name, sentence):
+    """What is said of a mix-up of an exercise; "" if that has no Chinese, as in a teacher's own exercise."""
+    for pattern, wording in (*_patterns(name), *_patterns("any")):
+        if found := pattern.fullmatch(sentence):
+            return wording.format(*(chinese(name, part) or part for part in found.groups()))
+    if name not in EXERCISES or not EXERCISES[name].detective:
+        return ""
+    parts = sentence
+    for pattern, wording in _patterns("detective"):
+        parts = pattern.sub(lambda found, wording=wording: wording.format(*found.groups()), parts)
+    return "" if parts == sentence else parts.removesuffix(".") + "。"
+
+
+@cache
+def sections():
+    """The Chinese by section: those of the file, and one for each exercise of the lessons."""
+    found = dict(toml("chinese"))
+    for name, words in toml("exercises").items():
+        slips = {sentence: entry["zh"] for sentence, entry in words.get("slips", {}).items()}
+        found[name] = slips | words.get("said", {})
+    return found
+
+
+@cache
+def _patterns(section):
+    """The entries of a section, the keys as patterns; the parts of a detective's sentence differ in a word each."""
+    blank, ignore = (r"(\S+?)", re.IGNORECASE) if section == "detective" else ("(.+?)", 0)
+    entries = sections().get(section, {}).items()
+    return [(re.compile(re.escape(key).replace(r"\{\}", blank), ignore), wording) for key, wording in entries]

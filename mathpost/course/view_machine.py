@@ -69,10 +69,10 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
     """Walk along a program by a slider: the machine, and both branches of both rotary axes with a cursor.
 
     Between two blocks all joints move linearly; where the tip then leaves the CL path, its true way is drawn. Of a
-    long program every n-th block is shown, and the step is n. `joints`, shape (m, 5), mm and radians, are the blocks,
-    by default one for each record, as `mathpost.post.selection.choose` finds them; `place`, shape (m,), is where each
-    ends on the CL path, as in `mathpost.post.Result`. `second` is the `Kinematics` of a different machine, shown
-    beside the first on the same CL data, with its own choice of solutions.
+    long program every n-th block is shown, and the step is n. `joints`, shape (m, 5), mm and radians, are the
+    blocks, by default one for each record, as `mathpost.post.selection.choose` finds them; `place`, shape (m,), is
+    where each ends on the CL path, as in `mathpost.post.Result`. `second` is the `Kinematics` of a different
+    machine, shown beside the first on the same CL data, with its own choice of solutions.
     """
     chosen = selection.choose(kin, cl).joints if joints is None else np.asarray(joints, dtype=float)
     runs = [(kin, chosen, np.arange(len(chosen)) if place is None else np.asarray(place))]
