@@ -33,11 +33,13 @@ UNITS = {  # what may stand behind a number, as a pattern; how many of a unit th
 
 
 class Kind:
-    """What the kinds have in common.
-
-    Each has `asked`, what to answer with, in words; ``read(answer)``, the answer as data, or an `InputError`; and
-    ``same(value, target)``, whether two data are the same answer.
+    """What the kinds have in common. Each has `asked`, what to answer with, in words, and ``read(answer)``, the
+    answer as data, or an `InputError`.
     """
+
+    def same(self, value, target):
+        """Whether two data are the same answer."""
+        return value == target
 
     def coarse(self, value, target):
         """Whether they would be the same if only the digits were asked for that the value shows."""
@@ -68,6 +70,8 @@ class Number(Kind):
     (True, False)
     >>> Number(unit="mm").read("−77.7 mm"), Vector(names="B C", unit="degrees").read("B52.4° C = -24.6°")
     (-77.7, [52.4, -24.6])
+    >>> Angle(decimals=2).same(353.44, -6.5624), Pose().same([90, 30, -90], [-90, -30, 90])
+    (True, True)
     """
 
     decimals: int | None = 3  # after the point; None where there are many solutions, and the exercise judges them
@@ -142,13 +146,7 @@ class Number(Kind):
 
 @dataclass(frozen=True, kw_only=True)
 class Angle(Number):
-    """One angle in degrees; whole turns more or less are the same angle.
-
-    Examples
-    --------
-    >>> Angle(decimals=2).same(353.44, -6.5624), Angle(decimals=2).read("434.46°")
-    (True, 434.46)
-    """
+    """One angle in degrees; whole turns more or less are the same angle."""
 
     unit: str = "degrees"
     said: str = "one angle"
@@ -163,15 +161,7 @@ class Angle(Number):
 
 @dataclass(frozen=True, kw_only=True)
 class Vector(Number):
-    """Some numbers in a given order: list, tuple, array, row or column matrix, text, or a dict by their names.
-
-    Examples
-    --------
-    >>> Vector().asked
-    'three numbers (x, y, z), to 3 decimals'
-    >>> Vector().same(Vector().read("(4.5981, 5, −1.964)"), [4.59807621, 5, -1.96410162])
-    True
-    """
+    """Some numbers in a given order: list, tuple, array, row or column matrix, text, or a dict by their names."""
 
     names: str = "x y z"
 
@@ -198,13 +188,7 @@ class Joints(Vector):
 
 @dataclass(frozen=True, kw_only=True)
 class Pose(Number):
-    """A frame: its matrix, its quaternion (w, x, y, z) of either sign, or its three angles; a twin is right.
-
-    Examples
-    --------
-    >>> Pose().same([90, 30, -90], [-90, -30, 90]), Pose().same([1, 0, 0, 0], [-1, 0, 0, 0])
-    (True, True)
-    """
+    """A frame: its matrix, its quaternion (w, x, y, z) of either sign, or its three angles; a twin is right."""
 
     decimals: int = 2
     sequence: str = "ZXZ"  # what three numbers mean, as in `mathpost.angles`; degrees
@@ -298,19 +282,10 @@ class Name(Kind):
             return found.pop()
         raise InputError("answer", self.asked, brief(answer))
 
-    def same(self, value, target):
-        return value == target
-
 
 @dataclass(frozen=True)
 class Names(Name):
-    """Some of some names, in any order: a list, a set, or one string.
-
-    Examples
-    --------
-    >>> Names("x y z").read("z', X"), Names("5 6 7").read([7.0, 5])
-    (['x', 'z'], ['5', '7'])
-    """
+    """Some of some names, in any order: a list, a set, or one string."""
 
     about: object = None  # function that returns what there is to know about a name that does not belong
 

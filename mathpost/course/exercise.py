@@ -1,11 +1,8 @@
 """The exercises as the learner meets them: check an answer, open a solution, see how far one has come.
 
 In a lesson an exercise is a question, a cell ``answer = None``, a cell ``exercise.check("07-pivot", answer)`` and a
-cell ``exercise.solution("07-pivot")``, which stays closed until it is clicked. The saved notebook itself is the
-record of what has been solved: beside each verdict stands the answer as data, so that a teacher reads the progress
-of a class from the notebooks that are handed in, judges every answer anew, and runs nobody's code.
-
-Exercises of your own: see `define`.
+cell ``exercise.solution("07-pivot")``, which stays closed until it is clicked. The saved notebook is the record:
+beside each verdict stands the answer as data, so that a teacher judges every answer anew, and runs nobody's code.
 """
 
 import html
@@ -57,23 +54,17 @@ def check(name, answer):
     >>> check("01-sign", [-4, 3, 5])
     01-sign · not yet. This turns the point (an active matrix). The frame turns: look from its new axes.
     """
+    from IPython.display import display  # slow to import, and a grader of notebooks displays nothing
+
     verdict = judge(name, answer)
-    _display(verdict)
+    display(verdict)
     if verdict.status != OPEN and name not in _tried:
         _tried.add(name)
-        _display(_Solution(_named(name)), display_id=f"solution of {name}", update=True)
+        _show_solution(_named(name), update=True)
 
 
 def judge(name, answer):
-    """Return the `Verdict` on an answer, also on one that a notebook has stored.
-
-    Examples
-    --------
-    >>> judge("01-sign", [-4, 3, 5]).answer
-    [-4.0, 3.0, 5.0]
-    >>> judge("01-sign", [4, -3, 5]).status
-    'right'
-    """
+    """Return the `Verdict` on an answer, also on one that a notebook has stored."""
     return _named(name).verdict(answer)
 
 
@@ -90,7 +81,7 @@ def solution(name):
         return zxz_right(angle, 0, 0, degrees=True) @ point
     # gives 4.000, -3.000, 5.000
     """
-    _display(_Solution(_named(name)), display_id=f"solution of {name}")
+    _show_solution(_named(name))
 
 
 def given(name):
@@ -114,27 +105,21 @@ def reveal(guess, truth):
 
     Examples
     --------
-    >>> reveal(None, "negative")
-    The answer: negative. You have not guessed: write a guess down before you go on, even a wild one.
     >>> reveal(1, -1)
     The answer: -1. You guessed 1. Find out why before you go on.
     >>> reveal("−650.0", -650)
     The answer: -650. You guessed it.
     """
-    said = "You guessed it." if _same(guess, truth) else f"You guessed {guess}. Find out why before you go on."
+    try:  # a number to the digits of the coarser of both, a word in any case
+        number = Number(decimals=written_decimals(truth))
+        pair = number.read(guess), number.read(truth)
+        right = number.same(*pair) or number.coarse(*pair)
+    except (InputError, TypeError, ValueError):
+        right = str(guess).strip().casefold() == str(truth).casefold()
+    said = "You guessed it." if right else f"You guessed {guess}. Find out why before you go on."
     if guess is None:
         said = "You have not guessed: write a guess down before you go on, even a wild one."
     print(f"The answer: {truth}. {said}")
-
-
-def _same(guess, truth):
-    """Whether a guess is true: a number to the digits of the coarser of both, a word in any case."""
-    try:
-        number = Number(decimals=written_decimals(truth))
-        pair = number.read(guess), number.read(truth)
-        return number.same(*pair) or number.coarse(*pair)
-    except (InputError, TypeError, ValueError):
-        return str(guess).strip().casefold() == str(truth).casefold()
 
 
 def saved(path):
@@ -198,30 +183,19 @@ def progress(folder="."):
             print(f"{each.name}: the notebook says something else than its answer deserves ({each.status}).")
 
 
-class _Solution:
-    """Hint and solution, which a page shows closed; says whether an attempt was checked."""
-
-    def __init__(self, exercise):
-        self.exercise = exercise
-        self.summary = f"Solution of {exercise.name}{': you have not tried yet' * (exercise.name not in _tried)}"
-
-    def __str__(self):
-        return self.exercise.shown_solution
-
-    def _repr_mimebundle_(self, include=None, exclude=None):
-        shown = {f"Hint for {self.exercise.name}": self.exercise.hint, self.summary: str(self)}
-        closed = '<details><summary>{}</summary><pre style="font-family: monospace">{}</pre></details>'.format
-        page = "".join(closed(summary, html.escape(text)) for summary, text in shown.items() if text)
-        return {"text/plain": self.summary, "text/html": page}
-
-
-def _display(shown, *, update=False, **where):
-    from IPython import display, get_ipython  # slow to import, and a grader of notebooks displays nothing
+def _show_solution(found, *, update=False):
+    """Hint and solution, which a page shows closed, and whether an attempt was checked; outside it is printed."""
+    from IPython import display, get_ipython
 
     if get_ipython():
-        display.display(shown, update=update, **where)
+        summary = f"Solution of {found.name}{': you have not tried yet' * (found.name not in _tried)}"
+        shown = {f"Hint for {found.name}": found.hint, summary: found.shown_solution}
+        closed = '<details><summary>{}</summary><pre style="font-family: monospace">{}</pre></details>'.format
+        page = "".join(closed(title, html.escape(text)) for title, text in shown.items() if text)
+        bundle = {"text/plain": summary, "text/html": page}
+        display.display(bundle, raw=True, display_id=f"solution of {found.name}", update=update)
     elif not update:
-        print(shown)
+        print(found.shown_solution)
 
 
 def _named(name):

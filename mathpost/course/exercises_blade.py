@@ -145,9 +145,6 @@ class Program(Kind):
             raise InputError("answer", self.asked, "something else")
         return answer
 
-    def same(self, value, target):
-        return value == target
-
     def show(self, value):
         lines = value.splitlines()
         return f"{len(lines)} lines, from {lines[0]!r} to {lines[-1]!r}"

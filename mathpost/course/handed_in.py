@@ -72,20 +72,17 @@ def unzip(path, target):
                     raise InputError(str(path), "files", f"a link, {name!r}")
                 place = target.joinpath(*parts)
                 place.parent.mkdir(parents=True, exist_ok=True)
-                with packed.open(member) as source, place.open("wb") as copy:
-                    shutil.copyfileobj(source, copy)  # no more than the zip's list of contents declares
+                place.write_bytes(packed.read(member))  # no more than the zip's list of contents declares
     except (zipfile.BadZipFile, OSError, EOFError, RuntimeError, NotImplementedError, zipfile.zlib.error) as error:
         raise InputError(str(path), "a zip that can be unpacked", str(error) or type(error).__name__) from None
 
 
 def _said(member):
     """The name of a file in a zip, also where it was packed with a Chinese code page and does not say so."""
-    if member.flag_bits & 0x800:
-        return member.filename
-    raw = member.filename.encode("cp437", "replace")
-    for encoding in ("utf-8", "gb18030"):
-        with suppress(UnicodeDecodeError):
-            return raw.decode(encoding)
+    if not member.flag_bits & 0x800:
+        for encoding in ("utf-8", "gb18030"):
+            with suppress(UnicodeDecodeError):
+                return member.filename.encode("cp437", "replace").decode(encoding)
     return member.filename
 
 
@@ -97,13 +94,12 @@ def _whose(folder, lessons):
             return
         if inner.name == "inbound" and inner.is_dir():
             latest = {}
-            for path in _entries(inner):
+            for path in _entries(inner):  # NAME+ASSIGNMENT+TIME, the earlier first
                 if "+" in path.name:
-                    name, assignment, time, *_ = [*path.name.split("+"), ""]
-                    latest[name, assignment] = max(latest.get((name, assignment), ("",)), (time, path))
-            yield from ((name, path) for (name, _), (_, path) in sorted(latest.items()))
+                    latest[tuple(path.name.split("+")[:2])] = path
+            yield from ((name, path) for (name, _), path in latest.items())
             return
-    entries, named = list(_entries(folder)), {}
+    entries, named = _entries(folder), {}
     for path in entries:
         if path.is_dir() or path.is_symlink():
             named[path] = MOODLE.sub("", path.name)
