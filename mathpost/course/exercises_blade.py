@@ -67,15 +67,10 @@ def pieces(rows=slice(4, 6), tolerance=0.01):
 @cache
 def spoilt_program():
     """The blade's program, B from -25°, with two decimals of one C word exchanged: enough to miss the part."""
-    lines = run(blade(), with_travel(load("dmu50v"), -25, 180).machine).program.splitlines()
-    line = lines.index(_moves(lines)[SPOILT])
-    head, word = lines[line].rsplit("C", 1)
-    lines[line] = f"{head}C{word[:6]}{word[7]}{word[6]}{word[8:]}"
-    return "\n".join(lines) + "\n"
-
-
-def _moves(lines):
-    return [line for line in lines if " L " in line]
+    text = run(blade(), with_travel(load("dmu50v"), -25, 180).machine).program
+    move = [line for line in text.splitlines() if " L " in line][SPOILT]
+    head, word = move.rsplit("C", 1)
+    return text.replace(move, f"{head}C{word[:6]}{word[7]}{word[6]}{word[8:]}")
 
 
 @of_lesson("07-block", Number(decimals=0), given=spoilt_program)
@@ -86,8 +81,8 @@ def block():
     kin = with_travel(load("dmu50v"), -25, 180)
     tips, _ = kin.forward(program.read(spoilt_program(), kin.machine).joints)
     middle = np.median(tips, axis=0)  # the blade's five tips are all within 0.01 mm
-    move = _moves(spoilt_program().splitlines())[np.linalg.norm(tips - middle, axis=1).argmax()]
-    return int(move.split()[0])
+    moves = [line for line in spoilt_program().splitlines() if " L " in line]
+    return int(moves[np.linalg.norm(tips - middle, axis=1).argmax()].split()[0])
 
 
 def not_lowest(low):
@@ -99,10 +94,9 @@ def not_lowest(low):
         return f"With B from {low:g} C still swings by {swing:.1f}°."
     if swing_with_less <= SWING:
         before, after = np.degrees(load("dmu50v").inverse(blade().points, blade().axes)[[0, 4], 0, 3])
+        why = f"But the first record, which is the deepest below zero then, needs {-before:.2f}° only."
         if low <= -after:
             why = f"But the last record needs {-after:.2f}° only, and the path may also begin on the other branch."
-        else:
-            why = f"But the first record, which is the deepest below zero then, needs {-before:.2f}° only."
         return f"With B from {low:g} there is no swing. {why}"
     return ""
 
@@ -163,21 +157,18 @@ def unproved(text):
         off = np.linalg.norm(tip[at:] - point, axis=1)
         lean = np.degrees(2 * np.arcsin(np.linalg.norm(axis[at:] - direction, axis=1) / 2))
         if not (reached := np.flatnonzero((off <= TIP) & (lean <= AXIS))).size:
-            nearest = int(off.argmin())
+            nearest = off.argmin()
             return (
                 f"No block ends at record {record}, in its turn: the tip comes within {off[nearest]:.3f} mm of it, "
                 f"with the tool axis {lean[nearest]:.3f}° off."
             )
-        before, at = at, at + int(reached[0])
+        before, at = at, at + reached[0]
         if record > 1:
-            start, end = path.points[record - 2], path.points[record - 1]
-            moves = slice(before, at)
-            height = np.vecdot(tip[before : at + 1] - np.linspace(start, end, at + 1 - before), direction)
+            ends = [each[record - 2 : record] for each in (path.points, path.axes)]
+            tips, axes = (np.repeat(each[:, None], at - before, axis=1) for each in ends)
+            height = np.vecdot(tip[before : at + 1] - np.linspace(*ends[0], at + 1 - before), direction)
             cut = (height[:-1] < LIFTED) & (height[1:] < LIFTED)
-            ends = [
-                np.broadcast_to(each, (at - before, 3)) for each in (start, end, *path.axes[record - 2 : record])
-            ]
-            strays = deviation(kin, joints[moves], joints[before + 1 : at + 1], tips=ends[:2], axes=ends[2:])
+            strays = deviation(kin, joints[before:at], joints[before + 1 : at + 1], tips=tips, axes=axes)
             worst_tip, worst_axis = strays[0][cut].max(initial=0), np.degrees(strays[1][cut].max(initial=0))
             if worst_tip > TIP and not blocks.tcp:
                 return f"Between records {record - 1} and {record} the tip strays by {worst_tip:.3f} mm."

@@ -20,6 +20,7 @@ from mathpost.rotation import numeric
 # 12 The angular error of a rotary axis
 
 SPOILT = 135  # the target of 12-table whose command is wrong
+STEPS = "3 4 5 6 7 8 9 11"  # between targets, degrees
 
 
 @cache
@@ -70,15 +71,15 @@ def ripple_left(step, teeth=30):
     return np.hypot(*(wave(fine) - curve(fine) for wave, curve in zip(waves, fitted, strict=True))).max()
 
 
-@of_lesson(
-    "12-steps",
-    Names(
-        "3 4 5 6 7 8 9 11", about=lambda step: f"A step of {step}° leaves {ripple_left(step):.0%} of the ripple."
-    ),
-)
+def not_enough(step):
+    """Say how much of the ripple a step in degrees leaves."""
+    return f"A step of {step}° leaves {ripple_left(step):.0%} of the ripple."
+
+
+@of_lesson("12-steps", Names(STEPS, about=not_enough))
 def steps(share=0.5, teeth=30):
     """Below half of the period, and not just below: near the limit the spline still leaves much of the wave."""
-    return {step for step in (3, 4, 5, 6, 7, 8, 9, 11) if ripple_left(step, teeth) <= share}
+    return {step for step in STEPS.split() if ripple_left(step, teeth) <= share}
 
 
 # 13 Systematic errors
