@@ -12,9 +12,8 @@ from mathpost.measure import spline
 def knot_choice(measured):
     """A slider over the number of knots of `spline.Points`: chosen adaptively, and equally far apart."""
     order = spline.adaptive(measured, np.finfo(float).tiny).knots
-    fewest = 2 if measured.period is None else 3
     closed = measured.period is not None  # then the last knot is the first
-    gaps = len(measured.at) - 1 + closed
+    fewest, gaps = 2 + closed, len(measured.at) - 1 + closed
     possible = [count for count in range(fewest, len(measured.at) + 1) if gaps % (count - 1 + closed) == 0]
 
     figure, axes = subplots()
@@ -24,21 +23,20 @@ def knot_choice(measured):
     for name, role in (("adaptive", "first branch"), ("uniform", "second branch")):
         (curve,) = axes.plot([], [], plot.STYLE[role], color=plot.COLOUR[role], label=name)
         lines[name] = curve, *axes.plot([], [], "o", color=plot.COLOUR[role], fillstyle="none")
-    margin = 0.1 * np.ptp(measured.values) * np.array([-1, 1])
-    limits = np.add([measured.values.min(), measured.values.max()], margin)
+    margin = 0.1 * np.ptp(measured.values)
+    limits = measured.values.min() - margin, measured.values.max() + margin
     axes.set(xlabel="angle, deg", ylabel="error, arcsec", ylim=limits)
     axes.legend()
 
     def update(knots):
-        fewer = max(count for count in possible if count <= knots)
-        adaptive, uniform = spline.Curve(measured, order[: round(knots)]), spline.uniform(measured, fewer)
-        fits = {"adaptive": adaptive, "uniform": uniform}
-        for name, fitted in fits.items():
+        fewer, said = max(count for count in possible if count <= knots), []
+        fits = spline.Curve(measured, order[: round(knots)]), spline.uniform(measured, fewer)
+        for (name, (curve, dots)), fitted in zip(lines.items(), fits, strict=True):
             chosen = sorted(fitted.knots)
-            lines[name][0].set_data(at, fitted(at))
-            lines[name][1].set_data(measured.at[chosen], measured.values[chosen])
-        told = "{}: {} knots, residual {:.3f} arcsec".format
-        return [told(name, len(fitted.knots), fitted.residual) for name, fitted in fits.items()]
+            curve.set_data(at, fitted(at))
+            dots.set_data(measured.at[chosen], measured.values[chosen])
+            said.append(f"{name}: {len(chosen)} knots, residual {fitted.residual:.3f} arcsec")
+        return said
 
     return recorded(figure, update, slider("knots", fewest, len(order), 6, unit=""))
 

@@ -17,25 +17,19 @@ def misreadings_apart(point, names):
     misreading that these angles cannot show.
     """
     symbols, point = sp.symbols("alpha beta gamma", real=True), sp.Matrix([sp.Float(x) for x in point])
-
-    def distance(name):
-        order, signs = COMMON[name]
-        first, second, third = (PASSIVE["ZXZ"[n]](signs[n] * symbols[n]) for n in order)
-        return ((first * second * third - zxz_right(*symbols)) * point).norm()
-
-    distances = [distance(name) for name in names]
-
     figure, panel = subplots()
     panel.set(xlim=(0, 2 * float(point.norm())), ylim=(len(names) - 0.5, -0.5))
     panel.set(xlabel="distance from the right point", yticks=range(len(names)), yticklabels=names)
-    bars = {}
-    for row, length in enumerate(distances):
+    bars, distances = {}, []
+    for row, name in enumerate(names):
+        order, signs = COMMON[name]
+        first, second, third = (PASSIVE["ZXZ"[n]](signs[n] * symbols[n]) for n in order)
+        distances.append(length := ((first * second * third - zxz_right(*symbols)) * point).norm())
         (bar,) = panel.fill([], [], color=plot.COLOUR["tool"])
         bars[bar] = [(0, row - 0.4), (length, row - 0.4), (length, row + 0.4), (0, row + 0.4)]
     said = [f"{name} {{{n}:3}}" for n, name in enumerate(names)]
-    sliders = [
-        slider(str(name), -180, 180, angle) for name, angle in zip(symbols, (135.0, 55.0, -90.0), strict=True)
-    ]
+    start = zip(symbols, (135.0, 55.0, -90.0), strict=True)
+    sliders = [slider(str(symbol), -180, 180, angle) for symbol, angle in start]
     text = ["away from the right point (0.000 cannot be seen): " + ", ".join(said)]
     return printed(figure, bars, distances, symbols, sliders, text, height=520)
 
