@@ -43,10 +43,8 @@ def cut_corner(frame, final):
     lean = sp.acos(sp.Min(1, turned[:, 2].dot(sp.Matrix(frame.z)))) * 180 / sp.pi
     off = sp.acos(sp.Min(1, turned[:, 0].dot(sp.Matrix(frame.x)))) * 180 / sp.pi
     after = [[angle if n < step else 0.0 for n, angle in enumerate(final)] for step in range(4)]
-    text = [
-        "z = ({0:4}, {1:4}, {2:4}), off the face by {3:2}°",
-        "x = ({4:4}, {5:4}, {6:4}), off the slope by {7:2}°",
-    ]
+    text = ["z = ({0:4}, {1:4}, {2:4}), off the face by {3:2}°"]
+    text += ["x = ({4:4}, {5:4}, {6:4}), off the slope by {7:2}°"]
     sliders = [slider(name, -180, 180, value) for name, value in zip("IJK", final, strict=True)]
     more = {"numbers": [*turned[:, 2], lean, *turned[:, 0], off], "buttons": list(zip(STEPS, after, strict=True))}
     return formula(drawn.frame(75, 24), symbols, sliders, {"feature": placed}, text, height=430, **more)
@@ -87,8 +85,7 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
     bore.fill(*(0.6 * circle - [[0.25], [0]]), color=_TOOL, alpha=0.35)  # the retract is not to scale
     moving.line(bore, "tool", along(0.6, 1.0, shift=-0.25), lw=5)
     probe.plot(*(0.3 * circle + [[0.35], [0]]), color=_WORKPIECE, ls=":")
-    ball = [(0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)]
-    moving.line(probe, "tool", ball)
+    moving.line(probe, "tool", [(0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)])
     angles = ", ".join(f"{r.name} {a:z.3f}" for r, a in zip(machine.rotary, choice.angles, strict=True))
     text = [
         f"{angles}, ρ = {{0:3}}",
@@ -112,9 +109,9 @@ def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
         turns = {derived.outer: symbols[2] * symbols[0], derived.inner: symbols[2] * symbols[1]}
         tip = dict(zip(derived.tip, kin.forward(made.home)[0], strict=True))
         slides = [coordinate.subs(tip).subs(turns) for coordinate in derived.linear]
-        joints = dict(zip(chain.joint_symbols(model), slides, strict=False)) | turns
+        joints = dict(zip(kin.symbols, slides, strict=False)) | turns
         places |= {f"{number} {name}": matrix.subs(joints) for name, matrix in chain.bodies(model)}
-        start = [outer if symbol == derived.outer else inner for symbol in chain.joint_symbols(model)[3:]]
+        start = [outer if symbol == derived.outer else inner for symbol in kin.symbols[3:]]
         at = kin.close(kin.forward(made.home)[0], np.radians(start))
         title = f"{number + 1} · {model.arrangement}: outer {derived.outer}, inner {derived.inner}"
         picture, _ = scene.best_camera(kin, scene.machine(kin, title=title)[0], at, aspect=1.0)
