@@ -135,24 +135,25 @@ def _entries(folder):
 
 def _take(path, student, unpacked, said):
     """Add a file, or all of a folder or zip, to the student's."""
+    folder = path  # or where a zip goes
     try:
         if path.is_symlink() or not (path.is_dir() or path.is_file()):
             raise InputError(said, "a file or folder", "a link" if path.is_symlink() else "something else")
-        if path.is_dir():
-            for number, inner in enumerate(_entries(path)):
-                _take(inner, student, unpacked / str(number), f"{said}/{inner.name}")
-        elif path.suffix.lower() == ".zip":
-            if unpacked.exists() or "zip" in unpacked.parts:
+        if path.is_file() and path.suffix.lower() == ".zip":
+            if "zip" in unpacked.parts:
                 raise InputError(said, "files", "a zip in a zip")
-            unzip(path, unpacked / "zip")
-            for inner in _entries(unpacked / "zip"):
-                _take(inner, student, unpacked / "zip", f"{said}/{inner.name}")
+            folder = unpacked = unpacked / "zip"
+            unzip(path, folder)
+        if folder.is_dir():
+            for number, inner in enumerate(_entries(folder)):
+                _take(inner, student, unpacked / str(number), f"{said}/{inner.name}")
         elif path.suffix.lower() in NOTEBOOKS | WORKBOOKS:
             if (size := path.stat().st_size) > FILE_LIMIT:
                 raise InputError(said, f"at most {FILE_LIMIT // 2**20} MB", f"{size / 2**20:.0f} MB")
             (student.notebooks if path.suffix.lower() in NOTEBOOKS else student.workbooks).append(path)
     except InputError as error:
         student.refused.append((said, f"expected {error.expected}, found {error.found}"))
-        shutil.rmtree(unpacked / "zip", ignore_errors=True)
+        if folder != path:
+            shutil.rmtree(folder, ignore_errors=True)
     except OSError as error:
         student.refused.append((said, error.strerror or str(error)))

@@ -39,11 +39,8 @@ def words(kin):
     for joint, rotary in enumerate(kin.machine.rotary, start=3):
         turned = places(zero + 1e-3 * np.eye(5)[joint])[rotary.name] @ np.linalg.inv(at_zero[rotary.name])
         turn = unit(to_axis_angle(turned[:3, :3])[0])  # in machine coordinates
-        if rotary.carries == "workpiece":
-            does = f"turns the table so that {_table(turn)}"
-        else:
-            does = f"turns the head so that {_head(turn, unit(np.array(kin.machine.tool_axis)))}"
-        said[rotary.name] = f"{rotary.name}+ {does}; {_iso(rotary, turn)}."
+        does = _seen(rotary, turn, unit(np.array(kin.machine.tool_axis)))
+        said[rotary.name] = f"{rotary.name}+ turns the {does}; {_iso(rotary, turn)}."
     return said
 
 
@@ -58,16 +55,16 @@ def reach(kin):
     joints[:, joint] = np.linspace(low, high, 721)
     axes = kin.forward(joints)[1]
     angles = np.degrees(2 * np.arctan2(np.linalg.norm(axes - pole, axis=1), np.linalg.norm(axes + pole, axis=1)))
-    outer, inner = kin.machine.joint_names[kin.symbols.index(derived.outer)], derived.inner
-    carried = {rotary.name: rotary.carries for rotary in kin.machine.rotary}[outer]
+    name, inner = str(derived.outer), derived.inner
+    carried = next(axis.carries for axis in kin.machine.rotary if axis.name == name)
     turns = "the workpiece about the tool" if carried == "workpiece" else "the tool about its own axis"
     said = [
-        f"The pole is ({direction}) in the workpiece. Close to it {outer} turns far for a small lean of the tool.",
+        f"The pole is ({direction}) in the workpiece. Close to it {name} turns far for a small lean of the tool.",
         f"The tool axis can be {near:.1f}° to {far:.1f}° from the pole; within the travel of {inner}, "
         f"{angles.min():.1f}° to {angles.max():.1f}°.",
     ]
     if near < 0.05:
-        said.insert(1, f"At the pole {outer} turns {turns}, and any {outer} is right.")
+        said.insert(1, f"At the pole {name} turns {turns}, and any {name} is right.")
     return said
 
 
@@ -97,23 +94,17 @@ def _ways(direction):
     return " and ".join(DIRECTIONS[axis][int(direction[axis] > 0)] for axis in order)
 
 
-def _table(turn):
-    """What a person sees of a table that turns right-handed about `turn`."""
-    sides = zip(("front", "right side"), turn, strict=False)
-    tilts = [f"its {side} {'sinks' if along > 0 else 'rises'}" for side, along in sides if abs(along) > LEAST]
-    return " and ".join(tilts + _round(turn))
-
-
-def _head(turn, tool_axis):
-    """What a person sees of a head: where its tip swings, and how it goes round."""
-    swing = np.cross(turn, -tool_axis)
-    swings = [f"the tip swings {_ways(swing)}"] if np.linalg.norm(swing) > LEAST else []
-    return " and ".join(swings + _round(turn))
-
-
-def _round(turn):
-    way = "counterclockwise" if turn[2] > 0 else "clockwise"
-    return [f"it goes {way} seen from above"] if abs(turn[2]) > LEAST else []
+def _seen(rotary, turn, tool_axis):
+    """What a person sees of a table or a head that turns right-handed about `turn`."""
+    if rotary.carries == "workpiece":
+        sides = zip(("front", "right side"), turn, strict=False)
+        seen = [f"its {side} {'sinks' if along > 0 else 'rises'}" for side, along in sides if abs(along) > LEAST]
+    else:
+        swing = np.cross(turn, -tool_axis)
+        seen = [f"the tip swings {_ways(swing)}"] if np.linalg.norm(swing) > LEAST else []
+    if abs(turn[2]) > LEAST:
+        seen.append(f"it goes {'counterclockwise' if turn[2] > 0 else 'clockwise'} seen from above")
+    return f"{'table' if rotary.carries == 'workpiece' else 'head'} so that {' and '.join(seen)}"
 
 
 def _iso(rotary, turn):

@@ -43,9 +43,8 @@ def tool_axis(kin):
     drawn, made = scene.machine(kin)
     _, framed = scene.best_start(kin, drawn, made, aspect=0.75)
     tilt, direction, most = float(min(max(30.0, near), far)), -30.0, float(min(180.0, far + 10.0))
-    pole = np.array(about["pole"])
+    pole, (angle, turn) = np.array(about["pole"]), np.radians([tilt, direction])
     zero, quarter = across(pole)  # as the browser takes them
-    angle, turn = np.radians([tilt, direction])
     axis = np.cos(angle) * pole + np.sin(angle) * (np.cos(turn) * zero + np.sin(turn) * quarter)
     tip = kin.forward(made.home)[0]
     both = kin.inverse(tip, axis)
@@ -134,11 +133,13 @@ def _joint_sliders(kin, made, start):
     low, high = np.minimum(limits[:, 0], -180), np.maximum(limits[:, 1], 180)
     grid = np.radians(np.stack(np.meshgrid(*np.linspace(low, high, 13).T), axis=-1).reshape(-1, 2))
     linear = kin.close(kin.forward(made.home)[0], grid)[:, :3]
-    low = np.r_[np.floor(linear.min(axis=0) - 0.5 * made.size), low].tolist()
-    high = np.r_[np.ceil(linear.max(axis=0) + 0.5 * made.size), high].tolist()
-    start, units = np.r_[start[:3], np.degrees(start[3:])].tolist(), ("mm", "mm", "mm", "°", "°")
-    rows = zip(kin.machine.joint_names, low, high, start, units, strict=True)
-    return [slider(*row, unit=unit) for *row, unit in rows]
+    low = np.r_[np.floor(linear.min(axis=0) - 0.5 * made.size), low]
+    high = np.r_[np.ceil(linear.max(axis=0) + 0.5 * made.size), high]
+    rows = np.stack([low, high, [*start[:3], *np.degrees(start[3:])]], axis=1).tolist()
+    units = ("mm", "mm", "mm", "°", "°")
+    return [
+        slider(name, *row, unit=unit) for name, row, unit in zip(kin.machine.joint_names, rows, units, strict=True)
+    ]
 
 
 def _sphere(kin, axis):

@@ -54,21 +54,17 @@ def turns(point, angles):
     s, size = sp.Symbol("s", real=True), 0.75 * float(np.linalg.norm(point))
     done = [sp.Rational(round(1e9 * t), 10**9) * sp.Min(1, sp.Max(0, s - n)) for n, t in enumerate(angles)]
     F = euler.matrix("ZXZ", [t * sp.pi / 180 for t in done])
-    about_z, about_x = (
-        sp.Piecewise((1, when), (0, True)) for when in (sp.Or(s <= 1, s > 2), sp.And(s > 1, s <= 2))
-    )
-    v = size * about_z * F[:, 2] + size * about_x * F[:, 0]
-    start = np.array(F.subs(s, 1.5).evalf(), dtype=float)
-    axes = np.concatenate([np.eye(3), start.T])
+    conditions = (sp.Or(s <= 1, s > 2), sp.And(s > 1, s <= 2), s <= 1, s > 2)
+    about_z, second, first, third = (sp.Piecewise((1, when), (0, True)) for when in conditions)
+    v = size * about_z * F[:, 2] + size * second * F[:, 0]
+    axes = np.concatenate([np.eye(3), np.array(F.subs(s, 1.5).evalf(), dtype=float).T])
     scene = _frames_and_point(point, size, 1.3 * size * np.concatenate([np.eye(3), -np.eye(3)]))
     scene.lines.append(Line("bed", [], _AXIS, 2.4, name="axis", span=(0, 2), dash=True, over=True))
-    words = ("about Z", "about the new X", "about the newest Z")
-    now = [sp.Piecewise((1, condition), (0, True)) for condition in (s <= 1, sp.And(s > 1, s <= 2), s > 2)]
-    said = "".join(f"{{{3 + n}?{word}}}" for n, word in enumerate(words))
     scene = scene.frame(*clearest(dict(zip(_NAMES, axes, strict=True))))
     sliders = [slider("turn", 0, 3, 1.5, step=0.05, unit="")]
-    text = ["α {0:4}°, β {1:4}°, γ {2:4}°; now it turns " + said]
-    more = {"numbers": [*done, *now], "points": [-1.2 * v, 1.2 * v], "play": 0}
+    said = "now it turns {3?about Z}{4?about the new X}{5?about the newest Z}"
+    numbers, text = [*done, first, second, third], [f"α {{0:4}}°, β {{1:4}}°, γ {{2:4}}°; {said}"]
+    more = {"numbers": numbers, "points": [-1.2 * v, 1.2 * v], "play": 0}
     return formula(scene, [s], sliders, {"turned": F}, text, height=420, **more)
 
 
@@ -82,9 +78,8 @@ def notations(angles=(135.0, 54.7356, -90.0)):
     turns = (sp.Quaternion.from_axis_angle(_UNIT[letter], t) for letter, t in zip("ZXZ", symbols, strict=True))
     w, x, y, z = sp.prod(turns).args
     sign, sine = sp.Piecewise((-1, w < 0), (1, True)), sp.sqrt(x**2 + y**2 + z**2)
-    still = sine < 1e-12  # no turn at all has the axis Z
-    components = zip((0, 0, 1), (x, y, z), strict=True)
-    v = sp.Matrix([sp.Piecewise((end, still), (sign * x / sp.Max(sine, 1e-12), True)) for end, x in components])
+    ends = zip((0, 0, 1), (x, y, z), strict=True)  # no turn at all has the axis Z
+    v = sp.Matrix([sp.Piecewise((e, sine < 1e-12), (sign * x / sp.Max(sine, 1e-12), True)) for e, x in ends])
     numbers = [*v, 2 * sp.atan2(sine, sign * w) * _DEGREES, *(sign * x for x in (w, x, y, z))]
     text = ["axis ({0:4}, {1:4}, {2:4}), angle {3:3}° (dashed)", "quaternion ({4:4}, {5:4}, {6:4}, {7:4})"]
     for name in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
