@@ -83,6 +83,7 @@ class Result:
     unknown: dict = field(default_factory=dict)  # exercise that is not defined here → what the notebook says
     reran: dict = field(default_factory=dict)  # exercise → status when it is run, where that is not the saved one
     numbers: set = field(default_factory=set)  # whose numbers the exercises had that draw some; "" is the lesson's
+    works: list = field(default_factory=list)  # kind, file and content of what may be the same as another's
     notebooks: int = 0
 
     def status(self, name):
@@ -150,18 +151,17 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
     with tempfile.TemporaryDirectory() as unpacked:
         students = collect(folder, unpacked, [path.stem for path in handed_out])
         course = {digest(path) for path in (*handed_out, *(COURSE / "data").glob("**/*.xlsx"))}
-        same = _Same(
-            {source for path in handed_out for source in _sources(exercise.notebook(path)["cells"])}, course
-        )
+        course |= {source for path in handed_out for source in _sources(exercise.notebook(path)["cells"])}
         slow, done = sum(len(each.workbooks) + len(each.notebooks) * bool(rerun) for each in students), count(1)
         step = (lambda name: progress(next(done), slow, name)) if progress else str
-        results = [_student(each, same, rerun, step) for each in students]
+        results = [_student(each, course, rerun, step) for each in students]
     _say_whose_numbers(results)
+    same = _same(results)
     missing = set(rules.students) - {each.name for each in results}
     results = sorted([*results, *map(Result, missing)], key=lambda each: each.name)
     asked = set(rules.exercises) or {lesson for each in results for lesson in each.lessons}
     exercises = [name for name in sorted(EXERCISES) if {name, lesson_of(name)} & asked]
-    return Class(results, exercises, rules, same.groups(len(students)))
+    return Class(results, exercises, rules, same)
 
 
 def _say_whose_numbers(results):
@@ -204,8 +204,11 @@ def lesson_of(name):
     return name.split("-")[0]
 
 
-def _student(student, same, rerun, step):
-    """Judge one student's files, none of which keeps the class from being judged."""
+def _student(student, course, rerun, step):
+    """Judge one student's files, none of which keeps the class from being judged.
+
+    `course` is what was handed out: digests of files, and sources of cells.
+    """
     result = Result(student.name, trouble=list(student.refused))
     for path in (*student.notebooks, *student.workbooks):
         kind = "a notebook" if path in student.notebooks else "a workbook"
@@ -213,9 +216,9 @@ def _student(student, same, rerun, step):
             if not path.stat().st_size:
                 raise InputError(path.name, kind, "an empty file")
             if kind == "a workbook":
-                _workbook(result, path, same)
+                _workbook(result, path, course)
             else:
-                _notebook(result, path, same, rerun)
+                _notebook(result, path, course, rerun)
         except InputError as error:
             result.trouble.append((path.name, f"expected {error.expected}, found {error.found}"))
         except FAULTS as error:
@@ -229,7 +232,7 @@ def _student(student, same, rerun, step):
     return result
 
 
-def _notebook(result, path, same, rerun):
+def _notebook(result, path, course, rerun):
     """Add what one notebook holds, and what is different when it is run."""
     cells = exercise.notebook(path)["cells"]
     verdicts = exercise.judged(cells, path)
@@ -251,7 +254,10 @@ def _notebook(result, path, same, rerun):
             result.numbers.add(each.student)
         best = max(result.verdicts.get(each.name, each), each, key=lambda verdict: ORDER.index(verdict.status))
         result.verdicts[each.name] = best
-    same.notebook(result.name, path, sources, verdicts)
+    answers = json.dumps([(each.name, each.answer) for each in verdicts if each.status != OPEN])
+    own = [source for source in sources if source and source not in course]
+    if (own or answers != "[]") and (content := digest(path)) not in course:
+        result.works += [("file", path.name, content), ("text", path.name, (answers, own))]
     if rerun:
         before = {each.name: each.status for each in verdicts}
         after = {each.name: each.status for each in exercise.saved(rerun(path))}
@@ -259,9 +265,9 @@ def _notebook(result, path, same, rerun):
         result.reran |= {name: status for name, status in run.items() if status != before.get(name, OPEN)}
 
 
-def _workbook(result, path, same):
+def _workbook(result, path, course):
     """Add the check of one workbook."""
-    if digest(path) in same.course:
+    if (content := digest(path)) in course:
         return
     try:
         report = check_file(path)
@@ -270,7 +276,7 @@ def _workbook(result, path, same):
         raise
     found = [(each.cell, each.cause, each.message) for each in report.faults[:1]]
     result.workbooks.append(Workbook(path.name, report.verdict, report.checked, report.total, *sum(found, ())))
-    same.workbook(result.name, path)
+    result.works += [("file", path.name, content), ("cells", path.name, _cells_of(path))]
 
 
 def _sources(cells):
@@ -278,42 +284,24 @@ def _sources(cells):
     return ["\n".join(map(str.rstrip, "".join(cell["source"]).split("\n"))).strip() for cell in cells]
 
 
-class _Same:
-    """Hand-ins that are the same beyond what the course handed out."""
-
-    def __init__(self, own, course):
-        self.own, self.course, self.works = own, course, []  # student, file, answers, sources
-        self.having = {"file": defaultdict(list), "text": defaultdict(list), "cells": defaultdict(list)}
-
-    def notebook(self, student, path, sources, verdicts):
-        if (bytes_ := digest(path)) in self.course:
-            return
-        answers = json.dumps([(each.name, each.answer) for each in verdicts if each.status != OPEN])
-        sources = [source for source in sources if source and source not in self.own]
-        if sources or answers != "[]":
-            self.having["file"][bytes_].append((student, path.name))
-            self.works.append((student, path.name, answers, sources))
-
-    def workbook(self, student, path):
-        self.having["file"][digest(path)].append((student, path.name))
-        self.having["cells"][_cells_of(path)].append((student, path.name))
-
-    def groups(self, students):
-        """What is the same, in which file, and who has it."""
-        found, seen = [], set()
-        has, most = Counter(source for *_, each in self.works for source in set(each)), SHARED_BY_CLASS * students
-        for student, file, answers, sources in self.works:
-            beyond = tuple(source for source in sources if students < 10 or has[source] <= most)
-            if sum(map(len, beyond)) >= TEXT_ENOUGH:
-                self.having["text"][answers, beyond].append((student, file))
-        for kind, groups in self.having.items():
-            for content, files in groups.items():
-                who = tuple(sorted({student for student, _ in files}))
-                names = ", ".join(sorted({file for _, file in files}))
-                if len(who) > 1 and content and (who, names) not in seen:
-                    seen.add((who, names))
-                    found.append((kind, names, list(who)))
-        return found
+def _same(results):
+    """What is the same beyond what the course handed out: its kind, in which files, and who has it."""
+    works = [(result.name, *work) for result in results for work in result.works]
+    has = Counter(text for _, kind, _, content in works if kind == "text" for text in set(content[1]))
+    having = {"file": defaultdict(list), "text": defaultdict(list), "cells": defaultdict(list)}
+    for student, kind, file, content in works:
+        if kind == "text":
+            answers, texts = content
+            beyond = tuple(t for t in texts if len(results) < 10 or has[t] <= SHARED_BY_CLASS * len(results))
+            content = (answers, beyond) if sum(map(len, beyond)) >= TEXT_ENOUGH else ""
+        having[kind][content].append((student, file))
+    found = {}
+    for kind, groups in having.items():
+        for content, files in groups.items():
+            who, names = (sorted(set(column)) for column in zip(*files, strict=True))
+            if len(who) > 1 and content:
+                found.setdefault((", ".join(names), *who), kind)
+    return [(kind, names, who) for (names, *who), kind in found.items()]
 
 
 def _cells_of(path):
