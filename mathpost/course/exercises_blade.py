@@ -1,15 +1,23 @@
 """The exercises of lesson 07: the blade."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
 from mathpost.course.answers import Kind, Name, Number, Vector
-from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, of_lesson, with_travel
+from mathpost.course.lesson_data import (
+    SWING,
+    blade,
+    data,
+    largest_swing,
+    load,
+    of_lesson,
+    with_first_axis,
+    with_travel,
+)
 from mathpost.course.verdict import slip
 from mathpost.errors import InputError
-from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
 from mathpost.post import program, run, yu_dan
 from mathpost.post.between_blocks import deviation
@@ -24,8 +32,7 @@ TIP, AXIS, LIFTED = 0.01, 0.1, 1.0  # mm and degrees that 07-alone grants; mm ab
 def pivot():
     """The tip moves by 2·sin(B/2) times the shift, so the row with the greatest B moves furthest."""
     kin = load("dmu50v")
-    tilting, turning = kin.machine.rotary
-    moved = Kinematics(replace(kin.machine, rotary=(replace(tilting, point=(50.1, 0, 0)), turning)))
+    moved = with_first_axis(kin, point=(50.1, 0, 0))
     rotary = kin.inverse(blade().points, blade().axes)[:, 0, 3:]
     shift = moved.close(blade().points, rotary) - kin.close(blade().points, rotary)
     return ROWS[np.linalg.norm(shift[:, :3], axis=1).argmax()]

@@ -1,14 +1,11 @@
 """The exercises of lessons 05 to 06b: the inverse, the choice of a solution, the singular region."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from mathpost.course.answers import Angle, Joints, Name, Number, Vector
-from mathpost.course.lesson_data import SWING, blade, largest_swing, load, of_lesson, with_travel
+from mathpost.course.lesson_data import SWING, blade, largest_swing, load, of_lesson, with_first_axis, with_travel
 from mathpost.course.verdict import slip
 from mathpost.detective.rotary_axes import explain_joints
-from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
 from mathpost.post import selection, singular, yu_dan
 from mathpost.post.between_blocks import deviation
@@ -29,9 +26,7 @@ def outer(branch=0, column=4, swapped=False):
 @of_lesson("05-loop", Vector(names="X Y Z"))
 def loop(pivot=-50, sign=1, forward=False):
     """Each turn is undone about its own line, C first because it stands next to the workpiece."""
-    kin = load("ac_table")
-    tilting, turning = kin.machine.rotary
-    kin = Kinematics(replace(kin.machine, rotary=(replace(tilting, point=(0, 0, pivot)), turning)))
+    kin = with_first_axis(load("ac_table"), point=(0, 0, pivot))
     if forward:
         return kin.forward([20, -35, 15, -50, 160], degrees=True)[0]
     return kin.close([20, -35, 15], sign * np.radians([-50, 160]))[:3]
@@ -53,11 +48,8 @@ def both_angles(name="bc_table", signs=(1, 1)):
 @of_lesson("05-reach", Number(decimals=0, unit="degrees"))
 def reach(slant=50, turn=180):
     """The tool goes round the tilted axis on a cone; half a turn takes it twice the angle of the axis away."""
-    kin = load("dmu50v")
-    tilting, turning = kin.machine.rotary
-    axis = (0, np.sin(np.radians(slant)), np.cos(np.radians(slant)))
-    kin = Kinematics(replace(kin.machine, rotary=(replace(tilting, axis=axis), turning)))
-    return np.degrees(kin.reach[1]) if turn else slant
+    slanted = with_first_axis(load("dmu50v"), axis=(0, np.sin(np.radians(slant)), np.cos(np.radians(slant))))
+    return np.degrees(slanted.reach[1]) if turn else slant
 
 
 def two_positions(axis):
