@@ -13,7 +13,7 @@ from mathpost.course.lesson_data import (
     largest_swing,
     load,
     of_lesson,
-    with_first_axis,
+    with_tilting,
     with_travel,
 )
 from mathpost.course.verdict import slip
@@ -32,7 +32,7 @@ TIP, AXIS, LIFTED = 0.01, 0.1, 1.0  # mm and degrees that 07-alone grants; mm ab
 def pivot():
     """The tip moves by 2·sin(B/2) times the shift, so the row with the greatest B moves furthest."""
     kin = load("dmu50v")
-    moved = with_first_axis(kin, point=(50.1, 0, 0))
+    moved = with_tilting(kin, point=(50.1, 0, 0))
     rotary = kin.inverse(blade().points, blade().axes)[:, 0, 3:]
     shift = moved.close(blade().points, rotary) - kin.close(blade().points, rotary)
     return ROWS[np.linalg.norm(shift[:, :3], axis=1).argmax()]

@@ -49,8 +49,8 @@ def towards_the_pole(compensator, joints, tilt):
     degrees = np.logspace(1.5, -3, 181)
     path = np.tile(joints, (len(degrees), 1))
     path[:, tilt] = np.deg2rad(degrees)
-    wanted, errors = compensator.wanted(path), compensator.errors.at(path)
-    whole, _ = total_differential(compensator.model, path, errors)
+    wanted = compensator.wanted(path)
+    whole, _ = total_differential(compensator.model, path, compensator.errors.at(path))
     curves = {
         "before": ("machine", compensator.miss(path, wanted).tip),
         "one whole step": ("second branch", compensator.miss(path + whole, wanted).tip),

@@ -145,7 +145,7 @@ def moved_aside(crossing, *, most=6.0):
     chart.legend(loc="upper left")
     seconds = np.linspace(0, direct.time, 80)
     plot.along(over_time, seconds, np.degrees(direct.law.at(seconds)[:, crossing.outer]), "direct")
-    (line,) = over_time.plot([], [], color=plot.COLOUR["aside"], linestyle=plot.STYLE["aside"], linewidth=2)
+    (line,) = over_time.plot([], [], plot.STYLE["aside"], color=plot.COLOUR["aside"], linewidth=2)
     over_time.set(xlabel="time, s", ylabel=f"{name}, degrees")
 
     def update(degrees):
