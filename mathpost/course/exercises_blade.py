@@ -6,16 +6,7 @@ from functools import cache
 import numpy as np
 
 from mathpost.course.answers import Kind, Name, Number, Vector
-from mathpost.course.lesson_data import (
-    SWING,
-    blade,
-    data,
-    largest_swing,
-    load,
-    of_lesson,
-    with_tilting,
-    with_travel,
-)
+from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, of_lesson, with_axis, with_travel
 from mathpost.course.verdict import slip
 from mathpost.errors import InputError
 from mathpost.post import cl as cldata
@@ -32,7 +23,7 @@ TIP, AXIS, LIFTED = 0.01, 0.1, 1.0  # mm and degrees that 07-alone grants; mm ab
 def pivot():
     """The tip moves by 2·sin(B/2) times the shift, so the row with the greatest B moves furthest."""
     kin = load("dmu50v")
-    moved = with_tilting(kin, point=(50.1, 0, 0))
+    moved = with_axis(kin, point=(50.1, 0, 0))
     rotary = kin.inverse(blade().points, blade().axes)[:, 0, 3:]
     shift = moved.close(blade().points, rotary) - kin.close(blade().points, rotary)
     return ROWS[np.linalg.norm(shift[:, :3], axis=1).argmax()]

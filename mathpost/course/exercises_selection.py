@@ -3,7 +3,7 @@
 import numpy as np
 
 from mathpost.course.answers import Angle, Joints, Name, Number, Vector
-from mathpost.course.lesson_data import SWING, blade, largest_swing, load, of_lesson, with_tilting, with_travel
+from mathpost.course.lesson_data import SWING, blade, largest_swing, load, of_lesson, with_axis, with_travel
 from mathpost.course.verdict import slip
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.post import cl as cldata
@@ -26,7 +26,7 @@ def outer(branch=0, column=4, swapped=False):
 @of_lesson("05-loop", Vector(names="X Y Z"))
 def loop(pivot=-50, sign=1, forward=False):
     """Each turn is undone about its own line, C first because it stands next to the workpiece."""
-    kin = with_tilting(load("ac_table"), point=(0, 0, pivot))
+    kin = with_axis(load("ac_table"), point=(0, 0, pivot))
     if forward:
         return kin.forward([20, -35, 15, -50, 160], degrees=True)[0]
     return kin.close([20, -35, 15], sign * np.radians([-50, 160]))[:3]
@@ -48,7 +48,7 @@ def both_angles(name="bc_table", signs=(1, 1)):
 @of_lesson("05-reach", Number(decimals=0, unit="degrees"))
 def reach(slant=50, turn=180):
     """The tool goes round the tilted axis on a cone; half a turn takes it twice the angle of the axis away."""
-    slanted = with_tilting(load("dmu50v"), axis=(0, np.sin(np.radians(slant)), np.cos(np.radians(slant))))
+    slanted = with_axis(load("dmu50v"), axis=(0, np.sin(np.radians(slant)), np.cos(np.radians(slant))))
     return np.degrees(slanted.reach[1]) if turn else slant
 
 

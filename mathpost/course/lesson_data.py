@@ -74,10 +74,10 @@ def ellipse(turn):
 
 def with_travel(kin, low, high):
     """The kinematics of the same machine with other limits, in degrees, of its first rotary axis."""
-    return with_tilting(kin, limits=(np.radians(low), np.radians(high)))
+    return with_axis(kin, limits=(np.radians(low), np.radians(high)))
 
 
-def with_tilting(kin, **how):
+def with_axis(kin, **how):
     """The kinematics of the same machine with a different tilting axis, its first rotary one."""
     first, second = kin.machine.rotary
     return Kinematics(replace(kin.machine, rotary=(replace(first, **how), second)))
