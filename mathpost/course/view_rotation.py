@@ -1,14 +1,16 @@
-"""Views with sliders for lessons 01 and 02: rotations and frames."""
+"""Views with sliders for lessons 01, 02 and 14: rotations, frames, and how their angles are misread."""
 
 import numpy as np
 import sympy as sp
 
 from mathpost import angles as euler
+from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.draw import plot
+from mathpost.draw.chart import printed, subplots
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import Label, Line, Scene, clearest
 from mathpost.plane.tilted_plane import NOTATIONS
-from mathpost.rotation import ACTIVE, zxz_right, zxz_steps
+from mathpost.rotation import ACTIVE, PASSIVE, zxz_right, zxz_steps
 
 _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 _AXIS, _NODES = plot.COLOUR["first branch"], plot.COLOUR["second branch"]  # of a turn; where two planes meet
@@ -99,3 +101,33 @@ def notations(angles=(135.0, 54.7356, -90.0)):
     lows, points = (-180, 0, -180), [-v, v, -1.25 * node, 1.25 * node]
     sliders = [slider(name, low, 180, value) for name, low, value in zip("IJK", lows, angles, strict=True)]
     return formula(scene, symbols, sliders, {"turned": F}, text, numbers=numbers, points=points, height=460)
+
+
+def misreadings_apart(point, names):
+    """How far common misreadings carry a point from the right place, as sliders move the three Euler angles.
+
+    `point` has shape (3,); `names` are those of `mathpost.detective.misreadings.COMMON`. A bar that vanishes is a
+    misreading that these angles cannot show.
+    """
+    symbols, point = sp.symbols("alpha beta gamma", real=True), sp.Matrix([sp.Float(x) for x in point])
+    figure, panel = subplots()
+    panel.set(xlim=(0, 2 * float(point.norm())), ylim=(len(names) - 0.5, -0.5))
+    panel.set(xlabel="distance from the right point", yticks=range(len(names)), yticklabels=names)
+    bars, distances = {}, []
+    for row, name in enumerate(names):
+        order, signs = COMMON[name]
+        first, second, third = (PASSIVE["ZXZ"[n]](signs[n] * symbols[n]) for n in order)
+        distances.append(length := ((first * second * third - zxz_right(*symbols)) * point).norm())
+        (bar,) = panel.fill([], [], color=plot.COLOUR["tool"])
+        bars[bar] = [(0, row - 0.4), (length, row - 0.4), (length, row + 0.4), (0, row + 0.4)]
+    said = [f"{name} {{{n}:3}}" for n, name in enumerate(names)]
+    start = zip(symbols, (135.0, 55.0, -90.0), strict=True)
+    sliders = [slider(str(symbol), -180, 180, angle) for symbol, angle in start]
+    text = ["away from the right point (0.000 cannot be seen): " + ", ".join(said)]
+    return printed(figure, bars, distances, symbols, sliders, text, height=520)
+
+
+def invisible(point, names, angles):
+    """Return which of the misreadings leave a point where it belongs; angles in degrees."""
+    right, *wrong = common_matrices(("right", *names), np.array(angles)) @ np.array(point, dtype=float)
+    return [name for name, each in zip(names, wrong, strict=True) if np.linalg.norm(each - right) < 1e-3]
