@@ -114,7 +114,7 @@ def reveal(guess, truth):
         number = Number(decimals=written_decimals(truth))
         pair = number.read(guess), number.read(truth)
         right = number.same(*pair) or number.coarse(*pair)
-    except (InputError, TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         right = str(guess).strip().casefold() == str(truth).casefold()
     said = "You guessed it." if right else f"You guessed {guess}. Find out why before you go on."
     if guess is None:

@@ -78,10 +78,18 @@ class Exercise:
         taken = list(named)[len(values) :]
         return function(*values, **{key: value for key, value in self.arguments.items() if every or key in taken})
 
+    def read(self, answer):
+        """The answer as data, or an `InputError`."""
+        try:
+            return self.kind.read(answer)
+        except (TypeError, ValueError, LookupError, AttributeError, OverflowError) as error:
+            found = error.found if isinstance(error, InputError) else brief(answer)
+            raise InputError(f"exercise {self.name}", self.kind.asked, found) from None
+
     @cached_property
     def solution(self):
         """The solution as data, computed once, and right in its own eyes."""
-        value = self.kind.read(self.with_arguments(self.solve))
+        value = self.read(self.with_arguments(self.solve))
         if self.complaint and (why := self.with_arguments(self.complaint, value)):
             raise InputError(f"exercise {self.name}", "a solution that has nothing wrong", f"{value}: {why}")
         return value
@@ -89,7 +97,7 @@ class Exercise:
     @cached_property
     def mixed_up(self):
         """What each slip gives, as data: pairs of a sentence and a value."""
-        found = [(said, self.kind.read(self.with_arguments(slip))) for said, slip in self.slips.items()]
+        found = [(said, self.read(self.with_arguments(slip))) for said, slip in self.slips.items()]
         for said, value in found if not self.complaint else ():
             if self.kind.same(value, self.solution):
                 raise InputError(f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {said}")
@@ -136,10 +144,10 @@ class Exercise:
         try:
             if isinstance(answer, dict) and UNREADABLE in answer:
                 raise InputError("answer", self.kind.asked, answer[UNREADABLE])
-            value = self.kind.read(answer)
-        except (TypeError, ValueError, IndexError, KeyError, AttributeError) as error:
-            found = error.found if isinstance(error, InputError) else brief(answer)
-            return Verdict(self.name, WRONG, f"Expected {self.kind.asked}; found {found}.", {UNREADABLE: found})
+            value = self.read(answer)
+        except InputError as error:
+            why = f"Expected {self.kind.asked}; found {error.found}."
+            return Verdict(self.name, WRONG, why, {UNREADABLE: error.found})
         try:
             mixup = self._mixup(value)
         except MathpostError as error:
