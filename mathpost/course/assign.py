@@ -1,12 +1,9 @@
-"""The lessons as an assignment: a copy for students that holds no solutions.
+"""The lessons as an assignment: a copy for students that holds no solutions, or one for each, with own numbers.
 
 What is taken out are the cells that show solutions and everything that checks and solutions have printed. The
 package itself stays what it is: who has it installed can read the sources of its exercises, or call
-`exercise.solution`. Exercises of a teacher's own, in a file that students do not get, have no such way in.
-
-With the names of students there is a copy for each, in a folder of the name: exercises that draw numbers
-(`verdict.define`) have the student's own, in their text and in their check, and every question says whether its
-numbers are.
+`exercise.solution`. Exercises of a teacher's own, in a file that students do not get, have no such way in. Those
+that draw numbers have the student's own, in their text and in their check, and every question says whether it has.
 """
 
 import copy

@@ -29,15 +29,7 @@ _numbers = {"of": ""}  # the student whose numbers hold in this session
 
 
 def student(name):
-    """From here on the exercises have the numbers that were drawn for a student, where they draw any.
-
-    Examples
-    --------
-    >>> student("Ada")
-    The numbers of Ada.
-    >>> student("")
-    The numbers of the lesson.
-    """
+    """From here on the exercises have the numbers that were drawn for a student, where they draw any."""
     _numbers["of"] = str(name)
     print(f"The numbers of {name or 'the lesson'}.")
 
@@ -136,9 +128,8 @@ def judged(cells, where):
     found = []
     try:
         for cell in cells:
-            if cell["cell_type"] != "code" or "exercise.check(" not in "".join(cell["source"]):
-                continue
-            for shown in (output.get("data", {}) for output in cell["outputs"]):
+            asks = cell["cell_type"] == "code" and "exercise.check(" in "".join(cell["source"])
+            for shown in (output.get("data", {}) for output in cell["outputs"]) if asks else ():
                 stored, whose = (shown.get(MIME, {}).get(key) for key in ("answer", "student"))
                 said = SAID.findall("".join(shown.get("text/plain", "")))
                 found += [(*each, stored, str(whose or "")) for each in said]

@@ -31,13 +31,12 @@ def words(kin):
 
     Seen by a person in front of the machine, at rotary zero: the front is towards −Y, the right side towards +X.
     """
-    names, zero, places = kin.machine.joint_names, np.zeros(5), placing(kin.machine)
-    at_zero, said = places(zero), {}
-    for joint, name in enumerate(names[:3]):
-        moved = places(zero + np.eye(5)[joint])["tool"][:3, 3] - at_zero["tool"][:3, 3]
-        said[name] = f"{name}+ moves the tool {_ways(moved)}."
-    for joint, rotary in enumerate(kin.machine.rotary, start=3):
-        turned = places(zero + 1e-3 * np.eye(5)[joint])[rotary.name] @ np.linalg.inv(at_zero[rotary.name])
+    places, said = placing(kin.machine), {}
+    at_zero = places(np.zeros(5))
+    for name, step in zip(kin.machine.joint_names[:3], np.eye(5), strict=False):
+        said[name] = f"{name}+ moves the tool {_ways(places(step)['tool'][:3, 3] - at_zero['tool'][:3, 3])}."
+    for rotary, step in zip(kin.machine.rotary, np.eye(5)[3:], strict=True):
+        turned = places(1e-3 * step)[rotary.name] @ np.linalg.inv(at_zero[rotary.name])
         turn = unit(to_axis_angle(turned[:3, :3])[0])  # in machine coordinates
         does = _seen(rotary, turn, unit(np.array(kin.machine.tool_axis)))
         said[rotary.name] = f"{rotary.name}+ turns the {does}; {_iso(rotary, turn)}."

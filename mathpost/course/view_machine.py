@@ -15,6 +15,7 @@ from mathpost.draw.solid import Turned, across, ring
 from mathpost.post import selection
 from mathpost.post.singular import distance, regions
 
+DEGREES = np.array([1, 1, 1, *np.degrees([1, 1])])  # times joints in mm and radians they are in mm and degrees
 CONE = np.radians(1.0)  # about the singular tool axes
 BRANCHES = ("first branch", "second branch")
 SHOWN = 600  # blocks of a program that a walk goes through at most
@@ -113,8 +114,7 @@ def _live(state, kins, scenes, joints, readings, **options):
 
 def _about(kin):
     """What the browser must know of a machine besides its printed functions."""
-    derived, unit_of = kin.inverse_symbolic, np.array([1, 1, 1, np.degrees(1), np.degrees(1)])
-    limits = kin.machine.limits * unit_of[:, None]
+    derived, limits = kin.inverse_symbolic, kin.machine.limits * DEGREES[:, None]
     return {
         "title": kin.machine.name,
         "names": list(kin.machine.joint_names),
@@ -135,11 +135,9 @@ def _joint_sliders(kin, made, start):
     linear = kin.close(kin.forward(made.home)[0], grid)[:, :3]
     low = np.r_[np.floor(linear.min(axis=0) - 0.5 * made.size), low]
     high = np.r_[np.ceil(linear.max(axis=0) + 0.5 * made.size), high]
-    rows = np.stack([low, high, [*start[:3], *np.degrees(start[3:])]], axis=1).tolist()
-    units = ("mm", "mm", "mm", "°", "°")
-    return [
-        slider(name, *row, unit=unit) for name, row, unit in zip(kin.machine.joint_names, rows, units, strict=True)
-    ]
+    rows = np.stack([low, high, start * DEGREES], axis=1).tolist()
+    pairs = zip(kin.machine.joint_names, rows, strict=True)
+    return [slider(name, *row, unit="mm" if name in "XYZ" else "°") for name, row in pairs]
 
 
 def _sphere(kin, axis):
@@ -159,8 +157,7 @@ def _sphere(kin, axis):
 
 def _circle(pole, angle):
     """Points of the circle on the unit sphere at `angle` (radians) from the unit vector `pole`."""
-    points = ring(np.cos(angle) * pole, pole, np.sin(angle), 60)
-    return np.concatenate([points, points[:1]])
+    return ring(np.cos(angle) * pole, pole, np.sin(angle), 60)[[*range(60), 0]]
 
 
 def _sights(kin, cl, joints):
@@ -173,11 +170,10 @@ def _sights(kin, cl, joints):
         both = kin.inverse(cl.points, cl.axes)
         branch = np.abs(np.exp(1j * both[:, :, 3:]) - np.exp(1j * joints[:, None, 3:])).sum(axis=2).argmin(axis=1)
         swing = np.abs(np.diff(joints[:, 3:], axis=0)).max(axis=1)
-        changes = np.flatnonzero(np.diff(branch))
-        if changes.size:
+        if (changes := np.flatnonzero(np.diff(branch))).size:
             places["branch change"] = changes[swing[changes].argmax()] + 1.5
         places["largest swing"] = int(swing.argmax()) + 1.5
-    return [[label, record] for label, record in places.items()]
+    return list(map(list, places.items()))
 
 
 def _list(values, digits):
@@ -186,8 +182,8 @@ def _list(values, digits):
 
 def _words(kin, joints):
     """Joints as NC words, and what is out of travel."""
-    shown = np.r_[joints[:3], np.degrees(joints[3:])]
-    words = " ".join(f"{name}{value:z.3f}" for name, value in zip(kin.machine.joint_names, shown, strict=True))
+    pairs = zip(kin.machine.joint_names, joints * DEGREES, strict=True)
+    words = " ".join(f"{name}{value:z.3f}" for name, value in pairs)
     return "; ".join([words, *kin.machine.out_of_travel(joints)])
 
 
