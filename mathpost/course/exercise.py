@@ -77,13 +77,7 @@ def solution(name):
 
 
 def given(name):
-    """Return what the question of an exercise hands out, such as a program with an error in it.
-
-    Examples
-    --------
-    >>> given("01-slip")
-    ((20, 70, 50), (3.278276, -0.856658, 6.206371))
-    """
+    """Return what the question of an exercise hands out, such as a program with an error in it."""
     found = _named(name)
     if found.given is None:
         raise InputError("exercise", "one that hands something out", repr(name))

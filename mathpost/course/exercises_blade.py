@@ -1,6 +1,5 @@
 """The exercises of lesson 07: the blade."""
 
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -125,12 +124,10 @@ def new_path():
     return cldata.to_text(cldata.from_arrays(points, axes, feed=800), title="flank")
 
 
-@dataclass(frozen=True)
 class Program(Kind):
-    """The text of a Heidenhain program; `machine` is the name of the file of the machine it is for."""
+    """The text of a program."""
 
-    machine: str
-    asked: str = "the text of a Heidenhain program"
+    asked = "the text of a Heidenhain program"
 
     def read(self, answer):
         if not isinstance(answer, str):
@@ -175,7 +172,7 @@ def unproved(text):
     return ""
 
 
-@of_lesson("07-alone", Program("bc_table"), given=new_path, complaint=unproved)
+@of_lesson("07-alone", Program(), given=new_path, complaint=unproved)
 def alone():
     """Read back, it reaches every record in order, and the way between them keeps both tolerances."""
     return run(cldata.parse(new_path()), load("bc_table").machine, name="flank").program

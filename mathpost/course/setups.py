@@ -10,13 +10,7 @@ BOX, ROUND = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]), np.linspace(0, 2 * 
 
 
 def show(*names):
-    """Draw set-ups beside each other, by their names in the file.
-
-    Examples
-    --------
-    >>> show("dial")
-    {'image/png': ..., 'text/plain': 'picture with "dial and ring, ...
-    """
+    """Draw set-ups beside each other, by their names in the file."""
     _, panels = plot.figure(1, len(names), size=(4.4 * len(names), 3.9))
     for axes, name in zip(np.atleast_1d(panels), names, strict=True):
         drawn = toml("setups")[name]

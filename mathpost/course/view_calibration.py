@@ -16,15 +16,13 @@ def datum_after_rotation(centre_a, centre_b, point):
     common = (centre_b[0], centre_a[1], centre_b[2])
     tables["AB, one centre"] = work_offset.ab_table(common, common, order="AB")
     symbols = sp.symbols("A B", real=True)
-
-    def path(table):
+    paths = {}
+    for name, table in tables.items():
         place, free = work_offset.moved_symbolic(table)
-        to = [[*map(float, axis.point), 0, symbols["AB".index(axis.name)]] for axis in table]
         moved = sp.lambdify(free, place, "sympy")
+        to = [[*map(float, axis.point), 0, symbols["AB".index(axis.name)]] for axis in table]
         ways = ([k / 10 * x if x in symbols else x for axis in to for x in axis] for k in range(11))
-        return [moved(*map(float, point), *way) for way in ways]
-
-    paths = {name: path(table) for name, table in tables.items()}
+        paths[name] = [moved(*map(float, point), *way) for way in ways]
 
     (figure, views), moving = subplots(1, 2, size=(8.0, 4.2)), plot.Moving()
     for axes, (across, centre) in zip(views, ((0, centre_b), (1, centre_a)), strict=True):

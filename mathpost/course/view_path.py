@@ -83,11 +83,10 @@ def travel_limit(kin, cl, records, high):
     """
     both = np.degrees(kin.inverse(cl.points, cl.axes)[:, :, 3])
     ways = {way: (way, np.inf) for way in selection.STRATEGIES} | {"kept": ("optimal", KEPT)}
-    lows = np.arange(-30.0, 1.0)
-    found = [
-        {name: selection.choose(limited, cl, way, sway=sway) for name, (way, sway) in ways.items()}
-        for limited in (with_travel(kin, low, high) for low in lows)
-    ]
+    found = {}
+    for low in np.arange(-30.0, 1.0):
+        limited = with_travel(kin, low, high)
+        found[low] = {name: selection.choose(limited, cl, way, sway=sway) for name, (way, sway) in ways.items()}
     name = kin.machine.joint_names[3]
 
     figure, (tilt, price) = subplots(1, 2, size=(8.5, 4.2))
@@ -100,17 +99,17 @@ def travel_limit(kin, cl, records, high):
     price.set(xlabel=f"{name} from, degrees", ylabel="seconds", ylim=(0, 6.5))
     lines, dots = {}, {}
     for way in ways:
-        plot.along(price, lows, [each[way].cost for each in found], way)
+        plot.along(price, list(found), [each[way].cost for each in found.values()], way)
         (lines[way],) = tilt.plot(places, places, plot.STYLE[way], linewidth=2.5, color=plot.COLOUR[way])
         (dots[way],) = price.plot([], [], "o", color=plot.COLOUR[way])
     figure.legend(loc="outside lower center", ncols=6, fontsize=8)
 
     def update(low):
-        chosen = found[int(np.abs(lows - low).argmin())]
         lowest.set_ydata([low, low])
-        for shift, way in enumerate(ways):
-            lines[way].set_ydata(np.degrees(chosen[way].joints[:, 3]) + 0.5 * (1 - shift))
-            dots[way].set_data([low], [chosen[way].cost])
-        return [f"{name} from {low:.0f}°: " + ", ".join(f"{way} {chosen[way].cost:.3f} s" for way in chosen)]
+        for shift, (way, chosen) in enumerate(found[low].items()):
+            lines[way].set_ydata(np.degrees(chosen.joints[:, 3]) + 0.5 * (1 - shift))
+            dots[way].set_data([low], [chosen.cost])
+        costs = ", ".join(f"{way} {chosen.cost:.3f} s" for way, chosen in found[low].items())
+        return [f"{name} from {low:.0f}°: {costs}"]
 
     return recorded(figure, update, slider(f"{name} from", -30, 0, -5, step=1), height=520)
