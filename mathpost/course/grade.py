@@ -131,9 +131,9 @@ class Class:
         rows = []
         for name in self.exercises:
             statuses = Counter(result.status(name) for result in self.results)
-            if tried := statuses[RIGHT] + statuses[WRONG]:
-                rows.append((name, tried, statuses[WRONG]))
-        return sorted((row for row in rows if row[2]), key=lambda row: (-row[2] / row[1], -row[2], row[0]))
+            if wrong := statuses[WRONG]:
+                rows.append((name, statuses[RIGHT] + wrong, wrong))
+        return sorted(rows, key=lambda row: (-row[2] / row[1], -row[2], row[0]))
 
 
 def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):

@@ -42,10 +42,7 @@ def same(text, other):
 
 
 def without_views(text):
-    """Return HTML without the program and the PNG of its views, which change with every version of Pillow.
-
-    What a view shows is compared all the same: its readings are its plain text.
-    """
+    """Return HTML without the program and the PNG of its views: what a view shows is compared as its plain text."""
     return VIEW.sub("a view that moves", text)
 
 

@@ -69,13 +69,11 @@ def reach(kin):
 
 def page(kin):
     """Return the page, HTML."""
-    machine, view = kin.machine, view_machine.machine(kin)
-    said = words(kin)
-    rows = []
-    for name, (low, high), unit_of in zip(machine.joint_names, machine.limits, ["mm"] * 3 + ["°"] * 2, strict=True):
-        scale = np.degrees(1) if unit_of == "°" else 1
-        travel = f"{low * scale:g} to {high * scale:g} {unit_of}" if np.isfinite([low, high]).all() else "endless"
-        rows.append(f"<tr><th>{name}<td>{html.escape(said[name])}<td>{travel}")
+    machine, rows = kin.machine, []
+    limits = zip(machine.limits * view_machine.DEGREES[:, None], ["mm"] * 3 + ["°"] * 2, strict=True)
+    for (name, said), ((low, high), unit_of) in zip(words(kin).items(), limits, strict=True):
+        travel = f"{low:g} to {high:g} {unit_of}" if np.isfinite([low, high]).all() else "endless"
+        rows.append(f"<tr><th>{name}<td>{html.escape(said)}<td>{travel}")
     name, source = html.escape(machine.name), html.escape(machine.source)
     before = f"{FRAME}<h1>{name}</h1><p>{ARRANGEMENTS[machine.arrangement]} Source: {source}.</p>"
     after = (
@@ -83,7 +81,7 @@ def page(kin):
         f"axis.</p><table><tr><th>axis<th>positive direction<th>travel{''.join(rows)}</table>"
         f"<h2>What it reaches</h2>{''.join(f'<p>{line}</p>' for line in reach(kin))}"
     )
-    return view.page(machine.name, before=before, after=after, still=True)
+    return view_machine.machine(kin).page(machine.name, before=before, after=after, still=True)
 
 
 def _ways(direction):

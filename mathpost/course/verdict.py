@@ -12,7 +12,7 @@ import re
 import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 
 from mathpost.course.answers import brief
 from mathpost.errors import InputError, MathpostError
@@ -134,28 +134,25 @@ class Exercise:
 
         Whatever the answer is, nothing is raised; what the exercise itself cannot compute raises its own error.
         """
-        return replace(self._judged(answer), student=self.student)
-
-    def _judged(self, answer):
+        say = partial(Verdict, self.name, student=self.student)
         parts = answer if isinstance(answer, (list, tuple)) else [answer]
         if answer is ... or any(each is None for each in parts):
-            return Verdict(self.name, OPEN, f"Answer with {self.kind.asked}.")
+            return say(OPEN, f"Answer with {self.kind.asked}.")
         _ = self.solution, self.mixed_up  # what fails here is not the answer's fault
         try:
             if isinstance(answer, dict) and UNREADABLE in answer:
                 raise InputError("answer", self.kind.asked, answer[UNREADABLE])
             value = self.read(answer)
         except InputError as error:
-            why = f"Expected {self.kind.asked}; found {error.found}."
-            return Verdict(self.name, WRONG, why, {UNREADABLE: error.found})
+            return say(WRONG, f"Expected {self.kind.asked}; found {error.found}.", {UNREADABLE: error.found})
         try:
             mixup = self._mixup(value)
         except MathpostError as error:
-            return Verdict(self.name, WRONG, f"The answer cannot be used: {error}.", value)
+            return say(WRONG, f"The answer cannot be used: {error}.", value)
         if mixup is None:
-            return Verdict(self.name, RIGHT, inspect.getdoc(self.solve) or "", value)
+            return say(RIGHT, inspect.getdoc(self.solve) or "", value)
         why = mixup or f"{self.kind.nearly(value, self.solution) or NO_MIXUP} {self.hint}".strip()
-        return Verdict(self.name, WRONG, why, value, mixup=mixup)
+        return say(WRONG, why, value, mixup=mixup)
 
     @cached_property
     def anew(self):
@@ -206,8 +203,7 @@ def define(name, kind, **how):
     """
 
     def enter(solve):
-        there = EXERCISES[name].solve.__module__ if name in EXERCISES else solve.__module__
-        if there != solve.__module__:
+        if name in EXERCISES and (there := EXERCISES[name].solve.__module__) != solve.__module__:
             raise InputError("exercise", "a name of its own", f"{name!r}, which {there} has")
         EXERCISES[name] = Exercise(name, kind, solve, getattr(solve, "slips", {}), **how)
         return solve
