@@ -112,9 +112,6 @@ def way():
     return "retract"
 
 
-# A second path, unaided
-
-
 @cache
 def new_path():
     """The text of a CL file: a hollow flank, the tool tilting past the pole at 0.6° from it."""

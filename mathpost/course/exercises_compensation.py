@@ -17,8 +17,6 @@ from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.measure import angular_error, spline
 from mathpost.rotation import numeric
 
-# 12 The angular error of a rotary axis
-
 SPOILT = 135  # the target of 12-table whose command is wrong
 STEPS = "3 4 5 6 7 8 9 11"  # between targets, degrees
 
@@ -80,9 +78,6 @@ def not_enough(step):
 def steps(share=0.5, teeth=30):
     """Below half of the period, and not just below: near the limit the spline still leaves much of the wave."""
     return {step for step in STEPS.split() if ripple_left(step, teeth) <= share}
-
-
-# 13 Systematic errors
 
 
 MICRORADIANS = 1e6 * math.radians(1) / 3600  # of a second of arc
@@ -186,8 +181,6 @@ def drift_parts(forgetting=0.8):
         if part >= 0 and 0.010 - tracker.values[0] < 0.001:
             return part + 1
 
-
-# 14 Check a spreadsheet
 
 SLIP = ((20, 35, 50), (1, 2, 3), (0.690, -1.540, 3.339))
 SLIPS = "sign,active,order,transpose,row,axis,reference,exchange,left out,unit,rounded".split(",")

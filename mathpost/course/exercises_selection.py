@@ -13,8 +13,6 @@ from mathpost.post.motion import equation_8, linearize
 from mathpost.post.ways import Crossing
 from mathpost.rotation import wrap
 
-# 05 The inverse
-
 
 @of_lesson("05-outer", Angle(decimals=2))
 def outer(branch=0, column=4, swapped=False):
@@ -68,9 +66,6 @@ def two_positions(axis):
 def meet():
     """B = 180° and B = -180° are one place of the table. It lays the tool flat, in any direction that C likes."""
     return load("dmu50v").forward([0, 0, 0, 180, 0], degrees=True)[1]
-
-
-# 05b Which solution to take
 
 
 @of_lesson("05b-case", Vector(names="row40 row50 row60 row70 row80", decimals=0))
@@ -146,9 +141,6 @@ def trap():
     return (10, -5, -40)
 
 
-# 06 The singular region
-
-
 @of_lesson("06-price", Number(decimals=2))
 @slip("sine of B", lambda: 1 / np.sin(np.radians(2.335)))
 @slip("closeness", measure=lambda kin, tool: 1 / singular.closeness(kin, tool))
@@ -209,8 +201,6 @@ def limits():
     """Neither the first two records nor the last three may fit below zero; then A has to turn back at the pole."""
     return next((low, 120) for low in (-20, -10, -5, 0) if not no_swing((low, 120)))
 
-
-# 06b Through it
 
 ROWS = np.array([20.0, 24.0, 150.0, 153.0])  # C at four records, degrees
 STEPS = (0.5, 0.4)  # Δt₁ and Δt₂
