@@ -160,8 +160,10 @@ def progress(folder="."):
     for path in _lessons(folder):
         lesson = [each.status for each in verdicts if each.name.split("-")[0] == path.name.split("_")[0]]
         if lesson:
+            heading = "".join(notebook(path)["cells"][0]["source"]).splitlines()[0].lstrip("# ").replace(" · ", " ")
+            title = re.split(r"\s*\(|[,:]", heading)[0]  # without the Chinese in brackets
             marks = " ".join(map(MARKS.get, lesson))
-            print(f"{_title(path):42s}  {marks:9s} {lesson.count(RIGHT)} of {len(lesson)}")
+            print(f"{title:42s}  {marks:9s} {lesson.count(RIGHT)} of {len(lesson)}")
     print(f"{'all lessons':53s} {sum(each.status == RIGHT for each in verdicts)} of {len(verdicts)}")
     for each in verdicts:
         if each.edited:
@@ -211,9 +213,3 @@ def notebook(path):
 def asked(source):
     """Return the names of the exercises that the source of a cell checks."""
     return re.findall(r"exercise\.check\(\s*[\"']([\w-]+)[\"']", source)
-
-
-def _title(path):
-    """The first heading of a lesson up to a comma or colon, without the Chinese in brackets."""
-    heading = "".join(notebook(path)["cells"][0]["source"]).splitlines()[0]
-    return re.split(r"\s*\(|[,:]", heading.lstrip("# "))[0].replace(" · ", " ")

@@ -64,9 +64,11 @@ def knots(tolerance=0.2):
 def ripple_left(step, teeth=30):
     """The part of a ripple that the spline through targets `step` apart leaves, in its worst phase."""
     at, fine = np.arange(0, 360, float(step)), np.arange(0, 360, 0.05)
-    waves = [lambda degrees, wave=wave: wave(np.radians(teeth * degrees)) for wave in (np.sin, np.cos)]
-    fitted = [spline.through_all(spline.points(at, wave(at), period=360)) for wave in waves]
-    return np.hypot(*(wave(fine) - curve(fine) for wave, curve in zip(waves, fitted, strict=True))).max()
+    left = []
+    for wave in (np.sin, np.cos):
+        fitted = spline.through_all(spline.points(at, wave(np.radians(teeth * at)), period=360))
+        left.append(wave(np.radians(teeth * fine)) - fitted(fine))
+    return np.hypot(*left).max()
 
 
 def not_enough(step):

@@ -49,9 +49,8 @@ def reach(kin):
     pole = np.array(derived.pole, dtype=float)
     direction = " ".join(f"{x:z.3f}" for x in pole)
     joint = kin.symbols.index(derived.inner)
-    low, high = np.clip(kin.machine.limits[joint], -np.pi, np.pi)
     joints = np.zeros((721, 5))
-    joints[:, joint] = np.linspace(low, high, 721)
+    joints[:, joint] = np.linspace(*np.clip(kin.machine.limits[joint], -np.pi, np.pi), 721)
     axes = kin.forward(joints)[1]
     angles = np.degrees(2 * np.arctan2(np.linalg.norm(axes - pole, axis=1), np.linalg.norm(axes + pole, axis=1)))
     name, inner = str(derived.outer), derived.inner
