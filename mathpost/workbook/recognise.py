@@ -333,7 +333,9 @@ class Recognised:
         angles, in_row = self._of(triple, self.angles), triple[0][1] == triple[1][1]
         own = tuple(p for p in angles if p[:2] == triple[0][:2])
         angles = own if in_row and len(own) >= 2 and len(angles) > 3 else angles
-        moving = {s for p in triple for s in self.depends.get(p, ())} & self.lengths
+        moving = self._of(triple, self.lengths)
+        if len(moving) > 6:  # an array formula has all points in it
+            moving = {s for p in triple for s in self.depends.get(p, ())} & self.lengths
         vectors = self._vectors(moving, triple[0][:2] if in_row else None)
         users = {v: [self.graph.trees[user] for p in v for user in self.graph.used.get(p, ())] for v in vectors}
         if len(angles) == 1 and len(vectors) == 2 and re.search(ABOUT_AN_AXIS, self.text, re.I):
