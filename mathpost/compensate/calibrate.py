@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from mathpost.compensate import readings as files
-from mathpost.compensate.model import SQUARENESS, MachineErrors, error_names, table_position
+from mathpost.compensate.model import SQUARENESS, MachineErrors, error_names, named_point, table_position
 from mathpost.errors import InputError, ReachError
 from mathpost.measure import rotary_axis
 from mathpost.measure.fit import Value, coverage_factor, least_squares
@@ -86,7 +86,7 @@ class Calibration:
         shares = np.array([gradient @ part @ gradient for part, _ in self.parts])
         variance, freedoms = shares.sum(), np.array([freedom for _, freedom in self.parts])
         spread = (shares**2 / freedoms).sum()
-        return Value.of(value, float(np.sqrt(variance)), float(variance**2 / spread) if spread > 0 else np.inf)
+        return Value(value, float(np.sqrt(variance)), float(variance**2 / spread) if spread > 0 else np.inf)
 
     def __str__(self):
         lines = [f"{'':6s} {'value':>10s} {'U 95 %':>9s}        k  freedom"]
@@ -171,7 +171,7 @@ def corrected(machine, values):
     ]
     named = machine.programmed_point
     if named != "tip" and aside.any():
-        named = tuple((np.zeros(3) if named == "nose" else np.array(named)) - aside)
+        named = tuple(named_point(machine, 0.0) - aside)
     return replace(moved, rotary=tuple(tables), programmed_point=named)
 
 

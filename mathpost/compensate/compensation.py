@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from mathpost.compensate.model import COMPONENTS, ErrorModel, error_frame
+from mathpost.compensate.model import COMPONENTS, ErrorModel, error_frame, named_point
 from mathpost.errors import as_array
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import numeric, unit, wrap
@@ -56,8 +56,7 @@ class CalibratedKinematics:
         self.workpiece = np.linalg.inv(origin) @ frame @ origin
         # Beyond the slides the chain counts from the spindle nose.
         axis = unit(machine.tool_axis)
-        named = {"tip": -machine.tool_length * axis, "nose": np.zeros(3)}.get(machine.programmed_point)
-        programmed = np.array(machine.programmed_point) if named is None else named
+        programmed = named_point(machine, machine.tool_length)
         frame = self._outwards("tool", machine, errors, moved, start=programmed)
         nose = frame[:3, 3]
         rotary = []

@@ -42,7 +42,7 @@ from mathpost import chain
 from mathpost.errors import InputError, ReachError, as_array
 from mathpost.machine import Machine, TomlTable, read_toml
 from mathpost.measure import csv_table, spline
-from mathpost.rotation import ACTIVE, numeric
+from mathpost.rotation import ACTIVE, numeric, unit
 
 COMPONENTS = "XYZABC"
 SQUARENESS = ("EC0Y", "EB0Z", "EA0Z")
@@ -211,6 +211,13 @@ class MachineErrors:
 def table_position(machine, joints, joint):
     """Where a joint stands, as a table over its position has it: degrees, or mm in machine coordinates."""
     return np.rad2deg(joints[..., joint]) if joint > 2 else joints[..., joint] + machine.origin[joint]
+
+
+def named_point(machine, length):
+    """The point of the head that X Y Z name, at rotary zero, mm from the nose, (..., 3), with tools of `length`."""
+    if machine.programmed_point == "tip":
+        return -np.multiply.outer(length, unit(machine.tool_axis))
+    return np.zeros(3) if machine.programmed_point == "nose" else np.array(machine.programmed_point)
 
 
 def constant_errors(machine, errors):
