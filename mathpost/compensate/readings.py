@@ -72,7 +72,7 @@ METHODS = {
 METHODS["autocollimator"] = METHODS["laser"]
 READ = {"ball": ("ex", "ey", "ez"), "probe": ("x", "y", "z"), "dial": ("dial",), "ballbar": ("bar",)}
 READ |= {"tip": ("axial", "lateral", "x", "y", "z"), "bar": ("shown",)}
-READ |= dict.fromkeys(POSITIONING, ("reading", "forth", "back", *RUNS))
+READ |= dict.fromkeys(POSITIONING, ("reading", "forth", "back"))
 CARRIES = {"dial": "workpiece", "tip": "tool"}  # what the axis carries that a method is about
 SIGNS = {"dial": {"out": 1, "in": -1}, "tip": {"tip": 1, "block": -1}}
 
@@ -170,7 +170,7 @@ def read(path, machine, **settings):
 def _columns(method, machine):
     """The columns that a file of `method` may have: its readings, what its template shows beside them, and more."""
     shown = re.sub(r"\{axes\},|angle,|\n.*", "", METHODS[method][1], flags=re.DOTALL).split(",")
-    axes = machine.joint_names if method in POSITIONING else machine.joint_names[3:]
+    axes = (*machine.joint_names, *RUNS) if method in POSITIONING else machine.joint_names[3:]
     return list(dict.fromkeys([*READ[method], *shown, "angle", *axes, "length", "setup", "run"]))
 
 
