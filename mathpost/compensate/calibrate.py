@@ -1,12 +1,12 @@
 """One calibration: all readings of a machine, one least-squares estimate, and what it says with its uncertainty.
 
-What is sought: where the rotary axes are and how they lean, named as in ISO 230-7 (EX0C, EA0C, …), how the
-spindle leans on a head (EA0S, EB0S), the squareness of the slides (EC0Y, EB0Z, EA0Z), and the positioning error of
-each axis that a laser has seen. The chain of `mathpost.chain`, its numbers unknown, predicts all readings, so that a
+What is sought: where the rotary axes are and how they lean, named as in ISO 230-7 (EX0C, EA0C, …), how the spindle
+leans on a head (EA0S, EB0S), the squareness of the slides (EC0Y, EB0Z, EA0Z), and the positioning error of each
+axis that a laser has seen. The chain of `mathpost.chain`, its numbers unknown, predicts all readings, so that a
 calibrated machine is a machine file with other points. The workpiece is where probing finds it at rotary zero.
 
-The variances of the methods are estimated with the unknowns, each from its own residuals. U is t·u, with
-Student's t for the degrees of freedom after Welch and Satterthwaite (GUM, annex G).
+The variances of the methods are estimated with the unknowns, each from its own residuals. U is t·u, with Student's
+t for the degrees of freedom after Welch and Satterthwaite (GUM, annex G).
 """
 
 from dataclasses import dataclass, replace
@@ -32,11 +32,11 @@ class Calibration:
     """What readings say about a machine, `nominal` as the control believed it to be.
 
     `values` takes the unknowns of the geometry to what the machine has more than `nominal`, mm or radians;
-    `positioning` has a `Positioning` for each axis measured. `parts` are pairs for each file: what it contributes to
-    the covariance of all unknowns, geometry first, and its degrees of freedom. `assumed` takes an unknown that stays
-    at zero to the reason, `noise` a file to the standard deviation of a reading and its degrees of freedom. `bar`
-    has, as `Value`, what was measured of ``"length"``, by which the test bar is longer than the tool of `nominal`,
-    and the ``"radius"`` of its ball.
+    `positioning` has a `Positioning` for each axis measured. `parts` are pairs for each file: what it contributes
+    to the covariance of all unknowns, geometry first, and its degrees of freedom. `assumed` takes an unknown that
+    stays at zero to the reason, `noise` a file to the standard deviation of a reading and its degrees of freedom.
+    `bar` has, as `Value`, what was measured of ``"length"``, by which the test bar is longer than the tool of
+    `nominal`, and the ``"radius"`` of its ball.
     """
 
     nominal: object

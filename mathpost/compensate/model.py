@@ -13,8 +13,7 @@ at a slide's own place; all move the *carried* body, table or tool. Displacement
 Bohez (source 001) has two groups of errors. In a file those that do not depend on position stand under [constant];
 the others stand in tables, each over the position of one joint::
 
-    name = "…"
-    source = "…"
+    name = "…" source = "…"
 
     [constant]                        # µm and µrad
     EXA = 10
@@ -128,8 +127,8 @@ class ErrorModel:
     def sensitivity(self, name):
         """Return how tip and tool axis move for one unit of the error or the joint `name`, without errors: 6×1.
 
-        The derivative of the chain is the derivative of the one link that holds the symbol, between the products
-        of the others.
+        The derivative of the chain is the derivative of the one link that holds the symbol, between the products of
+        the others.
         """
         symbol = self.symbol.get(name) or dict(zip(self.machine.joint_names, self.joints, strict=True))[name]
         links, before, behind = self._partial

@@ -105,8 +105,8 @@ class Readings:
 class Positioning:
     """The positioning error of one joint, by its index: `at` degrees or mm, the mean `value` and its deviation.
 
-    `value` and `sigma` are radians or mm; the deviations have `freedom` degrees of freedom; `reversal` is B of
-    ISO 230-2, the largest difference of both directions.
+    `value` and `sigma` are radians or mm; the deviations have `freedom` degrees of freedom; `reversal` is B of ISO
+    230-2, the largest difference of both directions.
     """
 
     where: str
@@ -145,9 +145,9 @@ def template(method, machine):
 def read(path, machine, **settings):
     """Read a file of any method as `Readings`, `Positioning` or, of a test bar, a dict of `Value`.
 
-    `machine` is as the control believed it to be when the readings were taken. `settings` are ``method``,
-    ``unit``, ``axis`` and so on, where the file does not say them. Whatever the file leaves unclear, its unit for
-    instance, is asked for by an `InputError` with the line.
+    `machine` is as the control believed it to be when the readings were taken. `settings` are ``method``, ``unit``,
+    ``axis`` and so on, where the file does not say them. Whatever the file leaves unclear, its unit for instance,
+    is asked for by an `InputError` with the line.
     """
     known = {method: _columns(method, machine) for method in METHODS}
     names = dict.fromkeys(name for columns in known.values() for name in columns)

@@ -327,8 +327,8 @@ def _product(match):
 def _translated(matrix, shift, tolerance):
     """The slip of points that were turned by `matrix` and then moved by `shift`.
 
-    A shift across the axis of rotation is what a rotation about another centre makes: the centre that is nearest
-    to the origin is named.
+    A shift across the axis of rotation is what a rotation about another centre makes: the centre that is nearest to
+    the origin is named.
     """
     moved = np.eye(3) - matrix
     centre = np.linalg.lstsq(moved, shift, rcond=1e-6)[0]

@@ -49,8 +49,8 @@ class NewDatum:
 def ab_table(centre_a, centre_b, *, order="AB", iso=True):
     """Return the rotary axes of a horizontal machining centre's table, from the bed outwards.
 
-    `centre_a` and `centre_b` are points on either axis with both at zero, mm in machine coordinates; A lies along
-    X and B along Y. `order` is ``"AB"`` if A stands on the bed and carries B, ``"BA"`` if B carries A; `iso` says
+    `centre_a` and `centre_b` are points on either axis with both at zero, mm in machine coordinates; A lies along X
+    and B along Y. `order` is ``"AB"`` if A stands on the bed and carries B, ``"BA"`` if B carries A; `iso` says
     that the table turns against the programmed angle, as ISO 841 has it.
     """
     if sorted(order) != ["A", "B"]:
@@ -131,8 +131,8 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
     shift : str, keyword only
         Whether U, V, W lie along the ``"machine"`` axes or are turned with the ``"part"``; the source is silent.
     **arguments
-        X, Y, Z, A, B: workpiece coordinates, mm and degrees, before the turn; those of `current` if left out. D,
-        E: new A and B, degrees (the source calls both "A axis"). U, V, W: extra shift after the turn, mm.
+        X, Y, Z, A, B: workpiece coordinates, mm and degrees, before the turn; those of `current` if left out. D, E:
+        new A and B, degrees (the source calls both "A axis"). U, V, W: extra shift after the turn, mm.
 
     Raises
     ------
