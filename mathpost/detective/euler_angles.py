@@ -204,8 +204,8 @@ class _Case:
         """The matches that are no accident, as far as the search goes at `depth`, and how many were tried."""
         turned = replace(self, points=self.points + placing.before, target=self.target - placing.after)
         found, count, costs = turned.search(all_factors(placing.axes, depth))
-        place = {name: getattr(placing, name) for name in ("before", "after", "point", "added")}
-        matches = [_Match(replace(f, **place).misread(*placing.slips, *slips), same) for f, same, slips in found]
+        right = {"before": self.placings[0].before, "point": self.placings[0].point}
+        matches = [_Match(replace(f, **right).misread(*placing.slips, *slips), same) for f, same, slips in found]
         return [match for match in matches if turned.chance(costs, match) < reading.CHANCE], count
 
     def moved(self):
@@ -235,12 +235,13 @@ class _Case:
         values = np.einsum("fkij,nj->fkni", matrices(factors, keys, self.angles), self.points)
         costs = np.add.outer([each.cost for each in factors], [of_one[0].cost for of_one in same])
         found = []
+        # A wrong copy comes with one other slip at most: more is guessing.
+        simple = [n for n, each in enumerate(factors) if len(each.slips) < 2]
         for copied in COPIED[:1] if self.is_matrix else COPIED:
             as_copied = Factors("").misread(*copied)
-            # A wrong copy comes with one other slip at most: more is guessing.
-            rows = slice(sum(len(each.slips) < 2 for each in factors) if copied else None)
-            misfit = np.abs(values[rows][..., as_copied.order] * as_copied.signs - self.target).max(axis=(2, 3))
-            found += [(factors[f], same[k], copied) for f, k in np.argwhere(misfit <= self.tolerance)]
+            rows, given = (simple, values[simple]) if copied else (range(len(factors)), values)
+            misfit = np.abs(given[..., as_copied.order] * as_copied.signs - self.target).max(axis=(2, 3))
+            found += [(factors[rows[f]], same[k], copied) for f, k in np.argwhere(misfit <= self.tolerance)]
             if not copied and self.half_digits.any():
                 near = np.argwhere((misfit > self.tolerance) & (misfit <= self.reach))
                 near = [(factors[f], same[k]) for f, k in near if self.fits_unrounded(_Match(factors[f], same[k]))]
@@ -250,11 +251,11 @@ class _Case:
     def fits_unrounded(self, match):
         """Whether angles that round to the given ones give the answer, judged by the differential."""
         value = match.value(self.angles, self.points)
-        slopes = [
-            (match.value(self.angles + half, self.points) - match.value(self.angles - half, self.points)) / 2
-            for half in np.diag(self.half_digits)
-        ]
-        jacobian = np.array([slope.ravel() for slope in slopes]).T
+        slopes = []
+        for half in np.diag(self.half_digits):
+            high, low = (match.value(self.angles + step, self.points) for step in (half, -half))
+            slopes.append((high - low).ravel() / 2)
+        jacobian = np.transpose(slopes)
         missing = (self.target - value).ravel()
         steps, *_ = np.linalg.lstsq(jacobian, missing, rcond=1e-9)
         left = missing - jacobian @ np.clip(steps, -1, 1)
