@@ -29,14 +29,14 @@ _SIX, _POINT = sp.symbols(tuple(COMPONENTS), real=True), sp.symbols(("px", "py",
 class CalibratedKinematics:
     """The exact inverse kinematics of a machine whose errors are constants: Bohez's first group.
 
-    Constant error frames can be moved through the chain. A turn behind an error frame E is the turn about the line
-    that E has moved, followed by E: E·Turn(line) = Turn(E·line)·E. Moved outwards joint by joint, the frames leave
-    a machine with other axes and pivots, slides with other directions, and one small displacement of the workpiece
-    or the tool. That machine has the closed-form inverse of `mathpost.kinematics`, and so has the one with errors.
+    A turn behind a constant error frame E is the turn about the line that E has moved, followed by E: E·Turn(line)
+    = Turn(E·line)·E. Moved outwards joint by joint, the frames leave a machine with other axes and pivots, slides
+    with other directions, and one small displacement of the workpiece or the tool: a machine with the closed-form
+    inverse of `mathpost.kinematics`.
 
     `constant`, shape (33,), is in the order of `model.names`, mm and radians. Of the result `machine` is the
-    machine as it is, `workpiece`, shape (4, 4), takes workpiece coordinates to those of the ideal machine's
-    workpiece, and `slides`, shape (3, 3), has the true directions of X, Y and Z as columns.
+    machine as it is, `workpiece`, shape (4, 4), takes workpiece coordinates to the ideal machine's, and `slides`,
+    shape (3, 3), has the true directions of X, Y and Z as columns.
 
     Examples
     --------
@@ -58,8 +58,7 @@ class CalibratedKinematics:
         axis = unit(machine.tool_axis)
         programmed = named_point(machine, machine.tool_length)
         frame = self._outwards("tool", machine, errors, moved, start=programmed)
-        nose = frame[:3, 3]
-        rotary = []
+        nose, rotary = frame[:3, 3], []
         for each in machine.rotary:
             point, direction = moved[each.name]
             point = point - nose * (each.carries == "tool")
@@ -70,6 +69,7 @@ class CalibratedKinematics:
             tool_axis=tuple((frame[:3, :3] @ axis).tolist()),
             programmed_point=tuple((programmed - nose).tolist()),
         )
+        self._kinematics = Kinematics(self.machine)
 
     def _outwards(self, side, machine, errors, moved, start):
         """Move all error frames of a side outwards from the bed; return the one frame that they leave at its end.
@@ -95,16 +95,11 @@ class CalibratedKinematics:
 
         Parameters, result and errors are those of `mathpost.kinematics.Kinematics.inverse`; radians.
         """
-        tip, axis = np.asarray(tip, dtype=float), np.asarray(axis, dtype=float)
-        turned = self.workpiece[:3, :3]
-        joints = self._kinematics.inverse(tip @ turned.T + self.workpiece[:3, 3], axis @ turned.T)
+        turned, shift = self.workpiece[:3, :3].T, self.workpiece[:3, 3]
+        joints = self._kinematics.inverse(np.asarray(tip) @ turned + shift, np.asarray(axis) @ turned)
         origin = np.array(self.machine.origin)
         joints[..., :3] = np.linalg.solve(self.slides, (joints[..., :3] + origin)[..., None])[..., 0] - origin
         return joints
-
-    @cached_property
-    def _kinematics(self):
-        return Kinematics(self.machine)
 
 
 @dataclass(frozen=True)
@@ -127,8 +122,8 @@ class Compensated:
     """Joints, shape (..., 5), mm and radians, that take the machine's errors into account.
 
     `before` and `after` are the `PoseError` with the joints as programmed, and with these. `limited`, shape (...),
-    says where the turn was limited, so that the tip is corrected, the tool axis only in part; `refused` where the
-    correction would have made things worse, so that the joints are those programmed.
+    says where the turn was limited, so that the tool axis is corrected only in part; `refused` where the joints are
+    those programmed, since the correction would have made things worse.
     """
 
     joints: np.ndarray
@@ -196,9 +191,8 @@ class Compensator:
         """
         errors = self.errors.at(joints)
         moved = self.model.sensitivities(joints)[..., :3, :] * errors[..., None, :]
-        costs = dict(zip(self.model.names, np.moveaxis(np.linalg.norm(moved, axis=-2), -1, 0), strict=True))
-        costs = {name: cost for name, cost in costs.items() if cost.any()}
-        return dict(sorted(costs.items(), key=lambda item: -item[1].max()))
+        costs = zip(self.model.names, np.moveaxis(np.linalg.norm(moved, axis=-2), -1, 0), strict=True)
+        return dict(sorted((item for item in costs if item[1].any()), key=lambda item: -item[1].max()))
 
     def forward(self, joints):
         """Return tip and axis that the machine takes at `joints`, errors and all; mm and radians."""
@@ -249,7 +243,7 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
     The Jacobian J of tip and axis (6×5) falls in two: only the rotary axes turn the tool, and X Y Z, which are
     never singular, then make up for what the turn does to the tip. `joints` have the shape (..., 5), `errors`, in
     the order of `model.names`, (..., 33); mm and radians. `max_turn` limits a turn that is more than `MAX_GAIN`
-    times the tilt for which it is made; what takes out an axis' own positioning error does not count.
+    times the tilt for which it is made, beside what takes out an axis' own positioning error.
 
     Examples
     --------

@@ -1,9 +1,9 @@
 """Errors that drift, tracked from part to part by recursive least squares.
 
 The last text of source 001 asks for dynamic correction: measure, compute the error, correct the next motion. Here
-each part's readings, at the same poses, refine an estimate of the drifting errors; older parts are forgotten by a
-factor, and a reading that contradicts what is known is set aside, unless most of them do: one sensor may lie, but
-if all say the same, the machine has changed.
+each part's readings, at the same poses, refine an estimate of the drifting errors. Older parts are forgotten by a
+factor. A reading that contradicts what is known is set aside, unless most do: one sensor may lie, but if all say
+the same, the machine has changed.
 """
 
 from dataclasses import dataclass

@@ -41,17 +41,15 @@ FANUC = {
 def write(calibration, path, folder, inputs=()):
     """Write machine.toml, errors.toml and tables of controls for each axis, and terms.txt; return their paths.
 
-    `path` is the machine file that was calibrated, or the name of a machine that comes with the package: limits,
-    rates and program lines are taken over. `folder`, a `pathlib.Path`, is made if it does not exist; `inputs` are
-    files that must not be replaced.
+    `path` is the machine file that was calibrated, or the name of one that comes with the package. `folder`, a
+    `pathlib.Path`, is made if it does not exist; `inputs` are files that must not be replaced.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"{folder}: not written, {error.strerror}") from None
-    files = {"machine.toml": machine_file(calibration, path), **error_files(calibration)}
     tables, notes = control_tables(calibration)
-    files |= tables
+    files = {"machine.toml": machine_file(calibration, path), **error_files(calibration), **tables}
     files["terms.txt"] = "\n".join([str(calibration), "", terms(calibration), *notes, ""])
     for name, text in files.items():
         write_text(folder / name, text, inputs=[find(path), *inputs])
@@ -72,20 +70,19 @@ def machine_file(calibration, path):
 
 def error_files(calibration):
     """Return errors.toml and its tables, names to texts, for ``post --errors`` with the calibrated machine."""
-    machine, square = calibration.machine, [n for n in SQUARENESS if n in calibration.values]
-    content = {"name": f"{machine.name}, calibrated", "source": "calibrated from readings"}
-    content |= {"constant": {n: 1e6 * calibration.values[n] for n in square}}
-    files, content["table"] = {}, []
+    machine, files, tables = calibration.machine, {}, []
+    square = {n: 1e6 * calibration.values[n] for n in SQUARENESS if n in calibration.values}
     for each in calibration.positioning:
         name = machine.joint_names[each.joint]
         entry = {"joint": name, "file": f"errors_{name.lower()}.csv"}
-        content["table"].append(entry | ({"endless": True} if each.endless else {}))
+        tables.append(entry | ({"endless": True} if each.endless else {}))
         found = columns(machine, each)
         rows = np.column_stack([each.at, *found.values()])
         lines = ["# source: calibrated from readings; degrees or mm, µm, µrad", ",".join(["position", *found])]
         lines += [",".join(f"{number:.6f}" for number in row) for row in rows]
         files[entry["file"]] = "\n".join(lines) + "\n"
-    return {"errors.toml": toml(content), **files}
+    content = {"name": f"{machine.name}, calibrated", "source": "calibrated from readings"}
+    return {"errors.toml": toml(content | {"constant": square, "table": tables}), **files}
 
 
 def control_tables(calibration):
@@ -210,18 +207,18 @@ def _pivot(nominal, index):
 
 
 def toml(content):
-    """A machine's or an errors' content as TOML: keys, tables and lists of tables."""
-    plain = {key: value for key, value in content.items() if not _is_table(value)}
-    lines = [f"{key} = {_value(value)}" for key, value in plain.items()]
+    """A machine's or an errors' content as TOML: keys, then tables and lists of tables."""
+    lines, tables = [], []
     for key, value in content.items():
-        for entry in value if isinstance(value, list) and _is_table(value) else [value] * _is_table(value):
-            lines += ["", f"[[{key}]]" if isinstance(value, list) else f"[{key}]"]
-            lines += [f"{name} = {_value(each)}" for name, each in entry.items()]
+        if isinstance(value, dict):
+            tables.append((f"[{key}]", value))
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            tables += [(f"[[{key}]]", entry) for entry in value]
+        else:
+            lines.append(f"{key} = {_value(value)}")
+    for title, entry in tables:
+        lines += ["", title, *(f"{name} = {_value(each)}" for name, each in entry.items())]
     return "\n".join(lines) + "\n"
-
-
-def _is_table(value):
-    return isinstance(value, dict) or (isinstance(value, list) and bool(value) and isinstance(value[0], dict))
 
 
 def _value(value):
