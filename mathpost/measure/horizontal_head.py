@@ -61,10 +61,6 @@ class HeadFrame(Frame):
 
     block: str = ""
 
-    def machine_point(self, point, offset):
-        """Return the machine position, shape (..., 3), for programmed `point` under the work offset `offset`."""
-        return as_array(offset, 3, "offset") + self.point(as_array(point, 3, "point"))
-
 
 def frame_symbolic():
     """AROT Z=U_ZZ X=90 as a matrix: Siemens turns about Z first, then about the new X."""
@@ -117,7 +113,7 @@ def lhy(head, correction, angle):
     >>> print(frame.block)
     TRANS X=-378.920 Y=0.050 Z=-0.065
     AROT Z=-90.000 X=90
-    >>> frame.machine_point((10, 20, 30), offset=(1000, 500, 300)).round(3)
+    >>> (frame.point([10, 20, 30]) + [1000, 500, 300]).round(3)
     array([591.08 , 490.05 , 319.935])
     """
     vertical, origin = angle == VERTICAL, as_array(correction, 3, "correction")

@@ -67,7 +67,7 @@ def ab_table(centre_a, centre_b, *, order="AB", iso=True):
 def moved_symbolic(table):
     """Return the moved point of a table, (x, y, z), and the symbols in it, as two tuples.
 
-    The symbols: x y z of the point, and for each axis its centre, old and new angle (``A_x A_y A_z A_0 A_1``).
+    Those are x y z of the point, and for each axis its centre, old and new angle (``A_x A_y A_z A_0 A_1``).
 
     Examples
     --------
@@ -76,15 +76,13 @@ def moved_symbolic(table):
     >>> sp.simplify(x.subs(dict.fromkeys(symbols[3:6], 0)))
     x*cos(B_0 - B_1) + z*sin(B_0 - B_1)
     """
-    symbols, to_zero, to_new = list(POINT), [], []
-    for axis in table:
-        centre = sp.symbols([f"{axis.name}_{c}" for c in "xyz"], real=True)
-        old, new = sp.symbols([f"{axis.name}_0", f"{axis.name}_1"], real=True)
-        direction = exact_unit(axis.axis)
-        to_zero.insert(0, turn(direction, sp.Matrix(centre), -old))
-        to_new.append(turn(direction, sp.Matrix(centre), new))
-        symbols += [*centre, old, new]
-    moved = product([*to_new, *to_zero]) * sp.Matrix([*POINT, 1])
+    symbols, moves = list(POINT), []
+    for axis in reversed(table):  # each new axis is wrapped about those that it carries
+        *centre, old, new = own = sp.symbols([f"{axis.name}_{c}" for c in "xyz01"], real=True)
+        direction, centre = exact_unit(axis.axis), sp.Matrix(centre)
+        moves = [turn(direction, centre, new), *moves, turn(direction, centre, -old)]
+        symbols[3:3] = own
+    moved = product(moves) * sp.Matrix([*POINT, 1])
     return tuple(moved[:3, 0]), tuple(symbols)
 
 
@@ -125,7 +123,7 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
     offset : WorkOffset
         The active offset.
     S : int or str, optional
-        Where to store the result: 54 to 59, or ``"54.1 P7"``; the active offset if left out.
+        Where to store the result: 54 to 59, or ``"54.1 P7"``; `offset` if left out.
     current : dict, optional, keyword only
         Present position in workpiece coordinates, by X, Y, Z, A, B.
     shift : str, keyword only
@@ -148,11 +146,9 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
     >>> p9795(table, old, **read_call("G65P9795X0Y0Z0A0B0D-30.E10.S55")).block
     'G90 G10 L2 P2 X-352.854 Y-370.364 Z-654.922'
     """
-    for address in arguments:
-        if address not in ADDRESSES:
-            raise InputError(address, f"arguments among {', '.join(ADDRESSES)}", "another")
-    position = {address: (current or {}).get(address) for address in "XYZAB"}
-    given = position | {"D": None, "E": None} | dict.fromkeys("UVW", 0.0) | arguments
+    for address in set(arguments) - set(ADDRESSES):
+        raise InputError(address, f"arguments among {', '.join(ADDRESSES)}", "another")
+    given = dict.fromkeys("XYZABDE") | dict.fromkeys("UVW", 0.0) | (current or {}) | arguments
     for axis, address in (("A", "D"), ("B", "E")):
         if axis not in [each.name for each in table]:
             if given[axis] or given[address]:
@@ -165,11 +161,10 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
         raise InputError("shift", '"machine" or "part"', repr(shift))
 
     before = np.array([given[address] + getattr(offset, address) for address in "XYZ"])
-    extra = np.array([given[address] for address in "UVW"])
+    along, turned = np.array([given[address] for address in "UVW"]) * [[shift == "machine"], [shift == "part"]]
     start = {"A": offset.A + given["A"], "B": offset.B + given["B"]}
     end = {"A": offset.A + given["D"], "B": offset.B + given["E"]}
-    carried = before + extra if shift == "part" else before
-    after = moved(carried, table, start, end, degrees=True) + (extra if shift == "machine" else 0.0)
+    after = moved(before + turned, table, start, end, degrees=True) + along
 
     code = offset.code if S is None else S
     store = re.fullmatch(r"G?(5[4-9])|G?54\.1 ?P(\d+)", str(code).strip().upper())
@@ -194,17 +189,18 @@ def read_call(block):
     >>> read_call("G65 P9795 X0 D-30. S55")
     {'X': 0.0, 'D': -30.0, 'S': 55}
     """
+    where, arguments = f"block {block!r}", {}
     pairs = re.findall(rf"([A-Z])\s*({NUMBER})", block.upper())
-    if "".join(letter + number for letter, number in pairs) != re.sub(r"\s", "", block.upper()).rstrip(";"):
-        raise InputError(f"block {block!r}", "words of a letter and a number", "something else")
+    said = [letter + number for letter, number in pairs]
+    if "".join(said) != re.sub(r"\s", "", block.upper()).rstrip(";"):
+        raise InputError(where, "words of a letter and a number", "something else")
     if [(letter, float(number)) for letter, number in pairs[:2]] != [("G", 65), ("P", 9795)]:
-        raise InputError(f"block {block!r}", "G65 P9795", " ".join(letter + number for letter, number in pairs[:2]))
-    arguments = {}
+        raise InputError(where, "G65 P9795", " ".join(said[:2]))
     for letter, number in pairs[2:]:
         if letter not in ADDRESSES or letter in arguments:
             found = f"{letter} twice" if letter in arguments else letter
-            raise InputError(f"block {block!r}", f"each of {' '.join(ADDRESSES)} at most once", found)
+            raise InputError(where, f"each of {' '.join(ADDRESSES)} at most once", found)
         if letter != "S" and "." not in number and float(number) != 0:
-            raise InputError(f"block {block!r}, {letter}", f"a decimal point, {letter}{number}.", letter + number)
+            raise InputError(f"{where}, {letter}", f"a decimal point, {letter}{number}.", letter + number)
         arguments[letter] = int(float(number)) if letter == "S" else float(number)
     return arguments
