@@ -65,8 +65,7 @@ class Estimate:
 
     def deviation(self, name):
         """The standard deviation of one value."""
-        index = list(self.values).index(name)
-        return float(np.sqrt(self.covariance[index, index]))
+        return float(np.sqrt(self.covariance.diagonal()[list(self.values).index(name)]))
 
     def expanded(self, name):
         """One value as `Value`, with its expanded uncertainty."""
@@ -213,11 +212,8 @@ class Measurement:
         proposals = {f"also reading {', '.join(unread)}": unread} if unread else {}
         for words, changes in self.more.items():
             proposals[words] = {name: e.subs(changes, simultaneous=True) for name, e in used.items()}
-        enough = [
-            words
-            for words, extra in proposals.items()
-            if not undetermined(np.vstack([rows(used), rows(extra)]), sought)
-        ]
+        further = {words: np.vstack([rows(used), rows(extra)]) for words, extra in proposals.items()}
+        enough = [words for words, matrix in further.items() if not undetermined(matrix, sought)]
         return " or ".join(enough) or " together with ".join(proposals) or "more of them"
 
     def _compiled(self, readings, sought):
@@ -231,9 +227,8 @@ class Measurement:
 
     def _settings(self, data, degrees, length=None):
         names = list(map(str, self.settings))
-        for name in names:
-            if name not in data:
-                raise InputError(self.name, f"the settings {', '.join(names)}", f"no {name!r}")
+        if missing := [name for name in names if name not in data]:
+            raise InputError(self.name, f"the settings {', '.join(names)}", f"no {missing[0]!r}")
         angle, *others = (self._array(data, name, length) for name in names)
         return [np.deg2rad(angle) if degrees else angle, *others]
 
