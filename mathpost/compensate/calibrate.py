@@ -95,10 +95,11 @@ class Calibration:
             found = f"{size * each.value:10.2f} {size * each.U:9.2f} {unit} {each.k:5.2f}"
             lines.append(f"{name:6s} {found} {each.free:>8s}")
         for each in self.positioning:
-            name, (size, unit) = self.machine.joint_names[each.joint], _shown(each.joint)
+            size, unit = (np.degrees(3600), "arcsec") if each.joint > 2 else (1e3, "µm")
             most = size * coverage_factor(each.freedom) * each.sigma.max()
-            found = f"{size * np.ptp(each.value):.2f} {unit}, U {most:.2f} at a target"
-            lines.append(f"{name} positioning: range {found}; reversal {size * each.reversal:.2f} {unit}")
+            found = f"range {size * np.ptp(each.value):.2f} {unit}, U {most:.2f} at a target"
+            name = self.machine.joint_names[each.joint]
+            lines.append(f"{name} positioning: {found}; reversal {size * each.reversal:.2f} {unit}")
         for name, each in self.bar.items():
             longer = "longer than believed by" if name == "length" else "radius"
             lines.append(f"test bar: {longer} {each.value:.4f} mm, U {each.U:.4f}")
@@ -202,8 +203,8 @@ class _Problem:
         self.machine, self.blocks, self.tables, self.squareness = machine, blocks, tables, squareness
         self.names = unknowns(machine)
         self.entries = _slices(tables, len(self.names))
-        self.all_entries = slice(len(self.names), len(self.names) + sum(len(each.at) for each in tables))
-        self.count, setups = self.all_entries.stop, []
+        self.count = len(self.names) + sum(len(each.at) for each in tables)
+        self.all_entries, setups = slice(len(self.names), self.count), []
         for block in blocks:
             setups.append(self.count + 4 * block.setup)
             self.count += 4 * (int(block.setup.max()) + 1)
@@ -340,7 +341,3 @@ def _weights(table, at):
         return table.curve(np.eye(len(table.at)))(at)
     except ReachError as error:
         raise ReachError(f"{table.where}: {error}") from None
-
-
-def _shown(joint):
-    return (np.rad2deg(1) * 3600, "arcsec") if joint > 2 else (1e3, "µm")

@@ -48,10 +48,7 @@ MEANINGS = {
     "no minutes": (lambda a, pi: _fraction_times(a, 60 / 100), "{} from ° ′", "minutes", 1.25, 1.25, AS_DECIMALS),
 }
 # Axes of the first, second and third angle of which a trade has a name, and the order of the frame's factors.
-TRADE = {
-    "ZYX": ("KUKA A B C", (0, 1, 2)),
-    "XYZ": ("Fanuc W P R or Heidenhain SPA SPB SPC", (2, 1, 0)),
-}
+TRADE = {"ZYX": ("KUKA A B C", (0, 1, 2)), "XYZ": ("Fanuc W P R or Heidenhain SPA SPB SPC", (2, 1, 0))}
 # The keys of a few misreadings of the recipes of source 000.
 COMMON = {
     "active elements": ((2, 1, 0), (-1, -1, -1)),

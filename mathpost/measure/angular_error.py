@@ -109,12 +109,8 @@ def accuracy(runs):
 
     Examples
     --------
-    >>> spread = np.array([-0.4, -0.2, 0, 0.2, 0.4])
-    >>> up = np.array([1, 10, -6, 3])[:, None] + spread
-    >>> down = np.array([0, 8.5, -7.2, 2.5])[:, None] + spread / 2
-    >>> result = accuracy(from_arrays([0, 90, 180, 270], up, down))
-    >>> print(result)
-    A  18.15   E  17.20   M  15.85   B   1.50   R   2.45   arcsec
+    >>> print(accuracy(read_runs("data/measurements/angular_error.csv")))
+    A  27.69   E  26.92   M  26.08   B   1.39   R   1.95   arcsec
     """
     up, down = runs.mean("up"), runs.mean("down")
     s_up, s_down = runs.up.std(axis=1, ddof=1), runs.down.std(axis=1, ddof=1)

@@ -146,9 +146,8 @@ def read(path, columns, *, optional=(), text=(), also=MappingProxyType({})):
     for cells, number in zip(rows, lines, strict=True):
         if len(cells) != len(names):
             raise InputError(f"{path}, line {number}", f"{len(names)} entries", f"{len(cells)}")
-    read = {
-        name: list(entries) for name, entries in zip(names, zip(*rows, strict=True), strict=True) if name in wanted
-    }
+    every = dict(zip(names, zip(*rows, strict=True), strict=True))
+    read = {name: list(entries) for name, entries in every.items() if name in wanted}
     table, numbers = Table(str(path), read, tuple(lines), settings), [name for name in read if name not in text]
     commas = delimiter != "," and not any("." in entry for name in numbers for entry in read[name])
     for name in numbers:

@@ -163,8 +163,8 @@ def rtcp_zero():
 def source_zero_angle(error, length):
     """The zero angle as source 001 has it: arctan(y/x) of the tip's error y and the pivot-to-tip length x, radians.
 
-    It takes the whole reading for L·α. A dial zeroed at ψ = 0 shows L·α·sin ψ: right at ψ = 90° only, and 11.5
-    times too small at the 5° of that text.
+    It takes the whole reading for L·α. A dial zeroed at ψ = 0 shows L·α·sin ψ: at the 5° of that text the angle is
+    11.5 times too small.
 
     Examples
     --------
@@ -209,7 +209,7 @@ def corrected(rotary, errors):
     (-4e-05, 0.0, -1.0, 0.01, 0.0, -50.0)
     """
     names, plane = location_errors(rotary)
-    if not any(name in errors for name in names):
+    if not set(names) & set(errors):
         raise InputError("errors", f"some of {', '.join(names)}", ", ".join(errors))
     own = [errors.get(name, 0.0) for name in names]
     axis = unit(rotary.axis)
