@@ -112,22 +112,17 @@ class Tracker:
         # The least surprising first: a liar is judged by what the others have already said.
         set_aside = np.zeros(len(readings), dtype=bool)
         for row in np.argsort(surprise):
-            set_aside[row] = not self._take(self.design[row], readings[row])
+            h = self.design[row]
+            seen, missed = self.covariance @ h, readings[row] - h @ self.values
+            variance = h @ seen + self.sigma**2
+            set_aside[row] = abs(missed) > self.gate * np.sqrt(variance)
+            if not set_aside[row]:
+                gain = seen / variance
+                self.values = self.values + gain * missed
+                # Joseph's form keeps the covariance symmetric and positive whatever the rounding.
+                keep = np.eye(len(h)) - np.outer(gain, h)
+                self.covariance = keep @ self.covariance @ keep.T + self.sigma**2 * np.outer(gain, gain)
         return Update(set_aside.reshape(-1, 3), changed)
-
-    def _take(self, h, reading):
-        """One scalar step of recursive least squares, unless the reading lies beyond the gate."""
-        seen = self.covariance @ h
-        variance = h @ seen + self.sigma**2
-        missed = reading - h @ self.values
-        if abs(missed) > self.gate * np.sqrt(variance):
-            return False
-        gain = seen / variance
-        self.values = self.values + gain * missed
-        # Joseph's form keeps the covariance symmetric and positive whatever the rounding.
-        keep = np.eye(len(h)) - np.outer(gain, h)
-        self.covariance = keep @ self.covariance @ keep.T + self.sigma**2 * np.outer(gain, gain)
-        return True
 
     def _design(self, poses):
         columns = [self.model.names.index(name) for name in self.names]

@@ -109,20 +109,16 @@ def _about(origin, sequence):
     """The factors to start from where the point is to be taken relative to `origin`; the first are right."""
     o, minus = tuple(origin.tolist()), tuple((-origin).tolist())
     right = Factors(sequence, before=minus, point="(p − o)")
-
-    def misread(phrase, before, after, point, added, kind="origin", cost=1):
-        changes = {"before": before, "after": after, "point": point, "added": added}
-        return right.misread(Slip(kind, cost, phrase, changes))
-
     centre = "the origin is added again after the rotation: it is taken for the centre of rotation"
-    return (
-        right,
-        misread("the origin is not subtracted", NOWHERE, NOWHERE, "p", ""),
-        misread("the origin is added, not subtracted", o, NOWHERE, "(p + o)", ""),
-        misread(centre, minus, o, "(p − o)", " + o", kind="centre"),
-        misread("the origin is subtracted after the rotation", NOWHERE, minus, "p", " − o", cost=1.1),
-        misread("the origin is added after the rotation", NOWHERE, o, "p", " + o", cost=1.25),
+    rows = (
+        ("origin", 1, "the origin is not subtracted", NOWHERE, NOWHERE, "p", ""),
+        ("origin", 1, "the origin is added, not subtracted", o, NOWHERE, "(p + o)", ""),
+        ("centre", 1, centre, minus, o, "(p − o)", " + o"),
+        ("origin", 1.1, "the origin is subtracted after the rotation", NOWHERE, minus, "p", " − o"),
+        ("origin", 1.25, "the origin is added after the rotation", NOWHERE, o, "p", " + o"),
     )
+    keys = ("before", "after", "point", "added")
+    return (right, *(right.misread(Slip(*row[:3], dict(zip(keys, row[3:], strict=True)))) for row in rows))
 
 
 @dataclass(frozen=True)
@@ -196,9 +192,14 @@ class _Case:
             found, count = self.moved()
             tried, matches = tried + count, matches + found
         groups = reading.grouped(matches, _product, MOST)[:SHOWN]
-        misreadings = tuple(self.misreading(group, shape) for group in groups)
+        misreadings = []
+        for first, *others in groups:
+            others = [replace(first, wordings=[wording]) for wording in first.wordings[1:]] + others
+            value = first.value(self.angles, self.points)
+            value = value.T if self.is_matrix else value.reshape(shape)
+            misreadings.append(reading.told([first, *others], value))
         note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known()
-        return reading.Explanation(misreadings, self.tolerance, tried, note)
+        return reading.Explanation(tuple(misreadings), self.tolerance, tried, note)
 
     def likely(self, depth, placing):
         """The matches that are no accident, as far as the search goes at `depth`, and how many were tried."""
@@ -273,12 +274,6 @@ class _Case:
         if np.linalg.matrix_rank(self.points) > 1:
             share *= min(1.0, ratio / np.pi)
         return tries * share
-
-    def misreading(self, group, shape):
-        first, *others = group
-        others = [replace(first, wordings=[wording]) for wording in first.wordings[1:]] + others
-        value = first.value(self.angles, self.points)
-        return reading.told([first, *others], value.T if self.is_matrix else value.reshape(shape))
 
     def tell_apart(self, groups):
         """Propose the point, or else the angles, for which the misreadings differ most clearly."""

@@ -264,7 +264,12 @@ def wordings():
         if order != right_order:
             phrase = f"the product is taken in the order {_dots(order)}, not {_dots(right_order)}"
             slips.append(Slip("order", 1 if order == right_order[::-1] else 1.25, phrase))
-        slips += _sign_slips(flips, recipe)
+        flipped = [ANGLES[n] for n in range(3) if flips[n] < 0]
+        if len(flipped) == 3:
+            phrase = "the angles are not negated" if recipe else "all three angles are negated"
+            slips.append(Slip("sign", 1.05, phrase))
+        else:
+            slips += [Slip("sign", 1, f"the sign of {name} is reversed") for name in flipped]
         if transpose_wrong and recipe:
             slips.append(Slip("transpose", 1, "the final transpose is missing"))
         elif transpose_wrong:
@@ -275,14 +280,6 @@ def wordings():
         wording = Wording(recipe, active, order, signs, bool(recipe) != transpose_wrong, row, tuple(slips))
         found.setdefault(wording.key, []).append(wording)
     return {key: sorted(same, key=COST) for key, same in found.items()}
-
-
-def _sign_slips(flips, recipe):
-    flipped = [ANGLES[n] for n in range(3) if flips[n] < 0]
-    if len(flipped) == 3:
-        phrase = "the angles are not negated" if recipe else "all three angles are negated"
-        return [Slip("sign", 1.05, phrase)]
-    return [Slip("sign", 1, f"the sign of {name} is reversed") for name in flipped]
 
 
 def _dots(order):
@@ -412,20 +409,16 @@ def trade_name(wording, factors):
 
 def written(wording, factors):
     """Return the product of a misreading as text: E passive, R active elementary matrices, beside the point."""
-    letter = "R" if wording.active else "E"
-    parts = [
-        f"{letter}_{factors.axes[n].lower()}({_angle(factors, n, wording.signs[n])})"
-        for n in wording.order
-        if factors.kept[n]
-    ]
+    letter, parts = "R" if wording.active else "E", []
+    for n in wording.order:
+        angle = MEANINGS[factors.meaning[n]][1].format(ANGLES[factors.source[n]])
+        if wording.signs[n] < 0:
+            angle = f"−({angle})" if "°" in angle else f"−{angle}"
+        if factors.kept[n]:
+            parts.append(f"{letter}_{factors.axes[n].lower()}({angle})")
     text = "·".join(parts) or "1"
     if wording.transposed:
         text = f"({text})ᵀ"
     if not factors.point:
         return text
     return (f"{factors.point}ᵀ·{text}" if wording.row else f"{text}·{factors.point}") + factors.added
-
-
-def _angle(factors, n, sign):
-    angle = MEANINGS[factors.meaning[n]][1].format(ANGLES[factors.source[n]])
-    return angle if sign > 0 else f"−({angle})" if "°" in angle else f"−{angle}"
