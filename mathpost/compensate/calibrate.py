@@ -213,8 +213,8 @@ class _Problem:
         self.observed = np.concatenate([each.value for each in (*blocks, *tables)])
         self.moves = np.zeros((18, len(self.names)))  # of the machine's axes, points and tool
         for column, name in enumerate(self.names):
-            ends = [files.parameters(_moved(machine, {name: h}), 0.0)[:18] for h in (1e-5, -1e-5)]
-            self.moves[:, column] = np.subtract(*ends) / 2e-5
+            high, low = (files.geometry(_moved(machine, {name: step})) for step in (1e-5, -1e-5))
+            self.moves[:, column] = (high - low) / 2e-5
         if blocks:
             self.setup = np.concatenate(setups)
             self.zeroed = np.repeat([each.zeroed for each in blocks], [len(each.value) for each in blocks])
@@ -301,8 +301,6 @@ class _Problem:
     def _gaps(self, x):
         """How far the ball stands from the tip along each reading's direction; its derivatives by all unknowns."""
         values, length = dict(zip(self.names, x[: len(self.names)], strict=True)), self.length[self.of]
-        numbers = files.parameters(self.machine, length)
-        numbers[:18] = files.parameters(_moved(self.machine, values), 0.0)[:18]
         slides, actual, paths = self.joints[:, :3] + self.machine.origin, self.joints.copy(), {}
         for name in SQUARENESS:
             turned, slide = np.eye(3)["ABC".index(name[1])], "XYZ".index(name[3])
@@ -310,7 +308,7 @@ class _Problem:
             actual[:, :3] += values[name] * paths[name]
         for each, weight, own in zip(self.tables, self.weights, self.entries, strict=True):
             actual[:, each.joint] += weight @ x[own]
-        tip, by = (kernel(*actual.T, *numbers, length) for kernel in files.kernels(self.machine))
+        tip, by = files.tips(self.machine, actual, length, _moved(self.machine, values))
         along = np.einsum("ni,nji->nj", self.direction[self.of], by[..., :3])  # the direction, in the workpiece
         slopes = -np.einsum("ni,nij->nj", along, by)
         derivatives = np.zeros((len(actual), self.count))
@@ -321,7 +319,7 @@ class _Problem:
             derivatives[:, own] = slopes[:, [each.joint]] * weight
         ball = self.setup[self.of][:, None] + np.arange(3)
         np.put_along_axis(derivatives, ball, along, axis=1)
-        gaps = np.einsum("ni,ni->n", along, self.target[self.of] + x[ball] - tip[..., 0])
+        gaps = np.einsum("ni,ni->n", along, self.target[self.of] + x[ball] - tip)
         count = len(self.setup)
         gaps[self.elsewhere] -= gaps[count:]
         derivatives[self.elsewhere] -= derivatives[count:]

@@ -135,9 +135,9 @@ def terms(calibration):
 
 def _line(words, value):
     """A line of the terms: a `Value`, or a number that was not measured."""
-    if isinstance(value, Value):
-        return f"  {words:52s} {value.value:z13.5f}  ± {value.U:.5f} (k {value.k:.2f}, {value.free})"
-    return f"  {words:52s} {value:z13.5f}  as in the machine file"
+    if not isinstance(value, Value):
+        return f"  {words:52s} {value:z13.5f}  as in the machine file"
+    return f"  {words:52s} {value.value:z13.5f}  ± {value.U:.5f} (k {value.k:.2f}, {value.free})"
 
 
 def _entries(nominal):

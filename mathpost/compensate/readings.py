@@ -223,7 +223,7 @@ def _readings(table, machine, method, where):
     setup = setup.ravel()
     if method == "probe":  # the first row of each feature says where it is believed to be
         shown = np.column_stack([values.get(name, np.zeros(count)) for name in "xyz"]) - machine.origin
-        target = tips(machine, np.column_stack([shown, angles]), length)[first][setup]
+        target = tips(machine, np.column_stack([shown, angles]), length)[0][first][setup]
     joints, turn = held(machine, target, angles, length)
 
     directions = {name: np.eye(3)["xyz".index(name[-1])] for name in columns if name[-1] in "xyz"}
@@ -360,38 +360,30 @@ def held(machine, target, angles, length):
 
     `target` is (n, 3) in the workpiece, `angles` (n, 2) radians, `length` (n,).
     """
-    zero, *along = (
-        tips(machine, np.column_stack([np.tile(slides, (len(angles), 1)), angles]), length)
-        for slides in np.vstack([np.zeros(3), np.eye(3)])
-    )
-    turn = np.stack([each - zero for each in along], axis=1)
+    zero, by = tips(machine, np.column_stack([np.zeros((len(angles), 3)), angles]), length)
+    turn = np.swapaxes(by[..., :3], 1, 2)
     return np.column_stack([np.einsum("nij,nj->ni", turn, target - zero), angles]), turn
 
 
-def tips(machine, joints, length):
-    """Return the tip in the workpiece, shape (n, 3), at `joints` (n, 5) with tools of any `length` (n,)."""
-    return kernels(machine)[0](*np.transpose(joints), *parameters(machine, length), length)[..., 0]
+def tips(machine, joints, length, real=None):
+    """Return the tip in the workpiece, (n, 3), with tools of any `length`, (n,), and its derivatives, (n, 3, 26).
 
-
-def parameters(machine, length):
-    """The numbers of a machine with tools of `length` in the order of `kernels`: 21, each a number or shape (n,).
-
-    Axes, points, origin, tool axis; last the point that X Y Z name, where it would be if the spindle were as the
-    machine file has it, since that is what the control reckons with.
+    They are by the `joints`, by the 18 numbers of `geometry` and by the point that X Y Z name. `real` is the
+    machine as it is if that is not `machine`, with which the control reckons.
     """
-    axes, points = [unit(each.axis) for each in machine.rotary], [each.point for each in machine.rotary]
-    named = np.moveaxis(named_point(machine, length), -1, 0)
-    return [*np.concatenate([*axes, *points, machine.origin, unit(machine.tool_axis)]), *named]
-
-
-def kernels(machine):
-    """The tip of joints, `parameters` and tool length, shape (n, 3, 1), and its derivatives, (n, 3, 5 + 21).
-
-    Compiled once for all machines of one arrangement, since the numbers are arguments.
-    """
-    joints = tuple(replace(each, axis=(1, 0, 0), point=(0, 0, 0), limits=ENDLESS) for each in machine.rotary)
+    numbers = [*geometry(real or machine), *np.moveaxis(named_point(machine, length), -1, 0)]
+    # The formulas are those of any machine of the arrangement: the numbers are arguments.
+    rotary = tuple(replace(each, axis=(1, 0, 0), point=(0, 0, 0), limits=ENDLESS) for each in machine.rotary)
     linear = tuple(Linear(name) for name in "XYZ")
-    return _compiled(Machine("", "", joints, linear, (0, 0, 0), (0, 0, 1), 0.0, (0.0, 0.0, 0.0)))
+    formulas = _compiled(Machine("", "", rotary, linear, (0, 0, 0), (0, 0, 1), 0.0, (0.0, 0.0, 0.0)))
+    tip, derivatives = (formula(*np.transpose(joints), *numbers, length) for formula in formulas)
+    return tip[..., 0], derivatives
+
+
+def geometry(machine):
+    """The axes and points, origin and tool axis of a machine: 18 numbers."""
+    axes, points = [unit(each.axis) for each in machine.rotary], [each.point for each in machine.rotary]
+    return np.concatenate([*axes, *points, machine.origin, unit(machine.tool_axis)])
 
 
 @lru_cache(maxsize=32)
