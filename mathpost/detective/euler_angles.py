@@ -6,7 +6,8 @@ returned, the simplest first. A match that so many tries would have hit by accid
 """
 
 from dataclasses import dataclass, replace
-from itertools import combinations, product
+from functools import lru_cache
+from itertools import combinations, product, starmap
 
 import numpy as np
 
@@ -204,7 +205,7 @@ class _Case:
     def likely(self, depth, placing):
         """The matches that are no accident, as far as the search goes at `depth`, and how many were tried."""
         turned = replace(self, points=self.points + placing.before, target=self.target - placing.after)
-        found, count, costs = turned.search(all_factors(placing.axes, depth))
+        found, count, costs = turned.search(placing.axes, depth)
         right = {"before": self.placings[0].before, "point": self.placings[0].point}
         matches = [_Match(replace(f, **right).misread(*placing.slips, *slips), same) for f, same, slips in found]
         return [match for match in matches if turned.chance(costs, match) < reading.CHANCE], count
@@ -224,16 +225,16 @@ class _Case:
                 placed.append(replace(match, factors=match.factors.misread(slip)))
         return placed, count
 
-    def search(self, factors):
-        """Compare `factors` in all products, answers copied wrongly and angles less rounded with the answer.
+    def search(self, axes, depth):
+        """Compare the factors of a `depth` in all products, copied wrongly and of more digits too, with the answer.
 
         Return factors, wordings and more slips of what fits, how many were tried, and their costs in order.
         """
-        factors = [each for each in factors if each.matters(self.angles)]
-        keys, same = list(wordings()), list(wordings().values())
+        factors, products = _products(axes, depth, tuple(self.angles.tolist()))
+        same = list(wordings().values())
         if self.is_matrix:
             same = [[wording for wording in of_one if not wording.row] for of_one in same]
-        values = np.einsum("fkij,nj->fkni", matrices(factors, keys, self.angles), self.points)
+        values = np.einsum("fkij,nj->fkni", products, self.points)
         costs = np.add.outer([each.cost for each in factors], [of_one[0].cost for of_one in same])
         found = []
         # A wrong copy comes with one other slip at most: more is guessing.
@@ -294,9 +295,9 @@ class _Case:
 
     def what_is_known(self):
         """Say why no misreading can fit, or which simple one gives all coordinates but one."""
-        for factors, same in product(all_factors(self.placings[0].axes, 2), wordings().values()):
-            match = _Match(factors, same)
-            if len(match.slips) <= 1:
+        simple = [each for each in all_factors(self.placings[0].axes, 2) if len(each.slips) < 2]
+        for match in starmap(_Match, product(simple, wordings().values())):
+            if len(match.slips) < 2:
                 off = np.abs(match.value(self.angles, self.points) - self.target) > self.tolerance
                 if off.sum() == 1 and self.decimals > 1:
                     row, column = np.argwhere(off)[0]
@@ -313,6 +314,13 @@ class _Case:
         if self.decimals > 1:
             return "It keeps the length, so it is a rotation, but by other angles."
         return "It is written too coarsely: some misreading would fit by accident. Give more digits or more points."
+
+
+@lru_cache(maxsize=4)
+def _products(axes, depth, angles):
+    """The factors of a depth that matter for `angles`, and their matrices, (factors, wordings, 3, 3)."""
+    factors = [each for each in all_factors(axes, depth) if each.matters(np.array(angles))]
+    return factors, matrices(factors, list(wordings()), np.array(angles))
 
 
 def _product(match):
