@@ -13,7 +13,7 @@ from numbers import Real
 import numpy as np
 import sympy as sp
 
-from mathpost.chain import exact_unit, product, turn
+from mathpost.chain import exact_unit, turn
 from mathpost.errors import NUMBER, InputError, as_array
 from mathpost.machine import Rotary
 from mathpost.rotation import numeric
@@ -76,14 +76,16 @@ def moved_symbolic(table):
     >>> sp.simplify(x.subs(dict.fromkeys(symbols[3:6], 0)))
     x*cos(B_0 - B_1) + z*sin(B_0 - B_1)
     """
-    symbols, moves = list(POINT), []
-    for axis in reversed(table):  # each new axis is wrapped about those that it carries
+    symbols, point, to_new = list(POINT), sp.Matrix([*POINT, 1]), []
+    for axis in table:
         *centre, old, new = own = sp.symbols([f"{axis.name}_{c}" for c in "xyz01"], real=True)
         direction, centre = exact_unit(axis.axis), sp.Matrix(centre)
-        moves = [turn(direction, centre, new), *moves, turn(direction, centre, -old)]
-        symbols[3:3] = own
-    moved = product(moves) * sp.Matrix([*POINT, 1])
-    return tuple(moved[:3, 0]), tuple(symbols)
+        point = turn(direction, centre, -old) * point
+        to_new.insert(0, turn(direction, centre, new))
+        symbols += own
+    for matrix in to_new:
+        point = matrix * point
+    return tuple(point[:3, 0]), tuple(symbols)
 
 
 def moved(point, table, start, end, *, degrees=False):
