@@ -9,7 +9,7 @@ limited, X Y Z still correct the tip, and a point that would nevertheless become
 
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import sympy as sp
@@ -23,6 +23,7 @@ MAX_TURN = np.deg2rad(0.1)  # its second-order remainder is 0.15 µm for every 1
 MAX_GAIN = 10  # turn for tilt that is never limited: that of a tool axis some 6 degrees from the singular one
 ROUNDING = 1e-13  # radians
 NEGLIGIBLE = 1e-4, 1e-7  # mm and radians by which "worse" is not worth refusing
+_model = lru_cache(maxsize=8)(ErrorModel)  # to derive and compile one takes seconds
 _SIX, _POINT = sp.symbols(tuple(COMPONENTS), real=True), sp.symbols(("px", "py", "pz"), real=True)
 
 
@@ -169,8 +170,7 @@ class Compensator:
 
     def __init__(self, errors, *, max_turn=MAX_TURN):
         self.errors, self.max_turn = errors, max_turn
-        self.machine = errors.machine
-        self.model = ErrorModel(errors.machine)
+        self.machine, self.model = errors.machine, _model(errors.machine)
 
     @cached_property
     def calibrated(self):

@@ -36,10 +36,9 @@ class Tracker:
     poses : array_like, shape (poses, 5)
         Joints at which every part is probed; mm and radians.
     sigma, expected : float, keyword only
-        Standard deviation of one reading, mm, and the size that each error may have before anything was read, mm or
-        radians, one for all or one for each.
+        Deviation of one reading, mm; how large the errors may be before anything was read, one for all or each.
     forgetting : float, optional, keyword only
-        The weight of a part's readings one part later, above 0 and at most 1: 1 averages over all parts.
+        The weight of a part's readings one part later, above 0; 1 averages over all parts.
     gate : float, optional, keyword only
         Standard deviations beyond which a reading is set aside; infinite believes everything.
 
@@ -96,8 +95,7 @@ class Tracker:
         """Take in the readings of one more part, and return the `Update`.
 
         `readings`, shape (poses, 3), are where the tip was minus where it should have been, in the workpiece, mm.
-        `corrected`, shape (names,), are the values with which that part had already been corrected: the readings
-        are only what was left.
+        `corrected`, shape (names,), are the values with which that part had already been corrected.
         """
         readings = as_array(readings, 3, "readings")
         if readings.shape != (len(self.poses), 3):

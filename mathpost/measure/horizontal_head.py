@@ -197,11 +197,7 @@ def fit_head(head, *, sigma=None):
     >>> fitted = fit_head(read_head("data/measurements/five_face_head.csv"))
     >>> fitted.head(step=2.5).vector(45).round(3)
     array([ 267.988, -267.902,  533.481])
-    >>> f"{1e6 * fitted.tilt:.0f} µrad"
-    '121 µrad'
     """
-    readings = dict(zip("xyz", head.vectors.T, strict=True))
-    estimate = turning_arm(head.sense, head.zero).identify(
-        {"CPOS": head.angles} | readings, degrees=True, sigma=sigma
-    )
-    return FittedHead(head, estimate)
+    read = {"CPOS": head.angles} | dict(zip("xyz", head.vectors.T, strict=True))
+    arm = turning_arm(head.sense, head.zero)
+    return FittedHead(head, arm.identify(read, degrees=True, sigma=sigma))

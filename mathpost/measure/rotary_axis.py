@@ -102,9 +102,6 @@ def ball(rotary, *, ball_unknown=False):
     >>> read = c.predict({"EX0C": 0.010, "EY0C": -0.006}, at, degrees=True)
     >>> read["ex"].round(6) + 0.0
     array([0.   , 0.016, 0.02 , 0.004])
-    >>> estimate = c.identify({**at, **read}, degrees=True)
-    >>> f"{estimate['EX0C']:.6f} {estimate['EY0C']:.6f} {estimate['EA0C']:z.6f}"
-    '0.010000 -0.006000 0.000000'
     """
     _, plane = square_to(rotary)
     errors, place = sp.symbols(location_errors(rotary)[0], real=True), sp.symbols("x y z", real=True)
