@@ -116,13 +116,16 @@ def terms(calibration):
     ['-0.00594', '±', '0.00037', '(k']
     """
     lines = ["where it goes, the value, U (95 %) with k and degrees of freedom; mm, degrees, machine coordinates"]
-    for title, rows in _entries(calibration.nominal):
+    nominal = calibration.nominal
+    found = iter(
+        calibration.of(lambda machine: [each for _, rows in _entries(nominal, machine) for _, each in rows])
+    )
+    for title, rows in _entries(nominal, nominal):
         lines.append(title)
-        for words, labels, function in rows:
-            for label, each in zip(labels, calibration.of(function), strict=True):
-                lines.append(_line(words.format(label), each if each.U > 1e-9 else each.value))
+        for (words, _), each in zip(rows, found, strict=False):
+            lines.append(_line(words, each if each.U > 1e-9 else each.value))
     length, radius = calibration.bar.get("length"), calibration.bar.get("radius")
-    tool = calibration.nominal.tool_length
+    tool = nominal.tool_length
     lines += [
         "tool table, test bar (source 001, section 6, 1): enter L before the other readings are taken",
         _line("L, length of the test bar", replace(length, value=tool + length.value) if length else tool),
@@ -140,70 +143,60 @@ def _line(words, value):
     return f"  {words:52s} {value.value:z13.5f}  ± {value.U:.5f} (k {value.k:.2f}, {value.free})"
 
 
-def _entries(nominal):
-    """Yield titles with rows: words, what fills their gap, and a function of a machine to as many numbers."""
+def _entries(nominal, machine):
+    """Yield titles with rows, words and a number: what the controls want of `machine`, which was `nominal`."""
     heads = [n for n, each in enumerate(nominal.rotary) if each.carries == "tool"]
     tables = [n for n, each in enumerate(nominal.rotary) if each.carries == "workpiece"]
     names, kind = [each.name for each in nominal.rotary], nominal.arrangement
+    points, (first, second) = (
+        [np.array(each.point) for each in machine.rotary],
+        (unit(r.axis) for r in nominal.rotary),
+    )
+
+    def vector(words, index, other=None, sign=1, labels=range(3)):
+        """Where an axis is, from the zero or the spindle nose, or from another axis."""
+        place = sign * (points[index] - (0 if other is None else points[other]))
+        return [(words.format(label), number) for label, number in zip(labels, place, strict=True)]
+
+    tool = unit(nominal.tool_axis)
     for index in heads:
-        swing = np.cross(unit(nominal.tool_axis), unit(nominal.rotary[index].axis))
-        if np.linalg.norm(swing) > SMALL:  # else it turns the tool about itself
-            words = [
-                "alpha, where it stands when it shows 0",
-                "dy, the spindle passes beside the pivot",
-                "dL, the tip is further from the pivot: test bar length",
-            ]
-            title = f"head, {names[index]}: enter either these or the pivot below, not both"
-            yield title, [("{}", words, _pivot(nominal, index))]
+        axis, pivot = (first, second)[index], np.array(nominal.rotary[index].point)
+        if np.linalg.norm(np.cross(tool, axis)) > SMALL:  # else it turns the tool about itself
+            alpha = np.cross(tool, unit(machine.tool_axis)) @ axis / (1 - (axis @ tool) ** 2)
+            moved = points[index] - pivot - alpha * np.cross(axis, pivot)
+            yield (
+                f"head, {names[index]}: enter either these or the pivot below, not both",
+                [
+                    ("alpha, where it stands when it shows 0", np.degrees(alpha)),
+                    ("dy, the spindle passes beside the pivot", -moved @ np.cross(tool, axis)),
+                    ("dL, the tip is further from the pivot: test bar length", moved @ tool),
+                ],
+            )
     if len(tables) == 2 or len(heads) == 2:
-        first, second = (unit(each.axis) for each in nominal.rotary)
         normal = unit(np.cross(second, first)) * np.sign(max(np.cross(second, first), key=abs))
         letters = [letter for letter, share in zip("XYZ", normal, strict=True) if abs(share) > 1 - SMALL]
         label = f"{names[0]} to {names[1]}, {f'in {letters[0]}' if letters else 'square to both'}"
-        distance = _point(1, 0)
-        yield "distance of the axes (source 001, section 6, 2)", [(label, [""], lambda m: [distance(m) @ normal])]
+        yield "distance of the axes (source 001, section 6, 2)", [(label, (points[1] - points[0]) @ normal)]
 
-    chains = [[None, *reversed(heads)], [None, *tables]]  # each axis from the one before it
-    steps = [(index, before) for chain in chains for before, index in pairwise(chain)]
-    rows = [(f"Trans {{}} before MachAxis {names[index]}", "XYZ", _point(index, before)) for index, before in steps]
+    rows = []
+    for chain in ([None, *reversed(heads)], [None, *tables]):  # each axis from the one before it
+        for before, index in pairwise(chain):
+            rows += vector(f"Trans {{}} before MachAxis {names[index]}", index, before, labels="XYZ")
     yield "Heidenhain, kinematics table (KEY AXIS COORD), vectors of the centres from spindle to workpiece", rows
 
     siemens, fanuc = NUMBERS[kind]
     rows = []
     for words, *which in SIEMENS[kind]:
         parameter, name = words.split()
-        rows.append((f"MD{parameter} $MC_TRAFO5_{name}_1[{{}}]", range(3), _point(*which)))
+        rows += vector(f"MD{parameter} $MC_TRAFO5_{name}_1[{{}}]", *which)
     for place, index in enumerate((1, 0) if kind == "head-table" else (0, 1)):
         sign = -1 if nominal.rotary[index].carries == "workpiece" else 1  # a table's axis is entered reversed
-        words = f"MD{24570 + 2 * place} $MC_TRAFO5_AXIS{1 + place}_1[{{}}]"
-        rows.append((words, range(3), lambda m, n=index, s=sign: s * np.array(m.rotary[n].axis)))
+        words = f"MD{24570 + 2 * place} $MC_TRAFO5_AXIS{1 + place}_1"
+        rows += [(f"{words}[{n}]", sign * number) for n, number in enumerate(machine.rotary[index].axis)]
     yield f"Siemens, TRAORI, MD24100 $MC_TRAFO_TYPE_1 = {siemens}", rows
 
-    rows = [(words, range(3), _point(*which)) for words, *which in FANUC[kind]]
+    rows = [row for words, *which in FANUC[kind] for row in vector(words, *which)]
     yield f"Fanuc, tool centre point control, 19680 = {fanuc}, 19666 = 0", rows
-
-
-def _point(index, other=None, sign=1):
-    """A function of a machine: where an axis is, from the zero or the spindle nose, or from another axis."""
-
-    def vector(machine):
-        start = np.zeros(3) if other is None else np.array(machine.rotary[other].point)
-        return sign * (np.array(machine.rotary[index].point) - start)
-
-    return vector
-
-
-def _pivot(nominal, index):
-    """The alpha, dy and dL of lesson 11, of the head's axis `index`: a function of a machine."""
-    axis, tool = unit(nominal.rotary[index].axis), unit(nominal.tool_axis)
-
-    def found(machine):
-        alpha = np.cross(tool, unit(machine.tool_axis)) @ axis / (1 - (axis @ tool) ** 2)
-        pivot = np.array(nominal.rotary[index].point)
-        moved = np.array(machine.rotary[index].point) - pivot - alpha * np.cross(axis, pivot)
-        return [np.degrees(alpha), -moved @ np.cross(tool, axis), moved @ tool]
-
-    return found
 
 
 def toml(content):
