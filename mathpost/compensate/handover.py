@@ -19,7 +19,7 @@ from mathpost.measure.fit import Value
 from mathpost.rotation import unit
 
 NUMBERS = {"table-table": (40, 12), "head-head": (24, 2), "head-table": (56, 21)}  # MD24100, parameter 19680
-# The vectors that belong to them, as `_point` has them; a table comes before a head.
+# The vectors that belong to them, with `_entries`' arguments; a table comes before a head.
 SIEMENS = {
     "table-table": [("24550 BASE_TOOL", 0), ("24558 JOINT_OFFSET_PART", 1, 0), ("24500 PART_OFFSET", 1, None, -1)],
     "head-head": [("24500 PART_OFFSET", 0), ("24560 JOINT_OFFSET", 1, 0), ("24550 BASE_TOOL", 1, None, -1)],
@@ -117,9 +117,7 @@ def terms(calibration):
     """
     lines = ["where it goes, the value, U (95 %) with k and degrees of freedom; mm, degrees, machine coordinates"]
     nominal = calibration.nominal
-    found = iter(
-        calibration.of(lambda machine: [each for _, rows in _entries(nominal, machine) for _, each in rows])
-    )
+    found = iter(calibration.of(lambda machine: [n for _, rows in _entries(nominal, machine) for _, n in rows]))
     for title, rows in _entries(nominal, nominal):
         lines.append(title)
         for (words, _), each in zip(rows, found, strict=False):
@@ -148,10 +146,8 @@ def _entries(nominal, machine):
     heads = [n for n, each in enumerate(nominal.rotary) if each.carries == "tool"]
     tables = [n for n, each in enumerate(nominal.rotary) if each.carries == "workpiece"]
     names, kind = [each.name for each in nominal.rotary], nominal.arrangement
-    points, (first, second) = (
-        [np.array(each.point) for each in machine.rotary],
-        (unit(r.axis) for r in nominal.rotary),
-    )
+    points = [np.array(each.point) for each in machine.rotary]
+    first, second = (unit(each.axis) for each in nominal.rotary)
 
     def vector(words, index, other=None, sign=1, labels=range(3)):
         """Where an axis is, from the zero or the spindle nose, or from another axis."""
