@@ -26,6 +26,7 @@ class Calculation:
     origin: tuple = ()
     axis: tuple = ()
     said: str = ""
+    aside: tuple = ()  # cells that are none of it, such as block numbers
     typed: bool = False  # whether results are numbers, so that only the sheet's own can be judged
     known: dict = field(default_factory=dict)
     targets: dict = field(default_factory=dict)
@@ -44,6 +45,9 @@ class Calculation:
         """Place of an input → samples at random."""
         limits = {p: 3.0 if units.get(p, 1.0) == 1.0 else 170.0 for p in self.angles}
         return {p: rng.uniform(-limits.get(p, 60), limits.get(p, 60), SAMPLES) for p in self.given}
+
+    def unround(self, inputs):
+        """Make of the sheet's own inputs, at the first sample, what their digits stand for."""
 
     def should_be(self, places, expected):
         """Set the targets: what must stand in `places`, shape (len(places), samples)."""

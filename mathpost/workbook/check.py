@@ -67,7 +67,7 @@ def check_file(path, task=None):
         warnings += looked_at(found.calculations, graph.own)
     elif not judge.faults:
         warnings += _lucky_references(graph, judge)
-    seen = [f"{graph.range(c.results)}: {c.said}" for c in found.calculations]
+    seen = [f"{graph.range(c.results)}: {c.said}" for c in found.calculations if c.said]
     if judge.reading:
         sequence, convention = judge.reading
         axes = "turned" if sequence.isupper() else "fixed"

@@ -177,9 +177,9 @@ class Graph:
             self._forms[id(tree)] = form_of(tree)
         return self._forms[id(tree)]
 
-    def upstream(self, places):
-        """Everything that `places` depend on, themselves included."""
-        return _reached(places, lambda place: self.uses.get(place, ()))
+    def upstream(self, places, given=()):
+        """Everything that `places` depend on, themselves included; not what those `given` depend on."""
+        return _reached(places, lambda place: () if place in given else self.uses.get(place, ()))
 
     def downstream(self, places):
         """Everything that depends on `places`, themselves included."""

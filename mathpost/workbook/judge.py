@@ -15,7 +15,7 @@ from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, edits,
 from mathpost.workbook.file import EMPTY
 from mathpost.workbook.formula import Area, areas, heads, text_of, walk
 from mathpost.workbook.graph import SAMPLES, Graph, beside, same
-from mathpost.workbook.nc_table import Words, judge_numbers
+from mathpost.workbook.nc_table import Words, judge_numbers, unrounded
 from mathpost.workbook.report import Fault
 from mathpost.workbook.values import read_labels
 
@@ -32,7 +32,7 @@ class Judge:
 
     def __init__(self, graph, found):
         self.graph, self.found, self.inputs, self.units = graph, found, {}, {}
-        self.faults, self.fixed, self.reading = [], {}, None
+        self.faults, self.fixed, self.reading, self.unsure = [], {}, None, set()
         self.live = [c for c in found.calculations if not c.typed]
         for calculation in self.live:
             self._set_units(calculation.angles)
@@ -45,6 +45,8 @@ class Judge:
                 where = f"{self.graph.book.path}, {self.graph.address(place)}"
                 raise InputError(where, "a number", repr(self.graph.cells.get(place, EMPTY).value))
             numbers[0] = self.graph.own[place]
+        for calculation in self.live:
+            calculation.unround(self.inputs)
         self.values = self._run()
 
     def _set_units(self, places):
@@ -141,7 +143,9 @@ class Judge:
             missed = set(self.bad(self.targets)) - calculation.targets.keys()
             targets = {p: t for p, t in self.targets.items() if p not in missed}
             found = self._by_labels(calculation, said, bad) or self._earliest(calculation, targets, bad)
-            if found is None:
+            if found is None and isinstance(calculation, Words) and not calculation.is_wrong(self.now):
+                self.unsure.update(bad)  # right as it stands; other tool axes may not be what it is made for
+            elif found is None:
                 place, cause = self._typed_over(bad), "typed over formula"
                 text = f"{place and self.graph.short(place)} is a number, typed where a formula belongs"
                 if place is None:
@@ -159,6 +163,8 @@ class Judge:
         odd = self.graph.upstream(bad) & self.found.typed - self.graph.trees.keys()
         odd -= {p for c in self.found.calculations for p in c.given}
         odd -= self.graph.upstream(self.targets.keys() - set(self.bad(self.targets)))
+        if self.found.task.machine:  # a constant of the machine stands in no row of the table
+            odd &= {p for p in odd if any(p[:2] == place[:2] for place in bad)}
         constants = np.array([0, 1, -1, *CONVERSIONS])
         odd = [p for p in odd if (np.abs(self.graph.value(p) - constants) > 1e-3 * np.abs(constants)).all()]
         return min(odd, key=self.graph.calculation_order, default=None)
@@ -197,11 +203,13 @@ class Judge:
             cell = graph.cells[place]
             texts = cell.value is None and "text" in heads(graph.trees.get(place, ("number", 0)))
             messages |= {place} if texts or (isinstance(cell.value, str) and not cell.error) else set()
+        messages |= {p for c in self.live for p in c.aside} - graph.downstream(self.inputs)
         # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
         typed = {p for p in self.found.typed - graph.trees.keys() if messages.issuperset(graph.used.get(p, "-"))}
         typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
         places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
-        rest = set(places) - graph.upstream(p for c in self.found.calculations for p in c.results)
+        results = (p for c in self.found.calculations for p in c.results)
+        rest = set(places) - (graph.upstream(results, self.inputs) - self.inputs.keys()) | self.unsure
         known = [np.ones(SAMPLES), *(entry for c in self.live for entry in c.entries)]
         for c in self.live:
             known += [np.linalg.norm(vector, axis=0) for vector in c.known.get(3, ())]
@@ -214,7 +222,8 @@ class Judge:
 
     def _is_check(self, place, known):
         """Judge a cell beside the calculation: a determinant, a length, a difference, a largest one of them."""
-        value, functions = self.now(place), heads(self.graph.trees[place])
+        tree = self.graph.trees[place]
+        value, functions = self._calculate(place, unrounded(tree)), heads(tree)
         if not np.abs(value[1:]).max() > 1e-9 and "-" not in functions:
             return False  # zero without a difference: something empty was taken
         return any(same(value, each) for each in (known[:1] if "MDETERM" in functions else known))

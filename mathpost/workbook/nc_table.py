@@ -4,9 +4,7 @@ The rotary words are right if they make the tool axis, on either branch and what
 bring the tip into place with the rotary words that are demanded.
 """
 
-import re
 from dataclasses import dataclass
-from itertools import dropwhile, takewhile
 
 import numpy as np
 
@@ -16,15 +14,16 @@ from mathpost.detective.rotary_axes import JointCase
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.workbook.calculation import Calculation, look, nearest
+from mathpost.workbook.edits import ROUNDING
 from mathpost.workbook.formula import heads
 from mathpost.workbook.graph import SAMPLES
+from mathpost.workbook.nc_columns import Table, find_tables
 
-UNIT = r"[\s_]*[\[(（]?\s*(?:mm|deg|degrees|°|度)?\s*[\])）]?$"
-TIP = re.compile(r"^(?:tip|cl|刀尖|点|p|wcs)?[\s_]*([xyz])(?:[\s_]*(?:cl|0|w|wcs|坐标))?" + UNIT, re.I)
-AXIS = re.compile(r"^(?:axis|tool|刀轴)?[\s_]*(?:([ijk])|[ntv]_?([xyz])|([uvw]))" + UNIT, re.I)
-WORD = re.compile(r"^(?:nc|machine|mcs|机床)?[\s_]*([a-z])(?:[\s_]*(?:nc|m|mcs|机床|轴|axis|坐标))?" + UNIT, re.I)
 COLUMNS = {"tip": 3, "axis": 3, "joints": 5}
 FLIP = 60.0  # degrees between two rows that are worth a look
+UNIT_LENGTH = 2e-3  # as near to 1 as the length of a unit vector of three decimals
+LEAST_DIGITS = 2  # to which words may be rounded
+ROUNDED = 0.01  # mm, degrees: less may come from the rounding of what a word is calculated from
 
 
 @dataclass
@@ -32,19 +31,36 @@ class Words(Calculation):
     """One row of a table; `results` are the five words in the machine's joint order, `point` is the tip."""
 
     kinematics: Kinematics = None
+    units: tuple = (1.0, 1.0)  # degrees of 1 of a rotary word
     preferred: int | None = None
     complete: bool = True  # whether there is a number in each cell
     beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
+
+    def unround(self, inputs):
+        """Normalise the tool axis of the sheet, if it is one but for its last digits."""
+        length = np.linalg.norm([inputs[p][0] for p in self.axis])
+        self.is_unit = abs(length - 1) < UNIT_LENGTH
+        for place in self.axis:
+            inputs[place][0] /= length if self.is_unit else 1.0
+            inputs[place][1:] *= 1.0 if self.is_unit else length
 
     def prepare(self, values, units):
         """Compute the words at the samples in `values`, on the branch that those that are there now are on."""
         tip, axis, now = (look(values, places) for places in (self.point, self.axis, self.results))
         axis = np.where(np.linalg.norm(axis, axis=-1, keepdims=True) > 1e-9, axis, 1.0)
         both = self.kinematics.inverse(tip, axis, degrees=True)[..., 3:]
-        rotary, self.votes = nearest(now[:, 3:], both, preferred=self.preferred)
+        rotary, self.votes = nearest(now[:, 3:] * self.units, both, preferred=self.preferred)
         self.radians = np.deg2rad(rotary)
         linear = self.kinematics.close(tip, self.radians)[:, :3]
-        self.should_be(self.results, np.concatenate([linear, rotary], axis=-1).T)
+        self.should_be(self.results, np.concatenate([linear, rotary / self.units], axis=-1).T)
+        turns = [self.radians, rotary, np.cos(self.radians), np.sin(self.radians)]
+        length = np.linalg.norm(axis, axis=-1, keepdims=True)
+        beside = np.hstack([*turns, linear, tip, axis / length, length, np.zeros((SAMPLES, 1))])
+        self.known = {1: [entry[None] for entry in beside.T]}
+
+    def is_wrong(self, now):
+        """Whether the words are wrong as they stand, by more than rounding; `now(place)` is what is in a cell."""
+        return any(abs(now(p)[0] - self.targets[p][0]) > ROUNDED for p in self.results)
 
     def draw(self, rng, units):
         """Place → samples, of tool axes at random, in travel, away from the pole, all around the other axis."""
@@ -68,26 +84,52 @@ class Words(Calculation):
 
 
 def rows_of(graph, machine, cells=None):
-    """Return the rows of a table as `Words`; `cells` says where the columns stand if there are no headings.
+    """Return the rows of the tables as `Words`, and what looks like a table and is not understood.
 
-    For example ``{"tip": "A2:C6", "axis": "D2:F6", "joints": "G2:K6"}``. Raise `InputError` if there is no table.
+    `cells` says where the columns stand, for example ``{"tip": "A2:C6", "axis": "D2:F6", "joints": "G2:K6"}``.
+    Raise `InputError` if there is no table.
     """
     machine = machines.load(machine) if isinstance(machine, str) or hasattr(machine, "__fspath__") else machine
-    kinematics, names = Kinematics(machine), machine.joint_names
+    kinematics, left = Kinematics(machine), []
     if cells:
         blocks = [_column_block(graph, name, cells) for name in COLUMNS]
-        found = list(zip(*blocks, strict=False))
+        tables = [Table(list(zip(*blocks, strict=False)), (1.0, 1.0))]
     else:
-        found = [row for sheet in graph.numbers for row in _below_headings(graph, sheet, names)]
-    if not found:
-        raise InputError(str(graph.book.path), f"headings x y z i j k {' '.join(names)}", "none")
-    said = "NC words, each against tool tip and tool axis"
-    rows = [Words(joints, (), tip, (), axis, said, kinematics=kinematics) for tip, axis, joints in found]
-    formulas = sum(p in graph.trees for row in rows for p in row.results)
-    for row in rows:
-        row.beyond = any("ATAN" in heads(graph.trees[p]) for p in row.results if p in graph.trees)
-        row.typed = 2 * formulas < 5 * len(rows)
-    return rows
+        tables, left = find_tables(graph, kinematics)
+    if not tables:
+        names = " ".join(machine.joint_names)
+        expected = f"a table of tip, tool axis and words, by its numbers or headings x y z i j k {names}"
+        raise InputError(str(graph.book.path), expected, "none")
+    rows = []
+    for table in tables:
+        said = f"NC words, each against tool tip and tool axis: {table.said(graph)}"
+        formulas = sum(p in graph.trees for *_, words in table.rows for p in words)
+        for tip, axis, words in table.rows:
+            row = Words(words, (), tip, (), axis, said, kinematics=kinematics, units=table.units)
+            row.beyond = any("ATAN" in heads(graph.trees[p]) for p in words if p in graph.trees)
+            row.typed, row.aside, said = 2 * formulas < 5 * len(table.rows), table.counters, ""
+            rows.append(row)
+        for column in zip(*(words for *_, words in table.rows), strict=True):
+            _without_last_rounding(graph, column)
+    return rows, [f"{area}: a table that is not understood" for area in left]
+
+
+def _without_last_rounding(graph, column):
+    """Take the words as they are before they are rounded: all of a column, or what nobody uses."""
+    own = graph.own  # of the formulas as they are
+    rounded = {p: tree for p in column if p in own and (tree := unrounded(graph.tree(p))) != graph.tree(p)}
+    for place, tree in rounded.items():
+        if 2 * len(rounded) > len(column) or place not in graph.used:
+            graph.trees[place] = tree
+
+
+def unrounded(tree):
+    """The tree without the rounding of what it gives."""
+    if tree[0] in ROUNDING and len(tree) == 3 and tree[2][0] == "number" and tree[2][1] >= LEAST_DIGITS:
+        return tree[1]
+    if tree[0] == "IF":
+        return (*tree[:2], *map(unrounded, tree[2:]))
+    return (tree[0], unrounded(tree[1]), *tree[2:]) if tree[0] == "MOD" else tree
 
 
 def _column_block(graph, name, cells):
@@ -97,45 +139,6 @@ def _column_block(graph, name, cells):
     if area.shape[1] != COLUMNS[name]:
         raise InputError(f"cells, {name!r}", f"{COLUMNS[name]} columns", repr(cells[name]))
     return list(zip(*[iter(area.places)] * COLUMNS[name], strict=True))
-
-
-def _below_headings(graph, sheet, names):
-    """The rows below each row of headings, down to the first empty one."""
-    texts, found = {}, []
-    for place, cell in graph.cells.items():
-        if place[0] == sheet and isinstance(cell.value, str) and not cell.formula:
-            texts.setdefault(place[1], {})[place[2]] = cell.value.strip()
-    last = max(place[1] for place in graph.cells)
-
-    def full(places):
-        return sum(p in graph.trees or graph.value(p) is not None for p in places) >= 8
-
-    for row, headings in sorted(texts.items()):
-        if columns := _columns(headings, names):
-            rows = [tuple((sheet, below, column) for column in columns) for below in range(row + 1, last + 1)]
-            rows = dropwhile(lambda places: not full(places), rows)
-            found += [(places[:3], places[3:6], places[6:]) for places in takewhile(full, rows)]
-    return found
-
-
-def _columns(texts, names):
-    """The columns of tip, axis and joints in a row of headings, or None."""
-    axis, tips, words = {}, {}, {}
-    for column, text in sorted(texts.items()):
-        if match := AXIS.match(text):
-            letter = next(g for g in match.groups() if g).lower()
-            axis.setdefault(dict(zip("uvwxyz", "ijkijk", strict=True)).get(letter, letter), column)
-        for pattern, found in ((TIP, tips), (WORD, words)):
-            if match := pattern.match(text):
-                found.setdefault(match[1].upper(), []).append(column)
-    if len(axis) < 3 or not tips.keys() >= set("XYZ") or any(n not in words for n in names[3:]):
-        return None
-    # The tip stands beside the tool axis; X Y Z of the machine are the others of that name.
-    tip = [min(tips[n], key=lambda c: abs(c - axis["i"])) for n in "XYZ"]
-    free = {n: [c for c in words.get(n, ()) if c not in tip] for n in names}
-    if not all(free.values()):
-        return None
-    return [*tip, *(axis[n] for n in "ijk"), *(free[n][0] for n in names[:3]), *(free[n][-1] for n in names[3:])]
 
 
 # Words that are numbers.
@@ -154,9 +157,11 @@ def judge_numbers(rows, values):
     words, tip, axis = (
         np.array([[values[p] for p in getattr(row, part)] for row in rows]) for part in ("results", "point", "axis")
     )
-    half = _half_digit(words[:, :3]) + 2 * _half_digit(tip)
-    half_angle = _half_digit(words[:, 3:])
-    half_axis = 0.0 if (axis % 1 == 0).all() else _half_digit(axis)
+    units = rows[0].units
+    half = _half_digits(words[:, :3]) + 2 * _half_digits(tip).max(axis=1, keepdims=True)
+    half_angle = (_half_digits(words[:, 3:]) * units).max()
+    half_axis = 0.0 if (axis % 1 == 0).all() else _half_digits(axis).max()
+    words[:, 3:] *= units
     case = JointCase(kinematics, axis, words[:, 3:], half_angle + 1e-9, half_axis)
     both, spread = case.both_branches(axis)
     slack = spread.max(axis=1) + case.half_digit
@@ -174,7 +179,7 @@ def judge_numbers(rows, values):
         for k in (3, 4, 0, 1, 2):  # X Y Z follow from the rotary words
             name, word, cause = kinematics.machine.joint_names[k], words[r, k], "wrong value"
             if k < 3 and wrong[r, k]:
-                cause = "sign" if abs(word + linear[r, k]) <= allowed[r, 0] else "offset" if constant[k] else cause
+                cause = "sign" if abs(word + linear[r, k]) <= allowed[r, k] else "offset" if constant[k] else cause
                 yield row.results[k], cause, f"{name} is {word:.6g}, {difference[r, k]:.6g} off"
             if k > 2 and not right[r, k - 3]:
                 least, should = slack[r, k - 3], demanded[r, k - 3]
@@ -183,15 +188,21 @@ def judge_numbers(rows, values):
                 yield row.results[k], cause, f"{name} is {word:.6g}, the tool axis demands {should:.6g}"
 
 
-def _half_digit(numbers):
-    digits = written_decimals(numbers)
-    return 0.5 * 10.0**-digits if digits < 9 else 1e-9
+def _half_digits(numbers):
+    """Half of the last digit of numbers written to as many decimals, or to as many digits, as the longest has."""
+    decimals, size = written_decimals(numbers), np.floor(np.log10(np.maximum(np.abs(numbers), 1e-9)))
+    if decimals > 8 and (numbers == numbers.astype(np.float32)).all():
+        return np.maximum(np.spacing(numbers.astype(np.float32)).astype(float), 1e-9)
+    longest = max(written_decimals(n) + s for n, s in zip(numbers.ravel(), size.ravel(), strict=True))
+    half = 0.5 * np.maximum(10.0**-decimals, 10.0 ** (size - longest))
+    return half if decimals < 9 else np.full_like(half, 1e-9)
 
 
 def looked_at(rows, values):
     """Yield what deserves a look in the words as they stand, place → number: travel, flips between rows."""
     machine = rows[0].kinematics.machine
     own = np.array([[values.get(p) for p in row.results] for row in rows], dtype=float)
+    own[:, 3:] *= [row.units for row in rows]
     low, high = np.where(np.arange(5) > 2, np.rad2deg(machine.limits.T), machine.limits.T)
     lines = [row.results[0][1] for row in rows]
     for k, name in enumerate(machine.joint_names):

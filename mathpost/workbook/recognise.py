@@ -104,7 +104,7 @@ class Recognised:
         self.angles, self.lengths = inputs & self.turning, inputs - self.turning
         self._read_the_reading()
         if task.machine is not None:
-            self.calculations = rows_of(graph, task.machine, task.cells)
+            self.calculations, self.problems = rows_of(graph, task.machine, task.cells)
         elif task.cells and "result" in task.cells:
             self._as_the_caller_says(task.cells)
         elif self.angles:
