@@ -352,6 +352,7 @@ class Judge:
                 *fault, more = block or self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
                 cost = max(cost, more)
                 faults.append(self._fault(place, *fault))
+        within = [w for w in (unit, *self.found.windows) if unit[0] in w and unit[0] not in self.targets]
         if len(unit) > 16:  # all matrices at once
             return 0.0, faults
         if unit in elements and len(places) == 2:  # do the others turn the same way?
@@ -359,8 +360,8 @@ class Judge:
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
         elif elements and len(places) == 1 and len(self._elements(calculation, option)) > len(elements):
             cost = 0.0  # an elementary matrix but for this cell
-        elif len(unit) == 1 and any(unit[0] in w and self._stands(calculation, w) for w in self.found.windows):
-            cost += UNLIKELY  # in a matrix that may stand there as it is
+        elif len(unit) == 1 and any(self._stands(calculation, w) for w in within):
+            cost += UNLIKELY  # it may stand there as it is, alone or in a matrix
         elif not block:
             cost += 0.25 * (len(faults) - 1)
         return cost, faults

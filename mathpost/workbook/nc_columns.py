@@ -221,18 +221,22 @@ class _Roles:
         return fit + 0.2 * units + self.headed(triple, "ijk", "uvw", "xyz") + self.typed(triple)
 
     def linear(self, tip):
-        """How much of each column is X, Y, Z with that tip, shape (3, columns)."""
+        """How much of each column is X, Y, Z with that tip, shape (3, columns); half as much if it is but shifted."""
         points, found = self.vectors(tip), []
         for rotary in self.rotary:
             wanted = self.kinematics.close(points, np.deg2rad(rotary))[:, :3]
-            off = np.abs(self.values - wanted.T[:, None])
-            found.append((off < CLOSE).mean(axis=-1))
+            off = self.values - wanted.T[:, None]
+            shifted = off - np.median(np.nan_to_num(off, nan=1e9), axis=-1, keepdims=True)
+            found += [
+                (np.abs(each) < CLOSE).mean(axis=-1) * weight for each, weight in ((off, 1.0), (shifted, 0.5))
+            ]
         return np.max(found, axis=0)
 
     def tip_score(self, tip, axis):
         others = [n for n in range(len(self.columns)) if n not in (*tip, *axis)]
         fit = self.linear(tip)[:, others].max(axis=1, initial=0).sum()
-        return fit + self.headed(tip, "xyz") + self.typed(tip) + 0.1 * (tip[-1] + 1 == axis[0])
+        together = 0.2 * (tip[2] - tip[0] == 2) + 0.1 * (tip[2] + 1 == axis[0])
+        return fit + self.headed(tip, "xyz") + self.typed(tip) + together
 
     def headed(self, triple, *groups):
         return 0.3 * any(

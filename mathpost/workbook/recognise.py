@@ -14,10 +14,11 @@ import numpy as np
 
 from mathpost import angles as euler
 from mathpost.errors import InputError, read_text
-from mathpost.workbook.calculation import Plane, Turn
-from mathpost.workbook.edits import CONVERSIONS, INVERSE, TRIGONOMETRY
+from mathpost.workbook.calculation import Turn
+from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY
 from mathpost.workbook.formula import areas, heads, walk
 from mathpost.workbook.nc_table import rows_of
+from mathpost.workbook.plane_angles import find_planes
 
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
 SEQUENCE = re.compile(r"(?<![A-Za-z])([XYZ])['’′]*[-–→·, ]*([XYZ])['’′]*[-–→·, ]*([XYZ])['’′]*(?![A-Za-z])", re.I)
@@ -110,7 +111,9 @@ class Recognised:
         elif self.angles:
             self._find_calculations()
         else:
-            self._find_planes()
+            self.calculations += find_planes(self)
+            given = {p for plane in self.calculations for p in plane.given}
+            self.constants, self.windows = self.constants - given, [w for w in self.windows if given.isdisjoint(w)]
             if not self.calculations:
                 self.problems.append("no cell goes into a sine or cosine as an angle")
 
@@ -315,24 +318,6 @@ class Recognised:
         names = [re.sub(r"[^a-zα-ω]", "", self.label(p).lower()) for p in triple]
         named = sorted(names) in (["α", "β", "γ"], ["alpha", "beta", "gamma"])
         return tuple(p for _, p in sorted(zip(names, triple, strict=True))) if named else self.sorted(triple)
-
-    def _find_planes(self):
-        """Three angles by inverse functions, from two directions."""
-        for component in self.graph.components:
-            trees = [self.graph.trees[p] for p in component if heads(self.graph.tree(p)) & INVERSE]
-            if len(component) != 3 or len(trees) < 2:
-                continue
-            typed = self.typed - set(component)
-            used = typed & self.graph.upstream(component)
-            vectors = _apart((*self.lines(used, 2), *self.lines(used, 1), *self.lines(typed, 3)))[:2]
-            if len(vectors) == 2:
-                x, z = sorted(vectors, key=lambda v: self.graph.reading_order(v[0]))
-                x, z = (z, x) if self.label(x[0]).lower().startswith("z") else (x, z)
-                spatial = bool(re.search(r"SPATIAL|\bSPA\b|空间角", self.text, re.I))
-                said = "PLANE SPATIAL: angles about X, Y, Z" if spatial else "ZXZ angles of a tilted plane"
-                degrees = sum("DEGREES" in heads(t) or ("number", 180.0) in (p for _, p in walk(t)) for t in trees)
-                plane = Plane(component, (), x, (), z, said, spatial=spatial, degrees=2 * degrees >= len(trees))
-                self.calculations.append(plane)
 
     def _as_the_caller_says(self, cells):
         """Take angles, point, origin and result from where the caller says that they stand."""
