@@ -221,7 +221,7 @@ class _Roles:
         return fit + 0.2 * units + self.headed(triple, "ijk", "uvw", "xyz") + self.typed(triple)
 
     def linear(self, tip):
-        """How much of each column is X, Y, Z with that tip, shape (3, columns); half as much if it is but shifted."""
+        """How much of each column is X, Y, Z with that tip, shape (3, columns); half if it is but shifted."""
         points, found = self.vectors(tip), []
         for rotary in self.rotary:
             wanted = self.kinematics.close(points, np.deg2rad(rotary))[:, :3]
