@@ -36,6 +36,11 @@ class Calculation:
         return (*self.angles, *self.point, *self.origin, *self.axis)
 
     @property
+    def periods(self):
+        """Place of a result → after how much it is the same again."""
+        return {}
+
+    @property
     def entries(self):
         """What may stand in one cell."""
         return [entry for known in self.known.values() for k in known for entry in k]

@@ -5,6 +5,7 @@ from itertools import combinations, product
 
 import numpy as np
 
+from mathpost.rotation import wrap
 from mathpost.workbook.formula import Area, areas, put, text_of, walk, with_areas
 from mathpost.workbook.graph import same
 
@@ -16,15 +17,17 @@ OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
 TO_RADIANS, TO_DEGREES = ("degrees for radians", "RADIANS"), ("radians for degrees", "DEGREES")
 
 
-def repaired(graph, wanted, values, inputs=()):
+def repaired(graph, wanted, values, inputs=(), period=None):
     """Return (cause, sentence, tree) of the single repair of a formula that gives, with `values`, those `wanted`.
 
-    These are of a cell, or of several of one array formula; `inputs` may be meant wherever they stand.
+    These are of a cell, or of several of one array formula; `inputs` may be meant wherever they stand. What differs
+    by `period` is the same.
     """
     place = next(iter(wanted))
     after = graph.downstream(wanted)
     for cause, old, new, tree in edits(graph, place, inputs) if place in graph.trees else ():
-        fits = all(same(graph.cell(p, values, tree), value) for p, value in wanted.items())
+        off = {p: graph.cell(p, values, tree) - value for p, value in wanted.items()}
+        fits = all(same(value + (wrap(off[p], period) if period else off[p]), value) for p, value in wanted.items())
         if fits and (cause != "wrong reference" or after.isdisjoint(graph.used_by(tree))):
             return cause, f"{text_of(old)} should be {text_of(new)}", tree
     return None

@@ -10,7 +10,7 @@ import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.workbook.file import EMPTY, local_address
-from mathpost.workbook.formula import FUNCTIONS, NotUnderstood, areas, evaluate, form_of, parse, walk
+from mathpost.workbook.formula import FUNCTIONS, NotUnderstood, areas, evaluate, form_of, heads, parse, walk
 
 SAMPLES = 8
 ZERO = np.zeros(1)
@@ -128,6 +128,12 @@ class Graph:
             for source in sources:
                 found.setdefault(source, []).append(place)
         return found
+
+    @cached_property
+    def not_evaluated(self):
+        """The places of formulas of which a function is not known here."""
+        known = {*FUNCTIONS, "number", "text", "area"}
+        return {*self.unread, *(place for place, tree in self.trees.items() if heads(tree) - known)}
 
     @cached_property
     def order(self):

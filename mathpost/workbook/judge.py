@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from functools import reduce
-from itertools import chain, combinations_with_replacement, islice, product
+from itertools import chain, combinations_with_replacement, groupby, islice, product
 from math import comb
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from mathpost import angles as euler
 from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError
+from mathpost.rotation import wrap
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
 from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, edits, repaired
 from mathpost.workbook.file import EMPTY
@@ -34,6 +35,7 @@ class Judge:
         self.graph, self.found, self.inputs, self.units = graph, found, {}, {}
         self.faults, self.fixed, self.reading, self.unsure = [], {}, None, set()
         self.live = [c for c in found.calculations if not c.typed]
+        self.periods = {p: period for c in self.live for p, period in c.periods.items()}
         for calculation in self.live:
             self._set_units(calculation.angles)
         spare = [] if found.task.machine else [Calculation((), tuple(found.angles), tuple(found.lengths))]
@@ -70,8 +72,12 @@ class Judge:
 
     def bad(self, targets, values=None):
         """The targets that are missed, now or with other values."""
-        values = values or self.values
-        return [p for p, target in targets.items() if not same(values[p] if p in values else self.now(p), target)]
+        values, missed = values or self.values, []
+        for place, target in targets.items():
+            now, period = values[place] if place in values else self.now(place), self.periods.get(place)
+            now = target + wrap(now - target, period) if period else now
+            missed += [] if same(now, target) else [place]
+        return missed
 
     def _run(self, more=(), only=None):
         """The values with all that was put in, and `more`."""
@@ -101,9 +107,14 @@ class Judge:
             self.reading = self._other_reading()
         for calculation in () if self.reading else self.live:
             self._repair(calculation, said)
-        if typed := [row for row in self.found.calculations if row.typed]:
-            for place, cause, message in judge_numbers(typed, self.graph.own):
+        for _, table in groupby((row for row in self.found.calculations if row.typed), lambda row: row.table):
+            for place, cause, message in judge_numbers(list(table), self.graph.own):
                 self.faults.append(self._fault(place, cause, f"{self.graph.short(place)}: {message}"))
+        errors = [p for row in rows for p in row.results if p in self.graph.trees and np.isnan(self.graph.own[p])]
+        strange = [*self.graph.not_evaluated, *(fault.place for fault in self.faults)]
+        for place in sorted(set(errors) - self.graph.downstream(strange), key=self.graph.reading_order):
+            text = f"{self.graph.short(place)} gives no number at this tool axis"
+            self.faults.append(self._fault(place, "wrong value", text))
         return self
 
     def _prepare(self, calculations):
@@ -143,7 +154,8 @@ class Judge:
             missed = set(self.bad(self.targets)) - calculation.targets.keys()
             targets = {p: t for p, t in self.targets.items() if p not in missed}
             found = self._by_labels(calculation, said, bad) or self._earliest(calculation, targets, bad)
-            if found is None and isinstance(calculation, Words) and not calculation.is_wrong(self.now):
+            strange = not self.graph.upstream(bad).isdisjoint(self.graph.not_evaluated)
+            if found is None and isinstance(calculation, Words) and (strange or not calculation.is_wrong(self.now)):
                 self.unsure.update(bad)  # right as it stands; other tool axes may not be what it is made for
             elif found is None:
                 place, cause = self._typed_over(bad), "typed over formula"
@@ -218,7 +230,7 @@ class Judge:
                     off = np.array([c.targets[p] for p in c.results[:3]]) - self.block(expected)
                     known += [*off, *-off, np.linalg.norm(off, axis=0)]
                     known += [each.max(axis=0) for each in (off, -off, np.abs(off))]
-        return places, [p for p in rest if p in typed | graph.unread.keys() or not self._is_check(p, known)]
+        return places, [p for p in rest if p in typed or p not in graph.trees or not self._is_check(p, known)]
 
     def _is_check(self, place, known):
         """Judge a cell beside the calculation: a determinant, a length, a difference, a largest one of them."""
@@ -384,7 +396,7 @@ class Judge:
             text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
             return "typed over formula", text, cost
         tree = graph.trees[place]
-        if found := repaired(graph, wanted, self.values, calculation.given):
+        if found := repaired(graph, wanted, self.values, calculation.given, self.periods.get(place)):
             cause, sentence, other = found
             plain = tree[0] in ("+", "-") or ("minus" not in heads(tree) and tree[0] != "area")
             odd = as_around(graph, place) == tree or (plain and other == ("minus", tree))

@@ -8,7 +8,7 @@ import re
 import unicodedata
 from collections import Counter
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import permutations, product
 
 import numpy as np
 
@@ -20,6 +20,9 @@ SMALLEST, LARGEST = 5, 60  # numbers in a row: the words alone; more columns tha
 PLAIN, AMONG_OTHERS = 1.1, 0.4  # what a heading counts that is a letter or word, or has a letter; 1 if numbers fit
 MACHINE = re.compile(r"(?<![a-z])(?:nc|machine|mcs|posted)(?![a-z])|机床|maschine|^[xyzabc]m$")
 UNIT = re.compile(r"[\[(（/].*|\b(?:deg|rad|mm|grad)\b\.?$|[°度]")
+STATISTIC = re.compile(
+    r"(?:min|max|mean|average|avg|sum|total|mittelwert|summe|最小值?|最大值?|平均值?|合计)[ .:=]*", re.I
+)
 IN_DEGREES = re.compile(r"(?<![a-z])(?:deg|grad)|[°度]")
 IN_RADIANS = re.compile(r"(?<![a-z])rad(?:ian[st]?)?(?![a-z])|弧度")
 
@@ -43,6 +46,8 @@ class Table:
     rows: list
     units: tuple
     counters: tuple = ()
+    source: tuple = ()  # the columns of tip and axis
+    left: tuple = ()  # rows in between that are not of the table
 
     def said(self, graph):
         """Where the columns stand."""
@@ -55,39 +60,46 @@ class Table:
 def find_tables(graph, kinematics):
     """Return the tables of a workbook, and the ranges of what may be one and is not understood.
 
-    Rows of one table may stand on two sheets; points may stand in columns instead of rows.
+    Rows of one table may stand on two sheets, its words on several; points may stand in columns instead of rows.
     """
     for along in (1, 2):  # points in rows, points in columns
-        blocks = list(_blocks(graph, along))
+        blocks, left = _blocks(graph, along)
         found = {n: table for n, block in enumerate(blocks) if (table := _table(graph, kinematics, block))}
-        for a, b in combinations(range(len(blocks)), 2):
-            one, other = blocks[a], blocks[b]
-            if found.keys().isdisjoint((a, b)) and len(one[0].places) == len(other[0].places):
-                table = _table(graph, kinematics, one + other) or _table(graph, kinematics, other + one)
-                found |= {a: table, b: table} if table else {}
+        for a, b in permutations(range(len(blocks)), 2):
+            if b not in found and len(blocks[a][0].places) == len(blocks[b][0].places):
+                source = list(found[a].source) if a in found else blocks[a]
+                table = _table(graph, kinematics, source + blocks[b])
+                found |= {a: found.get(a, table), b: table} if table else {}
         if found:
-            left = [block for n, block in enumerate(blocks) if n not in found and len(block) >= 8]
-            return list(dict.fromkeys(found.values())), [
-                graph.range((block[0].places[0], block[-1].places[-1])) for block in left
-            ]
+            tables = list(dict.fromkeys(found.values()))
+            left += [(block[0].places[0], block[-1].places[-1]) for n, block in enumerate(blocks) if n not in found]
+            return tables, [graph.range(ends) for ends in (*left, *(ends for t in tables for ends in t.left))]
     return [], []
 
 
 def _blocks(graph, along):
-    """Lists of columns: of rows of numbers without a gap; rows are counted by the place's number `along`."""
-    lines = {}
+    """Lists of columns: of rows of numbers without a gap; rows are counted by the place's number `along`.
+
+    And the first and last cells of rows that are left out, as those of a largest or a mean.
+    """
+    lines, blocks, left = {}, [], []
     for place in graph.component:
-        lines.setdefault((place[0], place[along]), set()).add(place[3 - along])
-    lines = {line: across for line, across in lines.items() if len(across) >= SMALLEST}
+        lines.setdefault((place[0], place[along]), []).append(place)
+    lines = {line: places for line, places in lines.items() if len(places) >= SMALLEST}
+    for place, cell in graph.cells.items():
+        if STATISTIC.fullmatch(str(cell.value).strip()) and (place[0], place[along]) in lines:
+            places = lines.pop((place[0], place[along]))
+            left.append((min(places), max(places)))
     while lines:
         sheet, first = min(lines, key=lambda line: (graph.numbers[line[0]], line[1]))
         run = []
         while (sheet, first + len(run)) in lines:
             run.append(lines.pop((sheet, first + len(run))))
-        counted = Counter(number for across in run for number in across)
+        counted = Counter(place[3 - along] for places in run for place in places)
         numbers = sorted(number for number, count in counted.items() if 2 * count > len(run))
         if SMALLEST <= len(numbers) <= LARGEST:
-            yield [_column(graph, sheet, range(first, first + len(run)), number, along) for number in numbers]
+            blocks.append([_column(graph, sheet, range(first, first + len(run)), n, along) for n in numbers])
+    return blocks, left
 
 
 def _column(graph, sheet, lines, number, along):
@@ -127,12 +139,16 @@ def _table(graph, kinematics, columns):
     roles = _Roles(columns, kinematics, sample).find()
     if roles is None:
         return None
-    tip, axis, words = (_sources(graph, columns, roles[part]) for part in ("tip", "axis", "words"))
+    tip, axis, words = *(_sources(graph, columns, roles[part]) for part in ("tip", "axis")), roles["words"]
+    source = [columns[n] for n in (*tip, *axis)]
+    kept = [sum(c.typed != (c.places[row] in graph.trees) for c in source) >= 3 for row in range(count)]
+    kept = [keep and sum(c.places[row] in graph.component for c in source) >= 3 for row, keep in enumerate(kept)]
     cells = [[columns[n].places for n in part] for part in (tip, axis, words)]
-    rows = [tuple(tuple(places[row] for places in part) for part in cells) for row in range(count)]
+    rows = [tuple(tuple(places[row] for places in part) for part in cells) for row in range(count) if kept[row]]
+    left = [(columns[0].places[row], columns[-1].places[row]) for row in range(count) if not kept[row]]
     units = tuple(columns[n].unit for n in words[3:])
     counters = [c.places for c in columns if not c.typed and _is_count(c.values)]
-    return Table(rows, units, tuple(p for places in counters for p in places))
+    return Table(rows, units, tuple(p for places in counters for p in places), tuple(source), tuple(left))
 
 
 def _is_count(values):
@@ -142,15 +158,20 @@ def _is_count(values):
 
 
 def _sources(graph, columns, chosen):
-    """The columns of typed numbers that three columns are calculated from, if they are three; else these."""
-    if len(chosen) != 3 or all(columns[n].typed for n in chosen):
+    """The columns of typed numbers that a tip, or a direction, is but copied or normalised from; else its own."""
+    if all(columns[n].typed for n in chosen):
         return chosen
     votes, of = Counter(), {p: n for n, column in enumerate(columns) for p in column.places}
     for cells in zip(*(columns[n].places for n in chosen), strict=True):
         used = [p for p in graph.upstream(cells) - graph.trees.keys() if p in of]
         votes[tuple(sorted({of[p] for p in used}))] += 1
     found = votes.most_common(1)[0][0]
-    return list(found) if len(found) == 3 and all(columns[n].typed for n in found) else chosen
+    if len(found) != 3 or not all(columns[n].typed for n in found):
+        return chosen
+    now, then = (np.stack([columns[n].values for n in part], axis=-1) for part in (chosen, found))
+    length = np.linalg.norm(then, axis=1, keepdims=True)
+    copied, normalised = (np.abs(now - each).max(axis=1) < 1e-6 for each in (then, then / length))
+    return list(found) if (copied | normalised).mean() > 0.5 else chosen
 
 
 class _Roles:
@@ -169,15 +190,21 @@ class _Roles:
         self.demanded, words = self.inverse(axis), {}
         for k in (3, 4):
             words[k] = self.choose(k, self.turning(self.demanded[..., k - 3]), {*axis, *words.values()})
-        if None in words.values():
+        if list(words.values()).count(None) > 1:
             return None
-        own = np.stack([self.values[words[k]] * self.columns[words[k]].unit for k in (3, 4)], axis=-1)
-        self.rotary = [own, self.demanded[:, 0], self.demanded[:, 1]]
-        taken = {*axis, *words.values()}
-        tips = [t for t in self.triples("xyz") if taken.isdisjoint(t)]
-        tip = max(tips, key=lambda t: self.tip_score(t, axis), default=None)
-        if tip is None or self.tip_score(tip, axis) < 0.3:
+        tips = [t for t in self.triples("xyz") if not {*axis, *words.values()}.intersection(t)]
+        choices = [n for n in range(len(self.columns)) if n not in (*axis, *words.values())]
+        lost = next((k for k in words if words[k] is None), None)
+        best = 0.3 if lost is None else 2.9, None, None  # a lost one is told by X Y Z
+        for n in choices if lost else (None,):
+            self.turn_by({**words, lost: n})
+            scores = [(self.tip_score(t, axis), t, n) for t in tips if n not in t]
+            best = max(best, *scores, key=lambda score: score[0])
+        _, tip, n = best
+        if tip is None:
             return None
+        words |= {lost: n} if lost else {}
+        self.turn_by(words)
         fits = self.linear(tip)
         for k in range(3):
             words[k] = self.choose(k, fits[k], {*tip, *axis, *words.values()})
@@ -207,6 +234,11 @@ class _Roles:
         found = np.full((len(vectors), 2, 2), np.nan)
         found[good] = self.kinematics.inverse(np.zeros(3), vectors[good], degrees=True)[..., 3:]
         return found
+
+    def turn_by(self, words):
+        """Take the rotary words as they are, or, unless these are told by X Y Z, as they are demanded."""
+        own = np.stack([self.values[words[k]] * self.columns[words[k]].unit for k in (3, 4)], axis=-1)
+        self.rotary = [own, self.demanded[:, 0], self.demanded[:, 1]][: 1 if None in words else 3]
 
     def turning(self, wanted):
         """How much of each column is one of the angles wanted, shape (rows, branches)."""

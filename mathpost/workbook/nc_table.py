@@ -7,12 +7,14 @@ bring the tip into place with the rotary words that are demanded.
 from dataclasses import dataclass
 
 import numpy as np
+from openpyxl.utils import get_column_letter
 
 from mathpost import machine as machines
 from mathpost.detective.misreadings import written_decimals
 from mathpost.detective.rotary_axes import JointCase
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
+from mathpost.rotation import wrap
 from mathpost.workbook.calculation import Calculation, look, nearest
 from mathpost.workbook.edits import ROUNDING
 from mathpost.workbook.formula import heads
@@ -32,6 +34,7 @@ class Words(Calculation):
 
     kinematics: Kinematics = None
     units: tuple = (1.0, 1.0)  # degrees of 1 of a rotary word
+    table: int = 0  # of a workbook with several
     preferred: int | None = None
     complete: bool = True  # whether there is a number in each cell
     beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
@@ -49,7 +52,11 @@ class Words(Calculation):
         tip, axis, now = (look(values, places) for places in (self.point, self.axis, self.results))
         axis = np.where(np.linalg.norm(axis, axis=-1, keepdims=True) > 1e-9, axis, 1.0)
         both = self.kinematics.inverse(tip, axis, degrees=True)[..., 3:]
-        rotary, self.votes = nearest(now[:, 3:] * self.units, both, preferred=self.preferred)
+        own = now[:, 3:] * self.units
+        rotary, self.votes = nearest(own, both, preferred=self.preferred)
+        made = self.kinematics.forward(np.nan_to_num(np.hstack([tip, own])), degrees=True)[1]
+        off = np.abs(made - axis / np.linalg.norm(axis, axis=-1, keepdims=True)).max(axis=-1)
+        rotary = np.where((np.isfinite(own).all(axis=-1) & (off < 1e-10))[:, None], own, rotary)  # any, at the pole
         self.radians = np.deg2rad(rotary)
         linear = self.kinematics.close(tip, self.radians)[:, :3]
         self.should_be(self.results, np.concatenate([linear, rotary / self.units], axis=-1).T)
@@ -58,9 +65,19 @@ class Words(Calculation):
         beside = np.hstack([*turns, linear, tip, axis / length, length, np.zeros((SAMPLES, 1))])
         self.known = {1: [entry[None] for entry in beside.T]}
 
+    @property
+    def periods(self):
+        """Place of a rotary word → a turn."""
+        return {p: 360 / unit for p, unit in zip(self.results[3:], self.units, strict=True)}
+
     def is_wrong(self, now):
         """Whether the words are wrong as they stand, by more than rounding; `now(place)` is what is in a cell."""
-        return any(abs(now(p)[0] - self.targets[p][0]) > ROUNDED for p in self.results)
+        for place, target in self.targets.items():
+            off = now(place)[0] - target[0]
+            off = wrap(off, self.periods[place]) if place in self.periods else off
+            if np.isfinite(target[0]) and not abs(off) <= ROUNDED:
+                return True
+        return False
 
     def draw(self, rng, units):
         """Place → samples, of tool axes at random, in travel, away from the pole, all around the other axis."""
@@ -101,11 +118,11 @@ def rows_of(graph, machine, cells=None):
         expected = f"a table of tip, tool axis and words, by its numbers or headings x y z i j k {names}"
         raise InputError(str(graph.book.path), expected, "none")
     rows = []
-    for table in tables:
+    for n, table in enumerate(tables):
         said = f"NC words, each against tool tip and tool axis: {table.said(graph)}"
         formulas = sum(p in graph.trees for *_, words in table.rows for p in words)
         for tip, axis, words in table.rows:
-            row = Words(words, (), tip, (), axis, said, kinematics=kinematics, units=table.units)
+            row = Words(words, (), tip, (), axis, said, kinematics=kinematics, units=table.units, table=n)
             row.beyond = any("ATAN" in heads(graph.trees[p]) for p in words if p in graph.trees)
             row.typed, row.aside, said = 2 * formulas < 5 * len(table.rows), table.counters, ""
             rows.append(row)
@@ -191,8 +208,9 @@ def judge_numbers(rows, values):
 def _half_digits(numbers):
     """Half of the last digit of numbers written to as many decimals, or to as many digits, as the longest has."""
     decimals, size = written_decimals(numbers), np.floor(np.log10(np.maximum(np.abs(numbers), 1e-9)))
-    if decimals > 8 and (numbers == numbers.astype(np.float32)).all():
-        return np.maximum(np.spacing(numbers.astype(np.float32)).astype(float), 1e-9)
+    single = numbers.astype(np.float32)
+    if decimals > 8 and np.allclose(numbers, single, rtol=1e-12, atol=0):
+        return np.maximum(np.spacing(np.abs(single)).astype(float), 1e-9)
     longest = max(written_decimals(n) + s for n, s in zip(numbers.ravel(), size.ravel(), strict=True))
     half = 0.5 * np.maximum(10.0**-decimals, 10.0 ** (size - longest))
     return half if decimals < 9 else np.full_like(half, 1e-9)
@@ -204,18 +222,20 @@ def looked_at(rows, values):
     own = np.array([[values.get(p) for p in row.results] for row in rows], dtype=float)
     own[:, 3:] *= [row.units for row in rows]
     low, high = np.where(np.arange(5) > 2, np.rad2deg(machine.limits.T), machine.limits.T)
-    lines = [row.results[0][1] for row in rows]
+    lines, what = [row.results[0][1] for row in rows], "row"
+    if len(set(lines)) < len(lines):
+        lines, what = [get_column_letter(row.results[0][2]) for row in rows], "column"
     for k, name in enumerate(machine.joint_names):
         outside = (own[:, k] < low[k] - 1e-6) | (own[:, k] > high[k] + 1e-6)
         beyond = [row for row, out in zip(lines, outside, strict=True) if out]
         if beyond:
             text = ", ".join(map(str, beyond[:6]))
-            yield f"{name} beyond its travel {low[k]:g} … {high[k]:g} in row{'s' * (len(beyond) > 1)} {text}"
+            yield f"{name} beyond its travel {low[k]:g} … {high[k]:g} in {what}{'s' * (len(beyond) > 1)} {text}"
     steps = np.abs(np.diff(own[:, 3:], axis=0))
     for n in np.flatnonzero((steps > FLIP).any(axis=1)):
         jumps = zip(machine.joint_names[3:], steps[n], strict=True)
         jump = " and ".join(f"{name} by {step:.4g}" for name, step in jumps if step > FLIP)
-        yield f"between rows {lines[n]} and {lines[n + 1]} jumps {jump} degrees: another branch?"
+        yield f"between {what}s {lines[n]} and {lines[n + 1]} jumps {jump} degrees: another branch?"
     tilts = own[:, 3 + rows[0].tilting]
     if (tilts > 0).any() and (tilts < 0).any():
-        yield "the tilting axis changes its sign between rows: another branch?"
+        yield f"the tilting axis changes its sign between {what}s: another branch?"

@@ -34,6 +34,11 @@ class Plane(Calculation):
     spatial: bool = False
     degrees: bool = True
 
+    @property
+    def periods(self):
+        """Place of an angle → a turn."""
+        return dict.fromkeys(self.results, 360.0 if self.degrees else 2 * np.pi)
+
     def draw(self, rng, units):
         """Place → samples, of frames at random."""
         frame = _frame(*rng.normal(size=(2, SAMPLES, 3)))
