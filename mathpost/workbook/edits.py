@@ -141,6 +141,24 @@ def _exact(part):
         yield from (("number", float(number)) for number in near)
 
 
+def take_unrounded(graph, places):
+    """Take results as they are before they are rounded, if most of these places are, or where nobody uses them."""
+    own = graph.own  # of the formulas as they are
+    rounded = {p: tree for p in places if p in own and (tree := unrounded(graph.tree(p))) != graph.tree(p)}
+    for place, tree in rounded.items():
+        if 2 * len(rounded) > len(places) or place not in graph.used:
+            graph.trees[place] = tree
+
+
+def unrounded(tree):
+    """The tree without the last rounding of what it gives, to two decimals or more."""
+    if tree[0] in ROUNDING and len(tree) == 3 and tree[2][0] == "number" and tree[2][1] >= 2:
+        return tree[1]
+    if tree[0] == "IF":
+        return (*tree[:2], *map(unrounded, tree[2:]))
+    return (tree[0], unrounded(tree[1]), *tree[2:]) if tree[0] == "MOD" else tree
+
+
 def as_around(graph, place):
     """The formula of a cell if it went on as those around it do, of the same form; None if they do not say."""
     (sheet, row, column), form, found = place, graph.form(place), []

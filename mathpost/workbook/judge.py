@@ -12,11 +12,11 @@ from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError
 from mathpost.rotation import wrap
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
-from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, edits, repaired
+from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, edits, repaired, unrounded
 from mathpost.workbook.file import EMPTY
 from mathpost.workbook.formula import Area, areas, heads, text_of, walk
 from mathpost.workbook.graph import SAMPLES, Graph, beside, same
-from mathpost.workbook.nc_table import Words, judge_numbers, unrounded
+from mathpost.workbook.nc_table import Words, judge_numbers
 from mathpost.workbook.report import Fault
 from mathpost.workbook.values import read_labels
 

@@ -20,9 +20,7 @@ SMALLEST, LARGEST = 5, 60  # numbers in a row: the words alone; more columns tha
 PLAIN, AMONG_OTHERS = 1.1, 0.4  # what a heading counts that is a letter or word, or has a letter; 1 if numbers fit
 MACHINE = re.compile(r"(?<![a-z])(?:nc|machine|mcs|posted)(?![a-z])|机床|maschine|^[xyzabc]m$")
 UNIT = re.compile(r"[\[(（/].*|\b(?:deg|rad|mm|grad)\b\.?$|[°度]")
-STATISTIC = re.compile(
-    r"(?:min|max|mean|average|avg|sum|total|mittelwert|summe|最小值?|最大值?|平均值?|合计)[ .:=]*", re.I
-)
+STATISTIC = re.compile("(?:min|max|mean|average|sum|total|mittel|summe|最小值?|最大值?|平均值?|合计)[ .:=]*", re.I)
 IN_DEGREES = re.compile(r"(?<![a-z])(?:deg|grad)|[°度]")
 IN_RADIANS = re.compile(r"(?<![a-z])rad(?:ian[st]?)?(?![a-z])|弧度")
 

@@ -16,7 +16,7 @@ from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import wrap
 from mathpost.workbook.calculation import Calculation, look, nearest
-from mathpost.workbook.edits import ROUNDING
+from mathpost.workbook.edits import take_unrounded
 from mathpost.workbook.formula import heads
 from mathpost.workbook.graph import SAMPLES
 from mathpost.workbook.nc_columns import Table, find_tables
@@ -24,7 +24,6 @@ from mathpost.workbook.nc_columns import Table, find_tables
 COLUMNS = {"tip": 3, "axis": 3, "joints": 5}
 FLIP = 60.0  # degrees between two rows that are worth a look
 UNIT_LENGTH = 2e-3  # as near to 1 as the length of a unit vector of three decimals
-LEAST_DIGITS = 2  # to which words may be rounded
 ROUNDED = 0.01  # mm, degrees: less may come from the rounding of what a word is calculated from
 
 
@@ -127,26 +126,8 @@ def rows_of(graph, machine, cells=None):
             row.typed, row.aside, said = 2 * formulas < 5 * len(table.rows), table.counters, ""
             rows.append(row)
         for column in zip(*(words for *_, words in table.rows), strict=True):
-            _without_last_rounding(graph, column)
+            take_unrounded(graph, column)
     return rows, [f"{area}: a table that is not understood" for area in left]
-
-
-def _without_last_rounding(graph, column):
-    """Take the words as they are before they are rounded: all of a column, or what nobody uses."""
-    own = graph.own  # of the formulas as they are
-    rounded = {p: tree for p in column if p in own and (tree := unrounded(graph.tree(p))) != graph.tree(p)}
-    for place, tree in rounded.items():
-        if 2 * len(rounded) > len(column) or place not in graph.used:
-            graph.trees[place] = tree
-
-
-def unrounded(tree):
-    """The tree without the rounding of what it gives."""
-    if tree[0] in ROUNDING and len(tree) == 3 and tree[2][0] == "number" and tree[2][1] >= LEAST_DIGITS:
-        return tree[1]
-    if tree[0] == "IF":
-        return (*tree[:2], *map(unrounded, tree[2:]))
-    return (tree[0], unrounded(tree[1]), *tree[2:]) if tree[0] == "MOD" else tree
 
 
 def _column_block(graph, name, cells):

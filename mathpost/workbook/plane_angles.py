@@ -12,7 +12,7 @@ import numpy as np
 
 from mathpost import angles as euler
 from mathpost.workbook.calculation import Calculation, look, nearest
-from mathpost.workbook.edits import CONVERSIONS, INVERSE
+from mathpost.workbook.edits import CONVERSIONS, INVERSE, take_unrounded
 from mathpost.workbook.formula import heads
 from mathpost.workbook.graph import SAMPLES
 
@@ -96,6 +96,7 @@ def find_planes(found):
     for line, (_, plane) in sorted(planes.items(), key=lambda each: -each[1][0]):
         if plane and taken.isdisjoint(line):
             taken.update(line)
+            take_unrounded(graph, line)
             yield plane
 
 
@@ -121,7 +122,7 @@ def _best(found, line):
     for along, spatial in product((1, 2), (False, True)):
         vectors = _directions(found, used, set(line), along)
         normals = [v for v in vectors if re.search(NORMAL, found.label(v[0]), re.I)]
-        for order in permutations(vectors) if vectors else ():
+        for order in (*permutations(vectors), *permutations(vectors[:2])) if vectors else ():
             x, *y, z = order
             if (said[1] != said[0] and spatial != said[1]) or (len(normals) == 1 and z != normals[0]):
                 continue
@@ -135,7 +136,7 @@ def _best(found, line):
 
 
 def _directions(found, used, line, along):
-    """Two or three triples of typed numbers that have all those `used`, and lie along a row or column; or none."""
+    """Two or three triples of typed numbers, in rows or in columns, that have those `used`; or none."""
     triples = [each for each in found.lines(used, 1) if each[0][along] != each[1][along]]
     vectors = []
     for each in triples:
@@ -148,14 +149,15 @@ def _directions(found, used, line, along):
         others = [each for each in others if set(each).isdisjoint(first) and each[0][0] == first[0][0]]
         others.sort(key=lambda each: abs(each[0][1] - first[0][1]) + abs(each[0][2] - first[0][2]))
         vectors += others[:1]
-    return vectors if len(vectors) > 1 and used.issubset(set().union(*vectors)) else ()
+    # One cell may be used by mistake.
+    return vectors if len(vectors) > 1 and len(used.difference(*vectors)) <= 1 else ()
 
 
 def _fits(graph, plane):
     """How many of the angles that are there a reading gives; 0 if the directions are none."""
     own = {p: np.array(graph.own[p], dtype=float) for p in (*plane.given, *plane.results)}
-    x, z = (np.array([own[p] for p in places]) for places in (plane.point, plane.axis))
-    if not np.linalg.norm(np.cross(x, z)) > 1e-6:
+    x, y, z = (np.array([own[p] for p in places]) for places in (plane.point, plane.origin, plane.axis))
+    if not np.linalg.norm(across := np.cross(z, x)) > 1e-6 or (y.size and not np.abs(across - y).max() < 0.01):
         return 0
     plane.prepare(own, {})
     return sum(abs(own[p] - plane.targets[p][0]) < (0.1 if plane.degrees else 0.002) for p in plane.results)
