@@ -197,7 +197,7 @@ class _Roles:
         for n in choices if lost else (None,):
             self.turn_by({**words, lost: n})
             scores = [(self.tip_score(t, axis), t, n) for t in tips if n not in t]
-            best = max(best, *scores, key=lambda score: score[0])
+            best = max([best, *scores], key=lambda score: score[0])
         _, tip, n = best
         if tip is None:
             return None

@@ -6,7 +6,7 @@ what follows from it; but a slip that is lucky at these numbers cannot be seen.
 
 import re
 from functools import reduce
-from itertools import chain, product
+from itertools import chain, count, product
 from typing import NamedTuple
 
 import numpy as np
@@ -52,6 +52,7 @@ def read_labels(graph, cells=None, *, by_numbers=True):
         if taken.isdisjoint(block.places):
             taken.update(block.places)
             blocks.append(block)
+    blocks += _rows_below(graph, blocks) if by_numbers else ()
     blocks.sort(key=lambda b: graph.reading_order(b.places[0]))
     blocks, implied = _by_their_numbers(graph, blocks) if by_numbers else blocks, {}
     for n, block in enumerate(blocks):
@@ -80,6 +81,21 @@ def _by_their_numbers(graph, blocks):
             role = Role("matrix", best) if fits[best] >= 7 else role
         named.append(Block(role, places))
     return named
+
+
+def _rows_below(graph, blocks):
+    """Yield the blocks of further points, below one of which x y z and x' y' z' stand in a row."""
+    rows = {}
+    for block in blocks:
+        if block.role.kind in ("coordinate", "outcome"):
+            rows.setdefault(block.places[0][:2], {})[block.role] = block.places[0]
+    taken = {p for block in blocks for p in block.places}
+    for row in rows.values():
+        for down in count(1) if len(row) == 6 else ():
+            below = [Block(role, ((p[0], p[1] + down, p[2]),)) for role, p in row.items()]
+            if sum(graph.value(b.places[0]) is not None for b in below) < 4 or taken & {b.places[0] for b in below}:
+                break
+            yield from below
 
 
 def _points(graph, blocks):
@@ -119,11 +135,12 @@ def _beside(graph, blocks, implied):
         points = [[graph.value(p) for (p,) in points[n : n + 3]] for n in range(0, len(points) - 2, 3)]
         vectors = [matrix @ np.array(point, dtype=float) for matrix, point in product(matrices, points)]
         known = np.concatenate([radians, np.cos(radians), np.sin(radians), *map(np.ravel, matrices), *vectors])
-    inputs = {p for b in blocks if b.role.kind in ("angle", "coordinate") for p in b.places}
-    for place in graph.component.keys() - inputs - implied.keys():
-        number, digits = graph.value(place), written_decimals(graph.value(place) or 0.0)
+    rest = graph.component.keys() - {p for b in blocks if b.role.kind in ("angle", "coordinate") for p in b.places}
+    for place in rest - implied.keys():
+        numbers = [graph.value(p) or 0.0 for p in graph.component[place] if p in rest]
+        digits = written_decimals(numbers)
         if digits >= CALCULATED:
-            off = np.abs(np.abs(known) - abs(number)).min()
+            off = np.abs(known - (np.nan if graph.value(place) is None else graph.value(place))).min()
             yield place, RIGHT if off <= 0.6 * 10.0**-digits + EXACT else UNCLEAR
 
 
