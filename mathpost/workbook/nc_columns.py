@@ -139,6 +139,9 @@ def _table(graph, kinematics, columns):
         return None
     tip, axis, words = *(_sources(graph, columns, roles[part]) for part in ("tip", "axis")), roles["words"]
     source = [columns[n] for n in (*tip, *axis)]
+    given = {p for column in source for p in column.places}
+    if any(not columns[n].typed and graph.upstream(columns[n].places).isdisjoint(given) for n in words):
+        return None
     kept = [sum(c.typed != (c.places[row] in graph.trees) for c in source) >= 3 for row in range(count)]
     kept = [keep and sum(c.places[row] in graph.component for c in source) >= 3 for row, keep in enumerate(kept)]
     cells = [[columns[n].places for n in part] for part in (tip, axis, words)]
@@ -207,10 +210,15 @@ class _Roles:
         for k in range(3):
             words[k] = self.choose(k, fits[k], {*tip, *axis, *words.values()})
         for k, n in product(range(3), repeat=2):  # one that is all wrong stands between the others, or beside them
-            beside = words[n] is not None and words[n] + k - n
-            if words[k] is None and beside in set(range(len(self.columns))) - {*tip, *axis, *words.values()}:
-                words[k] = beside
+            free = set(range(len(self.columns))) - {*tip, *axis, *words.values()}
+            if words[k] is None and words[n] is not None and words[n] + k - n in free:
+                words[k] = words[n] + k - n
         if None in words.values() or len(set(words.values())) < 5:
+            return None
+        fits = [*fits, *(self.turning(self.demanded[..., k]) for k in (0, 1))]
+        fitting = sum(fits[k][n] >= 0.5 for k, n in words.items())
+        headed = sum(self.names[k] in self.columns[n].letters for k, n in words.items())
+        if fitting < 3 and headed < 5:  # a coincidence
             return None
         return {"tip": tip, "axis": axis, "words": [words[k] for k in range(5)]}
 
