@@ -110,9 +110,9 @@ class Judge:
         for _, table in groupby((row for row in self.found.calculations if row.typed), lambda row: row.table):
             for place, cause, message in judge_numbers(list(table), self.graph.own):
                 self.faults.append(self._fault(place, cause, f"{self.graph.short(place)}: {message}"))
-        errors = [p for row in rows for p in row.results if p in self.graph.trees and np.isnan(self.graph.own[p])]
-        strange = [*self.graph.not_evaluated, *(fault.place for fault in self.faults)]
-        for place in sorted(set(errors) - self.graph.downstream(strange), key=self.graph.reading_order):
+        errors = {p for row in rows for p in row.results if p in self.graph.trees and np.isnan(self.graph.own[p])}
+        errors -= self.graph.downstream([*self.graph.not_evaluated, *(fault.place for fault in self.faults)])
+        for place in (p for p in errors if self.graph.upstream([p]) & errors == {p}):
             text = f"{self.graph.short(place)} gives no number at this tool axis"
             self.faults.append(self._fault(place, "wrong value", text))
         return self

@@ -188,13 +188,14 @@ def judge_numbers(rows, values):
 
 def _half_digits(numbers):
     """Half of the last digit of numbers written to as many decimals, or to as many digits, as the longest has."""
+    single, least = numbers.astype(np.float32), np.full(numbers.shape, 1e-9)
+    if written_decimals(numbers) > 8 and np.allclose(numbers, single, rtol=1e-12, atol=0):  # numbers of four bytes
+        least = np.maximum(least, np.spacing(np.abs(single)))
+        numbers = np.array([float(str(n)) for n in single.ravel()]).reshape(numbers.shape)
     decimals, size = written_decimals(numbers), np.floor(np.log10(np.maximum(np.abs(numbers), 1e-9)))
-    single = numbers.astype(np.float32)
-    if decimals > 8 and np.allclose(numbers, single, rtol=1e-12, atol=0):
-        return np.maximum(np.spacing(np.abs(single)).astype(float), 1e-9)
     longest = max(written_decimals(n) + s for n, s in zip(numbers.ravel(), size.ravel(), strict=True))
     half = 0.5 * np.maximum(10.0**-decimals, 10.0 ** (size - longest))
-    return half if decimals < 9 else np.full_like(half, 1e-9)
+    return np.maximum(half if decimals < 9 else 0.0, least)
 
 
 def looked_at(rows, values):
