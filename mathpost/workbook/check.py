@@ -68,7 +68,7 @@ def check_file(path, task=None):
             warnings += looked_at(list(table), graph.own)
     elif not judge.faults:
         warnings += _lucky_references(graph, judge)
-    seen = [f"{graph.range(c.results)}: {c.said}" for c in found.calculations if c.said]
+    seen = [c.said if task.machine else f"{graph.range(c.results)}: {c.said}" for c in found.calculations if c.said]
     if judge.reading:
         sequence, convention = judge.reading
         axes = "turned" if sequence.isupper() else "fixed"

@@ -46,13 +46,15 @@ class Table:
     counters: tuple = ()
     source: tuple = ()  # the columns of tip and axis
     left: tuple = ()  # rows in between that are not of the table
+    others: tuple = ()  # columns of numbers that are none of these, and that nobody uses
 
     def said(self, graph):
         """Where the columns stand."""
         texts = []
         for name, first, last in zip(("tip", "axis", "words"), self.rows[0], self.rows[-1], strict=True):
             texts.append(f"{name} {' '.join(map(graph.range, zip(first, last, strict=True)))}")
-        return ", ".join(texts)
+        not_seen = f"; numbers not looked at: {', '.join(map(graph.range, self.others))}"
+        return ", ".join(texts) + not_seen * bool(self.others)
 
 
 def find_tables(graph, kinematics):
@@ -147,9 +149,11 @@ def _table(graph, kinematics, columns):
     cells = [[columns[n].places for n in part] for part in (tip, axis, words)]
     rows = [tuple(tuple(places[row] for places in part) for part in cells) for row in range(count) if kept[row]]
     left = [(columns[0].places[row], columns[-1].places[row]) for row in range(count) if not kept[row]]
+    others = [c for n, c in enumerate(columns) if n not in (*roles["tip"], *roles["axis"], *tip, *axis, *words)]
+    others = [(c.places[0], c.places[-1]) for c in others if c.typed and graph.used.keys().isdisjoint(c.places)]
     units = tuple(columns[n].unit for n in words[3:])
-    counters = [c.places for c in columns if not c.typed and _is_count(c.values)]
-    return Table(rows, units, tuple(p for places in counters for p in places), tuple(source), tuple(left))
+    counters = tuple(p for c in columns if not c.typed and _is_count(c.values) for p in c.places)
+    return Table(rows, units, counters, tuple(source), tuple(left), tuple(others))
 
 
 def _is_count(values):

@@ -6,6 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost.workbook import Task, check_file
+from mathpost.workbook.formula import parse
 from tests.workbook.cells import Book, Values, address, letters, save
 from tests.workbook.machining_sheets import MACHINES, PLANES, TABLES, first_in_file, forward, order_of
 
@@ -146,6 +147,13 @@ def test_rows_that_are_no_rows_of_the_table_are_said(tmp_path):
     assert report.verdict == "unclear" and any("not understood" in text for text in report.seen)
 
 
+def test_numbers_beside_a_table_are_said(tmp_path):
+    cells, _, task = table("rounded")
+    cells = numbers(cells, lambda v: round(v, 4)) | {("S", n + 3, 21): n + 0.123 for n in range(ROWS)}
+    report = checked(tmp_path / "said.xlsx", cells, task)
+    assert "not looked at: S!J3:J7, S!K3:K7, S!U3:U7" in str(report)
+
+
 def test_a_function_that_is_not_known_makes_nothing_wrong(tmp_path):
     cells, rows, task = table("rounded")
     save(tmp_path / "sheet.xlsx", Book(cells), Values(Book(cells)).all())
@@ -156,6 +164,10 @@ def test_a_function_that_is_not_known_makes_nothing_wrong(tmp_path):
         cell.value = f"=LET(q,1,q*{cell.value[1:]})"
     book.save(tmp_path / "sheet.xlsx")
     assert check_file(tmp_path / "sheet.xlsx", task).verdict == "unclear"
+
+
+def test_a_range_may_be_written_backwards():
+    assert parse("=SUM(C2:A1)", "S", {}) == parse("=SUM(A1:C2)", "S", {})
 
 
 # Tilted planes.
