@@ -8,8 +8,7 @@ from mathpost.course.verdict import slip
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.post import cl as cldata
 from mathpost.post import selection, singular, yu_dan
-from mathpost.post.between_blocks import deviation
-from mathpost.post.motion import equation_8, linearize
+from mathpost.post.between_blocks import deviation, equation_8, linearize
 from mathpost.post.ways import Crossing
 from mathpost.rotation import wrap
 

@@ -128,7 +128,7 @@ def on_pole_map(kin, tool_axes):
 
 def tip_path(axes, kin, joints, *, role, label):
     """Draw, seen from above, where the tip really goes when all joints move linearly from row to row."""
-    tip, _ = true_tip(kin, joints, samples=40)
+    tip = true_tip(kin, joints, samples=40)
     axes.plot(tip[:, 0], tip[:, 1], color=COLOUR[role], linestyle=STYLE[role], label=label)
     axes.set(xlabel="x in the workpiece, mm", ylabel="y, mm", aspect="equal")
 
