@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mathpost import angles as euler
 from mathpost.angles import from_axis_angle
 from mathpost.detective.misreadings import elementary
 from mathpost.workbook.graph import SAMPLES
@@ -26,6 +25,7 @@ class Calculation:
     origin: tuple = ()
     axis: tuple = ()
     said: str = ""
+    aside: tuple = ()  # cells that are none of it, such as block numbers
     typed: bool = False  # whether results are numbers, so that only the sheet's own can be judged
     known: dict = field(default_factory=dict)
     targets: dict = field(default_factory=dict)
@@ -36,6 +36,11 @@ class Calculation:
         return (*self.angles, *self.point, *self.origin, *self.axis)
 
     @property
+    def periods(self):
+        """Place of a result → after how much it is the same again."""
+        return {}
+
+    @property
     def entries(self):
         """What may stand in one cell."""
         return [entry for known in self.known.values() for k in known for entry in k]
@@ -44,6 +49,9 @@ class Calculation:
         """Place of an input → samples at random."""
         limits = {p: 3.0 if units.get(p, 1.0) == 1.0 else 170.0 for p in self.angles}
         return {p: rng.uniform(-limits.get(p, 60), limits.get(p, 60), SAMPLES) for p in self.given}
+
+    def unround(self, inputs):
+        """Make of the sheet's own inputs, at the first sample, what their digits stand for."""
 
     def should_be(self, places, expected):
         """Set the targets: what must stand in `places`, shape (len(places), samples)."""
@@ -109,40 +117,6 @@ class Turn(Calculation):
         a, b, c = turns if self.sequence.isupper() else turns[::-1]
         for product in (_hamilton(a, b), _hamilton(b, c), _hamilton(_hamilton(a, b), c)):
             yield from product
-
-
-@dataclass(eq=False)
-class Plane(Calculation):
-    """The three angles of a tilted plane: G68.2, PLANE EULER, PLANE SPATIAL.
-
-    `point` and `axis` are the directions of its X and Z.
-    """
-
-    spatial: bool = False
-    degrees: bool = True
-
-    def draw(self, rng, units):
-        """Place → samples, of frames at random."""
-        x, z = rng.normal(size=(2, SAMPLES, 3))
-        frame = _frame(x, z)
-        return dict(zip((*self.point, *self.axis), (*frame[..., 0].T, *frame[..., 2].T), strict=True))
-
-    def prepare(self, values, units):
-        """Compute the angles at the samples in `values`; of the two solutions the one that the sheet has."""
-        sequence = "ZYX" if self.spatial else "ZXZ"
-        first = euler.angles(sequence, _frame(look(values, self.point), look(values, self.axis)))
-        both = np.stack([first, euler.twin(sequence, first)], axis=1)[..., :: -1 if self.spatial else 1]
-        both = np.rad2deg(both) if self.degrees else both
-        expected, _ = nearest(look(values, self.results), both, self.degrees)
-        self.radians = np.deg2rad(expected) if self.degrees else expected
-        self.should_be(self.results, expected.T)
-
-
-def _frame(x, z):
-    """The matrix of X, Y and Z in columns, from vectors along Z and in the plane of Z and X."""
-    y = np.cross(z, x)
-    columns = np.stack([np.cross(y, z), y, z], axis=-1)
-    return columns / np.linalg.norm(columns, axis=1, keepdims=True)
 
 
 def look(values, places):

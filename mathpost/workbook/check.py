@@ -1,6 +1,6 @@
 """The check of one file: its formulas as functions, or, where there are none, its values."""
 
-from itertools import product
+from itertools import groupby, product
 
 from mathpost.workbook.edits import as_around
 from mathpost.workbook.file import EMPTY, read
@@ -65,10 +65,11 @@ def check_file(path, task=None):
         warnings.append(f"stored values are not what the formulas give: {', '.join(graph.ranges(stale[:6]))}")
     warnings += [LUCKY] * bool(typed)
     if task.machine is not None:
-        warnings += looked_at(found.calculations, graph.own)
+        for _, table in groupby(found.calculations, lambda row: row.table):
+            warnings += looked_at(list(table), graph.own)
     elif not judge.faults:
         warnings += _lucky_references(graph, judge)
-    seen = [f"{graph.range(c.results)}: {c.said}" for c in found.calculations]
+    seen = [c.said if task.machine else f"{graph.range(c.results)}: {c.said}" for c in found.calculations if c.said]
     if judge.reading:
         sequence, convention = judge.reading
         axes = "turned" if sequence.isupper() else "fixed"

@@ -6,6 +6,7 @@ from itertools import combinations, permutations, product
 
 import numpy as np
 
+from mathpost.rotation import wrap
 from mathpost.workbook.formula import Area, area_of, areas, put, text_of, walk, with_areas
 from mathpost.workbook.graph import ROUNDING, same
 
@@ -16,15 +17,17 @@ OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
 TO_RADIANS, TO_DEGREES = ("degrees for radians", "RADIANS"), ("radians for degrees", "DEGREES")
 
 
-def repaired(graph, wanted, values, inputs=(), windows=()):
+def repaired(graph, wanted, values, inputs=(), windows=(), period=None):
     """Return (cause, sentence, tree) of the single repair of a formula that gives, with `values`, those `wanted`.
 
-    These are of a cell, or of several of one array formula; `inputs` and matrices, `windows`, may be meant wherever they stand.
+    These are of a cell, or of several of one array formula; `inputs` and matrices, `windows`, may be meant wherever
+    they stand. What differs by `period` is the same.
     """
     place = next(iter(wanted))
     after = graph.downstream(wanted)
     for cause, old, new, tree in edits(graph, place, inputs, windows) if place in graph.trees else ():
-        fits = all(same(graph.cell(p, values, tree), value) for p, value in wanted.items())
+        off = {p: graph.cell(p, values, tree) - value for p, value in wanted.items()}
+        fits = all(same(value + (wrap(off[p], period) if period else off[p]), value) for p, value in wanted.items())
         if fits and (cause != "wrong reference" or after.isdisjoint(graph.used_by(tree))):
             return cause, f"{text_of(old)} should be {text_of(new)}", tree
     return None
@@ -146,6 +149,24 @@ def _exact(part):
     if part[0] == "number":
         near = CONVERSIONS[np.abs(part[1] - CONVERSIONS) < 0.01 * CONVERSIONS]
         yield from (("number", float(number)) for number in near)
+
+
+def take_unrounded(graph, places):
+    """Take results as they are before they are rounded, if most of these places are, or where nobody uses them."""
+    own = graph.own  # of the formulas as they are
+    rounded = {p: tree for p in places if p in own and (tree := unrounded(graph.tree(p))) != graph.tree(p)}
+    for place, tree in rounded.items():
+        if 2 * len(rounded) > len(places) or place not in graph.used:
+            graph.trees[place] = tree
+
+
+def unrounded(tree):
+    """The tree without the last rounding of what it gives, to two decimals or more."""
+    if tree[0] in ROUNDING and len(tree) == 3 and tree[2][0] == "number" and tree[2][1] >= 2:
+        return tree[1]
+    if tree[0] == "IF":
+        return (*tree[:2], *map(unrounded, tree[2:]))
+    return (tree[0], unrounded(tree[1]), *tree[2:]) if tree[0] == "MOD" else tree
 
 
 def as_around(graph, place):

@@ -148,8 +148,9 @@ class _Reader:
             left, top, right, bottom = range_boundaries(local)
         except ValueError:
             raise NotUnderstood(text) from None
-        if None in (left, top) or (bottom - top + 1) * (right - left + 1) > LARGEST:
+        if None in (left, top) or (abs(bottom - top) + 1) * (abs(right - left) + 1) > LARGEST:
             raise NotUnderstood(f"the large range {local}")
+        (top, bottom), (left, right) = sorted((top, bottom)), sorted((left, right))
         fixed = bool(re.match(r"\$?[A-Za-z]+\$", local)), local.startswith("$")
         return Area(self.sheets.get(name.lower(), self.sheet), top, left, bottom, right, fixed)
 

@@ -149,6 +149,12 @@ class Graph:
         return found
 
     @cached_property
+    def not_evaluated(self):
+        """The places of formulas of which a function is not known here."""
+        known = {*FUNCTIONS, "number", "text", "area"}
+        return {*self.unread, *(place for place, tree in self.trees.items() if heads(tree) - known)}
+
+    @cached_property
     def order(self):
         """The formulas, each after those that it uses."""
         links = {place: [s for s in sources if s in self.trees] for place, sources in self.uses.items()}
@@ -196,9 +202,9 @@ class Graph:
             self._forms[id(tree)] = form_of(tree)
         return self._forms[id(tree)]
 
-    def upstream(self, places):
-        """Everything that `places` depend on, themselves included."""
-        return _reached(places, lambda place: self.uses.get(place, ()))
+    def upstream(self, places, given=()):
+        """Everything that `places` depend on, themselves included; not what those `given` depend on."""
+        return _reached(places, lambda place: () if place in given else self.uses.get(place, ()))
 
     def downstream(self, places):
         """Everything that depends on `places`, themselves included."""

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from functools import reduce
-from itertools import chain, combinations_with_replacement, islice, product
+from itertools import chain, combinations_with_replacement, groupby, islice, product
 from math import comb
 
 import numpy as np
@@ -10,8 +10,9 @@ import numpy as np
 from mathpost import angles as euler
 from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError
+from mathpost.rotation import wrap
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
-from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, edits, repaired
+from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, edits, repaired, unrounded
 from mathpost.workbook.file import EMPTY
 from mathpost.workbook.formula import Area, areas, heads, text_of, walk
 from mathpost.workbook.graph import SAMPLES, Graph, beside, same
@@ -32,8 +33,9 @@ class Judge:
 
     def __init__(self, graph, found):
         self.graph, self.found, self.inputs, self.units = graph, found, {}, {}
-        self.faults, self.fixed, self.reading, self.unexplained = [], {}, None, []
+        self.faults, self.fixed, self.reading, self.unexplained, self.unsure = [], {}, None, [], set()
         self.live = [c for c in found.calculations if not c.typed]
+        self.periods = {p: period for c in self.live for p, period in c.periods.items()}
         for calculation in self.live:
             self._set_units(calculation.angles)
         spare = [] if found.task.machine else [Calculation((), tuple(found.angles), tuple(found.lengths))]
@@ -45,6 +47,8 @@ class Judge:
                 where = f"{self.graph.book.path}, {self.graph.address(place)}"
                 raise InputError(where, "a number", repr(self.graph.cells.get(place, EMPTY).value))
             numbers[0] = self.graph.own[place]
+        for calculation in self.live:
+            calculation.unround(self.inputs)
         self.values = self._run()
 
     def _set_units(self, places):
@@ -69,11 +73,15 @@ class Judge:
 
     def bad(self, targets):
         """The targets that are missed now."""
-        return [p for p, target in targets.items() if not same(self.now(p), target)]
+        return [place for place, target in targets.items() if not self.met({place: target})]
 
     def met(self, targets, values=()):
-        """Whether all targets are met, now or with other values."""
-        return all(same(values[p] if p in values else self.now(p), target) for p, target in targets.items())
+        """Whether all targets are met, now or with other values; those of `periods` but for whole turns."""
+        for place, target in targets.items():
+            now, period = values[place] if place in values else self.now(place), self.periods.get(place)
+            if not same(target + wrap(now - target, period) if period else now, target):
+                return False
+        return True
 
     def _run(self, more=(), only=None):
         """The values with all that was put in, and `more`."""
@@ -112,9 +120,14 @@ class Judge:
             for calculation in self.unexplained:
                 self.faults.append(self._fault(calculation.results[0], "other convention", text))
             self.unexplained = []
-        if typed := [row for row in self.found.calculations if row.typed]:
-            for place, cause, message in judge_numbers(typed, self.graph.own):
+        for _, table in groupby((row for row in self.found.calculations if row.typed), lambda row: row.table):
+            for place, cause, message in judge_numbers(list(table), self.graph.own):
                 self.faults.append(self._fault(place, cause, f"{self.graph.short(place)}: {message}"))
+        errors = {p for row in rows for p in row.results if p in self.graph.trees and np.isnan(self.graph.own[p])}
+        errors -= self.graph.downstream([*self.graph.not_evaluated, *(fault.place for fault in self.faults)])
+        for place in (p for p in errors if self.graph.upstream([p]) & errors == {p}):
+            text = f"{self.graph.short(place)} gives no number at this tool axis"
+            self.faults.append(self._fault(place, "wrong value", text))
         return self
 
     def _prepare(self, calculations):
@@ -136,7 +149,7 @@ class Judge:
                     self.faults.append(self._fault(place, cause, text))
 
     def _other_reading(self, calculations, sequences):
-        """The sequence and convention, other than those asked for, that all results are of; None if there is none."""
+        """The sequence and convention, other than those asked for, that all results are of, or None."""
         turns = [c for c in calculations if isinstance(c, Turn) and not c.axis]
         readings = [(s, active) for n in sequences for s in (n, n.lower()) for active in (False, True)]
         for sequence, active in (*readings, (self.found.sequence, self.found.active)) if turns else ():
@@ -154,8 +167,21 @@ class Judge:
             missed = set(self.bad(self.targets)) - calculation.targets.keys()
             targets = {p: t for p, t in self.targets.items() if p not in missed}
             found = self._by_labels(calculation, said, bad) or self._earliest(calculation, targets, bad)
-            if found is None:
+            strange = not self.graph.upstream(bad).isdisjoint(self.graph.not_evaluated)
+            if found is None and not isinstance(calculation, Words):
                 self.unexplained.append(calculation)
+            elif found is None and (strange or not calculation.is_wrong(self.now)):
+                self.unsure.update(bad)  # right as it stands; other tool axes may not be what it is made for
+            elif found is None:
+                place, cause = self._typed_over(bad), "typed over formula"
+                text = f"{place and self.graph.short(place)} is a number, typed where a formula belongs"
+                if place is None:
+                    place, cause = min(bad, key=self.graph.calculation_order), "wrong value"
+                    text = "the result is not what the task asks for, and no single change makes it so"
+                self.faults.append(self._fault(place, cause, text))
+                self.fixed.update({p: targets[p] for p in bad})
+                self.values = self._run()
+            if found is None:
                 break
             self.fixed.update(found)
             self.values = self._run()
@@ -189,6 +215,17 @@ class Judge:
             self.faults, self.unexplained = before
         self.targets = targets | last.targets
 
+    def _typed_over(self, bad):
+        """The first number on the way to a wrong result that is no input, nor a constant such as 0, 1 or π."""
+        odd = self.graph.upstream(bad) & self.found.typed - self.graph.trees.keys()
+        odd -= {p for c in self.found.calculations for p in c.given}
+        odd -= self.graph.upstream(self.targets.keys() - set(self.bad(self.targets)))
+        if self.found.task.machine:  # a constant of the machine stands in no row of the table
+            odd &= {p for p in odd if any(p[:2] == place[:2] for place in bad)}
+        constants = np.array([0, 1, -1, *CONVERSIONS])
+        odd = [p for p in odd if (np.abs(self.graph.value(p) - constants) > 1e-3 * np.abs(constants)).all()]
+        return min(odd, key=self.graph.calculation_order, default=None)
+
     def _as_the_labels_say(self):
         """Place → its values, of the labelled cells of the calculations that are right as the labels say them."""
         _, implied = read_labels(self.graph, by_numbers=False)
@@ -215,7 +252,8 @@ class Judge:
 
     def judge_the_rest(self):
         """Return all places to judge, and those that could not be: no result needs them, and they are not known."""
-        graph, messages = self.graph, self.graph.messages
+        graph = self.graph
+        messages = graph.messages | ({p for c in self.live for p in c.aside} - graph.downstream(self.inputs))
         formulas = [p for p in graph.trees if p not in self.found.typed - self.found.composed] + [*graph.unread]
         # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
         typed = {p for p in self.found.typed - graph.trees.keys() if messages.issuperset(graph.used.get(p, "-"))}
@@ -223,8 +261,8 @@ class Judge:
         results = np.array([target[0] for target in self.targets.values()])
         typed = {p for p in typed if not (np.abs(results - graph.value(p)) <= _half_digit(graph.value(p))).any()}
         places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
-        judged = [c for c in self.found.calculations if c not in self.unexplained]
-        rest = set(places) - graph.upstream(p for c in judged for p in c.results)
+        results = (p for c in self.found.calculations if c not in self.unexplained for p in c.results)
+        rest = set(places) - (graph.upstream(results, self.inputs) - self.inputs.keys()) | self.unsure
         known = [np.ones(SAMPLES), np.zeros(SAMPLES), *(entry for c in self.live for entry in c.entries)]
         turned = [(c.sequence, c.radians) for c in self.live if isinstance(c, Turn) and not c.axis]
         angles = [pair for s, a in turned for pair in np.stack([a, euler.twin(s.upper(), a)], axis=1).T]
@@ -240,8 +278,9 @@ class Judge:
         leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in rest}
         beside = {p for p, used in leaves.items() if used & self.found.typed and given.isdisjoint(used)}
         places, rest = [p for p in places if p not in beside], rest - beside
-        composed = [p for p in self.found.composed if not self._is_degrees_and_minutes(p)]
-        return places, composed + [p for p in rest - self.found.composed if p in typed | graph.unread.keys() or not self._is_check(p, known, angles)]
+        composed = {p for p in self.found.composed if not self._is_degrees_and_minutes(p)}
+        rest = {p for p in rest - self.found.composed if p in typed or not self._is_check(p, known, angles)}
+        return places, rest | composed
 
     def _is_degrees_and_minutes(self, place):
         numbers = dict(zip(self.graph.uses[place], np.array([[35.0], [20.0], [48.0]]), strict=False))
@@ -249,11 +288,14 @@ class Judge:
 
     def _is_check(self, place, known, angles):
         """Judge a cell beside the calculation: a determinant, a length, a difference, an angle computed back."""
-        value, functions = self.now(place), heads(self.graph.trees[place])
+        if place not in self.graph.trees:
+            return False
+        tree = self.graph.trees[place]
+        value, functions = self._calculate(place, unrounded(tree)), heads(tree)
         if not any(np.abs(self.now(source)).max() > 0 for source in self.graph.uses[place]):
             return False  # something empty was taken
         for radians in (value, np.deg2rad(value)) if functions & {"ATAN2", "ACOS", "ASIN", "DEGREES"} else ():
-            off = [np.abs((radians - pair + np.pi) % (2 * np.pi) - np.pi).min(axis=0)[1:].max() for pair in angles]
+            off = [np.abs(wrap(radians - pair, 2 * np.pi)).min(axis=0)[1:].max() for pair in angles]
             if any(each < 1e-6 for each in off):
                 return True
         return any(same(value, each) for each in (known[:1] if "MDETERM" in functions else known))
@@ -336,7 +378,8 @@ class Judge:
     def _plausible(self, calculation, place):
         """What a cell may have to hold on which results depend in a curved way: an angle, a repaired formula."""
         if place in self.found.turning:
-            yield from (each for a in calculation.radians.T for each in (a, -a, np.rad2deg(a), -np.rad2deg(a), a / 2))
+            for a in calculation.radians.T:
+                yield from (a, -a, np.rad2deg(a), -np.rad2deg(a), a / 2)
         seen = [self.now(place)]
         for *_, tree in edits(self.graph, place) if place in self.graph.trees else ():
             value = self._calculate(place, tree)
@@ -381,6 +424,7 @@ class Judge:
                 *fault, more = block or self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
                 cost = max(cost, more)
                 faults.append(self._fault(place, *fault))
+        within = [w for w in (unit, *self.found.windows) if unit[0] in w and unit[0] not in self.targets]
         if len(unit) > 16:  # all matrices at once
             return 0.0, faults
         if unit in elements and len(places) == 2:  # do the others turn the same way?
@@ -388,8 +432,8 @@ class Judge:
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
         elif elements and len(places) == 1 and len(self._elements(calculation, option)) > len(elements):
             cost = 0.0  # an elementary matrix but for this cell
-        elif len(unit) == 1 and any(unit[0] in w and self._stands(calculation, w) for w in self.found.windows):
-            cost += UNLIKELY  # in a matrix that may stand there as it is
+        elif len(unit) == 1 and any(self._stands(calculation, w) for w in within):
+            cost += UNLIKELY  # it may stand there as it is, alone or in a matrix
         elif not block:
             cost += min(0.25 * (len(faults) - 1), 0.5)
         return cost, faults
@@ -412,7 +456,8 @@ class Judge:
             text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
             return "typed over formula", text, cost
         tree = graph.trees[place]
-        if found := repaired(graph, wanted, self.values, calculation.given, self.found.windows):
+        period = self.periods.get(place)
+        if found := repaired(graph, wanted, self.values, calculation.given, self.found.windows, period):
             cause, sentence, other = found
             plain = tree[0] in ("+", "-") or ("minus" not in heads(tree) and tree[0] != "area")
             odd = as_around(graph, place) == tree or (plain and other == ("minus", tree))

@@ -18,7 +18,7 @@ SPELLINGS = (  # brought to one: no blanks, one minus, one prime, Greek letters 
     (r"\((?:deg|degrees?|°|度|mm)\)|\[(?:deg|°|mm)\]|[\s°_]", ""),
     *(("[，、]", ","), ("^[=:：]+|[=:：]+$", ""), (r"^\(([^()]*)\)$", r"\1")),
 )
-ANGLE = r"(?:角度?|angle|eulerangle|欧拉角)?{}([αβγ])(?:角度?|deg|degrees|度|angle)?"
+ANGLE = r"(?:[^αβγ]{{0,4}}角度?|angle|eulerangle|欧拉角)?{}([αβγ])(?:角度?|deg|degrees|度|angle)?"
 COORDINATE = r"(?:p|点|原|初始|原始)?([xyz])(?:coordinate|坐标|轴|0|1|alt|cl)?{}(?:coordinate|坐标)?"
 SINGLE = {  # the last letter or digit that a group takes says which
     **{"cos": "cos-?([αβγ])", "sin": "sin-?([αβγ])", "radians": "rad-?([αβγ])|-?([αβγ])rad"},

@@ -4,27 +4,27 @@ The rotary words are right if they make the tool axis, on either branch and what
 bring the tip into place with the rotary words that are demanded.
 """
 
-import re
 from dataclasses import dataclass
-from itertools import dropwhile, takewhile
 
 import numpy as np
+from openpyxl.utils import get_column_letter
 
 from mathpost import machine as machines
 from mathpost.detective.misreadings import written_decimals
 from mathpost.detective.rotary_axes import JointCase
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
+from mathpost.rotation import wrap
 from mathpost.workbook.calculation import Calculation, look, nearest
+from mathpost.workbook.edits import take_unrounded
 from mathpost.workbook.formula import heads
 from mathpost.workbook.graph import SAMPLES
+from mathpost.workbook.nc_columns import Table, find_tables
 
-UNIT = r"[\s_]*[\[(（]?\s*(?:mm|deg|degrees|°|度)?\s*[\])）]?$"
-TIP = re.compile(r"^(?:tip|cl|刀尖|点|p|wcs)?[\s_]*([xyz])(?:[\s_]*(?:cl|0|w|wcs|坐标))?" + UNIT, re.I)
-AXIS = re.compile(r"^(?:axis|tool|刀轴)?[\s_]*(?:([ijk])|[ntv]_?([xyz])|([uvw]))" + UNIT, re.I)
-WORD = re.compile(r"^(?:nc|machine|mcs|机床)?[\s_]*([a-z])(?:[\s_]*(?:nc|m|mcs|机床|轴|axis|坐标))?" + UNIT, re.I)
 COLUMNS = {"tip": 3, "axis": 3, "joints": 5}
 FLIP = 60.0  # degrees between two rows that are worth a look
+UNIT_LENGTH = 2e-3  # as near to 1 as the length of a unit vector of three decimals
+ROUNDED = 0.01  # mm, degrees: less may come from the rounding of what a word is calculated from
 
 
 @dataclass(eq=False)
@@ -32,19 +32,51 @@ class Words(Calculation):
     """One row of a table; `results` are the five words in the machine's joint order, `point` is the tip."""
 
     kinematics: Kinematics = None
+    units: tuple = (1.0, 1.0)  # degrees of 1 of a rotary word
+    table: int = 0  # of a workbook with several
     preferred: int | None = None
     complete: bool = True  # whether there is a number in each cell
     beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
+
+    def unround(self, inputs):
+        """Normalise the tool axis of the sheet, if it is one but for its last digits."""
+        length = np.linalg.norm([inputs[p][0] for p in self.axis])
+        self.is_unit = abs(length - 1) < UNIT_LENGTH
+        for place in self.axis:
+            inputs[place][0] /= length if self.is_unit else 1.0
+            inputs[place][1:] *= 1.0 if self.is_unit else length
 
     def prepare(self, values, units):
         """Compute the words at the samples in `values`, on the branch that those that are there now are on."""
         tip, axis, now = (look(values, places) for places in (self.point, self.axis, self.results))
         axis = np.where(np.linalg.norm(axis, axis=-1, keepdims=True) > 1e-9, axis, 1.0)
         both = self.kinematics.inverse(tip, axis, degrees=True)[..., 3:]
-        rotary, self.votes = nearest(now[:, 3:], both, preferred=self.preferred)
+        own = now[:, 3:] * self.units
+        rotary, self.votes = nearest(own, both, preferred=self.preferred)
+        made = self.kinematics.forward(np.nan_to_num(np.hstack([tip, own])), degrees=True)[1]
+        off = np.abs(made - axis / np.linalg.norm(axis, axis=-1, keepdims=True)).max(axis=-1)
+        rotary = np.where((np.isfinite(own).all(axis=-1) & (off < 1e-10))[:, None], own, rotary)  # any, at the pole
         self.radians = np.deg2rad(rotary)
         linear = self.kinematics.close(tip, self.radians)[:, :3]
-        self.should_be(self.results, np.concatenate([linear, rotary], axis=-1).T)
+        self.should_be(self.results, np.concatenate([linear, rotary / self.units], axis=-1).T)
+        turns = [self.radians, rotary, np.cos(self.radians), np.sin(self.radians)]
+        length = np.linalg.norm(axis, axis=-1, keepdims=True)
+        beside = np.hstack([*turns, linear, tip, axis / length, length, np.zeros((SAMPLES, 1))])
+        self.known = {1: [entry[None] for entry in beside.T]}
+
+    @property
+    def periods(self):
+        """Place of a rotary word → a turn."""
+        return {p: 360 / unit for p, unit in zip(self.results[3:], self.units, strict=True)}
+
+    def is_wrong(self, now):
+        """Whether the words are wrong as they stand, by more than rounding; `now(place)` is what is in a cell."""
+        for place, target in self.targets.items():
+            off = now(place)[0] - target[0]
+            off = wrap(off, self.periods[place]) if place in self.periods else off
+            if np.isfinite(target[0]) and not abs(off) <= ROUNDED:
+                return True
+        return False
 
     def draw(self, rng, units):
         """Place → samples, of tool axes at random, in travel, away from the pole, all around the other axis."""
@@ -68,26 +100,34 @@ class Words(Calculation):
 
 
 def rows_of(graph, machine, cells=None):
-    """Return the rows of a table as `Words`; `cells` says where the columns stand if there are no headings.
+    """Return the rows of the tables as `Words`, and what looks like a table and is not understood.
 
-    For example ``{"tip": "A2:C6", "axis": "D2:F6", "joints": "G2:K6"}``. Raise `InputError` if there is no table.
+    `cells` says where the columns stand, for example ``{"tip": "A2:C6", "axis": "D2:F6", "joints": "G2:K6"}``.
+    Raise `InputError` if there is no table.
     """
     machine = machines.load(machine) if isinstance(machine, str) or hasattr(machine, "__fspath__") else machine
-    kinematics, names = Kinematics(machine), machine.joint_names
+    kinematics, left = Kinematics(machine), []
     if cells:
         blocks = [_column_block(graph, name, cells) for name in COLUMNS]
-        found = list(zip(*blocks, strict=False))
+        tables = [Table(list(zip(*blocks, strict=False)), (1.0, 1.0))]
     else:
-        found = [row for sheet in graph.numbers for row in _below_headings(graph, sheet, names)]
-    if not found:
-        raise InputError(str(graph.book.path), f"headings x y z i j k {' '.join(names)}", "none")
-    said = "NC words, each against tool tip and tool axis"
-    rows = [Words(joints, (), tip, (), axis, said, kinematics=kinematics) for tip, axis, joints in found]
-    formulas = sum(p in graph.trees for row in rows for p in row.results)
-    for row in rows:
-        row.beyond = any("ATAN" in heads(graph.trees[p]) for p in row.results if p in graph.trees)
-        row.typed = 2 * formulas < 5 * len(rows)
-    return rows
+        tables, left = find_tables(graph, kinematics)
+    if not tables:
+        names = " ".join(machine.joint_names)
+        expected = f"a table of tip, tool axis and words, by its numbers or headings x y z i j k {names}"
+        raise InputError(str(graph.book.path), expected, "none")
+    rows = []
+    for n, table in enumerate(tables):
+        said = f"NC words, each against tool tip and tool axis: {table.said(graph)}"
+        formulas = sum(p in graph.trees for *_, words in table.rows for p in words)
+        for tip, axis, words in table.rows:
+            row = Words(words, (), tip, (), axis, said, kinematics=kinematics, units=table.units, table=n)
+            row.beyond = any("ATAN" in heads(graph.trees[p]) for p in words if p in graph.trees)
+            row.typed, row.aside, said = 2 * formulas < 5 * len(table.rows), table.counters, ""
+            rows.append(row)
+        for column in zip(*(words for *_, words in table.rows), strict=True):
+            take_unrounded(graph, column)
+    return rows, [f"{area}: a table that is not understood" for area in left]
 
 
 def _column_block(graph, name, cells):
@@ -97,45 +137,6 @@ def _column_block(graph, name, cells):
     if area.shape[1] != COLUMNS[name]:
         raise InputError(f"cells, {name!r}", f"{COLUMNS[name]} columns", repr(cells[name]))
     return list(zip(*[iter(area.places)] * COLUMNS[name], strict=True))
-
-
-def _below_headings(graph, sheet, names):
-    """The rows below each row of headings, down to the first empty one."""
-    texts, found = {}, []
-    for place, cell in graph.cells.items():
-        if place[0] == sheet and isinstance(cell.value, str) and not cell.formula:
-            texts.setdefault(place[1], {})[place[2]] = cell.value.strip()
-    last = max(place[1] for place in graph.cells)
-
-    def full(places):
-        return sum(p in graph.trees or graph.value(p) is not None for p in places) >= 8
-
-    for row, headings in sorted(texts.items()):
-        if columns := _columns(headings, names):
-            rows = [tuple((sheet, below, column) for column in columns) for below in range(row + 1, last + 1)]
-            rows = dropwhile(lambda places: not full(places), rows)
-            found += [(places[:3], places[3:6], places[6:]) for places in takewhile(full, rows)]
-    return found
-
-
-def _columns(texts, names):
-    """The columns of tip, axis and joints in a row of headings, or None."""
-    axis, tips, words = {}, {}, {}
-    for column, text in sorted(texts.items()):
-        if match := AXIS.match(text):
-            letter = next(g for g in match.groups() if g).lower()
-            axis.setdefault(dict(zip("uvwxyz", "ijkijk", strict=True)).get(letter, letter), column)
-        for pattern, found in ((TIP, tips), (WORD, words)):
-            if match := pattern.match(text):
-                found.setdefault(match[1].upper(), []).append(column)
-    if len(axis) < 3 or not tips.keys() >= set("XYZ") or any(n not in words for n in names[3:]):
-        return None
-    # The tip stands beside the tool axis; X Y Z of the machine are the others of that name.
-    tip = [min(tips[n], key=lambda c: abs(c - axis["i"])) for n in "XYZ"]
-    free = {n: [c for c in words.get(n, ()) if c not in tip] for n in names}
-    if not all(free.values()):
-        return None
-    return [*tip, *(axis[n] for n in "ijk"), *(free[n][0] for n in names[:3]), *(free[n][-1] for n in names[3:])]
 
 
 # Words that are numbers.
@@ -154,9 +155,11 @@ def judge_numbers(rows, values):
     words, tip, axis = (
         np.array([[values[p] for p in getattr(row, part)] for row in rows]) for part in ("results", "point", "axis")
     )
-    half = _half_digit(words[:, :3]) + 2 * _half_digit(tip)
-    half_angle = _half_digit(words[:, 3:])
-    half_axis = 0.0 if (axis % 1 == 0).all() else _half_digit(axis)
+    units = rows[0].units
+    half = _half_digits(words[:, :3]) + 2 * _half_digits(tip).max(axis=1, keepdims=True)
+    half_angle = (_half_digits(words[:, 3:]) * units).max()
+    half_axis = 0.0 if (axis % 1 == 0).all() else _half_digits(axis).max()
+    words[:, 3:] *= units
     case = JointCase(kinematics, axis, words[:, 3:], half_angle + 1e-9, half_axis)
     both, spread = case.both_branches(axis)
     slack = spread.max(axis=1) + case.half_digit
@@ -174,7 +177,7 @@ def judge_numbers(rows, values):
         for k in (3, 4, 0, 1, 2):  # X Y Z follow from the rotary words
             name, word, cause = kinematics.machine.joint_names[k], words[r, k], "wrong value"
             if k < 3 and wrong[r, k]:
-                cause = "sign" if abs(word + linear[r, k]) <= allowed[r, 0] else "offset" if constant[k] else cause
+                cause = "sign" if abs(word + linear[r, k]) <= allowed[r, k] else "offset" if constant[k] else cause
                 yield row.results[k], cause, f"{name} is {word:.6g}, {difference[r, k]:.6g} off"
             if k > 2 and not right[r, k - 3]:
                 least, should = slack[r, k - 3], demanded[r, k - 3]
@@ -183,28 +186,38 @@ def judge_numbers(rows, values):
                 yield row.results[k], cause, f"{name} is {word:.6g}, the tool axis demands {should:.6g}"
 
 
-def _half_digit(numbers):
-    digits = written_decimals(numbers)
-    return 0.5 * 10.0**-digits if digits < 9 else 1e-9
+def _half_digits(numbers):
+    """Half of the last digit of numbers written to as many decimals, or to as many digits, as the longest has."""
+    single, least = numbers.astype(np.float32), np.full(numbers.shape, 1e-9)
+    if written_decimals(numbers) > 8 and np.allclose(numbers, single, rtol=1e-12, atol=0):  # numbers of four bytes
+        least = np.maximum(least, np.spacing(np.abs(single)))
+        numbers = np.array([float(str(n)) for n in single.ravel()]).reshape(numbers.shape)
+    decimals, size = written_decimals(numbers), np.floor(np.log10(np.maximum(np.abs(numbers), 1e-9)))
+    longest = max(written_decimals(n) + s for n, s in zip(numbers.ravel(), size.ravel(), strict=True))
+    half = 0.5 * np.maximum(10.0**-decimals, 10.0 ** (size - longest))
+    return np.maximum(half if decimals < 9 else 0.0, least)
 
 
 def looked_at(rows, values):
     """Yield what deserves a look in the words as they stand, place → number: travel, flips between rows."""
     machine = rows[0].kinematics.machine
     own = np.array([[values.get(p) for p in row.results] for row in rows], dtype=float)
+    own[:, 3:] *= [row.units for row in rows]
     low, high = np.where(np.arange(5) > 2, np.rad2deg(machine.limits.T), machine.limits.T)
-    lines = [row.results[0][1] for row in rows]
+    lines, what = [row.results[0][1] for row in rows], "row"
+    if len(set(lines)) < len(lines):
+        lines, what = [get_column_letter(row.results[0][2]) for row in rows], "column"
     for k, name in enumerate(machine.joint_names):
         outside = (own[:, k] < low[k] - 1e-6) | (own[:, k] > high[k] + 1e-6)
         beyond = [row for row, out in zip(lines, outside, strict=True) if out]
         if beyond:
             text = ", ".join(map(str, beyond[:6]))
-            yield f"{name} beyond its travel {low[k]:g} … {high[k]:g} in row{'s' * (len(beyond) > 1)} {text}"
+            yield f"{name} beyond its travel {low[k]:g} … {high[k]:g} in {what}{'s' * (len(beyond) > 1)} {text}"
     steps = np.abs(np.diff(own[:, 3:], axis=0))
     for n in np.flatnonzero((steps > FLIP).any(axis=1)):
         jumps = zip(machine.joint_names[3:], steps[n], strict=True)
         jump = " and ".join(f"{name} by {step:.4g}" for name, step in jumps if step > FLIP)
-        yield f"between rows {lines[n]} and {lines[n + 1]} jumps {jump} degrees: another branch?"
+        yield f"between {what}s {lines[n]} and {lines[n + 1]} jumps {jump} degrees: another branch?"
     tilts = own[:, 3 + rows[0].tilting]
     if (tilts > 0).any() and (tilts < 0).any():
-        yield "the tilting axis changes its sign between rows: another branch?"
+        yield f"the tilting axis changes its sign between {what}s: another branch?"

@@ -14,10 +14,11 @@ import numpy as np
 
 from mathpost import angles as euler
 from mathpost.errors import InputError, read_text
-from mathpost.workbook.calculation import Plane, Turn
-from mathpost.workbook.edits import CONVERSIONS, INVERSE, TRIGONOMETRY
+from mathpost.workbook.calculation import Turn
+from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY
 from mathpost.workbook.formula import areas, heads, walk
 from mathpost.workbook.nc_table import rows_of
+from mathpost.workbook.plane_angles import find_planes
 
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
 BETWEEN = r"['’′]*[-–→·, ]*"
@@ -91,7 +92,8 @@ class Recognised:
 
     `typed` are the places of numbers, and of formulas such as =RADIANS(20) that use no cell; those that others
     use are `angles`, `lengths` or `constants`. `turning` go into a sine or cosine, `vectors` depend on lengths;
-    `windows` are matrices, row by row; `steps` would be calculations if no other cells used them. `by` says who names the reading: the task, the text, or source 000.
+    `windows` are matrices, row by row; `steps` would be calculations if no other cells used them; `composed` are
+    angles made of several numbers. `by` says who names the reading: the task, the text, or source 000.
     """
 
     def __init__(self, graph, task):
@@ -109,13 +111,15 @@ class Recognised:
         self.angles, self.lengths = inputs & self.turning, inputs - self.turning
         self._read_the_reading()
         if task.machine is not None:
-            self.calculations = rows_of(graph, task.machine, task.cells)
+            self.calculations, self.problems = rows_of(graph, task.machine, task.cells)
         elif task.cells and "result" in task.cells:
             self._as_the_caller_says(task.cells)
         elif self.angles:
             self._find_calculations()
         else:
-            self._find_planes()
+            self.calculations += find_planes(self)
+            given = {p for plane in self.calculations for p in plane.given}
+            self.constants, self.windows = self.constants - given, [w for w in self.windows if given.isdisjoint(w)]
             if not self.calculations:
                 self.problems.append("no cell goes into a sine or cosine as an angle")
 
@@ -177,7 +181,8 @@ class Recognised:
 
     def _converts(self, place):
         """Whether a typed number is π, 180 or one such as π/180."""
-        return place in self.typed and bool((np.abs(self.graph.own[place] - CONVERSIONS) < 1e-4 * CONVERSIONS).any())
+        near = np.abs(self.graph.own[place] - CONVERSIONS) < 1e-4 * CONVERSIONS
+        return place in self.typed and bool(near.any())
 
     def _constants(self):
         """Typed numbers that are not given: zeros and ones of matrices, numbers over formulas, conversions."""
@@ -195,8 +200,8 @@ class Recognised:
             else:  # the fourth coordinates
                 for n in (1, 2):
                     last = [p for p in whole if p[n] == whole[-1][n]]
-                    ones = all(graph.own[p] == 1 for p in last)
-                    found.update(last if ones and len(whole) == 4 * len(last) and whole[-1][n] - whole[0][n] == 3 else ())
+                    four = len(whole) == 4 * len(last) and whole[-1][n] - whole[0][n] == 3
+                    found.update(last if four and all(graph.own[p] == 1 for p in last) else ())
         return found
 
     def _in_typed_line(self, place, whole):
@@ -211,10 +216,11 @@ class Recognised:
             row = {p in self.typed for p in whole if p[1] == place[1] and p != place} if down else ()
             if typed == 1 < len(line) and len(row) == 2:
                 return False
-            units = sum(abs(self.graph.value(p)) in (0, 1) for p in whole if p in self.typed)
-            if typed >= 3 and (units < 6 or any(abs(self.graph.value(p)) not in (0, 1) for p in line if p in self.typed)):
+            own = {p: abs(self.graph.own[p]) for p in whole if p in self.typed}
+            units = sum(number in (0, 1) for number in own.values())
+            if typed >= 3 and (units < 6 or any(own.get(p, 0) not in (0, 1) for p in line)):
                 # A quaternion of a turn about one axis has two zeros.
-                return not (len(line) == 4 > typed and sum(self.graph.value(p) == 0 for p in line) >= 2)
+                return not (len(line) == 4 > typed and sum(own.get(p) == 0 for p in line) >= 2)
             if len(line) in (3, 4) and sum(p in self.turning and p not in self.typed for p in line) >= 2:
                 return False
         return place in self.turning
@@ -252,7 +258,8 @@ class Recognised:
             # A result less what was expected, or than another result, is a check and not a step.
             difference = all(t[0] == "-" and t[1][0] == t[2][0] == "area" for t in trees)
             difference &= any(s in self.vectors for p in triple for s in graph.uses.get(p, ()))
-            turned = any(self.depends[p] & self.angles for p in triple if p in self.depends) or any(up & self.typed >= set(w) for w in self.windows)
+            turned = any(self.depends.get(p, set()) & self.angles for p in triple)
+            turned |= any(up & self.typed >= set(w) for w in self.windows)
             finals += [triple] if turned and not difference else []
         used = {p for t in finals for p in graph.upstream(t) - set(t)}
         for triple in finals:
@@ -377,24 +384,6 @@ class Recognised:
         names = [re.sub(r"[^a-zα-ω]", "", self.label(p).lower()) for p in triple]
         named = sorted(names) in (["α", "β", "γ"], ["alpha", "beta", "gamma"])
         return tuple(p for _, p in sorted(zip(names, triple, strict=True))) if named else self.sorted(triple)
-
-    def _find_planes(self):
-        """Three angles by inverse functions, from two directions."""
-        for component in self.graph.components:
-            trees = [self.graph.trees[p] for p in component if heads(self.graph.tree(p)) & INVERSE]
-            if len(component) != 3 or len(trees) < 2:
-                continue
-            typed = self.typed - set(component)
-            used = typed & self.graph.upstream(component)
-            vectors = _apart((*self.lines(used, 2), *self.lines(used, 1), *self.lines(typed, 3)))[:2]
-            if len(vectors) == 2:
-                x, z = sorted(vectors, key=lambda v: self.graph.reading_order(v[0]))
-                x, z = (z, x) if self.label(x[0]).lower().startswith("z") else (x, z)
-                spatial = bool(re.search(r"SPATIAL|\bSPA\b|空间角", self.text, re.I))
-                said = "PLANE SPATIAL: angles about X, Y, Z" if spatial else "ZXZ angles of a tilted plane"
-                degrees = sum("DEGREES" in heads(t) or ("number", 180.0) in (p for _, p in walk(t)) for t in trees)
-                plane = Plane(component, (), x, (), z, said, spatial=spatial, degrees=2 * degrees >= len(trees))
-                self.calculations.append(plane)
 
     def _as_the_caller_says(self, cells):
         """Take angles, point, origin and result from where the caller says that they stand."""

@@ -6,7 +6,7 @@ what follows from it; but a slip that is lucky at these numbers cannot be seen.
 
 import re
 from functools import reduce
-from itertools import chain, product
+from itertools import chain, count, product
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +18,9 @@ from mathpost.workbook.edits import edits
 from mathpost.workbook.formula import Area, area_of
 from mathpost.workbook.graph import Graph
 from mathpost.workbook.label import SINGLE, UNIT_WORDS, Role, read_label
-from mathpost.workbook.report import CONSEQUENCE, RIGHT, WRONG, Fault
+from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, Fault
 
+CALCULATED, MOST = 3, 300  # decimals that nobody gives; so many lines of three are looked at
 EXACT, FULL = 1e-9, 9  # what a spreadsheet's arithmetic may lose; decimals of a number that was not rounded by hand
 OPPOSITE = {"degrees for radians": "radians for degrees", "radians for degrees": "degrees for radians"}
 MATRICES = {"matrix", "transposed"}
@@ -39,7 +40,9 @@ def check_values(graph, cells=None):
     if not implied:
         return {}, [], []
     whole = Graph(graph.book, implied)
-    return *_judged(whole, blocks, implied), [f"{whole.address(b.places[0])}: {b.role}" for b in blocks]
+    statuses, faults = _judged(whole, blocks, implied)
+    statuses |= dict(_beside(graph, blocks, implied))
+    return statuses, faults, [f"{whole.address(b.places[0])}: {b.role}" for b in blocks]
 
 
 def read_labels(graph, cells=None, *, by_numbers=True):
@@ -49,11 +52,17 @@ def read_labels(graph, cells=None, *, by_numbers=True):
         if taken.isdisjoint(block.places):
             taken.update(block.places)
             blocks.append(block)
+    blocks += _rows_below(graph, blocks) if by_numbers else ()
     blocks.sort(key=lambda b: graph.reading_order(b.places[0]))
     blocks, implied = _by_their_numbers(graph, blocks) if by_numbers else blocks, {}
     for n, block in enumerate(blocks):
         later = [b for b in blocks[n + 1 :] if b.role.kind != "negated"]
         implied.update(_formulas(block, blocks[:n][::-1] + later))
+    for final, point, outcome in _points(graph, blocks) if by_numbers else ():
+        for n in range(3):
+            terms = (f"{_ref((a,))}*{_ref((x,))}" for a, x in zip(final[3 * n : 3 * n + 3], point, strict=True))
+            implied[outcome[n]] = f"={'+'.join(terms)}", ()
+            blocks += [Block(Role(k, (n,)), (p[n],)) for k, p in (("coordinate", point), ("outcome", outcome))]
     return blocks, implied
 
 
@@ -72,6 +81,67 @@ def _by_their_numbers(graph, blocks):
             role = Role("matrix", best) if fits[best] >= 7 else role
         named.append(Block(role, places))
     return named
+
+
+def _rows_below(graph, blocks):
+    """Yield the blocks of further points, below one of which x y z and x' y' z' stand in a row."""
+    rows = {}
+    for block in blocks:
+        if block.role.kind in ("coordinate", "outcome"):
+            rows.setdefault(block.places[0][:2], {})[block.role] = block.places[0]
+    taken = {p for block in blocks for p in block.places}
+    for row in rows.values():
+        for down in count(1) if len(row) == 6 else ():
+            below = [Block(role, ((p[0], p[1] + down, p[2]),)) for role, p in row.items()]
+            if sum(graph.value(b.places[0]) is not None for b in below) < 4 or taken & {b.places[0] for b in below}:
+                break
+            yield from below
+
+
+def _points(graph, blocks):
+    """Yield the places of a matrix, a point and what it becomes, where only the numbers say it: threes in line."""
+    taken = {p for block in blocks for p in block.places}
+    left = {p for p in graph.component if p not in taken and graph.value(p) is not None}
+    lines = [[(p[0], p[1] + n * d, p[2] + n * (1 - d)) for n in range(3)] for p in left for d in (0, 1)]
+    lines = sorted((line for line in lines if left.issuperset(line)), key=lambda line: graph.reading_order(line[0]))
+    vectors = np.array([[graph.value(p) for p in line] for line in lines[:MOST]]).reshape(-1, 3)
+    decimals = written_decimals(vectors)
+    half = 10.0**-decimals
+    for block in blocks:
+        if decimals < 2 or block.role.kind not in MATRICES or len(block.role.word) not in (0, 3):
+            continue
+        matrix = np.array([graph.value(p) for p in block.places], dtype=float).reshape(3, 3)
+        accuracy = 10.0 ** -written_decimals(matrix) * np.abs(vectors).sum(axis=1, keepdims=True) + half
+        made = vectors @ matrix.T
+        fits = (np.abs(vectors - made[:, None]) <= accuracy[:, None]).sum(axis=-1)
+        fits[~vectors.any(axis=1)] = 0
+        for k in np.argsort(-fits, axis=None, kind="stable"):
+            one, other = np.unravel_index(k, fits.shape)
+            if fits[one, other] >= 2 and left.issuperset(lines[other]) and set(lines[one]).isdisjoint(lines[other]):
+                left -= {*lines[one], *lines[other]}
+                yield block.places, lines[one], lines[other]
+
+
+def _beside(graph, blocks, implied):
+    """Yield place and status of other numbers that look calculated: right if the angles and points give them."""
+    given = {b.role: graph.value(b.places[0]) for b in blocks if b.role.kind in ("angle", "coordinate")}
+    angles = [given.get(Role("angle", (n,))) for n in range(3)]
+    known = np.zeros(1)
+    if None not in angles:
+        radians = np.deg2rad(np.array(angles, dtype=float))
+        single = [elementary("ZXZ"[n], radians[n]) for n in range(3)]
+        matrices = [reduce(np.matmul, [single[k] for k in word]) for word in WORDS]
+        points = [b.places for b in blocks if b.role.kind == "coordinate"]
+        points = [[graph.value(p) for (p,) in points[n : n + 3]] for n in range(0, len(points) - 2, 3)]
+        vectors = [matrix @ np.array(point, dtype=float) for matrix, point in product(matrices, points)]
+        known = np.concatenate([radians, np.cos(radians), np.sin(radians), *map(np.ravel, matrices), *vectors])
+    rest = graph.component.keys() - {p for b in blocks if b.role.kind in ("angle", "coordinate") for p in b.places}
+    for place in rest - implied.keys():
+        numbers = [graph.value(p) or 0.0 for p in graph.component[place] if p in rest]
+        digits = written_decimals(numbers)
+        if digits >= CALCULATED:
+            off = np.abs(known - (np.nan if graph.value(place) is None else graph.value(place))).min()
+            yield place, RIGHT if off <= 0.6 * 10.0**-digits + EXACT else UNCLEAR
 
 
 def _judged(graph, blocks, implied):

@@ -1,0 +1,301 @@
+"""Where the columns of a table of NC words stand: told by what the numbers are, and by headings where that is open.
+
+The tool axis is three columns from which the machine's inverse makes two others, the rotary words; the tip is
+three columns that go with these to X Y Z. So neither order nor sheet matters, nor columns of something else.
+"""
+
+import re
+import unicodedata
+from collections import Counter
+from dataclasses import dataclass
+from itertools import permutations, product
+
+import numpy as np
+
+from mathpost.rotation import wrap
+
+CLOSE = 0.1  # degrees, mm: what is told apart here; what is right is judged elsewhere
+LOOKED_AT = 200  # rows are enough to tell a column
+SMALLEST, LARGEST = 5, 60  # numbers in a row: the words alone; more columns than these are no such table
+PLAIN, AMONG_OTHERS = 1.1, 0.4  # what a heading counts that is a letter or word, or has a letter; 1 if numbers fit
+MACHINE = re.compile(r"(?<![a-z])(?:nc|machine|mcs|posted)(?![a-z])|机床|maschine|^[xyzabc]m$")
+UNIT = re.compile(r"[\[(（/].*|\b(?:deg|rad|mm|grad)\b\.?$|[°度]")
+STATISTIC = re.compile("(?:min|max|mean|average|sum|total|mittel|summe|最小值?|最大值?|平均值?|合计)[ .:=]*", re.I)
+IN_DEGREES = re.compile(r"(?<![a-z])(?:deg|grad)|[°度]")
+IN_RADIANS = re.compile(r"(?<![a-z])rad(?:ian[st]?)?(?![a-z])|弧度")
+
+
+@dataclass(frozen=True)
+class Column:
+    """The cells of a column, one of each row, and their numbers; `letters` is how well its heading says each."""
+
+    places: tuple
+    values: np.ndarray
+    letters: dict
+    typed: bool
+    unit: float  # degrees of 1, if it is an angle
+    more: float  # what it counts that the heading says degrees; less if it says radians
+
+
+@dataclass(eq=False)
+class Table:
+    """Of each row the places of tip, tool axis and words; `units` are the degrees that 1 of a rotary word is."""
+
+    rows: list
+    units: tuple
+    counters: tuple = ()
+    source: tuple = ()  # the columns of tip and axis
+    left: tuple = ()  # rows in between that are not of the table
+    others: tuple = ()  # columns of numbers that are none of these, and that nobody uses
+
+    def said(self, graph):
+        """Where the columns stand."""
+        texts = []
+        for name, first, last in zip(("tip", "axis", "words"), self.rows[0], self.rows[-1], strict=True):
+            texts.append(f"{name} {' '.join(map(graph.range, zip(first, last, strict=True)))}")
+        not_seen = f"; numbers not looked at: {', '.join(map(graph.range, self.others))}"
+        return ", ".join(texts) + not_seen * bool(self.others)
+
+
+def find_tables(graph, kinematics):
+    """Return the tables of a workbook, and the ranges of what may be one and is not understood.
+
+    Rows of one table may stand on two sheets, its words on several; points may stand in columns instead of rows.
+    """
+    for along in (1, 2):  # points in rows, points in columns
+        blocks, left = _blocks(graph, along)
+        found = {n: table for n, block in enumerate(blocks) if (table := _table(graph, kinematics, block))}
+        for a, b in permutations(range(len(blocks)), 2):
+            if b not in found and len(blocks[a][0].places) == len(blocks[b][0].places):
+                source = list(found[a].source) if a in found else blocks[a]
+                table = _table(graph, kinematics, source + blocks[b])
+                found |= {a: found.get(a, table), b: table} if table else {}
+        if found:
+            tables = list(dict.fromkeys(found.values()))
+            left += [(block[0].places[0], block[-1].places[-1]) for n, block in enumerate(blocks) if n not in found]
+            return tables, [graph.range(ends) for ends in (*left, *(ends for t in tables for ends in t.left))]
+    return [], []
+
+
+def _blocks(graph, along):
+    """Lists of columns: of rows of numbers without a gap; rows are counted by the place's number `along`.
+
+    And the first and last cells of rows that are left out, as those of a largest or a mean.
+    """
+    lines, blocks, left = {}, [], []
+    for place in graph.component:
+        lines.setdefault((place[0], place[along]), []).append(place)
+    lines = {line: places for line, places in lines.items() if len(places) >= SMALLEST}
+    for place, cell in graph.cells.items():
+        if STATISTIC.fullmatch(str(cell.value).strip()) and (place[0], place[along]) in lines:
+            places = lines.pop((place[0], place[along]))
+            left.append((min(places), max(places)))
+    while lines:
+        sheet, first = min(lines, key=lambda line: (graph.numbers[line[0]], line[1]))
+        run = []
+        while (sheet, first + len(run)) in lines:
+            run.append(lines.pop((sheet, first + len(run))))
+        counted = Counter(place[3 - along] for places in run for place in places)
+        numbers = sorted(number for number, count in counted.items() if 2 * count > len(run))
+        if SMALLEST <= len(numbers) <= LARGEST:
+            blocks.append([_column(graph, sheet, range(first, first + len(run)), n, along) for n in numbers])
+    return blocks, left
+
+
+def _column(graph, sheet, lines, number, along):
+    """The column, or row, of a number, with what the three nearest texts before it say."""
+
+    def place(line):
+        return (sheet, line, number) if along == 1 else (sheet, number, line)
+
+    texts = []
+    for line in range(lines[0] - 1, 0, -1):
+        cell = graph.cells.get(place(line))
+        if cell and isinstance(cell.value, str) and not cell.formula and len(texts) < 3:
+            texts.append(unicodedata.normalize("NFKC", cell.value).strip().lower())
+    letters = next(filter(None, map(_letters, texts)), {})
+    places = tuple(map(place, lines))
+    values = np.array([graph.own.get(p) for p in places], dtype=float)
+    typed = 2 * sum(p in graph.trees for p in places) < len(places)
+    unit = np.rad2deg(1) if any(map(IN_RADIANS.search, texts)) else 1.0
+    says_degrees = unit == 1 and any(map(IN_DEGREES.search, texts))
+    return Column(places, values, letters, typed, unit, 0.5 * says_degrees - 0.75 * (unit > 1))
+
+
+def _letters(heading):
+    """The letters that a heading names, as in "a", "x_nc", "刀轴i", "px", "ti" or "zm"."""
+    said = UNIT.sub("", heading).strip()
+    if re.fullmatch("[a-z]", said):
+        return {said: PLAIN}
+    named = re.findall(r"(?<![a-z])(?:(?:tip|axis|tool|ax|[ptnev])(?=[xyzijk]))?([a-z])(?![a-z0-9])", said)
+    named += re.findall(r"(?<![a-z])([xyz])(?:cl|nc|mcs|wcs|[a-z])(?![a-z])", said)
+    return dict.fromkeys(named, PLAIN if MACHINE.search(said) else AMONG_OTHERS)
+
+
+def _table(graph, kinematics, columns):
+    """The `Table` in some columns, or None."""
+    count = len(columns[0].places)
+    sample = np.unique(np.linspace(0, count - 1, min(count, LOOKED_AT)).astype(int))
+    roles = _Roles(columns, kinematics, sample).find()
+    if roles is None:
+        return None
+    tip, axis, words = *(_sources(graph, columns, roles[part]) for part in ("tip", "axis")), roles["words"]
+    source = [columns[n] for n in (*tip, *axis)]
+    given = {p for column in source for p in column.places}
+    if any(not columns[n].typed and graph.upstream(columns[n].places).isdisjoint(given) for n in words):
+        return None
+    kept = [sum(c.typed != (c.places[row] in graph.trees) for c in source) >= 3 for row in range(count)]
+    kept = [keep and sum(c.places[row] in graph.component for c in source) >= 3 for row, keep in enumerate(kept)]
+    cells = [[columns[n].places for n in part] for part in (tip, axis, words)]
+    rows = [tuple(tuple(places[row] for places in part) for part in cells) for row in range(count) if kept[row]]
+    left = [(columns[0].places[row], columns[-1].places[row]) for row in range(count) if not kept[row]]
+    others = [c for n, c in enumerate(columns) if n not in (*roles["tip"], *roles["axis"], *tip, *axis, *words)]
+    others = [(c.places[0], c.places[-1]) for c in others if c.typed and graph.used.keys().isdisjoint(c.places)]
+    units = tuple(columns[n].unit for n in words[3:])
+    counters = tuple(p for c in columns if not c.typed and _is_count(c.values) for p in c.places)
+    return Table(rows, units, counters, tuple(source), tuple(left), tuple(others))
+
+
+def _is_count(values):
+    """Whether these are the numbers of blocks or points."""
+    steps = np.unique(np.diff(values))
+    return len(steps) == 1 and steps[0] >= 1 and not (values % 1).any()
+
+
+def _sources(graph, columns, chosen):
+    """The columns of typed numbers that a tip, or a direction, is but copied or normalised from; else its own."""
+    if all(columns[n].typed for n in chosen):
+        return chosen
+    votes, of = Counter(), {p: n for n, column in enumerate(columns) for p in column.places}
+    for cells in zip(*(columns[n].places for n in chosen), strict=True):
+        used = [p for p in graph.upstream(cells) - graph.trees.keys() if p in of]
+        votes[tuple(sorted({of[p] for p in used}))] += 1
+    found = votes.most_common(1)[0][0]
+    if len(found) != 3 or not all(columns[n].typed for n in found):
+        return chosen
+    now, then = (np.stack([columns[n].values for n in part], axis=-1) for part in (chosen, found))
+    length = np.linalg.norm(then, axis=1, keepdims=True)
+    copied, normalised = (np.abs(now - each).max(axis=1) < 1e-6 for each in (then, then / length))
+    return list(found) if (copied | normalised).mean() > 0.5 else chosen
+
+
+class _Roles:
+    """The search for the numbers of the columns of tip, axis and words."""
+
+    def __init__(self, columns, kinematics, sample):
+        self.columns, self.kinematics = columns, kinematics
+        self.values = np.array([column.values[sample] for column in columns])
+        self.names = [name[0].lower() for name in kinematics.machine.joint_names]
+
+    def find(self):
+        """The columns by "tip", "axis", "words"; None if there are not all."""
+        axis = max(self.triples("ijk", "uvw", "xyz"), key=self.axis_score, default=None)
+        if axis is None or self.axis_score(axis) < 0.5:
+            return None
+        self.demanded, words = self.inverse(axis), {}
+        for k in (3, 4):
+            words[k] = self.choose(k, self.turning(self.demanded[..., k - 3]), {*axis, *words.values()})
+        if list(words.values()).count(None) > 1:
+            return None
+        tips = [t for t in self.triples("xyz") if not {*axis, *words.values()}.intersection(t)]
+        choices = [n for n in range(len(self.columns)) if n not in (*axis, *words.values())]
+        lost = next((k for k in words if words[k] is None), None)
+        best = 0.3 if lost is None else 2.9, None, None  # a lost one is told by X Y Z
+        for n in choices if lost else (None,):
+            self.turn_by({**words, lost: n})
+            scores = [(self.tip_score(t, axis), t, n) for t in tips if n not in t]
+            best = max([best, *scores], key=lambda score: score[0])
+        _, tip, n = best
+        if tip is None:
+            return None
+        words |= {lost: n} if lost else {}
+        self.turn_by(words)
+        fits = self.linear(tip)
+        for k in range(3):
+            words[k] = self.choose(k, fits[k], {*tip, *axis, *words.values()})
+        for k, n in product(range(3), repeat=2):  # one that is all wrong stands between the others, or beside them
+            free = set(range(len(self.columns))) - {*tip, *axis, *words.values()}
+            if words[k] is None and words[n] is not None and words[n] + k - n in free:
+                words[k] = words[n] + k - n
+        if None in words.values() or len(set(words.values())) < 5:
+            return None
+        fits = [*fits, *(self.turning(self.demanded[..., k]) for k in (0, 1))]
+        fitting = sum(fits[k][n] >= 0.5 for k, n in words.items())
+        headed = sum(self.names[k] in self.columns[n].letters for k, n in words.items())
+        if fitting < 3 and headed < 5:  # a coincidence
+            return None
+        return {"tip": tip, "axis": axis, "words": [words[k] for k in range(5)]}
+
+    def triples(self, *groups):
+        """Three columns side by side, or of headings that name such letters."""
+        found = [(n, n + 1, n + 2) for n in range(len(self.columns) - 2)]
+        for group in groups:
+            headed = [[n for n, c in enumerate(self.columns) if letter in c.letters] for letter in group]
+            found += [triple for triple in product(*headed) if len(set(triple)) == 3][:200]
+        return list(dict.fromkeys(found))
+
+    def vectors(self, triple):
+        return np.stack([self.values[n] for n in triple], axis=-1)
+
+    def inverse(self, axis):
+        """The rotary words of both branches in degrees, shape (rows, 2, 2); NaN where there are none."""
+        vectors = self.vectors(axis)
+        good = np.isfinite(vectors).all(axis=1) & (np.abs(vectors).max(axis=1) > 1e-6)
+        found = np.full((len(vectors), 2, 2), np.nan)
+        found[good] = self.kinematics.inverse(np.zeros(3), vectors[good], degrees=True)[..., 3:]
+        return found
+
+    def turn_by(self, words):
+        """Take the rotary words as they are, or, unless these are told by X Y Z, as they are demanded."""
+        own = np.stack([self.values[words[k]] * self.columns[words[k]].unit for k in (3, 4)], axis=-1)
+        self.rotary = [own, self.demanded[:, 0], self.demanded[:, 1]][: 1 if None in words else 3]
+
+    def turning(self, wanted):
+        """How much of each column is one of the angles wanted, shape (rows, branches)."""
+        off = [wrap(v[:, None] * c.unit - wanted) for v, c in zip(self.values, self.columns, strict=True)]
+        return (np.abs(off) < CLOSE).any(axis=-1).mean(axis=-1)
+
+    def axis_score(self, triple):
+        both, vectors = self.inverse(triple), self.vectors(triple)
+        others = [n for n in range(len(self.columns)) if n not in triple]
+        fit = sum(self.turning(both[..., k])[others].max(initial=0) for k in (0, 1))
+        units = np.mean(np.abs(np.linalg.norm(vectors, axis=1) - 1) < 2e-3)
+        return fit + 0.2 * units + self.headed(triple, "ijk", "uvw", "xyz") + self.typed(triple)
+
+    def linear(self, tip):
+        """How much of each column is X, Y, Z with that tip, shape (3, columns); half if it is but shifted."""
+        points, found = self.vectors(tip), []
+        for rotary in self.rotary:
+            wanted = self.kinematics.close(points, np.deg2rad(rotary))[:, :3]
+            off = self.values - wanted.T[:, None]
+            shifted = off - np.median(np.nan_to_num(off, nan=1e9), axis=-1, keepdims=True)
+            found += [
+                (np.abs(each) < CLOSE).mean(axis=-1) * weight for each, weight in ((off, 1.0), (shifted, 0.5))
+            ]
+        return np.max(found, axis=0)
+
+    def tip_score(self, tip, axis):
+        others = [n for n in range(len(self.columns)) if n not in (*tip, *axis)]
+        fit = self.linear(tip)[:, others].max(axis=1, initial=0).sum()
+        together = 0.2 * (tip[2] - tip[0] == 2) + 0.1 * (tip[2] + 1 == axis[0])
+        return fit + self.headed(tip, "xyz") + self.typed(tip) + together
+
+    def headed(self, triple, *groups):
+        return 0.3 * any(
+            all(letter in self.columns[n].letters for n, letter in zip(triple, group, strict=True))
+            for group in groups
+        )
+
+    def typed(self, triple):
+        return 0.2 * all(self.columns[n].typed for n in triple)
+
+    def choose(self, joint, fits, taken):
+        """The column of a word: the one with its letter over it, if there is one, that fits best."""
+        letter = self.names[joint]
+        left = {n: c for n, c in enumerate(self.columns) if n not in taken}
+        value = {n: fits[n] + c.letters.get(letter, -c.more) + c.more for n, c in left.items()}
+        best = max(value, key=lambda n: (value[n], n), default=None)
+        headed = [n for n, c in left.items() if letter in c.letters]
+        if best is None or value[best] < AMONG_OTHERS or (headed and best not in headed):
+            return None  # what has the heading is not it, and another that has none is: who knows
+        return best

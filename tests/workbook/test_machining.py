@@ -1,0 +1,255 @@
+"""Tables of NC words, tilted planes and plain numbers, laid out as strangers do."""
+
+import numpy as np
+import openpyxl
+import pytest
+from scipy.spatial.transform import Rotation
+
+from mathpost.workbook import Task, check_file
+from mathpost.workbook.formula import parse
+from tests.workbook.cells import Book, Values, address, letters, save
+from tests.workbook.machining_sheets import MACHINES, PLANES, TABLES, first_in_file, forward, order_of
+
+ROWS = 5
+UNIT = {n: f"({{{n}}}/SQRT({{i}}^2+{{j}}^2+{{k}}^2))" for n in "ijk"}
+
+
+def in_rows(n, k):
+    return "S", n + 3, k + 2
+
+
+def in_columns(n, k):
+    return "S", k + 3, n + 2
+
+
+def with_gaps(n, k):
+    return "S", n + 3, 1 + k + (k >= 3) + (k >= 6)
+
+
+def words_first(n, k):
+    return "S", n + 3, 40 - k
+
+
+def on_two_sheets(n, k):
+    return ("CL", n + 2, k + 1) if k < 6 else ("NC", n + 4, k - 4)
+
+
+LAYOUTS = {
+    "no headings": ("ac_table", in_rows, "", "{}", 1),
+    "points in columns": ("bc_table", in_columns, "xyzijk", "{}", 1),
+    "blank columns": ("head_b_table_c", with_gaps, "xyzijk", "{}", 1),
+    "from right to left": ("ac_head", words_first, "xyzijk", "{}", 1),
+    "two sheets": ("dmu50v", on_two_sheets, "xyzijk", "{}", 1),
+    "rounded": ("ac_table", in_rows, "xyzijk", "ROUND({},3)", 1),
+    "from 0 to 360": ("bc_table", in_rows, "xyzijk", "ROUND(MOD({},360),4)", 1),
+    "normals of any length": ("ac_head", in_rows, ["Px", "Py", "Pz", "Nx", "Ny", "Nz"], "{}", 2.5),
+}
+
+
+def table(layout):
+    """The cells of a table of NC words, and of each row the places of its words."""
+    name, place, headings, form, length = LAYOUTS[layout]
+    constants, angles, helpers, words = TABLES[name]
+    turns = order_of(name, angles, np.linspace(20, 40, ROWS), np.linspace(-30, 60, ROWS))
+    rng = np.random.default_rng(7)
+    cl = forward(name, rng.uniform(-40, 40, (3, ROWS)), turns)
+    cl[3:] *= length
+    names = [*angles, *helpers, *words]
+    cells, rows = {}, []
+    if headings:
+        heading = place(-1, 0), place(-1, 6)
+        cells = {place(-1, k): text for k, text in enumerate([*headings, *names])}
+        assert all(each in cells for each in heading)
+    for n in range(ROWS):
+        found = {place(n, k): round(float(cl[k, n]), 5) for k in range(6)}
+        refs = {letter: address(place(n, k)) for k, letter in enumerate("xyzijk")}
+        units = {letter: UNIT[letter].format(**refs) for letter in "ijk"} if length != 1 else {}
+        refs |= units | {key: str(value) for key, value in constants.items()}
+        refs |= {word: address(place(n, 6 + k)) for k, word in enumerate(names)}
+        for k, (word, formula) in enumerate((*angles.items(), *helpers.items(), *words.items())):
+            turned = form if word in angles else form.replace("MOD({},360)", "{}")
+            text = formula.format(**refs)[1:]
+            found[place(n, 6 + k)] = f"={text}" if word in helpers else f"={turned.format(text)}"
+        cells |= found
+        rows.append({word: place(n, 6 + k) for k, word in enumerate(names)})
+    return cells, rows, Task(machine=MACHINES / f"{name}.toml")
+
+
+def checked(path, cells, task=None):
+    book = Book(cells)
+    save(path, book, Values(book).all())
+    return check_file(path, task)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_table_in_any_layout(layout, tmp_path):
+    cells, rows, task = table(layout)
+    report = checked(tmp_path / "right.xlsx", cells, task)
+    assert report.verdict == "right", str(report)
+    place = rows[2][first_in_file(task.machine.stem)]
+    cells[place] += "+0.75"
+    report = checked(tmp_path / "wrong.xlsx", cells, task)
+    assert (report.verdict, report.faults[0].cell) == ("wrong", address(place))
+
+
+def numbers(cells, form):
+    """The table as numbers, written by `form`."""
+    values = Values(Book(cells)).all()
+    return {p: v if isinstance(v, str) else form(float(np.ravel(v)[0])) for p, v in values.items()}
+
+
+@pytest.mark.parametrize(
+    "form", [lambda v: round(v, 3), lambda v: float(f"{v:.6g}"), lambda v: float(np.float32(v)), lambda v: v]
+)
+@pytest.mark.parametrize("layout", ["no headings", "points in columns", "two sheets"])
+def test_a_table_of_numbers(layout, form, tmp_path):
+    cells, rows, task = table(layout)
+    cells = numbers(cells, form)
+    report = checked(tmp_path / "right.xlsx", cells, task)
+    assert report.verdict == "right", str(report)
+    cells[rows[3]["Y"]] += 0.05
+    report = checked(tmp_path / "wrong.xlsx", cells, task)
+    assert [fault.cell for fault in report.faults] == [address(rows[3]["Y"])]
+
+
+def test_at_the_pole_any_angle_is_right_but_there_must_be_one(tmp_path):
+    cells, rows, task = table("rounded")
+    cells |= dict(zip([in_rows(2, k) for k in (3, 4, 5)], (0, 0, 1), strict=True))
+    angle = cells[rows[2]["C"]][1:]
+    report = checked(tmp_path / "none.xlsx", cells, task)
+    assert [fault.cell for fault in report.faults] == [address(rows[2]["C"])]
+    for n, row in enumerate(rows):
+        i, above = (address(place) for place in (in_rows(n, 3), rows[max(n - 1, 0)]["C"]))
+        text = cells[row["C"]][1:]
+        cells[row["C"]] = f"=IF({i}=0,{above},{text})" if n else f"={text}"
+    assert angle in cells[rows[2]["C"]]
+    assert checked(tmp_path / "kept.xlsx", cells, task).verdict == "right"
+
+
+def test_words_taken_over_under_the_wrong_heading(tmp_path):
+    cells, rows, task = table("no headings")
+    for k, word in enumerate("XYZAC"):
+        cells["NC", 1, k + 1] = word
+        cells |= {("NC", n + 2, k + 1): f"=ROUND({address(row[word])},3)" for n, row in enumerate(rows)}
+    assert checked(tmp_path / "right.xlsx", cells, task).verdict == "right"
+    for n in range(2, ROWS + 2):
+        cells["NC", n, 1], cells["NC", n, 2] = cells["NC", n, 2], cells["NC", n, 1]
+    assert checked(tmp_path / "wrong.xlsx", cells, task).verdict != "right"
+
+
+def test_rows_that_are_no_rows_of_the_table_are_said(tmp_path):
+    cells, _, task = table("rounded")
+    cells = numbers(cells, lambda v: round(v, 3))
+    for k in range(13):
+        cells[in_rows(ROWS, k)] = min(cells[in_rows(n, k)] for n in range(ROWS))
+    cells["S", ROWS + 3, 1] = "min"
+    report = checked(tmp_path / "sheet.xlsx", cells, task)
+    assert report.verdict == "unclear" and any("not understood" in text for text in report.seen)
+
+
+def test_numbers_beside_a_table_are_said(tmp_path):
+    cells, _, task = table("rounded")
+    cells = numbers(cells, lambda v: round(v, 4)) | {("S", n + 3, 21): n + 0.123 for n in range(ROWS)}
+    report = checked(tmp_path / "said.xlsx", cells, task)
+    assert "not looked at: S!J3:J7, S!K3:K7, S!U3:U7" in str(report)
+
+
+def test_a_function_that_is_not_known_makes_nothing_wrong(tmp_path):
+    cells, rows, task = table("rounded")
+    save(tmp_path / "sheet.xlsx", Book(cells), Values(Book(cells)).all())
+    book = openpyxl.load_workbook(tmp_path / "sheet.xlsx")
+    for row in rows:
+        _, line, column = row["X"]
+        cell = book.active[f"{letters(column)}{line}"]
+        cell.value = f"=LET(q,1,q*{cell.value[1:]})"
+    book.save(tmp_path / "sheet.xlsx")
+    assert check_file(tmp_path / "sheet.xlsx", task).verdict == "unclear"
+
+
+def test_a_range_may_be_written_backwards():
+    assert parse("=SUM(C2:A1)", "S", {}) == parse("=SUM(A1:C2)", "S", {})
+
+
+# Tilted planes.
+
+
+def planes(title, *, across, raw, form):
+    """Four planes, one per row or column, the normal first, angles in radians on the way; where the angles are."""
+    _, sequence, formulas = PLANES[title]
+    cells, angles = {("S", 1, 1): title}, []
+    for n, three in enumerate(([25, 40, -35], [-70, 30, 60], [140, 75, -100], [10, 50, 20])):
+        matrix = Rotation.from_euler(sequence, three, degrees=True).as_matrix()
+        x, z = matrix[:, 0], matrix[:, 2]
+        x, z = (30 * x, 4 * z) if raw else (x, z)
+
+        def place(k, n=n):
+            return ("S", k + 4, n + 2) if across else ("S", n + 4, k + 2)
+
+        vectors = np.round([*z, *x], 5)
+        cells |= {place(k): float(number) for k, number in enumerate(vectors)}
+        fragments = {f"{letter}{k}": address(place(k + 3 * (letter == "x"))) for letter in "zx" for k in range(3)}
+        if raw:
+            unit = "({}/SQRT({}^2+{}^2+{}^2))"
+            for letter in "zx":
+                three = [fragments[f"{letter}{k}"] for k in range(3)]
+                fragments |= {f"{letter}{k}": unit.format(three[k], *three) for k in range(3)}
+        for k, formula in enumerate(formulas):
+            cells[place(7 + k)] = f"={formula.format(**fragments)}"
+            cells[place(11 + k)] = f"={form.format(address(place(7 + k)))}"
+        angles.append([place(11 + k) for k in range(3)])
+    return cells, angles
+
+
+@pytest.mark.parametrize(("across", "raw"), [(False, False), (True, False), (False, True)])
+@pytest.mark.parametrize("title", PLANES)
+def test_planes_in_rows_or_columns(title, across, raw, tmp_path):
+    cells, angles = planes(title, across=across, raw=raw, form="ROUND(DEGREES({}),3)")
+    report = checked(tmp_path / "right.xlsx", cells)
+    assert report.verdict == "right", str(report)
+    place = angles[2][1]
+    cells[place] = cells[place].replace("DEGREES", "")
+    report = checked(tmp_path / "wrong.xlsx", cells)
+    assert (report.verdict, report.faults[0].cell) == ("wrong", address(place))
+
+
+# Numbers that no label names.
+
+
+def rotation_in_numbers(points):
+    """α β γ, three matrices and their product in numbers of five decimals, and points with what they become."""
+    angles = (48, -30, 21)
+    single = [Rotation.from_euler(a, -g, degrees=True).as_matrix() for a, g in zip("zxz", angles, strict=True)]
+    cells = {("S", 1, 2 * n + 1): "αβγ"[n] for n in range(3)} | {("S", 1, 2 * n + 2): angles[n] for n in range(3)}
+    matrices = dict(zip(("Ez(α)", "Ex(β)", "Ez(γ)", "R = Ez(γ)·Ex(β)·Ez(α)"), single, strict=False))
+    matrices["R = Ez(γ)·Ex(β)·Ez(α)"] = single[2] @ single[1] @ single[0]
+    for n, (label, matrix) in enumerate(matrices.items()):
+        cells["S", 3 + 5 * n, 1] = label
+        cells |= {("S", 4 + 5 * n + r, 1 + c): round(float(matrix[r, c]), 5) for r in range(3) for c in range(3)}
+    for n, point in enumerate(points):
+        after = np.round(matrix @ point, 5)
+        cells |= {("S", 4 + n, 6 + c): point[c] for c in range(3)}
+        cells |= {("S", 4 + n, 10 + c): float(after[c]) for c in range(3)}
+    return cells
+
+
+@pytest.mark.parametrize("headings", [True, False])
+def test_every_point_of_a_list_is_looked_at(headings, tmp_path):
+    cells = rotation_in_numbers([(12.5, -7.25, 40), (1, 2, 3.5), (-3, 8, 2.5)])
+    if headings:
+        cells |= {("S", 3, 6 + c): letter for c, letter in enumerate("xyz")}
+        cells |= {("S", 3, 10 + c): f"{letter}'" for c, letter in enumerate("xyz")}
+    assert checked(tmp_path / "right.xlsx", cells).verdict == "right"
+    for place in (("S", 6, 11), ("S", 5, 10)):
+        report = checked(tmp_path / "wrong.xlsx", {**cells, place: -cells[place]})
+        assert [fault.cell for fault in report.faults] == [address(place)]
+    lost = {("S", 5, 10 + c): cells["S", 5, 10 + c] + c + 1 for c in range(3)}
+    assert checked(tmp_path / "lost.xlsx", {**cells, **lost}).verdict != "right"
+
+
+def test_a_matrix_is_wrong_and_not_the_product_that_is_right(tmp_path):
+    cells = rotation_in_numbers([(12.5, -7.25, 40)])
+    cosine, sine = cells["S", 14, 1], cells["S", 14, 2]
+    cells |= {("S", 14, 1): sine, ("S", 14, 2): cosine, ("S", 15, 1): -cosine, ("S", 15, 2): sine}
+    report = checked(tmp_path / "sheet.xlsx", cells)
+    assert [f.cell for f in report.faults] == ["S!A14", "S!B14", "S!A15", "S!B15"]
+    assert report.faults[0].cause == "sin and cos exchanged"
