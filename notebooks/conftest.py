@@ -1,7 +1,6 @@
 """Lessons as tests: printed numbers by tolerance, and numbers in the prose against the cells that measured them."""
 
 import ast
-import os
 import re
 
 import pytest
@@ -13,9 +12,6 @@ from mathpost.course.lessons import same, without_views
 # leans by 4.4°<!-- np.degrees(lean) .1f -->
 MARK = re.compile(r"<!--\s*(?P<expression>[^<>]+?)\s+(?P<digits>[\w.,+]+)\s*-->")
 MARKED = re.compile(r"(?P<number>[-+−]?\d[\d.,]*(?<=\d))[^\d<>]*$")
-
-# Lessons run side by side: a kernel that spread its small matrices over all processors would wait for the others.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 class TolerantText(str):

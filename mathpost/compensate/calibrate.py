@@ -1,13 +1,12 @@
 """One calibration: all readings of a machine, one least-squares estimate, and what it says with its uncertainty.
 
-What is sought: where the rotary axes are and how they lean, named as in ISO 230-7 (EX0C, EA0C, …), how the
-spindle leans on a head (EA0S, EB0S), the squareness of the slides (EC0Y, EB0Z, EA0Z), and the positioning error of
-each axis that a laser has seen. All readings are predicted by the same chain, that of `mathpost.chain` with its
-numbers as unknowns: a rotary axis is a line in it, so that a calibrated machine is a machine file with other
-points. The workpiece is where probing with the tool finds it at rotary zero, as with any machine.
+What is sought: where the rotary axes are and how they lean, named as in ISO 230-7 (EX0C, EA0C, …), how the spindle
+leans on a head (EA0S, EB0S), the squareness of the slides (EC0Y, EB0Z, EA0Z), and the positioning error of each
+axis that a laser has seen. The chain of `mathpost.chain`, its numbers unknown, predicts all readings, so that a
+calibrated machine is a machine file with other points. The workpiece is where probing finds it at rotary zero.
 
-The variances of the methods are estimated with the unknowns, each from its own residuals. U is t·u, with
-Student's t for the degrees of freedom after Welch and Satterthwaite (GUM, annex G).
+The variances of the methods are estimated with the unknowns, each from its own residuals. U is t·u, with Student's
+t for the degrees of freedom after Welch and Satterthwaite (GUM, annex G).
 """
 
 from dataclasses import dataclass, replace
@@ -17,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from mathpost.compensate import readings as files
-from mathpost.compensate.model import SQUARENESS, MachineErrors, error_names, table_position
+from mathpost.compensate.model import SQUARENESS, MachineErrors, error_names, named_point, table_position
 from mathpost.errors import InputError, ReachError
 from mathpost.measure import rotary_axis
 from mathpost.measure.fit import Value, coverage_factor, least_squares
@@ -33,11 +32,11 @@ class Calibration:
     """What readings say about a machine, `nominal` as the control believed it to be.
 
     `values` takes the unknowns of the geometry to what the machine has more than `nominal`, mm or radians;
-    `positioning` has a `Positioning` for each axis measured, as the one estimate has it. `parts` are pairs for each
-    file: what it contributes to the covariance of all unknowns, geometry first, and its degrees of freedom.
-    `assumed` takes an unknown that stays at zero to the reason, `noise` a file to the standard deviation of a
-    reading and its degrees of freedom. `bar` has, as `Value`, what was measured of ``"length"``, by which the test
-    bar is longer than the tool of `nominal`, and the ``"radius"`` of its ball.
+    `positioning` has a `Positioning` for each axis measured. `parts` are pairs for each file: what it contributes
+    to the covariance of all unknowns, geometry first, and its degrees of freedom. `assumed` takes an unknown that
+    stays at zero to the reason, `noise` a file to the standard deviation of a reading and its degrees of freedom.
+    `bar` has, as `Value`, what was measured of ``"length"``, by which the test bar is longer than the tool of
+    `nominal`, and the ``"radius"`` of its ball.
     """
 
     nominal: object
@@ -56,12 +55,13 @@ class Calibration:
     def of(self, function):
         """Return numbers of the calibrated machine, each as `Value`: `function` takes a machine to a list."""
 
-        def at(name, value):
-            return np.array(function(corrected(self.nominal, self.values | {name: value})))
+        def at(name, step):
+            return np.array(function(corrected(self.nominal, self.values | {name: self.values[name] + step})))
 
-        slopes = [(at(name, value + 1e-6) - at(name, value - 1e-6)) / 2e-6 for name, value in self.values.items()]
         numbers = np.asarray(function(self.machine), dtype=float)
-        slopes = np.reshape(slopes, (len(self.values), len(numbers)))
+        slopes = np.zeros((len(self.values), len(numbers)))
+        for row, name in enumerate(self.values):
+            slopes[row] = (at(name, 1e-6) - at(name, -1e-6)) / 2e-6
         return [self.value(number, slope) for number, slope in zip(numbers.tolist(), slopes.T, strict=True)]
 
     @cached_property
@@ -86,7 +86,7 @@ class Calibration:
         shares = np.array([gradient @ part @ gradient for part, _ in self.parts])
         variance, freedoms = shares.sum(), np.array([freedom for _, freedom in self.parts])
         spread = (shares**2 / freedoms).sum()
-        return Value.of(value, float(np.sqrt(variance)), float(variance**2 / spread) if spread > 0 else np.inf)
+        return Value(value, float(np.sqrt(variance)), float(variance**2 / spread) if spread > 0 else np.inf)
 
     def __str__(self):
         lines = [f"{'':6s} {'value':>10s} {'U 95 %':>9s}        k  freedom"]
@@ -95,10 +95,11 @@ class Calibration:
             found = f"{size * each.value:10.2f} {size * each.U:9.2f} {unit} {each.k:5.2f}"
             lines.append(f"{name:6s} {found} {each.free:>8s}")
         for each in self.positioning:
-            name, (size, unit) = self.machine.joint_names[each.joint], _shown(each.joint)
+            size, unit = (np.degrees(3600), "arcsec") if each.joint > 2 else (1e3, "µm")
             most = size * coverage_factor(each.freedom) * each.sigma.max()
-            found = f"{size * np.ptp(each.value):.2f} {unit}, U {most:.2f} at a target"
-            lines.append(f"{name} positioning: range {found}; reversal {size * each.reversal:.2f} {unit}")
+            found = f"range {size * np.ptp(each.value):.2f} {unit}, U {most:.2f} at a target"
+            name = self.machine.joint_names[each.joint]
+            lines.append(f"{name} positioning: {found}; reversal {size * each.reversal:.2f} {unit}")
         for name, each in self.bar.items():
             longer = "longer than believed by" if name == "length" else "radius"
             lines.append(f"test bar: {longer} {each.value:.4f} mm, U {each.U:.4f}")
@@ -120,7 +121,7 @@ def calibrate(machine, paths, *, squareness=None, **settings):
     paths : sequence of paths
         CSV files; see `mathpost.compensate.readings.template`.
     squareness : bool, optional, keyword only
-        Whether the squareness of the slides is sought: if left out, only when a ballbar has seen them.
+        Whether the squareness of the slides is sought: by default only if a ballbar has seen them.
     **settings
         ``unit``, ``method``, ``axis``, ``positive``, … for files that do not say them.
 
@@ -171,7 +172,7 @@ def corrected(machine, values):
     ]
     named = machine.programmed_point
     if named != "tip" and aside.any():
-        named = tuple((np.zeros(3) if named == "nose" else np.array(named)) - aside)
+        named = tuple(named_point(machine, 0.0) - aside)
     return replace(moved, rotary=tuple(tables), programmed_point=named)
 
 
@@ -202,8 +203,8 @@ class _Problem:
         self.machine, self.blocks, self.tables, self.squareness = machine, blocks, tables, squareness
         self.names = unknowns(machine)
         self.entries = _slices(tables, len(self.names))
-        self.all_entries = slice(len(self.names), len(self.names) + sum(len(each.at) for each in tables))
-        self.count, setups = self.all_entries.stop, []
+        self.count = len(self.names) + sum(len(each.at) for each in tables)
+        self.all_entries, setups = slice(len(self.names), self.count), []
         for block in blocks:
             setups.append(self.count + 4 * block.setup)
             self.count += 4 * (int(block.setup.max()) + 1)
@@ -212,9 +213,8 @@ class _Problem:
         self.observed = np.concatenate([each.value for each in (*blocks, *tables)])
         self.moves = np.zeros((18, len(self.names)))  # of the machine's axes, points and tool
         for column, name in enumerate(self.names):
-            ends = [files.parameters(_moved(machine, {name: h}), 0.0)[:18] for h in (1e-5, -1e-5)]
-            self.moves[:, column] = np.subtract(*ends) / 2e-5
-        self.poses = []  # joints, rows of the readings, what each table's entries weigh there
+            high, low = (files.geometry(_moved(machine, {name: step})) for step in (1e-5, -1e-5))
+            self.moves[:, column] = (high - low) / 2e-5
         if blocks:
             self.setup = np.concatenate(setups)
             self.zeroed = np.repeat([each.zeroed for each in blocks], [len(each.value) for each in blocks])
@@ -222,10 +222,11 @@ class _Problem:
                 np.concatenate([getattr(block, name) for block in blocks])
                 for name in ("target", "direction", "length", "joints", "reference")
             )
-            zeroed = np.flatnonzero(~np.isnan(reference[:, 0]))
-            for at, rows in ((joints, np.arange(len(joints))), (reference[zeroed], zeroed)):
-                weights = [_weights(each, table_position(machine, at, each.joint)) for each in tables]
-                self.poses.append((at, rows, weights))
+            # Of a reading that was zeroed elsewhere there is a second row: what it would be there is subtracted.
+            self.elsewhere = np.flatnonzero(~np.isnan(reference[:, 0]))
+            self.of = np.r_[np.arange(len(joints)), self.elsewhere]
+            self.joints = np.concatenate([joints, reference[self.elsewhere]])
+            self.weights = [_weights(each, table_position(machine, self.joints, each.joint)) for each in tables]
 
     def solve(self):
         """Estimate unknowns and noise in turn until neither changes."""
@@ -293,43 +294,37 @@ class _Problem:
         """The predicted readings and their derivatives by the unknowns that are kept."""
         full = np.zeros(self.count)
         full[self.kept] = x
-        gaps, derivatives = np.zeros(0), np.zeros((0, self.count))
-        if self.poses:
-            gaps, derivatives = self._gap(full, *self.poses[0])
-            rows = self.poses[1][1]
-            if len(rows):
-                before, their = self._gap(full, *self.poses[1])
-                gaps[rows] -= before
-                derivatives[rows] -= their
-            gaps += self.zeroed * full[self.setup + 3]
-            derivatives[np.arange(len(gaps)), self.setup + 3] += self.zeroed
+        gaps, derivatives = self._gaps(full) if self.blocks else (np.zeros(0), np.zeros((0, self.count)))
         eye = np.eye(self.count)[self.all_entries]
         return np.concatenate([gaps, full[self.all_entries]]), np.vstack([derivatives, eye])[:, self.kept]
 
-    def _gap(self, x, joints, rows, weights):
+    def _gaps(self, x):
         """How far the ball stands from the tip along each reading's direction; its derivatives by all unknowns."""
-        values = dict(zip(self.names, x[: len(self.names)], strict=True))
-        numbers = files.parameters(self.machine, self.length[rows])
-        numbers[:18] = files.parameters(_moved(self.machine, values), 0.0)[:18]
-        slides, actual, paths = joints[:, :3] + self.machine.origin, joints.copy(), {}
+        values, length = dict(zip(self.names, x[: len(self.names)], strict=True)), self.length[self.of]
+        slides, actual, paths = self.joints[:, :3] + self.machine.origin, self.joints.copy(), {}
         for name in SQUARENESS:
             turned, slide = np.eye(3)["ABC".index(name[1])], "XYZ".index(name[3])
             paths[name] = np.outer(slides[:, slide], np.cross(turned, np.eye(3)[slide]))
             actual[:, :3] += values[name] * paths[name]
-        for each, weight, own in zip(self.tables, weights, self.entries, strict=True):
+        for each, weight, own in zip(self.tables, self.weights, self.entries, strict=True):
             actual[:, each.joint] += weight @ x[own]
-        tip, by = (kernel(*actual.T, *numbers, self.length[rows]) for kernel in files.kernels(self.machine))
-        along = np.einsum("ni,nji->nj", self.direction[rows], by[..., :3])  # the direction, in the workpiece
+        tip, by = files.tips(self.machine, actual, length, _moved(self.machine, values))
+        along = np.einsum("ni,nji->nj", self.direction[self.of], by[..., :3])  # the direction, in the workpiece
         slopes = -np.einsum("ni,nij->nj", along, by)
-        derivatives = np.zeros((len(joints), self.count))
+        derivatives = np.zeros((len(actual), self.count))
         derivatives[:, : len(self.names)] = slopes[:, 5:23] @ self.moves
         for name, path in paths.items():
             derivatives[:, self.names.index(name)] += (slopes[:, :3] * path).sum(axis=1)
-        for each, weight, own in zip(self.tables, weights, self.entries, strict=True):
+        for each, weight, own in zip(self.tables, self.weights, self.entries, strict=True):
             derivatives[:, own] = slopes[:, [each.joint]] * weight
-        ball = self.setup[rows][:, None] + np.arange(3)
+        ball = self.setup[self.of][:, None] + np.arange(3)
         np.put_along_axis(derivatives, ball, along, axis=1)
-        return np.einsum("ni,ni->n", along, self.target[rows] + x[ball] - tip[..., 0]), derivatives
+        gaps = np.einsum("ni,ni->n", along, self.target[self.of] + x[ball] - tip)
+        count = len(self.setup)
+        gaps[self.elsewhere] -= gaps[count:]
+        derivatives[self.elsewhere] -= derivatives[count:]
+        derivatives[np.arange(count), self.setup + 3] = self.zeroed
+        return gaps[:count] + self.zeroed * x[self.setup + 3], derivatives[:count]
 
 
 def _slices(sources, start=0):
@@ -344,7 +339,3 @@ def _weights(table, at):
         return table.curve(np.eye(len(table.at)))(at)
     except ReachError as error:
         raise ReachError(f"{table.where}: {error}") from None
-
-
-def _shown(joint):
-    return (np.rad2deg(1) * 3600, "arcsec") if joint > 2 else (1e3, "µm")

@@ -9,12 +9,12 @@ limited, X Y Z still correct the tip, and a point that would nevertheless become
 
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import sympy as sp
 
-from mathpost.compensate.model import COMPONENTS, ErrorModel, error_frame
+from mathpost.compensate.model import COMPONENTS, ErrorModel, error_frame, named_point
 from mathpost.errors import as_array
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import numeric, unit, wrap
@@ -23,20 +23,21 @@ MAX_TURN = np.deg2rad(0.1)  # its second-order remainder is 0.15 µm for every 1
 MAX_GAIN = 10  # turn for tilt that is never limited: that of a tool axis some 6 degrees from the singular one
 ROUNDING = 1e-13  # radians
 NEGLIGIBLE = 1e-4, 1e-7  # mm and radians by which "worse" is not worth refusing
+_model = lru_cache(maxsize=8)(ErrorModel)  # to derive and compile one takes seconds
 _SIX, _POINT = sp.symbols(tuple(COMPONENTS), real=True), sp.symbols(("px", "py", "pz"), real=True)
 
 
 class CalibratedKinematics:
     """The exact inverse kinematics of a machine whose errors are constants: Bohez's first group.
 
-    Constant error frames can be moved through the chain. A turn behind an error frame E is the turn about the line
-    that E has moved, followed by E: E·Turn(line) = Turn(E·line)·E. Moved outwards joint by joint, the frames leave
-    a machine with other axes and pivots, slides with other directions, and one small displacement of the workpiece
-    or the tool. That machine has the closed-form inverse of `mathpost.kinematics`, and so has the one with errors.
+    A turn behind a constant error frame E is the turn about the line that E has moved, followed by E: E·Turn(line)
+    = Turn(E·line)·E. Moved outwards joint by joint, the frames leave a machine with other axes and pivots, slides
+    with other directions, and one small displacement of the workpiece or the tool: a machine with the closed-form
+    inverse of `mathpost.kinematics`.
 
     `constant`, shape (33,), is in the order of `model.names`, mm and radians. Of the result `machine` is the
-    machine as it is, `workpiece`, shape (4, 4), takes workpiece coordinates to those of the ideal machine's
-    workpiece, and `slides`, shape (3, 3), has the true directions of X, Y and Z as columns.
+    machine as it is, `workpiece`, shape (4, 4), takes workpiece coordinates to the ideal machine's, and `slides`,
+    shape (3, 3), has the true directions of X, Y and Z as columns.
 
     Examples
     --------
@@ -56,11 +57,9 @@ class CalibratedKinematics:
         self.workpiece = np.linalg.inv(origin) @ frame @ origin
         # Beyond the slides the chain counts from the spindle nose.
         axis = unit(machine.tool_axis)
-        named = {"tip": -machine.tool_length * axis, "nose": np.zeros(3)}.get(machine.programmed_point)
-        programmed = np.array(machine.programmed_point) if named is None else named
+        programmed = named_point(machine, machine.tool_length)
         frame = self._outwards("tool", machine, errors, moved, start=programmed)
-        nose = frame[:3, 3]
-        rotary = []
+        nose, rotary = frame[:3, 3], []
         for each in machine.rotary:
             point, direction = moved[each.name]
             point = point - nose * (each.carries == "tool")
@@ -71,6 +70,7 @@ class CalibratedKinematics:
             tool_axis=tuple((frame[:3, :3] @ axis).tolist()),
             programmed_point=tuple((programmed - nose).tolist()),
         )
+        self._kinematics = Kinematics(self.machine)
 
     def _outwards(self, side, machine, errors, moved, start):
         """Move all error frames of a side outwards from the bed; return the one frame that they leave at its end.
@@ -96,16 +96,11 @@ class CalibratedKinematics:
 
         Parameters, result and errors are those of `mathpost.kinematics.Kinematics.inverse`; radians.
         """
-        tip, axis = np.asarray(tip, dtype=float), np.asarray(axis, dtype=float)
-        turned = self.workpiece[:3, :3]
-        joints = self._kinematics.inverse(tip @ turned.T + self.workpiece[:3, 3], axis @ turned.T)
+        turned, shift = self.workpiece[:3, :3].T, self.workpiece[:3, 3]
+        joints = self._kinematics.inverse(np.asarray(tip) @ turned + shift, np.asarray(axis) @ turned)
         origin = np.array(self.machine.origin)
         joints[..., :3] = np.linalg.solve(self.slides, (joints[..., :3] + origin)[..., None])[..., 0] - origin
         return joints
-
-    @cached_property
-    def _kinematics(self):
-        return Kinematics(self.machine)
 
 
 @dataclass(frozen=True)
@@ -128,8 +123,8 @@ class Compensated:
     """Joints, shape (..., 5), mm and radians, that take the machine's errors into account.
 
     `before` and `after` are the `PoseError` with the joints as programmed, and with these. `limited`, shape (...),
-    says where the turn was limited, so that the tip is corrected, the tool axis only in part; `refused` where the
-    correction would have made things worse, so that the joints are those programmed.
+    says where the turn was limited, so that the tool axis is corrected only in part; `refused` where the joints are
+    those programmed, since the correction would have made things worse.
     """
 
     joints: np.ndarray
@@ -175,8 +170,7 @@ class Compensator:
 
     def __init__(self, errors, *, max_turn=MAX_TURN):
         self.errors, self.max_turn = errors, max_turn
-        self.machine = errors.machine
-        self.model = ErrorModel(errors.machine)
+        self.machine, self.model = errors.machine, _model(errors.machine)
 
     @cached_property
     def calibrated(self):
@@ -197,9 +191,8 @@ class Compensator:
         """
         errors = self.errors.at(joints)
         moved = self.model.sensitivities(joints)[..., :3, :] * errors[..., None, :]
-        costs = dict(zip(self.model.names, np.moveaxis(np.linalg.norm(moved, axis=-2), -1, 0), strict=True))
-        costs = {name: cost for name, cost in costs.items() if cost.any()}
-        return dict(sorted(costs.items(), key=lambda item: -item[1].max()))
+        costs = zip(self.model.names, np.moveaxis(np.linalg.norm(moved, axis=-2), -1, 0), strict=True)
+        return dict(sorted((item for item in costs if item[1].any()), key=lambda item: -item[1].max()))
 
     def forward(self, joints):
         """Return tip and axis that the machine takes at `joints`, errors and all; mm and radians."""
@@ -250,7 +243,7 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
     The Jacobian J of tip and axis (6×5) falls in two: only the rotary axes turn the tool, and X Y Z, which are
     never singular, then make up for what the turn does to the tip. `joints` have the shape (..., 5), `errors`, in
     the order of `model.names`, (..., 33); mm and radians. `max_turn` limits a turn that is more than `MAX_GAIN`
-    times the tilt for which it is made; what takes out an axis' own positioning error does not count.
+    times the tilt for which it is made, beside what takes out an axis' own positioning error.
 
     Examples
     --------

@@ -1,9 +1,9 @@
 """Errors that drift, tracked from part to part by recursive least squares.
 
 The last text of source 001 asks for dynamic correction: measure, compute the error, correct the next motion. Here
-each part's readings, at the same poses, refine an estimate of the drifting errors; older parts are forgotten by a
-factor, and a reading that contradicts what is known is set aside, unless most of them do: one sensor may lie, but
-if all say the same, the machine has changed.
+each part's readings, at the same poses, refine an estimate of the drifting errors. Older parts are forgotten by a
+factor. A reading that contradicts what is known is set aside, unless most do: one sensor may lie, but if all say
+the same, the machine has changed.
 """
 
 from dataclasses import dataclass
@@ -36,10 +36,9 @@ class Tracker:
     poses : array_like, shape (poses, 5)
         Joints at which every part is probed; mm and radians.
     sigma, expected : float, keyword only
-        Standard deviation of one reading, mm, and the size that each error may have before anything was read, mm or
-        radians, one for all or one for each.
+        Deviation of one reading, mm; how large the errors may be before anything was read, one for all or each.
     forgetting : float, optional, keyword only
-        The weight of a part's readings one part later, above 0 and at most 1: 1 averages over all parts.
+        The weight of a part's readings one part later, above 0; 1 averages over all parts.
     gate : float, optional, keyword only
         Standard deviations beyond which a reading is set aside; infinite believes everything.
 
@@ -96,8 +95,7 @@ class Tracker:
         """Take in the readings of one more part, and return the `Update`.
 
         `readings`, shape (poses, 3), are where the tip was minus where it should have been, in the workpiece, mm.
-        `corrected`, shape (names,), are the values with which that part had already been corrected: the readings
-        are only what was left.
+        `corrected`, shape (names,), are the values with which that part had already been corrected.
         """
         readings = as_array(readings, 3, "readings")
         if readings.shape != (len(self.poses), 3):
@@ -112,22 +110,17 @@ class Tracker:
         # The least surprising first: a liar is judged by what the others have already said.
         set_aside = np.zeros(len(readings), dtype=bool)
         for row in np.argsort(surprise):
-            set_aside[row] = not self._take(self.design[row], readings[row])
+            h = self.design[row]
+            seen, missed = self.covariance @ h, readings[row] - h @ self.values
+            variance = h @ seen + self.sigma**2
+            set_aside[row] = abs(missed) > self.gate * np.sqrt(variance)
+            if not set_aside[row]:
+                gain = seen / variance
+                self.values = self.values + gain * missed
+                # Joseph's form keeps the covariance symmetric and positive whatever the rounding.
+                keep = np.eye(len(h)) - np.outer(gain, h)
+                self.covariance = keep @ self.covariance @ keep.T + self.sigma**2 * np.outer(gain, gain)
         return Update(set_aside.reshape(-1, 3), changed)
-
-    def _take(self, h, reading):
-        """One scalar step of recursive least squares, unless the reading lies beyond the gate."""
-        seen = self.covariance @ h
-        variance = h @ seen + self.sigma**2
-        missed = reading - h @ self.values
-        if abs(missed) > self.gate * np.sqrt(variance):
-            return False
-        gain = seen / variance
-        self.values = self.values + gain * missed
-        # Joseph's form keeps the covariance symmetric and positive whatever the rounding.
-        keep = np.eye(len(h)) - np.outer(gain, h)
-        self.covariance = keep @ self.covariance @ keep.T + self.sigma**2 * np.outer(gain, gain)
-        return True
 
     def _design(self, poses):
         columns = [self.model.names.index(name) for name in self.names]

@@ -19,7 +19,7 @@ from mathpost.measure.fit import Value
 from mathpost.rotation import unit
 
 NUMBERS = {"table-table": (40, 12), "head-head": (24, 2), "head-table": (56, 21)}  # MD24100, parameter 19680
-# The vectors that belong to them, as `_point` has them; a table comes before a head.
+# The vectors that belong to them, with `_entries`' arguments; a table comes before a head.
 SIEMENS = {
     "table-table": [("24550 BASE_TOOL", 0), ("24558 JOINT_OFFSET_PART", 1, 0), ("24500 PART_OFFSET", 1, None, -1)],
     "head-head": [("24500 PART_OFFSET", 0), ("24560 JOINT_OFFSET", 1, 0), ("24550 BASE_TOOL", 1, None, -1)],
@@ -41,17 +41,15 @@ FANUC = {
 def write(calibration, path, folder, inputs=()):
     """Write machine.toml, errors.toml and tables of controls for each axis, and terms.txt; return their paths.
 
-    `path` is the machine file that was calibrated, or the name of a machine that comes with the package: limits,
-    rates and program lines are taken over. `folder`, a `pathlib.Path`, is made if it does not exist; `inputs` are
-    files that must not be replaced.
+    `path` is the machine file that was calibrated, or the name of one that comes with the package. `folder`, a
+    `pathlib.Path`, is made if it does not exist; `inputs` are files that must not be replaced.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"{folder}: not written, {error.strerror}") from None
-    files = {"machine.toml": machine_file(calibration, path), **error_files(calibration)}
     tables, notes = control_tables(calibration)
-    files |= tables
+    files = {"machine.toml": machine_file(calibration, path), **error_files(calibration), **tables}
     files["terms.txt"] = "\n".join([str(calibration), "", terms(calibration), *notes, ""])
     for name, text in files.items():
         write_text(folder / name, text, inputs=[find(path), *inputs])
@@ -72,20 +70,19 @@ def machine_file(calibration, path):
 
 def error_files(calibration):
     """Return errors.toml and its tables, names to texts, for ``post --errors`` with the calibrated machine."""
-    machine, square = calibration.machine, [n for n in SQUARENESS if n in calibration.values]
-    content = {"name": f"{machine.name}, calibrated", "source": "calibrated from readings"}
-    content |= {"constant": {n: 1e6 * calibration.values[n] for n in square}}
-    files, content["table"] = {}, []
+    machine, files, tables = calibration.machine, {}, []
+    square = {n: 1e6 * calibration.values[n] for n in SQUARENESS if n in calibration.values}
     for each in calibration.positioning:
         name = machine.joint_names[each.joint]
         entry = {"joint": name, "file": f"errors_{name.lower()}.csv"}
-        content["table"].append(entry | ({"endless": True} if each.endless else {}))
+        tables.append(entry | ({"endless": True} if each.endless else {}))
         found = columns(machine, each)
         rows = np.column_stack([each.at, *found.values()])
         lines = ["# source: calibrated from readings; degrees or mm, µm, µrad", ",".join(["position", *found])]
         lines += [",".join(f"{number:.6f}" for number in row) for row in rows]
         files[entry["file"]] = "\n".join(lines) + "\n"
-    return {"errors.toml": toml(content), **files}
+    content = {"name": f"{machine.name}, calibrated", "source": "calibrated from readings"}
+    return {"errors.toml": toml(content | {"constant": square, "table": tables}), **files}
 
 
 def control_tables(calibration):
@@ -119,13 +116,14 @@ def terms(calibration):
     ['-0.00594', '±', '0.00037', '(k']
     """
     lines = ["where it goes, the value, U (95 %) with k and degrees of freedom; mm, degrees, machine coordinates"]
-    for title, rows in _entries(calibration.nominal):
+    nominal = calibration.nominal
+    found = iter(calibration.of(lambda machine: [n for _, rows in _entries(nominal, machine) for _, n in rows]))
+    for title, rows in _entries(nominal, nominal):
         lines.append(title)
-        for words, labels, function in rows:
-            for label, each in zip(labels, calibration.of(function), strict=True):
-                lines.append(_line(words.format(label), each if each.U > 1e-9 else each.value))
+        for (words, _), each in zip(rows, found, strict=False):
+            lines.append(_line(words, each if each.U > 1e-9 else each.value))
     length, radius = calibration.bar.get("length"), calibration.bar.get("radius")
-    tool = calibration.nominal.tool_length
+    tool = nominal.tool_length
     lines += [
         "tool table, test bar (source 001, section 6, 1): enter L before the other readings are taken",
         _line("L, length of the test bar", replace(length, value=tool + length.value) if length else tool),
@@ -138,90 +136,78 @@ def terms(calibration):
 
 def _line(words, value):
     """A line of the terms: a `Value`, or a number that was not measured."""
-    if isinstance(value, Value):
-        return f"  {words:52s} {value.value:z13.5f}  ± {value.U:.5f} (k {value.k:.2f}, {value.free})"
-    return f"  {words:52s} {value:z13.5f}  as in the machine file"
+    if not isinstance(value, Value):
+        return f"  {words:52s} {value:z13.5f}  as in the machine file"
+    return f"  {words:52s} {value.value:z13.5f}  ± {value.U:.5f} (k {value.k:.2f}, {value.free})"
 
 
-def _entries(nominal):
-    """Yield titles with rows: words, what fills their gap, and a function of a machine to as many numbers."""
+def _entries(nominal, machine):
+    """Yield titles with rows, words and a number: what the controls want of `machine`, which was `nominal`."""
     heads = [n for n, each in enumerate(nominal.rotary) if each.carries == "tool"]
     tables = [n for n, each in enumerate(nominal.rotary) if each.carries == "workpiece"]
     names, kind = [each.name for each in nominal.rotary], nominal.arrangement
+    points = [np.array(each.point) for each in machine.rotary]
+    first, second = (unit(each.axis) for each in nominal.rotary)
+
+    def vector(words, index, other=None, sign=1, labels=range(3)):
+        """Where an axis is, from the zero or the spindle nose, or from another axis."""
+        place = sign * (points[index] - (0 if other is None else points[other]))
+        return [(words.format(label), number) for label, number in zip(labels, place, strict=True)]
+
+    tool = unit(nominal.tool_axis)
     for index in heads:
-        swing = np.cross(unit(nominal.tool_axis), unit(nominal.rotary[index].axis))
-        if np.linalg.norm(swing) > SMALL:  # else it turns the tool about itself
-            words = [
-                "alpha, where it stands when it shows 0",
-                "dy, the spindle passes beside the pivot",
-                "dL, the tip is further from the pivot: test bar length",
-            ]
-            title = f"head, {names[index]}: enter either these or the pivot below, not both"
-            yield title, [("{}", words, _pivot(nominal, index))]
+        axis, pivot = (first, second)[index], np.array(nominal.rotary[index].point)
+        if np.linalg.norm(np.cross(tool, axis)) > SMALL:  # else it turns the tool about itself
+            alpha = np.cross(tool, unit(machine.tool_axis)) @ axis / (1 - (axis @ tool) ** 2)
+            moved = points[index] - pivot - alpha * np.cross(axis, pivot)
+            yield (
+                f"head, {names[index]}: enter either these or the pivot below, not both",
+                [
+                    ("alpha, where it stands when it shows 0", np.degrees(alpha)),
+                    ("dy, the spindle passes beside the pivot", -moved @ np.cross(tool, axis)),
+                    ("dL, the tip is further from the pivot: test bar length", moved @ tool),
+                ],
+            )
     if len(tables) == 2 or len(heads) == 2:
-        first, second = (unit(each.axis) for each in nominal.rotary)
         normal = unit(np.cross(second, first)) * np.sign(max(np.cross(second, first), key=abs))
         letters = [letter for letter, share in zip("XYZ", normal, strict=True) if abs(share) > 1 - SMALL]
         label = f"{names[0]} to {names[1]}, {f'in {letters[0]}' if letters else 'square to both'}"
-        distance = _point(1, 0)
-        yield "distance of the axes (source 001, section 6, 2)", [(label, [""], lambda m: [distance(m) @ normal])]
+        yield "distance of the axes (source 001, section 6, 2)", [(label, (points[1] - points[0]) @ normal)]
 
-    chains = [[None, *reversed(heads)], [None, *tables]]  # each axis from the one before it
-    steps = [(index, before) for chain in chains for before, index in pairwise(chain)]
-    rows = [(f"Trans {{}} before MachAxis {names[index]}", "XYZ", _point(index, before)) for index, before in steps]
+    rows = []
+    for chain in ([None, *reversed(heads)], [None, *tables]):  # each axis from the one before it
+        for before, index in pairwise(chain):
+            rows += vector(f"Trans {{}} before MachAxis {names[index]}", index, before, labels="XYZ")
     yield "Heidenhain, kinematics table (KEY AXIS COORD), vectors of the centres from spindle to workpiece", rows
 
     siemens, fanuc = NUMBERS[kind]
     rows = []
     for words, *which in SIEMENS[kind]:
         parameter, name = words.split()
-        rows.append((f"MD{parameter} $MC_TRAFO5_{name}_1[{{}}]", range(3), _point(*which)))
+        rows += vector(f"MD{parameter} $MC_TRAFO5_{name}_1[{{}}]", *which)
     for place, index in enumerate((1, 0) if kind == "head-table" else (0, 1)):
         sign = -1 if nominal.rotary[index].carries == "workpiece" else 1  # a table's axis is entered reversed
-        words = f"MD{24570 + 2 * place} $MC_TRAFO5_AXIS{1 + place}_1[{{}}]"
-        rows.append((words, range(3), lambda m, n=index, s=sign: s * np.array(m.rotary[n].axis)))
+        words = f"MD{24570 + 2 * place} $MC_TRAFO5_AXIS{1 + place}_1"
+        rows += [(f"{words}[{n}]", sign * number) for n, number in enumerate(machine.rotary[index].axis)]
     yield f"Siemens, TRAORI, MD24100 $MC_TRAFO_TYPE_1 = {siemens}", rows
 
-    rows = [(words, range(3), _point(*which)) for words, *which in FANUC[kind]]
+    rows = [row for words, *which in FANUC[kind] for row in vector(words, *which)]
     yield f"Fanuc, tool centre point control, 19680 = {fanuc}, 19666 = 0", rows
 
 
-def _point(index, other=None, sign=1):
-    """A function of a machine: where an axis is, from the zero or the spindle nose, or from another axis."""
-
-    def vector(machine):
-        start = np.zeros(3) if other is None else np.array(machine.rotary[other].point)
-        return sign * (np.array(machine.rotary[index].point) - start)
-
-    return vector
-
-
-def _pivot(nominal, index):
-    """The alpha, dy and dL of lesson 11, of the head's axis `index`: a function of a machine."""
-    axis, tool = unit(nominal.rotary[index].axis), unit(nominal.tool_axis)
-
-    def found(machine):
-        alpha = np.cross(tool, unit(machine.tool_axis)) @ axis / (1 - (axis @ tool) ** 2)
-        pivot = np.array(nominal.rotary[index].point)
-        moved = np.array(machine.rotary[index].point) - pivot - alpha * np.cross(axis, pivot)
-        return [np.degrees(alpha), -moved @ np.cross(tool, axis), moved @ tool]
-
-    return found
-
-
 def toml(content):
-    """A machine's or an errors' content as TOML: keys, tables and lists of tables."""
-    plain = {key: value for key, value in content.items() if not _is_table(value)}
-    lines = [f"{key} = {_value(value)}" for key, value in plain.items()]
+    """A machine's or an errors' content as TOML: keys, then tables and lists of tables."""
+    lines, tables = [], []
     for key, value in content.items():
-        for entry in value if isinstance(value, list) and _is_table(value) else [value] * _is_table(value):
-            lines += ["", f"[[{key}]]" if isinstance(value, list) else f"[{key}]"]
-            lines += [f"{name} = {_value(each)}" for name, each in entry.items()]
+        if isinstance(value, dict):
+            tables.append((f"[{key}]", value))
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            tables += [(f"[[{key}]]", entry) for entry in value]
+        else:
+            lines.append(f"{key} = {_value(value)}")
+    for title, entry in tables:
+        lines += ["", title, *(f"{name} = {_value(each)}" for name, each in entry.items())]
     return "\n".join(lines) + "\n"
-
-
-def _is_table(value):
-    return isinstance(value, dict) or (isinstance(value, list) and bool(value) and isinstance(value[0], dict))
 
 
 def _value(value):

@@ -2,19 +2,18 @@
 
 Between each joint's body and the one before it stands an *error frame*: a small displacement, turned by the roll,
 pitch and yaw of the carried body. Six errors for each of the five joints and three squareness errors make 33
-symbols. A calibration gives each of them a constant, a table over the joint's position, or both: 30 functions, 3
-squareness constants and 2 × 4 location constants of the rotary axes are the usual count of 41.
+symbols. A calibration gives each a constant, a table over the joint's position, or both: 30 functions, 3 squareness
+constants and 2 × 4 location constants of the rotary axes are the usual count of 41.
 
 Errors are named as in ISO 230-1: E, the component (X Y Z displacements along, A B C rotations about, the machine's
 axes), the joint. EYX is the straightness of X along Y, ECC the angular positioning error of C. EC0Y, EB0Z and EA0Z
 turn the path of Y and Z out of square. All are seen in the body before the joint, at a rotary joint's `point` and
 at a slide's own place; all move the *carried* body, table or tool. Displacements are mm, rotations radians.
 
-Bohez (source 001) has two groups of errors. In a file those that do not depend on position stand under [constant];
-the others stand in tables, each over the position of one joint::
+Bohez (source 001) has two groups of errors. In a file those that do not depend on position stand under [constant],
+the others in tables, each over the position of one joint::
 
-    name = "…"
-    source = "…"
+    name = "…" source = "…"
 
     [constant]                        # µm and µrad
     EXA = 10
@@ -26,9 +25,8 @@ the others stand in tables, each over the position of one joint::
     endless = true                    # repeats after 360°; without it the errors end where the table ends
     interpolation = "spline"          # or "linear"
 
-Which slides carry the workpiece, and which carries which, the machine file says. Positions of slides are machine
-coordinates: the programmed X Y Z plus the machine's work offset. The workpiece is taken to be where the ideal
-machine would have it: what probing it on the machine has taken out must be subtracted.
+Positions of slides are machine coordinates: the programmed X Y Z plus the machine's work offset. The workpiece is
+taken to be where the ideal machine would have it: what probing it on the machine has taken out must be subtracted.
 """
 
 from dataclasses import dataclass
@@ -42,7 +40,7 @@ from mathpost import chain
 from mathpost.errors import InputError, ReachError, as_array
 from mathpost.machine import Machine, TomlTable, read_toml
 from mathpost.measure import csv_table, spline
-from mathpost.rotation import ACTIVE, numeric
+from mathpost.rotation import ACTIVE, numeric, unit
 
 COMPONENTS = "XYZABC"
 SQUARENESS = ("EC0Y", "EB0Z", "EA0Z")
@@ -128,8 +126,8 @@ class ErrorModel:
     def sensitivity(self, name):
         """Return how tip and tool axis move for one unit of the error or the joint `name`, without errors: 6×1.
 
-        The derivative of the chain is the derivative of the one link that holds the symbol, between the products
-        of the others.
+        The derivative of the chain is the derivative of the one link that holds the symbol, between the products of
+        the others.
         """
         symbol = self.symbol.get(name) or dict(zip(self.machine.joint_names, self.joints, strict=True))[name]
         links, before, behind = self._partial
@@ -211,6 +209,13 @@ class MachineErrors:
 def table_position(machine, joints, joint):
     """Where a joint stands, as a table over its position has it: degrees, or mm in machine coordinates."""
     return np.rad2deg(joints[..., joint]) if joint > 2 else joints[..., joint] + machine.origin[joint]
+
+
+def named_point(machine, length):
+    """The point of the head that X Y Z name, at rotary zero, mm from the nose, (..., 3), with tools of `length`."""
+    if machine.programmed_point == "tip":
+        return -np.multiply.outer(length, unit(machine.tool_axis))
+    return np.zeros(3) if machine.programmed_point == "nose" else np.array(machine.programmed_point)
 
 
 def constant_errors(machine, errors):

@@ -1,7 +1,7 @@
 """Readings of a dial, a probe, a ball, a ballbar, a laser: CSV files, brought to one form whatever the method.
 
 All but the laser see the same thing: where the tool stands against a point of the workpiece that the control, with
-the machine file's geometry, believes to hold. A `Reading` row says at which joints, for which point, along which
+the machine file's geometry, believes to hold. `Readings` say at which joints, for which point, along which
 direction. `template` prints a file for each method to fill in.
 """
 
@@ -13,6 +13,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost import chain
+from mathpost.compensate.model import named_point
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.machine import ENDLESS, LETTERS, Linear, Machine
@@ -25,6 +26,8 @@ from mathpost.rotation import numeric, unit
 LARGEST = 5  # mm: of a reading that is no position
 SQUARE = 1e-6  # sine of an angle that is none
 ROUNDING = 1e-9  # mm or radians: no reading scatters less
+
+
 POSITIONING = ("laser", "autocollimator")
 # For each method: what its columns are, and an example; {axis} is a rotary axis of the machine.
 METHODS = {
@@ -68,8 +71,9 @@ METHODS = {
 }
 METHODS["autocollimator"] = METHODS["laser"]
 READ = {"ball": ("ex", "ey", "ez"), "probe": ("x", "y", "z"), "dial": ("dial",), "ballbar": ("bar",)}
-READ |= {"tip": ("axial", "lateral", "x", "y", "z")}
-MORE = {"ball": "xyz", "probe": "", "dial": "Rz", "tip": "L", "ballbar": "xyz"}  # columns beside the readings
+READ |= {"tip": ("axial", "lateral", "x", "y", "z"), "bar": ("shown",)}
+READ |= dict.fromkeys(POSITIONING, ("reading", "forth", "back"))
+CARRIES = {"dial": "workpiece", "tip": "tool"}  # what the axis carries that a method is about
 SIGNS = {"dial": {"out": 1, "in": -1}, "tip": {"tip": 1, "block": -1}}
 
 
@@ -101,8 +105,8 @@ class Readings:
 class Positioning:
     """The positioning error of one joint, by its index: `at` degrees or mm, the mean `value` and its deviation.
 
-    `value` and `sigma` are radians or mm; the deviations have `freedom` degrees of freedom; `reversal` is B of
-    ISO 230-2, the largest difference of both directions.
+    `value` and `sigma` are radians or mm; the deviations have `freedom` degrees of freedom; `reversal` is B of ISO
+    230-2, the largest difference of both directions.
     """
 
     where: str
@@ -124,13 +128,12 @@ def template(method, machine):
     if method not in METHODS:
         raise InputError("method", f"one of {', '.join(METHODS)}", repr(method))
     words, rows = METHODS[method]
-    last = machine.rotary[-1].name
-    table = next((each.name for each in reversed(machine.rotary) if each.carries == "workpiece"), last)
     settings = {"method": method, "unit": "arcsec" if method in POSITIONING else "mm"}
     if method in SIGNS:
         settings["positive"] = next(iter(SIGNS[method]))
-    if method in ("dial", "tip", *POSITIONING):
-        settings["axis"] = last if method == "tip" else table
+    if method in (*CARRIES, *POSITIONING):
+        names = {each.carries: each.name for each in machine.rotary}
+        settings["axis"] = names.get(CARRIES.get(method, "workpiece"), machine.rotary[-1].name)
     if method == "ballbar":
         settings["centre"] = "0 0 50"
     comments = [f"# {line}" for line in words.splitlines()]
@@ -142,22 +145,21 @@ def template(method, machine):
 def read(path, machine, **settings):
     """Read a file of any method as `Readings`, `Positioning` or, of a test bar, a dict of `Value`.
 
-    `machine` is as the control believed it to be when the readings were taken. `settings` are ``method``,
-    ``unit``, ``axis`` and so on, where the file does not say them. Whatever the file leaves unclear, its unit for
-    instance, is asked for by an `InputError` with the line.
+    `machine` is as the control believed it to be when the readings were taken. `settings` are ``method``, ``unit``,
+    ``axis`` and so on, where the file does not say them. Whatever the file leaves unclear, its unit for instance,
+    is asked for by an `InputError` with the line.
     """
-    rotary = [each.name for each in machine.rotary]
-    names = [name for columns in READ.values() for name in columns]
-    names += ["angle", *rotary, *"XYZ", "R", "L", "length", "setup", "run", "position", "reading", "forth", "back"]
-    names += ["face", "at", "shown"]
-    table = csv_table.read(path, [], optional=list(dict.fromkeys([*names, *RUNS])), text=["face"])
-    for key, value in settings.items():
-        table.settings.setdefault(key, value)
-    method = table.settings.get("method", "").casefold()
-    where = f"{path}, line {table.lines[0] - 1}"
+    known = {method: _columns(method, machine) for method in METHODS}
+    names = dict.fromkeys(name for columns in known.values() for name in columns)
+    table = csv_table.read(path, [], optional=tuple(names), text=["face"])
+    table.settings.update(settings | table.settings)
+    method, where = table.settings.get("method", "").casefold(), f"{path}, line {table.lines[0] - 1}"
     if method not in METHODS:
         found = repr(method) if method else "none"
         raise InputError(where, f"a line # method = one of {', '.join(METHODS)}", found)
+    for name in table.columns:
+        if name not in known[method]:
+            raise InputError(where, f"no columns but {', '.join(known[method][: csv_table.SHOWN])}", repr(name))
     if method == "bar":
         return _bar(table, machine, where)
     if method in POSITIONING:
@@ -165,12 +167,18 @@ def read(path, machine, **settings):
     return _readings(table, machine, method, where)
 
 
+def _columns(method, machine):
+    """The columns that a file of `method` may have: its readings, what its template shows beside them, and more."""
+    shown = re.sub(r"\{axes\},|angle,|\n.*", "", METHODS[method][1], flags=re.DOTALL).split(",")
+    axes = (*machine.joint_names, *RUNS) if method in POSITIONING else machine.joint_names[3:]
+    return list(dict.fromkeys([*READ[method], *shown, "angle", *axes, "length", "setup", "run"]))
+
+
 def _bar(table, machine, where):
     """By how much a bar is longer than the tool, and its ball's radius: those that were touched, as `Value`, mm."""
     tool, found = unit(machine.tool_axis), {"length": [], "radius": []}
-    for name in ("face", "at", "shown"):
-        if name not in table:
-            raise InputError(where, "columns face, at, shown", f"no {name}")
+    if missing := [name for name in ("face", "at", "shown") if name not in table]:
+        raise InputError(where, "columns face, at, shown", f"no {missing[0]}")
     size = table.unit("shown", "length")
     for row, (face, at, shown) in enumerate(zip(table["face"], table["at"], table["shown"], strict=True)):
         sign, letter = {"+": 1, "-": -1, "−": -1}.get(face[:1]), face[1:].upper()
@@ -181,59 +189,59 @@ def _bar(table, machine, where):
         found["length" if along > 0.5 else "radius"].append(sign * size * (shown - at))
     sigma, freedom = _scatter(table, found.values(), size, where, "a face touched twice")
     found = {key: each for key, each in found.items() if each}
-    return {key: Value.of(float(np.mean(each)), sigma / len(each) ** 0.5, freedom) for key, each in found.items()}
+    return {key: Value(float(np.mean(each)), sigma / len(each) ** 0.5, freedom) for key, each in found.items()}
 
 
 def _readings(table, machine, method, where):
     """Bring a table of `method` to `Readings`."""
+    tool, count = unit(machine.tool_axis), len(table)
     columns = [name for name in READ[method] if name in table]
     if not columns:
         raise InputError(where, f"columns of readings: {', '.join(READ[method])}", "none")
-    known = (*READ[method], *MORE[method], "angle", *machine.joint_names[3:], "length", "setup", "run")
-    for name in table.columns:
-        if name not in known:
-            raise InputError(where, f"no columns but {', '.join(known)}", repr(name))
     axis = _axis(table, machine, method, where)
-    angles, length = _angles(table, machine, method, axis, where), np.full(len(table), machine.tool_length)
-    if "length" in table:
-        length = table["length"]
+    angles = _angles(table, machine, method, axis, where)
+    length = table["length"] if "length" in table else np.full(count, machine.tool_length)
     if "L" in table:
-        length = table["L"] - np.array(axis.point) @ unit(machine.tool_axis)
+        length = table["L"] - np.array(axis.point) @ tool
     values = {}
     for name in columns:
         values[name] = table.unit(name, "length") * table[name]
         if method != "probe":
             table.require(name, np.abs(values[name]) <= LARGEST, f"a reading within ±{LARGEST} mm (other units?)")
 
-    place = _place(table, machine, method, axis, where)
-    keys = [table[name] for name in ("setup",) if name in table] + [length]
-    keys += [*place.T] if method == "ball" else []
+    target = np.zeros((count, 3))  # where the ball is believed to be, in the workpiece
+    if method == "dial":
+        target = _on_circle(table, axis, where) - machine.origin
+    elif method in ("ball", "ballbar"):
+        if missing := [name for name in "xyz" if name not in table]:
+            expected = "columns x, y, z of the ball, machine coordinates at rotary zero"
+            raise InputError(where, expected, f"no {missing[0]}")
+        target = np.column_stack([table[name] for name in "xyz"]) - machine.origin
+    keys = [table["setup"] if "setup" in table else np.zeros(count), length]
+    keys += [*target.T] if method == "ball" else []
     _, first, setup = np.unique(np.column_stack(keys), axis=0, return_index=True, return_inverse=True)
     setup = setup.ravel()
-    target = place - machine.origin
     if method == "probe":  # the first row of each feature says where it is believed to be
-        read = np.column_stack([values.get(name, np.zeros(len(table))) for name in "xyz"]) - machine.origin
-        target = tips(machine, np.column_stack([read, angles]), length)[first][setup]
+        shown = np.column_stack([values.get(name, np.zeros(count)) for name in "xyz"]) - machine.origin
+        target = tips(machine, np.column_stack([shown, angles]), length)[0][first][setup]
     joints, turn = held(machine, target, angles, length)
+
+    directions = {name: np.eye(3)["xyz".index(name[-1])] for name in columns if name[-1] in "xyz"}
+    reference = np.full((count, 5), np.nan)
     if method == "probe":
-        values = {
-            name: values[name] - machine.origin[index] - joints[:, index] for index, name in _indices(columns)
-        }
-    directions = {name: np.eye(3)[index] for index, name in _indices(columns)}
-    reference = np.full((len(table), 5), np.nan)
-    if method == "dial":
+        values = {name: values[name] - (joints[:, :3] + machine.origin) @ directions[name] for name in columns}
+    elif method == "dial":
         directions["dial"] = -turn @ location_errors(axis)[1][:, 0]
     elif method == "ballbar":
-        along = unit(target - (_vector(table, "centre", where) - machine.origin), f"{where}, x y z minus centre")
+        along = unit(target + machine.origin - _vector(table, "centre", where), f"{where}, x y z minus centre")
         directions["bar"] = -np.einsum("nij,nj->ni", turn, along)
     elif method == "tip":
-        tool = unit(machine.tool_axis)
         directions |= {"axial": tool, "lateral": np.cross(tool, unit(axis.axis))}
         directions = {name: -directions[name] for name in columns}
         upright = angles * [each.carries == "workpiece" for each in machine.rotary]
         reference, _ = held(machine, target, upright, length)
     sign = _one_of(table, "positive", SIGNS[method], where) if method in SIGNS else 1
-    rows = np.tile(np.arange(len(table)), len(columns))
+    rows = np.tile(np.arange(count), len(columns))
     return Readings(
         table.path,
         method,
@@ -247,6 +255,51 @@ def _readings(table, machine, method, where):
         zeroed=method in ("dial", "ballbar"),
         sigma=_sigma(table, table.unit(columns[0], "length"), where),
     )
+
+
+def _axis(table, machine, method, where):
+    """The rotary axis that the file is about, or None if it does not say; a column angle needs it."""
+    rotary = {each.name: each for each in machine.rotary}
+    columns = [name for name in rotary if name in table]
+    if "axis" not in table.settings and len(columns) == 1:
+        axis = rotary[columns[0]]
+    elif "axis" in table.settings or "angle" in table or method in CARRIES:
+        axis = _one_of(table, "axis", rotary, where)
+    else:
+        return None
+    if axis.carries != (side := CARRIES.get(method, axis.carries)):
+        raise InputError(where, f"an axis that carries the {side}", axis.name)
+    return axis
+
+
+def _angles(table, machine, method, axis, where):
+    """The rotary angles of each row, shape (n, 2) in radians; an axis that is not mentioned stood at 0."""
+    columns = {name: name for name in machine.joint_names[3:] if name in table}
+    twice = "angle" in table and axis.name in columns
+    if "angle" in table:
+        columns[axis.name] = "angle"
+    if twice or not columns:
+        found = ", ".join(table.columns)
+        raise InputError(where, "the rotary angles under their axes' names, or under angle", found)
+    angles = np.zeros((len(table), 2))
+    for index, each in enumerate(machine.rotary):
+        if each.name in columns:
+            table.check_angles(columns[each.name])
+            angles[:, index] = np.deg2rad(table[columns[each.name]])
+        if method == "dial" and columns.get(each.name) == "angle":  # on the circle, whichever way the table turns
+            angles[:, index] *= np.sign(max(each.axis, key=abs))
+    return angles
+
+
+def _on_circle(table, axis, where):
+    """Where a dial looks at a ring with the axis at zero, machine coordinates, shape (n, 3)."""
+    if "R" not in table:
+        raise InputError(where, "a column R, the radius of the circle", "none")
+    place = np.array(axis.point) + table["R"][:, None] * location_errors(axis)[1][:, 0]
+    if "z" in table:
+        up = unit(axis.axis) * np.sign(max(axis.axis, key=abs))
+        place += (table["z"] - np.array(axis.point) @ up)[:, None] * up
+    return place
 
 
 def _positioning(table, machine, where):
@@ -307,40 +360,30 @@ def held(machine, target, angles, length):
 
     `target` is (n, 3) in the workpiece, `angles` (n, 2) radians, `length` (n,).
     """
-    zero, *along = (
-        tips(machine, np.column_stack([np.tile(slides, (len(angles), 1)), angles]), length)
-        for slides in np.vstack([np.zeros(3), np.eye(3)])
-    )
-    turn = np.stack([each - zero for each in along], axis=1)
+    zero, by = tips(machine, np.column_stack([np.zeros((len(angles), 3)), angles]), length)
+    turn = np.swapaxes(by[..., :3], 1, 2)
     return np.column_stack([np.einsum("nij,nj->ni", turn, target - zero), angles]), turn
 
 
-def tips(machine, joints, length):
-    """Return the tip in the workpiece, shape (n, 3), at `joints` (n, 5) with tools of any `length` (n,)."""
-    return kernels(machine)[0](*np.transpose(joints), *parameters(machine, length), length)[..., 0]
+def tips(machine, joints, length, real=None):
+    """Return the tip in the workpiece, (n, 3), with tools of any `length`, (n,), and its derivatives, (n, 3, 26).
 
-
-def parameters(machine, length):
-    """The numbers of a machine with tools of `length` in the order of `kernels`: 21, each a number or shape (n,).
-
-    Axes, points, origin, tool axis; last the point of the head that X Y Z name: where the tip would be if the
-    spindle were as the machine file has it, since that is what the control reckons with.
+    They are by the `joints`, by the 18 numbers of `geometry` and by the point that X Y Z name. `real` is the
+    machine as it is if that is not `machine`, with which the control reckons.
     """
-    tool = unit(machine.tool_axis)
-    named = {"tip": -np.multiply.outer(tool, length), "nose": np.zeros(3)}.get(machine.programmed_point)
-    named = machine.programmed_point if named is None else named
-    axes = [unit(each.axis) for each in machine.rotary]
-    return [*np.concatenate([*axes, *(each.point for each in machine.rotary), machine.origin, tool]), *named]
-
-
-def kernels(machine):
-    """The tip of joints, `parameters` and tool length, shape (n, 3, 1), and its derivatives, (n, 3, 5 + 21).
-
-    Compiled once for all machines of one arrangement, since the numbers are arguments.
-    """
-    joints = tuple(replace(each, axis=(1, 0, 0), point=(0, 0, 0), limits=ENDLESS) for each in machine.rotary)
+    numbers = [*geometry(real or machine), *np.moveaxis(named_point(machine, length), -1, 0)]
+    # The formulas are those of any machine of the arrangement: the numbers are arguments.
+    rotary = tuple(replace(each, axis=(1, 0, 0), point=(0, 0, 0), limits=ENDLESS) for each in machine.rotary)
     linear = tuple(Linear(name) for name in "XYZ")
-    return _compiled(Machine("", "", joints, linear, (0, 0, 0), (0, 0, 1), 0.0, (0.0, 0.0, 0.0)))
+    formulas = _compiled(Machine("", "", rotary, linear, (0, 0, 0), (0, 0, 1), 0.0, (0.0, 0.0, 0.0)))
+    tip, derivatives = (formula(*np.transpose(joints), *numbers, length) for formula in formulas)
+    return tip[..., 0], derivatives
+
+
+def geometry(machine):
+    """The axes and points, origin and tool axis of a machine: 18 numbers."""
+    axes, points = [unit(each.axis) for each in machine.rotary], [each.point for each in machine.rotary]
+    return np.concatenate([*axes, *points, machine.origin, unit(machine.tool_axis)])
 
 
 @lru_cache(maxsize=32)
@@ -351,60 +394,6 @@ def _compiled(machine):
     arguments = (*kin.symbols, *numbers, length)
     derivatives = tip.jacobian(sp.Matrix(arguments[:-1]))
     return tuple(numeric(sp.ImmutableMatrix(each), arguments) for each in (tip, derivatives))
-
-
-def _axis(table, machine, method, where):
-    """The rotary axis that the file is about, or None if it does not say; L and a column angle need it."""
-    rotary = {each.name: each for each in machine.rotary}
-    columns = [name for name in rotary if name in table]
-    if "axis" in table.settings or len(columns) != 1:
-        if not ("axis" in table.settings or "angle" in table or "L" in table or method in ("dial", "tip")):
-            return None
-        axis = _one_of(table, "axis", rotary, where)
-    else:
-        axis = rotary[columns[0]]
-    side = "tool" if "L" in table else {"dial": "workpiece", "tip": "tool"}.get(method, axis.carries)
-    if axis.carries != side:
-        raise InputError(where, f"an axis that carries the {side}", axis.name)
-    return axis
-
-
-def _angles(table, machine, method, axis, where):
-    """The rotary angles of each row, shape (n, 2) in radians; an axis that is not mentioned stood at 0."""
-    columns = {name: name for name in machine.joint_names[3:] if name in table}
-    twice = "angle" in table and axis.name in columns
-    if "angle" in table:
-        columns[axis.name] = "angle"
-    if twice or not columns:
-        found = ", ".join(table.columns)
-        raise InputError(where, "the rotary angles under their axes' names, or under angle", found)
-    angles = np.zeros((len(table), 2))
-    for index, each in enumerate(machine.rotary):
-        if each.name in columns:
-            table.check_angles(columns[each.name])
-            angles[:, index] = np.deg2rad(table[columns[each.name]])
-        if method == "dial" and columns.get(each.name) == "angle":  # on the circle, whichever way the table turns
-            angles[:, index] *= np.sign(max(each.axis, key=abs))
-    return angles
-
-
-def _place(table, machine, method, axis, where):
-    """Where the target of each row is believed to be, machine coordinates at rotary zero, shape (n, 3)."""
-    if method == "dial":
-        if "R" not in table:
-            raise InputError(where, "a column R, the radius of the circle", "none")
-        out = location_errors(axis)[1][:, 0]
-        place = np.array(axis.point) + table["R"][:, None] * out
-        if "z" in table:
-            up = unit(axis.axis) * np.sign(max(axis.axis, key=abs))
-            place += (table["z"] - np.array(axis.point) @ up)[:, None] * up
-        return place
-    if method in ("probe", "tip"):
-        return np.tile(np.array(machine.origin, dtype=float), (len(table), 1))
-    for name in "xyz":
-        if name not in table:
-            raise InputError(where, "columns x, y, z of the ball, machine coordinates at rotary zero", f"no {name}")
-    return np.column_stack([table[name] for name in "xyz"])
 
 
 def _one_of(table, key, choices, where):
@@ -433,8 +422,3 @@ def _vector(table, key, where, count=3, default=""):
     if len(numbers) != count or (said != default and not np.isfinite(numbers).all()):
         raise InputError(where, f"a line # {key} = {' '.join(['number'] * count)}", repr(said) if said else "none")
     return numbers
-
-
-def _indices(columns):
-    """The machine's direction, 0 to 2, of each column that has one: x or ex."""
-    return [("xyz".index(name[-1]), name) for name in columns if name[-1] in "xyz"]

@@ -6,7 +6,8 @@ returned, the simplest first. A match that so many tries would have hit by accid
 """
 
 from dataclasses import dataclass, replace
-from itertools import combinations, product
+from functools import lru_cache
+from itertools import combinations, product, starmap
 
 import numpy as np
 
@@ -109,20 +110,16 @@ def _about(origin, sequence):
     """The factors to start from where the point is to be taken relative to `origin`; the first are right."""
     o, minus = tuple(origin.tolist()), tuple((-origin).tolist())
     right = Factors(sequence, before=minus, point="(p − o)")
-
-    def misread(phrase, before, after, point, added, kind="origin", cost=1):
-        changes = {"before": before, "after": after, "point": point, "added": added}
-        return right.misread(Slip(kind, cost, phrase, changes))
-
     centre = "the origin is added again after the rotation: it is taken for the centre of rotation"
-    return (
-        right,
-        misread("the origin is not subtracted", NOWHERE, NOWHERE, "p", ""),
-        misread("the origin is added, not subtracted", o, NOWHERE, "(p + o)", ""),
-        misread(centre, minus, o, "(p − o)", " + o", kind="centre"),
-        misread("the origin is subtracted after the rotation", NOWHERE, minus, "p", " − o", cost=1.1),
-        misread("the origin is added after the rotation", NOWHERE, o, "p", " + o", cost=1.25),
+    rows = (
+        ("origin", 1, "the origin is not subtracted", NOWHERE, NOWHERE, "p", ""),
+        ("origin", 1, "the origin is added, not subtracted", o, NOWHERE, "(p + o)", ""),
+        ("centre", 1, centre, minus, o, "(p − o)", " + o"),
+        ("origin", 1.1, "the origin is subtracted after the rotation", NOWHERE, minus, "p", " − o"),
+        ("origin", 1.25, "the origin is added after the rotation", NOWHERE, o, "p", " + o"),
     )
+    keys = ("before", "after", "point", "added")
+    return (right, *(right.misread(Slip(*row[:3], dict(zip(keys, row[3:], strict=True)))) for row in rows))
 
 
 @dataclass(frozen=True)
@@ -196,16 +193,21 @@ class _Case:
             found, count = self.moved()
             tried, matches = tried + count, matches + found
         groups = reading.grouped(matches, _product, MOST)[:SHOWN]
-        misreadings = tuple(self.misreading(group, shape) for group in groups)
+        misreadings = []
+        for first, *others in groups:
+            others = [replace(first, wordings=[wording]) for wording in first.wordings[1:]] + others
+            value = first.value(self.angles, self.points)
+            value = value.T if self.is_matrix else value.reshape(shape)
+            misreadings.append(reading.told([first, *others], value))
         note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known()
-        return reading.Explanation(misreadings, self.tolerance, tried, note)
+        return reading.Explanation(tuple(misreadings), self.tolerance, tried, note)
 
     def likely(self, depth, placing):
         """The matches that are no accident, as far as the search goes at `depth`, and how many were tried."""
         turned = replace(self, points=self.points + placing.before, target=self.target - placing.after)
-        found, count, costs = turned.search(all_factors(placing.axes, depth))
-        place = {name: getattr(placing, name) for name in ("before", "after", "point", "added")}
-        matches = [_Match(replace(f, **place).misread(*placing.slips, *slips), same) for f, same, slips in found]
+        found, count, costs = turned.search(placing.axes, depth)
+        right = {"before": self.placings[0].before, "point": self.placings[0].point}
+        matches = [_Match(replace(f, **right).misread(*placing.slips, *slips), same) for f, same, slips in found]
         return [match for match in matches if turned.chance(costs, match) < reading.CHANCE], count
 
     def moved(self):
@@ -223,24 +225,25 @@ class _Case:
                 placed.append(replace(match, factors=match.factors.misread(slip)))
         return placed, count
 
-    def search(self, factors):
-        """Compare `factors` in all products, answers copied wrongly and angles less rounded with the answer.
+    def search(self, axes, depth):
+        """Compare the factors of a `depth` in all products, copied wrongly and of more digits too, with the answer.
 
         Return factors, wordings and more slips of what fits, how many were tried, and their costs in order.
         """
-        factors = [each for each in factors if each.matters(self.angles)]
-        keys, same = list(wordings()), list(wordings().values())
+        factors, products = _products(axes, depth, tuple(self.angles.tolist()))
+        same = list(wordings().values())
         if self.is_matrix:
             same = [[wording for wording in of_one if not wording.row] for of_one in same]
-        values = np.einsum("fkij,nj->fkni", matrices(factors, keys, self.angles), self.points)
+        values = np.einsum("fkij,nj->fkni", products, self.points)
         costs = np.add.outer([each.cost for each in factors], [of_one[0].cost for of_one in same])
         found = []
+        # A wrong copy comes with one other slip at most: more is guessing.
+        simple = [n for n, each in enumerate(factors) if len(each.slips) < 2]
         for copied in COPIED[:1] if self.is_matrix else COPIED:
             as_copied = Factors("").misread(*copied)
-            # A wrong copy comes with one other slip at most: more is guessing.
-            rows = slice(sum(len(each.slips) < 2 for each in factors) if copied else None)
-            misfit = np.abs(values[rows][..., as_copied.order] * as_copied.signs - self.target).max(axis=(2, 3))
-            found += [(factors[f], same[k], copied) for f, k in np.argwhere(misfit <= self.tolerance)]
+            rows, given = (simple, values[simple]) if copied else (range(len(factors)), values)
+            misfit = np.abs(given[..., as_copied.order] * as_copied.signs - self.target).max(axis=(2, 3))
+            found += [(factors[rows[f]], same[k], copied) for f, k in np.argwhere(misfit <= self.tolerance)]
             if not copied and self.half_digits.any():
                 near = np.argwhere((misfit > self.tolerance) & (misfit <= self.reach))
                 near = [(factors[f], same[k]) for f, k in near if self.fits_unrounded(_Match(factors[f], same[k]))]
@@ -250,11 +253,11 @@ class _Case:
     def fits_unrounded(self, match):
         """Whether angles that round to the given ones give the answer, judged by the differential."""
         value = match.value(self.angles, self.points)
-        slopes = [
-            (match.value(self.angles + half, self.points) - match.value(self.angles - half, self.points)) / 2
-            for half in np.diag(self.half_digits)
-        ]
-        jacobian = np.array([slope.ravel() for slope in slopes]).T
+        slopes = []
+        for half in np.diag(self.half_digits):
+            high, low = (match.value(self.angles + step, self.points) for step in (half, -half))
+            slopes.append((high - low).ravel() / 2)
+        jacobian = np.transpose(slopes)
         missing = (self.target - value).ravel()
         steps, *_ = np.linalg.lstsq(jacobian, missing, rcond=1e-9)
         left = missing - jacobian @ np.clip(steps, -1, 1)
@@ -272,12 +275,6 @@ class _Case:
         if np.linalg.matrix_rank(self.points) > 1:
             share *= min(1.0, ratio / np.pi)
         return tries * share
-
-    def misreading(self, group, shape):
-        first, *others = group
-        others = [replace(first, wordings=[wording]) for wording in first.wordings[1:]] + others
-        value = first.value(self.angles, self.points)
-        return reading.told([first, *others], value.T if self.is_matrix else value.reshape(shape))
 
     def tell_apart(self, groups):
         """Propose the point, or else the angles, for which the misreadings differ most clearly."""
@@ -298,9 +295,9 @@ class _Case:
 
     def what_is_known(self):
         """Say why no misreading can fit, or which simple one gives all coordinates but one."""
-        for factors, same in product(all_factors(self.placings[0].axes, 2), wordings().values()):
-            match = _Match(factors, same)
-            if len(match.slips) <= 1:
+        simple = [each for each in all_factors(self.placings[0].axes, 2) if len(each.slips) < 2]
+        for match in starmap(_Match, product(simple, wordings().values())):
+            if len(match.slips) < 2:
                 off = np.abs(match.value(self.angles, self.points) - self.target) > self.tolerance
                 if off.sum() == 1 and self.decimals > 1:
                     row, column = np.argwhere(off)[0]
@@ -319,6 +316,13 @@ class _Case:
         return "It is written too coarsely: some misreading would fit by accident. Give more digits or more points."
 
 
+@lru_cache(maxsize=4)
+def _products(axes, depth, angles):
+    """The factors of a depth that matter for `angles`, and their matrices, (factors, wordings, 3, 3)."""
+    factors = [each for each in all_factors(axes, depth) if each.matters(np.array(angles))]
+    return factors, matrices(factors, list(wordings()), np.array(angles))
+
+
 def _product(match):
     """What tells products apart, whatever the angles and the point."""
     return (np.round([match.value(angles, PROBE_POINTS) for angles in GENERIC_ANGLES], 9) + 0.0).tobytes()
@@ -327,8 +331,8 @@ def _product(match):
 def _translated(matrix, shift, tolerance):
     """The slip of points that were turned by `matrix` and then moved by `shift`.
 
-    A shift across the axis of rotation is what a rotation about another centre makes: the centre that is nearest
-    to the origin is named.
+    A shift across the axis of rotation is what a rotation about another centre makes: the centre that is nearest to
+    the origin is named.
     """
     moved = np.eye(3) - matrix
     centre = np.linalg.lstsq(moved, shift, rcond=1e-6)[0]

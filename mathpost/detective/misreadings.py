@@ -19,7 +19,6 @@ from mathpost.errors import InputError
 from mathpost.rotation import PASSIVE, from_angles
 
 ANGLES = "αβγ"
-EACH_AND_ALL = ((0,), (1,), (2,), (0, 1, 2))  # which angles a slip may be about
 COST = attrgetter("cost")
 CHANCE = 0.005  # how probable an accidental match may be before it explains nothing
 FAR_FETCHED = 1.0  # misreadings so much more complicated than the simplest one are not shown
@@ -27,46 +26,29 @@ UNROUNDED = "unrounded"  # the kind of slip that is none: more digits of the inp
 NOWHERE = (0.0, 0.0, 0.0)
 OUTSIDE = {"before", "after", "point", "added", "quaternion", "order", "signs"}  # what is not done in the product
 PI_WRITTEN = (3.14, 3.142, 3.1416, 3.14159, 22 / 7)
+DEGREES_CALLED = "{} {verb} converted with DEGREES, not with RADIANS"
+EXCHANGED = "90° − {} is used, or sine and cosine are exchanged"
+FOR_MINUTES = "the decimals of {} are taken for minutes, 35.30 for 35°30′"
+AS_DECIMALS = "the minutes of {} are written as decimals, 35.30 for 35.5°"
 # What the number of an angle may mean: the degrees that are used, with some value of π, and how they are written;
 # of the slip its kind, its cost for all angles and for one (None if it is not tried), and the words for it.
 MEANINGS = {
-    "degrees": (lambda angle, pi: angle, "{}"),
-    "radians": (
-        lambda angle, pi: angle * 180 / pi, "{} rad", "unit", 1, 1.25, "the degrees of {} are taken for radians"
-    ),
-    "twice": (
-        lambda angle, pi: angle * pi / 180, "{}·π/180", "unit", 1.25, 1.5, "{} {verb} converted to radians twice"
-    ),
-    "reversed": (
-        lambda angle, pi: angle * (180 / pi) ** 2, "{}·180/π rad",
-        "unit", 1.5, 1.75, "{} {verb} converted with DEGREES, not with RADIANS",
-    ),
-    "gon": (lambda angle, pi: 0.9 * angle, "{} gon", "unit", 1.5, 1.75, "the degrees of {} are taken for gon"),
-    "half": (
-        lambda angle, pi: angle / 2, "{}/2", "half angle", 1.25, 1.25, "half of {} is used, as in a quaternion"
-    ),
-    "double": (lambda angle, pi: 2 * angle, "2{}", "double angle", 1.25, 1.25, "twice {} is used"),
-    "complement": (
-        lambda angle, pi: 90 - angle, "90° − {}",
-        "complement", 1.25, 1.25, "90° − {} is used, or sine and cosine are exchanged",
-    ),
-    "quarter more": (lambda angle, pi: angle + 90, "{} + 90°", "offset", None, 1.25, "90° are added to {}"),
-    "quarter less": (lambda angle, pi: angle - 90, "{} − 90°", "offset", None, 1.25, "90° are taken from {}"),
-    "half turn more": (lambda angle, pi: angle + 180, "{} + 180°", "offset", None, 1.25, "180° are added to {}"),
-    "minutes": (
-        lambda angle, pi: _fraction_times(angle, 100 / 60), "{} in ° ′",
-        "minutes", 1.25, 1.25, "the decimals of {} are taken for minutes, 35.30 for 35°30′",
-    ),
-    "no minutes": (
-        lambda angle, pi: _fraction_times(angle, 60 / 100), "{} from ° ′",
-        "minutes", 1.25, 1.25, "the minutes of {} are written as decimals, 35.30 for 35.5°",
-    ),
-}  # fmt: skip
-# Axes of the first, second and third angle of which a trade has a name, and the order of the frame's factors.
-TRADE = {
-    "ZYX": ("KUKA A B C", (0, 1, 2)),
-    "XYZ": ("Fanuc W P R or Heidenhain SPA SPB SPC", (2, 1, 0)),
+    "degrees": (lambda a, pi: a, "{}"),
+    "radians": (lambda a, pi: a * 180 / pi, "{} rad", "unit", 1, 1.25, "the degrees of {} are taken for radians"),
+    "twice": (lambda a, pi: a * pi / 180, "{}·π/180", "unit", 1.25, 1.5, "{} {verb} converted to radians twice"),
+    "reversed": (lambda a, pi: a * (180 / pi) ** 2, "{}·180/π rad", "unit", 1.5, 1.75, DEGREES_CALLED),
+    "gon": (lambda a, pi: 0.9 * a, "{} gon", "unit", 1.5, 1.75, "the degrees of {} are taken for gon"),
+    "half": (lambda a, pi: a / 2, "{}/2", "half angle", 1.25, 1.25, "half of {} is used, as in a quaternion"),
+    "double": (lambda a, pi: 2 * a, "2{}", "double angle", 1.25, 1.25, "twice {} is used"),
+    "complement": (lambda a, pi: 90 - a, "90° − {}", "complement", 1.25, 1.25, EXCHANGED),
+    "quarter more": (lambda a, pi: a + 90, "{} + 90°", "offset", None, 1.25, "90° are added to {}"),
+    "quarter less": (lambda a, pi: a - 90, "{} − 90°", "offset", None, 1.25, "90° are taken from {}"),
+    "half turn more": (lambda a, pi: a + 180, "{} + 180°", "offset", None, 1.25, "180° are added to {}"),
+    "minutes": (lambda a, pi: _fraction_times(a, 100 / 60), "{} in ° ′", "minutes", 1.25, 1.25, FOR_MINUTES),
+    "no minutes": (lambda a, pi: _fraction_times(a, 60 / 100), "{} from ° ′", "minutes", 1.25, 1.25, AS_DECIMALS),
 }
+# Axes of the first, second and third angle of which a trade has a name, and the order of the frame's factors.
+TRADE = {"ZYX": ("KUKA A B C", (0, 1, 2)), "XYZ": ("Fanuc W P R or Heidenhain SPA SPB SPC", (2, 1, 0))}
 # The keys of a few misreadings of the recipes of source 000.
 COMMON = {
     "active elements": ((2, 1, 0), (-1, -1, -1)),
@@ -183,17 +165,14 @@ def written_decimals(values):
     >>> written_decimals(["1.50", 2]), written_decimals([0.1, 1e-7, 3.0])
     (2, 7)
     """
-    return max(map(_decimals, np.asarray(values, dtype=object).ravel()), default=0)
-
-
-def _decimals(value):
-    if not isinstance(value, str) and float(value).is_integer():
-        return 0
-    text = value.strip() if isinstance(value, str) else repr(float(f"{value:.13g}"))
-    try:
-        return max(0, -Decimal(text).as_tuple().exponent)
-    except InvalidOperation:
-        raise InputError("answer", "numbers", repr(value)) from None
+    most = 0
+    for value in np.asarray(values, dtype=object).ravel():
+        text = value.strip() if isinstance(value, str) else repr(float(f"{value:.13g}")).removesuffix(".0")
+        try:
+            most = max(most, -Decimal(text).as_tuple().exponent)
+        except InvalidOperation:
+            raise InputError("answer", "numbers", repr(value)) from None
+    return most
 
 
 def half_digit(values):
@@ -285,7 +264,12 @@ def wordings():
         if order != right_order:
             phrase = f"the product is taken in the order {_dots(order)}, not {_dots(right_order)}"
             slips.append(Slip("order", 1 if order == right_order[::-1] else 1.25, phrase))
-        slips += _sign_slips(flips, recipe)
+        flipped = [ANGLES[n] for n in range(3) if flips[n] < 0]
+        if len(flipped) == 3:
+            phrase = "the angles are not negated" if recipe else "all three angles are negated"
+            slips.append(Slip("sign", 1.05, phrase))
+        else:
+            slips += [Slip("sign", 1, f"the sign of {name} is reversed") for name in flipped]
         if transpose_wrong and recipe:
             slips.append(Slip("transpose", 1, "the final transpose is missing"))
         elif transpose_wrong:
@@ -296,14 +280,6 @@ def wordings():
         wording = Wording(recipe, active, order, signs, bool(recipe) != transpose_wrong, row, tuple(slips))
         found.setdefault(wording.key, []).append(wording)
     return {key: sorted(same, key=COST) for key, same in found.items()}
-
-
-def _sign_slips(flips, recipe):
-    flipped = [ANGLES[n] for n in range(3) if flips[n] < 0]
-    if len(flipped) == 3:
-        phrase = "the angles are not negated" if recipe else "all three angles are negated"
-        return [Slip("sign", 1.05, phrase)]
-    return [Slip("sign", 1, f"the sign of {name} is reversed") for name in flipped]
 
 
 def _dots(order):
@@ -322,8 +298,8 @@ def all_factors(sequence, depth):
     units = [slip for slip in meanings if slip.kind == "unit"]
     groups = [list(_axes(sequence)), list(_sources()), list(_left_out()), units, list(_roundings())]
     if depth == 2:
-        chosen = [()] + [(slip,) for group in groups for slip in group]
-        chosen += [(slip,) for slip in (*meanings, *QUATERNION) if slip.kind != "unit"]
+        others = [slip for slip in (*meanings, *QUATERNION) if slip.kind != "unit"]
+        chosen = [(), *((slip,) for group in (*groups, others) for slip in group)]
         chosen += [pair for a, b in combinations(groups, 2) for pair in product(a, b)]
     else:
         common = [[None, *(slip for slip in group if slip.cost <= 1)] for group in groups]
@@ -366,13 +342,11 @@ def _left_out():
 
 def _meanings():
     for meaning, (_, _, kind, for_all, for_one, phrase) in list(MEANINGS.items())[1:]:
-        for affected in EACH_AND_ALL:
-            name, verb, cost = ANGLES[affected[0]], "is", for_one
-            if len(affected) == 3:
-                name, verb, cost = "all angles", "are", for_all
-            if cost:
-                changed = tuple(meaning if n in affected else "degrees" for n in range(3))
-                yield Slip(kind, cost, phrase.format(name, verb=verb), {"meaning": changed})
+        for n, name in enumerate(ANGLES):
+            changed = tuple(meaning if n == other else "degrees" for other in range(3))
+            yield Slip(kind, for_one, phrase.format(name, verb="is"), {"meaning": changed})
+        if for_all:
+            yield Slip(kind, for_all, phrase.format("all angles", verb="are"), {"meaning": (meaning,) * 3})
 
 
 def _roundings():
@@ -435,20 +409,16 @@ def trade_name(wording, factors):
 
 def written(wording, factors):
     """Return the product of a misreading as text: E passive, R active elementary matrices, beside the point."""
-    letter = "R" if wording.active else "E"
-    parts = [
-        f"{letter}_{factors.axes[n].lower()}({_angle(factors, n, wording.signs[n])})"
-        for n in wording.order
-        if factors.kept[n]
-    ]
+    letter, parts = "R" if wording.active else "E", []
+    for n in wording.order:
+        angle = MEANINGS[factors.meaning[n]][1].format(ANGLES[factors.source[n]])
+        if wording.signs[n] < 0:
+            angle = f"−({angle})" if "°" in angle else f"−{angle}"
+        if factors.kept[n]:
+            parts.append(f"{letter}_{factors.axes[n].lower()}({angle})")
     text = "·".join(parts) or "1"
     if wording.transposed:
         text = f"({text})ᵀ"
     if not factors.point:
         return text
     return (f"{factors.point}ᵀ·{text}" if wording.row else f"{text}·{factors.point}") + factors.added
-
-
-def _angle(factors, n, sign):
-    angle = MEANINGS[factors.meaning[n]][1].format(ANGLES[factors.source[n]])
-    return angle if sign > 0 else f"−({angle})" if "°" in angle else f"−{angle}"

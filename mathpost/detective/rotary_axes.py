@@ -76,11 +76,8 @@ def explain_joints(kinematics, axis, angles, *, decimals=None):
     if directions.ndim > 2 or directions.shape[:-1] != given.shape[:-1]:
         raise InputError("angles", f"shape {(*directions.shape[:-1], 2)}", f"shape {given.shape}")
     decimals = reading.written_decimals(angles) if decimals is None else decimals
-    half_digit = 0.5 * 10.0**-decimals * (1 + 1e-6) + 1e-9
-    case = JointCase(
-        kinematics, np.atleast_2d(directions), np.atleast_2d(given), half_digit, reading.half_digit(axis)
-    )
-    return case.explain(given.shape)
+    digits = 0.5 * 10.0**-decimals * (1 + 1e-6) + 1e-9, reading.half_digit(axis)
+    return JointCase(kinematics, np.atleast_2d(directions), np.atleast_2d(given), *digits).explain(given.shape)
 
 
 @dataclass(frozen=True)
@@ -124,14 +121,14 @@ class JointCase:
 
     def explain(self, shape):
         tried, matches, alone = 0, [], [[], []]
+        swapped = Slip("exchange", 1, f"{self.names[0]} and {self.names[1]} stand in each other's place")
         for axis_slips, components, signs in _axis_misreadings():
             values, spread = self.both_branches(self.axis[:, components] * signs)
             if np.isnan(values).any():
                 continue
             for exchanged in (False, True):
                 given = self.given[:, ::-1] if exchanged else self.given
-                swapped = Slip("exchange", 1, f"{self.names[0]} and {self.names[1]} stand in each other's place")
-                slips = [*axis_slips, *([swapped] if exchanged else [])]
+                slips = [*axis_slips, swapped] if exchanged else axis_slips
                 fits = [self.fits(values, spread, given, joint) for joint in range(2)]
                 tried += len(_changes(self.names[0])) ** 2
                 for first, second in product(*fits):
@@ -208,7 +205,9 @@ class JointCase:
 
     def verdict(self, matches, alone, tried, shape):
         """Rank the matches and group those that are the same for every tool axis."""
-        believed = [match for match in matches if self.chance(match.cost) < reading.CHANCE]
+        # How many accidental matches there may be among the misreadings that are no more far-fetched.
+        share = (self.half_digit / 180) ** (2 * len(self.axis))
+        believed = [match for match in matches if 8.0 ** np.ceil(match.cost) * share < reading.CHANCE]
         groups, note = reading.grouped(believed, self.angles_of)[:8], ""
         values = (group[0].value(self.kinematics, self.axis).reshape(shape) for group in groups)
         misreadings = tuple(map(reading.told, groups, values))
@@ -232,10 +231,6 @@ class JointCase:
             return f"{name}: no misreading gives it."
         return f"{name} alone: {simple[0][0].phrase if simple[0] else 'right'}."
 
-    def chance(self, cost):
-        """The expected number of accidental matches among the misreadings that are no more far-fetched."""
-        return 8.0 ** np.ceil(cost) * (self.half_digit / 180) ** (2 * len(self.axis))
-
 
 def _index(branch):
     """The branch that all rows are on, as it is written behind the name of a joint."""
@@ -246,20 +241,18 @@ def _axis_misreadings():
     """Misreadings of the tool axis: slips, which component stands in which place, and their signs."""
     for components, signs in product(permutations(range(3)), product((1, -1), repeat=3)):
         moved = [COMPONENTS[n] for n in range(3) if components[n] != n]
-        slips = []
-        if moved:
-            slips.append(Slip("exchange", len(moved) - 1, f"{', '.join(moved)} of the tool axis are exchanged"))
-        lost = [COMPONENTS[n] for n in range(3) if signs[n] < 0]
+        lost = [f"the sign of {COMPONENTS[n]} is lost" for n in range(3) if signs[n] < 0]
         if len(lost) == 3:
-            slips.append(Slip("axis sign", 1, "the tool axis points away from the spindle"))
-        else:
-            slips += [Slip("axis sign", 1, f"the sign of {name} is lost") for name in lost]
+            lost = ["the tool axis points away from the spindle"]
+        slips = [Slip("axis sign", 1, phrase) for phrase in lost]
+        if moved:
+            slips.insert(0, Slip("exchange", len(moved) - 1, f"{', '.join(moved)} of the tool axis are exchanged"))
         yield slips, list(components), np.array(signs)
 
 
 @lru_cache(maxsize=32)
 def _changes(name):
-    """Return what may have been done to the angle of the joint `name`, as a tuple."""
+    """What may have been done to the angle of the joint `name`: a list of `_Change`."""
     changes = []
     for sign, offset, factor in product((1, -1), ZERO_POSITIONS, (1.0, np.pi / 180)):
         slips = []
@@ -270,4 +263,4 @@ def _changes(name):
         if factor != 1:
             slips.append(Slip("unit", 1, f"{name} is written in radians"))
         changes.append(_Change(name, sign, offset, factor, tuple(slips)))
-    return tuple(changes)
+    return changes

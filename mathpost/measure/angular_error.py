@@ -20,8 +20,8 @@ SMALLEST = 0.05  # seconds of arc: a table whose errors are all smaller was give
 class Runs:
     """Repeated approaches of the same targets from both sides.
 
-    `angles`, shape (targets,), are degrees, increasing; `up` and `down`, shape (targets, runs), the errors of each
-    approach in the positive and in the negative direction, seconds of arc.
+    `angles`, shape (targets,), are degrees, increasing; `up` and `down`, shape (targets, runs), the errors in the
+    positive and in the negative direction, seconds of arc.
     """
 
     angles: np.ndarray
@@ -45,10 +45,10 @@ class Runs:
 class Accuracy:
     """The parameters of ISO 230-2, seconds of arc.
 
-    At each target: the standard deviation of the approaches up and down, and `reversal`, mean up minus mean down.
-    Of all targets: `B`, the largest |reversal|; `M`, the range of the mean of both directions; and triples for up,
-    down and both directions: `E`, the range of the means; `R`, the widest 4 s, of both directions 2 s up + 2 s down
-    + |B| if that is wider; `A`, from the lowest mean − 2 s to the highest mean + 2 s.
+    At each target: the standard deviations up and down, and `reversal`, mean up minus mean down. Of all targets:
+    `B`, the largest |reversal|; `M`, the range of the mean of both directions; and triples for up, down and both:
+    `E`, the range of the means; `R`, the widest 4 s, of both directions 2 s up + 2 s down + |B| if that is wider;
+    `A`, from the lowest mean − 2 s to the highest mean + 2 s.
     """
 
     s_up: np.ndarray
@@ -69,8 +69,8 @@ def read_runs(path):
     """Read bidirectional runs from a CSV file with the columns angle, up1, down1, up2, down2, … as `Runs`.
 
     Angles in degrees, increasing; errors in seconds of arc unless the file names another unit. `InputError` with
-    file, line and column if a column is missing, angles do not increase, or a number suggests other units: an angle
-    beyond a turn, an error beyond a degree, none beyond 0.05″.
+    file, line and column if the file has a fault, or a number suggests other units: an angle beyond a turn, an
+    error beyond a degree, none beyond 0.05″.
     """
     also = dict.fromkeys(("A", "B", "C", "position"), "angle")
     read = csv_table.read(path, ["angle", *RUNS[:4]], optional=RUNS[4:], also=also)
@@ -78,8 +78,7 @@ def read_runs(path):
     names = RUNS[: 2 * runs]
     for name in names:
         if name not in read:
-            expected = f"as many runs down as up: up1, down1, … up{runs}, down{runs}"
-            raise InputError(read.path, expected, f"no {name!r}")
+            raise InputError(read.path, f"as many runs down as up: up1, down1, … {names[-1]}", f"no {name!r}")
         size = read.unit(name, "angle", default="arcsec")
         read.columns[name] = np.rad2deg(size) * ARCSECONDS * read[name]
         read.require(name, np.abs(read[name]) <= ARCSECONDS, "seconds of arc, less than a degree (other units?)")
@@ -110,12 +109,8 @@ def accuracy(runs):
 
     Examples
     --------
-    >>> spread = np.array([-0.4, -0.2, 0, 0.2, 0.4])
-    >>> up = np.array([1, 10, -6, 3])[:, None] + spread
-    >>> down = np.array([0, 8.5, -7.2, 2.5])[:, None] + spread / 2
-    >>> result = accuracy(from_arrays([0, 90, 180, 270], up, down))
-    >>> print(result)
-    A  18.15   E  17.20   M  15.85   B   1.50   R   2.45   arcsec
+    >>> print(accuracy(read_runs("data/measurements/angular_error.csv")))
+    A  27.69   E  26.92   M  26.08   B   1.39   R   1.95   arcsec
     """
     up, down = runs.mean("up"), runs.mean("down")
     s_up, s_down = runs.up.std(axis=1, ddof=1), runs.down.std(axis=1, ddof=1)
@@ -136,10 +131,10 @@ def accuracy(runs):
 
 
 def commands(error, targets):
-    """Return the angles to command so that the axis arrives at `targets`, degrees: commanded angle minus error.
+    """Return the angles to command so that the axis arrives at `targets`, degrees: target minus error.
 
     `error` is a `mathpost.measure.spline.Curve`, seconds of arc over degrees. It is taken at the target, as a
-    control's table does, not where the command goes: a difference of some thousandths of a second of arc.
+    control's table does: where the command goes it differs by some thousandths of a second of arc.
     """
     targets = np.asarray(targets, dtype=float)
     return targets - error(targets) / ARCSECONDS

@@ -1,7 +1,7 @@
 """A measured positioning error as the table of a control, whose entries stand equally far apart.
 
-Siemens: the Function Manual of the 840D, K3 (6FC5397). Fanuc: the parameter manual of the 0i (B-63980EN), pages
-99 and 100. Heidenhain: a table .COM, assigned in a file .CMA and switched on by MP730, has entries at a datum and
+Siemens: the Function Manual of the 840D, K3 (6FC5397). Fanuc: the parameter manual of the 0i (B-63980EN), pages 99
+and 100. Heidenhain: a table .COM, assigned in a file .CMA and switched on by MP730, has entries at a datum and
 every 2ⁿ × 0.0001 mm or degrees (TNC 407, technical manual, page 153). How its file is written and which sign it
 wants was not to be had: no file is made up here.
 """
@@ -35,26 +35,15 @@ def siemens(axis, step, error, error_down=None, *, unit=DEGREES):
     degrees or mm, by default seconds of arc; a periodic one makes a modulo table, which ends where it begins.
 
     One curve makes an EEC table, `$AA_ENC_COMP`: the control moves the axis *against* a positive entry, so the
-    entries are the errors themselves. Two curves, for the positive and the negative direction of travel, need two
-    CEC tables, `$AN_CEC` with `$AN_CEC_DIRECTION` 1 and −1, from the axis onto itself; they must have one range.
-    The manual's sign rule was read for EEC only, so the file asks for a trial of CEC.
+    entries are the errors themselves. A second one, for the negative direction of travel, makes two CEC tables,
+    `$AN_CEC`, from the axis onto itself. The manual's sign rule was read for EEC only: the file asks for a trial.
 
     Examples
     --------
     >>> from mathpost.measure import spline
     >>> error = spline.through_all(spline.points([0, 120, 240], [0, 36, -36], period=360))
-    >>> print(siemens("C", 120, error))
-    %_N_AX_EEC_INI
-    CHANDATA(1)
-    $AA_ENC_COMP[0,0,C]=0.000000
-    $AA_ENC_COMP[0,1,C]=0.010000
-    $AA_ENC_COMP[0,2,C]=-0.010000
-    $AA_ENC_COMP[0,3,C]=0.000000
-    $AA_ENC_COMP_STEP[0,C]=120.0
-    $AA_ENC_COMP_MIN[0,C]=0.0
-    $AA_ENC_COMP_MAX[0,C]=360.0
-    $AA_ENC_COMP_IS_MODULO[0,C]=1
-    M17
+    >>> siemens("C", 120, error).splitlines()[2:5]
+    ['$AA_ENC_COMP[0,0,C]=0.000000', '$AA_ENC_COMP[0,1,C]=0.010000', '$AA_ENC_COMP[0,2,C]=-0.010000']
     """
     at = entries(error, step)
     spacing = {"STEP": float(step), "MIN": float(at[0]), "MAX": float(at[-1])}
@@ -80,8 +69,8 @@ def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=0):
 
     Each point holds what the correction grows by from the point before it: whole detection units, −7 to 7, times a
     magnification. The sums are rounded, not the increments, so that rounding does not add up. The correction at the
-    reference position, machine coordinate 0, is nothing: the error there belongs to that position's own setting.
-    The manual gives no sign, and the words N A P are quoted from memory: the text asks for a trial.
+    reference position, machine coordinate 0, is nothing. The manual gives no sign, and the words N A P are quoted
+    from memory: the text asks for a trial.
 
     `axis` is the number of the controlled axis, from 1, `detection` the detection unit, degrees or mm, `reference`
     the number of the reference position's point; the rest is as in `siemens`. Whole steps lie between machine
@@ -91,20 +80,8 @@ def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=0):
     --------
     >>> from mathpost.measure import spline
     >>> error = spline.through_all(spline.points([0, 90, 180, 270], [0, 18, 0, -18], period=360))
-    >>> print(fanuc(5, 90, error, reference=60))
-    (pitch error compensation of axis 5; rounding leaves 0.00000)
-    (made from actual minus target; try one point, and compare with a file that the control has put out)
-    N03620A5P60
-    N03621A5P60
-    N03622A5P64
-    N03623A5P1
-    N03624A5P90
-    N03625A5P360
-    N10060P-5
-    N10061P-5
-    N10062P5
-    N10063P5
-    N10064P-5
+    >>> fanuc(5, 90, error, reference=60).splitlines()[-5:]
+    ['N10060P-5', 'N10061P-5', 'N10062P5', 'N10063P5', 'N10064P-5']
     """
     at, endless = entries(error, step), error.points.period is not None
     sections = at / step

@@ -9,8 +9,7 @@ reading to a line::
     0,16,4,table warm
 
 Files are read as programs write them: with a byte order mark, in UTF-8, GBK or the letters of Windows, with commas,
-or with semicolons or tabs and decimal commas; a column of remarks is left out. Angles are degrees, lengths mm
-unless the file or its reader says otherwise.
+or with semicolons or tabs and decimal commas; a column of remarks is left out.
 """
 
 import csv
@@ -107,7 +106,6 @@ class Table:
         for.
         """
         stated = self.settings.get(f"unit {name}") or self.settings.get("unit") or default
-        where = f"{self.path}, line {self.lines[0]}, column {name!r}"
         units = ", ".join(each[0] for each, (measures, _) in UNITS.items() if measures == kind)
         expected = f"its unit, in a line such as # unit = {units.split(', ')[1]}: one of {units}"
         if kind == "length":
@@ -116,7 +114,7 @@ class Table:
         for words, (measures, factor) in UNITS.items():
             if word.strip().casefold() in words and measures == kind and (size is None or float(size) > 0):
                 return factor * float(size or 1)
-        raise InputError(where, expected, "none" if stated is None else repr(stated))
+        raise InputError(self.where(0, name), expected, "none" if stated is None else repr(stated))
 
 
 def read(path, columns, *, optional=(), text=(), also=MappingProxyType({})):
@@ -127,37 +125,33 @@ def read(path, columns, *, optional=(), text=(), also=MappingProxyType({})):
     cannot be read, has no row, lacks a column, has an unknown or a repeated one, or an entry is missing or not a
     finite number.
     """
-    settings, names, rows, lines = {}, None, [], []
-    wanted = (*columns, *optional)
+    settings, rows, lines = {}, [], []
     for number, line in enumerate(_text(path).splitlines(), 1):
         if line.lstrip(' "').startswith("#"):
             key, _, value = (part.strip() for part in line.strip(' "#\t;,').partition("="))
             if key in KNOWN and value:
                 settings[key] = value
             continue
-        if names is None:
+        if not rows:
             delimiter = max(",;\t", key=lambda mark: (line.count(mark), mark == ","))
         entries = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
         cells = [cell.strip() for cell in next(entries, [])]
-        if not any(cells):
-            continue
-        if names is None:
-            names = _check_names(cells, columns, wanted, also, settings, f"{path}, line {number}")
-        elif len(cells) != len(names):
-            raise InputError(f"{path}, line {number}", f"{len(names)} entries", f"{len(cells)}")
-        else:
+        if any(cells):
             rows.append(cells)
             lines.append(number)
-    if not rows:
+    if len(rows) < 2:
         raise InputError(str(path), f"the columns {', '.join(columns)} and rows of readings", "no readings")
-    table = Table(str(path), {}, tuple(lines), settings)
-    numbers = [column for column, name in enumerate(names) if name in wanted and name not in text]
-    commas = delimiter != "," and not any("." in row[column] for row in rows for column in numbers)
-    for name, entries in zip(names, zip(*rows, strict=True), strict=True):
-        if name in wanted:
-            table.columns[name] = list(entries)
-        if name in wanted and name not in text:
-            table.columns[name] = np.array([_number(table, row, name, commas) for row in range(len(entries))])
+    (header, *rows), (first, *lines), wanted = rows, lines, (*columns, *optional)
+    names = _check_names(header, columns, wanted, also, settings, f"{path}, line {first}")
+    for cells, number in zip(rows, lines, strict=True):
+        if len(cells) != len(names):
+            raise InputError(f"{path}, line {number}", f"{len(names)} entries", f"{len(cells)}")
+    every = dict(zip(names, zip(*rows, strict=True), strict=True))
+    read = {name: list(entries) for name, entries in every.items() if name in wanted}
+    table, numbers = Table(str(path), read, tuple(lines), settings), [name for name in read if name not in text]
+    commas = delimiter != "," and not any("." in entry for name in numbers for entry in read[name])
+    for name in numbers:
+        read[name] = np.array([_number(table, row, name, commas) for row in range(len(rows))])
     return table
 
 

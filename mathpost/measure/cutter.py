@@ -1,8 +1,8 @@
 """A tool other than the one that the CL data were made for: what it does to the part, and how to make up for it.
 
 A cutter is a disc with a rounded rim: ball (rim radius = half the diameter), flat (rim radius 0) or bull nose in
-between. It touches the surface where its rim has the surface's normal, so that contact point, normal and tool axis
-give the tip of any cutter: CL data with contact normals serve them all.
+between. It touches the surface where its rim has the surface's normal: contact point, normal and tool axis give the
+tip of any cutter.
 """
 
 from dataclasses import dataclass
@@ -64,7 +64,7 @@ def tip_from_contact(cutter, normal, axis):
 
     `normal`, out of the part, and `axis`, from the tip towards the spindle, have the shape (..., 3) and any length.
     Where they are one the flat bottom touches everywhere, and its middle is returned. `InputError` if a normal
-    points away from the cutter: only its upper side could touch there.
+    points away from the cutter.
 
     Examples
     --------
@@ -89,8 +89,7 @@ def tip_from_contact(cutter, normal, axis):
 def compensated(tip, normal, axis, old, new):
     """Return the tips for another cutter that touches the same surface points: 3-D radius compensation.
 
-    `tip`, `normal` and `axis`, shape (..., 3), are CL points made for the cutter `old`, mm, their contact normals,
-    out of the part, and tool axes.
+    `tip`, `normal` and `axis`, shape (..., 3), are CL points made for the cutter `old`, mm, their normals and axes.
 
     Examples
     --------
@@ -104,9 +103,8 @@ def compensated(tip, normal, axis, old, new):
 def stock_left(normal, axis, old, new, *, longer=0.0):
     """Return how much material stands on the surface if `new` runs the CL data of `old`; negative is a gouge.
 
-    The result, shape (...), is mm along the normal: exact on a plane, and on a curved surface to first order in
-    the difference of cutters. `longer`, shape (...), is by how much the new tool's tip lies further from the
-    spindle than the control believes, mm.
+    The result, shape (...), is mm along the normal: exact on a plane, else to first order in the difference of
+    cutters. `longer`, shape (...), is by how much the new tip lies further from the spindle than believed, mm.
 
     Examples
     --------
@@ -122,9 +120,8 @@ def tip_shift(kin, joints, longer, told, *, degrees=False):
     """Return where the tip of a tool that is `longer`, mm, goes in the part, minus where it should: (..., 3), mm.
 
     `kin` is a `mathpost.kinematics.Kinematics`; `joints`, shape (..., 5), were made for the old tool. `told` is
-    what the control knows: ``"tcp"``, the new length, with the tool centre point under its command; ``"length
-    offset"``, the new length without TCP, so that it moves the slides back along the tool as it stands with all
-    rotary axes at zero (G43); or ``"nothing"``.
+    what the control knows: ``"tcp"``, the new length, with TCP; ``"length offset"``, the new length without TCP, so
+    that it moves the slides back along the tool as it stands at rotary zero (G43); or ``"nothing"``.
 
     Examples
     --------

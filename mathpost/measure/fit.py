@@ -1,7 +1,7 @@
 """A measurement as a formula of unknowns and settings: evaluate it and it simulates, invert it and it identifies.
 
-Each procedure of `rotary_axis`, and the arm of `horizontal_head`, is one sympy expression. Its derivative, taken by
-sympy, gives the least-squares estimate, the covariance of it, and the diagnosis when readings are too few.
+Each procedure of `rotary_axis`, and the arm of `horizontal_head`, is one sympy expression. Its derivative gives the
+least-squares estimate, its covariance, and the diagnosis when readings are too few.
 """
 
 from dataclasses import dataclass, field
@@ -22,18 +22,19 @@ SHARE = 1e-6  # of an unknown in such a combination, below which it has no part 
 
 @dataclass(frozen=True)
 class Value:
-    """A number found from readings: `value` ± `U` (95 %) with coverage factor `k` and degrees of `freedom`."""
+    """A number found from readings: `value` ± `U` (95 %), which is k deviations with their degrees of `freedom`."""
 
     value: float
-    U: float
-    k: float
+    deviation: float
     freedom: float
 
-    @classmethod
-    def of(cls, value, deviation, freedom):
-        """The value with its standard deviation: k is Student's t."""
-        k = coverage_factor(freedom)
-        return cls(value, k * deviation, k, freedom)
+    @property
+    def k(self):
+        return coverage_factor(self.freedom)
+
+    @property
+    def U(self):
+        return self.k * self.deviation
 
     @property
     def free(self):
@@ -47,9 +48,9 @@ class Estimate:
 
     `values` takes an unknown to its value, as does ``estimate[name]``; `covariance` is in the same order, NaN if no
     sigma was stated and no reading is to spare. `residuals` takes a reading to an array: measured minus explained.
-    `spare` is readings minus unknowns; `noise` the standard deviation of a reading as the residuals show it, in
-    units of the stated sigma if one was stated: well above 1 means that something is not in the model. Without
-    spare readings it is NaN. `freedom` is infinite if sigma was stated, else `spare`.
+    `spare` is readings minus unknowns. `noise` is the standard deviation of a reading as the residuals show it, NaN
+    without spare ones, in units of the stated sigma if there is one: well above 1 means that something is not in
+    the model. `freedom` is infinite if sigma was stated, else `spare`.
     """
 
     values: dict
@@ -64,12 +65,11 @@ class Estimate:
 
     def deviation(self, name):
         """The standard deviation of one value."""
-        index = list(self.values).index(name)
-        return float(np.sqrt(self.covariance[index, index]))
+        return float(np.sqrt(self.covariance.diagonal()[list(self.values).index(name)]))
 
     def expanded(self, name):
         """One value as `Value`, with its expanded uncertainty."""
-        return Value.of(self.values[name], self.deviation(name), self.freedom)
+        return Value(self.values[name], self.deviation(name), self.freedom)
 
 
 @dataclass(frozen=True)
@@ -105,18 +105,15 @@ class Measurement:
     def predict(self, values, settings, *, degrees=False):
         """Return what would be read, without noise: reading to an array.
 
-        `values` takes unknowns to numbers, mm and radians; those left out are zero. `settings` takes settings to
-        numbers or arrays, which are broadcast; `degrees` says whether the angle among them is in degrees.
+        `values` takes unknowns to numbers; those left out are zero. `settings` takes settings to numbers or arrays,
+        which are broadcast; `degrees` says whether the angle among them is in degrees.
         """
         predict, _ = self._compiled(self.readings, self.unknowns)
         predicted = predict(*self._all(values), *self._settings(settings, degrees))
         return dict(zip(self.readings, np.moveaxis(predicted, -1, 0), strict=True))
 
     def simulate(self, values, settings, *, sigma, seed, degrees=False):
-        """Return settings and readings, to be given to `identify`; arguments as in `predict`.
-
-        `sigma` is the standard deviation of the normally distributed noise, mm; `seed` makes it repeatable.
-        """
+        """Return settings and readings with normal noise of deviation `sigma`, mm; arguments as in `predict`."""
         random = np.random.default_rng(seed)
         readings = self.predict(values, settings, degrees=degrees)
         return dict(settings) | {
@@ -126,9 +123,9 @@ class Measurement:
     def read(self, path):
         """Read settings and at least one reading from a CSV file: a `csv_table.Table` for `identify`.
 
-        Degrees, and mm unless the file names a unit. The angle must increase from line to line while the other
-        settings, and a column ``run`` if there is one, stay the same. `InputError` for every fault that
-        `csv_table.read` knows, suspected units, and angles that do not increase.
+        Degrees, and mm unless the file names a unit. `InputError` for every fault that `csv_table.read` knows, for
+        suspected units, and if the angle does not increase while the other settings, and a column ``run``, stay the
+        same.
         """
         angle, *others = map(str, self.settings)
         also = dict.fromkeys("ABC", angle)
@@ -154,8 +151,7 @@ class Measurement:
         degrees : bool, keyword only
             Whether the angle is in degrees; that of a `Table` always is.
         sigma : float, optional, keyword only
-            Standard deviation of a reading, mm. Without it the residuals supply it, which is a poor guess if few
-            readings are to spare.
+            Standard deviation of a reading, mm. Without it the residuals supply it: poorly, if few are to spare.
         known : dict, optional, keyword only
             Unknowns that are not sought, with their values.
 
@@ -187,9 +183,12 @@ class Measurement:
 
         start = np.zeros(len(sought))
         if missing := undetermined(evaluate(start)[1], list(map(str, sought))):
+            tasks = [f"tell {' and '.join(names)} apart" for names in missing if len(names) > 1]
+            if traceless := [names[0] for names in missing if len(names) == 1]:
+                tasks.append(f"determine {' and '.join(traceless)}")
             advice = self._advice(used, sought, known, settings)
             found = f"{readings.size} of {', '.join(used)}"
-            raise InputError(where, f"readings that {_tasks(missing)} ({advice} would)", found)
+            raise InputError(where, f"readings that {', '.join(tasks)} ({advice} would)", found)
         sigmas = np.full(readings.size, sigma or 1.0)
         x, covariance, residuals, _ = least_squares(evaluate, readings.ravel(), sigmas, start, where)
         spare = readings.size - len(sought)
@@ -213,11 +212,8 @@ class Measurement:
         proposals = {f"also reading {', '.join(unread)}": unread} if unread else {}
         for words, changes in self.more.items():
             proposals[words] = {name: e.subs(changes, simultaneous=True) for name, e in used.items()}
-        enough = [
-            words
-            for words, extra in proposals.items()
-            if not undetermined(np.vstack([rows(used), rows(extra)]), sought)
-        ]
+        further = {words: np.vstack([rows(used), rows(extra)]) for words, extra in proposals.items()}
+        enough = [words for words, matrix in further.items() if not undetermined(matrix, sought)]
         return " or ".join(enough) or " together with ".join(proposals) or "more of them"
 
     def _compiled(self, readings, sought):
@@ -225,16 +221,14 @@ class Measurement:
 
     def _all(self, values):
         names = list(map(str, self.unknowns))
-        for name in values:
-            if name not in names:
-                raise InputError(self.name, f"unknowns among {', '.join(names)}", repr(name))
+        for name in set(values) - set(names):
+            raise InputError(self.name, f"unknowns among {', '.join(names)}", repr(name))
         return [values.get(name, 0.0) for name in names]
 
     def _settings(self, data, degrees, length=None):
         names = list(map(str, self.settings))
-        for name in names:
-            if name not in data:
-                raise InputError(self.name, f"the settings {', '.join(names)}", f"no {name!r}")
+        if missing := [name for name in names if name not in data]:
+            raise InputError(self.name, f"the settings {', '.join(names)}", f"no {missing[0]!r}")
         angle, *others = (self._array(data, name, length) for name in names)
         return [np.deg2rad(angle) if degrees else angle, *others]
 
@@ -254,8 +248,6 @@ class Measurement:
 def coverage_factor(freedom):
     """Student's t for 95 % and the degrees of `freedom`, 1.96 if they are infinite.
 
-    Examples
-    --------
     >>> round(coverage_factor(5), 3), round(coverage_factor(np.inf), 3)
     (2.571, 1.96)
     """
@@ -266,8 +258,7 @@ def least_squares(evaluate, readings, sigmas, start, where):
     """Return the values of the unknowns, their covariance, the residuals, and the weighted derivatives.
 
     Gauss and Newton: formulas of small errors are nearly linear, and two or three steps do. `evaluate` takes the
-    values to the predicted readings, shape (n,), and their derivatives, (n, unknowns); `sigmas` are the deviations
-    of the readings. `InputError` at `where` if the steps do not end.
+    values to the predicted readings, shape (n,), and their derivatives, (n, unknowns).
     """
     x = start
     for _ in range(50):
@@ -293,8 +284,8 @@ def undetermined(matrix, names):
     """
     _, singular, vt = np.linalg.svd(matrix / _lengths(matrix), full_matrices=True)
     rank = int((singular > SINGULAR * max(1.0, singular.max(initial=0.0))).sum())
-    # The projector on the null space: 1 on the diagonal for an unknown that leaves no trace at all, less for one
-    # that others can stand in for, 0 for one that is determined. Off the diagonal: by which.
+    # The projector on the null space: 1 on the diagonal for an unknown without a trace, less for one that others
+    # can stand in for, 0 for one that is determined. Off the diagonal: by which.
     projector = np.abs(vt[rank:].T @ vt[rank:])
     _, group = connected_components(projector > SHARE)
     groups = {}
@@ -308,13 +299,6 @@ def _compiled(expressions, sought, arguments):
     """The expressions as a function, shape (n, expressions), and their derivatives, (n, expressions, sought)."""
     derivatives = sp.ImmutableMatrix(expressions).jacobian(sp.Matrix(sought))
     return numeric(expressions, arguments), numeric(sp.ImmutableMatrix(derivatives), arguments)
-
-
-def _tasks(missing):
-    """What readings must do for groups of unknowns that they leave open."""
-    traceless = [names[0] for names in missing if len(names) == 1]
-    tasks = [f"tell {' and '.join(names)} apart" for names in missing if len(names) > 1]
-    return ", ".join(tasks + [f"determine {' and '.join(traceless)}"] * bool(traceless))
 
 
 def _lengths(matrix):

@@ -1,8 +1,8 @@
 """Frames of a horizontal head on a five-face machine, from its measured vectors, as source 001 programs them.
 
 For every index angle the head vector U is the machine position with the horizontal head at that angle minus that
-with the vertical head, for one and the same point. `lhyset` and `lhy` are the source's two programs; `fit_head`
-adds what it lacks: a model that predicts the positions in between. Angles are degrees throughout, as in its blocks.
+with the vertical head, for the same point. `lhyset` and `lhy` are the source's two programs; `fit_head` adds a
+model that predicts the positions in between. Angles are degrees throughout, as in its blocks.
 """
 
 from dataclasses import dataclass
@@ -24,11 +24,10 @@ CPOS, UZZ = sp.symbols("CPOS U_ZZ", real=True)
 
 @dataclass(frozen=True)
 class Head:
-    """A horizontal head: its measured vectors, and which way it turns.
+    """A horizontal head: its measured `vectors`, (n, 3), mm, at the index `angles`, and which way it turns.
 
-    `angles` are the listed index angles, degrees; `vectors`, shape (n, 3), U for each of them, mm. `sense` is −1
-    if the head turns clockwise seen from +Z as its angle grows, as the source's does, else +1; `zero` is where Z′
-    points at angle 0, degrees from +X towards +Y.
+    `sense` is −1 if it turns clockwise seen from +Z as its angle grows, as the source's does, else +1; `zero` is
+    where Z′ points at angle 0, degrees from +X towards +Y.
     """
 
     angles: tuple
@@ -62,10 +61,6 @@ class HeadFrame(Frame):
 
     block: str = ""
 
-    def machine_point(self, point, offset):
-        """Return the machine position, shape (..., 3), for programmed `point` under the work offset `offset`."""
-        return as_array(offset, 3, "offset") + self.point(as_array(point, 3, "point"))
-
 
 def frame_symbolic():
     """AROT Z=U_ZZ X=90 as a matrix: Siemens turns about Z first, then about the new X."""
@@ -76,8 +71,7 @@ def read_head(path, *, sense=-1, zero=0.0):
     """Read measured head vectors from a CSV file with the columns angle (degrees), x, y, z (mm).
 
     `sense` and `zero` are those of `Head`. `InputError` if the file has a fault, an angle twice, or a vector that
-    does not point along Z′: the table then counts the other way (vertical minus horizontal), or the head turns the
-    other way.
+    does not point along Z′: the table is vertical minus horizontal, or the head turns the other way.
     """
     columns = csv_table.read(path, ["angle", "x", "y", "z"])
     columns.check_angles("angle")
@@ -119,15 +113,15 @@ def lhy(head, correction, angle):
     >>> print(frame.block)
     TRANS X=-378.920 Y=0.050 Z=-0.065
     AROT Z=-90.000 X=90
-    >>> frame.machine_point((10, 20, 30), offset=(1000, 500, 300)).round(3)
+    >>> (frame.point([10, 20, 30]) + [1000, 500, 300]).round(3)
     array([591.08 , 490.05 , 319.935])
     """
-    correction = as_array(correction, 3, "correction")
-    if angle == VERTICAL:
-        return HeadFrame(np.eye(3), correction, block=_trans(correction))
-    translation = head.vector(angle) + correction
-    block = f"{_trans(translation)}\nAROT Z={head.rotation_z(angle):z.3f} X=90"
-    return HeadFrame(head.frame(angle), translation, block=block)
+    vertical, origin = angle == VERTICAL, as_array(correction, 3, "correction")
+    origin = origin if vertical else origin + head.vector(angle)
+    block = "TRANS " + " ".join(f"{axis}={value:z.3f}" for axis, value in zip("XYZ", origin, strict=True))
+    if not vertical:
+        block += f"\nAROT Z={head.rotation_z(angle):z.3f} X=90"
+    return HeadFrame(np.eye(3) if vertical else head.frame(angle), origin, block=block)
 
 
 def opposite_errors(head):
@@ -177,9 +171,8 @@ class FittedHead:
     @property
     def tilt(self):
         """The angle between the head's axis of rotation and Z, radians."""
-        return float(
-            np.hypot(self.estimate["e"], self.estimate["f"]) / np.hypot(self.estimate["a"], self.estimate["b"])
-        )
+        e, f, a, b = (self.estimate[name] for name in "efab")
+        return float(np.hypot(e, f) / np.hypot(a, b))
 
     def head(self, step=2.5):
         """Return a `Head` with the predicted vectors of every index position, `step` degrees apart."""
@@ -196,23 +189,15 @@ class FittedHead:
 def fit_head(head, *, sigma=None):
     """Fit the model to a measured head, as `FittedHead`; three positions or more, else `InputError`.
 
-    `sigma` is the standard deviation of a measured coordinate, mm. Index errors of positions that were not measured
-    stay unseen: the residuals tell how large they may be.
+    `sigma` is the standard deviation of a coordinate, mm. Index errors of positions that were not measured stay
+    unseen: the residuals tell how large they may be.
 
     Examples
     --------
     >>> fitted = fit_head(read_head("data/measurements/five_face_head.csv"))
     >>> fitted.head(step=2.5).vector(45).round(3)
     array([ 267.988, -267.902,  533.481])
-    >>> f"{1e6 * fitted.tilt:.0f} µrad"
-    '121 µrad'
     """
-    readings = dict(zip("xyz", head.vectors.T, strict=True))
-    estimate = turning_arm(head.sense, head.zero).identify(
-        {"CPOS": head.angles} | readings, degrees=True, sigma=sigma
-    )
-    return FittedHead(head, estimate)
-
-
-def _trans(translation):
-    return "TRANS " + " ".join(f"{axis}={value:z.3f}" for axis, value in zip("XYZ", translation, strict=True))
+    read = {"CPOS": head.angles} | dict(zip("xyz", head.vectors.T, strict=True))
+    arm = turning_arm(head.sense, head.zero)
+    return FittedHead(head, arm.identify(read, degrees=True, sigma=sigma))

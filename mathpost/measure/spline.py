@@ -1,12 +1,13 @@
 """An interpolating cubic spline through measured points: all of them, every n-th, or those chosen adaptively.
 
-Huang et al. (source 001) name "cubic spline interpolation with adaptively chosen knots" and give no more. Here
-the choice is greedy: begin with few knots, make the point with the largest residual the next knot, and stop when
-every measured point is met to the tolerance. The units are the caller's.
+Huang et al. (source 001) name "cubic spline interpolation with adaptively chosen knots" and give no more. Here the
+choice is greedy: begin with few knots, make the point with the largest residual the next knot, and stop when every
+measured point is met to the tolerance. The units are the caller's.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import scipy
@@ -18,27 +19,15 @@ ROUNDING = 1e-9  # by which a position may stand beyond the ends
 
 @dataclass(frozen=True)
 class Points:
-    """Measured values, shape (points, ...), at increasing positions, (points,): once around if they have a period.
+    """Measured values, shape (points, ...), at increasing positions, (points,): less than once around a `period`.
 
-    The last position stands less than a period after the first. `closure` is what the value had changed by when the
-    position came round again; 0 if that was not measured.
+    `closure` is what the value had changed by when the position came round again; 0 if that was not measured.
     """
 
     at: np.ndarray
     values: np.ndarray
     period: float | None
     closure: float = 0.0
-
-    def check(self, positions, margin=ROUNDING):
-        """Return `positions`, put on an end that they miss by no more than `margin`; `ReachError` further out."""
-        positions = np.asarray(positions, dtype=float)
-        if self.period is not None:
-            return positions
-        low, high = self.at[[0, -1]]
-        inside = positions.clip(low, high)
-        if (outside := np.abs(positions - inside) > margin).any():
-            raise ReachError(f"{positions[outside].flat[0]:.6g} was not measured: {low:.6g} to {high:.6g} was")
-        return inside
 
 
 @dataclass(frozen=True)
@@ -66,7 +55,14 @@ class Curve:
 
     def __call__(self, positions, *, margin=ROUNDING):
         """Return the value at `positions`; `ReachError` where they leave an open curve by more than `margin`."""
-        return self.spline(self.points.check(positions, margin))
+        positions = np.asarray(positions, dtype=float)
+        if self.points.period is not None:
+            return self.spline(positions)
+        low, high = self.points.at[[0, -1]]
+        inside = positions.clip(low, high)
+        if (outside := np.abs(positions - inside) > margin).any():
+            raise ReachError(f"{positions[outside].flat[0]:.6g} was not measured: {low:.6g} to {high:.6g} was")
+        return self.spline(inside)
 
     @cached_property
     def residuals(self):
@@ -84,10 +80,9 @@ class Curve:
 def points(at, values, *, period=None):
     """Check measured values at increasing positions, shapes (points,), and return them as `Points`.
 
-    `period` is 360 for degrees of an endless axis. A first position that was measured again one period later
-    counts once, with the mean of its two values: a periodic curve can have only one. Their difference is kept as
-    `closure`. `InputError` if the positions do not increase, span more than a period, or are fewer than two (three
-    with a period).
+    `period` is 360 for degrees of an endless axis. A first position that was measured again one period later counts
+    once, with the mean of its two values; their difference is the `closure`. `InputError` if the positions do not
+    increase, span more than a period, or are fewer than two (three with a period).
 
     Examples
     --------
@@ -98,19 +93,16 @@ def points(at, values, *, period=None):
     at, values = as_array(at, np.size(at), "positions"), as_array(values, np.size(at), "values")
     if at.ndim != 1 or values.ndim != 1:
         raise InputError("positions and values", "one dimension each", f"shapes {at.shape} and {values.shape}")
-    back = np.flatnonzero(np.diff(at) <= 0)
-    if back.size:
-        what = "a duplicate" if at[back[0]] == at[back[0] + 1] else "out of order"
-        found = f"{at[back[0] + 1]:.10g} after {at[back[0]]:.10g}, {what}"
-        raise InputError("positions", "increasing numbers", found)
-    closure = 0.0
-    if period is not None:
-        if at.size and at[-1] - at[0] > period * (1 + 1e-12):
-            found = f"{at[-1] - at[0]:.10g} from first to last"
-            raise InputError("positions", f"at most one period of {period:g}", found)
-        if at.size > 1 and np.isclose(at[-1] - at[0], period, rtol=1e-12, atol=0):
-            closure = float(values[-1] - values[0])
-            at, values = at[:-1], np.append((values[0] + values[-1]) / 2, values[1:-1])
+    for before, after in pairwise(at):
+        if after <= before:
+            what = "a duplicate" if after == before else "out of order"
+            raise InputError("positions", "increasing numbers", f"{after:.10g} after {before:.10g}, {what}")
+    closure, span = 0.0, np.ptp(at) if at.size else 0.0
+    if period is not None and span > period * (1 + 1e-12):
+        raise InputError("positions", f"at most one period of {period:g}", f"{span:.10g} from first to last")
+    if period is not None and np.isclose(span, period, rtol=1e-12, atol=0):
+        closure = float(values[-1] - values[0])
+        at, values = at[:-1], np.append((values[0] + values[-1]) / 2, values[1:-1])
     fewest = 2 if period is None else 3
     if at.size < fewest:
         raise InputError("positions", f"at least {fewest} different ones", f"{at.size}")
@@ -140,7 +132,7 @@ def adaptive(measured, tolerance):
     """Return the `Curve` through as few points as the greedy choice needs to meet all of them to `tolerance`.
 
     It begins with both ends, or with three points about a third of the period apart. The largest residual need not
-    fall with every knot: a spline may swing out elsewhere.
+    fall with every knot.
 
     Examples
     --------
@@ -151,15 +143,11 @@ def adaptive(measured, tolerance):
     """
     if not tolerance > 0:
         raise InputError("tolerance", "a number above 0", f"{tolerance}")
-    curve = Curve(measured, _first_knots(measured))
+    at, knots = measured.at, (0, len(measured.at) - 1)
+    if measured.period is not None:
+        thirds = dict.fromkeys(int(np.argmin(np.abs(at - at[0] - measured.period * n / 3))) for n in (0, 1, 2))
+        knots = tuple(thirds) if len(thirds) == 3 else (0, 1, len(at) - 1)
+    curve = Curve(measured, knots)
     while curve.residual > tolerance:
         curve = Curve(measured, (*curve.knots, int(np.argmax(np.abs(curve.residuals)))))
     return curve
-
-
-def _first_knots(measured):
-    at = measured.at
-    if measured.period is None:
-        return (0, len(at) - 1)
-    thirds = [int(np.argmin(np.abs(at - at[0] - measured.period * n / 3))) for n in (0, 1, 2)]
-    return tuple(thirds) if len(set(thirds)) == 3 else (0, 1, len(at) - 1)

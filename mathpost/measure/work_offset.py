@@ -1,9 +1,8 @@
 """The work offset after the table has turned, as the macro G65 P9795 of source 001 calculates it.
 
 A point of the part is carried back to where it was with all rotary axes at zero, and forward to the new angles. The
-table is a tuple of `mathpost.machine.Rotary` from the bed outwards, so that the stack order, the sign convention
-and a centre for each axis are what the machine has, not what a macro supposes. Source 001 states none of the
-three: the result of its example depends on them.
+table is a tuple of `mathpost.machine.Rotary` from the bed outwards, such as `Machine.rotary`: stack order, sign
+convention and a centre for each axis. Source 001 states none of the three, and its example depends on them.
 """
 
 import re
@@ -14,7 +13,7 @@ from numbers import Real
 import numpy as np
 import sympy as sp
 
-from mathpost.chain import exact_unit, product, turn
+from mathpost.chain import exact_unit, turn
 from mathpost.errors import NUMBER, InputError, as_array
 from mathpost.machine import Rotary
 from mathpost.rotation import numeric
@@ -37,10 +36,9 @@ class WorkOffset:
 
 @dataclass(frozen=True)
 class NewDatum:
-    """What `p9795` returns.
+    """What `p9795` returns: the point `after` the turn, shape (3,), machine mm, which the NC `block` stores.
 
-    `after`, shape (3,), is the point in machine coordinates after the turn, mm, which `block`, an NC block, stores;
-    `angles` takes an axis to its machine angle, degrees, which it does not.
+    `angles`, degrees by axis, must be programmed besides.
     """
 
     after: np.ndarray
@@ -51,26 +49,25 @@ class NewDatum:
 def ab_table(centre_a, centre_b, *, order="AB", iso=True):
     """Return the rotary axes of a horizontal machining centre's table, from the bed outwards.
 
-    `centre_a` and `centre_b` are points on either axis with both at zero, mm in machine coordinates; A lies along
-    X and B along Y. `order` is ``"AB"`` if A stands on the bed and carries B, ``"BA"`` if B carries A; `iso` says
+    `centre_a` and `centre_b` are points on either axis with both at zero, mm in machine coordinates; A lies along X
+    and B along Y. `order` is ``"AB"`` if A stands on the bed and carries B, ``"BA"`` if B carries A; `iso` says
     that the table turns against the programmed angle, as ISO 841 has it.
     """
-    sign = -1 if iso else 1
-    axes = {
-        "A": Rotary("A", "workpiece", (sign, 0, 0), tuple(as_array(centre_a, 3, "centre_a").tolist())),
-        "B": Rotary("B", "workpiece", (0, sign, 0), tuple(as_array(centre_b, 3, "centre_b").tolist())),
-    }
     if sorted(order) != ["A", "B"]:
         raise InputError("order", '"AB" or "BA"', repr(order))
-    return tuple(axes[name] for name in order)
+    sign = -1 if iso else 1
+    axes = {
+        "A": ((sign, 0, 0), as_array(centre_a, 3, "centre_a")),
+        "B": ((0, sign, 0), as_array(centre_b, 3, "centre_b")),
+    }
+    return tuple(Rotary(name, "workpiece", axes[name][0], tuple(axes[name][1].tolist())) for name in order)
 
 
 @lru_cache(maxsize=32)
 def moved_symbolic(table):
     """Return the moved point of a table, (x, y, z), and the symbols in it, as two tuples.
 
-    The symbols are x y z of the point, and for each axis, from the bed outwards, its centre (``A_x A_y A_z``), its
-    old and its new angle (``A_0 A_1``).
+    Those are x y z of the point, and for each axis its centre, old and new angle (``A_x A_y A_z A_0 A_1``).
 
     Examples
     --------
@@ -79,24 +76,23 @@ def moved_symbolic(table):
     >>> sp.simplify(x.subs(dict.fromkeys(symbols[3:6], 0)))
     x*cos(B_0 - B_1) + z*sin(B_0 - B_1)
     """
-    symbols, to_zero, to_new = list(POINT), [], []
+    symbols, point, to_new = list(POINT), sp.Matrix([*POINT, 1]), []
     for axis in table:
-        centre = sp.symbols([f"{axis.name}_{c}" for c in "xyz"], real=True)
-        old, new = sp.symbols([f"{axis.name}_0", f"{axis.name}_1"], real=True)
-        direction = exact_unit(axis.axis)
-        to_zero.insert(0, turn(direction, sp.Matrix(centre), -old))
-        to_new.append(turn(direction, sp.Matrix(centre), new))
-        symbols += [*centre, old, new]
-    moved = product([*to_new, *to_zero]) * sp.Matrix([*POINT, 1])
-    return tuple(moved[:3, 0]), tuple(symbols)
+        *centre, old, new = own = sp.symbols([f"{axis.name}_{c}" for c in "xyz01"], real=True)
+        direction, centre = exact_unit(axis.axis), sp.Matrix(centre)
+        point = turn(direction, centre, -old) * point
+        to_new.insert(0, turn(direction, centre, new))
+        symbols += own
+    for matrix in to_new:
+        point = matrix * point
+    return tuple(point[:3, 0]), tuple(symbols)
 
 
 def moved(point, table, start, end, *, degrees=False):
     """Return where a point of the part, shape (..., 3), goes when the table turns: mm, in machine coordinates.
 
-    `table` is a tuple of `mathpost.machine.Rotary` from the bed outwards, such as `Machine.rotary`; `start` and
-    `end` take an axis' name to its machine angle before and after, numbers or arrays, broadcast. `InputError` if an
-    angle is missing or not finite, or an axis carries the tool.
+    `start` and `end` take an axis' name to its machine angle before and after, numbers or arrays, broadcast.
+    `InputError` if an angle is missing or not finite, or an axis carries the tool.
 
     Examples
     --------
@@ -109,8 +105,12 @@ def moved(point, table, start, end, *, degrees=False):
     for axis in table:
         if axis.carries != "workpiece":
             raise InputError(f"table, {axis.name}", "an axis that carries the workpiece", "one of the tool")
-        angles = [_angle(angles, axis.name, name) for angles, name in ((start, "start"), (end, "end"))]
-        values += [*axis.point, *(map(np.deg2rad, angles) if degrees else angles)]
+        values += axis.point
+        for where, angles in (("start", start), ("end", end)):
+            if axis.name not in angles:
+                raise InputError(where, f"an angle for {axis.name}", f"{', '.join(angles) or 'none'}")
+            angle = as_array(np.asarray(angles[axis.name])[..., None], 1, f"{where}, {axis.name}")[..., 0]
+            values.append(np.deg2rad(angle) if degrees else angle)
     expressions, symbols = moved_symbolic(tuple(table))
     return numeric(expressions, symbols)(*values)
 
@@ -121,19 +121,18 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
     Parameters
     ----------
     table : tuple of mathpost.machine.Rotary
-        A and B, or one of them, from the bed outwards.
+        A and B, or one of them.
     offset : WorkOffset
-        The active offset, which the macro reads from the control.
+        The active offset.
     S : int or str, optional
-        Where to store the result: 54 to 59, or ``"54.1 P7"``; the active offset if left out.
+        Where to store the result: 54 to 59, or ``"54.1 P7"``; `offset` if left out.
     current : dict, optional, keyword only
         Present position in workpiece coordinates, by X, Y, Z, A, B.
     shift : str, keyword only
         Whether U, V, W lie along the ``"machine"`` axes or are turned with the ``"part"``; the source is silent.
     **arguments
-        X, Y, Z, A, B: workpiece coordinates, mm and degrees, before the turn; those of `current` if left out. D,
-        E: new A and new B, degrees. (The source's table calls both "A axis".) U, V, W: extra shift after the turn,
-        mm.
+        X, Y, Z, A, B: workpiece coordinates, mm and degrees, before the turn; those of `current` if left out. D, E:
+        new A and B, degrees (the source calls both "A axis"). U, V, W: extra shift after the turn, mm.
 
     Raises
     ------
@@ -149,11 +148,9 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
     >>> p9795(table, old, **read_call("G65P9795X0Y0Z0A0B0D-30.E10.S55")).block
     'G90 G10 L2 P2 X-352.854 Y-370.364 Z-654.922'
     """
-    for address in arguments:
-        if address not in ADDRESSES:
-            raise InputError(address, f"arguments among {', '.join(ADDRESSES)}", "another")
-    position = {address: (current or {}).get(address) for address in "XYZAB"}
-    given = position | {"D": None, "E": None} | dict.fromkeys("UVW", 0.0) | arguments
+    for address in set(arguments) - set(ADDRESSES):
+        raise InputError(address, f"arguments among {', '.join(ADDRESSES)}", "another")
+    given = dict.fromkeys("XYZABDE") | dict.fromkeys("UVW", 0.0) | (current or {}) | arguments
     for axis, address in (("A", "D"), ("B", "E")):
         if axis not in [each.name for each in table]:
             if given[axis] or given[address]:
@@ -166,14 +163,17 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
         raise InputError("shift", '"machine" or "part"', repr(shift))
 
     before = np.array([given[address] + getattr(offset, address) for address in "XYZ"])
-    extra = np.array([given[address] for address in "UVW"])
+    along, turned = np.array([given[address] for address in "UVW"]) * [[shift == "machine"], [shift == "part"]]
     start = {"A": offset.A + given["A"], "B": offset.B + given["B"]}
     end = {"A": offset.A + given["D"], "B": offset.B + given["E"]}
-    carried = before + extra if shift == "part" else before
-    after = moved(carried, table, start, end, degrees=True) + (extra if shift == "machine" else 0.0)
+    after = moved(before + turned, table, start, end, degrees=True) + along
 
-    angles = {axis.name: end[axis.name] for axis in table}
-    return NewDatum(after, angles, f"G90 G10 {_store(offset.code if S is None else S)} {words(after)}")
+    code = offset.code if S is None else S
+    store = re.fullmatch(r"G?(5[4-9])|G?54\.1 ?P(\d+)", str(code).strip().upper())
+    if not store:
+        raise InputError("S", "54 to 59, or 54.1 P and a number", repr(code))
+    place = f"L2 P{int(store[1]) - 53}" if store[1] else f"L20 P{store[2]}"
+    return NewDatum(after, {axis.name: end[axis.name] for axis in table}, f"G90 G10 {place} {words(after)}")
 
 
 def words(point, decimals=3):
@@ -184,38 +184,25 @@ def words(point, decimals=3):
 def read_call(block):
     """Return the arguments of a ``G65 P9795`` block as a dict for `p9795`.
 
-    A number other than 0 must have its decimal point: without one the control counts in its smallest unit.
+    A number needs its decimal point, unless it is 0: without one the control counts in its smallest unit.
 
     Examples
     --------
     >>> read_call("G65 P9795 X0 D-30. S55")
     {'X': 0.0, 'D': -30.0, 'S': 55}
     """
+    where, arguments = f"block {block!r}", {}
     pairs = re.findall(rf"([A-Z])\s*({NUMBER})", block.upper())
-    if "".join(letter + number for letter, number in pairs) != re.sub(r"\s", "", block.upper()).rstrip(";"):
-        raise InputError(f"block {block!r}", "words of a letter and a number", "something else")
+    said = [letter + number for letter, number in pairs]
+    if "".join(said) != re.sub(r"\s", "", block.upper()).rstrip(";"):
+        raise InputError(where, "words of a letter and a number", "something else")
     if [(letter, float(number)) for letter, number in pairs[:2]] != [("G", 65), ("P", 9795)]:
-        raise InputError(f"block {block!r}", "G65 P9795", " ".join(letter + number for letter, number in pairs[:2]))
-    arguments = {}
+        raise InputError(where, "G65 P9795", " ".join(said[:2]))
     for letter, number in pairs[2:]:
         if letter not in ADDRESSES or letter in arguments:
             found = f"{letter} twice" if letter in arguments else letter
-            raise InputError(f"block {block!r}", f"each of {' '.join(ADDRESSES)} at most once", found)
+            raise InputError(where, f"each of {' '.join(ADDRESSES)} at most once", found)
         if letter != "S" and "." not in number and float(number) != 0:
-            raise InputError(f"block {block!r}, {letter}", f"a decimal point, {letter}{number}.", letter + number)
+            raise InputError(f"{where}, {letter}", f"a decimal point, {letter}{number}.", letter + number)
         arguments[letter] = int(float(number)) if letter == "S" else float(number)
     return arguments
-
-
-def _store(code):
-    """The G10 words that select an offset: L2 for G54 to G59, L20 for G54.1."""
-    match = re.fullmatch(r"G?(5[4-9])|G?54\.1 ?P(\d+)", str(code).strip().upper())
-    if not match:
-        raise InputError("S", "54 to 59, or 54.1 P and a number", repr(code))
-    return f"L2 P{int(match[1]) - 53}" if match[1] else f"L20 P{match[2]}"
-
-
-def _angle(angles, axis, where):
-    if axis not in angles:
-        raise InputError(where, f"an angle for {axis}", f"{', '.join(angles) or 'none'}")
-    return as_array(np.asarray(angles[axis])[..., None], 1, f"{where}, {axis}")[..., 0]

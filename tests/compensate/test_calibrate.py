@@ -387,6 +387,8 @@ THREE = ("angle,R,dial", "0,100,0.1", "90,100,0.1")
         (text("angle,R,dial", "0,100,1", "1.5708,100,1", **SAID), "look like radians"),
         (text(*THREE, "180,100,0.2", **SAID), "readings than unknowns, or a line # sigma"),
         (text("angle,R,dial,temp", "0,100,0.1,20", **SAID), "found 'temp'"),
+        (text(f"{UP_DOWN},dial", "0,0,0,0,0,0", **LASER), "no columns but reading, forth, back, position, up1"),
+        (text("face,at,shown,dial", "+X,0,1,0", method="bar", unit="mm"), "no columns but shown, face, at"),
         (text("x,y,z,ex", "0,0,0,0.1", method="ball", unit="mm"), "the rotary angles under their axes' names"),
         (text("C,ex", "0,0.1", method="ball", unit="mm"), "columns x, y, z of the ball"),
         (

@@ -105,6 +105,13 @@ def test_an_answer_in_the_wrong_order():
     assert explain(SOMEWHERE, POINT, right[[1, 0, 2]].round(5)).misreadings[0].kinds == ("copied",)
 
 
+@pytest.mark.parametrize("angle", [0, 1, 2])
+def test_two_angles_left_out_and_an_answer_in_the_wrong_order(angle):
+    alone = turned_frame(SOMEWHERE * (np.arange(3) == angle)).T @ POINT
+    found = explain(SOMEWHERE, POINT, alone[[1, 0, 2]].round(9), decimals=9)
+    assert found.misreadings[0].kinds == ("left out", "copied")
+
+
 def test_nothing_is_made_up():
     rng = np.random.default_rng(5)
     for _ in range(10):

@@ -35,7 +35,7 @@ def test_the_worked_table(head, angle, uzz, translation, z, machine):
     frame = horizontal_head.lhy(head, correction, angle)
     np.testing.assert_allclose(frame.origin, translation, atol=1e-9)
     np.testing.assert_allclose(frame.rotation[:, 2], z, atol=1e-12)
-    np.testing.assert_allclose(frame.machine_point(POINT, OFFSET), machine, atol=1e-9)
+    np.testing.assert_allclose(np.add(OFFSET, frame.point(POINT)), machine, atol=1e-9)
     if uzz is None:
         assert frame.block == "TRANS X=-0.060 Y=0.000 Z=-533.468"
     else:
