@@ -8,11 +8,12 @@ import re
 import unicodedata
 from collections import Counter
 from dataclasses import dataclass
-from itertools import permutations, product
+from itertools import pairwise, permutations, product
 
 import numpy as np
 
 from mathpost.rotation import wrap
+from mathpost.workbook.graph import beside
 
 CLOSE = 0.1  # degrees, mm: what is told apart here; what is right is judged elsewhere
 LOOKED_AT = 200  # rows are enough to tell a column
@@ -52,7 +53,9 @@ class Table:
         """Where the columns stand."""
         texts = []
         for name, first, last in zip(("tip", "axis", "words"), self.rows[0], self.rows[-1], strict=True):
-            texts.append(f"{name} {' '.join(map(graph.range, zip(first, last, strict=True)))}")
+            side_by_side = all(b in beside(a) for a, b in pairwise(first))
+            ends = [(first[0], last[-1])] if side_by_side else zip(first, last, strict=True)
+            texts.append(f"{name} {' '.join(map(graph.range, ends))}")
         not_seen = f"; numbers not looked at: {', '.join(map(graph.range, self.others))}"
         return ", ".join(texts) + not_seen * bool(self.others)
 
@@ -150,7 +153,8 @@ def _table(graph, kinematics, columns):
     rows = [tuple(tuple(places[row] for places in part) for part in cells) for row in range(count) if kept[row]]
     left = [(columns[0].places[row], columns[-1].places[row]) for row in range(count) if not kept[row]]
     others = [c for n, c in enumerate(columns) if n not in (*roles["tip"], *roles["axis"], *tip, *axis, *words)]
-    others = [(c.places[0], c.places[-1]) for c in others if c.typed and graph.used.keys().isdisjoint(c.places)]
+    others = [c.places for c in others if c.typed and not _is_count(c.values)]
+    others = [(places[0], places[-1]) for places in others if graph.used.keys().isdisjoint(places)]
     units = tuple(columns[n].unit for n in words[3:])
     counters = tuple(p for c in columns if not c.typed and _is_count(c.values) for p in c.places)
     return Table(rows, units, counters, tuple(source), tuple(left), tuple(others))

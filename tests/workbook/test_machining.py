@@ -126,6 +126,13 @@ def test_at_the_pole_any_angle_is_right_but_there_must_be_one(tmp_path):
     assert checked(tmp_path / "kept.xlsx", cells, task).verdict == "right"
 
 
+def test_a_tool_axis_that_is_no_unit_vector_is_warned_of(tmp_path):
+    cells, rows, task = table("no headings")
+    cells["S", 5, 7] += 0.01
+    report = checked(tmp_path / "sheet.xlsx", cells, task)
+    assert any("no unit vector in row 5" in text for text in report.warnings)
+
+
 def test_words_taken_over_under_the_wrong_heading(tmp_path):
     cells, rows, task = table("no headings")
     for k, word in enumerate("XYZAC"):
