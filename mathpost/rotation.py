@@ -316,7 +316,7 @@ def _parts(expression):
 
 
 def _put_together(expression, parts):
-    """An expression of these parts, as they stand; a constant as a float, if it is no whole number of a double."""
+    """An expression of these parts as they stand; a constant as a float, but for whole numbers that one holds."""
     if not parts:
         exact = not expression.is_number or (expression.is_Integer and abs(expression) < 2**53)
         return expression if exact else sp.N(expression, 30)
