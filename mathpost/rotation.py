@@ -258,7 +258,9 @@ def numeric(expression, arguments):
     compiled = sp.lambdify(arguments, entries, "numpy", cse=shared, use_imps=False)
 
     def evaluate(*values):
-        values = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in values))
+        values = [np.asarray(value, dtype=float) for value in values]
+        if any(value.shape != values[0].shape for value in values):
+            values = np.broadcast_arrays(*values)
         flat = [value.reshape(-1) for value in values]
         result = np.empty((len(entries), flat[0].size))
         for rows in slices(flat[0].shape):
