@@ -20,12 +20,19 @@ from mathpost.post.program import DIALECTS
 from mathpost.post.selection import STRATEGIES
 from mathpost.post.ways import Crossing
 
-COMMANDS = []  # function, name, help, arguments
+PARSER = argparse.ArgumentParser(
+    prog="python -m mathpost", description="Five-axis post-processing and spreadsheets, verified."
+)
+PARSER.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
+COMMANDS = PARSER.add_subparsers(dest="command", required=True)
 
 
-def _command(name, said, *arguments):
+def _command(name, said, *arguments, among=COMMANDS):
     """Make a command of the function below: its name, its help and its arguments."""
-    return lambda function: COMMANDS.append((function, name, said, arguments)) or function
+    command = among.add_parser(name, help=said)
+    for names, how in arguments:
+        command.add_argument(*names, **how)
+    return lambda function: command.set_defaults(run=function) or function
 
 
 def _arg(*names, **how):
@@ -42,20 +49,7 @@ def main(arguments=None):
 
     0 is done, or all right; 1 something wrong in what was checked; 2 refused, with the reason on standard error.
     """
-    parser = argparse.ArgumentParser(
-        prog="python -m mathpost", description="Five-axis post-processing and spreadsheets, verified."
-    )
-    parser.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
-    commands = {"": parser.add_subparsers(dest="command", required=True)}
-    for function, name, said, given in COMMANDS:
-        above, _, name = name.rpartition(" ")
-        if above not in commands:
-            commands[above] = commands[""].add_parser(above, help=said).add_subparsers(required=True)
-        command = commands[above].add_parser(name, help=said)
-        command.set_defaults(run=function)
-        for names, how in given:
-            command.add_argument(*names, **how)
-    options = parser.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
+    options = PARSER.parse_args(_joined(sys.argv[1:] if arguments is None else arguments))
     if arguments is None:
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
     try:
@@ -164,9 +158,13 @@ def _post(options):
         errors=read_errors(options.errors, setup) if options.errors else None,
         progress=(lambda name: print(f"{name} …", file=sys.stderr)) if sys.stderr.isatty() else None,
     )
-    _write(options.output, result.program, inputs=list(filter(None, (options.cl, options.machine, options.errors))))
+    _write(options.output, result.program, inputs=filter(None, (options.cl, options.machine, options.errors)))
     print(result.report, file=sys.stderr)
     return 0
+
+
+def _given(options, names):
+    return {name: getattr(options, name) for name in names if getattr(options, name) is not None}
 
 
 def _write(path, text, inputs=()):
@@ -196,10 +194,9 @@ def _calibrate(options):
     if options.template:
         print(readings.template(options.template, setup), end="")
         return 0
-    said = {name: getattr(options, name) for name in SAID if getattr(options, name) is not None}
     if not options.readings:
         raise InputError("calibrate", "files of readings, or --template", "none")
-    found = calibrate(setup, options.readings, squareness=options.squareness or None, **said)
+    found = calibrate(setup, options.readings, squareness=options.squareness or None, **_given(options, SAID))
     print(found)
     if options.output:
         handover.write(found, options.machine, options.output, inputs=options.readings)
@@ -224,36 +221,26 @@ def _calibrate(options):
 )
 def _check(options):
     """Print what is wrong; of a folder a table, with the progress on standard error."""
-    task = _task(options)
+    said = {"kind": options.task} if options.task else {}
+    if options.task and options.task.lower().endswith(".toml"):
+        said = workbook.task_file(options.task)
+    names = ("sequence", "convention", "angles", "point", "origin", "cells", "machine")
+    task = workbook.Task(**said | _given(options, names))
     if not options.path.is_dir():
         report = workbook.check_file(options.path, task)
         print(report)
         if options.marked is not None:
             workbook.mark(report, options.marked)
         return report.status
-
-    def progress(done, total, path):
-        print(f"{done}/{total} {path.name}", file=sys.stderr)
-
-    how = {"marked": options.marked, "language": options.language, "progress": progress}
-    summary = workbook.check_folder(options.path, task, **how)
+    summary = workbook.check_folder(
+        options.path, task, marked=options.marked, language=options.language,
+        progress=lambda done, total, path: _step(done, total, path.name),
+    )  # fmt: skip
     for path, text in ((options.csv, summary.to_csv), (options.html, summary.to_html)):
         if path is not None:
             write_bytes(path, text().encode())
     print(summary)
     return summary.status
-
-
-def _task(options):
-    """The task from the options, those in a TOML file first."""
-    given = {}
-    if options.task and options.task.lower().endswith(".toml"):
-        given = workbook.task_file(options.task)
-    elif options.task:
-        given["kind"] = options.task
-    names = ("sequence", "convention", "angles", "point", "origin", "cells", "machine")
-    given |= {name: getattr(options, name) for name in names if getattr(options, name) is not None}
-    return workbook.Task(**given)
 
 
 @_command(
@@ -330,11 +317,15 @@ def _alone(given, results):
     return (given[0], results[0]) if len(given) == 1 else (given, results)
 
 
+LESSONS = COMMANDS.add_parser("lessons", help="run lessons anew and say what changed")
+
+
 @_command(
-    "lessons rerun",
+    "rerun",
     "run lessons anew and say what changed",
     _file("path", nargs="*", metavar="NOTEBOOK", help="default: notebooks/*.ipynb"),
     _arg("--accept", action="store_true", help="write the new outputs"),
+    among=LESSONS.add_subparsers(required=True),
 )
 def _rerun(options):
     """Print the numbers and pictures that changed; 1 if there are any that were not accepted."""
@@ -370,9 +361,8 @@ def _grade(options):
     graded.notes += place.open if place else ["No notebook was run."]
     for note in graded.notes:
         print(note, file=sys.stderr)
-    report = options.output
-    report = report.with_suffix("") if report.suffix in (".html", ".csv") else report
-    page, table = report.with_name(f"{report.name}.html"), report.with_name(f"{report.name}.csv")
+    report = options.output.with_suffix("") if options.output.suffix in (".html", ".csv") else options.output
+    page, table = (report.with_name(report.name + suffix) for suffix in (".html", ".csv"))
     write_text(page, grade_page.to_html(graded, options.language))
     write_text(table, grade_page.to_csv(graded, options.language))
     print(f"students: {len(graded.results)}; {page}, {table}")

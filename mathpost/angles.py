@@ -51,7 +51,6 @@ def angles(sequence, matrix, *, lock="third", degrees=False):
     >>> angles("xyz", matrix("xyz", [40, 90, 25], degrees=True), degrees=True).round(9)
     array([15., 90., 0.])
     """
-    _intrinsic(sequence)
     if lock not in ("first", "third"):
         raise InputError("lock", "'first' or 'third'", repr(lock))
     found = _read(sequence, lock, as_rotation(matrix, "matrix"))[0]
@@ -60,7 +59,6 @@ def angles(sequence, matrix, *, lock="third", degrees=False):
 
 def is_locked(sequence, matrix):
     """Return whether the first and the last axis of the sequence are parallel, shape (...)."""
-    _intrinsic(sequence)
     return _read(sequence, "third", as_rotation(matrix, "matrix"))[1] < LOCK
 
 
@@ -116,7 +114,7 @@ def _intrinsic(sequence):
 
 @lru_cache(maxsize=12)
 def _turns(letters):
-    i, j, k = (ACTIVE[letter] for letter in letters)
+    i, j, k = map(ACTIVE.get, letters)
     return lambda a, b, c: i(a) * j(b) * k(c)
 
 
@@ -141,7 +139,7 @@ def arguments(sequence, matrix, first):
     (m02, -m12)
     """
     a, b, c = sp.symbols("a b c", real=True)
-    i, j, k = (ACTIVE[letter] for letter in sequence)
+    i, j, k = map(ACTIVE.get, sequence)
     row, column = "XYZ".index(sequence[1]), "XYZ".index(sequence[2])
     rest = i(-first) * matrix
     return [
@@ -180,6 +178,7 @@ def _compiled(sequence, lock):
 
 def _read(sequence, lock, matrices):
     """The angles, shape (..., 3), of matrices of shape (..., 3, 3), and the sine that is zero at the lock."""
+    _intrinsic(sequence)
     found = _compiled(sequence, lock)(*_entries(matrices))
     angles = found[..., :3]
     return np.where(angles == -np.pi, np.pi, angles) + 0.0, found[..., 3]  # atan2 gives −180° for −0
@@ -199,11 +198,6 @@ def from_axis_angle(axis, angle, *, degrees=False):
     """Return the active matrix of a right-handed turn about `axis`: `about`, compiled.
 
     Axes (..., 3), of any length above zero, and angles (...) give matrices (..., 3, 3).
-
-    Examples
-    --------
-    >>> (from_axis_angle([1, 1, 1], 120, degrees=True) @ [1, 0, 0]).round(12) + 0.0
-    array([0., 1., 0.])
     """
     axis, angle = unit(as_array(axis, 3, "axis")), as_array(np.expand_dims(angle, -1), 1, "angle")[..., 0]
     *v, t = sp.symbols("v_x v_y v_z t", real=True)
@@ -274,10 +268,6 @@ _ENTRIES = sp.symbols("m:3:3", real=True)
 
 @lru_cache(maxsize=1)
 def _quaternion_products():
-    """4·q·qᵀ in the nine entries of the matrix of q, found by comparing coefficients."""
-    q = sp.Matrix(QUATERNION)
-    products = list(q * q.T)
-    names = {product: sp.Symbol(f"q{n}") for n, product in enumerate(dict.fromkeys(products))}
-    known = [q.dot(q) - 1, *(QUATERNION_MATRIX - sp.Matrix(3, 3, _ENTRIES))]
-    found = sp.solve([sp.expand(equation).subs(names) for equation in known], list(names.values()), dict=True)[0]
-    return sp.ImmutableMatrix(4, 4, [4 * found[names[product]] for product in products])
+    """4·q·qᵀ in the entries of a matrix M: the identity and half the Hessian of ΣM·R(q) by q (Horn 1987)."""
+    together = sp.Matrix(_ENTRIES).dot(QUATERNION_MATRIX.reshape(9, 1))
+    return sp.ImmutableMatrix(sp.eye(4) + sp.hessian(together, QUATERNION) / 2)

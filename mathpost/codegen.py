@@ -75,21 +75,10 @@ _DIALECTS = {
 
 
 def machine(kin, language):
-    """Print a machine as a file that stands alone.
+    """Print a machine, a `Kinematics`, as a file that stands alone; its header says what goes in and out.
 
-    Parameters
-    ----------
-    kin : Kinematics
-    language : str
-        One of `LANGUAGES`, or `InputError` is raised. JavaScript: an ES module that exports `EXPORTS`. C: the same
-        functions, C99. LaTeX: an article with the formulas. The header of the file says what goes in and out.
-
-    Examples
-    --------
-    >>> from mathpost import machine as file
-    >>> from mathpost.kinematics import Kinematics
-    >>> print(machine(Kinematics(file.load("ac_table")), "c").splitlines()[0])
-    /* Trunnion, A carries C (table-table). Printed by mathpost from its symbolic derivation.
+    `language` is one of `LANGUAGES`, or `InputError` is raised. JavaScript: an ES module that exports `EXPORTS`. C:
+    the same functions, C99. LaTeX: an article with the formulas.
     """
     if language not in LANGUAGES:
         raise InputError("language", " or ".join(LANGUAGES), repr(language))

@@ -1,8 +1,9 @@
 """The package's own errors, and where most of them arise: a caller's arrays, and files read and written."""
 
 import os
-import tempfile
+from contextlib import suppress
 from pathlib import Path
+from secrets import token_hex
 
 import numpy as np
 
@@ -32,15 +33,7 @@ class OutputError(MathpostError):
 
 
 def as_array(values, length, where):
-    """Return `values` as a float array of shape ``(..., length)``, or raise `InputError`.
-
-    Examples
-    --------
-    >>> as_array([1, float("nan"), 3], 3, "tip")
-    Traceback (most recent call last):
-        ...
-    mathpost.errors.InputError: tip: expected finite numbers, found nan at index (1,)
-    """
+    """Return `values` as a float array of shape ``(..., length)``, all finite, or raise `InputError`."""
     if np.ma.is_masked(values):
         raise InputError(where, "numbers", "masked ones")
     try:
@@ -95,35 +88,29 @@ def write_bytes(path, content, *, inputs=()):
     A temporary file in the same folder takes the place of `path` in one step, with the mode and the owner that the
     file had. A link is followed. What is no regular file (a device, a pipe) or one of `inputs` is not replaced.
     """
-    path, temporary = Path(os.path.realpath(path)), None
+    path = Path(os.path.realpath(path))
+    temporary = path.parent / f".{path.name}.{token_hex(4)}"
     try:
-        mode, owner = _replaced(path, inputs)
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        with open(handle, "wb") as file:
+        if old := path.stat() if path.exists() else None:
+            _may_be_replaced(path, inputs)
+        with open(temporary, "xb") as file:
+            if old and hasattr(os, "chown"):
+                os.chown(temporary, old.st_uid, old.st_gid)
+            if old:
+                os.chmod(temporary, old.st_mode & 0o7777)
             file.write(content)
-        if owner:
-            os.chown(temporary, *owner)
-        os.chmod(temporary, mode)
         os.replace(temporary, path)
     except OSError as error:
         raise OutputError(f"{path}: not written, {error.strerror or error}") from None
     finally:
-        if temporary:
-            Path(temporary).unlink(missing_ok=True)
+        with suppress(OSError):  # it took the place, or was never there
+            temporary.unlink()
 
 
-def _replaced(path, inputs):
-    """Return the mode and the owner that a file shall have; refuse to replace what must not be."""
-    if not path.exists():
-        umask = os.umask(0)  # can be read only by setting it
-        os.umask(umask)
-        return 0o666 & ~umask, None
+def _may_be_replaced(path, inputs):
     if not path.is_file():
         raise OutputError(f"{path}: not written, it is no regular file")
     if any(os.path.exists(each) and path.samefile(each) for each in inputs):
         raise OutputError(f"{path}: not written, it is one of the files that are read")
     if not os.access(path, os.W_OK):
         raise OutputError(f"{path}: not written, Permission denied")
-    status = path.stat()
-    mine = (status.st_uid, status.st_gid) == (os.getuid(), os.getgid()) if hasattr(os, "getuid") else True
-    return status.st_mode & 0o7777, None if mine else (status.st_uid, status.st_gid)

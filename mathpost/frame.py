@@ -15,21 +15,8 @@ class Frame:
     """A child frame in its parent: p_parent = rotation @ p_child + origin.
 
     Name a variable after what it does to coordinates, ``parent_from_child``; given the names of both frames,
-    the frame itself refuses a composition that skips one.
-
-    Parameters
-    ----------
-    rotation : array_like, shape (..., 3, 3)
-        The child's axes, as columns, in the parent.
-    origin : array_like, shape (..., 3)
-        The child's origin in the parent, mm.
-    parent, child : str
-        Names such as ``"MCS"`` and ``"WCS"``, or nothing.
-
-    Raises
-    ------
-    InputError
-        If the axes are not orthonormal (says by how much) or left-handed, or something is not finite.
+    the frame itself refuses a composition that skips one. `InputError` is raised if the axes are not orthonormal
+    (says by how much) or left-handed, or something is not finite.
 
     Examples
     --------
@@ -40,10 +27,10 @@ class Frame:
     array([10.,  0.,  5.])
     """
 
-    rotation: np.ndarray
-    origin: np.ndarray = (0.0, 0.0, 0.0)
-    parent: str = ""
-    child: str = ""
+    rotation: np.ndarray  # the child's axes, as columns, in the parent, shape (..., 3, 3)
+    origin: np.ndarray = (0.0, 0.0, 0.0)  # the child's in the parent, mm, shape (..., 3)
+    parent: str = ""  # a name, such as "MCS", or nothing
+    child: str = ""  # the same, such as "WCS"
 
     def __post_init__(self):
         object.__setattr__(self, "rotation", as_rotation(self.rotation))
@@ -53,12 +40,8 @@ class Frame:
     def from_axes(cls, z, x, origin=(0.0, 0.0, 0.0), parent="", child=""):
         """Build a frame from its Z axis and a reference direction for X, as STEP's axis2_placement_3d does.
 
-        X is the part of `x` that is perpendicular to `z`, Y = Z × X. Shapes (..., 3), of any length above zero.
-
-        Raises
-        ------
-        InputError
-            If a direction has no length or `x` is parallel to `z`.
+        X is the part of `x` that is perpendicular to `z`, Y = Z × X. Shapes (..., 3), of any length above zero;
+        `InputError` is raised if `x` is parallel to `z`.
 
         Examples
         --------
@@ -69,13 +52,11 @@ class Frame:
         """
         z = unit(as_array(z, 3, "z"), "z")
         x = unit(as_array(x, 3, "x"), "x")
-        across = x - (x * z).sum(axis=-1, keepdims=True) * z
-        if (np.linalg.norm(across, axis=-1) < 1e-9).any():
+        square = np.cross(z, x)
+        if (np.linalg.norm(square, axis=-1) < 1e-9).any():
             raise InputError("x", "a direction that is not parallel to z", "one that is")
-        across = unit(across)
-        # Once more: what rounding left along z when x was nearly parallel to it.
-        across = unit(across - (across * z).sum(axis=-1, keepdims=True) * z)
-        columns = np.broadcast_arrays(across, np.cross(z, across), z)
+        x = unit(np.cross(square, z))  # square to z to the last digit, however nearly parallel the two were
+        columns = np.broadcast_arrays(x, np.cross(z, x), z)
         return cls(np.stack(columns, axis=-1), origin, parent, child)
 
     @classmethod

@@ -127,17 +127,9 @@ class Kinematics:
         """Return the 4×4 matrix workpiece_from_tool in the joint symbols (radians).
 
         Its last column is the tool tip, its third the tool axis. With `parameters` the machine's offsets and
-        directions are kept as symbols too (directions stand for unit vectors); `parameters` the property gives
-        their values.
+        directions are kept as symbols too (directions stand for unit vectors), those of `mathpost.chain.Geometry`.
         """
         return sp.ImmutableMatrix(chain.product(link.matrix for link in self.links(parameters)))
-
-    @cached_property
-    def parameters(self):
-        """The symbols of ``forward_symbolic(parameters=True)`` and their values on this machine, as a dict."""
-        symbols, numbers = chain.Geometry.symbols(self.machine), chain.Geometry.numbers(self.machine)
-        pairs = zip(symbols.flat(), numbers.flat(), strict=True)
-        return {symbol: number for symbol, number in pairs if symbol.is_Symbol}
 
     @cached_property
     def inverse_symbolic(self):
@@ -155,7 +147,8 @@ class Kinematics:
         Parameters
         ----------
         joints : array_like, shape (..., 5)
-            Programmed X, Y, Z in mm and the two rotary angles in the order of the machine file.
+            Programmed X, Y, Z in mm and the two rotary angles in the order of the machine file; `InputError` is
+            raised for what is not finite numbers.
         degrees : bool, keyword only
             Whether the rotary angles are in degrees instead of radians.
 
@@ -165,11 +158,6 @@ class Kinematics:
             mm, in the workpiece.
         axis : ndarray, shape (..., 3)
             Unit vector from the tip towards the spindle, in the workpiece.
-
-        Raises
-        ------
-        InputError
-            If `joints` are not finite numbers of that shape.
         """
         x, y, z, first, second = np.moveaxis(as_array(joints, 5, "joints"), -1, 0)
         if degrees:
@@ -185,7 +173,8 @@ class Kinematics:
         tip : array_like, shape (..., 3)
             Tool tip in the workpiece, mm.
         axis : array_like, shape (..., 3)
-            Direction from the tip towards the spindle, in the workpiece; of any length, normalised here.
+            Direction from the tip towards the spindle, in the workpiece, of any length above zero; `InputError` is
+            raised for none, and for what is not finite numbers.
         degrees : bool, keyword only
             Whether the rotary angles are returned in degrees instead of radians.
 
@@ -195,11 +184,6 @@ class Kinematics:
             X, Y, Z in mm and both rotary angles in (−180°, 180°], in the order of the machine file. The first
             branch has the inner angle at the middle of its range plus an angle, the second minus the same.
             NaN where the tool axis is out of reach. At the pole, where every outer angle is right, it is 0.
-
-        Raises
-        ------
-        InputError
-            If an argument has another shape, holds something not finite, or an axis has no length.
         """
         tip, axis = as_array(tip, 3, "tip"), unit(as_array(axis, 3, "axis"))
         tip_and_axis = *np.moveaxis(tip, -1, 0), *np.moveaxis(axis, -1, 0)

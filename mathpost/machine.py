@@ -26,28 +26,17 @@ UNITS = np.array([1, 1, 1, np.degrees(1), np.degrees(1)])  # mm and degrees of o
 class Rotary:
     """A rotary joint: the carried body turns right-handed about `axis` by the programmed angle.
 
-    Attributes
-    ----------
-    name : str
-        The address of its NC word, such as ``"B"``.
-    carries : str
-        ``"workpiece"`` or ``"tool"``.
-    axis, point : tuples of 3 floats
-        Direction at rotary zero as the file gives it, not yet of unit length, and a point on the axis, mm: in
-        machine coordinates on the workpiece side, relative to the spindle nose on the tool side.
-    limits : tuple of 2 floats
-        Travel in radians; infinite if endless.
-    max_rate, max_acceleration : float or None
-        Radians per second, and per second squared.
+    `axis` and `point`, mm, are in machine coordinates on the workpiece side, and count from the spindle nose on the
+    tool side.
     """
 
-    name: str
-    carries: str
-    axis: tuple
-    point: tuple
-    limits: tuple = ENDLESS
-    max_rate: float | None = None
-    max_acceleration: float | None = None
+    name: str  # the address of its NC word, such as "B"
+    carries: str  # "workpiece" or "tool"
+    axis: tuple  # direction at rotary zero as the file gives it, not yet of unit length
+    point: tuple  # any on the axis
+    limits: tuple = ENDLESS  # travel, radians
+    max_rate: float | None = None  # radians per second
+    max_acceleration: float | None = None  # radians per second squared
 
     def nearest_turn(self, angle, present=0.0):
         """Return `angle` plus the whole turns that bring it nearest to `present` within travel, or NaN; degrees.
@@ -79,42 +68,22 @@ class Linear:
 
 @dataclass(frozen=True)
 class Machine:
-    """A machine with three linear and two rotary axes; joints are ordered X, Y, Z, then `rotary`.
-
-    Attributes
-    ----------
-    rotary : tuple of 2 Rotary
-        The workpiece side from the bed outwards, then the tool side from the bed outwards.
-    linear : tuple of 3 Linear
-        X, Y, Z.
-    origin : tuple of 3 floats
-        The workpiece origin in machine coordinates at rotary zero, mm. Programmed X Y Z count from it.
-    tool_axis : tuple of 3 floats
-        From the tip towards the spindle, at rotary zero; not yet of unit length.
-    tool_length : float
-        Spindle nose to tip, mm.
-    programmed_point : str or tuple of 3 floats
-        The point of the head, at rotary zero, that X Y Z name: ``"tip"``, ``"nose"`` or mm from the nose.
-    limits_of : str
-        What the limits of X Y Z count: ``"slides"``, in machine coordinates (a slide stands at its word, plus the
-        origin, plus the tool where the word names the tip), or ``"words"``.
-    slide_order : tuple of 3 str
-        The slides from the bed outwards, on either side: which carries which in a drawing, and whose errors.
-    program_head, program_foot, tool_change : tuple of str
-        Lines of a program, in the words of its control: before and after the moves, and instead of the control's
-        own tool call. ``{name}`` in them is the name of the program, ``{tool}`` the number of the tool.
-    """
+    """A machine with three linear and two rotary axes; joints are ordered X, Y, Z, then `rotary`."""
 
     name: str
     source: str
-    rotary: tuple
-    linear: tuple
-    origin: tuple
-    tool_axis: tuple
-    tool_length: float
-    programmed_point: str | tuple
+    rotary: tuple  # of 2 Rotary: the workpiece side from the bed outwards, then the tool side from the bed outwards
+    linear: tuple  # of 3 Linear: X, Y, Z
+    origin: tuple  # of the workpiece, in machine coordinates at rotary zero, mm; programmed X Y Z count from it
+    tool_axis: tuple  # from the tip towards the spindle, at rotary zero; not yet of unit length
+    tool_length: float  # spindle nose to tip, mm
+    programmed_point: str | tuple  # of the head, at rotary zero, that X Y Z name: "tip", "nose" or mm from the nose
+    # What the limits of X Y Z count: "slides", in machine coordinates (a slide stands at its word, plus the origin,
+    # plus the tool where the word names the tip), or "words".
     limits_of: str = "slides"
-    slide_order: tuple = ("X", "Y", "Z")
+    slide_order: tuple = ("X", "Y", "Z")  # from the bed outwards, on either side: for drawings and errors
+    # Lines of a program, in the words of its control: before and after the moves, and instead of the control's own
+    # tool call. {name} in them is the name of the program, {tool} the number of the tool.
     program_head: tuple = ()
     program_foot: tuple = ()
     tool_change: tuple = ()
@@ -160,22 +129,14 @@ class Machine:
         return (low <= joints) & (joints <= high)
 
     def out_of_travel(self, joints):
-        """Return a sentence for each of the joints, shape (5,) in mm and radians, that is outside travel.
-
-        Examples
-        --------
-        >>> load("dmu50v").out_of_travel([0, 0, 900, 0, 7])
-        ['Z 900.000mm is outside -200 … 200']
-        """
+        """Return a sentence for each of the joints, shape (5,) in mm and radians, that is outside travel."""
         moved = np.r_[self.slides, 0, 0]  # where the slides are
-        columns = self.joint_names, joints, self.limits, moved, UNITS, ("mm", "mm", "mm", "°", "°")
+        values, (low, high) = (joints + moved) * UNITS, (self.limits.T + moved) * UNITS
+        units = ("mm", "mm", "mm", "°", "°")
         return [
-            f"{'slide ' * bool(by)}{name} {(value + by) * unit:.3f}{letter} is outside "
-            f"{(low + by) * unit:g} … {(high + by) * unit:g}"
-            for (name, value, (low, high), by, unit, letter), inside in zip(
-                zip(*columns, strict=True), self.within(joints), strict=True
-            )
-            if not inside
+            f"{'slide ' * bool(moved[n])}{name} {values[n]:.3f}{units[n]} is outside {low[n]:g} … {high[n]:g}"
+            for n, name in enumerate(self.joint_names)
+            if not self.within(joints)[n]
         ]
 
     @property
@@ -213,12 +174,9 @@ def _widened(limits):
 def load(path):
     """Read a `Machine` from the TOML file `path`, or by the name of one that comes with the package.
 
-    Raises
-    ------
-    InputError
-        If there is no such machine, or the file cannot be read, is not TOML, lacks a key, has one too many, or
-        holds a value that no five-axis machine can have: not exactly two rotary axes, parallel axes, an inner axis
-        along the tool.
+    `InputError` is raised if there is no such machine, or the file cannot be read, is not TOML, lacks a key, has
+    one too many, or holds a value that no five-axis machine can have: not exactly two rotary axes, parallel axes,
+    an inner axis along the tool.
 
     Examples
     --------
@@ -260,7 +218,7 @@ def from_dict(content, where="machine"):
         name=file.take("name", _text, "a name in quotes"),
         source=file.take("source", _text, "a source in quotes"),
         rotary=tuple(_rotary(TomlTable(entry, f"{where}, rotary {n}")) for n, entry in enumerate(rotary, 1)),
-        linear=tuple(_linear(linear.table(name, optional=True), name) for name in LETTERS),
+        linear=tuple(_joint(linear.table(name, optional=True), Linear, name, "mm", "tool") for name in LETTERS),
         slide_order=tuple(slides),
         origin=workpiece.take("origin", *VECTOR),
         tool_axis=tool.take("axis", *DIRECTION),
@@ -282,22 +240,20 @@ def _rotary(table):
     return _joint(table, Rotary, name, "degrees", axis=axis, point=point)
 
 
-def _linear(table, name):
-    table.content.setdefault("carries", "tool")
-    return _joint(table, Linear, name, "mm")
-
-
-def _joint(table, kind, name, unit, **more):
-    """What both kinds of joint have, given in `unit`."""
+def _joint(table, kind, name, unit, *carries, **more):
+    """What both kinds of joint have, given in `unit`; `carries` is what it carries if the table does not say."""
     scale = math.radians if unit == "degrees" else float
-    expected = {"max_rate": f"a rate in {unit} per second above 0"}
-    expected["max_acceleration"] = f"{unit} per second squared above 0"
-    rates = {key: table.take(key, _is(lambda x: x > 0, _number), text, None) for key, text in expected.items()}
+
+    def rate(key, expected):
+        found = table.take(key, _is(lambda x: x > 0, _number), f"{expected} above 0", None)
+        return found and scale(found)
+
     joint = kind(
         name=name,
-        carries=table.take("carries", *_one_of("workpiece", "tool")),
+        carries=table.take("carries", *_one_of("workpiece", "tool"), *carries),
         limits=tuple(map(scale, table.take("limits", _limits, f"[low, high] in {unit}", ENDLESS))),
-        **{key: rate if rate is None else scale(rate) for key, rate in rates.items()},
+        max_rate=rate("max_rate", f"a rate in {unit} per second"),
+        max_acceleration=rate("max_acceleration", f"{unit} per second squared"),
         **more,
     )
     table.done()
@@ -330,7 +286,7 @@ class TomlTable:
 
     def __init__(self, content, where):
         if not isinstance(content, dict):
-            raise InputError(where, "a table of keys", repr(content))
+            raise InputError(where, "a table of keys", "nothing" if content is None else repr(content))
         self.content, self.where = dict(content), where
 
     def take(self, key, read, expected, *default):
@@ -345,10 +301,7 @@ class TomlTable:
             raise InputError(f"{self.where}, key {key!r}", expected, repr(value)) from None
 
     def table(self, key, optional=False):
-        content = self.content.pop(key, {} if optional else None)
-        if content is None:
-            raise InputError(f"{self.where}, [{key}]", "this table", "nothing")
-        return TomlTable(content, f"{self.where}, [{key}]")
+        return TomlTable(self.content.pop(key, {} if optional else None), f"{self.where}, [{key}]")
 
     def done(self):
         if self.content:

@@ -44,13 +44,6 @@ def as_rotation(matrix, where="rotation"):
     """Return `matrix` as a float array of shape (..., 3, 3) if it is a rotation, or raise `InputError`.
 
     Rounding to six decimals is accepted, and left as it is.
-
-    Examples
-    --------
-    >>> as_rotation([[1, 0, 0], [0, 1, 0], [0, 0, -1]])
-    Traceback (most recent call last):
-        ...
-    mathpost.errors.InputError: rotation: expected a right-handed frame, found a left-handed one, determinant -1
     """
     array = as_array(matrix, 3, where)
     if array.shape[-2:] != (3, 3):
@@ -112,7 +105,7 @@ def zxz_right(alpha, beta, gamma, *, degrees=False):
     >>> (zxz_right(135, 54.7356, -90, degrees=True) @ [3, 4, 5]).round(6)
     array([-1.224744,  0.707107,  6.928203])
     """
-    return from_angles(_right_matrix, (alpha, beta, gamma), degrees)
+    return from_angles(_result(_right), (alpha, beta, gamma), degrees)
 
 
 def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
@@ -127,25 +120,7 @@ def zxz_left_transposed(alpha, beta, gamma, *, degrees=False):
     >>> zxz_left_transposed(a, b, c) == zxz_right(a, b, c)
     True
     """
-    return from_angles(_left_matrix, (alpha, beta, gamma), degrees)
-
-
-def zxz_apply(alpha, beta, gamma, points, *, degrees=False):
-    """Return the coordinates of fixed points in the turned frame: `zxz_right` applied, without making the matrices.
-
-    Angles and points, shape (..., 3), are broadcast against each other; errors are those of `zxz_right`.
-
-    Examples
-    --------
-    >>> zxz_apply(135, 54.7356, [-90, 90], [3, 4, 5], degrees=True).round(6)
-    array([[-1.224744,  0.707107,  6.928203],
-           [ 1.224744, -0.707107,  6.928203]])
-    """
-    points, angles = as_array(points, 3, "points"), _as_angles((alpha, beta, gamma), degrees)
-    turns, point = sp.symbols("alpha beta gamma", real=True), sp.symbols("x y z", real=True)
-    a, b, c, *_ = _right(*turns).values()
-    # One turn after the other takes half of the products that their matrix takes to be made and applied.
-    return numeric(tuple(c * (b * (a * sp.Matrix(point)))), (*turns, *point))(*angles, *np.moveaxis(points, -1, 0))
+    return from_angles(_result(_left), (alpha, beta, gamma), degrees)
 
 
 @dataclass(frozen=True)
@@ -164,7 +139,7 @@ def zxz_steps(recipe, angles, point, *, elementary=PASSIVE, degrees=False):
     ----------
     recipe : str
         ``"right"``: α, β, γ, γβ, γβα, the new point. ``"left"``: the negated angles, α, β, γ, αβ, αβγ, its
-        transpose, the new point.
+        transpose, the new point. `InputError` is raised for any other.
     angles : sequence of 3
         α, β, γ as in `zxz_right`; sympy expressions keep every step exact.
     point : sequence of 3, or array_like of shape (..., 3)
@@ -172,26 +147,20 @@ def zxz_steps(recipe, angles, point, *, elementary=PASSIVE, degrees=False):
     elementary : dict, keyword only
         `PASSIVE`, which is right, or `ACTIVE`, to see what the other reading of "the rotation matrix" gives.
 
-    Raises
-    ------
-    InputError
-        If the recipe is neither, or an angle or the point is not numbers.
-
     Examples
     --------
     >>> [step.name for step in zxz_steps("left", (135, 54.7356, -90), (3, 4, 5), degrees=True)]
     ['−α, −β, −γ', 'α', 'β', 'γ', 'αβ', 'αβγ', '(αβγ)ᵀ', "x', y', z'"]
     """
-    recipes = {"right": _right, "left": _left}
-    if recipe not in recipes:
+    if recipe not in ("right", "left"):
         raise InputError("recipe", "one of 'right', 'left'", repr(recipe))
-    build = recipes[recipe]
+    build = _right if recipe == "right" else _left
     values = {"−α, −β, −γ": [-angle for angle in angles]} if recipe == "left" else {}
     for name in build(0, 0, 0):
         values[name] = from_angles(lambda a, b, c, name=name: build(a, b, c, elementary)[name], angles, degrees)
     matrix, exact = values[name], isinstance(values[name], sp.MatrixBase)
-    moved = matrix * sp.Matrix(point) if exact else (matrix @ as_array(point, 3, "point")[..., None])[..., 0]
-    values["x', y', z'"] = moved
+    new = matrix * sp.Matrix(point) if exact else (matrix @ as_array(point, 3, "point")[..., None])[..., 0]
+    values["x', y', z'"] = new
     return [Step(number, *step) for number, step in enumerate(values.items(), 0 if recipe == "left" else 1)]
 
 
@@ -207,33 +176,26 @@ def _left(alpha, beta, gamma, elementary=PASSIVE):
     return {"α": a, "β": b, "γ": c, "αβ": a * b, "αβγ": a * b * c, "(αβγ)ᵀ": (a * b * c).T}
 
 
-def _right_matrix(*angles):
-    return _right(*angles)["γβα"]
-
-
-def _left_matrix(*angles):
-    return _left(*angles)["(αβγ)ᵀ"]
+@lru_cache(maxsize=2)
+def _result(recipe):
+    return lambda *angles: [*recipe(*angles).values()][-1]
 
 
 def from_angles(build, angles, degrees):
     """Apply the symbolic `build`, a function of so many angles, to numbers, arrays or sympy expressions."""
     if any(isinstance(angle, sp.Basic) for angle in angles):
         return build(*(sp.sympify(angle) * (sp.pi / 180 if degrees else 1) for angle in angles))
-    return _built(build, len(angles))(*_as_angles(angles, degrees))
+    try:
+        values = [np.asarray(angle, dtype=float) for angle in angles]
+    except (TypeError, ValueError):
+        raise InputError("angles", "numbers, arrays or sympy expressions", repr(angles)) from None
+    return _built(build, len(angles))(*(map(np.deg2rad, values) if degrees else values))
 
 
 @lru_cache(maxsize=256)
 def _built(build, count):
     symbols = sp.symbols(f"angle:{count}", real=True)
     return numeric(sp.ImmutableMatrix(build(*symbols)), symbols)
-
-
-def _as_angles(angles, degrees):
-    try:
-        values = [np.asarray(angle, dtype=float) for angle in angles]
-    except (TypeError, ValueError):
-        raise InputError("angles", "numbers, arrays or sympy expressions", repr(angles)) from None
-    return [np.deg2rad(value) for value in values] if degrees else values
 
 
 @lru_cache(maxsize=512)

@@ -467,7 +467,7 @@ def test_views_of_paths_move_too(offline, dmu50v, blade, tmp_path):
     both, walk = view_machine.tool_axis(dmu50v), view_machine.walk(dmu50v, blade)
     second = view_machine.walk(dmu50v, blade, second=Kinematics(machine.load(DATA / "machines/ac_head.toml")))
     for name, made in (("both", both), ("walk", walk), ("second", second)):
-        made.save(tmp_path / f"{name}.html")
+        (tmp_path / f"{name}.html").write_text(made.page(still=True), encoding="utf-8")
         offline.goto((tmp_path / f"{name}.html").as_uri())
         view = Live(offline)
         assert view.moves()
@@ -492,7 +492,7 @@ def test_views_of_paths_move_too(offline, dmu50v, blade, tmp_path):
 
 def test_a_long_walk_stops_at_the_blocks_that_it_knows(offline, dmu50v, tmp_path):
     walk = view_machine.walk(dmu50v, cl.read(DATA / "cl/twisted_blade.cl"))
-    walk.save(tmp_path / "walk.html")
+    (tmp_path / "walk.html").write_text(walk.page(still=True), encoding="utf-8")
     offline.goto((tmp_path / "walk.html").as_uri())
     view, every = Live(offline), walk.state["every"]
     view.set("record", 1 + 20.3 * every)
@@ -502,7 +502,7 @@ def test_a_long_walk_stops_at_the_blocks_that_it_knows(offline, dmu50v, tmp_path
 
 
 def test_a_small_screen_shows_picture_and_sliders_together(offline, dmu50v, tmp_path):
-    view_machine.machine(dmu50v).save(tmp_path / "machine.html")
+    (tmp_path / "machine.html").write_text(view_machine.machine(dmu50v).page(still=True), encoding="utf-8")
     for width, height in ((980, 440), (520, 440), (390, 650)):
         offline.set_viewport_size({"width": width, "height": height})
         offline.goto((tmp_path / "machine.html").as_uri())
@@ -515,7 +515,7 @@ def test_a_small_screen_shows_picture_and_sliders_together(offline, dmu50v, tmp_
 
 
 def test_names_of_axes_do_not_cover_each_other(offline, kin, tmp_path):
-    view_machine.machine(kin).save(tmp_path / "machine.html")
+    (tmp_path / "machine.html").write_text(view_machine.machine(kin).page(still=True), encoding="utf-8")
     offline.goto((tmp_path / "machine.html").as_uri())
     view = Live(offline)
     view.picture()

@@ -210,7 +210,7 @@ def test_a_walk_draws_both_branches_and_the_true_tip(noted, tmp_path):
             turns = (curve[:, 1] - both[:, branch, joint]) / 360
             assert turns == pytest.approx(np.round(turns), abs=1e-6)
     (line,) = [line for line in made.scenes[0].lines if line.name == "true tip"]
-    tip, _ = true_tip(kin, np.array(made.state["runs"][0]["joints"]), samples=24)
+    tip = true_tip(kin, np.array(made.state["runs"][0]["joints"]), samples=24)
     sent, strokes = made.scenes[0].state(), canvases[0][0]
     scene = replace(made.scenes[0], middle=np.array(sent["middle"]), radius=sent["radius"])
     at = View(scene, made.places[0], canvases[0][3].size).pixels(line.body, tip)[:, :2]

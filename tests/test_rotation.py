@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from mathpost import rotation
 from mathpost.errors import InputError
-from mathpost.rotation import ACTIVE, PASSIVE, zxz_apply, zxz_left_transposed, zxz_right, zxz_steps
+from mathpost.rotation import ACTIVE, PASSIVE, zxz_left_transposed, zxz_right, zxz_steps
 
 PRINTED = (135, 54.7356, -90)
 POINT = (3, 4, 5)
@@ -35,18 +35,6 @@ def test_elementary_matrices_are_active_and_passive():
 def test_printed_example_by_both_recipes():
     for recipe in (zxz_right, zxz_left_transposed):
         assert (recipe(*PRINTED, degrees=True) @ POINT).round(6).tolist() == [-1.224744, 0.707107, 6.928203]
-
-
-def test_applied_without_matrices():
-    """More angles than one slice holds, against SciPy; and every way to broadcast."""
-    rng = np.random.default_rng(1)
-    angles, points = rng.uniform(-7, 7, (rotation.SLICE + 5, 3)), rng.uniform(-9, 9, (rotation.SLICE + 5, 3))
-    turned = Rotation.from_euler("ZXZ", angles).apply(points, inverse=True)
-    np.testing.assert_allclose(zxz_apply(*angles.T, points), turned, atol=1e-13)
-    np.testing.assert_allclose(zxz_apply(*angles[:3].T[..., None], points[:2]).shape, (3, 2, 3))
-    np.testing.assert_allclose(zxz_apply(*PRINTED, POINT, degrees=True), zxz_right(*PRINTED, degrees=True) @ POINT)
-    with pytest.raises(InputError, match="points"):
-        zxz_apply(*PRINTED, (1, 2))
 
 
 def test_exact_result():

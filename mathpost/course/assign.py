@@ -1,12 +1,9 @@
-"""The lessons as an assignment: a copy for students that holds no solutions.
+"""The lessons as an assignment: a copy for students that holds no solutions, or one for each, with own numbers.
 
 What is taken out are the cells that show solutions and everything that checks and solutions have printed. The
 package itself stays what it is: who has it installed can read the sources of its exercises, or call
-`exercise.solution`. Exercises of a teacher's own, in a file that students do not get, have no such way in.
-
-With the names of students there is a copy for each, in a folder of the name: exercises that draw numbers
-(`verdict.define`) have the student's own, in their text and in their check, and every question says whether its
-numbers are.
+`exercise.solution`. Exercises of a teacher's own, in a file that students do not get, have no such way in. Those
+that draw numbers have the student's own, in their text and in their check, and every question says whether it has.
 """
 
 import copy
@@ -28,22 +25,9 @@ OWN, SAME = "*These numbers are yours alone.*", "*The same for everybody.*"
 def assign(lessons, folder, students=()):
     """Write the student copy, or one for each student; return the path of each copy with its exercises' names.
 
-    Parameters
-    ----------
-    lessons : str or Path
-        A notebook, or a folder of notebooks.
-    folder : str or Path
-        Made where it is missing.
-    students : sequence of str
-        Names, each also that of a folder.
-
-    Raises
-    ------
-    InputError
-        If there are no notebooks, one holds an answer, or one defines an exercise and with it a solution; if a
-        name stands twice or is none of a folder.
-    OutputError
-        If a copy is there already or cannot be written.
+    `lessons` is a notebook or a folder of them; `folder` is made where it is missing; `students` are names, each
+    also that of a folder. There is an `InputError` if there are no notebooks, or one holds an answer, shows a
+    solution, or defines an exercise; an `OutputError` if a copy is there already or cannot be written.
     """
     lessons, folder = Path(lessons), Path(folder)
     paths = [lessons] if lessons.is_file() else sorted(lessons.glob("*.ipynb"))
@@ -52,10 +36,12 @@ def assign(lessons, folder, students=()):
     for number, name in enumerate(students):
         if not name.strip() or name in students[:number] or re.search(r'[\\/:*?"<>|\x00-\x1f]|^\.+$', name):
             raise InputError("students", "different names, each that of a folder", repr(name))
-    copies = {folder / path.name: _student_copy(path) for path in paths}
-    if students:
-        everyone = [(who, path, *copy) for who in students for path, copy in copies.items()]
-        copies = {folder / who / path.name: (_personal(page, who), names) for who, path, page, names in everyone}
+    blank = {path.name: _student_copy(path) for path in paths}
+    copies = {
+        folder / who / file: (_personal(page, who) if who else page, names)
+        for who in students or [""]
+        for file, (page, names) in blank.items()
+    }
     for path in copies:
         if path.exists():
             raise OutputError(f"{path}: not written, it is there already")
@@ -88,16 +74,17 @@ def _student_copy(path):
             if CALLS.search(source) or SHOWN.search(shown):
                 cell["outputs"], cell["execution_count"] = [], None
         cells.append(cell)
-    page["cells"] = cells
-    _make_sure(page, names, path)
-    return page, names
+    text = "\n".join("".join(cell["source"]) + json.dumps(cell.get("outputs", "")) for cell in cells)
+    for name in EXERCISES.keys() & names:
+        if EXERCISES[name].source in text:
+            raise InputError(f"{path}, {name}", "a notebook that shows no solution", "its lines")
+    return page | {"cells": cells}, names
 
 
 def _personal(page, student):
     """A student copy with the student's own numbers, and whose they are said to its checks."""
-    page = copy.deepcopy(page)
     question, cells = None, []
-    for cell in page["cells"]:
+    for cell in copy.deepcopy(page["cells"]):
         source = "".join(cell["source"])
         if cell["cell_type"] == "markdown":
             cell["source"] = DRAWN.sub(lambda mark: _number(*mark.groups(), student), source)
@@ -110,8 +97,7 @@ def _personal(page, student):
         if cell["cell_type"] == "code" and re.search(r"import.*\bexercise\b", source):
             told = {"cell_type": "code", "execution_count": None, "id": "student", "metadata": {}, "outputs": []}
             cells.append(told | {"source": f"exercise.student({json.dumps(student, ensure_ascii=False)})"})
-    page["cells"] = cells
-    return page
+    return page | {"cells": cells}
 
 
 def _number(name, argument, stated, student):
@@ -119,11 +105,3 @@ def _number(name, argument, stated, student):
     if name not in EXERCISES or argument not in (arguments := EXERCISES[name].of(student).arguments):
         raise InputError(f"<!--drawn:{name}:{argument}-->", "an exercise, and an argument that it draws", stated)
     return str(arguments[argument])
-
-
-def _make_sure(page, names, path):
-    """Refuse a copy in which the lines of a solution stand somewhere else."""
-    text = "\n".join("".join(cell["source"]) + json.dumps(cell.get("outputs", "")) for cell in page["cells"])
-    for name in names:
-        if name in EXERCISES and EXERCISES[name].source in text:
-            raise InputError(f"{path}, {name}", "a notebook that shows no solution", "its lines")

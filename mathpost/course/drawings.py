@@ -35,18 +35,14 @@ def active_and_passive(left, right, point, degrees):
         _plane(axes, title, start=-0.6)
     here = np.degrees(np.arctan2(y, x))
     _arc(left, here, here + degrees, np.hypot(x, y))
-    for end, name, style in ((point, "P", "none"), (moved, "P'", "full")):
-        left.plot(*end, "o", color=POINT, fillstyle=style)
-        left.text(*(end + np.array([0.07, 0.05])), name, color=POINT)
-        _drop(left, end, np.eye(2), MACHINE if style == "none" else POINT)
+    _point(left, np.array(point), "P", np.eye(2), MACHINE, "none")
+    _point(left, moved, "P'", np.eye(2), POINT)
     turned = np.array([[c, s], [-s, c]])
     for row, name in zip(turned, ("X'", "Y'"), strict=True):
         _arrow(right, (0, 0), 1.15 * row, WORKPIECE)
         right.text(*(1.28 * row), name, color=WORKPIECE, ha="center", va="center")
     _arc(right, 0, degrees, 0.3)
-    right.plot(*point, "o", color=POINT)
-    right.text(*(point + np.array([0.07, 0.05])), "P", color=POINT)
-    _drop(right, np.array(point), turned, POINT)
+    _point(right, np.array(point), "P", turned, POINT)
 
 
 def quarter_turns(panels):
@@ -132,7 +128,9 @@ def _arc(axes, start, end, radius):
     _arrow(axes, radius * np.array(_sides(end - 2)), radius * np.array(_sides(end)), AXIS)
 
 
-def _drop(axes, point, directions, colour):
-    """The coordinates of a point as dotted lines to the axes."""
+def _point(axes, point, name, directions, colour, style="full"):
+    """A point, and its coordinates as dotted lines to the axes."""
+    axes.plot(*point, "o", color=POINT, fillstyle=style)
+    axes.text(*(point + np.array([0.07, 0.05])), name, color=POINT)
     for direction in directions:
         axes.plot(*np.array([point, point @ direction * direction]).T, color=colour, linestyle=":")

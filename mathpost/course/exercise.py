@@ -1,11 +1,8 @@
 """The exercises as the learner meets them: check an answer, open a solution, see how far one has come.
 
 In a lesson an exercise is a question, a cell ``answer = None``, a cell ``exercise.check("07-pivot", answer)`` and a
-cell ``exercise.solution("07-pivot")``, which stays closed until it is clicked. The saved notebook itself is the
-record of what has been solved: beside each verdict stands the answer as data, so that a teacher reads the progress
-of a class from the notebooks that are handed in, judges every answer anew, and runs nobody's code.
-
-Exercises of your own: see `define`.
+cell ``exercise.solution("07-pivot")``, which stays closed until it is clicked. The saved notebook is the record:
+beside each verdict stands the answer as data, so that a teacher judges every answer anew, and runs nobody's code.
 """
 
 import html
@@ -32,24 +29,15 @@ _numbers = {"of": ""}  # the student whose numbers hold in this session
 
 
 def student(name):
-    """From here on the exercises have the numbers that were drawn for a student, where they draw any.
-
-    Examples
-    --------
-    >>> student("Ada")
-    The numbers of Ada.
-    >>> student("")
-    The numbers of the lesson.
-    """
+    """From here on the exercises have the numbers that were drawn for a student, where they draw any."""
     _numbers["of"] = str(name)
     print(f"The numbers of {name or 'the lesson'}.")
 
 
 def check(name, answer):
-    """Say whether `answer` solves an exercise and, if not, the mix-up that leads to it.
+    """Say whether `answer` solves an exercise and, if not, the mix-up that leads to it; None is not attempted.
 
-    An answer of None has not been attempted. No answer raises anything; there is an `InputError` if no exercise has
-    the name, or what the exercise needs is missing.
+    No answer raises anything; there is an `InputError` if no exercise has the name, or what it needs is missing.
 
     Examples
     --------
@@ -58,23 +46,17 @@ def check(name, answer):
     >>> check("01-sign", [-4, 3, 5])
     01-sign · not yet. This turns the point (an active matrix). The frame turns: look from its new axes.
     """
+    from IPython.display import display  # slow to import, and a grader of notebooks displays nothing
+
     verdict = judge(name, answer)
-    _display(verdict)
+    display(verdict)
     if verdict.status != OPEN and name not in _tried:
         _tried.add(name)
-        _display(_Solution(_named(name)), display_id=f"solution of {name}", update=True)
+        _show_solution(_named(name), update=True)
 
 
 def judge(name, answer):
-    """Return the `Verdict` on an answer, also on one that a notebook has stored.
-
-    Examples
-    --------
-    >>> judge("01-sign", [-4, 3, 5]).answer
-    [-4.0, 3.0, 5.0]
-    >>> judge("01-sign", [4, -3, 5]).status
-    'right'
-    """
+    """Return the `Verdict` on an answer, also on one that a notebook has stored."""
     return _named(name).verdict(answer)
 
 
@@ -91,17 +73,11 @@ def solution(name):
         return zxz_right(angle, 0, 0, degrees=True) @ point
     # gives 4.000, -3.000, 5.000
     """
-    _display(_Solution(_named(name)), display_id=f"solution of {name}")
+    _show_solution(_named(name))
 
 
 def given(name):
-    """Return what the question of an exercise hands out, such as a program with an error in it.
-
-    Examples
-    --------
-    >>> given("01-slip")
-    ((20, 70, 50), (3.278276, -0.856658, 6.206371))
-    """
+    """Return what the question of an exercise hands out, such as a program with an error in it."""
     found = _named(name)
     if found.given is None:
         raise InputError("exercise", "one that hands something out", repr(name))
@@ -115,27 +91,21 @@ def reveal(guess, truth):
 
     Examples
     --------
-    >>> reveal(None, "negative")
-    The answer: negative. You have not guessed: write a guess down before you go on, even a wild one.
     >>> reveal(1, -1)
     The answer: -1. You guessed 1. Find out why before you go on.
     >>> reveal("−650.0", -650)
     The answer: -650. You guessed it.
     """
-    said = "You guessed it." if _same(guess, truth) else f"You guessed {guess}. Find out why before you go on."
+    try:  # a number to the digits of the coarser of both, a word in any case
+        number = Number(decimals=written_decimals(truth))
+        pair = number.read(guess), number.read(truth)
+        right = number.same(*pair) or number.coarse(*pair)
+    except (TypeError, ValueError, OverflowError):
+        right = str(guess).strip().casefold() == str(truth).casefold()
+    said = "You guessed it." if right else f"You guessed {guess}. Find out why before you go on."
     if guess is None:
         said = "You have not guessed: write a guess down before you go on, even a wild one."
     print(f"The answer: {truth}. {said}")
-
-
-def _same(guess, truth):
-    """Whether a guess is true: a number to the digits of the coarser of both, a word in any case."""
-    try:
-        number = Number(decimals=written_decimals(truth))
-        pair = number.read(guess), number.read(truth)
-        return number.same(*pair) or number.coarse(*pair)
-    except (InputError, TypeError, ValueError):
-        return str(guess).strip().casefold() == str(truth).casefold()
 
 
 def saved(path):
@@ -144,7 +114,7 @@ def saved(path):
     One is `edited` where the notebook says something else than its answer deserves. An exercise that is not defined
     here keeps what the notebook says.
     """
-    return judged(cells(path), path)
+    return judged(notebook(path)["cells"], path)
 
 
 def judged(cells, where):
@@ -152,9 +122,8 @@ def judged(cells, where):
     found = []
     try:
         for cell in cells:
-            if cell["cell_type"] != "code" or "exercise.check(" not in "".join(cell["source"]):
-                continue
-            for shown in (output.get("data", {}) for output in cell["outputs"]):
+            asks = cell["cell_type"] == "code" and "exercise.check(" in "".join(cell["source"])
+            for shown in (output.get("data", {}) for output in cell["outputs"]) if asks else ():
                 stored, whose = (shown.get(MIME, {}).get(key) for key in ("answer", "student"))
                 said = SAID.findall("".join(shown.get("text/plain", "")))
                 found += [(*each, stored, str(whose or "")) for each in said]
@@ -191,38 +160,29 @@ def progress(folder="."):
     for path in _lessons(folder):
         lesson = [each.status for each in verdicts if each.name.split("-")[0] == path.name.split("_")[0]]
         if lesson:
+            heading = "".join(notebook(path)["cells"][0]["source"]).splitlines()[0].lstrip("# ").replace(" · ", " ")
+            title = re.split(r"\s*\(|[,:]", heading)[0]  # without the Chinese in brackets
             marks = " ".join(map(MARKS.get, lesson))
-            print(f"{_title(path):42s}  {marks:9s} {lesson.count(RIGHT)} of {len(lesson)}")
+            print(f"{title:42s}  {marks:9s} {lesson.count(RIGHT)} of {len(lesson)}")
     print(f"{'all lessons':53s} {sum(each.status == RIGHT for each in verdicts)} of {len(verdicts)}")
     for each in verdicts:
         if each.edited:
             print(f"{each.name}: the notebook says something else than its answer deserves ({each.status}).")
 
 
-class _Solution:
-    """Hint and solution, which a page shows closed; says whether an attempt was checked."""
-
-    def __init__(self, exercise):
-        self.exercise = exercise
-        self.summary = f"Solution of {exercise.name}{': you have not tried yet' * (exercise.name not in _tried)}"
-
-    def __str__(self):
-        return self.exercise.shown_solution
-
-    def _repr_mimebundle_(self, include=None, exclude=None):
-        shown = {f"Hint for {self.exercise.name}": self.exercise.hint, self.summary: str(self)}
-        closed = '<details><summary>{}</summary><pre style="font-family: monospace">{}</pre></details>'.format
-        page = "".join(closed(summary, html.escape(text)) for summary, text in shown.items() if text)
-        return {"text/plain": self.summary, "text/html": page}
-
-
-def _display(shown, *, update=False, **where):
-    from IPython import display, get_ipython  # slow to import, and a grader of notebooks displays nothing
+def _show_solution(found, *, update=False):
+    """Hint and solution, which a page shows closed, and whether an attempt was checked; outside it is printed."""
+    from IPython import display, get_ipython
 
     if get_ipython():
-        display.display(shown, update=update, **where)
+        summary = f"Solution of {found.name}{': you have not tried yet' * (found.name not in _tried)}"
+        shown = {f"Hint for {found.name}": found.hint, summary: found.shown_solution}
+        closed = '<details><summary>{}</summary><pre style="font-family: monospace">{}</pre></details>'.format
+        page = "".join(closed(title, html.escape(text)) for title, text in shown.items() if text)
+        bundle = {"text/plain": summary, "text/html": page}
+        display.display(bundle, raw=True, display_id=f"solution of {found.name}", update=update)
     elif not update:
-        print(shown)
+        print(found.shown_solution)
 
 
 def _named(name):
@@ -250,17 +210,6 @@ def notebook(path):
         raise InputError(str(path), "a notebook", "something else") from None
 
 
-def cells(path):
-    """Return the cells of a saved notebook as JSON holds them; raise `InputError` if it is none."""
-    return notebook(path)["cells"]
-
-
 def asked(source):
     """Return the names of the exercises that the source of a cell checks."""
     return re.findall(r"exercise\.check\(\s*[\"']([\w-]+)[\"']", source)
-
-
-def _title(path):
-    """The first heading of a lesson up to a comma or colon, without the Chinese in brackets."""
-    heading = "".join(cells(path)[0]["source"]).splitlines()[0]
-    return re.split(r"\s*\(|[,:]", heading.lstrip("# "))[0].replace(" · ", " ")

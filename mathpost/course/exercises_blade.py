@@ -1,20 +1,16 @@
 """The exercises of lesson 07: the blade."""
 
-from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from scipy.optimize import brentq
 
 from mathpost.course.answers import Kind, Name, Number, Vector
-from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, of_lesson, with_travel
+from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, of_lesson, with_axis, with_travel
 from mathpost.course.verdict import slip
 from mathpost.errors import InputError
-from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
 from mathpost.post import program, run, yu_dan
-from mathpost.post.between_blocks import deviation
-from mathpost.post.motion import linearize
+from mathpost.post.between_blocks import deviation, linearize
 
 ROWS = (40, 50, 60, 70, 80)
 SPOILT = 12  # the move of 07-block that is spoilt, counted from 0
@@ -25,8 +21,7 @@ TIP, AXIS, LIFTED = 0.01, 0.1, 1.0  # mm and degrees that 07-alone grants; mm ab
 def pivot():
     """The tip moves by 2·sin(B/2) times the shift, so the row with the greatest B moves furthest."""
     kin = load("dmu50v")
-    tilting, turning = kin.machine.rotary
-    moved = Kinematics(replace(kin.machine, rotary=(replace(tilting, point=(50.1, 0, 0)), turning)))
+    moved = with_axis(kin, point=(50.1, 0, 0))
     rotary = kin.inverse(blade().points, blade().axes)[:, 0, 3:]
     shift = moved.close(blade().points, rotary) - kin.close(blade().points, rotary)
     return ROWS[np.linalg.norm(shift[:, :3], axis=1).argmax()]
@@ -50,6 +45,8 @@ def next_point(curve=yu_dan.paper_cubic, t=0.975):
 @slip("clamped", curve=yu_dan.paper_clamped)
 def time_of(curve=yu_dan.paper_cubic, c=90.0):
     """The root of C(t) = 90°, found by halving; the same equation gave all five times."""
+    from scipy.optimize import brentq  # slow to load, and no other lesson needs it
+
     rows = table(2)[:4]
     return brentq(lambda t: curve(rows, t)[4] - c, 0, 1)
 
@@ -66,15 +63,10 @@ def pieces(rows=slice(4, 6), tolerance=0.01):
 @cache
 def spoilt_program():
     """The blade's program, B from -25°, with two decimals of one C word exchanged: enough to miss the part."""
-    lines = run(blade(), with_travel(load("dmu50v"), -25, 180).machine).program.splitlines()
-    line = lines.index(_moves(lines)[SPOILT])
-    head, word = lines[line].rsplit("C", 1)
-    lines[line] = f"{head}C{word[:6]}{word[7]}{word[6]}{word[8:]}"
-    return "\n".join(lines) + "\n"
-
-
-def _moves(lines):
-    return [line for line in lines if " L " in line]
+    text = run(blade(), with_travel(load("dmu50v"), -25, 180).machine).program
+    move = [line for line in text.splitlines() if " L " in line][SPOILT]
+    head, word = move.rsplit("C", 1)
+    return text.replace(move, f"{head}C{word[:6]}{word[7]}{word[6]}{word[8:]}")
 
 
 @of_lesson("07-block", Number(decimals=0), given=spoilt_program)
@@ -85,8 +77,8 @@ def block():
     kin = with_travel(load("dmu50v"), -25, 180)
     tips, _ = kin.forward(program.read(spoilt_program(), kin.machine).joints)
     middle = np.median(tips, axis=0)  # the blade's five tips are all within 0.01 mm
-    move = _moves(spoilt_program().splitlines())[np.linalg.norm(tips - middle, axis=1).argmax()]
-    return int(move.split()[0])
+    moves = [line for line in spoilt_program().splitlines() if " L " in line]
+    return int(moves[np.linalg.norm(tips - middle, axis=1).argmax()].split()[0])
 
 
 def not_lowest(low):
@@ -98,10 +90,9 @@ def not_lowest(low):
         return f"With B from {low:g} C still swings by {swing:.1f}°."
     if swing_with_less <= SWING:
         before, after = np.degrees(load("dmu50v").inverse(blade().points, blade().axes)[[0, 4], 0, 3])
+        why = f"But the first record, which is the deepest below zero then, needs {-before:.2f}° only."
         if low <= -after:
             why = f"But the last record needs {-after:.2f}° only, and the path may also begin on the other branch."
-        else:
-            why = f"But the first record, which is the deepest below zero then, needs {-before:.2f}° only."
         return f"With B from {low:g} there is no swing. {why}"
     return ""
 
@@ -120,9 +111,6 @@ def way():
     return "retract"
 
 
-# A second path, unaided
-
-
 @cache
 def new_path():
     """The text of a CL file: a hollow flank, the tool tilting past the pole at 0.6° from it."""
@@ -132,20 +120,15 @@ def new_path():
     return cldata.to_text(cldata.from_arrays(points, axes, feed=800), title="flank")
 
 
-@dataclass(frozen=True)
 class Program(Kind):
-    """The text of a Heidenhain program; `machine` is the name of the file of the machine it is for."""
+    """The text of a program."""
 
-    machine: str
-    asked: str = "the text of a Heidenhain program"
+    asked = "the text of a Heidenhain program"
 
     def read(self, answer):
         if not isinstance(answer, str):
             raise InputError("answer", self.asked, "something else")
         return answer
-
-    def same(self, value, target):
-        return value == target
 
     def show(self, value):
         lines = value.splitlines()
@@ -165,21 +148,18 @@ def unproved(text):
         off = np.linalg.norm(tip[at:] - point, axis=1)
         lean = np.degrees(2 * np.arcsin(np.linalg.norm(axis[at:] - direction, axis=1) / 2))
         if not (reached := np.flatnonzero((off <= TIP) & (lean <= AXIS))).size:
-            nearest = int(off.argmin())
+            nearest = off.argmin()
             return (
                 f"No block ends at record {record}, in its turn: the tip comes within {off[nearest]:.3f} mm of it, "
                 f"with the tool axis {lean[nearest]:.3f}° off."
             )
-        before, at = at, at + int(reached[0])
+        before, at = at, at + reached[0]
         if record > 1:
-            start, end = path.points[record - 2], path.points[record - 1]
-            moves = slice(before, at)
-            height = np.vecdot(tip[before : at + 1] - np.linspace(start, end, at + 1 - before), direction)
+            ends = [each[record - 2 : record] for each in (path.points, path.axes)]
+            tips, axes = (np.repeat(each[:, None], at - before, axis=1) for each in ends)
+            height = np.vecdot(tip[before : at + 1] - np.linspace(*ends[0], at + 1 - before), direction)
             cut = (height[:-1] < LIFTED) & (height[1:] < LIFTED)
-            ends = [
-                np.broadcast_to(each, (at - before, 3)) for each in (start, end, *path.axes[record - 2 : record])
-            ]
-            strays = deviation(kin, joints[moves], joints[before + 1 : at + 1], tips=ends[:2], axes=ends[2:])
+            strays = deviation(kin, joints[before:at], joints[before + 1 : at + 1], tips=tips, axes=axes)
             worst_tip, worst_axis = strays[0][cut].max(initial=0), np.degrees(strays[1][cut].max(initial=0))
             if worst_tip > TIP and not blocks.tcp:
                 return f"Between records {record - 1} and {record} the tip strays by {worst_tip:.3f} mm."
@@ -188,7 +168,7 @@ def unproved(text):
     return ""
 
 
-@of_lesson("07-alone", Program("bc_table"), given=new_path, complaint=unproved)
+@of_lesson("07-alone", Program(), given=new_path, complaint=unproved)
 def alone():
     """Read back, it reaches every record in order, and the way between them keeps both tolerances."""
     return run(cldata.parse(new_path()), load("bc_table").machine, name="flank").program

@@ -18,8 +18,6 @@ QUARTERS = {"B": 90, "C": 90}
 CALL = "G65P9795X0Y0Z0A0B0D-30.E10.S55"
 NORMALS = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}
 
-# 08 The datum after rotation
-
 
 @of_lesson("08-face", Name({"+X": ["X"], "-X": [], "+Z": ["Z"], "-Z": []}))
 def face(b=90):
@@ -53,9 +51,6 @@ def dmu(end=QUARTERS, order=1):
     """The same function: a table is two axes with their own lines, a tilted one too."""
     b_carries_c = load("dmu50v").machine.rotary[::order]
     return work_offset.moved((10, 20, 30), b_carries_c, {"B": 0, "C": 0}, end, degrees=True)
-
-
-# 09 The five-face head
 
 
 @cache
@@ -97,9 +92,6 @@ def unlisted(angle=205):
     """It falls through to the first label and uses U_0, almost two arm lengths away."""
     wanted = horizontal_head.fit_head(head()).head().vector(angle)
     return np.linalg.norm(wanted - head().vector(0))
-
-
-# 10 Where is the rotation centre?
 
 
 @of_lesson("10-square", Vector(names="ex ey", decimals=4, unit="mm"))
@@ -144,9 +136,6 @@ def sense(senses=(-1, 1), rows=(0, 1, 2)):
     fits = [probed_table(sense).identify(readings, degrees=True, sigma=0.002) for sense in senses]
     best = min(fits, key=lambda fit: fit.noise)
     return [best["yc"], best["zc"]]
-
-
-# 11 How accurate is RTCP?
 
 
 @of_lesson("11-factor", Number(decimals=2))

@@ -17,9 +17,8 @@ from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.measure import angular_error, spline
 from mathpost.rotation import numeric
 
-# 12 The angular error of a rotary axis
-
 SPOILT = 135  # the target of 12-table whose command is wrong
+STEPS = "3 4 5 6 7 8 9 11"  # between targets, degrees
 
 
 @cache
@@ -65,23 +64,22 @@ def knots(tolerance=0.2):
 def ripple_left(step, teeth=30):
     """The part of a ripple that the spline through targets `step` apart leaves, in its worst phase."""
     at, fine = np.arange(0, 360, float(step)), np.arange(0, 360, 0.05)
-    waves = [lambda degrees, wave=wave: wave(np.radians(teeth * degrees)) for wave in (np.sin, np.cos)]
-    fitted = [spline.through_all(spline.points(at, wave(at), period=360)) for wave in waves]
-    return np.hypot(*(wave(fine) - curve(fine) for wave, curve in zip(waves, fitted, strict=True))).max()
+    left = []
+    for wave in (np.sin, np.cos):
+        fitted = spline.through_all(spline.points(at, wave(np.radians(teeth * at)), period=360))
+        left.append(wave(np.radians(teeth * fine)) - fitted(fine))
+    return np.hypot(*left).max()
 
 
-@of_lesson(
-    "12-steps",
-    Names(
-        "3 4 5 6 7 8 9 11", about=lambda step: f"A step of {step}° leaves {ripple_left(step):.0%} of the ripple."
-    ),
-)
+def not_enough(step):
+    """Say how much of the ripple a step in degrees leaves."""
+    return f"A step of {step}° leaves {ripple_left(step):.0%} of the ripple."
+
+
+@of_lesson("12-steps", Names(STEPS, about=not_enough))
 def steps(share=0.5, teeth=30):
     """Below half of the period, and not just below: near the limit the spline still leaves much of the wave."""
-    return {step for step in (3, 4, 5, 6, 7, 8, 9, 11) if ripple_left(step, teeth) <= share}
-
-
-# 13 Systematic errors
+    return {step for step in STEPS.split() if ripple_left(step, teeth) <= share}
 
 
 MICRORADIANS = 1e6 * math.radians(1) / 3600  # of a second of arc
@@ -185,8 +183,6 @@ def drift_parts(forgetting=0.8):
         if part >= 0 and 0.010 - tracker.values[0] < 0.001:
             return part + 1
 
-
-# 14 Check a spreadsheet
 
 SLIP = ((20, 35, 50), (1, 2, 3), (0.690, -1.540, 3.339))
 SLIPS = "sign,active,order,transpose,row,axis,reference,exchange,left out,unit,rounded".split(",")

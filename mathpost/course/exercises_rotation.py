@@ -21,8 +21,6 @@ POINT = (3, 4, 5)
 SLIP = ((20, 70, 50), (3.278276, -0.856658, 6.206371))  # angles, and the point that the colleague of 01-slip shows
 ORDERS = Name({"".join(order): [] for order in permutations("XYZ")})
 
-# 01 Rotating a point
-
 
 def drawn_point(rng):
     """Three different coordinates that are easy to turn in the head."""
@@ -62,9 +60,6 @@ def still():
     return next(name for name, value in zip("xyz", coordinates, strict=True) if sp.diff(value, gamma) == 0)
 
 
-# 02 Euler angles and frames
-
-
 @of_lesson("02-frame", Pose())
 @slip("transposed", lambda: euler.angles("ZXZ", Frame.from_axes([0, 1, 0], [0, 0, -1]).rotation.T, degrees=True))
 @slip("any X", lambda: euler.from_direction("ZXZ", [0, 1, 0], degrees=True))
@@ -98,9 +93,6 @@ def order():
     return next(axes for axes, name in spellings.items() if euler.matrix(name, (a, b, c)) == program)
 
 
-# 03 The tilted working plane
-
-
 @of_lesson("03-plane", Pose())
 def plane():
     """I lays X along the old Y, J tilts about it, and K takes I's turn back again: I = 90, K = -90."""
@@ -120,9 +112,6 @@ def face_angles(x=(1, 2, 0), inverted=False):
 def mode_39():
     """39 is 10 01 11 in bits. From the right: 3 is Z, 1 is X, 2 is Y."""
     return blocks.MODES[39].split()[1]
-
-
-# 03b The tool on the tilted plane
 
 
 @of_lesson(
@@ -161,9 +150,6 @@ def choice():
     """Fanuc asks only how far A has to go; Heidenhain adds the way of C."""
     tried = ((a, c) for a in (0, 20) for c in range(-90, 91, 30))
     return next(present for present in tried if not same_choice(present))
-
-
-# 04 The transform chain
 
 
 @of_lesson("04-links", Names)

@@ -1,22 +1,16 @@
 """The exercises of lessons 05 to 06b: the inverse, the choice of a solution, the singular region."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from mathpost.course.answers import Angle, Joints, Name, Number, Vector
-from mathpost.course.lesson_data import SWING, blade, largest_swing, load, of_lesson, with_travel
+from mathpost.course.lesson_data import SWING, blade, largest_swing, load, of_lesson, with_axis, with_travel
 from mathpost.course.verdict import slip
 from mathpost.detective.rotary_axes import explain_joints
-from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
 from mathpost.post import selection, singular, yu_dan
-from mathpost.post.between_blocks import deviation
-from mathpost.post.motion import equation_8, linearize
+from mathpost.post.between_blocks import deviation, equation_8, linearize
 from mathpost.post.ways import Crossing
 from mathpost.rotation import wrap
-
-# 05 The inverse
 
 
 @of_lesson("05-outer", Angle(decimals=2))
@@ -29,9 +23,7 @@ def outer(branch=0, column=4, swapped=False):
 @of_lesson("05-loop", Vector(names="X Y Z"))
 def loop(pivot=-50, sign=1, forward=False):
     """Each turn is undone about its own line, C first because it stands next to the workpiece."""
-    kin = load("ac_table")
-    tilting, turning = kin.machine.rotary
-    kin = Kinematics(replace(kin.machine, rotary=(replace(tilting, point=(0, 0, pivot)), turning)))
+    kin = with_axis(load("ac_table"), point=(0, 0, pivot))
     if forward:
         return kin.forward([20, -35, 15, -50, 160], degrees=True)[0]
     return kin.close([20, -35, 15], sign * np.radians([-50, 160]))[:3]
@@ -53,11 +45,8 @@ def both_angles(name="bc_table", signs=(1, 1)):
 @of_lesson("05-reach", Number(decimals=0, unit="degrees"))
 def reach(slant=50, turn=180):
     """The tool goes round the tilted axis on a cone; half a turn takes it twice the angle of the axis away."""
-    kin = load("dmu50v")
-    tilting, turning = kin.machine.rotary
-    axis = (0, np.sin(np.radians(slant)), np.cos(np.radians(slant)))
-    kin = Kinematics(replace(kin.machine, rotary=(replace(tilting, axis=axis), turning)))
-    return np.degrees(kin.reach[1]) if turn else slant
+    slanted = with_axis(load("dmu50v"), axis=(0, np.sin(np.radians(slant)), np.cos(np.radians(slant))))
+    return np.degrees(slanted.reach[1]) if turn else slant
 
 
 def two_positions(axis):
@@ -76,9 +65,6 @@ def two_positions(axis):
 def meet():
     """B = 180° and B = -180° are one place of the table. It lays the tool flat, in any direction that C likes."""
     return load("dmu50v").forward([0, 0, 0, 180, 0], degrees=True)[1]
-
-
-# 05b Which solution to take
 
 
 @of_lesson("05b-case", Vector(names="row40 row50 row60 row70 row80", decimals=0))
@@ -154,9 +140,6 @@ def trap():
     return (10, -5, -40)
 
 
-# 06 The singular region
-
-
 @of_lesson("06-price", Number(decimals=2))
 @slip("sine of B", lambda: 1 / np.sin(np.radians(2.335)))
 @slip("closeness", measure=lambda kin, tool: 1 / singular.closeness(kin, tool))
@@ -217,8 +200,6 @@ def limits():
     """Neither the first two records nor the last three may fit below zero; then A has to turn back at the pole."""
     return next((low, 120) for low in (-20, -10, -5, 0) if not no_swing((low, 120)))
 
-
-# 06b Through it
 
 ROWS = np.array([20.0, 24.0, 150.0, 153.0])  # C at four records, degrees
 STEPS = (0.5, 0.4)  # Δt₁ and Δt₂

@@ -21,6 +21,7 @@ from mathpost.course import exercise
 from mathpost.course.handed_in import collect
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
 from mathpost.errors import InputError, read_text
+from mathpost.workbook import check_file
 
 COURSE = Path(__file__).parents[2]
 ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
@@ -52,7 +53,7 @@ class Rules:
 
     def worth(self, name):
         """Points of an exercise."""
-        return self.points.get(name, self.points.get(name.split("-")[0], 1))
+        return self.points.get(name, self.points.get(lesson_of(name), 1))
 
 
 @dataclass(frozen=True)
@@ -82,12 +83,13 @@ class Result:
     unknown: dict = field(default_factory=dict)  # exercise that is not defined here → what the notebook says
     reran: dict = field(default_factory=dict)  # exercise → status when it is run, where that is not the saved one
     numbers: set = field(default_factory=set)  # whose numbers the exercises had that draw some; "" is the lesson's
+    works: list = field(default_factory=list)  # kind, file and content of what may be the same as another's
     notebooks: int = 0
 
     def status(self, name):
         """Of an exercise; "" if its lesson was not handed in."""
         found = self.verdicts.get(name)
-        return found.status if found else OPEN if name.split("-")[0] in self.lessons else ""
+        return found.status if found else OPEN if lesson_of(name) in self.lessons else ""
 
 
 @dataclass
@@ -100,12 +102,15 @@ class Class:
     same: list = field(default_factory=list)  # what kind of thing is the same, in which file, and who has it
     notes: list = field(default_factory=list)  # what was not looked at, or could not be bounded
 
+    def solved(self, result):
+        """Return the exercises that a student has solved."""
+        return [name for name in self.exercises if result.status(name) == RIGHT]
+
     def points(self, result):
         """Return what a student has of what can be had, in points of the exercises, and right workbooks."""
-        worth = self.rules.worth
-        had = sum(worth(name) for name in self.exercises if result.status(name) == RIGHT)
+        had, possible = (sum(map(self.rules.worth, names)) for names in (self.solved(result), self.exercises))
         right = sum(each.verdict == "right" for each in result.workbooks)
-        return had, sum(map(worth, self.exercises)), min(right, self.rules.expected_workbooks)
+        return had, possible, min(right, self.rules.expected_workbooks)
 
     def mark(self, result):
         """Per cent, with the weights of the rules; None if nothing counts."""
@@ -126,30 +131,18 @@ class Class:
         rows = []
         for name in self.exercises:
             statuses = Counter(result.status(name) for result in self.results)
-            if tried := statuses[RIGHT] + statuses[WRONG]:
-                rows.append((name, tried, statuses[WRONG]))
-        return sorted((row for row in rows if row[2]), key=lambda row: (-row[2] / row[1], -row[2], row[0]))
+            if wrong := statuses[WRONG]:
+                rows.append((name, statuses[RIGHT] + wrong, wrong))
+        return sorted(rows, key=lambda row: (-row[2] / row[1], -row[2], row[0]))
 
 
 def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
-    """Judge what a class handed in; return a `Class`.
+    """Judge what a class handed in, a folder as `handed_in` knows it; return a `Class`.
 
-    Parameters
-    ----------
-    folder : str or Path
-        See `mathpost.course.handed_in`.
-    rules : Rules, optional
-    lessons : str or Path, optional, keyword only
-        The folder of the notebooks as handed out, by default the course's; what they say is nobody's own work.
-    rerun : callable, optional, keyword only
-        ``rerun(path)`` returns the path of the executed notebook, or raises `InputError`; see `rerun.Place`.
-    progress : callable, optional, keyword only
-        ``progress(done, total, name)`` is called after each slow step: a workbook, a notebook that is run.
-
-    Raises
-    ------
-    InputError
-        If there is nothing to judge. What is wrong with one file is in its student's `trouble`.
+    `lessons` is the folder of the notebooks as handed out, by default the course's: what they say is nobody's own
+    work. ``rerun(path)`` returns the path of the executed notebook, see `rerun.Place`; after each workbook and each
+    notebook that is run ``progress(done, total, name)`` is called. There is an `InputError` if there is nothing to
+    judge; what is wrong with one file is in its student's `trouble`.
     """
     rules = rules or Rules()
     if lessons is not None and not Path(lessons).is_dir():
@@ -158,15 +151,17 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
     with tempfile.TemporaryDirectory() as unpacked:
         students = collect(folder, unpacked, [path.stem for path in handed_out])
         course = {digest(path) for path in (*handed_out, *(COURSE / "data").glob("**/*.xlsx"))}
-        own = {source for path in handed_out for source in _sources(exercise.cells(path))}
-        same = _Same(own, course)
+        course |= {source for path in handed_out for source in _sources(exercise.notebook(path)["cells"])}
         slow, done = sum(len(each.workbooks) + len(each.notebooks) * bool(rerun) for each in students), count(1)
         step = (lambda name: progress(next(done), slow, name)) if progress else str
-        results = [_student(each, same, rerun, step) for each in students]
+        results = [_student(each, course, rerun, step) for each in students]
     _say_whose_numbers(results)
+    same = _same(results)
     missing = set(rules.students) - {each.name for each in results}
     results = sorted([*results, *map(Result, missing)], key=lambda each: each.name)
-    return Class(results, _asked(rules, results), rules, same.groups(len(students)))
+    asked = set(rules.exercises) or {lesson for each in results for lesson in each.lessons}
+    exercises = [name for name in sorted(EXERCISES) if {name, lesson_of(name)} & asked]
+    return Class(results, exercises, rules, same)
 
 
 def _say_whose_numbers(results):
@@ -191,7 +186,7 @@ def read_rules(path):
         if not is_right(value):
             raise InputError(f"{path}, {key}", expected, repr(value))
         for name in value if key in ("exercises", "points") else ():
-            if name not in {*EXERCISES, *(each.split("-")[0] for each in EXERCISES)}:
+            if name not in {*EXERCISES, *map(lesson_of, EXERCISES)}:
                 expected = 'an exercise such as "07-pivot" or a lesson such as "07"'
                 raise InputError(f"{path}, {key}", expected, repr(name))
             if key == "points" and not NUMBER[0](value[name]):
@@ -204,93 +199,84 @@ def digest(path):
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def _asked(rules, results):
-    """The exercises that count."""
-    asked = set(rules.exercises) or {lesson for each in results for lesson in each.lessons}
-    return [name for name in sorted(EXERCISES) if name in asked or name.split("-")[0] in asked]
+def lesson_of(name):
+    """The number of the lesson that an exercise belongs to, as text."""
+    return name.split("-")[0]
 
 
-def _student(student, same, rerun, step):
-    """Judge one student's files."""
+def _student(student, course, rerun, step):
+    """Judge one student's files, none of which keeps the class from being judged.
+
+    `course` is what was handed out: digests of files, and sources of cells.
+    """
     result = Result(student.name, trouble=list(student.refused))
-    for path in student.notebooks:
-        _trying(result, path, lambda path=path: _notebook(result, path, same))
-        if rerun:
-            _trying(result, path, lambda path=path: _rerun(result, path, rerun))
+    for path in (*student.notebooks, *student.workbooks):
+        kind = "a notebook" if path in student.notebooks else "a workbook"
+        try:
+            if not path.stat().st_size:
+                raise InputError(path.name, kind, "an empty file")
+            if kind == "a workbook":
+                _workbook(result, path, course)
+            else:
+                _notebook(result, path, course, rerun)
+        except InputError as error:
+            result.trouble.append((path.name, f"expected {error.expected}, found {error.found}"))
+        except FAULTS as error:
+            result.trouble.append((path.name, f"could not be judged: {type(error).__name__}: {error}"))
+        except OSError as error:
+            result.trouble.append((path.name, error.strerror or str(error)))
+        if rerun or kind == "a workbook":
             step(f"{student.name}: {path.name}")
-    for path in student.workbooks:
-        if digest(path) not in same.course:
-            _trying(result, path, lambda path=path: _workbook(result, path, same))
-        step(f"{student.name}: {path.name}")
     if not (result.notebooks or result.workbooks or result.trouble):
         result.trouble.append(("", "nothing was handed in"))
     return result
 
 
-def _trying(result, path, judge):
-    """Keep one file from stopping the class."""
-    try:
-        judge()
-    except InputError as error:
-        result.trouble.append((path.name, f"expected {error.expected}, found {error.found}"))
-    except FAULTS as error:
-        result.trouble.append((path.name, f"could not be judged: {type(error).__name__}: {error}"))
-    except OSError as error:
-        result.trouble.append((path.name, error.strerror or str(error)))
-
-
-def _notebook(result, path, same):
-    """Add what one notebook holds."""
-    if not path.stat().st_size:
-        raise InputError(path.name, "a notebook", "an empty file")
-    cells = exercise.cells(path)
+def _notebook(result, path, course, rerun):
+    """Add what one notebook holds, and what is different when it is run."""
+    cells = exercise.notebook(path)["cells"]
     verdicts = exercise.judged(cells, path)
     result.notebooks += 1
-    if not any("".join(cell["source"]).strip() for cell in cells):
-        result.trouble.append((path.name, "no cell has anything in it"))
     sources = _sources(cells)
-    names = {name for source in sources for name in exercise.asked(source)}
-    for name in (names | {each.name for each in verdicts}) & EXERCISES.keys():
-        result.lessons.add(name.split("-")[0])
+    if not any(sources):
+        result.trouble.append((path.name, "no cell has anything in it"))
+    names = {name for source in sources for name in exercise.asked(source)} | {each.name for each in verdicts}
+    result.lessons |= {lesson_of(name) for name in names & EXERCISES.keys()}
     for each in verdicts:
         if each.edited and each.name not in result.edited:
             result.edited.append(each.name)
         if each.mixup:
             result.mixups.add((each.name, each.mixup))
-        if each.name in EXERCISES and EXERCISES[each.name].drawn:
-            result.numbers.add(each.student)
         if each.name not in EXERCISES:
             result.unknown[each.name] = each.status
-        else:
-            best = max(result.verdicts.get(each.name, each), each, key=lambda verdict: ORDER.index(verdict.status))
-            result.verdicts[each.name] = best
-    same.notebook(result.name, path, sources, verdicts)
+            continue
+        if EXERCISES[each.name].drawn:
+            result.numbers.add(each.student)
+        best = max(result.verdicts.get(each.name, each), each, key=lambda verdict: ORDER.index(verdict.status))
+        result.verdicts[each.name] = best
+    answers = json.dumps([(each.name, each.answer) for each in verdicts if each.status != OPEN])
+    own = [source for source in sources if source and source not in course]
+    if (own or answers != "[]") and (content := digest(path)) not in course:
+        result.works += [("file", path.name, content), ("text", path.name, (answers, own))]
+    if rerun:
+        before = {each.name: each.status for each in verdicts}
+        after = {each.name: each.status for each in exercise.saved(rerun(path))}
+        run = {name: after.get(name, OPEN) for name in before.keys() | after.keys()}
+        result.reran |= {name: status for name, status in run.items() if status != before.get(name, OPEN)}
 
 
-def _rerun(result, path, rerun):
-    """Add what is different when the notebook is run."""
-    before = {each.name: each.status for each in exercise.saved(path)}
-    after = {each.name: each.status for each in exercise.saved(rerun(path))}
-    for name in before.keys() | after.keys():
-        if after.get(name, OPEN) != before.get(name, OPEN):
-            result.reran[name] = after.get(name, OPEN)
-
-
-def _workbook(result, path, same):
+def _workbook(result, path, course):
     """Add the check of one workbook."""
-    from mathpost.workbook import check_file  # only where there is a workbook
-
-    if not path.stat().st_size:
-        raise InputError(path.name, "a workbook", "an empty file")
+    if (content := digest(path)) in course:
+        return
     try:
         report = check_file(path)
     except InputError as error:
         result.workbooks.append(Workbook(path.name, "not read", message=f"{error.expected}: {error.found}"))
         raise
-    first = report.faults[0] if report.faults else None
-    found = (first.cell, first.cause, first.message) if first else ("", "", "")
-    result.workbooks.append(Workbook(path.name, report.verdict, report.checked, report.total, *found))
-    same.workbook(result.name, path)
+    found = [(each.cell, each.cause, each.message) for each in report.faults[:1]]
+    result.workbooks.append(Workbook(path.name, report.verdict, report.checked, report.total, *sum(found, ())))
+    result.works += [("file", path.name, content), ("cells", path.name, _cells_of(path))]
 
 
 def _sources(cells):
@@ -298,42 +284,24 @@ def _sources(cells):
     return ["\n".join(map(str.rstrip, "".join(cell["source"]).split("\n"))).strip() for cell in cells]
 
 
-class _Same:
-    """Hand-ins that are the same beyond what the course handed out."""
-
-    def __init__(self, own, course):
-        self.own, self.course, self.works = own, course, []  # student, file, answers, sources
-        self.having = {"file": defaultdict(list), "text": defaultdict(list), "cells": defaultdict(list)}
-
-    def notebook(self, student, path, sources, verdicts):
-        if (bytes_ := digest(path)) in self.course:
-            return
-        answers = json.dumps([(each.name, each.answer) for each in verdicts if each.status != OPEN])
-        sources = [source for source in sources if source and source not in self.own]
-        if sources or answers != "[]":
-            self.having["file"][bytes_].append((student, path.name))
-            self.works.append((student, path.name, answers, sources))
-
-    def workbook(self, student, path):
-        self.having["file"][digest(path)].append((student, path.name))
-        self.having["cells"][_cells_of(path)].append((student, path.name))
-
-    def groups(self, students):
-        """What is the same, in which file, and who has it."""
-        found, seen = [], set()
-        has, most = Counter(source for *_, each in self.works for source in set(each)), SHARED_BY_CLASS * students
-        for student, file, answers, sources in self.works:
-            beyond = tuple(source for source in sources if students < 10 or has[source] <= most)
-            if sum(map(len, beyond)) >= TEXT_ENOUGH:
-                self.having["text"][answers, beyond].append((student, file))
-        for kind, groups in self.having.items():
-            for content, files in groups.items():
-                who = tuple(sorted({student for student, _ in files}))
-                names = ", ".join(sorted({file for _, file in files}))
-                if len(who) > 1 and content and (who, names) not in seen:
-                    seen.add((who, names))
-                    found.append((kind, names, list(who)))
-        return found
+def _same(results):
+    """What is the same beyond what the course handed out: its kind, in which files, and who has it."""
+    works = [(result.name, *work) for result in results for work in result.works]
+    has = Counter(text for _, kind, _, content in works if kind == "text" for text in set(content[1]))
+    having = {"file": defaultdict(list), "text": defaultdict(list), "cells": defaultdict(list)}
+    for student, kind, file, content in works:
+        if kind == "text":
+            answers, texts = content
+            beyond = tuple(t for t in texts if len(results) < 10 or has[t] <= SHARED_BY_CLASS * len(results))
+            content = (answers, beyond) if sum(map(len, beyond)) >= TEXT_ENOUGH else ""
+        having[kind][content].append((student, file))
+    found = {}
+    for kind, groups in having.items():
+        for content, files in groups.items():
+            who, names = (sorted(set(column)) for column in zip(*files, strict=True))
+            if len(who) > 1 and content:
+                found.setdefault((", ".join(names), *who), kind)
+    return [(kind, names, who) for (names, *who), kind in found.items()]
 
 
 def _cells_of(path):

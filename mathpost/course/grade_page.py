@@ -1,16 +1,22 @@
-"""The report on a class as a page and as a table, in English or Chinese.
+"""The report on a class as a page, `grade_page.html`, and as a table, in English or Chinese.
 
+The Chinese stands by the English text in `chinese.toml`, and in `exercises.toml` for the slips of its exercises.
 Everything that a student wrote is escaped: a file's name or an answer cannot become part of the page, nor a formula
 of the spreadsheet program that opens the table.
 """
 
-import html
+import re
 from collections import Counter
+from functools import cache, partial
 from pathlib import Path
 
-from mathpost.course import chinese
+from jinja2 import Environment
+
 from mathpost.course.exercise import MARKS
-from mathpost.course.verdict import OPEN, RIGHT, WRONG
+from mathpost.course.lesson_data import toml
+from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
+from mathpost.errors import read_text
+from mathpost.workbook.folder import CHINESE as CAUSES
 from mathpost.workbook.report import csv_table
 
 LANGUAGES = ("en", "zh")
@@ -21,12 +27,22 @@ SAME = {
     "text": "the same answers and the same text of cells",
     "cells": "the same formulas and numbers",
 }
-CLASSES = {RIGHT: "right", WRONG: "wrong", OPEN: "open", "": ""}
+STYLES = {RIGHT: "right", WRONG: "wrong", OPEN: "open"}
 
 
 def say(language, text):
-    """A word of the report."""
-    return chinese.word(text) if language == "zh" else ENGLISH.get(text, text)
+    """A word of the report, or a cause that the check of workbooks names."""
+    return ENGLISH.get(text, text) if language == "en" else sections()["report"].get(text) or CAUSES.get(text, text)
+
+
+def mixup(language, name, sentence):
+    """The sentence that names a mix-up, in its own words if there are no Chinese ones."""
+    return (language == "zh" and chinese(name, sentence)) or sentence
+
+
+def why(language, verdict):
+    """What is said of an answer."""
+    return mixup(language, verdict.name, verdict.mixup) or verdict.why
 
 
 def to_csv(graded, language="en"):
@@ -40,146 +56,98 @@ def to_csv(graded, language="en"):
     for result in graded.results:
         statuses = [say(language, result.status(name) or "not handed in") for name in graded.exercises]
         wrong = [each for each in result.workbooks if each.cell]
-        cells = [[each.cell for each in wrong], [say(language, each.cause) for each in wrong]]
         mark = graded.mark(result)
-        mark = "" if mark is None else f"{mark:.1f}"
         same = {name for _, _, who in graded.same if result.name in who for name in who} - {result.name}
-        trouble = [f"{file}: {why}" if file else why for file, why in result.trouble]
-        row = [
-            result.name,
-            *statuses,
-            *graded.points(result),
-            *map("; ".join, cells),
-            mark,
-            " ".join(result.edited),
-        ]
-        rows.append([*row, "; ".join(sorted(same)), "; ".join(trouble)])
+        row = [result.name, *statuses, *graded.points(result)]
+        row += ["; ".join(each.cell for each in wrong), "; ".join(say(language, each.cause) for each in wrong)]
+        row += ["" if mark is None else f"{mark:.1f}", " ".join(result.edited), "; ".join(sorted(same))]
+        rows.append([*row, "; ".join(f"{file}: {why}" if file else why for file, why in result.trouble)])
     return csv_table(rows)
 
 
 def to_html(graded, language="en"):
     """Return the report as a page of its own, without scripts."""
-    word = lambda text: html.escape(say(language, text))  # noqa: E731
-    results = graded.results
-    summary = say(
-        language, "{students} students, {notebooks} notebooks, {workbooks} workbooks; {exercises} exercises count."
-    ).format(
-        students=len(results),
-        notebooks=sum(each.notebooks for each in results),
-        workbooks=sum(len(each.workbooks) for each in results),
-        exercises=len(graded.exercises),
+    books = [(result.name, book) for result in graded.results for book in result.workbooks]
+    page = Environment(autoescape=True, trim_blocks=True).from_string(
+        read_text(Path(__file__).with_suffix(".html")),
+        {function.__name__: partial(function, language) for function in (say, mixup, why)},
     )
-    judged_anew = (
-        "Answers were judged anew from what the notebooks store. "
-        "A right answer that was typed after a neighbour's looks like any other."
+    return page.render(
+        graded=graded,
+        language=language,
+        summary=say(
+            language,
+            "{students} students, {notebooks} notebooks, {workbooks} workbooks; {exercises} exercises count.",
+        ).format(
+            students=len(graded.results),
+            notebooks=sum(each.notebooks for each in graded.results),
+            workbooks=len(books),
+            exercises=len(graded.exercises),
+        ),
+        look=list(_attention(graded, language)),
+        lacking=language == "zh" and not all(chinese(*each[:2]) for each in graded.mixups()),
+        books=books,
+        causes=Counter(say(language, book.cause) for _, book in books if book.cause).most_common(),
+        marks={status: (style, MARKS[status]) for status, style in STYLES.items()},
+        edited=EDITED,
+        same=SAME,
+        mark=partial(_mark, graded),
+        solved=Counter(name for result in graded.results for name in graded.solved(result)),
     )
-    mixups, count = graded.mixups(), max(len(results), 1)
-    lacking = language == "zh" and not all(chinese.mixup(name, why) for name, why, _ in mixups)
-    own_words = "A mix-up without a Chinese wording, as of a teacher's own exercise, stands in its own words."
-    mixups = [(name, _mixup(language, name, why), _bar(number, count)) for name, why, number in mixups]
-    failed = [(name, tried, _bar(wrong, tried)) for name, tried, wrong in graded.failed()]
-    books = [(result.name, book) for result in results for book in result.workbooks]
-    same = [(say(language, SAME[kind]), file, ", ".join(who)) for kind, file, who in graded.same]
-    look = list(_attention(graded, word, language))
-    parts = [
-        f'<!DOCTYPE html><html lang="{language}"><meta charset="utf-8">',
-        f"<title>{word('A class')}</title>",
-        f"<style>\n{Path(__file__).with_suffix('.css').read_text(encoding='utf-8')}</style>",
-        f"<h1>{word('A class')}</h1><p>{html.escape(summary)}</p><p class='key'>{word(judged_anew)}</p>",
-        _section(word, "What needs a look", ("student", "file", "what", "why"), look),
-        _section(word, "Mix-ups by frequency", ("exercise", "why", "students"), mixups, own_words * lacking),
-        _section(word, "Exercises that most failed", ("exercise", "tried", "not solved"), failed),
-    ]
-    if books:
-        heads = ("student", "file", "verdict", "checked", "cell", "cause", "why")
-        rows = []
-        for who, book in books:
-            verdict, cause = say(language, book.verdict), say(language, book.cause)
-            rows.append((who, book.file, verdict, f"{book.checked}/{book.total}", book.cell, cause, book.message))
-        parts.append(_section(word, "Workbooks: the first wrong cell", heads, rows))
-        causes = Counter(say(language, book.cause) for _, book in books if book.cause)
-        rows = [(cause, _bar(number, len(books))) for cause, number in causes.most_common()]
-        parts.append(_section(word, "Causes by frequency", ("cause", "students"), rows))
-    no_proof = "The same beyond what the course handed out. A reason to ask, no proof."
-    parts.append(_section(word, "The same hand-ins", ("what", "file", "student"), same, no_proof))
-    parts.append(f"<h2>{word('Students and exercises')}</h2>{_table(graded, word, language)}")
-    if graded.notes:
-        notes = "".join(f"<li>{html.escape(note)}" for note in graded.notes)
-        parts.append(f"<h2>{word('What was not done, or not bounded')}</h2><ul>{notes}</ul>")
-    return "\n".join([*parts, "</html>\n"])
 
 
-def _mixup(language, name, sentence):
-    """The sentence that names a mix-up, in its own words if there are no Chinese ones."""
-    return (language == "zh" and chinese.mixup(name, sentence)) or sentence
+def _mark(graded, result):
+    """The mark in whole per cent, with a question mark where a file that was not read may have held more."""
+    mark = graded.mark(result)
+    doubt = result.trouble or any(book.verdict == "unclear" for book in result.workbooks)
+    return "" if mark is None else f"{mark:.0f}{' ?' if doubt else ''}"
 
 
-def _why(language, verdict):
-    """What is said of an answer."""
-    return _mixup(language, verdict.name, verdict.mixup) or verdict.why
-
-
-class _Safe(str):
-    """Text that is HTML already."""
-
-
-def _bar(number, of):
-    return _Safe(f'<span class="bar" style="width:{6 * number / of:.2f}rem"></span>{number}')
-
-
-def _section(word, title, heads, rows, said=""):
-    """A heading and a table, or "none"."""
-    text = f"<h2>{word(title)}</h2>" + (f"<p class='key'>{word(said)}</p>" if said and rows else "")
-    if not rows:
-        return f"{text}<p>{word('None.')}</p>"
-    cells = ("".join(f"<td>{_escaped(cell)}" for cell in row) for row in rows)
-    return f"{text}<table><tr>{''.join(f'<th>{word(head)}' for head in heads)}<tr>{'<tr>'.join(cells)}</table>"
-
-
-def _escaped(cell):
-    return cell if isinstance(cell, _Safe) else html.escape(str(cell))
-
-
-def _attention(graded, word, language):
+def _attention(graded, language):
     """What a person should look at: student, file or exercise, kind, why."""
     for result in graded.results:
-        found = [(file, "not read", why) for file, why in result.trouble]
+        for file, trouble in result.trouble:
+            yield result.name, file, "not read", trouble
         for name in result.edited:
             judged = result.verdicts[name]
-            said = [say(language, judged.status), *([_why(language, judged)] if judged.status != OPEN else [])]
-            found.append((name, EDITED, ("。" if language == "zh" else ". ").join(said)))
+            said = [say(language, judged.status), *([why(language, judged)] if judged.status != OPEN else [])]
+            yield result.name, name, EDITED, ("。" if language == "zh" else ". ").join(said)
         for name, status in result.unknown.items():
-            found.append((name, "not judged: the exercise is not defined here", say(language, status)))
+            yield result.name, name, "not judged: the exercise is not defined here", say(language, status)
         for name, status in result.reran.items():
-            found.append((name, "different when the notebook is run", say(language, status)))
+            yield result.name, name, "different when the notebook is run", say(language, status)
         for book in result.workbooks:
             if book.verdict == "unclear":
-                found.append((book.file, "workbook not judged to the end", f"{book.checked}/{book.total}"))
-        yield from ((result.name, what, _Safe(word(kind)), why) for what, kind, why in found)
+                yield result.name, book.file, "workbook not judged to the end", f"{book.checked}/{book.total}"
 
 
-def _table(graded, word, language):
-    """Students and exercises, a mark a cell; what was said of a wrong answer where the pointer rests."""
-    marks = ", ".join(f'<span class="{CLASSES[s]}">{MARKS[s]}</span> {word(s)}' for s in (RIGHT, WRONG, OPEN))
-    key = f"<p class='key'>{marks}, <span class='edited'>&nbsp;●&nbsp;</span> {word(EDITED)}</p>"
-    books = any(result.workbooks for result in graded.results)
-    heads = [f"<th class=s>{word('student')}"]
-    heads += [f"<th>{word(head)}" for head in ("mark, %", "solved", *(["workbooks right"] * books))]
-    heads += [f"<th class=e><span>{html.escape(name)}</span>" for name in graded.exercises]
-    rows, solved = [], Counter()
-    for result in graded.results:
-        mark, solves = graded.mark(result), [n for n in graded.exercises if result.status(n) == RIGHT]
-        # A file that was not read or judged may have held more.
-        doubt = " ?" * any([*result.trouble, *(book.verdict == "unclear" for book in result.workbooks)])
-        numbers = ["" if mark is None else f"{mark:.0f}{doubt}", len(solves), *[graded.points(result)[2]] * books]
-        row = f"<td class=s>{html.escape(result.name)}" + "".join(f"<td class=n>{each}" for each in numbers)
-        for name in graded.exercises:
-            status = result.status(name)
-            classes = " ".join(filter(None, ("m", CLASSES[status], "edited" * (name in result.edited))))
-            why = f' title="{html.escape(_why(language, result.verdicts[name]))}"' if status == WRONG else ""
-            row += f'<td class="{classes}"{why}>{MARKS.get(status, "")}'
-        rows.append(row)
-        solved.update(solves)
-    last = f"<td class=s>{word('class')}, {word('solved')}<td><td class=n>{solved.total()}" + "<td>" * books
-    rows.append(last + "".join(f'<td class="m">{solved[name]}' for name in graded.exercises))
-    return f'{key}<div class="wide"><table><tr>{"".join(heads)}<tr>{"<tr>".join(rows)}</table></div>'
+@cache
+def chinese(name, sentence):
+    """What is said of a mix-up of an exercise; "" if that has no Chinese, as in a teacher's own exercise."""
+    for pattern, wording in (*_patterns(name), *_patterns("any")):
+        if found := pattern.fullmatch(sentence):
+            return wording.format(*(chinese(name, part) or part for part in found.groups()))
+    if name not in EXERCISES or not EXERCISES[name].detective:
+        return ""
+    parts = sentence
+    for pattern, wording in _patterns("detective"):
+        parts = pattern.sub(lambda found, wording=wording: wording.format(*found.groups()), parts)
+    return "" if parts == sentence else parts.removesuffix(".") + "。"
+
+
+@cache
+def sections():
+    """The Chinese by section: those of the file, and one for each exercise of the lessons."""
+    found = dict(toml("chinese"))
+    for name, words in toml("exercises").items():
+        slips = {sentence: entry["zh"] for sentence, entry in words.get("slips", {}).items()}
+        found[name] = slips | words.get("said", {})
+    return found
+
+
+@cache
+def _patterns(section):
+    """The entries of a section, the keys as patterns; the parts of a detective's sentence differ in a word each."""
+    blank, ignore = (r"(\S+?)", re.IGNORECASE) if section == "detective" else ("(.+?)", 0)
+    entries = sections().get(section, {}).items()
+    return [(re.compile(re.escape(key).replace(r"\{\}", blank), ignore), wording) for key, wording in entries]

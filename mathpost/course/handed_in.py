@@ -72,20 +72,17 @@ def unzip(path, target):
                     raise InputError(str(path), "files", f"a link, {name!r}")
                 place = target.joinpath(*parts)
                 place.parent.mkdir(parents=True, exist_ok=True)
-                with packed.open(member) as source, place.open("wb") as copy:
-                    shutil.copyfileobj(source, copy)  # no more than the zip's list of contents declares
+                place.write_bytes(packed.read(member))  # no more than the zip's list of contents declares
     except (zipfile.BadZipFile, OSError, EOFError, RuntimeError, NotImplementedError, zipfile.zlib.error) as error:
         raise InputError(str(path), "a zip that can be unpacked", str(error) or type(error).__name__) from None
 
 
 def _said(member):
     """The name of a file in a zip, also where it was packed with a Chinese code page and does not say so."""
-    if member.flag_bits & 0x800:
-        return member.filename
-    raw = member.filename.encode("cp437", "replace")
-    for encoding in ("utf-8", "gb18030"):
-        with suppress(UnicodeDecodeError):
-            return raw.decode(encoding)
+    if not member.flag_bits & 0x800:
+        for encoding in ("utf-8", "gb18030"):
+            with suppress(UnicodeDecodeError):
+                return member.filename.encode("cp437", "replace").decode(encoding)
     return member.filename
 
 
@@ -97,13 +94,12 @@ def _whose(folder, lessons):
             return
         if inner.name == "inbound" and inner.is_dir():
             latest = {}
-            for path in _entries(inner):
+            for path in _entries(inner):  # NAME+ASSIGNMENT+TIME, the earlier first
                 if "+" in path.name:
-                    name, assignment, time, *_ = [*path.name.split("+"), ""]
-                    latest[name, assignment] = max(latest.get((name, assignment), ("",)), (time, path))
-            yield from ((name, path) for (name, _), (_, path) in sorted(latest.items()))
+                    latest[tuple(path.name.split("+")[:2])] = path
+            yield from ((name, path) for (name, _), path in latest.items())
             return
-    entries, named = list(_entries(folder)), {}
+    entries, named = _entries(folder), {}
     for path in entries:
         if path.is_dir() or path.is_symlink():
             named[path] = MOODLE.sub("", path.name)
@@ -139,24 +135,25 @@ def _entries(folder):
 
 def _take(path, student, unpacked, said):
     """Add a file, or all of a folder or zip, to the student's."""
+    folder = path  # or where a zip goes
     try:
         if path.is_symlink() or not (path.is_dir() or path.is_file()):
             raise InputError(said, "a file or folder", "a link" if path.is_symlink() else "something else")
-        if path.is_dir():
-            for number, inner in enumerate(_entries(path)):
-                _take(inner, student, unpacked / str(number), f"{said}/{inner.name}")
-        elif path.suffix.lower() == ".zip":
-            if unpacked.exists() or "zip" in unpacked.parts:
+        if path.is_file() and path.suffix.lower() == ".zip":
+            if "zip" in unpacked.parts:
                 raise InputError(said, "files", "a zip in a zip")
-            unzip(path, unpacked / "zip")
-            for inner in _entries(unpacked / "zip"):
-                _take(inner, student, unpacked / "zip", f"{said}/{inner.name}")
+            folder = unpacked = unpacked / "zip"
+            unzip(path, folder)
+        if folder.is_dir():
+            for number, inner in enumerate(_entries(folder)):
+                _take(inner, student, unpacked / str(number), f"{said}/{inner.name}")
         elif path.suffix.lower() in NOTEBOOKS | WORKBOOKS:
             if (size := path.stat().st_size) > FILE_LIMIT:
                 raise InputError(said, f"at most {FILE_LIMIT // 2**20} MB", f"{size / 2**20:.0f} MB")
             (student.notebooks if path.suffix.lower() in NOTEBOOKS else student.workbooks).append(path)
     except InputError as error:
         student.refused.append((said, f"expected {error.expected}, found {error.found}"))
-        shutil.rmtree(unpacked / "zip", ignore_errors=True)
+        if folder != path:
+            shutil.rmtree(folder, ignore_errors=True)
     except OSError as error:
         student.refused.append((said, error.strerror or str(error)))

@@ -38,8 +38,7 @@ def of_lesson(name, kind, **how):
     """
     words = toml("exercises").get(name, {})
     if "choices" in words:
-        about = [words["about"].get] if "about" in words else []
-        kind = kind(words["choices"], *about)
+        kind = kind(words["choices"], *([words["about"].get] if "about" in words else []))
 
     def enter(solve):
         computed = vars(solve).pop("slips", {})
@@ -50,7 +49,7 @@ def of_lesson(name, kind, **how):
             slip(sentence, **leads_to)(solve)
         if computed:
             raise InputError(f"exercises.toml, {name}", f"a slip by {' and '.join(computed)}", "none")
-        return define(name, kind, words.get("hint", ""), **how)(solve)
+        return define(name, kind, hint=words.get("hint", ""), **how)(solve)
 
     return enter
 
@@ -75,9 +74,13 @@ def ellipse(turn):
 
 def with_travel(kin, low, high):
     """The kinematics of the same machine with other limits, in degrees, of its first rotary axis."""
+    return with_axis(kin, limits=(np.radians(low), np.radians(high)))
+
+
+def with_axis(kin, **how):
+    """The kinematics of the same machine with a different tilting axis, its first rotary one."""
     first, second = kin.machine.rotary
-    limited = replace(first, limits=(np.radians(low), np.radians(high)))
-    return Kinematics(replace(kin.machine, rotary=(limited, second)))
+    return Kinematics(replace(kin.machine, rotary=(replace(first, **how), second)))
 
 
 def largest_swing(kin):

@@ -42,10 +42,7 @@ def same(text, other):
 
 
 def without_views(text):
-    """Return HTML without the program and the PNG of its views, which change with every version of Pillow.
-
-    What a view shows is compared all the same: its readings are its plain text.
-    """
+    """Return HTML without the program and the PNG of its views: what a view shows is compared as its plain text."""
     return VIEW.sub("a view that moves", text)
 
 
@@ -68,11 +65,8 @@ def rerun(path, *, accept=False):
     if accept:
         write_text(path, nbformat.writes(after))
     pairs = [each for each in zip(before.cells, after.cells, strict=True) if each[0].cell_type == "code"]
-    return [
-        Change(number, *difference)
-        for number, pair in enumerate(pairs, start=1)
-        for difference in _differences(*map(_text, pair))
-    ]
+    changes = ((number, _differences(*map(_text, pair))) for number, pair in enumerate(pairs, start=1))
+    return [Change(number, *change) for number, found in changes for change in found]
 
 
 def _text(cell):

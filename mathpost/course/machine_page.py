@@ -31,19 +31,15 @@ def words(kin):
 
     Seen by a person in front of the machine, at rotary zero: the front is towards −Y, the right side towards +X.
     """
-    names, zero, places = kin.machine.joint_names, np.zeros(5), placing(kin.machine)
-    at_zero, said = places(zero), {}
-    for joint, name in enumerate(names[:3]):
-        moved = places(zero + np.eye(5)[joint])["tool"][:3, 3] - at_zero["tool"][:3, 3]
-        said[name] = f"{name}+ moves the tool {_ways(moved)}."
-    for joint, rotary in enumerate(kin.machine.rotary, start=3):
-        turned = places(zero + 1e-3 * np.eye(5)[joint])[rotary.name] @ np.linalg.inv(at_zero[rotary.name])
+    places, said = placing(kin.machine), {}
+    at_zero = places(np.zeros(5))
+    for name, step in zip(kin.machine.joint_names[:3], np.eye(5), strict=False):
+        said[name] = f"{name}+ moves the tool {_ways(places(step)['tool'][:3, 3] - at_zero['tool'][:3, 3])}."
+    for rotary, step in zip(kin.machine.rotary, np.eye(5)[3:], strict=True):
+        turned = places(1e-3 * step)[rotary.name] @ np.linalg.inv(at_zero[rotary.name])
         turn = unit(to_axis_angle(turned[:3, :3])[0])  # in machine coordinates
-        if rotary.carries == "workpiece":
-            does = f"turns the table so that {_table(turn)}"
-        else:
-            does = f"turns the head so that {_head(turn, unit(np.array(kin.machine.tool_axis)))}"
-        said[rotary.name] = f"{rotary.name}+ {does}; {_iso(rotary, turn)}."
+        does = _seen(rotary, turn, unit(np.array(kin.machine.tool_axis)))
+        said[rotary.name] = f"{rotary.name}+ turns the {does}; {_iso(rotary, turn)}."
     return said
 
 
@@ -53,33 +49,30 @@ def reach(kin):
     pole = np.array(derived.pole, dtype=float)
     direction = " ".join(f"{x:z.3f}" for x in pole)
     joint = kin.symbols.index(derived.inner)
-    low, high = np.clip(kin.machine.limits[joint], -np.pi, np.pi)
     joints = np.zeros((721, 5))
-    joints[:, joint] = np.linspace(low, high, 721)
+    joints[:, joint] = np.linspace(*np.clip(kin.machine.limits[joint], -np.pi, np.pi), 721)
     axes = kin.forward(joints)[1]
     angles = np.degrees(2 * np.arctan2(np.linalg.norm(axes - pole, axis=1), np.linalg.norm(axes + pole, axis=1)))
-    outer, inner = kin.machine.joint_names[kin.symbols.index(derived.outer)], derived.inner
-    carried = {rotary.name: rotary.carries for rotary in kin.machine.rotary}[outer]
+    name, inner = str(derived.outer), derived.inner
+    carried = next(axis.carries for axis in kin.machine.rotary if axis.name == name)
     turns = "the workpiece about the tool" if carried == "workpiece" else "the tool about its own axis"
     said = [
-        f"The pole is ({direction}) in the workpiece. Close to it {outer} turns far for a small lean of the tool.",
+        f"The pole is ({direction}) in the workpiece. Close to it {name} turns far for a small lean of the tool.",
         f"The tool axis can be {near:.1f}° to {far:.1f}° from the pole; within the travel of {inner}, "
         f"{angles.min():.1f}° to {angles.max():.1f}°.",
     ]
     if near < 0.05:
-        said.insert(1, f"At the pole {outer} turns {turns}, and any {outer} is right.")
+        said.insert(1, f"At the pole {name} turns {turns}, and any {name} is right.")
     return said
 
 
 def page(kin):
     """Return the page, HTML."""
-    machine, view = kin.machine, view_machine.machine(kin)
-    said = words(kin)
-    rows = []
-    for name, (low, high), unit_of in zip(machine.joint_names, machine.limits, ["mm"] * 3 + ["°"] * 2, strict=True):
-        scale = np.degrees(1) if unit_of == "°" else 1
-        travel = f"{low * scale:g} to {high * scale:g} {unit_of}" if np.isfinite([low, high]).all() else "endless"
-        rows.append(f"<tr><th>{name}<td>{html.escape(said[name])}<td>{travel}")
+    machine, rows = kin.machine, []
+    limits = zip(machine.limits * view_machine.DEGREES[:, None], ["mm"] * 3 + ["°"] * 2, strict=True)
+    for (name, said), ((low, high), unit_of) in zip(words(kin).items(), limits, strict=True):
+        travel = f"{low:g} to {high:g} {unit_of}" if np.isfinite([low, high]).all() else "endless"
+        rows.append(f"<tr><th>{name}<td>{html.escape(said)}<td>{travel}")
     name, source = html.escape(machine.name), html.escape(machine.source)
     before = f"{FRAME}<h1>{name}</h1><p>{ARRANGEMENTS[machine.arrangement]} Source: {source}.</p>"
     after = (
@@ -87,7 +80,7 @@ def page(kin):
         f"axis.</p><table><tr><th>axis<th>positive direction<th>travel{''.join(rows)}</table>"
         f"<h2>What it reaches</h2>{''.join(f'<p>{line}</p>' for line in reach(kin))}"
     )
-    return view.page(machine.name, before=before, after=after, still=True)
+    return view_machine.machine(kin).page(machine.name, before=before, after=after, still=True)
 
 
 def _ways(direction):
@@ -97,23 +90,17 @@ def _ways(direction):
     return " and ".join(DIRECTIONS[axis][int(direction[axis] > 0)] for axis in order)
 
 
-def _table(turn):
-    """What a person sees of a table that turns right-handed about `turn`."""
-    sides = zip(("front", "right side"), turn, strict=False)
-    tilts = [f"its {side} {'sinks' if along > 0 else 'rises'}" for side, along in sides if abs(along) > LEAST]
-    return " and ".join(tilts + _round(turn))
-
-
-def _head(turn, tool_axis):
-    """What a person sees of a head: where its tip swings, and how it goes round."""
-    swing = np.cross(turn, -tool_axis)
-    swings = [f"the tip swings {_ways(swing)}"] if np.linalg.norm(swing) > LEAST else []
-    return " and ".join(swings + _round(turn))
-
-
-def _round(turn):
-    way = "counterclockwise" if turn[2] > 0 else "clockwise"
-    return [f"it goes {way} seen from above"] if abs(turn[2]) > LEAST else []
+def _seen(rotary, turn, tool_axis):
+    """What a person sees of a table or a head that turns right-handed about `turn`."""
+    if rotary.carries == "workpiece":
+        sides = zip(("front", "right side"), turn, strict=False)
+        seen = [f"its {side} {'sinks' if along > 0 else 'rises'}" for side, along in sides if abs(along) > LEAST]
+    else:
+        swing = np.cross(turn, -tool_axis)
+        seen = [f"the tip swings {_ways(swing)}"] if np.linalg.norm(swing) > LEAST else []
+    if abs(turn[2]) > LEAST:
+        seen.append(f"it goes {'counterclockwise' if turn[2] > 0 else 'clockwise'} seen from above")
+    return f"{'table' if rotary.carries == 'workpiece' else 'head'} so that {' and '.join(seen)}"
 
 
 def _iso(rotary, turn):

@@ -20,6 +20,8 @@ UID = 199_999  # an account number that owns nothing, below those of the student
 SECONDS = 300  # for a notebook
 MEMORY, FILE, PROCESSES = 2 * 2**30, 64 * 2**20, 200  # bytes of each process and file; how many processes
 ALONE = ["unshare", "--net", "--pid", "--fork", "--kill-child"]
+ACCOUNT = ["setpriv", f"--reuid={UID}", f"--regid={UID}", "--clear-groups", "--no-new-privs"]
+ACCOUNT += ["--bounding-set=-all", "--inh-caps=-all"]
 
 PROBE = """
 import os, subprocess, sys
@@ -39,11 +41,10 @@ class Place:
         if os.name != "posix":
             raise InputError("--rerun", "Linux or macOS, whose processes can be bounded", os.name)
         self.seconds, self.root = seconds, os.getuid() == 0
-        account = ["setpriv", f"--reuid={UID}", f"--regid={UID}", "--clear-groups", "--no-new-privs"]
-        account = [*account, "--bounding-set=-all", "--inh-caps=-all"] if self.root else []
-        alone = ALONE if self.root else [*ALONE, "--user", "--map-current-user"]
+        account = ACCOUNT if self.root else []
+        alone = [*ALONE, *account] if self.root else [*ALONE, "--user", "--map-current-user"]
         self.open = []
-        self.command = next((way for way in ([*alone, *account], account) if self._works(way)), None)
+        self.command = next((way for way in (alone, account) if self._works(way)), None)
         if self.command is None:
             found = "none: start this from an ordinary account, or install Python where every account may run it"
             raise InputError("--rerun", "an account other than root that can run this Python", found)
@@ -62,8 +63,7 @@ class Place:
         self._kept = tempfile.TemporaryDirectory()
         executed = Path(self._kept.name) / Path(path).name
         with executed.open("wb") as said:
-            code = "from mathpost.course.rerun import inside; inside()"
-            status = self._run(self.command, code, said, Path(path))
+            status = self._run(self.command, "from mathpost.course.rerun import inside; inside()", said, Path(path))
         if status is None:
             raise InputError(executed.name, f"a notebook that runs within {self.seconds} s", "one that did not")
         if status or not executed.stat().st_size:

@@ -10,18 +10,12 @@ BOX, ROUND = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]), np.linspace(0, 2 * 
 
 
 def show(*names):
-    """Draw set-ups beside each other, by their names in the file.
-
-    Examples
-    --------
-    >>> show("dial")
-    {'image/png': ..., 'text/plain': 'picture with "dial and ring, ...
-    """
-    drawings = toml("setups")
+    """Draw set-ups beside each other, by their names in the file."""
     _, panels = plot.figure(1, len(names), size=(4.4 * len(names), 3.9))
     for axes, name in zip(np.atleast_1d(panels), names, strict=True):
-        parts = [(kind, _points(geometry), *rest) for kind, geometry, *rest in drawings[name]["parts"]]
-        sketch(axes, parts, title=drawings[name]["title"])
+        drawn = toml("setups")[name]
+        parts = [(kind, _points(geometry), *rest) for kind, geometry, *rest in drawn["parts"]]
+        sketch(axes, parts, title=drawn["title"])
     plot.show()
 
 

@@ -12,7 +12,7 @@ import re
 import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 
 from mathpost.course.answers import brief
 from mathpost.errors import InputError, MathpostError
@@ -46,17 +46,17 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Exercise:
-    """An exercise, made by `define`, which explains what it is made of."""
+    """An exercise, made by `define`. What belongs to it gets the arguments of the solution that it names."""
 
-    name: str
-    kind: object
+    name: str  # not one of the lessons'
+    kind: object  # what is asked for: one of `mathpost.course.answers`, such as ``Angle(decimals=2)``
     solve: Callable  # its docstring says what the exercise teaches; its source is shown
     slips: dict = field(default_factory=dict)  # sentence → function that computes the answer; see `slip`
-    complaint: Callable | None = None
-    detective: Callable | None = None
-    given: Callable | None = None
-    drawn: Callable | None = None
-    hint: str = ""
+    hint: str = ""  # what to say if no mix-up gives the answer
+    complaint: Callable | None = None  # where there are many solutions: what is wrong with an answer, or ""
+    detective: Callable | None = None  # an `Explanation` of an answer that no slip gives; see mathpost.detective
+    given: Callable | None = None  # what the question hands out, such as a program with an error in it
+    drawn: Callable | None = None  # ``drawn(rng)``: arguments of the solution, drawn for one student, as a dict
     student: str = ""  # for whom its numbers were drawn; "" where they are those of the lesson
 
     @cached_property
@@ -78,10 +78,18 @@ class Exercise:
         taken = list(named)[len(values) :]
         return function(*values, **{key: value for key, value in self.arguments.items() if every or key in taken})
 
+    def read(self, answer):
+        """The answer as data, or an `InputError`."""
+        try:
+            return self.kind.read(answer)
+        except (TypeError, ValueError, LookupError, AttributeError, OverflowError) as error:
+            found = error.found if isinstance(error, InputError) else brief(answer)
+            raise InputError(f"exercise {self.name}", self.kind.asked, found) from None
+
     @cached_property
     def solution(self):
         """The solution as data, computed once, and right in its own eyes."""
-        value = self.kind.read(self.with_arguments(self.solve))
+        value = self.read(self.with_arguments(self.solve))
         if self.complaint and (why := self.with_arguments(self.complaint, value)):
             raise InputError(f"exercise {self.name}", "a solution that has nothing wrong", f"{value}: {why}")
         return value
@@ -89,7 +97,7 @@ class Exercise:
     @cached_property
     def mixed_up(self):
         """What each slip gives, as data: pairs of a sentence and a value."""
-        found = [(said, self.kind.read(self.with_arguments(slip))) for said, slip in self.slips.items()]
+        found = [(said, self.read(self.with_arguments(slip))) for said, slip in self.slips.items()]
         for said, value in found if not self.complaint else ():
             if self.kind.same(value, self.solution):
                 raise InputError(f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {said}")
@@ -126,38 +134,30 @@ class Exercise:
 
         Whatever the answer is, nothing is raised; what the exercise itself cannot compute raises its own error.
         """
-        return replace(self._judged(answer), student=self.student)
-
-    def _judged(self, answer):
+        say = partial(Verdict, self.name, student=self.student)
         parts = answer if isinstance(answer, (list, tuple)) else [answer]
         if answer is ... or any(each is None for each in parts):
-            return Verdict(self.name, OPEN, f"Answer with {self.kind.asked}.")
+            return say(OPEN, f"Answer with {self.kind.asked}.")
         _ = self.solution, self.mixed_up  # what fails here is not the answer's fault
-        if isinstance(answer, dict) and UNREADABLE in answer:
-            return self._unreadable(answer[UNREADABLE])
         try:
-            value = self.kind.read(answer)
+            if isinstance(answer, dict) and UNREADABLE in answer:
+                raise InputError("answer", self.kind.asked, answer[UNREADABLE])
+            value = self.read(answer)
         except InputError as error:
-            return self._unreadable(error.found)
-        except (TypeError, ValueError, IndexError, KeyError, AttributeError):
-            return self._unreadable(brief(answer))
+            return say(WRONG, f"Expected {self.kind.asked}; found {error.found}.", {UNREADABLE: error.found})
         try:
             mixup = self._mixup(value)
         except MathpostError as error:
-            return Verdict(self.name, WRONG, f"The answer cannot be used: {error}.", value)
+            return say(WRONG, f"The answer cannot be used: {error}.", value)
         if mixup is None:
-            return Verdict(self.name, RIGHT, inspect.getdoc(self.solve) or "", value)
+            return say(RIGHT, inspect.getdoc(self.solve) or "", value)
         why = mixup or f"{self.kind.nearly(value, self.solution) or NO_MIXUP} {self.hint}".strip()
-        return Verdict(self.name, WRONG, why, value, mixup=mixup)
+        return say(WRONG, why, value, mixup=mixup)
 
     @cached_property
     def anew(self):
         """The verdict on an answer as JSON text, remembered: a class gives few different answers."""
         return cache(lambda text: self.verdict(json.loads(text)))
-
-    def _unreadable(self, found):
-        why = f"Expected {self.kind.asked}; found {found}."
-        return Verdict(self.name, WRONG, why, {UNREADABLE: found})
 
     def _mixup(self, value):
         """None if the value is right, or the sentence of the first mix-up: named, of the detective, or common."""
@@ -178,32 +178,11 @@ class Exercise:
         return next((said for said, other in self.mixed_up + self.common if self.kind.coarse(value, other)), "")
 
 
-def define(name, kind, hint="", **how):
-    """Enter the decorated function as the solution of an exercise; running the cell anew replaces it.
+def define(name, kind, **how):
+    """Enter the decorated function as the solution of an `Exercise`; `how` are more of its attributes.
 
-    Parameters
-    ----------
-    name : str
-        Not one of the lessons', and the same only in the notebook or file where the exercise stands already.
-    kind : object
-        What is asked for: one of `mathpost.course.answers`, such as ``Angle(decimals=2)``.
-    hint : str
-        What to say if no mix-up gives the answer.
-    complaint : callable, keyword only
-        For exercises with many solutions: returns what is wrong with an answer, or "" if nothing is.
-    detective : callable, keyword only
-        Returns a `mathpost.detective.misreadings.Explanation` of an answer that none of the slips gives.
-    given : callable, keyword only
-        Returns what the question hands out, such as a program with an error in it.
-    drawn : callable, keyword only
-        ``drawn(rng)`` returns arguments of the solution as a dict, drawn for one student from a `random.Random`; a
-        slip, complaint, detective or `given` that names one of them as an argument gets it. In the question they
-        stand as ``<!--drawn:01-sign:angle-->90<!--/drawn-->``.
-
-    Raises
-    ------
-    InputError
-        If an exercise of this name stands in a different place.
+    Running the cell anew replaces it; a name that a different file or notebook has taken is an `InputError`. A
+    number that is drawn stands in the question as ``<!--drawn:01-sign:angle-->90<!--/drawn-->``.
 
     Examples
     --------
@@ -224,10 +203,9 @@ def define(name, kind, hint="", **how):
     """
 
     def enter(solve):
-        there = EXERCISES[name].solve.__module__ if name in EXERCISES else solve.__module__
-        if there != solve.__module__:
+        if name in EXERCISES and (there := EXERCISES[name].solve.__module__) != solve.__module__:
             raise InputError("exercise", "a name of its own", f"{name!r}, which {there} has")
-        EXERCISES[name] = Exercise(name, kind, solve, getattr(solve, "slips", {}), hint=hint, **how)
+        EXERCISES[name] = Exercise(name, kind, solve, getattr(solve, "slips", {}), **how)
         return solve
 
     return enter

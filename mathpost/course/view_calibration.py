@@ -1,12 +1,13 @@
-"""Views with sliders for lessons 08 to 11: datum, horizontal head, rotation centre, RTCP zero."""
+"""Views with sliders for lessons 08 to 13b: datum, head, rotation centre, RTCP zero, knots, compensation."""
 
 import numpy as np
 import sympy as sp
 
+from mathpost.compensate.compensation import total_differential
 from mathpost.draw import plot
 from mathpost.draw.chart import printed, recorded, subplots
 from mathpost.draw.formula import slider
-from mathpost.measure import horizontal_head, rotary_axis, work_offset
+from mathpost.measure import horizontal_head, rotary_axis, spline, work_offset
 
 
 def datum_after_rotation(centre_a, centre_b, point):
@@ -14,19 +15,14 @@ def datum_after_rotation(centre_a, centre_b, point):
     tables = {order: work_offset.ab_table(centre_a, centre_b, order=order) for order in ("AB", "BA")}
     common = (centre_b[0], centre_a[1], centre_b[2])
     tables["AB, one centre"] = work_offset.ab_table(common, common, order="AB")
-    roles = {"first branch": "-", "second branch": "--", "published": ":"}
-    symbols, way = sp.symbols("A B", real=True), [k / 10 for k in range(11)]
-
-    def path(table):
+    symbols = sp.symbols("A B", real=True)
+    paths = {}
+    for name, table in tables.items():
         place, free = work_offset.moved_symbolic(table)
-        to = [[*map(float, axis.point), 0, symbols["AB".index(axis.name)]] for axis in table]
         moved = sp.lambdify(free, place, "sympy")
-        return [
-            moved(*map(float, point), *(part * x if x in symbols else x for axis in to for x in axis))
-            for part in way
-        ]
-
-    paths = {name: path(table) for name, table in tables.items()}
+        to = [[*map(float, axis.point), 0, symbols["AB".index(axis.name)]] for axis in table]
+        ways = ([k / 10 * x if x in symbols else x for axis in to for x in axis] for k in range(11))
+        paths[name] = [moved(*map(float, point), *way) for way in ways]
 
     (figure, views), moving = subplots(1, 2, size=(8.0, 4.2)), plot.Moving()
     for axes, (across, centre) in zip(views, ((0, centre_b), (1, centre_a)), strict=True):
@@ -35,9 +31,9 @@ def datum_after_rotation(centre_a, centre_b, point):
         axes.plot(point[across], point[2], "o", color=plot.COLOUR["workpiece"], fillstyle="none")
         axes.set(xlim=centre[across] + reach * np.array([-1, 1]), ylim=centre[2] + reach * np.array([-1, 1]))
         axes.set(xlabel=f"{'XY'[across]} (mm)", ylabel="Z (mm)", aspect="equal")
-        for (name, points), (role, style) in zip(paths.items(), roles.items(), strict=True):
+        for (name, points), role in zip(paths.items(), ("first branch", "second branch", "published"), strict=True):
             seen = [(point[across], point[2]) for point in points]
-            moving.line(axes, role, seen, style, marker="o", markevery=[-1], label=name)
+            moving.line(axes, role, seen, plot.STYLE[role], marker="o", markevery=[-1], label=name)
     figure.legend(*views[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
     numbers = [entry for points in paths.values() for entry in points[-1]]
     sliders = [slider("A", -90, 90, -30), slider("B", -180, 180, 70)]
@@ -48,16 +44,15 @@ def datum_after_rotation(centre_a, centre_b, point):
 def five_face_head(fitted):
     """Turn a horizontal head, seen from above: its frame, its vector, and what the printed program would take."""
     table = fitted.head()
-
     figure, axes = subplots(size=(6.0, 5.0))
     reach = 1.5 * np.linalg.norm(table.vectors[0, :2])
     axes.plot(*table.vectors[:, :2].T, color=plot.COLOUR["machine"], linewidth=0.8)
     axes.plot(*fitted.measured.vectors[:, :2].T, "o", color=plot.COLOUR["published"], label="measured")
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="X (mm)", ylabel="Y (mm)", aspect="equal")
-    style = {"color": plot.COLOUR["tool"], "linewidth": 3}
-    (arm,) = axes.plot([], [], label="U, from vertical to horizontal head", **style)
-    roles = {"X'": "first branch", "Z'": "workpiece"}
-    arrows = [axes.plot([], [], color=plot.COLOUR[roles[n]], linewidth=2, label=n)[0] for n in roles]
+    looks = {"tool": (3, "U, from vertical to horizontal head"), "first branch": (2, "X'"), "workpiece": (2, "Z'")}
+    for role, (width, label) in looks.items():
+        axes.plot([], [], color=plot.COLOUR[role], linewidth=width, label=label)
+    arm, *arrows = axes.lines[-3:]
     figure.legend(loc="outside lower center", ncols=4, fontsize=8)
 
     def update(angle):
@@ -100,11 +95,9 @@ def rotation_centre(rotary):
     """Give a C axis errors, let a ball on its table be followed over a turn, and recover them from the readings."""
     radius, heights = 150.0, (50.0, 350.0)
     ball = rotary_axis.ball(rotary)
-    names, units = [str(symbol) for symbol in ball.unknowns], ("µm", "µm", "µrad", "µrad")
-    symbols, turn = (*ball.unknowns, sp.Symbol("noise", real=True)), range(12)
-    at = [(float(np.radians(30 * k)), radius, 0.0, height) for height in heights for k in turn]
-    # The sliders are in µm and µrad, the formulas in mm and radians.
-    scale = [1000, 1000, 10**6, 10**6]
+    names, symbols = [str(symbol) for symbol in ball.unknowns], (*ball.unknowns, sp.Symbol("noise", real=True))
+    at = [(float(np.radians(30 * k)), radius, 0.0, height) for height in heights for k in range(12)]
+    scale = (1000, 1000, 10**6, 10**6)  # the sliders are in µm and µrad, the formulas in mm and radians
     set_to = [symbol / factor for symbol, factor in zip(symbols, scale, strict=False)]
     read, found, deviation = _fit(ball, set_to, at, symbols[-1] / 1000)
     got = [factor * value for factor, value in zip(scale, found, strict=True)]
@@ -122,7 +115,7 @@ def rotation_centre(rotary):
     right.set(xlim=(-0.5, 3.5), ylim=(-110, 110), xticks=range(4), xticklabels=names, ylabel="µm, µrad")
     for axes in (left, right):
         axes.legend(fontsize=8)
-    rows = list(zip(names, (10, -6, -30, 40), units, strict=True))
+    rows = list(zip(names, (10, -6, -30, 40), ("µm", "µm", "µrad", "µrad"), strict=True))
     sliders = [slider(name, -60, 60, start, unit=unit) for name, start, unit in rows]
     sliders.append(slider("noise", 0, 10, 1, step=0.5, unit="µm"))
     said = [f"{name} {{{n}:1}} ± {{{n + 4}:1}} {unit}" for n, (name, _, unit) in enumerate(rows)]
@@ -137,25 +130,87 @@ def rtcp_zero():
     at = [(a, length) for length in lengths for a in (psi, -psi)]
     read, found, deviation = _fit(tip, true, at, noise / 1000)
     axial = tip.readings["axial"].subs(dict(zip(tip.unknowns, true, strict=True)))
-    way = range(-90, 91, 5)
 
     (figure, axes), moving = subplots(), plot.Moving()
     roles = ("first branch", "second branch")
     for role, length, (plus, minus) in zip(roles, lengths, (read[0][:2], read[0][2:]), strict=True):
-        settings = [dict(zip(tip.settings, (float(np.radians(a)), length), strict=True)) for a in way]
-        curve = [(a, 1000 * axial.subs(s)) for a, s in zip(way, settings, strict=True)]
+        along = ((a, (float(np.radians(a)), length)) for a in range(-90, 91, 5))
+        curve = [(a, 1000 * axial.subs(dict(zip(tip.settings, at, strict=True)))) for a, at in along]
         moving.line(axes, role, curve, label=f"L = {length:.0f}")
         moving.line(axes, role, [(psi * 180 / sp.pi, 1000 * plus), (-psi * 180 / sp.pi, 1000 * minus)], "o")
     axes.set(xlim=(-95, 95), ylim=(-200, 200), xlabel="ψ (degrees)", ylabel="axial reading (µm)")
     axes.legend(fontsize=8)
     source = arcsec * sp.atan(read[0][2] / lengths[1])
     numbers = [arcsec * found[0], 3 * arcsec * deviation[0], 1000 * found[1], 1000 * found[2], source]
-    sliders = [
-        slider("alpha", -40, 40, 29, unit="″"),
-        slider("dy", -60, 60, 0, unit="µm"),
-        slider("dL", -60, 60, 0, unit="µm"),
-        slider("psi", 1, 90, 5),
-        slider("noise", 0, 2, 0, step=0.1, unit="µm"),
-    ]
+    sliders = [slider("alpha", -40, 40, 29, unit="″"), *(slider(d, -60, 60, 0, unit="µm") for d in ("dy", "dL"))]
+    sliders += [slider("psi", 1, 90, 5), slider("noise", 0, 2, 0, step=0.1, unit="µm")]
     said = "alpha {0:1} ± {1:1} arcsec, dy {2:1} µm, dL {3:1} µm; arctan(y/x) of the reading at +ψ: {4:1} arcsec"
     return printed(figure, moving, numbers, symbols, sliders, [said], height=620)
+
+
+def knot_choice(measured):
+    """A slider over the number of knots of `spline.Points`: chosen adaptively, and equally far apart."""
+    order = spline.adaptive(measured, np.finfo(float).tiny).knots
+    closed = measured.period is not None  # then the last knot is the first
+    fewest, gaps = 2 + closed, len(measured.at) - 1 + closed
+    possible = [count for count in range(fewest, len(measured.at) + 1) if gaps % (count - 1 + closed) == 0]
+
+    figure, axes = subplots()
+    at = np.linspace(measured.at[0], measured.at[-1], 181)
+    axes.plot(measured.at, measured.values, "x", color=plot.COLOUR["published"], markersize=4)
+    lines = {}
+    for name, role in (("adaptive", "first branch"), ("uniform", "second branch")):
+        (curve,) = axes.plot([], [], plot.STYLE[role], color=plot.COLOUR[role], label=name)
+        lines[name] = curve, *axes.plot([], [], "o", color=plot.COLOUR[role], fillstyle="none")
+    margin = 0.1 * np.ptp(measured.values)
+    limits = measured.values.min() - margin, measured.values.max() + margin
+    axes.set(xlabel="angle, deg", ylabel="error, arcsec", ylim=limits)
+    axes.legend()
+
+    def update(knots):
+        fewer, said = max(count for count in possible if count <= knots), []
+        fits = spline.Curve(measured, order[: round(knots)]), spline.uniform(measured, fewer)
+        for (name, (curve, dots)), fitted in zip(lines.items(), fits, strict=True):
+            chosen = sorted(fitted.knots)
+            curve.set_data(at, fitted(at))
+            dots.set_data(measured.at[chosen], measured.values[chosen])
+            said.append(f"{name}: {len(chosen)} knots, residual {fitted.residual:.3f} arcsec")
+        return said
+
+    return recorded(figure, update, slider("knots", fewest, len(order), 6, unit=""))
+
+
+def towards_the_pole(compensator, joints, tilt):
+    """A slider that takes joint number `tilt` of `joints` (radians) to zero: one step there, whole and limited.
+
+    `compensator` is a `Compensator`; the slider is the logarithm of the tilt in degrees.
+    """
+    degrees = np.logspace(1.5, -3, 181)
+    path = np.tile(joints, (len(degrees), 1))
+    path[:, tilt] = np.deg2rad(degrees)
+    wanted = compensator.wanted(path)
+    whole, _ = total_differential(compensator.model, path, compensator.errors.at(path))
+    curves = {
+        "before": ("machine", compensator.miss(path, wanted).tip),
+        "one whole step": ("second branch", compensator.miss(path + whole, wanted).tip),
+        "limited": ("first branch", compensator.compensate(path).after.tip),
+    }
+
+    figure, axes = subplots()
+    for name, (role, tip) in curves.items():
+        style = "-." if name == "before" else plot.STYLE[role]
+        axes.loglog(degrees, 1e3 * np.maximum(tip, 1e-8), style, color=plot.COLOUR[role], label=name)
+    marks = [axes.plot([], [], "o", color=plot.COLOUR[role])[0] for role, _ in curves.values()]
+    axes.set(xlabel="tilt, deg", ylabel="error at the tip, µm")
+    axes.invert_xaxis()
+    axes.legend()
+
+    def update(log_tilt):
+        at = int(np.argmin(np.abs(np.log10(degrees) - log_tilt)))
+        for mark, (_, tip) in zip(marks, curves.values(), strict=True):
+            mark.set_data([degrees[at]], [1e3 * max(tip[at], 1e-8)])
+        turn = np.rad2deg(np.abs(whole[at, 3:]).max())
+        said = "; ".join(f"{name} {1e3 * tip[at]:.3f} µm" for name, (_, tip) in curves.items())
+        return [f"tilt {degrees[at]:.4f} deg: {said}; the whole step turns {turn:.4f} deg"]
+
+    return recorded(figure, update, slider("log tilt", -3, 1.5, 1.5, step=0.025, unit=""))

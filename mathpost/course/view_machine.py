@@ -15,6 +15,7 @@ from mathpost.draw.solid import Turned, across, ring
 from mathpost.post import selection
 from mathpost.post.singular import distance, regions
 
+DEGREES = np.array([1, 1, 1, *np.degrees([1, 1])])  # times joints in mm and radians they are in mm and degrees
 CONE = np.radians(1.0)  # about the singular tool axes
 BRANCHES = ("first branch", "second branch")
 SHOWN = 600  # blocks of a program that a walk goes through at most
@@ -43,9 +44,8 @@ def tool_axis(kin):
     drawn, made = scene.machine(kin)
     _, framed = scene.best_start(kin, drawn, made, aspect=0.75)
     tilt, direction, most = float(min(max(30.0, near), far)), -30.0, float(min(180.0, far + 10.0))
-    pole = np.array(about["pole"])
+    pole, (angle, turn) = np.array(about["pole"]), np.radians([tilt, direction])
     zero, quarter = across(pole)  # as the browser takes them
-    angle, turn = np.radians([tilt, direction])
     axis = np.cos(angle) * pole + np.sin(angle) * (np.cos(turn) * zero + np.sin(turn) * quarter)
     tip = kin.forward(made.home)[0]
     both = kin.inverse(tip, axis)
@@ -69,47 +69,38 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
     """Walk along a program by a slider: the machine, and both branches of both rotary axes with a cursor.
 
     Between two blocks all joints move linearly; where the tip then leaves the CL path, its true way is drawn. Of a
-    long program every n-th block is shown, and the step is n.
-
-    Parameters
-    ----------
-    kin : Kinematics
-    cl : CLData
-    joints : array_like, shape (m, 5), optional
-        The blocks, mm and radians; by default one for each record, as `mathpost.post.selection.choose` finds them.
-    place : array_like, shape (m,), optional
-        Where each block ends on the CL path, as in `mathpost.post.Result`, if there are more blocks than records.
-    second : Kinematics, optional
-        A different machine, shown beside the first on the same CL data, with its own choice of solutions.
+    long program every n-th block is shown, and the step is n. `joints`, shape (m, 5), mm and radians, are the
+    blocks, by default one for each record, as `mathpost.post.selection.choose` finds them; `place`, shape (m,), is
+    where each ends on the CL path, as in `mathpost.post.Result`. `second` is the `Kinematics` of a different
+    machine, shown beside the first on the same CL data, with its own choice of solutions.
     """
     chosen = selection.choose(kin, cl).joints if joints is None else np.asarray(joints, dtype=float)
-    place = np.arange(len(chosen), dtype=float) if place is None else np.asarray(place, dtype=float)
-    runs = [(kin, chosen, place)]
+    runs = [(kin, chosen, np.arange(len(chosen)) if place is None else np.asarray(place))]
     if second is not None:
-        other = selection.choose(second, cl).joints
-        runs.append((second, other, np.arange(len(other), dtype=float)))
+        runs.append((second, selection.choose(second, cl).joints, np.arange(len(cl))))
     every = max(1, -(-len(cl) // SHOWN))
     records = np.arange(0, len(cl), every)
-    poses = np.concatenate([cl.points[records], cl.axes[records]], axis=1)
-    scenes, state_runs = [], []
+    scenes, state_runs, starts = [], [], []
     for each, blocks, ends in runs:
         drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "")
         drawn, _ = scene.best_camera(each, drawn, blocks[0], aspect=0.9)
         drawn.lines.append(Line("workpiece", [], plot.COLOUR["tool"], 1.8, name="true tip"))
-        scenes.append(drawn)
-        at_records = _between(ends, blocks, np.arange(len(cl), dtype=float))
-        if every > 1:
-            blocks, ends = _between(ends, blocks, records.astype(float)), records.astype(float)
+        at_records = np.stack([np.interp(np.arange(len(cl)), ends, column) for column in blocks.T], axis=-1)
         near = [[first + 1, last + 1] for first, last in regions(each, cl, at_records, cone=CONE)]
+        if not scenes:  # the buttons are for the first machine
+            places = _sights(kin, cl, at_records)
+        if every > 1:
+            blocks, ends = at_records[records], records
         state_runs.append({"about": _about(each), "joints": blocks, "place": ends / every, "singular": near})
-    at_records = _between(place, chosen, np.arange(len(cl), dtype=float))
+        scenes.append(drawn)
+        starts.append(blocks[0])
+    poses = np.concatenate([cl.points, cl.axes], axis=1)[records].round(9)
     step = float(every) if len(cl) > 30 else 0.05
-    state = {"kind": "walk", "cl": poses.round(9), "runs": state_runs, "first": 1, "every": every}
-    state["sliders"] = [slider("record", 1.0, float(1 + records[-1]), 1.0, step=step, unit="")]
-    state["places"] = _sights(kin, cl, at_records)
-    starts = [blocks[0] for _, blocks, _ in runs]
-    text = "; ".join(f"record 1: {pose_text(each, q)}" for (each, _, _), q in zip(runs, starts, strict=True))
-    return _live(state, [each for each, _, _ in runs], scenes, starts, text, height=520, layout="column")
+    sliders = [slider("record", 1.0, float(1 + records[-1]), 1.0, step=step, unit="")]
+    state = {"kind": "walk", "cl": poses, "runs": state_runs, "first": 1, "every": every, "sliders": sliders}
+    kins = [each for each, _, _ in runs]
+    text = "; ".join(f"record 1: {pose_text(each, q)}" for each, q in zip(kins, starts, strict=True))
+    return _live(state | {"places": places}, kins, scenes, starts, text, height=520, layout="column")
 
 
 def _live(state, kins, scenes, joints, readings, **options):
@@ -123,8 +114,7 @@ def _live(state, kins, scenes, joints, readings, **options):
 
 def _about(kin):
     """What the browser must know of a machine besides its printed functions."""
-    derived, unit_of = kin.inverse_symbolic, np.array([1, 1, 1, np.degrees(1), np.degrees(1)])
-    limits = kin.machine.limits * unit_of[:, None]
+    derived, limits = kin.inverse_symbolic, kin.machine.limits * DEGREES[:, None]
     return {
         "title": kin.machine.name,
         "names": list(kin.machine.joint_names),
@@ -143,11 +133,11 @@ def _joint_sliders(kin, made, start):
     low, high = np.minimum(limits[:, 0], -180), np.maximum(limits[:, 1], 180)
     grid = np.radians(np.stack(np.meshgrid(*np.linspace(low, high, 13).T), axis=-1).reshape(-1, 2))
     linear = kin.close(kin.forward(made.home)[0], grid)[:, :3]
-    low = np.r_[np.floor(linear.min(axis=0) - 0.5 * made.size), low].tolist()
-    high = np.r_[np.ceil(linear.max(axis=0) + 0.5 * made.size), high].tolist()
-    start, units = np.r_[start[:3], np.degrees(start[3:])].tolist(), ("mm", "mm", "mm", "°", "°")
-    rows = zip(kin.machine.joint_names, low, high, start, units, strict=True)
-    return [slider(*row, unit=unit) for *row, unit in rows]
+    low = np.r_[np.floor(linear.min(axis=0) - 0.5 * made.size), low]
+    high = np.r_[np.ceil(linear.max(axis=0) + 0.5 * made.size), high]
+    rows = np.stack([low, high, start * DEGREES], axis=1).tolist()
+    pairs = zip(kin.machine.joint_names, rows, strict=True)
+    return [slider(name, *row, unit="mm" if name in "XYZ" else "°") for name, row in pairs]
 
 
 def _sphere(kin, axis):
@@ -167,8 +157,7 @@ def _sphere(kin, axis):
 
 def _circle(pole, angle):
     """Points of the circle on the unit sphere at `angle` (radians) from the unit vector `pole`."""
-    points = ring(np.cos(angle) * pole, pole, np.sin(angle), 60)
-    return np.concatenate([points, points[:1]])
+    return ring(np.cos(angle) * pole, pole, np.sin(angle), 60)[[*range(60), 0]]
 
 
 def _sights(kin, cl, joints):
@@ -181,16 +170,10 @@ def _sights(kin, cl, joints):
         both = kin.inverse(cl.points, cl.axes)
         branch = np.abs(np.exp(1j * both[:, :, 3:]) - np.exp(1j * joints[:, None, 3:])).sum(axis=2).argmin(axis=1)
         swing = np.abs(np.diff(joints[:, 3:], axis=0)).max(axis=1)
-        changes = np.flatnonzero(np.diff(branch))
-        if changes.size:
+        if (changes := np.flatnonzero(np.diff(branch))).size:
             places["branch change"] = changes[swing[changes].argmax()] + 1.5
         places["largest swing"] = int(swing.argmax()) + 1.5
-    return [[label, record] for label, record in places.items()]
-
-
-def _between(place, joints, wanted):
-    """Joints at places on the path, moving linearly from block to block."""
-    return np.stack([np.interp(wanted, place, column) for column in joints.T], axis=-1)
+    return list(map(list, places.items()))
 
 
 def _list(values, digits):
@@ -199,8 +182,8 @@ def _list(values, digits):
 
 def _words(kin, joints):
     """Joints as NC words, and what is out of travel."""
-    shown = np.r_[joints[:3], np.degrees(joints[3:])]
-    words = " ".join(f"{name}{value:z.3f}" for name, value in zip(kin.machine.joint_names, shown, strict=True))
+    pairs = zip(kin.machine.joint_names, joints * DEGREES, strict=True)
+    words = " ".join(f"{name}{value:z.3f}" for name, value in pairs)
     return "; ".join([words, *kin.machine.out_of_travel(joints)])
 
 

@@ -17,8 +17,7 @@ def inner_and_outer(kin):
 
     From the side one sees what the inner angle alone decides, along the axis what the outer angle does.
     """
-    inner, outer = kin.inverse_symbolic.inner, kin.inverse_symbolic.outer
-    n = kin.forward_symbolic()[:3, 2]
+    inner, outer, n = kin.inverse_symbolic.inner, kin.inverse_symbolic.outer, kin.forward_symbolic()[:3, 2]
     w = n.subs(outer, 0)
     products = (w[0] * n[1] - w[1] * n[0], w[0] * n[0] + w[1] * n[1])
 
@@ -30,11 +29,10 @@ def inner_and_outer(kin):
     side.set(xlabel="from the side: across the outer axis", ylabel="k, along the outer axis", **square)
     top.set(xlabel="along the outer axis: i", ylabel="j", **square)
     moving, ends = plot.Moving(), [(-w[1], w[2]), (w[1], w[2])]
-    same_k = [tuple(n.subs(outer, angle)[:2]) for angle in turn]
     moving.line(side, "published", ends, ":")
     moving.line(side, "first branch", [(0, 0), ends[0]], label=f"{inner}", linewidth=2.5)
     moving.line(side, "second branch", [(0, 0), ends[1]], "--", label=f"−{inner}", linewidth=2.5)
-    moving.line(top, "published", same_k, ":", label="same k")
+    moving.line(top, "published", [tuple(n.subs(outer, angle)[:2]) for angle in turn], ":", label="same k")
     arc = [tuple(n.subs(outer, outer * m / 18)[:2, 0] / 2) for m in range(19)]
     moving.line(top, "workpiece", arc, label=f"{outer}")
     moving.line(top, "machine", [(0, 0), tuple(w[:2])], label=f"w, at {outer} = 0", linewidth=2.5)
@@ -57,8 +55,7 @@ def past_the_pole(kin):
     (figure, panels), lines = subplots(2, 1, size=(7.0, 4.6), sharex=True), {}
     for axis, panel in enumerate(panels):
         for branch, role in enumerate(("first branch", "second branch")):
-            style = {"color": plot.COLOUR[role], "linestyle": plot.STYLE[role], "label": role}
-            lines[axis, branch] = panel.plot(tilts, tilts, **style)[0]
+            (lines[axis, branch],) = panel.plot(tilts, tilts, plot.STYLE[role], color=plot.COLOUR[role], label=role)
         panel.set(ylabel=f"{names[axis]}, degrees", ylim=(-60, 60) if axis == inner else (-280, 280))
     panels[0].legend(loc="upper center", ncols=2)
     panels[1].set_xlabel("tilt of the tool in its plane, degrees")
@@ -86,11 +83,10 @@ def travel_limit(kin, cl, records, high):
     """
     both = np.degrees(kin.inverse(cl.points, cl.axes)[:, :, 3])
     ways = {way: (way, np.inf) for way in selection.STRATEGIES} | {"kept": ("optimal", KEPT)}
-    lows = np.arange(-30.0, 1.0)
-    found = [
-        {name: selection.choose(limited, cl, way, sway=sway) for name, (way, sway) in ways.items()}
-        for limited in (with_travel(kin, low, high) for low in lows)
-    ]
+    found = {}
+    for low in np.arange(-30.0, 1.0):
+        limited = with_travel(kin, low, high)
+        found[low] = {name: selection.choose(limited, cl, way, sway=sway) for name, (way, sway) in ways.items()}
     name = kin.machine.joint_names[3]
 
     figure, (tilt, price) = subplots(1, 2, size=(8.5, 4.2))
@@ -103,18 +99,17 @@ def travel_limit(kin, cl, records, high):
     price.set(xlabel=f"{name} from, degrees", ylabel="seconds", ylim=(0, 6.5))
     lines, dots = {}, {}
     for way in ways:
-        style = {"color": plot.COLOUR[way], "linestyle": plot.STYLE[way]}
-        price.plot(lows, [each[way].cost for each in found], **style, label=way)
-        lines[way] = tilt.plot(places, places, linewidth=2.5, **style)[0]
-        dots[way] = price.plot([], [], "o", color=plot.COLOUR[way])[0]
+        plot.along(price, list(found), [each[way].cost for each in found.values()], way)
+        (lines[way],) = tilt.plot(places, places, plot.STYLE[way], linewidth=2.5, color=plot.COLOUR[way])
+        (dots[way],) = price.plot([], [], "o", color=plot.COLOUR[way])
     figure.legend(loc="outside lower center", ncols=6, fontsize=8)
 
     def update(low):
-        chosen = found[int(np.abs(lows - low).argmin())]
         lowest.set_ydata([low, low])
-        for shift, way in enumerate(ways):
-            lines[way].set_ydata(np.degrees(chosen[way].joints[:, 3]) + 0.5 * (1 - shift))
-            dots[way].set_data([low], [chosen[way].cost])
-        return [f"{name} from {low:.0f}°: " + ", ".join(f"{way} {chosen[way].cost:.3f} s" for way in chosen)]
+        for shift, (way, chosen) in enumerate(found[low].items()):
+            lines[way].set_ydata(np.degrees(chosen.joints[:, 3]) + 0.5 * (1 - shift))
+            dots[way].set_data([low], [chosen.cost])
+        costs = ", ".join(f"{way} {chosen.cost:.3f} s" for way, chosen in found[low].items())
+        return [f"{name} from {low:.0f}°: {costs}"]
 
     return recorded(figure, update, slider(f"{name} from", -30, 0, -5, step=1), height=520)

@@ -7,7 +7,6 @@ import sympy as sp
 
 from mathpost import angles, chain
 from mathpost.draw import plot, scene
-from mathpost.draw.arrangement import arrange
 from mathpost.draw.chart import printed, subplots
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import Line, Scene
@@ -43,10 +42,8 @@ def cut_corner(frame, final):
     lean = sp.acos(sp.Min(1, turned[:, 2].dot(sp.Matrix(frame.z)))) * 180 / sp.pi
     off = sp.acos(sp.Min(1, turned[:, 0].dot(sp.Matrix(frame.x)))) * 180 / sp.pi
     after = [[angle if n < step else 0.0 for n, angle in enumerate(final)] for step in range(4)]
-    text = [
-        "z = ({0:4}, {1:4}, {2:4}), off the face by {3:2}°",
-        "x = ({4:4}, {5:4}, {6:4}), off the slope by {7:2}°",
-    ]
+    text = ["z = ({0:4}, {1:4}, {2:4}), off the face by {3:2}°"]
+    text += ["x = ({4:4}, {5:4}, {6:4}), off the slope by {7:2}°"]
     sliders = [slider(name, -180, 180, value) for name, value in zip("IJK", final, strict=True)]
     more = {"numbers": [*turned[:, 2], lean, *turned[:, 0], off], "buttons": list(zip(STEPS, after, strict=True))}
     return formula(drawn.frame(75, 24), symbols, sliders, {"feature": placed}, text, height=430, **more)
@@ -67,10 +64,6 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
     clearance = radius - sp.sqrt((radius * x - retract) ** 2 + (radius * y) ** 2)
     numbers = [sp.atan2(-y, x) * 180 / sp.pi, clearance, sp.Piecewise((1, clearance > 0), (0, True))]
     numbers += [1 - numbers[2], 1000 * run_out * sp.sqrt((x - 1) ** 2 + y**2)]
-
-    def along(*lengths, shift=0.0):
-        return [(length * x + shift, length * y) for length in lengths]
-
     circle, moving = np.stack([np.cos(turn), np.sin(turn)]), plot.Moving()
     figure, (bore, probe) = subplots(1, 2, size=(7.0, 4.0))
     titles = {bore: "boring bar, retracted along −X", probe: "stylus ball, believed (dotted) and true"}
@@ -80,15 +73,14 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
         for direction, label in zip(np.eye(2), "XY", strict=True):
             axes.plot(*np.array([(0, 0), 1.3 * direction]).T, color=_WORKPIECE)
             axes.text(*(1.42 * direction), label, color=_WORKPIECE, ha="center", va="center")
-        moving.line(axes, "machine", along(0.4, 1.15), lw=2)
+        moving.line(axes, "machine", [(r * x, r * y) for r in (0.4, 1.15)], lw=2)
         label = axes.text(0, 0, "Xₛ", color=_MACHINE, ha="center", va="center")
         moving[label] = [(1.05 * x + 0.2 * y, 1.05 * y - 0.2 * x)]
     bore.plot(*circle, color=_WORKPIECE)
     bore.fill(*(0.6 * circle - [[0.25], [0]]), color=_TOOL, alpha=0.35)  # the retract is not to scale
-    moving.line(bore, "tool", along(0.6, 1.0, shift=-0.25), lw=5)
+    moving.line(bore, "tool", [(r * x - 0.25, r * y) for r in (0.6, 1.0)], lw=5)
     probe.plot(*(0.3 * circle + [[0.35], [0]]), color=_WORKPIECE, ls=":")
-    ball = [(0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)]
-    moving.line(probe, "tool", ball)
+    moving.line(probe, "tool", [(0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)])
     angles = ", ".join(f"{r.name} {a:z.3f}" for r, a in zip(machine.rotary, choice.angles, strict=True))
     text = [
         f"{angles}, ρ = {{0:3}}",
@@ -108,16 +100,16 @@ def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
     symbols, places, drawn, text, numbers = sp.symbols("outer inner sense", real=True), {}, [], [], []
     for number, kin in enumerate(kinematics):
         model, derived = kin.machine, kin.inverse_symbolic
-        made = arrange(kin)
-        turns = {derived.outer: symbols[2] * symbols[0], derived.inner: symbols[2] * symbols[1]}
-        tip = dict(zip(derived.tip, kin.forward(made.home)[0], strict=True))
-        slides = [coordinate.subs(tip).subs(turns) for coordinate in derived.linear]
-        joints = dict(zip(chain.joint_symbols(model), slides, strict=False)) | turns
-        places |= {f"{number} {name}": matrix.subs(joints) for name, matrix in chain.bodies(model)}
-        start = [outer if symbol == derived.outer else inner for symbol in chain.joint_symbols(model)[3:]]
-        at = kin.close(kin.forward(made.home)[0], np.radians(start))
         title = f"{number + 1} · {model.arrangement}: outer {derived.outer}, inner {derived.inner}"
-        picture, _ = scene.best_camera(kin, scene.machine(kin, title=title)[0], at, aspect=1.0)
+        picture, made = scene.machine(kin, title=title)
+        tip = kin.forward(made.home)[0]
+        turns = {derived.outer: symbols[2] * symbols[0], derived.inner: symbols[2] * symbols[1]}
+        at_tip = dict(zip(derived.tip, tip, strict=True))
+        slides = [coordinate.subs(at_tip).subs(turns) for coordinate in derived.linear]
+        joints = dict(zip(kin.symbols, slides, strict=False)) | turns
+        places |= {f"{number} {name}": matrix.subs(joints) for name, matrix in chain.bodies(model)}
+        start = [outer if symbol == derived.outer else inner for symbol in kin.symbols[3:]]
+        picture, _ = scene.best_camera(kin, picture, kin.close(tip, np.radians(start)), aspect=1.0)
         for part in (*picture.solids, *picture.lines, *picture.labels):
             part.body = part.body if part.body == "bed" else f"{number} {part.body}"
         drawn.append(picture)

@@ -1,14 +1,16 @@
-"""Views with sliders for lessons 01 and 02: rotations and frames."""
+"""Views with sliders for lessons 01, 02 and 14: rotations, frames, and how their angles are misread."""
 
 import numpy as np
 import sympy as sp
 
 from mathpost import angles as euler
+from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.draw import plot
+from mathpost.draw.chart import printed, subplots
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import Label, Line, Scene, clearest
 from mathpost.plane.tilted_plane import NOTATIONS
-from mathpost.rotation import ACTIVE, zxz_right, zxz_steps
+from mathpost.rotation import ACTIVE, PASSIVE, zxz_right, zxz_steps
 
 _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 _AXIS, _NODES = plot.COLOUR["first branch"], plot.COLOUR["second branch"]  # of a turn; where two planes meet
@@ -54,21 +56,17 @@ def turns(point, angles):
     s, size = sp.Symbol("s", real=True), 0.75 * float(np.linalg.norm(point))
     done = [sp.Rational(round(1e9 * t), 10**9) * sp.Min(1, sp.Max(0, s - n)) for n, t in enumerate(angles)]
     F = euler.matrix("ZXZ", [t * sp.pi / 180 for t in done])
-    about_z, about_x = (
-        sp.Piecewise((1, when), (0, True)) for when in (sp.Or(s <= 1, s > 2), sp.And(s > 1, s <= 2))
-    )
-    v = size * about_z * F[:, 2] + size * about_x * F[:, 0]
-    start = np.array(F.subs(s, 1.5).evalf(), dtype=float)
-    axes = np.concatenate([np.eye(3), start.T])
+    conditions = (sp.Or(s <= 1, s > 2), sp.And(s > 1, s <= 2), s <= 1, s > 2)
+    about_z, second, first, third = (sp.Piecewise((1, when), (0, True)) for when in conditions)
+    v = size * about_z * F[:, 2] + size * second * F[:, 0]
+    axes = np.concatenate([np.eye(3), np.array(F.subs(s, 1.5).evalf(), dtype=float).T])
     scene = _frames_and_point(point, size, 1.3 * size * np.concatenate([np.eye(3), -np.eye(3)]))
     scene.lines.append(Line("bed", [], _AXIS, 2.4, name="axis", span=(0, 2), dash=True, over=True))
-    words = ("about Z", "about the new X", "about the newest Z")
-    now = [sp.Piecewise((1, condition), (0, True)) for condition in (s <= 1, sp.And(s > 1, s <= 2), s > 2)]
-    said = "".join(f"{{{3 + n}?{word}}}" for n, word in enumerate(words))
     scene = scene.frame(*clearest(dict(zip(_NAMES, axes, strict=True))))
     sliders = [slider("turn", 0, 3, 1.5, step=0.05, unit="")]
-    text = ["α {0:4}°, β {1:4}°, γ {2:4}°; now it turns " + said]
-    more = {"numbers": [*done, *now], "points": [-1.2 * v, 1.2 * v], "play": 0}
+    said = "now it turns {3?about Z}{4?about the new X}{5?about the newest Z}"
+    numbers, text = [*done, first, second, third], [f"α {{0:4}}°, β {{1:4}}°, γ {{2:4}}°; {said}"]
+    more = {"numbers": numbers, "points": [-1.2 * v, 1.2 * v], "play": 0}
     return formula(scene, [s], sliders, {"turned": F}, text, height=420, **more)
 
 
@@ -82,9 +80,8 @@ def notations(angles=(135.0, 54.7356, -90.0)):
     turns = (sp.Quaternion.from_axis_angle(_UNIT[letter], t) for letter, t in zip("ZXZ", symbols, strict=True))
     w, x, y, z = sp.prod(turns).args
     sign, sine = sp.Piecewise((-1, w < 0), (1, True)), sp.sqrt(x**2 + y**2 + z**2)
-    still = sine < 1e-12  # no turn at all has the axis Z
-    components = zip((0, 0, 1), (x, y, z), strict=True)
-    v = sp.Matrix([sp.Piecewise((end, still), (sign * x / sp.Max(sine, 1e-12), True)) for end, x in components])
+    ends = zip((0, 0, 1), (x, y, z), strict=True)  # no turn at all has the axis Z
+    v = sp.Matrix([sp.Piecewise((e, sine < 1e-12), (sign * x / sp.Max(sine, 1e-12), True)) for e, x in ends])
     numbers = [*v, 2 * sp.atan2(sine, sign * w) * _DEGREES, *(sign * x for x in (w, x, y, z))]
     text = ["axis ({0:4}, {1:4}, {2:4}), angle {3:3}° (dashed)", "quaternion ({4:4}, {5:4}, {6:4}, {7:4})"]
     for name in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
@@ -104,3 +101,33 @@ def notations(angles=(135.0, 54.7356, -90.0)):
     lows, points = (-180, 0, -180), [-v, v, -1.25 * node, 1.25 * node]
     sliders = [slider(name, low, 180, value) for name, low, value in zip("IJK", lows, angles, strict=True)]
     return formula(scene, symbols, sliders, {"turned": F}, text, numbers=numbers, points=points, height=460)
+
+
+def misreadings_apart(point, names):
+    """How far common misreadings carry a point from the right place, as sliders move the three Euler angles.
+
+    `point` has shape (3,); `names` are those of `mathpost.detective.misreadings.COMMON`. A bar that vanishes is a
+    misreading that these angles cannot show.
+    """
+    symbols, point = sp.symbols("alpha beta gamma", real=True), sp.Matrix([sp.Float(x) for x in point])
+    figure, panel = subplots()
+    panel.set(xlim=(0, 2 * float(point.norm())), ylim=(len(names) - 0.5, -0.5))
+    panel.set(xlabel="distance from the right point", yticks=range(len(names)), yticklabels=names)
+    bars, distances = {}, []
+    for row, name in enumerate(names):
+        order, signs = COMMON[name]
+        first, second, third = (PASSIVE["ZXZ"[n]](signs[n] * symbols[n]) for n in order)
+        distances.append(length := ((first * second * third - zxz_right(*symbols)) * point).norm())
+        (bar,) = panel.fill([], [], color=plot.COLOUR["tool"])
+        bars[bar] = [(0, row - 0.4), (length, row - 0.4), (length, row + 0.4), (0, row + 0.4)]
+    said = [f"{name} {{{n}:3}}" for n, name in enumerate(names)]
+    start = zip(symbols, (135.0, 55.0, -90.0), strict=True)
+    sliders = [slider(str(symbol), -180, 180, angle) for symbol, angle in start]
+    text = ["away from the right point (0.000 cannot be seen): " + ", ".join(said)]
+    return printed(figure, bars, distances, symbols, sliders, text, height=520)
+
+
+def invisible(point, names, angles):
+    """Return which of the misreadings leave a point where it belongs; angles in degrees."""
+    right, *wrong = common_matrices(("right", *names), np.array(angles)) @ np.array(point, dtype=float)
+    return [name for name, each in zip(names, wrong, strict=True) if np.linalg.norm(each - right) < 1e-3]

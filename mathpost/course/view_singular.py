@@ -13,19 +13,14 @@ from mathpost.rotation import ACTIVE
 
 TILT, DISTANCE, SPEED = sp.symbols("t d omega", real=True)
 RADIUS = 100.0  # of the globe
-
-
-def passing(tilt=TILT, distance=DISTANCE):
-    """A tool axis that tilts over in a plane at an angle from the pole Z, and its longitude, as sympy."""
-    n = sp.Matrix([sp.sin(tilt), sp.cos(tilt) * sp.sin(distance), sp.cos(tilt) * sp.cos(distance)])
-    return n, sp.atan2(n[1], n[0])
+# A tool axis that tilts over in a plane at an angle from the pole Z, and its longitude.
+AXIS = sp.Matrix([sp.sin(TILT), sp.cos(TILT) * sp.sin(DISTANCE), sp.cos(TILT) * sp.cos(DISTANCE)])
+LONGITUDE = sp.atan2(AXIS[1], AXIS[0])
 
 
 def globe():
     """Tool axes as points of a globe, the outer axis C as its axis: sliders for distance, tilt and speed."""
-    n, longitude = passing()
-    down = [sp.Rational(k, 40) * sp.pi / 3 for k in range(41)]
-    meridian = [np.array([np.sin(a), 0, np.cos(a)], dtype=float) * RADIUS for a in map(float, down)]
+    meridian = [np.array([np.sin(a), 0, np.cos(a)]) * RADIUS for a in np.linspace(0, np.pi / 3, 41)]
     scene = Scene(["C"], title="tool axes on a globe, its axis is C", azimuth=-62.0, elevation=38.0)
     turn = np.linspace(0, 2 * np.pi, 73)
     for tilt in np.radians([10, 20, 30, 40, 50, 60]):
@@ -34,22 +29,21 @@ def globe():
     for angle in turn[:-1:6]:
         spoke = np.array([[x * np.cos(angle), x * np.sin(angle), z] for x, _, z in meridian])
         scene.lines.append(Line("bed", [spoke], plot.COLOUR["machine"], 0.6))
-    path = [RADIUS * n.subs(TILT, sp.rad(angle)) for angle in range(-50, 51, 2)]
-    arrow = [sp.zeros(3, 1), 1.25 * RADIUS * n]
-    scene.lines.append(Line("bed", [], plot.COLOUR["workpiece"], 2.4, name="path", span=(0, len(path)), over=True))
-    ends = (len(path), len(path) + 2)
-    scene.lines.append(Line("bed", [], plot.COLOUR["tool"], 3.0, name="n", span=ends, over=True, dot=True))
+    path = [RADIUS * AXIS.subs(TILT, sp.rad(angle)) for angle in range(-50, 51, 2)]
+    arrow = [sp.zeros(3, 1), 1.25 * RADIUS * AXIS]
+    scene.lines.append(Line("bed", [], plot.COLOUR["workpiece"], 2.4, name="path", span=(0, 51), over=True))
+    scene.lines.append(Line("bed", [], plot.COLOUR["tool"], 3.0, name="n", span=(51, 53), over=True, dot=True))
     scene.lines.append(Line("C", [meridian], DARK, 2.4, over=True))
     scene.labels = [Label("bed", np.array([0, 0, 1.3 * RADIUS]), "C", DARK)]
     scene.labels.append(Label("C", 1.12 * meridian[-1], "longitude", DARK))
     scene.middle, scene.radius = np.array([0, 0, 0.72 * RADIUS]), 0.95 * RADIUS
-    rate = sp.Abs(longitude.diff(TILT))
-    numbers = [sp.deg(longitude), *(x for each in (rate, rate.subs(TILT, 0)) for x in (each, each * SPEED))]
+    rate = sp.Abs(LONGITUDE.diff(TILT))
+    numbers = [sp.deg(LONGITUDE), *(x for each in (rate, rate.subs(TILT, 0)) for x in (each, each * SPEED))]
     text = ["longitude {0:2}°; per degree of tilt it turns by {1:2}°: C has to turn at {2:1}°/s"]
     text.append("at the nearest point by {3:2}°: at {4:1}°/s")
     sliders = [slider("distance from the pole", 0.2, 30, 4, step=0.1), slider("tilt", -50, 50, -12)]
     sliders.append(slider("speed of the tool", 1, 60, 10, unit="°/s"))
-    symbols, places = (DISTANCE, TILT, SPEED), {"C": ACTIVE["Z"](longitude)}
+    symbols, places = (DISTANCE, TILT, SPEED), {"C": ACTIVE["Z"](LONGITUDE)}
     buttons = [("through it", [0.2, None, None]), ("nearest point", [None, 0, None])]
     more = {"numbers": numbers, "points": [*path, *arrow], "buttons": buttons}
     return formula(scene, symbols, sliders, places, text, **more)
@@ -57,12 +51,11 @@ def globe():
 
 def pass_by(limit):
     """The same pass over time: longitude and its speed; `limit` is the greatest rate of C, degrees per second."""
-    _, longitude = passing()
     tilts = np.round(25 * np.linspace(-1, 1, 61) ** 3, 4)
 
     figure, (above, below) = subplots(2, 1, size=(7.0, 4.6), sharex=True)
-    moving, rate = plot.Moving(), -longitude.diff(TILT) * SPEED
-    curve = [(angle / SPEED, 90 - sp.deg(longitude.subs(TILT, sp.rad(angle)))) for angle in tilts]
+    moving, rate = plot.Moving(), -LONGITUDE.diff(TILT) * SPEED
+    curve = [(angle / SPEED, 90 - sp.deg(LONGITUDE.subs(TILT, sp.rad(angle)))) for angle in tilts]
     moving.line(above, "machine", curve)
     moving.line(below, "machine", [(angle / SPEED, rate.subs(TILT, sp.rad(angle))) for angle in tilts])
     below.plot([-2, 2], [limit] * 2, color=plot.COLOUR["tool"], linestyle="--", label=f"C can do {limit:g}°/s")
@@ -70,8 +63,8 @@ def pass_by(limit):
     below.set(ylabel="speed of C, °/s", ylim=(0, 600), xlabel="time, s")
     below.legend(loc="upper right")
     numbers = [rate.subs(TILT, 0), sp.deg(sp.asin(SPEED / limit))]
-    speed = slider("speed of the tool", 2, 60, 20, unit="°/s")
-    sliders = [slider("distance from the pole", 0.2, 20, 4, step=0.1), speed]
+    sliders = [slider("distance from the pole", 0.2, 20, 4, step=0.1)]
+    sliders.append(slider("speed of the tool", 2, 60, 20, unit="°/s"))
     text = ["C has to reach {0:0}°/s; it can follow from {1:2}° on"]
     return printed(figure, moving, numbers, (DISTANCE, SPEED), sliders, text, height=520)
 
@@ -109,12 +102,12 @@ def clamped(rows):
 def smoothed(kin, cl, joints, region, *, most=60):
     """Figure 5 of source 002 with n points: slider n. The tip and the tool axis between the blocks."""
     name = kin.machine.joint_names[outer := kin.symbols.index(kin.inverse_symbolic.outer)]
-    counts, errors = np.arange(1, most + 1), []
-    for n in counts:
-        place, rows = yu_dan.smooth(kin, cl, joints, region, n)
-        tips, axes = cl.at(place)
-        errors.append(deviation(kin, rows[:-1], rows[1:], tips=(tips[:-1], tips[1:]), axes=(axes[:-1], axes[1:])))
-    tip, axis = np.array([[each.max() for each in pair] for pair in errors]).T
+    counts = np.arange(1, most + 1)
+    ways = [yu_dan.smooth(kin, cl, joints, region, n) for n in counts]
+    tip, axis = np.empty((2, most))
+    for n, (place, rows) in enumerate(ways):
+        tips, axes = ((each[:-1], each[1:]) for each in cl.at(place))
+        tip[n], axis[n] = (each.max() for each in deviation(kin, rows[:-1], rows[1:], tips=tips, axes=axes))
 
     figure, (left, right) = subplots(1, 2, size=(8.5, 3.9))
     fine = yu_dan.smooth(kin, cl, joints, region, 200)
@@ -123,15 +116,14 @@ def smoothed(kin, cl, joints, region, *, most=60):
     left.set(xlabel="virtual time, records", ylabel=f"{name}, degrees")
     left.legend(loc="upper right")
     right.plot(counts, tip, color=plot.COLOUR["tool"], label="tip, mm")
-    style = {"color": plot.COLOUR["machine"], "linestyle": "--", "label": "tool axis, degrees"}
-    right.plot(counts, np.degrees(axis), **style)
+    right.plot(counts, np.degrees(axis), "--", color=plot.COLOUR["machine"], label="tool axis, degrees")
     (dot,) = right.plot([], [], "o", color=plot.COLOUR["tool"])
     right.set(xlabel="points n", ylabel="error between the blocks", yscale="log", ylim=(0.01, 100))
     right.legend(loc="upper right")
 
     def update(n):
         n = round(n)
-        place, rows = yu_dan.smooth(kin, cl, joints, region, n)
+        place, rows = ways[n - 1]
         points.set_data(place + 1, np.degrees(rows[:, outer]))
         dot.set_data([n], [tip[n - 1]])
         off = f"the tip is off by up to {tip[n - 1]:.3f} mm, the axis by {np.degrees(axis[n - 1]):.2f}°"
@@ -153,7 +145,7 @@ def moved_aside(crossing, *, most=6.0):
     chart.legend(loc="upper left")
     seconds = np.linspace(0, direct.time, 80)
     plot.along(over_time, seconds, np.degrees(direct.law.at(seconds)[:, crossing.outer]), "direct")
-    (line,) = over_time.plot([], [], color=plot.COLOUR["aside"], linestyle=plot.STYLE["aside"], linewidth=2)
+    (line,) = over_time.plot([], [], plot.STYLE["aside"], color=plot.COLOUR["aside"], linewidth=2)
     over_time.set(xlabel="time, s", ylabel=f"{name}, degrees")
 
     def update(degrees):

@@ -47,8 +47,42 @@ class Arrangement:
     home: np.ndarray  # the joints (5,) that the solids were laid out at: rotary zero, the tool above the workpiece
     solids: list = field(default_factory=list)  # of Turned, Hull and Lofted
     lines: dict = field(default_factory=dict)  # joint to the ends of its axis (2, 3), in its body's coordinates
-    corner: np.ndarray = None  # of the bed, where the machine's frame is shown
     plate: np.ndarray = None  # the bed's corners (8, 3)
+
+    def hull(self, body, shade, *corners):
+        """Add the hull of these points, `shade` one of `GREYS`."""
+        self.solids.append(Hull(body, GREYS[shade], np.concatenate(corners)))
+
+    def lathe(self, body, colour, profile, radius, height, origin, axis):
+        """Add a turned solid, its profile in shares of radius and height."""
+        scaled = [(radius * r, height * h) for r, h in profile]
+        self.solids.append(Turned(body, colour, scaled, origin, axis))
+
+    def disc(self, body, middle, axis, radius):
+        """Add a dark disc, as stands for a bearing."""
+        height, bevel = 0.12 * self.size, 0.08 * radius
+        rim = [(radius - bevel, 0), (radius, bevel), (radius, height - bevel), (radius - bevel, height)]
+        profile = [(0, 0), *rim, (0, height)]
+        self.solids.append(Turned(body, GREYS["bearing"], profile, middle - height / 2 * axis, axis))
+
+    def turns(self, body, bearings, axis, radius):
+        """Show the axis of a body: its line, and a disc through every bearing; return the bearings."""
+        for bearing in bearings:
+            self.disc(body, bearing.mean(axis=0), axis, radius)
+        self.line(body, bearings, axis)
+        return bearings
+
+    def line(self, body, bearings, axis):
+        """Set the line of a rotary axis, from beyond the first bearing to beyond the last."""
+        points = np.concatenate(bearings)
+        along, foot = points @ axis, points.mean(axis=0)
+        ends = np.array([[along.min() - 0.3 * self.size], [along.max() + 0.3 * self.size]])
+        self.lines[body] = foot - foot @ axis * axis + ends * axis
+
+    def join(self, body, shade, carried, bearings):
+        """Add the hulls between every ring carried and every ring that carries."""
+        for pair in product(carried, bearings):
+            self.hull(body, shade, *pair)
 
 
 @lru_cache(maxsize=32)
@@ -70,18 +104,15 @@ def arrange(kin, cl=None):
     size = _size(machine, cl)
     low, high = _workpiece(size, cl)
     tool_axis = unit(np.array(machine.tool_axis))
-    lift = 0.3 * size if cl is None else 0.0
-    start = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, high[2]]) if cl is not None else np.zeros(3)
-    home = kin.close(start + lift * tool_axis, [0.0, 0.0])
-    made = Arrangement(size, home)
-    origin = np.array(machine.origin)
+    tip = 0.3 * size * tool_axis if cl is None else np.array([*(low + high)[:2] / 2, high[2]])
+    made, origin = Arrangement(size, kin.close(tip, [0.0, 0.0])), np.array(machine.origin)
     stock = block(origin + low, origin + high)
     made.solids.append(Hull("workpiece", COLOUR["workpiece"], stock))
     if cl is not None and len(rings := _blade(size, cl, high[2])):
         made.solids.append(Lofted("workpiece", BLADE_COLOUR, [origin + ring for ring in rings]))
-    made.plate = _workpiece_side(made, machine, stock)
-    _tool_side(made, machine, origin + start + lift * tool_axis, tool_axis, made.plate)
-    places = placing(machine)(home)
+    _workpiece_side(made, machine, stock)
+    _tool_side(made, machine, origin + tip, tool_axis)
+    places = placing(machine)(made.home)
     made.solids = [solid.moved(np.linalg.inv(places[solid.body])) for solid in made.solids]
     made.lines = {name: put(np.linalg.inv(places[name]), line) for name, line in made.lines.items()}
     return made
@@ -107,8 +138,7 @@ def _workpiece(size, cl):
     low, high = cl.points.min(axis=0), cl.points.max(axis=0)
     middle, half = (low + high)[:2] / 2, np.maximum((high - low)[:2] / 2 + 0.08 * size, 0.3 * size)
     top = low[2] - (0.5 * size if _is_point(size, cl) else 0.0)
-    bottom = min(0.0, top - 0.3 * size)
-    return np.array([*(middle - half), bottom]), np.array([*(middle + half), top])
+    return np.array([*(middle - half), min(0.0, top - 0.3 * size)]), np.array([*(middle + half), top])
 
 
 def _is_point(size, cl):
@@ -146,7 +176,7 @@ def _blade(size, cl, root):
 
 
 def _workpiece_side(made, machine, stock):
-    """Turntable and cradle from the workpiece down, then the bed; return the corners of its plate."""
+    """Turntable and cradle from the workpiece down, then the bed."""
     size, tables = made.size, [r for r in machine.rotary if r.carries == "workpiece"]
     lowest, radius = stock[:, 2].min(), 0.3 * size
     carried = [ring([*stock.mean(axis=0)[:2], lowest], UP, radius)]
@@ -154,21 +184,18 @@ def _workpiece_side(made, machine, stock):
         turntable, axis = tables[-1], _along(tables[-1], UP)
         across = stock - stock @ axis[:, None] * axis - _foot(turntable, np.zeros(3))
         radius = max(1.05 * np.linalg.norm(across, axis=1).max(), 0.4 * size)
-        top = _foot(turntable, (stock @ axis).min() * axis)
-        under, hub = top - 0.12 * size * axis, 0.6 * radius
-        made.solids.append(
-            Turned(turntable.name, GREYS["second"], _scaled(TABLE, radius, 0.12 * size), under, axis)
-        )
+        under, hub = _foot(turntable, (stock @ axis).min() * axis) - 0.12 * size * axis, 0.6 * radius
+        made.lathe(turntable.name, GREYS["second"], TABLE, radius, 0.12 * size, under, axis)
         carried = [ring(under - 0.12 * size * axis, axis, hub)]
-        made.solids.append(_disc(turntable.name, under - 0.12 * size * axis, axis, hub, 0.12 * size))
-        made.lines[turntable.name] = _line(carried, axis, size)
+        made.disc(turntable.name, under - 0.06 * size * axis, axis, hub)
+        made.line(turntable.name, carried, axis)
         lowest = carried[0][:, 2].min()
     if len(tables) == 2:
         cradle, across = tables[0], axis
         axis, foot = _along(cradle, UP), _foot(cradle, carried[0].mean(axis=0))
         bearings = _bearings(foot, axis, across, clear=1.12 * radius, thin=0.45 * radius, radius=0.35 * radius)
-        _join(made, cradle.name, carried, bearings, GREYS["first"])
-        carried = _turns(made, cradle.name, bearings, axis, 0.35 * radius)
+        made.join(cradle.name, "first", carried, bearings)
+        carried = made.turns(cradle.name, bearings, axis, 0.35 * radius)
         lowest = min(foot[2] - 0.8 * max(np.linalg.norm(stock - foot, axis=1).max(), radius), lowest)
     floor, half = lowest - 0.15 * size, 1.55 * max(radius, 0.6 * size)
     bed, slides = "bed", machine.slides_that_carry("workpiece")
@@ -178,36 +205,35 @@ def _workpiece_side(made, machine, stock):
         if np.ptp(bearing[:, 2]) < 1e-6:  # a column under a table or a vice
             foot = ring([*middle, floor], UP, 1.1 * reach, count=24)
             bearing = ring(bearing.mean(axis=0), UP, reach, count=24)
-        made.solids.append(Hull([bed, *slides][-1], GREYS["bed"], np.concatenate([bearing, foot])))
+        made.hull([bed, *slides][-1], "bed", bearing, foot)
     (left, front), (right, back) = stock.mean(axis=0)[:2] - half, stock.mean(axis=0)[:2] + half
     for name in [*reversed(slides), bed]:  # a plate for each slide under the workpiece, then the bed's
-        plate = block([left, front, floor - 0.12 * size], [right, back, floor])
-        made.solids.append(Hull(name, GREYS["bed" if name == bed else "first"], plate))
+        made.plate = block([left, front, floor - 0.12 * size], [right, back, floor])
+        made.hull(name, "bed" if name == bed else "first", made.plate)
         floor, left, right = floor - 0.12 * size, left - 0.1 * size, right + 0.1 * size
-    floor, left = floor + 0.12 * size, left + 0.1 * size  # those of the bed
-    made.corner = np.array([left, front, floor])
-    return plate
 
 
-def _tool_side(made, machine, tip, tool_axis, plate):
+def _tool_side(made, machine, tip, tool_axis):
     """Tool, spindle and heads from the tool up, then the slides."""
     size, width = made.size, 0.17 * made.size
     nose = tip + machine.tool_length * tool_axis
     face = tip + max(machine.tool_length, 0.45 * size) * tool_axis  # a tool of no length is drawn all the same
-    made.solids += tool_solids(tip, tool_axis, size, np.linalg.norm(face - tip))
+    reach, turn = np.linalg.norm(face - tip), np.linspace(0, np.pi / 2, 7)
+    ball = [*zip(0.04 * size * np.sin(turn), 0.04 * size * (1 - np.cos(turn)), strict=True)]
+    cutter = [*ball, (0.04 * size, 0.55 * reach), (0, 0.55 * reach)]
+    made.solids.append(Turned("tool", COLOUR["tool"], cutter, tip, tool_axis))
+    made.lathe("tool", GREYS["holder"], HOLDER, 0.1 * size, reach, tip, tool_axis)
     slides, heads = machine.slides_that_carry("tool"), [r for r in machine.rotary if r.carries == "tool"]
     slides = [*["bed"] * (3 - len(slides)), *slides]
-    spindle = ring(face, tool_axis, width)
     if heads:  # the spindle's housing is one body, what carries it may have two arms
         swivel, axis = heads[-1], _along(heads[-1], tool_axis)
         foot = nose + _foot(swivel, face - nose, tool_axis)
         bearings = _bearings(foot, -axis, tool_axis, clear=1.1 * width, thin=0.3 * width, radius=0.9 * width)
-        made.solids.append(Hull(swivel.name, GREYS["second"], np.concatenate([spindle, *bearings])))
-        carried = _turns(made, swivel.name, bearings, axis, 0.8 * width)
+        made.hull(swivel.name, "second", ring(face, tool_axis, width), *bearings)
+        carried = made.turns(swivel.name, bearings, axis, 0.8 * width)
     else:
         carried = [ring(face + 0.5 * size * tool_axis, tool_axis, width)]
-        profile = _scaled(SPINDLE, width, 0.5 * size)
-        made.solids.append(Turned(slides[2], GREYS["second"], profile, face, tool_axis))
+        made.lathe(slides[2], GREYS["second"], SPINDLE, width, 0.5 * size, face, tool_axis)
     if len(heads) == 2:
         turning, across = heads[0], axis
         axis, middle = _along(heads[0], tool_axis), np.concatenate(carried).mean(axis=0)
@@ -216,29 +242,28 @@ def _tool_side(made, machine, tip, tool_axis, plate):
         bearings = _bearings(foot, -axis, across, clear=1.5 * width, thin=above, radius=0.9 * width)
         if abs(axis @ tool_axis) >= ACROSS:  # a turning head that a fork or a nutating swivel hangs from
             bearings = [ring(foot + above * axis, axis, 1.1 * width)]
-        _join(made, turning.name, carried, bearings, GREYS["first"])
-        carried = _turns(made, turning.name, bearings, axis, 0.8 * width)
+        made.join(turning.name, "first", carried, bearings)
+        carried = made.turns(turning.name, bearings, axis, 0.8 * width)
     top = np.concatenate(carried).mean(axis=0)
     foot = top + max(1.2 * width, np.concatenate(carried)[:, 2].max() - top[2] + 0.4 * width) * UP
     wide = 1.1 * width * np.array([1, 1, 0])
     ram = block(foot - wide, foot + wide + 3 * size * UP)
-    shade = GREYS["first" if heads else "second"]
-    _join(made, slides[2], carried, [ram[ram[:, 2] < foot[2] + 1e-9]], shade)
-    made.solids.append(Hull(slides[2], shade, ram))
-    _slides(made, slides, foot, width, plate)
+    shade = "first" if heads else "second"
+    made.join(slides[2], shade, carried, [ram[ram[:, 2] < foot[2] + 1e-9]])
+    made.hull(slides[2], shade, ram)
+    _slides(made, slides, foot, width)
 
 
-def _slides(made, slides, foot, width, plate):
+def _slides(made, slides, foot, width):
     """The outer slide on a wall behind the bed, and the beam of the next, with the ram of the last at its end."""
-    size, (left, _, floor), (right, back, _) = made.size, plate.min(axis=0), plate.max(axis=0)
+    size, (left, _, floor), (right, back, _) = made.size, made.plate.min(axis=0), made.plate.max(axis=0)
     back, bottom = max(back, foot[1] + 0.6 * size), foot[2] + 0.45 * size
     rail, behind = bottom - 0.12 * size, back + 0.4 * size
-    wall = block([left, back, floor], [right, behind, rail])
-    x = block([foot[0] - 0.4 * size, back, rail], [foot[0] + 0.4 * size, behind, bottom])
-    low, high = foot[0] - 0.25 * size, foot[0] + 0.25 * size
-    y = block([low, foot[1] + 1.1 * width, bottom], [high, behind + 0.1 * size, bottom + 0.35 * size])
-    bodies, shades = ("bed", *slides[:2]), ("wall", "first", "second")
-    made.solids += [Hull(b, GREYS[s], corners) for b, s, corners in zip(bodies, shades, (wall, x, y), strict=True)]
+    made.hull("bed", "wall", block([left, back, floor], [right, behind, rail]))
+    low, high = foot[0] - 0.4 * size, foot[0] + 0.4 * size
+    made.hull(slides[0], "first", block([low, back, rail], [high, behind, bottom]))
+    low, high = [foot[0] - 0.25 * size, foot[1] + 1.1 * width], [foot[0] + 0.25 * size, behind + 0.1 * size]
+    made.hull(slides[1], "second", block([*low, bottom], [*high, bottom + 0.35 * size]))
 
 
 def _bearings(foot, axis, carried_axis, *, clear, thin, radius):
@@ -246,51 +271,6 @@ def _bearings(foot, axis, carried_axis, *, clear, thin, radius):
     if abs(axis @ carried_axis) < ACROSS:
         return [ring(foot + side * clear * axis, axis, radius) for side in (-1, 1)]
     return [ring(foot - thin * axis, axis, 1.2 * radius)]
-
-
-def _join(made, body, carried, bearings, colour):
-    """Add the hulls between every ring carried and every ring that carries."""
-    made.solids += [Hull(body, colour, np.concatenate(pair)) for pair in product(carried, bearings)]
-
-
-def _turns(made, body, bearings, axis, radius):
-    """Show the axis of a body: its line, and a dark disc through every bearing; return the bearings."""
-    for bearing in bearings:
-        half = 0.06 * made.size
-        made.solids.append(_disc(body, bearing.mean(axis=0) - half * axis, axis, radius, 2 * half))
-    made.lines[body] = _line(bearings, axis, made.size)
-    return bearings
-
-
-def _disc(body, start, axis, radius, height):
-    bevel = 0.08 * radius
-    profile = [(0, 0), (radius - bevel, 0), (radius, bevel), (radius, height - bevel), (radius - bevel, height)]
-    return Turned(body, GREYS["bearing"], [*profile, (0, height)], start, axis)
-
-
-def _scaled(profile, radius, height):
-    return [(radius * r, height * h) for r, h in profile]
-
-
-def tool_solids(tip, axis, size, reach):
-    """A cutter and its holder, from the tip along the tool axis for `reach`, as thick as suits `size`; mm."""
-    cutter = Turned("tool", COLOUR["tool"], _cutter(0.04 * size, 0.55 * reach), tip, axis)
-    return [cutter, Turned("tool", GREYS["holder"], _scaled(HOLDER, 0.1 * size, reach), tip, axis)]
-
-
-def _cutter(radius, length):
-    """A ball-end cutter from its tip to its shank."""
-    turn = np.linspace(0, np.pi / 2, 7)
-    ball = list(zip(radius * np.sin(turn), radius * (1 - np.cos(turn)), strict=True))
-    return [*ball, (radius, length), (0, length)]
-
-
-def _line(bearings, axis, size):
-    """Both ends of a rotary axis as it is drawn."""
-    points = np.concatenate(bearings)
-    along, foot = points @ axis, points.mean(axis=0)
-    foot = foot - foot @ axis * axis
-    return foot + np.array([[along.min() - 0.3 * size], [along.max() + 0.3 * size]]) * axis
 
 
 def _along(rotary, direction):

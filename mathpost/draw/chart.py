@@ -6,7 +6,6 @@ The figure is drawn once, as for print; its artists (lines, patches, texts) go t
 import io
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -22,8 +21,7 @@ class Chart(Live):
     """A `Live` view of curves; its still picture is the figure at the start."""
 
     def __init__(self, figure, state, machines, exports, readings, *, height):
-        state = state | {"kind": "chart"}
-        super().__init__(state, machines, exports, [], [], readings, height=height, layout="column")
+        super().__init__(state | {"kind": "chart"}, machines, exports, [], [], readings, height, "column")
         self.figure = figure
 
     def picture(self):
@@ -41,34 +39,14 @@ class Chart(Live):
 def subplots(rows=1, columns=1, *, size=(7.0, 4.2), **shared):
     """Return a figure of so many inches, which no window shows, and its axes, as `Figure.subplots` does."""
     figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
     return figure, figure.subplots(rows, columns, **shared)
 
 
 def recorded(figure, update, control, *, height=460):
     """Record what one slider does to a figure: Python draws each position once, the page needs no Python.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        From `subplots`.
-    update : callable
-        ``update(value)`` moves artists to the slider's value and returns a list of lines of text.
-    control : dict
-        From `mathpost.draw.formula.slider`; every step of it is recorded.
-    height : int
-        On the page, pixels.
-
-    Examples
-    --------
-    >>> from mathpost.draw.formula import slider
-    >>> figure, axes = subplots()
-    >>> line, = axes.plot([0, 1], [0, 0])
-    >>> def update(rise):
-    ...     line.set_ydata([0, rise])
-    ...     return [f"ends at {rise:.1f}"]
-    >>> recorded(figure, update, slider("rise", 0, 1, 0.5, step=0.1, unit=""))
-    ends at 0.5
+    `figure` is from `subplots`. ``update(value)`` moves artists to the slider's value and returns a list of lines
+    of text. Every step of `control`, from `mathpost.draw.formula.slider`, is recorded. `height` is in pixels.
     """
     steps = round((control["high"] - control["low"]) / control["step"])
     values = control["low"] + np.arange(steps + 1) * control["step"]
@@ -78,18 +56,14 @@ def recorded(figure, update, control, *, height=460):
         frames.append([places(artist, artist.axes) for artist in _artists(figure)])
     start = int(np.abs(values - control["value"]).argmin())
     update(float(values[start]))
-    columns = list(zip(*frames, strict=True))  # for each artist its points in each position
-    moving = [any(not np.array_equal(p, column[0], equal_nan=True) for p in column) for column in columns]
-    upwards = [all(np.array_equal(p[:, :1], column[0][:, :1]) for p in column) for column in columns]
-    state = {
-        "sliders": [control],
-        "said": said,
-        "frames": [
-            [_short(p[:, 1] if up else p) for p, up, moves in zip(frame, upwards, moving, strict=True) if moves]
-            for frame in frames
-        ],
-        "x": [_short(p[:, 0]) if up else None for p, up, m in zip(frames[0], upwards, moving, strict=True) if m],
-    }
+    moving, state = [], {"sliders": [control], "said": said, "frames": [[] for _ in values], "x": []}
+    for way in zip(*frames, strict=True):  # the points of one artist in each position
+        moving.append(any(not np.array_equal(points, way[0], equal_nan=True) for points in way))
+        if moving[-1]:
+            upwards = all(np.array_equal(points[:, 0], way[0][:, 0]) for points in way)
+            state["x"].append(_short(way[0][:, 0]) if upwards else None)
+            for frame, points in zip(state["frames"], way, strict=True):
+                frame.append(_short(points[:, 1] if upwards else points))
     return Chart(figure, state | _spec(figure, moving), [], (), "; ".join(said[start]), height=height)
 
 
@@ -126,7 +100,7 @@ def _short(points):
 
 def _spec(figure, moving):
     """The panels of a figure: scales, ticks, artists; each moving artist with None for its points."""
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     artists = dict(zip(_artists(figure), moving, strict=True))
     panels = []
     for axes in figure.axes:

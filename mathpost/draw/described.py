@@ -23,14 +23,6 @@ def describe(figure):
     at a few places, in the units of the axes. Artists in a row that have no label, one type, one colour and the
     same number of points are told together.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-
-    Returns
-    -------
-    str
-
     Examples
     --------
     >>> from matplotlib.figure import Figure
@@ -121,8 +113,8 @@ def places(artist, axes):
     Of a collection its outlines, or where they are set down; of an image every pixel, its value as the third
     coordinate.
     """
-    if hasattr(artist, "get_position_3d") or hasattr(artist, "get_position"):
-        place = artist.get_position_3d() if hasattr(artist, "get_position_3d") else artist.get_position()
+    if hasattr(artist, "get_position"):
+        place = getattr(artist, "get_position_3d", artist.get_position)()
         return np.atleast_2d(np.asarray(place, dtype=float))
     if hasattr(artist, "get_data_3d"):
         return np.column_stack(artist.get_data_3d())
@@ -154,17 +146,14 @@ def _numbers(points, count):
 
 
 def _ranges(points):
-    low, high, scale = _least(points), -_least(-points), _scale(points)
-    told = zip("xyz", low, high, scale, strict=False)
+    low = np.min(points, axis=0, initial=np.inf, where=np.isfinite(points))
+    high = np.max(points, axis=0, initial=-np.inf, where=np.isfinite(points))
+    told = zip("xyz", low, high, _scale(points), strict=False)
     return ", ".join(f"{name} {_number(a, top)} … {_number(b, top)}" for name, a, b, top in told)
 
 
 def _scale(points):
-    return np.nanmax(np.abs(points), axis=0, initial=0, where=np.isfinite(points))
-
-
-def _least(points):
-    return np.min(points, axis=0, initial=np.inf, where=np.isfinite(points))
+    return np.max(np.abs(points), axis=0, initial=0, where=np.isfinite(points))
 
 
 def _number(value, scale):

@@ -22,13 +22,7 @@ def slider(name, low, high, value, *, step=1.0, unit="°", **more):
 
 
 def written(text, numbers):
-    """Return the lines of `text` with these numbers in their places.
-
-    Examples
-    --------
-    >>> written(["tilt {0:2}{1? (locked)}"], [0.5, 0])
-    ['tilt 0.50']
-    """
+    """Return the lines of `text` with these numbers in their places, as `live.js` does."""
 
     def filled(found):
         index, digits, words = found.groups()
@@ -67,9 +61,8 @@ def formula(
     text : sequence of str
         Lines under the picture; ``{0:4}`` is the first of the numbers with four decimals, ``{1?words}`` shows the
         words where the second is not 0.
-    numbers : sequence of sympy expressions
-    points : sequence of 3×1 sympy matrices
-        In the coordinates of the body of the line that runs through them.
+    numbers, points : sequences of sympy expressions, and of 3×1 sympy matrices
+        Those of the text, and in the coordinates of the body of the line that runs through them.
     buttons : sequence of (str, list)
         Label of a button and the values that it sets, None where a slider stays.
     play : int, optional
@@ -93,9 +86,8 @@ def formula(
     functions = {"places": [entry for matrix in placed for entry in matrix[:3, :]]}
     functions |= {"numbers": list(numbers), "points": [entry for point in points for entry in point]}
     code, start, said = compiled(functions, symbols, sliders, text)
-    at = {"bed": np.eye(4)}
-    for name, rows in zip(places, start["places"].reshape(-1, 3, 4), strict=True):
-        at[name] = np.vstack([rows, [0, 0, 0, 1]])
+    rows = start["places"].reshape(-1, 3, 4)
+    at = {"bed": np.eye(4)} | {n: np.vstack([r, [0, 0, 0, 1]]) for n, r in zip(places, rows, strict=True)}
     scenes, ends = [scene, *beside], start["points"].reshape(-1, 3)
     for line in (line for each in scenes for line in each.lines if line.name):
         line.parts = [ends[slice(*line.span)]]

@@ -8,10 +8,11 @@ import base64
 import html
 import json
 import re
+from dataclasses import dataclass
 from pathlib import Path
 
+from mathpost.draw.described import describe_scene
 from mathpost.draw.picture import png
-from mathpost.errors import write_text
 
 HERE = Path(__file__).parent
 COLUMNS = 3  # pictures beside each other
@@ -24,32 +25,21 @@ MODULES = {
 }
 
 
+@dataclass(repr=False, eq=False)
 class Live:
-    """A view that moves in the browser.
+    """A view that moves in the browser."""
 
-    Parameters
-    ----------
-    state : dict
-        What `live.js` makes of it: its kind, sliders, texts; the scenes are added here.
-    machines : list of str
-        Printed functions (`mathpost.codegen`), one text of declarations for each machine of the view.
-    exports : sequence of str
-        The names that these texts declare.
-    scenes : list of Scene
-    places : list of dict
-        Where the bodies of each scene stand at the start, 4×4 matrices by name: for the still picture.
-    readings : str
-        The numbers of the start, as text: what stands for the view where only text is compared.
-    height : int, keyword only
-        Pixels on the page.
-    layout : str, keyword only
-        ``"row"``: the controls beside the picture, ``"column"``: under it.
-    """
+    state: dict  # what `live.js` makes of it: its kind, sliders, texts; the scenes are added here
+    machines: list  # printed functions (`mathpost.codegen`), one text of declarations for each machine of the view
+    exports: tuple  # the names that these texts declare
+    scenes: list  # of `Scene`
+    places: list  # where the bodies of each scene stand at the start, dicts of 4×4 matrices: for the still picture
+    readings: str  # the numbers of the start: what stands for the view where only text is compared
+    height: int = 440  # pixels on the page
+    layout: str = "row"  # the controls beside the picture, or under it: "column"
 
-    def __init__(self, state, machines, exports, scenes, places, readings, *, height=440, layout="row"):
-        self.state = state | {"layout": layout, "scenes": [scene.state() for scene in scenes]}
-        self.machines, self.exports, self.scenes, self.places = machines, exports, scenes, places
-        self.readings, self.height, self.layout = readings, height, layout
+    def __post_init__(self):
+        self.state = self.state | {"layout": self.layout, "scenes": [scene.state() for scene in self.scenes]}
 
     def page(self, title="mathpost", *, before="", after="", still=False):
         """Return a whole page, HTML; `before` and `after` are more of it, around the view.
@@ -59,9 +49,8 @@ class Live:
         files = [HERE / name for name in MODULES[self.state["kind"]]]
         modules = "\n".join(_dense(file.read_text(encoding="utf-8")) for file in files)
         style = (HERE / "live.css").read_text(encoding="utf-8")
-        code = [
-            f"(() => {{\n{_dense(text)}\nreturn {{ {', '.join(self.exports)} }};\n}})()" for text in self.machines
-        ]
+        exports = f"return {{ {', '.join(self.exports)} }};"
+        code = [f"(() => {{\n{_dense(text)}\n{exports}\n}})()" for text in self.machines]
         state = json.dumps(self.state, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
         under = self._still("position:absolute;z-index:-1;max-width:100%") if still else ""
         return (
@@ -77,10 +66,6 @@ class Live:
         width = 480 if self.layout == "row" else 720
         high, columns = 400 if len(self.scenes) == 1 else 300, min(len(self.scenes), COLUMNS)
         return png(self.scenes, self.places, (width // columns, high), columns)
-
-    def save(self, path, title="mathpost"):
-        """Write the view as a page that stands alone; `OutputError` if that fails."""
-        write_text(path, self.page(title, still=True))
 
     def _still(self, style):
         still, name = base64.b64encode(self.picture()).decode(), html.escape(self.readings, quote=True)
@@ -105,8 +90,6 @@ class Live:
         printer.text("\n".join([self.readings, *self._shown()]))
 
     def _shown(self):
-        from mathpost.draw.described import describe_scene  # with Matplotlib, which a page does without
-
         return [describe_scene(*pair) for pair in zip(self.scenes, self.places, strict=True)]
 
 

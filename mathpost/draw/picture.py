@@ -13,13 +13,7 @@ HIDDEN = 0.35  # how strong a line is behind a solid
 
 
 class Camera:
-    """A parallel projection from `azimuth` and `elevation` (degrees), Z upwards.
-
-    Examples
-    --------
-    >>> Camera(azimuth=-90, elevation=0).project([[1.0, 2.0, 3.0]]).round(6) + 0.0
-    array([[1., 3.]])
-    """
+    """A parallel projection from `azimuth` and `elevation` (degrees), Z upwards."""
 
     def __init__(self, azimuth, elevation):
         a, e = np.radians([azimuth, elevation])
@@ -76,9 +70,7 @@ class View:
     def draw(self):
         """Return the picture, a PIL image."""
         solid, light, depth = self.seen()
-        colours = np.array(
-            [ImageColor.getrgb(each.colour) for each in self.scene.solids] or [(0, 0, 0)], dtype=float
-        )
+        colours = np.array([ImageColor.getrgb(each.colour) for each in self.scene.solids] or [(0, 0, 0)])
         shine = np.maximum(light - 200, 0)[..., None] / 90
         dim = np.minimum(light / 200, 1)[..., None]
         rgb = colours[solid] * dim * (1 - shine) + 255 * shine + (1 - dim) * [0, 10, 20]
@@ -110,12 +102,10 @@ class View:
             ink.line(ends, fill=tuple(shown if open_ else faint), width=width)
 
     def _letters(self, ink):
-        font = ImageFont.load_default(size=14 * FINE)
+        font, halo = ImageFont.load_default(size=14 * FINE), {"stroke_width": 2 * FINE, "stroke_fill": "white"}
         wanted = [self.pixels(label.body, label.at)[:2] for label in self.scene.labels]
         for label, at in zip(self.scene.labels, spread(wanted, 20.0 * FINE), strict=True):
-            ink.text(
-                tuple(at), label.text, label.colour, font, anchor="mm", stroke_width=2 * FINE, stroke_fill="white"
-            )
+            ink.text(tuple(at), label.text, label.colour, font, anchor="mm", **halo)
 
 
 def _light(normals, camera):
@@ -133,9 +123,8 @@ def png(scenes, places, size, columns):
     whole = Image.new("RGB", (FINE * width * columns, FINE * height * -(-len(scenes) // columns)), "white")
     for number, (scene, at) in enumerate(zip(scenes, places, strict=True)):
         row, column = divmod(number, columns)
-        whole.paste(
-            View(scene, at, (FINE * width, FINE * height)).draw(), (FINE * width * column, FINE * height * row)
-        )
+        picture = View(scene, at, (FINE * width, FINE * height)).draw()
+        whole.paste(picture, (picture.width * column, picture.height * row))
     whole = whole.resize((whole.width // FINE, whole.height // FINE), Image.Resampling.BOX)
     file = io.BytesIO()
     whole.quantize(64, dither=Image.Dither.NONE).save(file, format="PNG", optimize=True)

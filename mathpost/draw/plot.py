@@ -56,12 +56,11 @@ def show():
     plt.close("all")
 
 
-def frame(axes, matrix, origin, *, colour, length=1.0, labels="XYZ", **style):
+def frame(axes, matrix, origin, *, colour, **style):
     """Draw a frame's three axes: the columns of `matrix`, shape (3, 3), from `origin`, shape (3,)."""
-    for column, label in zip(matrix.T, labels, strict=True):
-        end = origin + length * column
-        axes.plot(*zip(origin, end, strict=True), color=colour, **style)
-        axes.text(*(origin + 1.15 * length * column), label, color=colour, ha="center", va="center")
+    for column, label in zip(matrix.T, "XYZ", strict=True):
+        axes.plot(*zip(origin, origin + column, strict=True), color=colour, **style)
+        axes.text(*(origin + 1.15 * column), label, color=colour, ha="center", va="center")
 
 
 def along(axes, place, values, role, label=None, *, points=False):
@@ -129,12 +128,9 @@ def on_pole_map(kin, tool_axes):
 
 def tip_path(axes, kin, joints, *, role, label):
     """Draw, seen from above, where the tip really goes when all joints move linearly from row to row."""
-    tip, _ = true_tip(kin, joints, samples=40)
+    tip = true_tip(kin, joints, samples=40)
     axes.plot(tip[:, 0], tip[:, 1], color=COLOUR[role], linestyle=STYLE[role], label=label)
     axes.set(xlabel="x in the workpiece, mm", ylabel="y, mm", aspect="equal")
-
-
-# Lessons 08 to 11: datum, head, calibration
 
 
 def turned_point(axes, path, centre, *, names):
@@ -215,9 +211,6 @@ class Moving(dict):
         self[line] = points
 
 
-# Frames, machines and tilted planes
-
-
 def formulas(*pairs):
     """Return named matrices side by side as one formula: pairs of a LaTeX name and a matrix, exact or numbers."""
     exact = (sp.Matrix(np.round(m, 6) + 0.0) if isinstance(m, np.ndarray) else m for _, m in pairs)
@@ -232,15 +225,9 @@ def space(axes, radius, *, centre=(0.0, 0.0, 0.0)):
     axes.set_axis_off()
 
 
-# Spreadsheets
-
-
-def worksheet(axes, report, sheet=None):
-    """Draw the cells that a check of a spreadsheet judged, in green, red and amber; the first wrong one framed.
-
-    `sheet` names one of several sheets, by default the first.
-    """
-    sheet = sheet or report.cells[0].place[0]
+def worksheet(axes, report):
+    """Draw the cells of the first sheet judged, in green, red and amber, the first wrong one of all framed."""
+    sheet = report.cells[0].place[0]
     judged = [(cell, *cell.place[1:]) for cell in report.cells if cell.place[0] == sheet]
     rows, columns = (sorted({place[n] for place in judged}) for n in (1, 2))
     for cell, row, column in judged:

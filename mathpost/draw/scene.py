@@ -117,21 +117,17 @@ def machine(kin, cl=None, *, title="", colour=DARK):
         # The turntable's name stands under it, not on the workpiece.
         scene.labels.append(Label(name, ends[0 if [name] == tables[-1:] else 1], name, colour))
     arm = 0.42 * made.size
-    scene.triad("bed", "XYZ", length=0.7 * arm, colour=DARK, origin=made.corner)
+    corner = [*made.plate.min(axis=0)[:2], made.plate[:, 2].max()]
+    scene.triad("bed", "XYZ", length=0.7 * arm, colour=DARK, origin=corner)
     scene.triad("workpiece", "xyz", length=arm, colour=COLOUR["workpiece"])
     scene.labels.append(Label("tool", np.array([-0.17 * made.size, 0, 0.3 * made.size]), "n", COLOUR["tool"]))
-    if cl is not None:
-        _path(scene, cl, made.size)
+    if cl is not None:  # the tip's path through up to 400 records, the tool axis at up to 60, evenly spread
+        many, few = (np.linspace(0, len(cl) - 1, min(len(cl), most)).astype(int) for most in (400, 60))
+        arms = [[p, p + 0.16 * made.size * n] for p, n in zip(cl.points[few], cl.axes[few], strict=True)]
+        scene.lines.append(Line("workpiece", arms, "#e9a56b", 1.0))
+        scene.lines.append(Line("workpiece", [cl.points[many]], "#000000", 1.2))
     scene.extent = _extent(kin, made)
     return scene, made
-
-
-def _path(scene, cl, size):
-    """The tip's path through up to 400 records, and the tool axis at up to 60, evenly spread."""
-    shown, drawn = (np.unique(np.linspace(0, len(cl) - 1, min(len(cl), most)).astype(int)) for most in (60, 400))
-    pairs = zip(cl.points[shown], cl.axes[shown], strict=True)
-    scene.lines.append(Line("workpiece", [[p, p + 0.16 * size * axis] for p, axis in pairs], "#e9a56b", 1.0))
-    scene.lines.append(Line("workpiece", [cl.points[drawn]], "#000000", 1.2))
 
 
 def _extent(kin, made):
@@ -164,9 +160,9 @@ def _best(tries):
     """The first of `tries` with nothing wrong, which comes last in each of them, or the one with the least."""
     found = []
     for each in tries:
-        if not each[-1]:
-            return each
         found.append(each)
+        if not each[-1]:
+            break
     return min(found, key=lambda each: len(each[-1]))
 
 
@@ -180,11 +176,9 @@ def _turned(kin, made, angles):
 def crossed(kin, scene, joints):
     """Return which axes of the machine or of the workpiece fall together on the screen."""
     places, camera = placing(kin.machine)(joints), Camera(scene.azimuth, scene.elevation)
-    at_zero = placing(kin.machine)(np.zeros(5))
     axes = {"the tool axis": places["tool"][:3, 2]}
     for rotary in kin.machine.rotary:
-        turned = places[rotary.name][:3, :3] @ at_zero[rotary.name][:3, :3].T
-        axes[rotary.name] = turned @ unit(np.array(rotary.axis))
+        axes[rotary.name] = places[rotary.name][:3, :3] @ unit(np.array(rotary.axis))
     return together(axes, camera) + together(dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), camera)
 
 

@@ -10,23 +10,10 @@ HEAD = np.array([[0, 0], [-1, 0.35], [-1, -0.35]])  # of an arrow that points al
 def sketch(axes, parts, *, title=""):
     """Draw parts without scales: what a set-up looks like, which way things count.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    parts : sequence of tuples
-        Kind, geometry, role (one of `COLOUR`), text, and for some a shift of the text: ``"body"`` a polygon,
-        ``"line"`` and ``"dashed"`` points, ``"arrow"`` start and end, ``"size"`` an arrow with two heads,
-        ``"ring"`` centre and radius, ``"turn"`` centre, radius and two angles in degrees, from the first to the
-        second, ``"point"`` a place.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> axes = Figure().subplots()
-    >>> part = ("body", [(0, 0), (2, 0), (2, 1)], "workpiece", "part")
-    >>> sketch(axes, [part, ("arrow", [(0, 0), (0, 1)], "tool", "Z")])
-    >>> [text.get_text() for text in axes.texts]
-    ['part', 'Z']
+    A part is a tuple of kind, geometry, role (one of `COLOUR`), text, and for some a shift of the text, such as
+    ``("arrow", [(0, 0), (0, 1)], "tool", "Z")``. Kinds are ``"body"``, a polygon; ``"line"`` and ``"dashed"``,
+    points; ``"arrow"``, start and end; ``"size"``, an arrow with two heads; ``"ring"``, centre and radius;
+    ``"turn"``, centre, radius and two angles in degrees, from the first to the second; ``"point"``, a place.
     """
     drawn = [(kind, np.array(_points(kind, geometry), dtype=float), *rest) for kind, geometry, *rest in parts]
     everything = np.concatenate([points for _, points, *_ in drawn])
@@ -50,8 +37,8 @@ def sketch(axes, parts, *, title=""):
             if kind in ("size", "turn", "line", "dashed"):
                 place = points[len(points) // 2] if len(points) > 2 else points.mean(axis=0)
         if text:
-            centre = "center"
-            axes.text(*(place + size * np.ravel(shift or (0, 0))), text, color=colour, ha=centre, va=centre)
+            place = place + size * np.ravel(shift or (0, 0))
+            axes.text(*place, text, color=colour, ha="center", va="center")
     axes.set_title(title, fontsize=10)
     axes.set_aspect("equal")
     axes.margins(0.12)

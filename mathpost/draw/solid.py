@@ -1,7 +1,8 @@
 """Solids of a picture in space, small enough to travel with it: turned profiles, joined rings, convex hulls.
 
-A solid stays in the coordinates of the body that it belongs to. `triangles` makes faces of it, the same that the
-module in the browser makes.
+A solid stays in the coordinates of the body that it belongs to. Each kind has `moved`, the same solid in other
+coordinates, by a 4×4 matrix; `triangles`, shape (n, 3, 3), counterclockwise seen from outside, the same that the
+module in the browser makes; and `state`, the solid as the browser has it.
 """
 
 from dataclasses import dataclass, replace
@@ -26,20 +27,14 @@ class Turned:
     along: np.ndarray
 
     def moved(self, matrix):
-        """Return the same solid in other coordinates, by a 4×4 matrix."""
         return replace(self, origin=put(matrix, self.origin), along=matrix[:3, :3] @ self.along)
 
     def state(self):
-        """The solid as the browser has it."""
         profile = [[round(r, 2), round(h, 2)] for r, h in self.profile]
         return {"profile": profile, "from": _short(self.origin), "along": _short(self.along, 9)}
 
     def triangles(self):
-        """Return triangles, shape (n, 3, 3), counterclockwise seen from outside."""
-        turn = np.linspace(0, 2 * np.pi, SIDES, endpoint=False)[:, None]
-        x, y = across(self.along)
-        around = np.cos(turn) * x + np.sin(turn) * y
-        return _between([self.origin + h * self.along + r * around for r, h in self.profile])
+        return _between([ring(self.origin + h * self.along, self.along, r, SIDES) for r, h in self.profile])
 
 
 @dataclass
@@ -51,15 +46,12 @@ class Lofted:
     rings: list
 
     def moved(self, matrix):
-        """Return the same solid in other coordinates, by a 4×4 matrix."""
         return replace(self, rings=[put(matrix, ring) for ring in self.rings])
 
     def state(self):
-        """The solid as the browser has it."""
-        return {"rings": [[_short(point) for point in ring] for ring in self.rings]}
+        return {"rings": [_short(ring) for ring in self.rings]}
 
     def triangles(self):
-        """Return triangles, shape (n, 3, 3), counterclockwise seen from outside."""
         count = max(map(len, self.rings))
         return _between([np.broadcast_to(ring, (count, 3)) for ring in self.rings])
 
@@ -73,26 +65,21 @@ class Hull:
     points: np.ndarray
 
     def moved(self, matrix):
-        """Return the same solid in other coordinates, by a 4×4 matrix."""
         return replace(self, points=put(matrix, self.points))
 
     def faces(self):
         """Return the corners that count, shape (m, 3), and triangles of their numbers, shape (n, 3)."""
         hull = ConvexHull(self.points)
-        number = np.full(len(self.points), -1)
-        number[hull.vertices] = np.arange(len(hull.vertices))
         a, b, c = np.moveaxis(self.points[hull.simplices], 1, 0)
         inwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
         simplices = np.where(inwards[:, None], hull.simplices[:, ::-1], hull.simplices)
-        return self.points[hull.vertices], number[simplices]
+        return self.points[hull.vertices], np.searchsorted(hull.vertices, simplices)  # the vertices are sorted
 
     def state(self):
-        """The solid as the browser has it."""
         corners, faces = self.faces()
-        return {"corners": [_short(corner) for corner in corners], "faces": faces.tolist()}
+        return {"corners": _short(corners), "faces": faces.tolist()}
 
     def triangles(self):
-        """Return triangles, shape (n, 3, 3), counterclockwise seen from outside."""
         corners, faces = self.faces()
         return corners[faces]
 

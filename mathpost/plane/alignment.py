@@ -19,35 +19,21 @@ PARALLEL = 1e-9  # sine of the angle below which two directions count as paralle
 class Solution:
     """One position of the rotary axes that puts the tool along the feature's Z.
 
-    Attributes
-    ----------
-    angles : ndarray, shape (2,)
-        The rotary angles in the order of the machine file, degrees, in (−180, 180].
-    spindle, slides : ndarrays, shape (3, 3)
-        As columns in the workpiece: the spindle's axes, which a probe's stylus or an oriented spindle follows, and
-        the directions of the linear axes, which a G1 X moves along. With both rotary axes in the table they are
-        one.
-    rho : float
-        The angle ρ about the feature's Z from the spindle's X to the feature's X, degrees: F = spindle·Rz(ρ).
-    feature : Frame
-        In the workpiece.
-    reason : str
-        The limit that keeps the machine from this position; empty if it is within travel.
+    `spindle` and `slides` are columns in the workpiece: the spindle's axes, which a probe's stylus or an oriented
+    spindle follows, and the directions of the linear axes, which a G1 X moves along. With both rotary axes in the
+    table they are one.
     """
 
-    angles: np.ndarray
-    spindle: np.ndarray
-    slides: np.ndarray
-    rho: float
-    feature: Frame
-    reason: str = ""
+    angles: np.ndarray  # the two rotary angles in the order of the machine file, degrees, in (−180, 180]
+    spindle: np.ndarray  # shape (3, 3)
+    slides: np.ndarray  # shape (3, 3)
+    rho: float  # degrees about the feature's Z from the spindle's X to the feature's X: F = spindle·Rz(ρ)
+    feature: Frame  # in the workpiece
+    reason: str = ""  # the limit that keeps the machine from this position; empty if it is within travel
 
     @property
     def parallel(self):
-        """Pairs of a linear axis and the feature's axis that it is parallel to, such as ("X", "Y").
-
-        Source 000 asks for one with X or Y of the feature.
-        """
+        """Pairs of a linear axis and the feature's that it is parallel to; source 000 asks for one with X or Y."""
         return [
             (linear, axis)
             for linear, slide in zip("XYZ", self.slides.T, strict=True)
@@ -59,12 +45,8 @@ class Solution:
         """Return the third ZXZ angle K that lays the feature's X or Y along a machine direction.
 
         `along` is ``"spindle"`` for the spindle's X (ρ becomes 0 with `feature` X), or a linear axis. K is in
-        degrees in (−180, 180], to go with I and J of the feature's ZXZ angles.
-
-        Raises
-        ------
-        ReachError
-            If the linear axis does not lie in the feature's plane: no third angle makes them parallel.
+        degrees in (−180, 180], to go with I and J of the feature's ZXZ angles. `ReachError` is raised if the linear
+        axis does not lie in the feature's plane: no third angle makes them parallel.
         """
         directions = dict(zip("XYZ", self.slides.T, strict=True)) | {"spindle": self.spindle[:, 0]}
         if along not in directions or feature not in ("X", "Y"):

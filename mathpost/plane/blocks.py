@@ -22,17 +22,10 @@ MODE_SOLID = 64  # bits 7-6 of _MODE are 01; axis by axis they are 00
 def to_text(plane, *, decimals=4, positioning="STAY", swivel_data="TC1", direction=-1):
     """Return the NC block or blocks of one `Plane`, lines without block numbers.
 
-    The plane's origin is part of G68.2 and CYCLE800; elsewhere a datum shift goes before, if it is not zero.
-
-    Parameters
-    ----------
-    decimals : int
-        Of angles and lengths; the components of PLANE VECTOR have seven.
-    positioning : str
-        What follows a PLANE block: ``"STAY"``, ``"MOVE DIST50 F1000 SEQ-"``, ``"TURN F2000 TABLE ROT"``.
-    swivel_data, direction : str and int
-        CYCLE800: name of the machine's swivel data record; −1 or +1, the lower or the higher value of the reference
-        rotary axis.
+    The plane's origin is part of G68.2 and CYCLE800; elsewhere a datum shift goes before, if it is not zero. Angles
+    and lengths have so many `decimals`, the components of PLANE VECTOR seven. A PLANE block ends with
+    `positioning`, such as ``"MOVE DIST50 F1000 SEQ-"``. CYCLE800 holds `swivel_data`, the name of the machine's
+    record, and `direction`, −1 or +1: the lower or the higher value of the reference rotary axis.
 
     Examples
     --------
@@ -72,12 +65,8 @@ def from_text(text, *, keep=""):
     """Read one `Plane` from the blocks that `to_text` returns, or from the like in a program; `keep` as in `Plane`.
 
     Words that do not change the plane (STAY, MOVE, SEQ, F …) are passed over; TRANS and TRANS DATUM before the
-    plane give its origin.
-
-    Raises
-    ------
-    InputError
-        If there is no plane, more than one, or a word is missing, doubled or not a number; names the line.
+    plane give its origin. `InputError` names the line where a word is missing, doubled or not a number, or a second
+    plane stands.
 
     Examples
     --------
@@ -86,8 +75,7 @@ def from_text(text, *, keep=""):
     """
     plane, origin = None, np.zeros(3)
     for number, line in enumerate(text.splitlines(), 1):
-        where = f"line {number}"
-        block = re.sub(r"^\s*(?:N?\d+\s+)?", "", line.split(";")[0]).strip()
+        where, block = f"line {number}", re.sub(r"^\s*(?:N?\d+\s+)?", "", line.split(";")[0]).strip()
         if not block:
             continue
         if block.startswith("TRANS"):

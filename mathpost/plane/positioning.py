@@ -45,7 +45,7 @@ def fanuc(alignment, present, *, master=None):
     (array([45., 90.]), array([-45., -90.]))
     """
     first = _joint(alignment, master) if master else 0
-    names = {n: _names(alignment)[n] for n in (first, 1 - first)}
+    names = {n: alignment.machine.joint_names[3 + n] for n in (first, 1 - first)}
     clauses = {f"smallest motion of {name}": lambda _, motion, n=n: abs(motion[n]) for n, name in names.items()}
     clauses |= {f"{name} nearest to 0": lambda angles, _, n=n: abs(wrap(angles[n])) for n, name in names.items()}
     return _choose(alignment, present, clauses)
@@ -58,23 +58,17 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
     path is measured nor what breaks a tie: here it is √(Δ₁² + Δ₂²), and of two equal paths the one with the
     higher master angle, which is the manual's example.
 
-    Parameters
-    ----------
-    seq, sym : str, keyword only
-        ``"+"`` or ``"-"``: the master above or below 0, or above or below the symmetry point. One at most; where
-        that position is not within travel the control says "Entered angle not permitted".
-    symmetry : float, keyword only
-        The symmetry point of the master axis, degrees.
-    rot : str, keyword only
-        ``"COORD"`` leaves a free table axis where it stands and turns the coordinates; ``"TABLE"`` turns the
-        axis until the feature's X is the spindle's. Without a free axis it has no effect.
+    One of `seq` and `sym` may be ``"+"`` or ``"-"``: the master above or below 0, or above or below its `symmetry`
+    point, degrees; where that position is not within travel the control says "Entered angle not permitted". `rot`
+    is ``"COORD"``, which leaves a free table axis where it stands and turns the coordinates, or ``"TABLE"``, which
+    turns the axis until the feature's X is the spindle's; without a free axis it has no effect.
     """
     if (seq and sym) or seq not in ("", "+", "-") or sym not in ("", "+", "-"):
         raise InputError("seq, sym", "'+' or '-' for one of the two, or nothing", f"seq={seq!r}, sym={sym!r}")
     if rot not in ("COORD", "TABLE"):
         raise InputError("rot", "'COORD' or 'TABLE'", repr(rot))
     master, side = alignment.inner, seq or sym
-    name, word = _names(alignment)[master], f"{'SYM' if sym else 'SEQ'}{side}"
+    name, word = alignment.machine.joint_names[3 + master], f"{'SYM' if sym else 'SEQ'}{side}"
 
     def refuse(angles):
         above = wrap(angles[master] - (symmetry if sym else 0.0)) * (-1 if side == "-" else 1)
@@ -96,7 +90,7 @@ def siemens(alignment, present, direction, *, reference=None):
     if direction not in (-1, 1):
         raise InputError("direction", "-1 or +1", repr(direction))
     axis = alignment.inner if reference is None else _joint(alignment, reference)
-    clause = f"{'higher' if direction > 0 else 'lower'} {_names(alignment)[axis]}"
+    clause = f"{'higher' if direction > 0 else 'lower'} {alignment.machine.joint_names[3 + axis]}"
     return _choose(alignment, present, {clause: lambda angles, _: -direction * wrap(angles[axis])})
 
 
@@ -136,11 +130,8 @@ def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table
     return Choice(index, angles, alignment.at(angles).rho, why)
 
 
-def _names(alignment):
-    return [rotary.name for rotary in alignment.machine.rotary]
-
-
 def _joint(alignment, name):
-    if name not in _names(alignment):
-        raise InputError("rotary axis", f"one of {', '.join(_names(alignment))}", repr(name))
-    return _names(alignment).index(name)
+    names = alignment.machine.joint_names[3:]
+    if name not in names:
+        raise InputError("rotary axis", f"one of {', '.join(names)}", repr(name))
+    return names.index(name)

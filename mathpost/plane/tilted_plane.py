@@ -43,24 +43,11 @@ NOTATIONS = {
 class Plane:
     """A tilted plane as the numbers of one notation.
 
-    Parameters
-    ----------
-    notation : str
-        One of `NOTATIONS`. In ``"CYCLE800 solid"`` the angles A and B give the direction only; ``rest`` is what
-        remains about the new Z and goes into a turn of its own.
-    values : array_like, shape (..., 3), or (..., 6) for PLANE VECTOR
-        In the order of the notation's words, degrees; vectors of any length above zero.
-    origin : array_like, shape (..., 3)
-        The feature's origin in the workpiece, mm.
-    keep : str
-        For a PLANE VECTOR whose vectors are not perpendicular: ``"N"`` keeps the normal and takes from B what
-        lies in the plane, ``"B"`` keeps the base vector. Empty refuses.
-
-    Raises
-    ------
-    InputError
-        If the notation is unknown, a value is not a finite number, a vector has no length, or the two are not
-        perpendicular (says by how much) and `keep` is empty.
+    In ``"CYCLE800 solid"`` the angles A and B give the direction only; ``rest`` is what remains about the new Z
+    and goes into a turn of its own. The two vectors of a PLANE VECTOR have any length above zero. If they are not
+    perpendicular, ``keep="N"`` keeps the normal and takes from B what lies in the plane, ``keep="B"`` keeps the
+    base vector; without it `InputError` says by how much. It is raised, too, for an unknown notation, a value that
+    is not a finite number and a vector that has no length.
 
     Examples
     --------
@@ -71,9 +58,9 @@ class Plane:
     np.float64(0.57735)
     """
 
-    notation: str
-    values: np.ndarray
-    origin: np.ndarray = (0.0, 0.0, 0.0)
+    notation: str  # one of `NOTATIONS`
+    values: np.ndarray  # in the order of the words, degrees, shape (..., 3); of PLANE VECTOR no unit, (..., 6)
+    origin: np.ndarray = (0.0, 0.0, 0.0)  # the feature's in the workpiece, mm, shape (..., 3)
     keep: str = ""
 
     def __post_init__(self):
@@ -92,12 +79,11 @@ class Plane:
 
         Angles come out in [−180, 180], the middle one as `mathpost.angles.angles` says; EULROT in [0, 360).
         """
-        if notation not in NOTATIONS:
-            raise InputError("notation", f"one of {', '.join(NOTATIONS)}", repr(notation))
-        about = NOTATIONS[notation]
-        if not about.sequence:
-            return cls(notation, np.concatenate([frame.x, frame.z], axis=-1), frame.origin)
-        values = angles.angles(about.sequence, frame.rotation, lock=about.lock, degrees=True)
+        about = NOTATIONS.get(notation)  # the plane itself refuses an unknown one
+        if about and about.sequence:
+            values = angles.angles(about.sequence, frame.rotation, lock=about.lock, degrees=True)
+        else:
+            values = np.concatenate([frame.x, frame.z], axis=-1)
         if notation == "PLANE EULER":
             values[..., 2] %= 360
         return cls(notation, values, frame.origin)
@@ -131,8 +117,7 @@ class Plane:
     @property
     def locked(self):
         """Whether two of the angles turn about one line, so that only their sum or difference counts."""
-        sequence = NOTATIONS[self.notation].sequence
-        rotation = self.frame.rotation
+        sequence, rotation = NOTATIONS[self.notation].sequence, self.frame.rotation
         return angles.is_locked(sequence, rotation) if sequence else np.zeros(rotation.shape[:-2], dtype=bool)
 
     @property

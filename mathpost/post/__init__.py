@@ -1,34 +1,35 @@
 """From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
 Read `run` first, then `cl` (with `cl_words` and `arcs`), `selection` (beside it `yu_dan`), `singular` (and `ways`
-through it), `motion` with `between_blocks`, `time_law`, `program` (with `controls` and `text`), `proof`.
+through it), `between_blocks`, `time_law`, `program` (with `controls` and `text`), `proof`.
 """
 
 from collections import Counter
 from dataclasses import dataclass, replace
 from functools import partial
 from inspect import signature
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from mathpost.compensate.compensation import Compensator
-from mathpost.errors import InputError, MathpostError
+from mathpost.compensate.compensation import Compensated, Compensator, PoseError
+from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS
-from mathpost.post import motion, program, selection, time_law
-from mathpost.post.between_blocks import AXIS_RESOLUTION, deviation
-from mathpost.post.cl import OPPOSITE, CLData
-from mathpost.post.motion import Motion
+from mathpost.post import between_blocks, program, selection, time_law
+from mathpost.post.between_blocks import Motion, linearize
+from mathpost.post.cl import OPPOSITE, CLData, commands
 from mathpost.post.proof import Report, measured, prove, worst_of
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, refuse_nonsense, regions
 from mathpost.post.ways import Crossing, through_the_records, unbroken
+from mathpost.rotation import slices
 
 TOLERANCE = 0.01  # mm
 CONE = np.radians(1.0)  # about the singular tool axes
 TRAVEL_TOLERANCE = 0.01  # mm; between the blocks travel is looked at to this, whatever the tolerance of the tip
 # Radians; how far the printed digits of both rotary axes may turn the tool axis, and what samples miss.
-AXIS_DIGITS = np.radians(10.0**-program.DECIMALS) + AXIS_RESOLUTION
+AXIS_DIGITS = np.radians(10.0**-program.DECIMALS) + between_blocks.AXIS_RESOLUTION
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def run(
     progress=None,
     **unknown,
 ):
-    """Post-process CL data into a verified program.
+    """Post-process CL data into a verified program, as `Result`.
 
     No program is handed out unverified: its own text is read back, sent through the forward kinematics and compared
     with the CL data, at the records and along the path that the joints really run between the blocks.
@@ -100,10 +101,6 @@ def run(
     progress : callable, optional
         Called with a word for each stage that begins.
 
-    Returns
-    -------
-    Result
-
     Raises
     ------
     InputError
@@ -112,7 +109,7 @@ def run(
     ReachError
         If the tool axis, a joint, or a way through a singular region is out of reach, with the record.
     MathpostError
-        If the program does not pass its proof; see `mathpost.post.proof.prove`.
+        If the program does not pass its proof, `mathpost.post.proof.prove`.
 
     Examples
     --------
@@ -154,8 +151,8 @@ def run(
         kin = Kinematics(machine if length is None else machine.with_setup(tool_length=length))
         progress("choosing")
         begin = plans[-1].chosen.joints[-1] if plans else start
-        options = {"start": begin, "prefer": prefer, "sway": axis_tolerance / 2}
-        chosen = selection.choose(kin, part, strategy, split=split, **options)
+        options = {"split": split, "start": begin, "prefer": prefer, "sway": axis_tolerance / 2}
+        chosen = selection.choose(kin, part, strategy, **options)
         found = regions(kin, part, chosen.joints, cone=cone)
         progress("planning")
         first, tolerances = part.first - cl.first, (tolerance, axis_tolerance)
@@ -168,33 +165,34 @@ def run(
     blocks = program.read(text, machine, dialect, name=name)
 
     progress("proving")
-    ends = np.cumsum([len(each.blocks.words) for each in plans])
-    if ends[-1] != len(blocks.words):
-        raise MathpostError(f"{ends[-1]} blocks were written and {len(blocks.words)} read back")
-    read = [blocks[end - len(each.blocks.words) : end] for each, end in zip(plans, ends, strict=True)]
-    proofs = [each.proved(part, tolerance, axis_tolerance, real) for each, part in zip(plans, read, strict=True)]
-    before = None if real is None else worst_of([each.uncompensated(real) for each in plans])
+    edges = [0, *np.cumsum([len(each.blocks.words) for each in plans[:-1]], dtype=int), None]
+    proofs, before = [], []
+    for each, edge in zip(plans, pairwise(edges), strict=True):
+        part = blocks[slice(*edge)]
+        proof = prove(each.kin, each.cl, part, each.motion, tolerance, axis_tolerance, real=real)
+        proofs.append(replace(proof, worst_record=each.first + proof.worst_record))
+        if real is not None:
+            ideal, part, *_ = program.from_motion(each.kin, each.cl, each.ideal, tcp)
+            before.append(measured(each.kin, each.cl, part, ideal, real=real))
 
     strategies, through = (), {}
     if compare:
         progress("comparing")
         strategies = tuple(_strategies(plans, start, prefer, axis_tolerance / 2))
-        through = {
-            (each.first + region[0], each.first + region[1]): each.crossing(region).compare(**lifting)
-            for each in plans
-            for region in each.regions
-        }
+        for each in plans:
+            for first, last in each.regions:
+                compared = each.crossing((first, last)).compare(**lifting)
+                through[each.first + first, each.first + last] = compared
+    speeds = np.max([each.law.peak_speeds for each in plans], axis=0) * UNITS
+    accelerations = np.max([each.law.peak_accelerations for each in plans], axis=0) * UNITS
     report = Report(
         **vars(worst_of(proofs)),
-        settings=dict(_settings(cl, machine, plans, singular))
-        | {"tolerance": f"{tolerance:g} mm, tool axis {np.degrees(axis_tolerance):g}°"}
-        | {"program": f"{len(blocks.words)} moves, TCP {'on' if tcp else 'off'}"}
-        | dict(_said(cl)),
+        settings=dict(_settings(cl, machine, plans, singular, (tolerance, axis_tolerance), blocks)),
         time=sum(each.law.seconds[-1] for each in plans),
-        peaks=_peaks(machine, plans),
+        peaks={name: pair for name, *pair in zip(machine.joint_names, speeds, accelerations, strict=True)},
         slowest=max((each.slowest for each in plans if each.slowest), key=lambda at: at[2] - at[1], default=None),
         warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
-        uncompensated=before,
+        uncompensated=worst_of(before) if before else None,
         strategies=strategies,
         ways=through,
     )
@@ -220,18 +218,6 @@ class Plan:
     slowest: tuple | None  # from `time_law.slow_down`, in records of the whole path
     cautions: tuple
 
-    def proved(self, blocks, tolerance, axis_tolerance, real):
-        """The `Proof` of the blocks that were read back; refuses them if they are wrong."""
-        return self._counted(prove(self.kin, self.cl, blocks, self.motion, tolerance, axis_tolerance, real=real))
-
-    def uncompensated(self, real):
-        """As `Proof` what the real machine would do if nothing had been measured."""
-        ideal, blocks, *_ = motion.blocks(self.kin, self.cl, self.ideal, self.blocks.tcp)
-        return self._counted(measured(self.kin, self.cl, blocks, ideal, real=real))
-
-    def _counted(self, proof):
-        return replace(proof, worst_record=self.first + proof.worst_record)
-
 
 def _plan(kin, cl, first, chosen, found, way, lifting, tolerances, tcp, real):
     """The `Plan` of the chosen joints, `way` through the singular regions `found`.
@@ -244,25 +230,25 @@ def _plan(kin, cl, first, chosen, found, way, lifting, tolerances, tcp, real):
     passed = unbroken(found, chosen.breaks) if way != "direct" else ()
     ways = [crossing(region).possible(way, **lifting) for region in passed]
     ways += [crossing((record - 1, record)).possible("retract", **lifting) for record in chosen.breaks]
-    going = Motion.on_part(chosen.joints, np.arange(len(cl)))
-    taken = np.zeros(len(cl), bool)  # by a way that goes as it does
+    going, taken = Motion.on_part(chosen.joints, np.arange(len(cl))), np.zeros(len(cl), bool)
     if ways:
         going = through_the_records(chosen.joints, ways)
-        for each in ways:
-            taken[int(each.place[0]) : int(each.place[-1])] = True
+    for each in ways:  # they go as they do
+        taken[int(each.place[0]) : int(each.place[-1])] = True
     free = taken[np.floor(going.place[:-1]).astype(int)]
-    going = motion.follow(kin, cl, going, room, free=free)
-    divided = between = motion.divided(kin, cl, going, tolerance, tcp, lifting["clearance"])
-    if tolerance > TRAVEL_TOLERANCE:
-        between = motion.linearize(kin, going, TRAVEL_TOLERANCE, name=f"{cl.name}, block")
-    motion.refuse_out_of_travel(kin.machine, cl, between)
-    ideal, cautions = going if tcp else divided, ()
-    going = ideal
+    going = between_blocks.follow(kin, cl, going, room, free=free)
+    block, keep = f"{cl.name}, block", _left_for_the_tip(kin, cl, going, tolerance, tcp)
+    keep = between_blocks.in_the_air(going, keep, lifting["clearance"])
+    divided = linearize(kin, going, keep, name=block)
+    between = divided if tolerance <= TRAVEL_TOLERANCE else linearize(kin, going, TRAVEL_TOLERANCE, name=block)
+    _refuse_out_of_travel(kin.machine, cl, between)
+    going = ideal = going if tcp else divided
+    cautions = ()
     if real is not None:
-        going, cautions = motion.compensated(real, ideal)
-        motion.refuse_out_of_travel(kin.machine, cl, going)
-    going, blocks, asked, by_feed = motion.blocks(kin, cl, going, tcp)
-    motion.refuse_turning_compensation(cl, kin.machine, blocks)
+        going, cautions = _compensated(real, ideal)
+        _refuse_out_of_travel(kin.machine, cl, going)
+    going, blocks, asked, by_feed = program.from_motion(kin, cl, going, tcp)
+    program.refuse_turning_compensation(cl, kin.machine, blocks)
     law, moving = time_law.time_law(kin.machine, going.joints, asked), asked > 0
     slowest = time_law.slow_down(first + going.record[1:][moving], np.diff(law.seconds), by_feed[moving])
     return Plan(kin, cl, first, chosen, found, crossing, going, ideal, blocks, law, slowest, cautions)
@@ -276,60 +262,70 @@ def _refuse_turns_by_180(cl):
         raise InputError(cl.where(turned[0] + 1), expected, "a turn by 180°")
 
 
-def _settings(cl, machine, plans, way):
-    """Lines of the report: how the program was made."""
+def _left_for_the_tip(kin, cl, motion, tolerance, tcp):
+    """What digits and samples leave of the tolerance of the tip, mm, for each move."""
+    tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
+    lever = between_blocks.levers(kin.machine) + np.linalg.norm(tip, axis=1)
+    turned = 2 * np.radians(1.0) * lever * (not tcp)  # with TCP the angles do not move the tip
+    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + turned) + between_blocks.RESOLUTION
+    if (worst := moved.max()) > tolerance / 2:
+        expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
+        raise InputError("tolerance", expected, f"{tolerance}")
+    return tolerance - np.maximum(moved[:-1], moved[1:])
+
+
+def _refuse_out_of_travel(machine, cl, motion):
+    """Raise `ReachError` for the first pose, those between the records included, that is out of travel."""
+    out = np.flatnonzero(~machine.within(motion.joints).all(axis=1))
+    if out.size:
+        sentences = machine.out_of_travel(motion.joints[out[0]])
+        raise ReachError(f"{cl.where(int(motion.place[out[0]]))} and on: {'; '.join(sentences)}")
+
+
+def _compensated(real, motion):
+    """The motion compensated for the errors of the machine, and sentences on what could not be."""
+    parts = [real.compensate(motion.joints[rows]) for rows in slices(motion.joints.shape[:1])]
+
+    def whole(names, parts):
+        return (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+
+    after = PoseError(*whole(("tip", "axis"), [part.after for part in parts]))
+    joints, limited, refused = whole(("joints", "limited", "refused"), parts)
+    return replace(motion, joints=joints), Compensated(joints, parts[0].before, after, limited, refused).cautions
+
+
+def _settings(cl, machine, plans, way, tolerances, blocks):
+    """Lines of the report: how the program was made, what else the CL data say, and what was made of it."""
     first_branch = sum(int((each.chosen.branch == 0).sum()) for each in plans)
     breaks = [each.first + record for each in plans for record in each.chosen.breaks]
     found = [(each.first + first, each.first + last) for each in plans for first, last in each.regions]
+    shown = ", ".join([f"{first + 1}–{last + 1}" for first, last in found[:8]] + ["…"] * (len(found) > 8))
+    cost, rates = sum(each.chosen.cost for each in plans), machine.max_rates
+    unit = "mm and degrees of travel" if np.isnan(rates).all() else "s"
     yield "CL data", f"{cl.name}, {len(cl)} records"
     yield "machine", f"{machine.name} ({machine.arrangement})"
-    yield (
-        "selection",
-        f"{plans[0].chosen.strategy}, cost {sum(each.chosen.cost for each in plans):.3f} {_unit(machine)}",
-    )
+    yield "selection", f"{plans[0].chosen.strategy}, cost {cost:.3f} {unit}"
     yield "branches", f"first {first_branch}, second {len(cl) - first_branch}"
     yield "splits", ", ".join(f"before record {record + 1}" for record in breaks) or "none"
-    yield "singular", f"records {_ranges(found)}: {way}" if found else "no region"
-
-
-def _peaks(machine, plans):
-    """`Report.peaks`."""
-    speeds, accelerations = (
-        np.max([getattr(each.law, name) for each in plans], axis=0) * UNITS
-        for name in ("peak_speeds", "peak_accelerations")
-    )
-    return {joint: pair for joint, *pair in zip(machine.joint_names, speeds, accelerations, strict=True)}
-
-
-def _said(cl):
-    """Lines of the report: what else the CL data say, and what was made of it."""
+    yield "singular", f"records {shown}: {way}" if found else "no region"
+    yield "tolerance", f"{tolerances[0]:g} mm, tool axis {np.degrees(tolerances[1]):g}°"
+    yield "program", f"{len(blocks.words)} moves, TCP {'on' if blocks.tcp else 'off'}"
     remarks = [remark for _, remark in cl.remarks]
     comments = Counter(remark.upper().replace("/", " ").split()[0] for remark in remarks if isinstance(remark, str))
-    commands = Counter(remark.kind for remark in remarks if not isinstance(remark, str))
-    for name, counts in (("comments", comments), ("commands", commands)):
+    orders = Counter(remark.kind for remark in remarks if not isinstance(remark, str))
+    for name, counts in (("comments", comments), ("commands", orders)):
         if counts:
             yield name, ", ".join(f"{word} {count}" for word, count in counts.most_common())
     if cl.notes:
         yield "made of it", "; ".join(cl.notes)
 
 
-def _unit(machine):
-    """What the selection counts."""
-    return "mm and degrees of travel" if np.isnan(machine.max_rates).all() else "s"
-
-
-def _ranges(found):
-    """The first eight regions, in records counted from 1."""
-    return ", ".join([f"{first + 1}–{last + 1}" for first, last in found[:8]] + ["…"] * (len(found) > 8))
-
-
 def _warnings(each):
     """Sentences on what a person should look at in one of the plans."""
     cl, joints = each.cl, each.chosen.joints
-    kinds = {getattr(remark, "kind", "") for _, remark in cl.remarks}
-    if "compensation" in kinds:
+    if commands(cl.remarks, "compensation"):
         yield "cutter compensation: proved for a radius of 0 in the control's tool table"
-    if "tool" in kinds and each.kin.machine.programmed_point != "tip":
+    if commands(cl.remarks, "tool") and each.kin.machine.programmed_point != "tip":
         yield "X Y Z do not name the tip: the length of the tools has to be 0 in the control's tool table"
     if (np.isnan(cl.feeds) & ~cl.rapid).any():
         yield "the CL data state no feed for some moves; they carry no F word"
@@ -338,11 +334,9 @@ def _warnings(each):
         record = each.first + int(swings.argmax())
         yield f"a rotary axis swings {swings.max():.1f}° from record {record + 1} to the next"
     rapid = np.flatnonzero(each.motion.in_cut & ~each.motion.at_feed(cl))
-    (before, after), place = (each.motion.joints[rapid + end] for end in (0, 1)), each.motion.place
-    axes = [cl.at(place[rapid + end])[1] for end in (0, 1)]
-    strays = np.degrees(deviation(each.kin, before, after, axes=axes)[1].max(initial=0))
-    if strays > 0.1:
-        yield f"rapid moves take the tool axis up to {strays:.1f}° off its great circle"
+    worst = np.degrees(between_blocks.strays(each.kin, cl, each.motion, rapid)[1].max(initial=0))
+    if worst > 0.1:
+        yield f"rapid moves take the tool axis up to {worst:.1f}° off its great circle"
     yield from each.cautions
 
 

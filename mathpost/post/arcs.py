@@ -13,12 +13,11 @@ PECK_GAP = 0.5  # mm above the bottom, where the tool slows down again after a p
 
 
 def arc(start, end, centre, axis, tolerance, turns=0):
-    """Return the points of an arc or a helix, shape (n, 3), the last one `end`.
+    """Return the points of an arc or a helix, shape (n, 3), the last one `end`; chords keep the `tolerance`.
 
     The tool turns right-handed about `axis`; equal ends make a full turn. What the ends differ by along the axis is
-    the rise of a helix, which makes `turns` full turns before. The chords are as near to the arc as `tolerance`, in
-    the unit of the points. `InputError` if the ends are not equally far from the centre, or the axis no unit
-    vector.
+    the rise of a helix, which makes `turns` full turns before. `InputError` if the ends are not equally far from
+    the centre, or the axis no unit vector.
     """
     start, end, centre, axis = (np.asarray(vector, dtype=float) for vector in (start, end, centre, axis))
     length = np.linalg.norm(axis)
@@ -68,28 +67,23 @@ class Cycle:
 
         Examples
         --------
-        >>> Cycle("DRILL", depth=8, clearance=2, feed=100, retract=10).heights(10)
-        ([10, 2, -8, 10], [True, True, False, True], 2)
-        >>> Cycle("DEEP", depth=8, clearance=2, feed=100, retract=10, first=5, following=5).heights(10)[0]
-        [10, 2, -5, 2, -4.5, -8, 10]
+        >>> Cycle("DEEP", depth=8, clearance=2, feed=100, retract=10, first=5, following=5).heights(10)
+        ([10, 2, -5, 2, -4.5, -8, 10], [True, True, False, True, True, False, True], 5)
         """
         retract = max(self.clearance, before if self.retract is None else self.retract)
-        heights, rapid = [retract, self.clearance], [True, True]
+        moves = [(retract, True), (self.clearance, True)]
         reached, step = 0, self.first or self.following
         while step and reached + step < self.depth - 1e-9:
             reached, step = reached + step, self.following or step
-            out = self.clearance if self.out is None else self.out - reached
-            heights += [-reached, out, PECK_GAP - reached]
-            rapid += [False, True, True]
-            if self.out is not None:  # breaks the chip, and goes on from where it is
-                heights, rapid = heights[:-1], rapid[:-1]
-        heights.append(-self.depth)
-        rapid.append(False)
-        bottom = len(heights) - 1
+            moves.append((-reached, False))
+            if self.out is None:
+                moves += [(self.clearance, True), (PECK_GAP - reached, True)]
+            else:  # breaks the chip, and goes on from where it is
+                moves.append((self.out - reached, True))
+        bottom = len(moves)
+        moves.append((-self.depth, False))
         if self.kind in ("BORE", "REAM", "TAP"):
-            heights.append(self.clearance)
-            rapid.append(False)
-        if heights[-1] != retract:
-            heights.append(retract)
-            rapid.append(True)
-        return heights, rapid, bottom
+            moves.append((self.clearance, False))
+        if moves[-1][0] != retract:
+            moves.append((retract, True))
+        return *map(list, zip(*moves, strict=True)), bottom

@@ -27,8 +27,7 @@ class CLData:
     """A tool path in the workpiece.
 
     Of `remarks`, statements that do not move the tool, each is a pair: the number of the record that follows it,
-    and a comment or a `mathpost.post.cl_words.Command`, what the control shall do. `normals`, unit vectors out of
-    the part where the tool touches it, are the last three of nine numbers, NaN where a record has none; with them
+    and a comment or a `mathpost.post.cl_words.Command`, what the control shall do. With `normals`
     `mathpost.measure.cutter.compensated` makes the path of a different cutter. The memory of `points` and `axes`
     holds one component after the other.
     """
@@ -42,7 +41,7 @@ class CLData:
     name: str = "CL data"  # the file, for error messages
     first: int = 0  # number of its records before these
     notes: tuple = ()  # what was made of the file that its reader should know: for the report
-    normals: np.ndarray | None = None  # shape (n, 3)
+    normals: np.ndarray | None = None  # shape (n, 3), unit vectors out of the part that is touched, or NaN
 
     def __len__(self):
         return len(self.points)
@@ -58,24 +57,15 @@ class CLData:
         """
         first, last = (bisect_left(self.remarks, record, key=itemgetter(0)) for record in (start, stop))
         remarks = self.remarks[first : last if stop < len(self) else None]
-        return CLData(
-            *(array[start:stop] for array in (self.points, self.axes, self.feeds, self.rapid, self.lines)),
-            tuple((record - start, text) for record, text in remarks),
-            self.name,
-            self.first + start,
-            self.notes,
-            None if self.normals is None else self.normals[start:stop],
-        )
+        remarks = tuple((record - start, text) for record, text in remarks)
+        arrays = {name: array[start:stop] for name, array in vars(self).items() if isinstance(array, np.ndarray)}
+        return replace(self, **arrays, remarks=remarks, first=self.first + start)
 
     def by_tool(self):
         """Return the parts of the path between changes of the tool, each with the tool's length or None."""
-        tools = [
-            (record, remark.values[1]) for record, remark in self.remarks if getattr(remark, "kind", "") == "tool"
-        ]
-        lengths = dict([(0, None), *((record, length) for record, length in tools if record < len(self))])
+        tools = [(record, tool.values[1]) for record, tool in commands(self.remarks, "tool") if record < len(self)]
+        lengths = dict([(0, None), *tools])
         edges = [*lengths, len(self)]
-        if len(lengths) == 1:
-            return [(self, lengths[0])]
         return [(self.part(*edge), length) for edge, length in zip(pairwise(edges), lengths.values(), strict=True)]
 
     def at(self, place):
@@ -97,6 +87,11 @@ class CLData:
         return tip, axis
 
 
+def commands(remarks, kind):
+    """Those of `remarks`, of CL data or of blocks, that are a `Command` of this kind."""
+    return [(row, remark) for row, remark in remarks if getattr(remark, "kind", "") == kind]
+
+
 def from_arrays(points, axes, *, feed=math.nan, name="CL data"):
     """Make `CLData` of points (n, 3) in mm and axes (n, 3) of any length, all moves at `feed` mm/min."""
     points, axes = as_array(points, 3, "points"), as_array(axes, 3, "axes")
@@ -113,7 +108,7 @@ def from_arrays(points, axes, *, feed=math.nan, name="CL data"):
 
 
 def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
-    """Read an APT CL file.
+    """Read an APT CL file as `CLData`.
 
     Parameters
     ----------
@@ -123,10 +118,6 @@ def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
         mm, between an arc and the chords that are made of it.
     ignored : collection of str
         Words that are taken for comments although they are hazardous or unknown.
-
-    Returns
-    -------
-    CLData
 
     Raises
     ------
@@ -141,7 +132,7 @@ def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
     (5, array([50.31991, 58.40925, 52.13969]), array([0.145196, 0.      , 0.989403]))
     """
     content = read_bytes(path).removeprefix(codecs.BOM_UTF8)
-    made = _parsed(content, str(path), tolerance, ignored)
+    made = parse(content, str(path), tolerance=tolerance, ignored=ignored)
     *before, last = content[-1000:].rsplit(b"\n", 2)
     if b"/" not in last:
         return made
@@ -149,30 +140,23 @@ def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
     if last.startswith(b"GOTO/") and last.count(b",") < wanted:
         expected = f"{wanted + 1} numbers, as in the line before"
         found = f"the end of the file after {last[-60:].decode(errors='replace')!r}"
-        line = content.count(b"\n") + 1
-        raise InputError(f"{path}, line {line}", expected, found)
+        raise InputError(f"{path}, line {made.lines[-1]}", expected, found)
     return replace(made, notes=(*made.notes, "no line break at the end: the last statement may be cut off"))
 
 
 def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
-    """Read the text of an APT CL file; see `read`. `name` begins every error message."""
-    return _parsed(text.encode("utf-8", "surrogatepass"), name, tolerance, ignored)
-
-
-def _parsed(content, name, tolerance, ignored):
+    """Read the text or the bytes of an APT CL file; see `read`. `name` begins every error message."""
     statements = Statements(name, tolerance, ignored)
-    statements.take_file(content)
-    records, remarks = _turned_over(
-        statements.records(), sorted(statements.remarks, key=itemgetter(0)), statements.counts
-    )
+    statements.take_file(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
+    remarks = sorted(statements.remarks, key=itemgetter(0))
+    records, remarks = _turned_over(statements.records(), remarks, statements.counts)
     notes = [f"{what} {detail}: {count}".replace(" :", ":") for (what, detail), count in statements.counts.items()]
     made = _made(*records, tuple(remarks), name, tuple(notes))
     if not statements.normals:
         return made
     normals = np.full(made.points.shape, math.nan)
-    last = {line: record for record, line in enumerate(made.lines.tolist())}
-    for line, normal in statements.normals.items():
-        normals[last[line]] = normal
+    records = np.searchsorted(made.lines, list(statements.normals), side="right") - 1
+    normals[records] = list(statements.normals.values())
     return replace(made, normals=normals)
 
 
@@ -182,7 +166,7 @@ def _turned_over(records, remarks, counts):
     No great circle is shorter than another there. The tool points up on the way, or along X.
     """
     points, axes, feeds, rapid, lines = records
-    changes = [record for record, remark in remarks if getattr(remark, "kind", "") == "tool"]
+    changes = [record for record, _ in commands(remarks, "tool")]
     over = 1 + np.flatnonzero(rapid[1:])
     over = over[np.linalg.norm(axes[:, over] + axes[:, over - 1], axis=0) < OPPOSITE]
     over = np.setdiff1d(over, changes)  # the new tool comes from elsewhere

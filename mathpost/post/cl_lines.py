@@ -23,10 +23,16 @@ class Wrong(Exception):
     """What is expected in a statement, and what is found; by default how the statement begins."""
 
 
+def need(holds, expected, found=None):
+    """Raise `Wrong` if something does not hold of a statement."""
+    if not holds:
+        raise Wrong(expected, found)
+
+
 class Lines(text.Reader):
     """Keeps where the tool is and what moves it, in mm and in the coordinate system that holds.
 
-    `take`, of those who know the words, takes each statement: `statement`, which begins on line `start`.
+    Those who know the words have `take` for each statement: `statement`, which begins on line `start`.
     """
 
     pattern = PLAIN
@@ -36,17 +42,9 @@ class Lines(text.Reader):
         self.line, self.start, self.statement, self.unfinished, self.in_comment = 1, 0, "", "", False
         self.point, self.axis = None, [0.0, 0.0, 1.0]
         self.feed, self.rapid, self.scale = math.nan, False, 1.0
-        self.first_system, self.system = None, None  # each an origin and the rows of a rotation
+        self.first_system, self.system = None, None  # each a rotation and, fourth column, an origin
         self.runs, self.count = [], 0
         self.problems = []
-
-    def take(self):
-        """Take one statement."""
-        raise NotImplementedError
-
-    def takes_plain(self):
-        """Whether a GOTO is now nothing but a move to where it says."""
-        return not (self.unfinished or self.in_comment or self.rapid)
 
     def take_file(self, content):
         """Take all lines."""
@@ -68,15 +66,12 @@ class Lines(text.Reader):
 
     def take_plain(self, values):
         """Take plain records; NaN stands for the tool axis that holds."""
-        if not self.takes_plain():
-            return 0
         numbers, count = values[1:], values.shape[1]
         numbers[:3] *= self.scale
         for row, before in zip(numbers[3:], self.axis, strict=True):
             row[:] = text.held(row, before)
         self.add(self.line + np.arange(count), numbers)
         self.line += count
-        return count
 
     def take_line(self, raw):
         """Take one line: leave out its comment, and take the statement if it is complete."""
@@ -109,11 +104,12 @@ class Lines(text.Reader):
 
     def placed(self, numbers):
         """Records, shape (6, n), in the first coordinate system."""
-        if self.system is None:
+        if self.system is self.first_system:
             return numbers
-        (origin, rotation), (first_origin, first_rotation) = self.system, self.first_system
-        points = first_rotation.T @ (rotation @ numbers[:3] + (origin - first_origin)[:, None])
-        return np.concatenate([points, first_rotation.T @ (rotation @ numbers[3:])])
+        rotation, origin = np.hsplit(self.system, [3])
+        first, first_origin = np.hsplit(self.first_system, [3])
+        points = first.T @ (rotation @ numbers[:3] + (origin - first_origin))
+        return np.concatenate([points, first.T @ (rotation @ numbers[3:])])
 
     def go(self, points, axis, **options):
         """Add records at points, shape (n, 3), with one tool axis."""
@@ -150,19 +146,19 @@ class Lines(text.Reader):
         causes = {}
         for line, word, expected, found in sorted(self.problems, key=lambda problem: problem[0]):
             causes.setdefault((word, expected), []).append((line, found))
-        said = []
-        for (word, expected), places in causes.items():
-            again = f" ({len(places)} times, up to line {places[-1][0]})" if len(places) > 1 else ""
-            said.append((f"line {places[0][0]}" + f", {word}" * bool(word), expected, places[0][1] + again))
-        if not said:
+        if not causes:
             return
-        more = ["{}: expected {}, found {}".format(*each) for each in said[1:SHOWN]]
+        said = []
+        for (word, expected), ((line, found), *others) in causes.items():
+            again = f" ({len(others) + 1} times, up to line {others[-1][0]})" if others else ""
+            said.append((f"line {line}" + f", {word}" * bool(word), expected, found + again))
+        (where, expected, found), *more = said[:SHOWN]
+        more = ["{}: expected {}, found {}".format(*each) for each in more]
         if len(causes) > SHOWN:
             more.append(f"and {len(causes) - SHOWN} more causes")
         if more:
             kinds = f"{len(self.problems)} statements of {len(causes)} kinds"
             more.append(f"{kinds}; --ignore WORD takes a word on trust")
-        where, expected, found = said[0]
         raise InputError(f"{self.name}, {where}", expected, "\n  ".join([found, *more]))
 
     def numbers(self, words, *counts):

@@ -1,12 +1,8 @@
 """The words of APT CL files, in three classes.
 
-Modelled
-    They change the motion or the program, and do: a word has the method of `Statements` that is called after it.
-Inert
-    Names, displays and settings without motion (`INERT`): kept as comments.
-Hazardous
-    All others. A file that has one is refused, because leaving it out could leave out or spoil a cut; `HAZARDS`
-    says for some of them why, and what to do.
+Modelled words change the motion or the program, and do: a method of `Statements` is called after each. Inert are
+names, displays and settings without motion (`INERT`): kept as comments. All others are hazardous. A file that has
+one is refused, because leaving it out could leave out or spoil a cut; `HAZARDS` says for some why, and what to do.
 
 Forms differ from system to system; they are those of NX (.cls), Creo (.ncl), CATIA (.aptsource) and SolidWorks.
 """
@@ -20,7 +16,7 @@ import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.post.arcs import Cycle, arc
-from mathpost.post.cl_lines import REAL, UNIT_TOLERANCE, Lines, Wrong
+from mathpost.post.cl_lines import REAL, UNIT_TOLERANCE, Lines, Wrong, need
 from mathpost.rotation import about, wrap
 
 MM_PER_INCH = 25.4
@@ -75,9 +71,9 @@ class Command:
 
 
 class Statements(Lines):
-    """Takes statements, and keeps what holds from one to the next.
+    """Takes statements: the method ``on_word`` what stands behind the slash of that word.
 
-    The method ``on_word`` takes what stands behind the slash of that word. `tolerance`, `ignored`: see `cl.read`.
+    `tolerance` and `ignored` are those of `cl.read`.
     """
 
     def __init__(self, name, tolerance, ignored=()):
@@ -93,16 +89,14 @@ class Statements(Lines):
 
     def takes_plain(self):
         """Whether a GOTO is now nothing but a move to where it says."""
-        special = self.circle, self.arc_before, self.cycle
-        plain = not self.incremental and not self.unconfirmed and all(each is None for each in special)
-        return plain and super().takes_plain()
+        special = self.circle or self.arc_before or self.cycle or self.incremental or self.unconfirmed
+        return not (special or self.unfinished or self.in_comment or self.rapid)
 
     def take(self):
         """Take one statement."""
         major, _, minor = self.statement.partition("/")
         upper = major.upper()
-        word = re.match(r"TOOL\s+PATH|[A-Z_][A-Z0-9_-]*|\S*", upper)[0]
-        word = "TOOL PATH" if word.startswith("TOOL ") else word
+        word = " ".join(re.match(r"TOOL\s+PATH|[A-Z_][A-Z0-9_-]*|\S*", upper)[0].split())
         if word != "GOTO":
             self.arc_before = None
         modelled = getattr(self, f"on_{ALIASES.get(word, word).lower()}", None)
@@ -153,8 +147,7 @@ class Statements(Lines):
         if self.circle is not None:
             centre, normal, turns, goes_on, angle = self.circle
             self.circle = None
-            if self.point is None:
-                raise Wrong("an arc in the coordinate system of its start", "a different one")
+            need(self.point, "an arc in the coordinate system of its start", "a different one")
             if angle is not None:
                 normal = self.sense(point, centre, normal, angle)
             self.sweep(point, axis, centre, normal, turns)
@@ -180,8 +173,7 @@ class Statements(Lines):
         self.go(self.shifted(values if len(values) == 3 else np.multiply(values, self.axis)), self.axis)
 
     def shifted(self, values):
-        if self.point is None:
-            raise Wrong("FROM or GOTO before an incremental move", "none")
+        need(self.point, "FROM or GOTO before an incremental move", "none")
         return np.add(self.point, values).tolist()
 
     def on_from(self, words):
@@ -190,8 +182,7 @@ class Statements(Lines):
 
     def on_gohome(self, words):
         point, axis, _ = self.pose(words, 0, 3, 6)
-        if not point and self.home is None:
-            raise Wrong("FROM before GOHOME: nothing else says where home is", "none")
+        need(point or self.home, "FROM before GOHOME: nothing else says where home is", "none")
         self.go(*((point, axis) if point else self.home), rapid=True)
 
     def on_tlaxis(self, words):
@@ -212,8 +203,7 @@ class Statements(Lines):
             raise Wrong("INCR, ABSOL or MILL")
 
     def on_rapid(self, words):
-        if words:  # such as MODAL, or a feed that the control does not take from the program
-            raise Wrong("RAPID, or RAPID/ and nothing")
+        need(not words, "RAPID, or RAPID/ and nothing")  # MODAL, or a feed that the control does not take from it
         self.rapid = True
 
     # Arcs
@@ -223,14 +213,12 @@ class Statements(Lines):
 
         NX writes the radius and tolerances and turns clockwise about the axis; Creo writes the radius, SolidWorks
         none, and both turn right-handed. The turns that NX counts by TIMES are those begun, the last one included:
-        with n - 1 full turns the helices of published files have the ramp angles that their operations were given
-        (0.4000 and 2.0000 degrees).
+        then the helices of published files have the ramp angles that their operations were given.
         """
         turns = 1.0
         if words[-2:-1] == ["TIMES"]:
             turns, words = self.number(words[-1]), words[:-2]
-        if turns not in range(1, MOST_TURNS + 1):
-            raise Wrong(f"TIMES, and a whole number from 1 to {MOST_TURNS}", f"{turns:g}")
+        need(turns in range(1, MOST_TURNS + 1), f"TIMES, and a whole number from 1 to {MOST_TURNS}", f"{turns:g}")
         turned = {"COUNTERCLOCKWISE": 1, "CCLW": 1, "CLOCKWISE": -1, "CLW": -1}.get(words[-1] if words else "")
         values = self.numbers(words[:-1] if turned else words, 6, 7, 11)  # centre, axis, radius …
         if self.point is None or self.incremental or self.cycle:
@@ -243,8 +231,7 @@ class Statements(Lines):
 
     def on_movarc(self, words):
         """The arc of ISO 4343, as Autodesk writes it: centre, axis, radius, ANGLE and how far it turns."""
-        if words[7:-1] != ["ANGLE"]:
-            raise Wrong("MOVARC/ 7 numbers, ANGLE and a number")
+        need(words[7:-1] == ["ANGLE"], "MOVARC/ 7 numbers, ANGLE and a number")
         self.numbers(words[:7], 7)
         self.on_circle(words[:7])
         angle = self.number(words[8])
@@ -277,8 +264,7 @@ class Statements(Lines):
         found = {name: self.numbers(values.split(",")) for name, values in LITERAL.findall(self.statement.upper())}
         sizes = {name: len(values) for name, values in found.items()}
         tangent, self.tangent = self.tangent, None
-        if self.point is None or tangent is None:
-            raise Wrong("a move and INDIRV before TLON,GOFWD", "none")
+        need(self.point and tangent, "a move and INDIRV before TLON,GOFWD", "none")
         if sizes == {"CIRCLE": 4, "LINE": 6}:  # a circle in a plane Z
             values, axis, end = found["CIRCLE"], [0.0, 0.0, 1.0], found["LINE"][3:]
         elif sizes == {"CYLNDR": 7, "POINT": 3}:
@@ -288,8 +274,7 @@ class Statements(Lines):
         centre, end = (np.array(self.mm(each[:3])) for each in (values, end))
         start, normal = np.array(self.point), np.array(axis)
         spoke = end - centre - (end - centre) @ normal * normal
-        if not np.linalg.norm(spoke):
-            raise Wrong("an end off the centre of the arc", "the centre")
+        need(np.linalg.norm(spoke) > 0, "an end off the centre of the arc", "the centre")
         height = (start - centre) @ normal
         end = centre + spoke * values[-1] * self.scale / np.linalg.norm(spoke) + height * normal
         ahead = np.cross(normal, start - centre) @ tangent
@@ -297,44 +282,38 @@ class Statements(Lines):
 
     def sweep(self, point, axis, centre, normal, turns=0):
         """Add an arc as chords, and full turns before it."""
-        if self.rapid:
-            raise Wrong("an arc at a feed", "RAPID")
-        if not np.allclose(axis, self.axis, atol=1e-6):
-            raise Wrong("a tool axis that stands still on an arc", "one that turns")
+        need(not self.rapid, "an arc at a feed", "RAPID")
+        need(np.allclose(axis, self.axis, atol=1e-6), "a tool axis that stands still on an arc", "one that turns")
         self.go(arc(self.point, point, centre, normal, self.tolerance, turns), axis)
         self.counts["arcs as chords", f"{self.tolerance:g} mm"] += 1
 
     # Holes
 
     def on_cycle(self, words):
-        kind, words = (words[0], words[1:]) if words else ("", [])
-        if kind == "ON" and self.cycle is None:
-            raise Wrong("a cycle before CYCLE/ON", "none")
+        kind, *words = words or [""]
+        need(kind != "ON" or self.cycle, "a cycle before CYCLE/ON", "none")
         if kind in ("OFF", "CLEAR", "INIT", "ON"):
             self.cycle = self.cycle if kind == "ON" else None
             return
         if kind == "DRILL" and words[:1] in (["DEEP"], ["BRKCHP"]):  # NX
             kind, words = words[0], words[1:]
-        if kind not in CYCLES:
-            raise Wrong(f"CYCLE/{', '.join(CYCLES)} or OFF")
+        need(kind in CYCLES, f"CYCLE/{', '.join(CYCLES)} or OFF")
         given = {"feed": self.feed}
         while words:
-            word, words = words[0], words[1:]
+            word, *words = words
             if word in ("AUTO", "MANUAL") or (word in OF_A_CYCLE and words[:1] == ["AUTO"]):
                 continue
-            if REAL.fullmatch(word):
-                raise Wrong(
-                    "each number of a cycle after its word, such as DEPTH (in CATIA the PP table writes them)"
-                )
+            own_word = "each number of a cycle after its word, such as DEPTH (in CATIA the PP table writes them)"
+            need(not REAL.fullmatch(word), own_word)
             if word not in OF_A_CYCLE and word not in FEED_UNITS:
                 raise Wrong(f"one of {', '.join([*OF_A_CYCLE, *FEED_UNITS])} in a cycle", repr(word))
-            value, words = self.number(words[0] if words else ""), words[1:]
+            said, *words = words or [""]
+            value = self.number(said)
             if word in FEED_UNITS:
                 given["feed"] = self.per_minute(value, word)
             else:
                 given[OF_A_CYCLE[word]] = value * (1.0 if word == "DWELL" else self.scale)
-        if not given["feed"] >= LEAST_FEED:
-            raise Wrong("a feed in the cycle or before it", "none")
+        need(given["feed"] >= LEAST_FEED, "a feed in the cycle or before it", "none")
         if "depth" not in given or not given.get("clearance", 0) > 0:
             raise Wrong("a depth (FEDTO or DEPTH) and a clearance (RAPTO or CLEAR)")
         given["depth"] = abs(given["depth"])  # NX counts upwards, SolidWorks and Creo downwards
@@ -342,8 +321,7 @@ class Statements(Lines):
             given["out"] = 0.5
         if kind == "TAP" and (self.turns is None or self.turning not in ("CLW", "CCLW")):
             raise Wrong("a turning spindle before CYCLE/TAP", "none")
-        if self.incremental:
-            raise Wrong("a cycle in absolute coordinates", "MODE/INCR")
+        need(not self.incremental, "a cycle in absolute coordinates", "MODE/INCR")
         self.cycle = Cycle(kind, **given)
 
     def drill(self, point, axis):
@@ -368,37 +346,30 @@ class Statements(Lines):
 
     def on_units(self, words):
         scales = {"MM": 1.0, "CM": 10.0, "INCH": MM_PER_INCH, "INCHES": MM_PER_INCH, "IN": MM_PER_INCH}
-        if len(words) != 1 or words[0] not in scales:
-            raise Wrong("UNITS/MM or UNITS/INCH", ",".join(words) or "nothing")
+        need(len(words) == 1 and words[0] in scales, "UNITS/MM or UNITS/INCH", ",".join(words) or "nothing")
         self.scale, self.units_stated = scales[words[0]], True
 
     def on_msys(self, words):
         """NX: the origin of the coordinate system, its X and its Y."""
         origin, x, y = np.reshape(self.numbers(words, 9), (3, 3))
-        self.use_system(origin, np.column_stack([x, y, np.cross(x, y)]))
+        self.use_system(np.column_stack([x, y, np.cross(x, y), origin]))
 
     def on_csys(self, words):
         """The rows of a matrix of 3 by 4 that takes the coordinates to those of the part."""
-        rows = np.reshape(self.numbers(words, 12), (3, 4))
-        self.use_system(rows[:, 3], rows[:, :3])
+        self.use_system(np.reshape(self.numbers(words, 12), (3, 4)))
 
-    def use_system(self, origin, rotation):
+    def use_system(self, matrix):
         """Records go on in another system; all of them are brought into the first."""
+        rotation, system = matrix[:, :3], matrix * [1, 1, 1, self.scale]
         if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) or np.linalg.det(rotation) < 0:
             raise Wrong("right-handed axes at right angles", str(rotation.round(6).tolist()))
-        system = origin * self.scale, rotation
         if self.first_system is None:
-            if self.count:
-                raise Wrong("the first coordinate system before the first move", "moves before it")
-            self.first_system = system
-        if not self.same(system, self.system or self.first_system):
+            need(not self.count, "the first coordinate system before the first move", "moves before it")
+            self.first_system = self.system = system
+        if not np.allclose(system, self.system, atol=1e-9):
             self.counts["changes of the coordinate system, brought into the first", ""] += 1
             self.point = None  # nobody has said it in these coordinates
-        self.system = None if self.same(system, self.first_system) else system
-
-    @staticmethod
-    def same(system, other):
-        return all(np.allclose(*each, atol=1e-9) for each in zip(system, other, strict=True))
+        self.system = self.first_system if np.allclose(system, self.first_system, atol=1e-9) else system
 
     def on_rotabl(self, words):
         """The table turns, and the points that follow are in coordinates that stand still while the part turns.
@@ -411,8 +382,7 @@ class Statements(Lines):
         numbers = [word for word in words if REAL.fullmatch(word)]
         if len(axes) != 1 or len(numbers) != 1 or {*words} - {*axes, *numbers} - known:
             raise Wrong("ROTABL/ an angle, AAXIS, BAXIS or CAXIS, and CLW or CCLW")
-        if self.incremental or self.cycle is not None:
-            raise Wrong("ROTABL in absolute coordinates and outside a cycle")
+        need(not self.incremental and self.cycle is None, "ROTABL in absolute coordinates and outside a cycle")
         angle = self.number(numbers[0]) * (-1 if "CLW" in words else 1)
         axis, before = "ABC".index(axes[0][0]), self.turned
         from_zero = {"TABLE", "ATANGL"} & {*words} and "INCR" not in words
@@ -422,9 +392,10 @@ class Statements(Lines):
         a, b, c = (about(direction, angle) for direction, angle in zip(np.eye(3), self.table, strict=True))
         self.turned, self.unconfirmed = np.array(a * b * c, dtype=float), True
         self.axis = (self.turned.T @ before @ self.axis).tolist()
-        origin, standing = self.system or self.first_system or (np.zeros(3), np.eye(3))
-        self.first_system = self.first_system or (origin, standing)
-        self.use_system(origin / self.scale, standing @ before.T @ self.turned)
+        if self.system is None:
+            self.first_system = self.system = np.eye(3, 4)
+        standing, origin = np.hsplit(self.system, [3])
+        self.use_system(np.hstack([standing @ before.T @ self.turned, origin / self.scale]))
 
     def confirm_turn(self, axis):
         """Refuse a move after ROTABL if its tool axis does not say which way the table has turned."""
@@ -433,8 +404,7 @@ class Statements(Lines):
             z, said = self.turned[:, 2], self.turned @ axis
             if turned.sum() > 1:
                 raise Wrong("one axis of the table turned by ROTABL: nothing says which carries which", "several")
-            if turned[2]:
-                raise Wrong("ROTABL across the tool: of a turn about the tool nothing says the sense", "CAXIS")
+            need(not turned[2], "ROTABL across the tool: of a turn about the tool nothing says the sense", "CAXIS")
             if not np.allclose(said, z, atol=UNIT_TOLERANCE):
                 z, said = (",".join(f"{value:z.4f}" for value in each) for each in (z, said))
                 raise Wrong(
@@ -464,8 +434,7 @@ class Statements(Lines):
             raise Wrong("FEDRAT/ a number and MMPM, IPM, MMPR or IPR", ",".join(words) or "nothing")
         value = self.number(values[0])
         feed = self.per_minute(value, units[0] if units else "PERMIN")
-        if feed < LEAST_FEED:
-            raise Wrong(f"a feed above 0, at least {LEAST_FEED:g} mm/min", f"{value:g}")
+        need(feed >= LEAST_FEED, f"a feed above 0, at least {LEAST_FEED:g} mm/min", f"{value:g}")
         self.feed = feed
 
     def per_minute(self, value, unit):
@@ -473,33 +442,28 @@ class Statements(Lines):
         if unit in ("IPM", "IPR") and not self.units_stated:
             raise Wrong("UNITS/MM or UNITS/INCH before a feed in inches: the points may be inches, too", "none")
         if unit in PER_TURN:
-            if not self.turns:
-                raise Wrong("SPINDL with turns per minute before a feed per turn", "none")
+            need(self.turns, "SPINDL with turns per minute before a feed per turn", "none")
             value *= self.turns
         return value * (self.scale if FEED_UNITS[unit] is None else FEED_UNITS[unit])
 
     def on_load(self, words):
-        if words[:1] != ["TOOL"]:
-            raise Wrong("LOAD/TOOL, and a number")
+        need(words[:1] == ["TOOL"], "LOAD/TOOL, and a number")
         self.on_loadtl(words[1:])
 
     def on_loadtl(self, words):
-        if self.cycle is not None:
-            raise Wrong("CYCLE/OFF before the tool is changed", "a cycle that holds")
-        number = self.number(words[0] if words else "")
-        if number != int(number) or not 0 <= number <= 99_999_999:
-            raise Wrong("the number of a tool", words[0])
-        length, words, statement = None, words[1:], None
+        need(self.cycle is None, "CYCLE/OFF before the tool is changed", "a cycle that holds")
+        said, *words = words or [""]
+        number, length, statement = self.number(said), None, None
+        need(number == int(number) and 0 <= number <= 99_999_999, "the number of a tool", said)
         while words:
-            word, words = words[0], words[1:]
+            word, *words = words
             if word == "LENGTH":
-                length, words = self.number(words[0] if words else "") * self.scale, words[1:]
-                if length < 0:
-                    raise Wrong("a tool length, not negative", f"{length:g}")
+                said, *words = words or [""]
+                length = self.number(said) * self.scale
+                need(length >= 0, "a tool length, not negative", f"{length:g}")
+                statement = f"LOADTL/{int(number)},LENGTH,{length:g}"  # in mm, whatever the file is in
             elif REAL.fullmatch(word) and (not word.isdigit() or int(word) > 99):
                 raise Wrong("the word LENGTH before a length; registers are whole numbers up to 99", word)
-        if length is not None:  # in mm, whatever the file is in
-            statement = f"LOADTL/{int(number)},LENGTH,{length:g}"
         self.command("tool", int(number), length, statement=statement)
 
     def on_spindl(self, words):
@@ -507,8 +471,7 @@ class Statements(Lines):
         known = {"RPM", "CLW", "CCLW", "CCW", "ON", "OFF", "STOP"}
         if strange := [word for word in words if word not in numbers and word not in known]:
             raise Wrong("SPINDL/ a number, RPM, CLW or CCLW, ON or OFF", repr(strange[0]))
-        if len(numbers) > 1 or not words:
-            raise Wrong("SPINDL/ one number", f"{len(numbers)}")
+        need(len(numbers) < 2 and words, "SPINDL/ one number", f"{len(numbers)}")
         off = "OFF" in words or "STOP" in words
         self.turns = self.number(numbers[0]) if numbers else self.turns
         self.turning = "OFF" if off else "CCLW" if {"CCLW", "CCW"} & set(words) else "CLW"
@@ -538,11 +501,9 @@ class Statements(Lines):
 
     def on_delay(self, words):
         turns = words[1:] == ["REV"]
-        if len(words) != 1 + turns:
-            raise Wrong("DELAY/ seconds, or DELAY/ turns,REV")
+        need(len(words) == 1 + turns, "DELAY/ seconds, or DELAY/ turns,REV")
         seconds = self.number(words[0])
         if turns:
-            if not self.turns:
-                raise Wrong("SPINDL with turns per minute before a delay in turns", "none")
+            need(self.turns, "SPINDL with turns per minute before a delay in turns", "none")
             seconds *= 60 / self.turns
         self.command("dwell", seconds)

@@ -26,7 +26,7 @@ class Control:
     comment: tuple  # what stands before and after a comment
     words: dict  # for a `Command`: lines by its kind, or by what it switches to; {0} is its first value
     codes: str  # the words without an axis that reading passes over, as a regular expression
-    number_step: int = 10  # from one block number to the next
+    number_letter: str = "N"
     sign: str = ""  # before a number that is not negative
 
     def lines(self, command):
@@ -59,7 +59,7 @@ HEIDENHAIN = Control(
         r"(?:M(?:0?[0134578]|0?9|128|129|30)|R[0LR]|S\d+|TOOL CALL S\d+|TOOL CALL \d+(?: Z)?|"
         r"CYCL DEF 9\.0 DWELL TIME|CYCL DEF 9\.1 DWELL \d+\.\d+)"
     ),
-    number_step=1,
+    number_letter="",
     sign="+",
 )
 ISO = SWITCHES | {"spindle": ("S{0:.0f}",), ("compensation", "OFF"): " G40"}

@@ -1,27 +1,29 @@
 """NC programs (加工程序) out and back in: Heidenhain, Fanuc and Siemens.
 
-A program is a list of blocks that name all five axes. Writing and reading are inverse to each other to the
-printed digits, so that a program can be verified from its own text. Reading knows the words that writing uses and
-a few that do not move an axis; any other word is an error with its line.
+A program is verified from its own text. Reading knows the words that writing uses and a few that do not move an
+axis; any other is an error with its line.
 """
 
 import re
 from dataclasses import dataclass
 from functools import cache
-from operator import itemgetter
+from itertools import pairwise
 
 import numpy as np
 
 from mathpost.errors import NUMBER, InputError
 from mathpost.post import text as bulk
+from mathpost.post.cl import commands
 from mathpost.post.controls import DIALECTS, FANUC, HEIDENHAIN
 from mathpost.post.text import Column, Item, Pattern
+from mathpost.post.time_law import block_times, feed_times
 
 DECIMALS = 4
 SHORTEST_TIME = 0.001  # s, the least that FT may state
 LAST_BLOCK_NUMBER = 99_999  # Fanuc counts no further; numbering begins again
 MOTION_ONLY = "MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT"  # a program says so before its first move
 RAPID, TIME, FEED = " FMAX", " FT", " F"
+NOWHERE = np.full(5, np.nan)  # nobody knows where the axes are
 FEED_WORD = re.compile(rf"(FMAX|FT|F)({NUMBER})?")
 
 
@@ -82,13 +84,50 @@ def joined(parts):
     """Return `Blocks` one after the other as one."""
     if len(parts) == 1:
         return parts[0]
-    firsts = np.cumsum([0, *(len(part.words) for part in parts[:-1])])
     columns = (np.concatenate([getattr(part, name) for part in parts]) for name in ("feeds", "seconds", "rapid"))
-    words = np.concatenate([part.words.T for part in parts], axis=1).T
-    remarks = (
-        (first + row, remark) for first, part in zip(firsts, parts, strict=True) for row, remark in part.remarks
-    )
+    words, remarks, first = np.concatenate([part.words.T for part in parts], axis=1).T, [], 0
+    for part in parts:
+        remarks += [(first + row, remark) for row, remark in part.remarks]
+        first += len(part.words)
     return Blocks(words, *columns, parts[0].tcp, tuple(remarks))
+
+
+def from_motion(kin, cl, motion, tcp):
+    """What a program says of a motion: the poses, but repetitions, and the `Blocks` that end at them.
+
+    And seconds of the moves: those that feed and rates ask for, and those of the feed alone, NaN where it does not
+    count.
+    """
+    joints = motion.joints
+    words = rounded(np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1) if tcp else joints)
+    kept = np.r_[True, (words[1:] != words[:-1]).any(axis=1)]
+    if not kept.all():
+        motion, words = motion[kept], words[kept]
+    record = motion.record
+    feeds, rapid, (tip, _) = cl.feeds[record], cl.rapid[record], cl.at(motion.place)  # in cut it is on the path
+    seconds = np.r_[np.nan, block_times(kin.machine, motion.joints, tip, feeds[1:], motion.in_cut)]
+    turning = np.r_[False, (words[1:, 3:] != words[:-1, 3:]).any(axis=1)]
+    by_time = turning & ~np.isnan(feeds) & ~rapid & (not tcp)
+    # A remark stands before the first block of the move to its record.
+    before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
+    remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
+    blocks = Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)
+    fed = np.where(motion.in_cut & ~rapid[1:], feed_times(tip, feeds[1:]), np.nan)
+    return motion, blocks, seconds[1:], fed
+
+
+def refuse_turning_compensation(cl, machine, blocks):
+    """Raise `InputError` if a rotary axis moves while the control compensates the radius of the cutter.
+
+    The control does so in its X-Y plane: the tool has to stand across it, and the rotary axes still.
+    """
+    heads, rows = [joint.carries == "tool" for joint in machine.rotary], len(blocks.words)
+    switched = [*commands(blocks.remarks, "compensation"), (rows, None)]
+    for (first, side), (last, _) in pairwise(switched):
+        rotary = blocks.words[max(first - 1, 0) : min(last + 1, rows), 3:]
+        if side.values[0] != "OFF" and (blocks.tcp or np.ptp(rotary, axis=0).any() or rotary[:1, heads].any()):
+            expected = "rotary axes that stand still, the tool across X and Y, and no TCP"
+            raise InputError(f"{cl.name}: {side.statement}", expected, "others while it holds")
 
 
 def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
@@ -96,43 +135,29 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
 
     There is at least one block, and none repeats all words of the one before. Of the name letters, digits and
     underscores are used.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> dmu = machine.load("data/machines/dmu50v.toml")
-    >>> words = np.array([[1, 2, 3, 4, 5], [1, 2, 3.5, 4, 5]])
-    >>> two = Blocks(words, np.full(2, 500.0), np.full(2, np.nan), np.array([True, False]))
-    >>> print(write(two, dmu, name="demo"), end="")
-    0 BEGIN PGM DEMO MM
-    1 ; MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT
-    2 L X+1.0000 Y+2.0000 Z+3.0000 B+4.0000 C+5.0000 FMAX
-    3 L Z+3.5000 F500
-    4 END PGM DEMO MM
     """
     control, name = control_for(machine, dialect), re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
-    rows = len(blocks.words)
     between, changes, switches = _between(control, machine, blocks)
-    bare = not (machine.program_head or machine.program_foot)
-    own = [_comment(control, MOTION_ONLY)] if bare else machine.program_head
+    own = machine.program_head
+    if not own and not machine.program_foot:
+        own = [_comment(control, MOTION_ONLY)]
     between[0][:0] = [line.replace("{name}", name) for line in (*control.head, *own)]
     foot = [line.replace("{name}", name) for line in (*machine.program_foot, *control.foot)]
+    rows = len(blocks.words)
     between[rows] += [control.tcp_off] * blocks.tcp + foot
-    places = np.array(list(between))
-    # Numbered are the moves, and the lines before each.
-    numbered = np.zeros(rows + 1, int)
-    numbered[places] = [sum(_takes_number(control, line) for line in between[row]) for row in places]
+    numbered = np.zeros(rows + 1, int)  # how many lines before each move, besides the moves
+    for row, lines in between.items():
+        numbered[row] = sum(_takes_number(control, line) for line in lines)
     before = np.cumsum(numbered) + np.arange(rows + 1)
     columns = _columns(control, machine.joint_names, blocks, before[:-1], changes, switches)
     texts, at = [], 0
-    for row in sorted(between):
+    for row, lines in between.items():
         texts += bulk.lines(columns, at, row)
         count, at = before[row] - numbered[row], row
-        for line in between[row]:
-            takes_one = _takes_number(control, line)
-            letter = "" if control is HEIDENHAIN else "N"
-            texts.append(f"{letter}{_number(control, count)} {line}\n" if takes_one else f"{line}\n")
-            count += takes_one
+        for line in lines:
+            if _takes_number(control, line):
+                line, count = f"{control.number_letter}{_number(control, count)} {line}", count + 1
+            texts.append(f"{line}\n")
     return "".join(texts)
 
 
@@ -142,38 +167,33 @@ def _between(control, machine, blocks):
     And the moves before which a tool is changed, and, as (int, str), words that a move itself takes.
     """
     rows, tool, tcp = len(blocks.words), 1, False
-    between, changes, switches = {0: []}, [0], []
-    remarks = [(min(row, rows), remark) for row, remark in blocks.remarks]
-    starts = {row for row, remark in remarks if _kind(remark) == "tool"} | {0}
-    for row, remark in sorted([*remarks, *((row, None) for row in starts)], key=itemgetter(0)):
-        lines, kind = between.setdefault(row, []), _kind(remark)
-        if kind == "tool":
-            tool = remark.values[0]
-            lines += [control.tcp_off] * tcp
-            if machine.tool_change:
-                lines += [line.replace("{tool}", str(tool)) for line in machine.tool_change]
+    between, changes, switches = {0: [], rows: []}, [0], {}
+    for row, remark in blocks.remarks:
+        between.setdefault(min(row, rows), []).append(remark)
+    for row in sorted(between):
+        remarks, lines = between.pop(row), []
+        for remark in remarks:
+            kind = getattr(remark, "kind", "comment")
+            if kind == "comment":
+                lines.append(_comment(control, remark))
+            elif kind == "compensation":
+                switches[row] = control.words[kind, remark.values[0]].format(tool=tool)
+            elif kind == "tool":
+                tool, before, tcp = remark.values[0], [control.tcp_off] * tcp, False
+                change = [line.replace("{tool}", str(tool)) for line in machine.tool_change]
+                if not change:
+                    change = control.lines(remark)
+                    if machine.programmed_point == "tip" and not blocks.tcp:
+                        change += [line.format(tool) for line in control.words.get("tip", ())]
+                lines += before + change
+                changes.append(row)
             else:
                 lines += control.lines(remark)
-                if machine.programmed_point == "tip" and not blocks.tcp:
-                    lines += [line.format(tool) for line in control.words.get("tip", ())]
-            changes, tcp = [*changes, row], False
-        elif kind == "compensation":
-            word = control.words[remark.kind, remark.values[0]].format(tool=tool)
-            switches = [*(each for each in switches if each[0] != row), (row, word)]
-        elif kind:
-            lines += control.lines(remark)
-        elif remark is not None:
-            lines.append(_comment(control, remark))
-        elif blocks.tcp and row < rows and not tcp:  # the last of what stands before this move
+        if blocks.tcp and not tcp and row < rows:
             lines.append(control.tcp_on.format(tool=tool))
             tcp = True
-    between.setdefault(rows, [])
-    return between, [row for row in changes if row < rows], [each for each in switches if each[0] < rows]
-
-
-def _kind(remark):
-    """The kind of a `Command`; empty for a comment."""
-    return getattr(remark, "kind", "")
+        between[row] = lines
+    return between, [row for row in changes if row < rows], switches
 
 
 def _takes_number(control, line):
@@ -182,17 +202,16 @@ def _takes_number(control, line):
 
 def _number(control, count):
     """The block number after `count` others."""
-    if control is HEIDENHAIN:
-        return count
-    return control.number_step * (count % (LAST_BLOCK_NUMBER // control.number_step) + 1)
+    return count if control is HEIDENHAIN else 10 * (count % (LAST_BLOCK_NUMBER // 10) + 1)
 
 
 def _columns(control, axes, blocks, numbers, changes, switches):
     """The moves as `Column`s; `changes` and `switches` as in `_between`."""
     rows, timed = np.arange(len(blocks.words)), ~(blocks.rapid | np.isnan(blocks.seconds))
+    heidenhain = control is HEIDENHAIN
     # A time is rounded up and a feed down: no block is faster than it may be.
-    if control is HEIDENHAIN:
-        seconds = np.where(timed, np.maximum(_up(blocks.seconds, 3), SHORTEST_TIME), 1.0)
+    if heidenhain:
+        seconds = np.where(timed, np.maximum(-_down(-blocks.seconds, 3), SHORTEST_TIME), 1.0)
         start, rapid = [Column("", numbers), Column(" L")], [Column(RAPID, shown=blocks.rapid)]
         times = Column(TIME, seconds, 3, shown=timed)
     else:
@@ -205,11 +224,10 @@ def _columns(control, axes, blocks, numbers, changes, switches):
         shown = _changes(values := printed(np.array(column)))
         shown[changes] = True  # nobody knows where the machine went for its tool
         positions.append(Column(axis_word(axis), values, DECIMALS, control.sign, shown))
-    switched = [Column(word, shown=rows == row) for row, word in switches]
-    if control is not HEIDENHAIN:
-        start, switched = [*start, *switched], []
+    switched = [Column(word, shown=rows == row) for row, word in switches.items()]
+    moved = [*positions, *switched] if heidenhain else [*switched, *positions]
     # An ISO control that has been told times has forgotten the feed.
-    times_before = np.cumsum(timed) * (control is not HEIDENHAIN)
+    times_before = np.cumsum(timed) * (not heidenhain)
     tools_before = np.searchsorted(changes, rows, side="right")
     fed = np.flatnonzero(~(blocks.rapid | timed | np.isnan(blocks.feeds)))
     stated = np.zeros(len(rows), bool)
@@ -217,16 +235,12 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     whole = blocks.feeds == np.round(blocks.feeds)
     feeds = Column(FEED, blocks.feeds, 0, shown=stated & whole)
     parts = Column(FEED, _down(blocks.feeds, 3), 3, shown=stated & ~whole)
-    return [*start, *positions, *switched, *rapid, times, feeds, parts, Column("\n")]
+    return [*start, *moved, *rapid, times, feeds, parts, Column("\n")]
 
 
 def _down(values, decimals):
     """Round down to so many decimals; what is a multiple but for the last bits stays."""
     return np.floor(values * 10.0**decimals * (1 + 1e-15) + 1e-9) / 10.0**decimals
-
-
-def _up(values, decimals):
-    return -_down(-values, decimals)
 
 
 def _codes(rapid, timed):
@@ -274,7 +288,7 @@ class _Lines(bulk.Reader):
         self.pattern = _plain(self.control, self.names)
         self.passed_over = _templates((*machine.program_head, *machine.program_foot))
         self.tool_change = _templates(machine.tool_change)
-        self.line, self.position, self.feed = 1, [None] * 5, None
+        self.line, self.position, self.feed = 1, NOWHERE, np.nan
         self.rapid, self.inverse, self.tcp = False, False, False
         self.moves_tcp = None  # whether the moves so far were with TCP
         self.runs = []  # of moves: words, shape (5, n), feeds, seconds and rapid
@@ -288,109 +302,86 @@ class _Lines(bulk.Reader):
         return values[first : first + 5], np.where(said[1], times, feeds), said
 
     def fits(self, values):
-        """Which lines move an axis, and say no more than one of rapid, a time and a feed."""
-        words, _, said = self.columns(values)
-        return ~np.isnan(words).all(axis=0) & (said.sum(axis=0) < 2)
+        """Which lines move an axis, and say no more than one of rapid, a time and a feed, these above 0."""
+        words, value, said = self.columns(values)
+        return ~np.isnan(words).all(axis=0) & (said.sum(axis=0) < 2) & ~(value <= 0)
 
     def take_plain(self, values):
-        """Take plain moves, those that `take_line` refuses left to it: it says what is wrong."""
-        if None in self.position or self.moves_tcp not in (None, self.tcp):
-            return 0
         words, value, (rapid, timed, _) = self.columns(values)
-        rapid = rapid | self.rapid
-        wrong = value <= 0
-        if self.inverse:
-            wrong |= np.isnan(value) & ~rapid
-        if wrong.any():
-            count = int(np.argmax(wrong))
-            return self.take_plain(values[:, :count]) if count else 0
         seconds = 60 / value if self.inverse else np.where(timed, value, np.nan)
-        feeds = bulk.held(np.where(np.isnan(seconds), value, np.nan), np.nan if self.feed is None else self.feed)
-        for row, before in zip(words, self.position, strict=True):
-            row[:] = bulk.held(row, before)
-        self.add(words, np.where(rapid | ~np.isnan(seconds), np.nan, feeds), seconds, rapid)
-        self.position, self.feed = words[:, -1].tolist(), None if np.isnan(feeds[-1]) else float(feeds[-1])
+        self.move(words, np.where(np.isnan(seconds), value, np.nan), seconds, rapid)
         self.line += len(value)
-        return len(value)
-
-    def add(self, *run):
-        self.runs.append(run)
-        self.moves_tcp = self.tcp
 
     def take_line(self, raw):
         """Take one line, word by word."""
-        line = raw.decode("utf-8", "surrogatepass")
-        comment = r"\([^()]*\)" if self.control is FANUC else ";.*"
-        body = re.sub(comment, " ", line).strip()
+        line = raw.decode("utf-8", "surrogatepass").strip()
+        body = re.sub(r"\([^()]*\)" if self.control is FANUC else ";.*", " ", line).strip()
+        body = re.sub(rf"^{self.control.number_letter}\d+\s*", "", body)
         if self.control is HEIDENHAIN:
-            body = re.sub(r"^\d+\s*", "", body)
             body = "" if re.fullmatch(r"(BEGIN|END) PGM \w+ MM", body) else re.sub(r"^L(\s+|$)", "", body)
-        else:
-            body = "" if body == "%" else re.sub(r"^N\d+\s*", "", body)
-        template = re.sub(r"^N?\d+\s*", "", line.strip())
+        template = re.sub(r"^N?\d+\s*", "", line)
         if self.tool_change.fullmatch(template):  # the machine goes where its tools are
-            body, self.position, self.feed = "", [None] * 5, None
-        elif self.passed_over.fullmatch(template):
+            body, self.position, self.feed = "", NOWHERE, np.nan
+        elif self.passed_over.fullmatch(template) or (body == "%" and self.control is not HEIDENHAIN):
             body = ""
-        feed, seconds, position, rapid = None, np.nan, [None] * 5, False
+        words, feed, seconds, rapid = {}, np.nan, np.nan, False
         while body:
             if match := self.axis.match(body):
-                axis = self.names.index(match[1])
-                if position[axis] is not None:
+                if match[1] in words:
                     raise self.error(f"one {match[1]} word", "two")
-                position[axis] = float(match[2])
+                words[match[1]] = float(match[2])
             elif match := FEED_WORD.match(body):
                 rapid, feed, seconds = self.take_feed(match)
             elif self.control is not HEIDENHAIN and (match := re.match(r"G0?([01]|9[34])(?![\d.])", body)):
-                self.take_mode(match[1])
+                if match[1] in "01":
+                    self.rapid = match[1] == "0"
+                else:
+                    self.inverse, self.feed = match[1] == "93", np.nan
             elif match := self.codes.match(body):
                 self.take_code(match[0])
             else:
                 raise self.error(f"a word of a {self.control.name} program", repr(body.split()[0]))
             body = body[match.end() :].lstrip()
-        if feed is not None:
+        if words:
+            column = np.array([[words.get(name, np.nan)] for name in self.names])
+            self.move(column, *np.array([[feed], [seconds]]), np.array([rapid]))
+        elif not np.isnan(feed):
             self.feed = feed
-        if position != [None] * 5:
-            self.move(position, rapid, seconds)
         self.line += 1
 
     def take_feed(self, match):
         """Return whether a feed word says rapid, the feed, and the time of the block."""
-        kind, value = match[1], match[2]
-        if kind == "FMAX" and value is None and self.control is HEIDENHAIN:
-            return True, None, np.nan
-        if value is None or float(value) <= 0 or (kind == "FT") > (self.control is HEIDENHAIN) or kind == "FMAX":
+        kind, value, heidenhain = match[1], float(match[2] or "nan"), self.control is HEIDENHAIN
+        if match[0] == "FMAX" and heidenhain:
+            return True, np.nan, np.nan
+        if not value > 0 or (kind == "FT" and not heidenhain) or kind == "FMAX":
             raise self.error("a feed above 0", repr(match[0]))
-        if kind == "FT":
-            return False, None, float(value)
-        if self.inverse:
-            return False, None, 60 / float(value)
-        return False, float(value), np.nan
-
-    def take_mode(self, mode):
-        if mode in "01":
-            self.rapid = mode == "0"
-        else:
-            self.inverse, self.feed = mode == "93", None
+        if kind == "F" and not self.inverse:
+            return False, value, np.nan
+        return False, np.nan, value if kind == "FT" else 60 / value
 
     def take_code(self, code):
         if re.fullmatch(r"TOOL CALL \d+(?: Z)?|M0?6", code):  # the machine goes where its tools are
-            self.position, self.feed = [None] * 5, None
+            self.position, self.feed = NOWHERE, np.nan
         if code in (self.control.tcp_on.split()[0], self.control.tcp_off):
             self.tcp = code != self.control.tcp_off
 
-    def move(self, position, rapid, seconds):
-        rapid = rapid or self.rapid
-        self.position = [old if new is None else new for new, old in zip(position, self.position, strict=True)]
-        if None in self.position:
-            missing = self.names[self.position.index(None)]
-            raise self.error(f"a {missing} word before or in the first move", "none")
-        if self.inverse and not rapid and np.isnan(seconds):
+    def move(self, words, feeds, seconds, rapid):
+        """Take n moves: words, shape (5, n), feeds and seconds, NaN where a line does not say."""
+        rapid = rapid | self.rapid
+        for row, name, before in zip(words, self.names, self.position, strict=True):
+            if np.isnan(row[0]) and np.isnan(before):
+                raise self.error(f"a {name} word before or in the first move", "none")
+            row[:] = bulk.held(row, before)
+        untimed = np.isnan(seconds)
+        if self.inverse and (untimed & ~rapid).any():
+            self.line += int((untimed & ~rapid).argmax())
             raise self.error("an F word, inverse time being active", "none")
         if self.moves_tcp not in (None, self.tcp):
             raise self.error("moves all with or all without TCP", "both")
-        feed = np.nan if rapid or not np.isnan(seconds) or self.feed is None else self.feed
-        self.add(np.array(self.position)[:, None], [feed], [seconds], [rapid])
+        feeds = bulk.held(feeds, self.feed)
+        self.runs.append((words, np.where(rapid | ~untimed, np.nan, feeds), seconds, rapid))
+        self.position, self.feed, self.moves_tcp = words[:, -1], feeds[-1], self.tcp
 
     def error(self, expected, found):
         return InputError(f"{self.name}, line {self.line}", expected, found)

@@ -20,8 +20,7 @@ FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to thre
 class Proof:
     """How far a program, read back from its own text, is from the CL data.
 
-    On the path that the joints run between the blocks the errors are nowhere larger than stated, for the moves in
-    cut; a rapid move does not count for the tool axis.
+    Between the blocks the moves in cut count; a rapid one does not count for the tool axis.
     """
 
     tip_error: float  # largest at the records, mm,
@@ -176,26 +175,22 @@ class Report(Proof):
     strategies: tuple  # name; cost; largest step of each rotary axis, degrees; why it is not possible
     ways: dict  # the ways through each singular region (first and last record, from 0), lists of `Way`
 
-    def _peaks(self):
-        """Greatest speed and acceleration of each axis that moves, as text."""
+    def __str__(self):
+        said, peaks = [*self.settings.items()], []
         for name, (speed, acceleration) in self.peaks.items():
             unit = "mm" if name in "XYZ" else "°"
+            pulled = "" if np.isnan(acceleration) else f" {acceleration:.0f} {unit}/s²"
             if speed > 0:
-                pulled = "" if np.isnan(acceleration) else f" {acceleration:.0f} {unit}/s²"
-                yield f"{name} {speed:.1f} {unit}/s{pulled}"
-
-    def __str__(self):
-        said = [*self.settings.items()]
+                peaks.append(f"{name} {speed:.1f} {unit}/s{pulled}")
         if self.time > 0:
-            said += [("time", f"{self.time:.2f} s"), ("peaks", ", ".join(self._peaks()))]
+            said += [("time", f"{self.time:.2f} s"), ("peaks", ", ".join(peaks))]
         if self.slowest:
             record, asked, taken = self.slowest
             said += [("slow-down", f"before record {record + 1}: {taken:.3f} s, the feed asks {asked:.3f} s")]
         along = f"{self.path_tip_error:.4f} mm along the path (most before record {self.worst_record})"
         said += [("tip error", f"{self.tip_error:.4f} mm at the records, {along}")]
-        said += [
-            ("axis error", f"{self.axis_error:.4f}° at the records, {self.path_axis_error:.4f}° along the path")
-        ]
+        along = f"{self.path_axis_error:.4f}° along the path"
+        said += [("axis error", f"{self.axis_error:.4f}° at the records, {along}")]
         if self.uncompensated:
             before, after = (
                 f"{1e3 * each.tip_error:.1f} µm and {3600 * each.axis_error:.1f} arcsec"

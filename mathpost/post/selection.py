@@ -1,9 +1,8 @@
 """Solution selection (转角选解): which branch and which winding of the rotary axes each record takes.
 
 Each record has several *candidates*: two branches, each in every winding (±360°) inside travel, and at the pole
-also the outer angles of the neighbours. Three strategies choose one candidate for each record: the best way over
-the whole path by dynamic programming (动态规划, R. Bellman 1957), the shortest next move, or by the rules of
-source 002.
+also the outer angles of the neighbours. One is chosen for each record: on the best way over the whole path by
+dynamic programming (动态规划, R. Bellman 1957), by the shortest next move, or by the rules of source 002.
 """
 
 from copy import copy
@@ -42,13 +41,10 @@ class Selection:
 
 @dataclass(frozen=True)
 class Candidates:
-    """All candidates of each record, to look at.
-
-    `joints` are NaN where the tool axis is out of reach, and where a candidate stands for the pole only.
-    """
+    """All candidates of each record, to look at."""
 
     kin: object
-    joints: np.ndarray  # shape (n, m, 5), mm and radians
+    joints: np.ndarray  # shape (n, m, 5), mm and radians; NaN out of reach, and what is for the pole only elsewhere
     branch: np.ndarray  # shape (m,), 0 or 1, as `Kinematics.inverse` orders them
 
     @cached_property
@@ -94,22 +90,22 @@ def candidates(kin, tip, axis):
 
 
 def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False, prefer=None, sway=SWAY):
-    """Choose branch and winding for every record.
+    """Choose branch and winding for every record, as `Selection`.
 
     Parameters
     ----------
     kin : Kinematics
     cl : CLData
     strategy : str
-        ``"optimal"``: least cost over the whole path, by dynamic programming over the candidates.
-        ``"shortest"``: least cost of each next move. ``"paper"``: the cases and the C ± 2π rule of source 002.
+        ``"optimal"``: least cost over the whole path, by dynamic programming. ``"shortest"``: least cost of each
+        next move. ``"paper"``: the cases and the C ± 2π rule of source 002.
     weights : array_like, shape (5,), optional
         See `move_costs`.
     start : array_like, shape (5,), optional
         Present joints (mm, radians). Without it the first record prefers the branch `prefer`, near rotary zero.
     split : bool
-        Whether the path may be split, with a retract and an unwind, where travel does not let it go on. The path
-        is split as seldom as possible; among such choices the optimal one costs least.
+        Whether the path may be split, with a retract and an unwind, where travel does not let it go on. It is
+        split as seldom as possible; among such choices the optimal one costs least.
     prefer : {1, -1}, optional
         The preferred direction of the tilting axis, the paper's dominant range (优势区间): to begin on among
         equals, and in its case (2). By default the longer side of its travel.
@@ -117,15 +113,10 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         Radians; in cut, the branch may change only where the tool axis, on its great circle between two records,
         comes nearer than this to a singular one: it has to leave the circle by as much to get there.
 
-    Returns
-    -------
-    Selection
-
     Raises
     ------
     ReachError
-        If a record has no candidate inside travel, or if the path breaks and `split` is not given; names the
-        record and the reason.
+        With record and reason: if it has no candidate inside travel, or the path breaks and may not be `split`.
     InputError
         If an argument is none of those above, or the rules of source 002 do not fit the machine.
 
@@ -147,10 +138,8 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         raise InputError("strategy", " or ".join(STRATEGIES), repr(strategy))
     if prefer not in (None, 1, -1):
         raise InputError("prefer", "1 or -1", repr(prefer))
-    weights, start = (
-        None if values is None else as_array(values, 5, name)
-        for values, name in ((weights, "weights"), (start, "start"))
-    )
+    weights = None if weights is None else as_array(weights, 5, "weights")
+    start = None if start is None else as_array(start, 5, "start")
     machine, prefer = kin.machine, prefer or _longer_side(kin)
     options = {"weights": weights, "start": start, "split": split, "prefer": prefer, "sway": sway}
     if strategy == "paper":
@@ -165,7 +154,8 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
             return chosen
 
     solved, turns = _solutions(kin, cl.points, cl.axes), _turns(machine)
-    outer, beyond = _outer(kin), _beyond_the_short_way(kin, cl, solved, singular.STILL * sway)
+    outer = kin.symbols.index(kin.inverse_symbolic.outer)
+    beyond = _beyond_the_short_way(kin, cl, solved, outer, singular.STILL * sway)
     first = _explained(kin, solved[..., :1])
     if start is None:
         beginning = TIE * np.abs((first.joints[0] * UNITS)[:, 3:]).sum(axis=1)
@@ -184,9 +174,8 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         raise ReachError(f"{cl.where(unreachable)}: no solution inside travel: {reasons}")
     if stuck >= 0 and not split:
         so_far = choose(kin, cl.part(0, stuck), strategy, **options | {"split": True}).joints[-1, 3:]
-        angles = " ".join(
-            f"{name} {np.rad2deg(angle):.3f}°" for name, angle in zip(machine.joint_names[3:], so_far, strict=True)
-        )
+        names = machine.joint_names[3:]
+        angles = " ".join(f"{name} {angle:.3f}°" for name, angle in zip(names, np.rad2deg(so_far), strict=True))
         raise ReachError(
             f"{cl.where(stuck)}: the path breaks here, no choice of branch and winding goes on in cut (so far "
             f"{angles}); split it, with a retract and an unwind"
@@ -203,10 +192,6 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     return Selection(joints, solution % 2, path_cost(machine, joints, weights, start), breaks, strategy)
 
 
-def _outer(kin):
-    return kin.symbols.index(kin.inverse_symbolic.outer)
-
-
 def _solutions(kin, tip, axis):
     """Both branches of each record, shape (5, k, n), k = 2; k = 6 if some are at the pole, NaN for all others.
 
@@ -214,7 +199,7 @@ def _solutions(kin, tip, axis):
     two of each, one for each branch. It can then be turned where that costs nothing of the tool axis.
     """
     joints, tip = kin.inverse(tip, axis), np.asarray(tip, dtype=float)
-    inner, outer = kin.symbols.index(kin.inverse_symbolic.inner), _outer(kin)
+    inner, outer = (kin.symbols.index(each) for each in (kin.inverse_symbolic.inner, kin.inverse_symbolic.outer))
     at_pole = np.zeros(len(joints), dtype=bool)
     if kin.reach[0] == 0:  # there the two solutions meet at the pole
         at_pole = np.abs(joints[:, 0, inner] - joints[:, 1, inner]) < 2 * POLE
@@ -231,19 +216,19 @@ def _solutions(kin, tip, axis):
     return solved
 
 
-def _beyond_the_short_way(kin, cl, solved, still):
+def _beyond_the_short_way(kin, cl, solved, outer, still):
     """How many whole turns the outer axis makes beyond its short way to each record in cut, shape (k, n).
 
     Where the rotary axes are not at right angles, a great circle that passes beside the pole can take it a little
     more than half a turn. One that passes as near as `still` may go either way.
     """
-    beyond, outer = np.zeros(solved.shape[1:], np.int8), solved[_outer(kin), :2]
-    steps = np.array([nearest(np.diff(angles)) for angles in outer])
+    beyond, angles = np.zeros(solved.shape[1:], np.int8), solved[outer, :2]
+    steps = nearest(np.diff(angles))
     moves = np.flatnonzero((np.abs(steps) > np.pi / 2).any(axis=0) & ~cl.rapid[1:])
     t, away = singular.nearest(kin, cl.axes[moves], cl.axes[moves + 1], singular.from_pole)
     moves, t = moves[away > still], t[away > still]
-    middle = kin.inverse(*cl.at(moves + t))[..., _outer(kin)].T
-    turned = nearest(middle - outer[:, moves]) + nearest(outer[:, moves + 1] - middle)
+    middle = kin.inverse(*cl.at(moves + t))[..., outer].T
+    turned = nearest(middle - angles[:, moves]) + nearest(angles[:, moves + 1] - middle)
     beyond[:2, moves + 1] = np.nan_to_num(np.rint((turned - steps[:, moves]) / TURN))
     return beyond
 
@@ -275,8 +260,7 @@ def _longer_side(kin):
 def nearest(step):
     """A rotary step (radians) less whole turns, in [−180°, 180°].
 
-    Half a turn keeps its direction, so that there and back again does not wind an axis up; this is where it differs
-    from `rotation.wrap`.
+    Unlike in `rotation.wrap` half a turn keeps its direction: there and back again does not wind an axis up.
     """
     return step - TURN * np.rint(step / TURN)
 
@@ -328,7 +312,7 @@ def rates_or_weights(machine, weights=None):
 
 
 def move_costs(machine, steps, weights=None):
-    """Return what moves by the joint steps `steps`, shape (..., 5) in mm and radians, cost, shape (...).
+    """Return what moves by joint steps (..., 5), mm and radians, cost, shape (...).
 
     `weights`, shape (5,), are the cost of travel per mm and per degree, to add up. Without them the cost is the
     seconds that the slowest axis needs, over the axes whose rate the machine states; if it states none, the sum of
@@ -347,8 +331,8 @@ def move_costs(machine, steps, weights=None):
 
 def path_cost(machine, joints, weights=None, start=None):
     """Return what a sequence of joints, shape (n, 5), costs, the way from `start` to its first row included."""
-    total = float(np.sum(cost([np.diff(joint) for joint in joints.T], *rates_or_weights(machine, weights))))
-    if start is not None and len(joints):
+    total = float(np.sum(move_costs(machine, np.diff(joints, axis=0), weights)))
+    if start is not None:
         total += float(move_costs(machine, short_way(machine, joints[0] - start), weights))
     return total
 
@@ -363,9 +347,8 @@ def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slow
     `solved`, shape (5, s, n), are the joints of each record's solutions and `turns`, (5, w), what the windings add:
     candidate ``k·w + t`` is solution ``k`` in winding ``t``, and costs `beginning`, (s·w,), to begin with. The
     joint `outer` makes `beyond`, (s, n), whole turns beyond its short way to each record, on the same solution.
-    `meeting` and `rapid`, (n,), are the moves to each record on which the branches meet, so that it may change, and
-    those in rapid traverse, which never break the path. If `greedy`, only the best candidate of each record is
-    kept: the shortest next move.
+    The branch may change on the moves `meeting`, (n,), to a record; those in `rapid`, (n,), never break the path.
+    If `greedy`, only the best candidate of each record is kept: the shortest next move.
 
     Returns the number of the candidate of each record, and whether the move to it breaks the path, both (n,); the
     first record without a candidate inside travel, and the first that every way reaches with a break, or −1.

@@ -9,6 +9,7 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.errors import InputError
+from mathpost.post.time_law import feed_times
 from mathpost.rotation import about, unit
 
 # As much as a flank 6 mm above the tip strays by 0.01 mm; what Siemens' CYCLE832 sets for finishing, too: 10° for
@@ -58,43 +59,22 @@ def distance(kin, axis):
 
     Singular are the ends of reach: on most machines the pole, where the tool is parallel to the outer axis.
     """
-    angle = _from_the_outer_axis(kin, axis)
-    return np.minimum(angle - kin.reach[0], kin.reach[1] - angle)
+    return from_pole(kin, axis, kin.reach)
 
 
-def from_pole(kin, axis):
-    """Return the angle (radians) between tool axes (..., 3) and the outer axis, whichever way both point."""
-    angle = _from_the_outer_axis(kin, axis)
-    return np.minimum(angle, np.pi - angle)
-
-
-def _from_the_outer_axis(kin, axis):
+def from_pole(kin, axis, ends=(0, np.pi)):
+    """Return the angle (radians) between tool axes (..., 3) and the outer axis, or the nearer `ends` about it."""
     pole, axis = np.array(kin.inverse_symbolic.pole, dtype=float), np.asarray(axis, dtype=float)
-    return 2 * np.arctan2(np.linalg.norm(axis - pole, axis=-1), np.linalg.norm(axis + pole, axis=-1))
+    angle = 2 * np.arctan2(np.linalg.norm(axis - pole, axis=-1), np.linalg.norm(axis + pole, axis=-1))
+    return np.minimum(angle - ends[0], ends[1] - angle)
 
 
 def regions(kin, cl, joints, *, cone=None):
-    """Find the singular regions of a path.
+    """Return first and last record (from 0) of each singular region of a path, list of (int, int).
 
-    Parameters
-    ----------
-    kin : Kinematics
-    cl : CLData
-    joints : array_like, shape (n, 5)
-        The chosen joints, mm and radians.
-    cone : float, optional
-        A move is singular if the tool axis comes nearer than this (radians) to a singular one. Without it, if a
-        rotary axis would have to turn faster than it can at the stated feed.
-
-    Returns
-    -------
-    list of (int, int)
-        First and last record (from 0) of each region.
-
-    Raises
-    ------
-    InputError
-        If `cone` is not given and the CL data state no feed or the machine no rate.
+    A move is singular if the tool axis comes nearer than `cone` (radians) to a singular one. Without `cone`, if a
+    rotary axis would have to turn faster than it can at the stated feed between the chosen `joints`, shape (n, 5),
+    mm and radians; `InputError` then if the CL data state no feed or the machine no rate.
     """
     singular = _too_fast(kin.machine, cl, np.asarray(joints)) if cone is None else near(kin, cl, cone)
     edges = np.flatnonzero(np.diff(np.r_[False, singular, False]))
@@ -134,8 +114,7 @@ def _too_fast(machine, cl, joints):
     rates = machine.max_rates[3:]
     if np.isnan(rates).all() or np.isnan(cl.feeds[~cl.rapid]).all():
         raise InputError("cone", "an angle, or a feed in the CL data and the rates of the machine", "neither")
-    length = np.linalg.norm(np.diff(cl.points, axis=0), axis=1)
-    seconds = np.where(np.isnan(cl.feeds[1:]), np.inf, 60 * length / cl.feeds[1:])
+    seconds = np.nan_to_num(feed_times(cl.points, cl.feeds[1:]), nan=np.inf, posinf=np.inf)
     needed = np.abs(np.diff(joints[:, 3:], axis=0))
     over = (needed > np.where(np.isnan(rates), np.inf, rates) * seconds[:, None] + 1e-12).any(axis=1)
     return over & ~cl.rapid[1:]

@@ -1,12 +1,9 @@
 r"""Many decimal numbers at once, between text and arrays: what reading and writing large files rests on.
 
-Reading: a `Pattern` says what the plain lines of a language look like, and takes the numbers of all of them as
-columns. A line that is not plain beyond doubt is left to the caller, who reads it with care.
-
-Writing: `lines` puts lines together from `Column`s.
-
-Both are exact: what is read is what `float` reads, what is written is what formatting writes. The loops over the
-characters are plain Python; for a large text they are compiled, where Numba is installed.
+A `Pattern` says what the plain lines of a language look like, and takes the numbers of all of them as columns; any
+other line is left to the caller, who reads it with care. `lines` puts lines together from `Column`s. Both are
+exact: what is read is what `float` reads, what is written is what formatting writes. The loops over the characters
+are plain Python; for a large text they are compiled, where Numba is installed.
 """
 
 import math
@@ -34,13 +31,10 @@ KINDS = ("", "number", "count")  # what an item of a line holds behind its liter
 
 @dataclass(frozen=True)
 class Item:
-    """A part of a plain line: an ASCII literal, and what it holds behind it.
-
-    That is nothing, ``""``, or ``"number"``: decimal, with or without a sign and a point; or ``"count"``: digits.
-    """
+    """A part of a plain line: an ASCII literal, and what it holds behind it."""
 
     literal: str
-    holds: str = ""
+    holds: str = ""  # nothing; "number", decimal, with or without a sign and a point; or "count", digits
     optional: bool = False
 
 
@@ -59,34 +53,35 @@ class Pattern:
     """
 
     def __init__(self, items, *, relaxed=False):
-        self.items, self.relaxed = tuple(items), relaxed
-        self.literals = [item.literal for item in self.items]
+        self.literals = [item.literal for item in items]
         cases = (str.upper, str.lower) if relaxed else (str, str)
-        (self.upper, self.sizes), (self.lower, _) = (_characters(map(case, self.literals)) for case in cases)
-        self.kinds = np.array([KINDS.index(item.holds) for item in self.items])
-        self.optional = np.array([item.optional for item in self.items])
+        (upper, sizes), (lower, _) = (_characters(map(case, self.literals)) for case in cases)
+        kinds = np.array([KINDS.index(item.holds) for item in items])
+        optional = np.array([item.optional for item in items])
+        self.arrays = upper, lower, sizes, kinds, optional, relaxed
 
     def match(self, block):
         """Read the numbers of the plain lines among whole lines of bytes, of which the last must end, too.
 
         That is, shape (items, lines), what `float` makes of each number, 0 for an item without one, NaN where an
-        optional item is missing; and, shape (lines,), whether the line is read. One with a number of more than 18
-        digits, or of more than about 15 that count, is not.
+        optional item is missing; and, shape (lines,), whether the line is read: none with more than 18 digits.
         """
         lines = np.count_nonzero(np.frombuffer(block, np.uint8) == NEWLINE)
-        values, plain = np.empty((len(self.items), lines)), np.zeros(lines, bool)
-        pattern = self.upper, self.lower, self.sizes, self.kinds, self.optional, self.relaxed
-        _loops(len(block))[0](block, *pattern, values, plain)
+        values, plain = np.empty((len(self.literals), lines)), np.zeros(lines, bool)
+        _loops(len(block))[0](block, *self.arrays, values, plain)
         return values, plain
 
 
 class Reader:
     """Takes the lines of a text one after the other: runs of plain ones together, the others one by one.
 
-    Of those who know the language, `pattern` says what a plain line looks like, and `fits(values)` which of them
-    are plain to the end, shape (lines,). `take_plain(values)` takes the first of so many, and returns how many;
-    `take_line(raw)` takes the bytes of one line without its end.
+    Of those who know the language, `pattern` says what a plain line looks like, `fits(values)` which of them are
+    plain to the end, shape (lines,), and `takes_plain()` whether plain lines now mean what they say.
+    `take_plain(values)` takes so many, `take_line(raw)` the bytes of one line without its end.
     """
+
+    def takes_plain(self):
+        return True
 
     def take_all(self, content):
         """Take all lines of bytes, or of a text."""
@@ -102,16 +97,15 @@ class Reader:
         block += b"" if block.endswith(b"\n") else b"\n"
         values, plain = self.pattern.match(block)
         plain &= self.fits(values)
-        ends = None
-        for start, stop in runs(plain):
+        ends = np.flatnonzero(np.frombuffer(block, np.uint8) == NEWLINE)
+        changes = np.flatnonzero(plain[1:] != plain[:-1]) + 1
+        for start, stop in pairwise([0, *changes.tolist(), len(plain)]):
             while start < stop:
-                if plain[start]:
-                    start += self.take_plain(values[:, start:stop])
-                if start < stop:
-                    if ends is None:
-                        ends = np.flatnonzero(np.frombuffer(block, np.uint8) == NEWLINE).tolist()
-                    self.take_line(block[ends[start - 1] + 1 if start else 0 : ends[start]])
-                    start += 1
+                if plain[start] and self.takes_plain():
+                    self.take_plain(values[:, start:stop])
+                    break
+                self.take_line(block[ends[start - 1] + 1 if start else 0 : ends[start]])
+                start += 1
 
 
 @dataclass(frozen=True)
@@ -134,14 +128,7 @@ class Column:
 
 
 def lines(columns, first, stop):
-    r"""Yield the text of the lines from `first` to `stop`, many at a time; where a line ends, a `Column` says.
-
-    Examples
-    --------
-    >>> x = np.array([1.25, -1234.56789, -0.0])
-    >>> "".join(lines([Column("X", x, 4, "+"), Column(" L", shown=x > 0), Column("\n")], 0, 3))
-    'X+1.2500 L\nX-1234.5679\nX-0.0000\n'
-    """
+    """Yield the text of the lines from `first` to `stop`, many at a time; where a line ends, a `Column` says."""
     widest = sum(len(column.literal) + WIDEST * (column.values is not None) for column in columns)
     write = _loops((stop - first) * widest)[1]
     decimals = np.array([-1 if column.values is None else column.decimals for column in columns])
@@ -164,12 +151,6 @@ def lines(columns, first, stop):
             if start + line < rows.stop:  # one that is better written with care
                 yield from (column.text(start + line) for column in columns)
                 line += 1
-
-
-def runs(values):
-    """Yield where equal neighbours begin and end."""
-    edges = [0, *(np.flatnonzero(values[1:] != values[:-1]) + 1).tolist(), len(values)]
-    return pairwise(edges)
 
 
 def held(values, before):
@@ -203,8 +184,7 @@ def _compiled():
 def _match(text, upper, lower, sizes, kinds, optional, blanks, values, plain):
     """Put the numbers of the lines of `text` that fit a pattern into `values`, and which lines fit into `plain`.
 
-    Literals are given in `upper` and, for either case, in `lower`. The text ends with the end of a line, which is
-    in no literal and no number: nothing looks behind it.
+    The text ends with the end of a line, which is in no literal and no number: nothing looks behind it.
     """
     at = 0
     for line in range(len(plain)):
@@ -250,11 +230,9 @@ def _number(text, at, with_sign_and_point):
     digits, places = at - first, 0
     if with_sign_and_point and text[at] == POINT:
         at += 1
-        first = at
         while ZERO <= text[at] <= NINE:
             value = 10 * value + (text[at] - ZERO)
-            at += 1
-        places = at - first
+            at, places = at + 1, places + 1
     if not 0 < digits + places <= MOST_DIGITS or value >= EXACT:
         return 0, 0.0
     size = value / POWERS[places]

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mathpost.machine import UNITS
 from mathpost.post.compiled import compiled
 
 SETTLE = 0.02  # s, assumed: how long an axis may take to follow when its speed jumps at a corner
@@ -48,21 +49,13 @@ class TimeLaw:
 def time_law(machine, joints, asked, *, settle=SETTLE):
     """Return the `TimeLaw` of a path.
 
-    From one move to the next the speed of an axis jumps, at most by what its acceleration makes of it in the time
-    `settle`. Poses that follow closer than that are a curve: there the jumps, spread over the moves, are
-    acceleration, and take their part of it.
+    All joints (m, 5), mm and radians, run linearly from each row to the next; `asked`, shape (m - 1,), are the
+    seconds that feed and rates ask for each move, as `block_times` has them. A move that takes no time is passed
+    over. An axis that states no acceleration follows at once.
 
-    Parameters
-    ----------
-    machine : Machine
-        An axis that states no acceleration follows at once.
-    joints : array_like, shape (m, 5)
-        mm and radians; all joints run linearly from each row to the next.
-    asked : array_like, shape (m - 1,)
-        Seconds that feed and rates ask for each move, from `mathpost.post.motion.block_times`. One that takes no
-        time is passed over.
-    settle : float
-        Seconds.
+    From one move to the next the speed of an axis jumps, at most by what its acceleration makes of it in the time
+    `settle`, seconds. Poses that follow closer than that are a curve: there the jumps, spread over the moves, are
+    acceleration, and take their part of it.
 
     Examples
     --------
@@ -77,12 +70,12 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     joints, asked = np.asarray(joints, dtype=float), np.asarray(asked, dtype=float)
     moving = np.flatnonzero(asked > 0)
     lengths, most = asked[moving], np.nan_to_num(machine.max_accelerations, nan=np.inf)
-    loops = [compiled(loop) if len(lengths) > LONG else loop for loop in (corners, climbed, driven)]
-    velocity, pause, squares = loops[0](joints, moving, lengths, most, settle)
+    speed, bend, squares = corners(joints, moving, lengths, most, settle)
+    rise, drive = (compiled(loop) if len(lengths) > LONG else loop for loop in (climbed, driven))
     if np.isfinite(most).any():
-        squares = loops[1](squares, lengths, velocity, pause, most)
-        squares = loops[1](squares[::-1], lengths[::-1], velocity[:, ::-1], pause[::-1], most)[::-1]
-    ramp, highest, durations, peaks = loops[2](squares, lengths, velocity, pause, most)
+        squares = rise(squares, lengths, speed, bend, most)
+        squares = rise(squares[::-1], lengths[::-1], speed[:, ::-1], bend[:, ::-1], most)[::-1]
+    ramp, highest, durations, peaks = drive(squares, lengths, speed, bend, most)
     peaks[1, np.isinf(most)] = np.nan
     seconds = np.r_[0.0, np.cumsum(durations)]
     if len(moving) < len(asked):
@@ -90,67 +83,79 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     return TimeLaw(joints, seconds, np.sqrt(squares), lengths, ramp, highest, *peaks)
 
 
-# The loops run as they stand, or as machine code if Numba compiles them.
+def feed_times(tip, feeds):
+    """Times (s) that the feed gives the moves between tips (m, 3), shape (m - 1,); NaN where none is stated."""
+    return 60 * np.linalg.norm(np.diff(tip, axis=0), axis=1) / feeds
+
+
+def block_times(machine, joints, tip, feeds, in_cut):
+    """Times (s) that the moves between joints (m, 5) take: what the feed asks in cut, or the slowest axis needs.
+
+    Tips are (m, 3), `feeds` and whether a move is `in_cut` (m - 1,). On a machine that states no rates, no axis
+    goes faster than the feed, in mm and degrees per minute; zero where there is no feed either.
+    """
+    rates, by_axis = machine.max_rates, np.zeros(len(joints) - 1)
+    if no_rates := np.isnan(rates).all():
+        rates = 1 / UNITS
+    for column, rate in zip(joints.T, rates, strict=True):
+        if not np.isnan(rate):
+            np.maximum(by_axis, np.abs(np.diff(column)) / rate, out=by_axis)
+    if no_rates:
+        by_axis = np.nan_to_num(60 * by_axis / feeds)
+    return np.fmax(by_axis, np.where(in_cut, feed_times(tip, feeds), 0))
 
 
 def corners(joints, moving, lengths, most, settle):
-    """The velocity of each axis at w = 1, and at each pose the time for its jump on a curve and the square of w.
+    """The speed of each axis at w = 1, what a bend takes of its acceleration at each pose, and the squares of w.
 
-    That time is from the middle of a move to that of the next; infinite at a corner, where the jump is limited
-    instead, and at both ends of the path, which are at rest.
+    On a curve a jump of the velocity takes the time from the middle of a move to that of the next. At a corner the
+    jump is limited instead, and so it is at both ends of the path, which are at rest.
     """
-    count, axes = len(lengths), len(most)
-    velocity, pause, squares = np.zeros((axes, count)), np.full(count + 1, np.inf), np.zeros(count + 1)
-    for move in range(count):
-        needed = 0.0  # seconds, in which all axes can take their jumps
-        for axis in range(axes):
-            row = moving[move]
-            velocity[axis, move] = (joints[row + 1, axis] - joints[row, axis]) / lengths[move]
-            if move > 0:
-                needed = max(needed, abs(velocity[axis, move] - velocity[axis, move - 1]) / most[axis])
-        if move > 0:
-            squares[move], between = 1.0, (lengths[move] + lengths[move - 1]) / 2
-            if between < settle:
-                pause[move] = between
-            if needed > 0:
-                squares[move] = min(1.0, pause[move] / needed, (settle / needed) ** 2)
-    return velocity, pause, squares
+    moves = len(lengths)
+    speed, bend, squares = np.empty((len(most), moves)), np.zeros((len(most), moves + 1)), np.zeros(moves + 1)
+    between = (lengths[1:] + lengths[:-1]) / 2
+    pause, needed = np.where(between < settle, between, np.inf), np.zeros(len(between))
+    for axis, column in enumerate(joints.T):
+        velocity = (column[moving + 1] - column[moving]) / lengths
+        jumps = np.abs(np.diff(velocity))
+        speed[axis], bend[axis, 1:-1] = np.abs(velocity), jumps / pause
+        np.maximum(needed, jumps / most[axis], out=needed)  # seconds, in which all axes can take their jumps
+    with np.errstate(divide="ignore"):
+        squares[1:-1] = np.minimum(1.0, np.minimum(pause / needed, (settle / needed) ** 2))
+    return speed, bend, squares
 
 
-def climbed(squares, lengths, velocity, pause, most):
+# The loops run as they stand, or as machine code if Numba compiles them.
+
+
+def climbed(squares, lengths, speed, bend, most):
     """The squares of w at the poses, so far lowered that every axis can follow where w rises from pose to pose.
 
     What the bend at either end of a move takes of the acceleration of an axis is not left for the rise.
     """
-    squares, bend, moves = squares.copy(), np.zeros(len(most)), len(lengths)
-    for move in range(moves):
+    squares = squares.copy()
+    for move in range(len(lengths)):
         length, square, rise = lengths[move], squares[move], np.inf
         for axis in range(len(most)):
-            v, here, there = abs(velocity[axis, move]), bend[axis], 0.0
-            if move + 1 < moves:
-                there = abs(velocity[axis, move + 1] - velocity[axis, move]) / pause[move + 1]
+            v, there = speed[axis, move], bend[axis, move + 1]
             if v > STILL:
-                rise = min(rise, (most[axis] - here * square) / v)
+                rise = min(rise, (most[axis] - bend[axis, move] * square) / v)
                 rise = min(rise, (most[axis] - there * square) / (v + 2 * length * there))
-            bend[axis] = there
         squares[move + 1] = min(squares[move + 1], square + 2 * length * max(rise, 0.0))
     return squares
 
 
-def driven(squares, lengths, velocity, pause, most):
+def driven(squares, lengths, speed, bend, most):
     """Ramp, highest w and seconds of each move: up to the highest w, on at it, down again; peaks, shape (2, 5)."""
     moves, axes = len(lengths), len(most)
     ramp, highest, seconds, peaks = np.zeros(moves), np.zeros(moves), np.zeros(moves), np.zeros((2, axes))
-    bend, used = np.zeros(axes), np.zeros(axes)  # what the bends use of the acceleration
+    used = np.zeros(axes)  # what the bends use of the acceleration
     for move in range(moves):
         length, before, after, pull = lengths[move], squares[move], squares[move + 1], np.inf
         for axis in range(axes):
-            v, there = abs(velocity[axis, move]), 0.0
-            if move + 1 < moves:
-                there = abs(velocity[axis, move + 1] - velocity[axis, move]) / pause[move + 1]
-            used[axis], bend[axis] = max(bend[axis] * before, there * after), there
-            if v > STILL:
-                pull = min(pull, (most[axis] - used[axis]) / v)
+            used[axis] = max(bend[axis, move] * before, bend[axis, move + 1] * after)
+            if speed[axis, move] > STILL:
+                pull = min(pull, (most[axis] - used[axis]) / speed[axis, move])
         pull = max(pull, abs(after - before) / (2 * length))
         first, last, top = math.sqrt(before), math.sqrt(after), (before + after) / 2 + pull * length
         top = math.sqrt(min(top, 1.0))
@@ -161,7 +166,7 @@ def driven(squares, lengths, velocity, pause, most):
         seconds[move] = (up + down) / pull + max(length - on_ramps, 0.0) / top
         ramp[move], highest[move] = pull, top
         for axis in range(axes):
-            v, pulled = abs(velocity[axis, move]), used[axis]
+            v, pulled = speed[axis, move], used[axis]
             if max(up, down) > 0 and pull < np.inf:
                 pulled += v * pull
             peaks[0, axis], peaks[1, axis] = max(peaks[0, axis], v * top), max(peaks[1, axis], pulled)
@@ -172,7 +177,7 @@ def slow_down(record, seconds, asked):
     """Return the record that costs the tip the most time above what its feed asks: record, asked, taken seconds.
 
     The arrays (m,) are, of each move, the record that it leads to, the seconds that it takes, and those that its
-    feed asks: NaN where none is asked for. If it is nowhere, the answer is None.
+    feed asks, NaN where none is asked for; None if that is nowhere.
     """
     fed = np.flatnonzero(~np.isnan(asked))
     if not fed.size:

@@ -10,11 +10,9 @@ import numpy as np
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post import cl as cldata
 from mathpost.post import selection, yu_dan
-from mathpost.post.between_blocks import deviation
-from mathpost.post.motion import Motion, block_times, follow, in_the_air, linearize
+from mathpost.post.between_blocks import Motion, follow, in_the_air, linearize, strays
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, distance, refuse_nonsense
-from mathpost.post.time_law import TimeLaw, time_law
-from mathpost.post.yu_dan import paper_clamped, paper_cubic
+from mathpost.post.time_law import TimeLaw, block_times, time_law
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline
 ASIDE_NODES = 181  # nodes of a path moved aside
@@ -47,17 +45,9 @@ class Way(Motion):
 class Crossing:
     """A singular region of a path, and the ways through it.
 
-    Parameters
-    ----------
-    kin : Kinematics
-    cl : CLData
-    joints : array_like, shape (n, 5)
-        The chosen joints of the whole path, mm and radians, windings counted.
-    region : (int, int)
-        First and last record (from 0), as `mathpost.post.singular.regions` gives them.
-    tolerance, axis_tolerance : float
-        mm and radians; how near the tip must stay to the CL data in the ways that recompute X Y Z, and the tool
-        axis to its great circle in those that follow it, `FOLLOWING`.
+    `joints`, shape (n, 5), are those chosen for the whole path, mm and radians, windings counted; `region` is the
+    first and the last record (from 0), from `mathpost.post.singular.regions`; `tolerance` (mm) is that of the tip
+    in the ways that recompute X Y Z, `axis_tolerance` (radians) that of the tool axis in those on its great circle.
     """
 
     FOLLOWING = ("direct", "other branch", "retract")
@@ -107,20 +97,11 @@ class Crossing:
             Points that the paper's cubics put in.
         """
         refuse_nonsense(lean, clearance)
-        ways = {
-            "direct": self._direct,
-            "other branch": self._other_branch,
-            "linear": self._linear,
-            "cubic": self._cubic,
-            "aside": lambda: self._aside(lean),
-            "retract": lambda: self._retract(clearance),
-            "paper cubic": lambda: self._paper(paper_cubic, points),
-            "paper clamped": lambda: self._paper(paper_clamped, points),
-        }
-        if name not in ways:
-            raise InputError("way", " or ".join(ways), repr(name))
+        if name not in self.WAYS:
+            raise InputError("way", " or ".join(self.WAYS), repr(name))
+        given = {"aside": [lean], "retract": [clearance], "paper cubic": [points], "paper clamped": [points]}
         try:
-            motion = ways[name]()
+            motion = getattr(self, "_" + name.replace(" ", "_"))(*given.get(name, ()))
             if name in self.FOLLOWING:
                 motion = follow(self.kin, self.cl, motion, self.axis_tolerance)
                 motion = linearize(self.kin, motion, in_the_air(motion, self.tolerance, clearance))
@@ -191,10 +172,13 @@ class Crossing:
         before = swing + 1 - self.first
         return Motion.joined([on_part[:before], swung, on_part[before:]])
 
-    def _paper(self, cubic, points):
+    def _paper_cubic(self, points, cubic=yu_dan.paper_cubic):
         rows = yu_dan.four_records(self.joints, (self.first, self.last))
         t = np.linspace(0, 1, points + 2)
         return Motion.on_part(cubic(rows, t), self.first + t * (self.last - self.first))
+
+    def _paper_clamped(self, points):
+        return self._paper_cubic(points, yu_dan.paper_clamped)
 
     def _with_tip_kept(self, place, rotary):
         """Close the loop at each node and divide the moves until the tip keeps the tolerance."""
@@ -207,11 +191,12 @@ class Crossing:
 
     def _figures(self, motion):
         """What `Way` says of a motion."""
-        joints, (tips, axes) = motion.joints, self.cl.at(motion.place)
-        tip_error, axis_error = deviation(
-            self.kin, joints[:-1], joints[1:], tips=(tips[:-1], tips[1:]), axes=(axes[:-1], axes[1:])
-        )
-        law = self._law(motion)
+        near = np.arange(max(self.first - NEAR, 0), min(self.last + 1 + NEAR, len(self.joints)))
+        run, machine = Motion.on_part(self.joints[near], near), self.kin.machine
+        run = Motion.joined([run[near < self.first], motion, run[near > self.last]])
+        tips, feeds = self.kin.forward(run.joints)[0], self.cl.feeds[run.record[1:]]
+        law = time_law(machine, run.joints, block_times(machine, run.joints, tips, feeds, run.in_cut))
+        tip_error, axis_error = strays(self.kin, self.cl, motion)
         return {
             "law": law,
             "peak_speed": law.peak_speeds[self.outer],
@@ -219,14 +204,6 @@ class Crossing:
             "tip_error": tip_error[motion.in_cut].max(initial=0),
             "axis_error": axis_error[motion.at_feed(self.cl)].max(initial=0),
         }
-
-    def _law(self, motion):
-        before, after = np.arange(max(self.first - NEAR, 0), self.first), np.arange(self.last + 1, len(self.joints))
-        run = [Motion.on_part(self.joints[near], near) for near in (before, after[:NEAR])]
-        run = Motion.joined([run[0], motion, run[1]])
-        tips, feeds = self.kin.forward(run.joints)[0], self.cl.feeds[run.record[1:]]
-        machine = self.kin.machine
-        return time_law(machine, run.joints, block_times(machine, run.joints, tips, feeds, run.in_cut))
 
 
 def unbroken(regions, breaks):

@@ -17,13 +17,9 @@ from mathpost.machine import TRAVEL_TOLERANCE
 
 @dataclass(frozen=True)
 class Case:
-    """What section 1.2 says of the tilting angle of one record.
+    """What section 1.2 says of the tilting angle of one record."""
 
-    Case 1: |θ| is outside travel, or NaN. 2: only one sign is inside, equation (5). 3: both are, and the smaller
-    step is taken.
-    """
-
-    number: int  # of the case
+    number: int  # 1: |θ| is outside travel, or NaN. 2: one sign is inside, equation (5). 3: both, the smaller step
     size: float  # |θ|, radians
     kappa: int | None  # the κ of (−1)^κ·|θ| that is taken, None in case (1)
     steps: tuple = ()  # radians from the record before for κ = 0 and 1
@@ -60,12 +56,7 @@ def cases(kin, cl, prefer):
     """Return the `Case` of each record; that before the first is taken to stand at 0.
 
     `prefer`, 1 or -1, is the sign of the dominant range (优势区间) of the tilting axis; it decides in case (2) and
-    in the ties of case (3).
-
-    Raises
-    ------
-    InputError
-        If the two solutions of the machine are not opposite angles.
+    in the ties of case (3). `InputError` if the two solutions of the machine are not opposite angles.
 
     Examples
     --------
@@ -100,8 +91,7 @@ def cases(kin, cl, prefer):
 def turns(angles):
     """Return the `Turn` of each outer angle (radians) between the first and the last.
 
-    The neighbour behind an angle has not been corrected by then, as the paper has it: an even walk across ±180°
-    stays broken.
+    The next angle has not been corrected by then, as in the paper: an even walk across ±180° stays broken.
     """
     angles, found = [float(angle) for angle in angles], []
     for record in range(1, len(angles) - 1):
@@ -116,10 +106,7 @@ def turns(angles):
 def choose(kin, cl, prefer):
     """Return joints (n, 5) and branches (n,) by `cases`, equation (6) and `turns`; it may swing the long way round.
 
-    Raises
-    ------
-    ReachError
-        If the rules lead out of travel; and what `cases` raises.
+    `ReachError` if the rules lead out of travel.
     """
     found = cases(kin, cl, prefer)
     for record, case in enumerate(found):
@@ -136,13 +123,7 @@ def choose(kin, cl, prefer):
 
 
 def four_records(joints, region):
-    """Return the joints, shape (4, 5), of the records s − 1, s, e, e + 1 about the region (s, e).
-
-    Raises
-    ------
-    MathpostError
-        If no record stands before or after the region.
-    """
+    """Return the joints, shape (4, 5), of the records s − 1, s, e, e + 1 about the region (s, e)."""
     first, last = region
     if not 0 < first < last < len(joints) - 1:
         raise MathpostError("a spline needs a record before the region and one after it")
@@ -152,8 +133,7 @@ def four_records(joints, region):
 def end_slopes(rows, dt=(1.0, 1.0)):
     """Return k₁ and k₂ of equation (7), what changes per unit of the virtual time into and out of the region.
 
-    `rows`, shape (4, ...), is M from `four_records`; `dt` Δt₁ and Δt₂, the virtual time from s − 1 to s and from e
-    to e + 1, by default one per record.
+    `rows`, shape (4, ...), is M from `four_records`; `dt` the virtual time from s − 1 to s and from e to e + 1.
     """
     rows = np.asarray(rows, dtype=float)
     return (rows[1] - rows[0]) / dt[0], (rows[3] - rows[2]) / dt[1]
@@ -189,10 +169,7 @@ def paper_clamped(rows, t):
 
 
 def paper_cubic(rows, t):
-    """The cubic of table 3: one polynomial through the four records at t = −1, 0, 1, 2, all five joints.
-
-    The source does not say so; all 25 printed numbers do.
-    """
+    """The cubic of table 3, as its 25 numbers show: one through the records at t = −1, 0, 1, 2, all five joints."""
     return scipy.interpolate.CubicSpline([-1, 0, 1, 2], rows, bc_type="not-a-knot")(t)
 
 
@@ -200,8 +177,7 @@ def smooth(kin, cl, joints, region, n, *, dt=(1.0, 1.0)):
     """Put `n` points, even in the virtual time, into a region: angles on the clamped cubic, X Y Z recomputed.
 
     `joints`, shape (m, 5), are those chosen for all records, mm and radians; `region` is the first and the last
-    record, from 0; `dt` as in `end_slopes`. Returns the virtual time (n + 2,), of which 2.25 is a quarter of the
-    way from record 2 to record 3, and joints (n + 2, 5).
+    record, from 0; `dt` as in `end_slopes`. Returns the virtual time (n + 2,), in records, and joints (n + 2, 5).
     """
     first, last = region
     curve = clamped(four_records(joints, region)[:, 3:], last - first, dt)
@@ -210,9 +186,6 @@ def smooth(kin, cl, joints, region, n, *, dt=(1.0, 1.0)):
 
 
 def lifted(kin, joints, clearance):
-    """Return joints (..., 5) with the tip moved by `clearance` (ΔA, mm) along the tool axis, equation (9).
-
-    The negative of it is equation (10).
-    """
+    """Return joints (..., 5), the tip moved by `clearance` (ΔA, mm) along the tool axis: (9), or back (10)."""
     tip, axis = kin.forward(joints)
     return kin.close(tip + clearance * axis, np.asarray(joints)[..., 3:])

@@ -8,10 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import scipy
+import sympy as sp
 from scipy.spatial.transform import Rotation
 
-from mathpost import machine, rotation
+from mathpost import machine
 from mathpost.kinematics import Kinematics
+from mathpost.rotation import PASSIVE, numeric
 from tests.benchmarks.timing import best, interleaved, peak_memory, row
 
 MACHINES = Path("data/machines")
@@ -78,8 +80,13 @@ def zxz(count):
     rng = np.random.default_rng(3)
     angles, points = rng.uniform(-np.pi, np.pi, (count, 3)), rng.uniform(-100, 100, (count, 3))
 
+    a, b, c, *point = symbols = sp.symbols("a b c x y z", real=True)
+    # One turn after the other takes half of the products that their matrix takes to be made and applied.
+    turns = [PASSIVE[letter](angle) for letter, angle in zip("ZXZ", (a, b, c), strict=True)]
+    applied = numeric(tuple(turns[2] * (turns[1] * (turns[0] * sp.Matrix(point)))), symbols)
+
     def ours():
-        return rotation.zxz_apply(*angles.T, points)
+        return applied(*angles.T, *points.T)
 
     def with_scipy():
         return Rotation.from_euler("ZXZ", angles).apply(points, inverse=True)

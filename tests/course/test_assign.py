@@ -49,7 +49,7 @@ def test_outputs_of_solutions_are_gone_wherever_they_stand(tmp_path):
     )
     write(tmp_path / "in" / "a.ipynb", page)
     (copy,) = assign(tmp_path / "in", tmp_path / "out")
-    first, second = exercise.cells(copy)
+    first, second = exercise.notebook(copy)["cells"]
     assert not first["outputs"] and second["outputs"]
 
 
@@ -134,7 +134,7 @@ def test_each_student_has_numbers_of_their_own(tmp_path, bevel, capsys):
     angles = []
     for name in ("Ada", "王芳"):
         copy = tmp_path / "out" / name / "a.ipynb"
-        sources = ["".join(each["source"]) for each in exercise.cells(copy)]
+        sources = ["".join(each["source"]) for each in exercise.notebook(copy)["cells"]]
         assert sources[1] == f"exercise.student({json.dumps(name, ensure_ascii=False)})"
         angles.append(int(re.fullmatch(rf"Bevel (\d+)°\.\n\n{re.escape(OWN)}", sources[2])[1]))
         assert sources[4] == f"Turn.\n\n{SAME}"
@@ -172,7 +172,7 @@ def test_names_that_are_no_folders_are_refused(tmp_path, names):
 @pytest.mark.parametrize("name", [name for name, each in sorted(EXERCISES.items()) if each.drawn])
 def test_what_a_question_says_is_what_its_check_has(name):
     """The numbers in the lesson are those of the exercise; drawn ones have a solution and slips that differ."""
-    text = "".join("".join(each["source"]) for path in LESSONS for each in exercise.cells(path))
+    text = "".join("".join(each["source"]) for path in LESSONS for each in exercise.notebook(path)["cells"])
     stated = {argument: value for own, argument, value in DRAWN.findall(text) if own == name}
     here = EXERCISES[name]
     assert stated == {argument: str(here.arguments[argument]) for argument in here.drawn(random.Random(0))}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mathpost.course import view_calibration as views
-from mathpost.course import view_workbook
+from mathpost.course import view_rotation
 from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.machine import Rotary
 from mathpost.measure import horizontal_head, rotary_axis, work_offset
@@ -56,7 +56,7 @@ def test_the_zero_recovered_is_the_zero_set():
 def test_bars_are_as_long_as_the_misreadings_are_wrong():
     point, names, angles = (3.0, 4.0, 5.0), tuple(COMMON), np.array([33.0, -71.0, 12.5])
     right, *wrong = common_matrices(("right", *names), angles) @ point
-    got = numbers(view_workbook.misreadings_apart(point, names), *angles)
+    got = numbers(view_rotation.misreadings_apart(point, names), *angles)
     assert got == pytest.approx([np.linalg.norm(each - right) for each in wrong], abs=1e-9)
 
 

@@ -9,12 +9,14 @@ import re
 import shutil
 import zipfile
 from html.parser import HTMLParser
+from pathlib import Path
 
 import openpyxl
 import pytest
+from jinja2 import Environment, nodes
 
 from mathpost.__main__ import main
-from mathpost.course import chinese, exercise, grade_page
+from mathpost.course import exercise, grade_page
 from mathpost.course.answers import Number
 from mathpost.course.grade import Rules, grade, read_rules
 from mathpost.course.handed_in import collect, unzip
@@ -353,27 +355,29 @@ def texts(tree):
 
 
 def test_every_word_of_the_report_has_its_chinese_and_no_other():
-    said = set(texts(ast.parse(inspect.getsource(grade_page)))) | {RIGHT, WRONG, OPEN, ""}
-    words = chinese.sections()["report"]
+    template = Path(grade_page.__file__).with_suffix(".html").read_text(encoding="utf-8")
+    page, program = Environment().parse(template), ast.parse(inspect.getsource(grade_page))
+    said = {text.value for text in page.find_all(nodes.Const)} | set(texts(program)) | {RIGHT, WRONG, OPEN, ""}
+    words = grade_page.sections()["report"]
     assert words.keys() <= said, "Chinese for what is never said"
-    page = ast.parse(inspect.getsource(grade_page))
-    calls = [node for node in ast.walk(page) if isinstance(node, ast.Call)]
-    shown = [node for node in calls if getattr(node.func, "id", "") in ("word", "say", "_section")]
-    asked = {text for node in shown for argument in node.args for text in texts(argument) if "<" not in text}
-    assert {text for text in asked if text and text not in words} == set()
+    calls = [call for call in page.find_all(nodes.Call) if getattr(call.node, "name", "") in ("say", "section")]
+    asked = {text.value for call in calls for text in call.find_all(nodes.Const) if text.value is not None}
+    calls = [node for node in ast.walk(program) if getattr(getattr(node, "func", None), "id", "") == "say"]
+    asked |= {text for call in calls for argument in call.args for text in texts(argument)}
+    assert len(asked) > 30 and asked - words.keys() == {"not handed in"} - words.keys()
 
 
 def test_every_mixup_of_every_exercise_has_its_chinese_and_no_other():
     for name, each in OURS.items():
         for sentence in [*each.slips, *(said for said, _ in ([] if each.complaint else each.common))]:
-            assert chinese.mixup(name, sentence), f"{name}: {sentence}"
+            assert grade_page.chinese(name, sentence), f"{name}: {sentence}"
         wanted = set(each.slips)
         if each.complaint:
             node = ast.parse(inspect.getsource(each.complaint)).body[0]
             wanted |= {text for text in texts(ast.Module(node.body[1:], [])) if text.endswith((".", "?", ". {}"))}
-        own = {key for key in chinese.sections().get(name, {}) if key.endswith((".", "?", ". {}"))}
+        own = {key for key in grade_page.sections().get(name, {}) if key.endswith((".", "?", ". {}"))}
         assert own == wanted, f"{name}: {own ^ wanted}"
-    assert chinese.sections().keys() - OURS.keys() == {"report", "any", "detective"}
+    assert grade_page.sections().keys() - OURS.keys() == {"report", "any", "detective"}
 
 
 ENGLISH = re.compile(r"[a-z]{3,}")
@@ -401,7 +405,7 @@ ENGLISH = re.compile(r"[a-z]{3,}")
 )
 def test_what_is_computed_for_an_answer_has_its_chinese(name, answer):
     said = OURS[name].verdict(answer).mixup
-    wording = chinese.mixup(name, said)
+    wording = grade_page.chinese(name, said)
     assert wording and not ENGLISH.search(wording.replace("Fanuc", "").replace("Heidenhain", "")), (
         f"{said}: {wording}"
     )
@@ -424,7 +428,7 @@ def test_every_phrase_of_the_detectives_has_its_chinese():
     for first, second in pairs:
         for one, other in ((first, second), (second, first)):
             said = f"{one[0].upper()}{one[1:]} and {other} (as KUKA A B C): E_z(−α)·p."
-            wording = chinese.mixup("01-point", said)
+            wording = grade_page.chinese("01-point", said)
             named = re.sub("DEGREES|RADIANS|gon", "", wording)
             assert not ENGLISH.search(named) and named.count("，且") == 1, f"{said}: {wording}"
 
@@ -433,7 +437,7 @@ def test_the_chinese_report_names_mixups_in_chinese_and_says_where_it_cannot(tmp
     (sentence, value), *_ = OURS["01-sign"].mixed_up
     write(tmp_path / "ada" / "a.ipynb", notebook([("01-sign", value)]))
     page = grade_page.to_html(grade(tmp_path), "zh")
-    assert sentence not in page and page.count(chinese.mixup("01-sign", sentence)) == 2, "table and tooltip"
+    assert sentence not in page and page.count(grade_page.chinese("01-sign", sentence)) == 2, "table and tooltip"
     assert "按原文显示" not in page
 
     @exercise.define("99-own", Number())

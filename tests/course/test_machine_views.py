@@ -255,10 +255,9 @@ def test_two_machines_walk_on_the_same_data(dmu50v, kin, blade):
         assert tip == pytest.approx(blade.points, abs=1e-8)
 
 
-def test_a_page_stands_alone(dmu50v, tmp_path):
+def test_a_page_stands_alone(dmu50v):
     view = view_machine.machine(dmu50v)
-    view.save(tmp_path / "machine.html")
-    page = (tmp_path / "machine.html").read_text(encoding="utf-8")
+    page = view.page(still=True)
     assert "http" not in page.replace("http-equiv", "") and "</script></html>" in page
     output = view._repr_html_()
     assert output.count('sandbox="allow-scripts"') == 1 and 'src="data:image/png;base64,' in output

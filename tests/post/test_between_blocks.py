@@ -1,4 +1,4 @@
-"""The error between blocks against closed forms and dense sampling, and bounds that hold."""
+"""The error between blocks and paths divided to keep a tolerance, against closed forms and dense sampling."""
 
 from itertools import pairwise
 
@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
 from mathpost import machine
+from mathpost.errors import ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.post import between_blocks as module
 from mathpost.post import cl
@@ -23,8 +24,9 @@ from mathpost.post.between_blocks import (
     from_arc,
     largest,
     levers,
+    linearize,
     sampled,
-    tip_deviation,
+    subdivide,
     true_tip,
 )
 from tests.machines import SIDES, content
@@ -54,19 +56,13 @@ def test_default_sampling_misses_no_more_than_its_resolution(kin):
     np.testing.assert_allclose(axis, dense_axis, rtol=0, atol=RESOLUTION / 100)
 
 
-def test_the_tip_alone_is_the_tip_of_both(kin):
-    start, end = moves(kin, 100, seed=3)
-    np.testing.assert_array_equal(tip_deviation(kin, start, end), deviation(kin, start, end)[0])
-
-
 def test_the_true_tip_is_where_the_joints_take_it(kin):
     start, end = moves(kin, 1, seed=4)
     joints = np.array([start[0], end[0], start[0] + 5])
-    tip, segment = (points.reshape(2, 5, 3) for points in true_tip(kin, joints, samples=4))
+    tip = true_tip(kin, joints, samples=4).reshape(2, 5, 3)
     for move in range(2):
         quarter = joints[move] + (joints[move + 1] - joints[move]) / 4
         np.testing.assert_allclose(tip[move, [0, 1, -1]], kin.forward([joints[move], quarter, joints[move + 1]])[0])
-        np.testing.assert_allclose(segment[move], np.linspace(*kin.forward(joints[move : move + 2])[0], 5))
 
 
 @pytest.mark.parametrize("turn", [0.01, 0.1, 0.5])
@@ -206,3 +202,29 @@ def test_angle_from_a_great_circle_is_the_least_to_any_axis_on_it(axis, start, o
         dense = 2 * np.arcsin(np.linalg.norm(axis - along / length, axis=1) / 2).min()
         step = np.linalg.norm(end - start) / 20000 / length.min()  # where the chord passes near the centre
         assert found == pytest.approx(dense, rel=1e-3, abs=step + 2e-15)
+
+
+def test_linearized_path_keeps_the_tolerance_in_dense_sampling(kin):
+    rng = np.random.default_rng(2)
+    joints = np.cumsum(rng.normal(size=(30, 5)) * [5, 5, 5, 0.1, 0.1], axis=0)
+    found = linearize(kin, joints, 0.01)
+    assert deviation(kin, found.joints[:-1], found.joints[1:], samples=160)[0].max() <= 0.01 * 1.01
+    np.testing.assert_array_equal(found.joints[found.place % 1 == 0], joints)
+    tip, corners = kin.forward(found.joints)[0], kin.forward(joints)[0]
+    expected = np.stack([np.interp(found.place, np.arange(30), column) for column in corners.T], axis=1)
+    np.testing.assert_allclose(tip, expected, atol=1e-9)
+    assert len(linearize(kin, joints, 1e9).joints) == 30
+
+
+def test_subdivide(kin):
+    start, end = moves(kin, 3, seed=3)
+    joints, place = subdivide(kin, start, end, [1, 2, 4])
+    np.testing.assert_array_equal(place, [1, 1.5, 2, 2.25, 2.5, 2.75, 3])
+    np.testing.assert_array_equal(joints[[0, 2, 6]], end)
+    np.testing.assert_allclose(joints[1, 3:], (start + end)[1, 3:] / 2)
+
+
+def test_too_fine_a_tolerance_names_the_block(dmu50v):
+    joints = dmu50v.close([77.0, 0, 0], [[0, 0], [0, 0.1], [0, 3]])
+    with pytest.raises(ReachError, match=r"from row 2 to 3.*16 pieces"):
+        linearize(dmu50v, joints, 0.01, max_pieces=16, name="row")

@@ -7,8 +7,7 @@ from scipy.interpolate import CubicSpline
 
 from mathpost.errors import MathpostError
 from mathpost.post import selection, yu_dan
-from mathpost.post.between_blocks import deviation
-from mathpost.post.motion import equation_8, linearize, subdivide
+from mathpost.post.between_blocks import deviation, equation_8, linearize, subdivide
 from mathpost.post.yu_dan import paper_clamped, paper_cubic
 from mathpost.rotation import numeric
 from tests.conftest import DATA
