@@ -243,8 +243,8 @@ def slices(shape):
 def shared(expressions, symbols=None):
     """Take apart what expressions have in common: pairs of a symbol and its value, and the expressions in these.
 
-    Exact constants (√2/2, long fractions) are evaluated, exponents left alone. Unlike `sympy.cse` it looks for equal
-    parts only, and lets sympy simplify nothing again, which takes most of the time there.
+    Exact constants (√2/2, long fractions) are evaluated, exponents left alone. Unlike `sympy.cse` it looks for
+    equal parts only, and lets sympy simplify nothing again, which takes most of the time there.
     """
     expressions = [sp.sympify(entry) for entry in expressions]
     symbols = symbols or sp.numbered_symbols("common")
