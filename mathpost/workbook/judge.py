@@ -276,7 +276,7 @@ class Judge:
         given = graph.upstream(p for c in self.found.calculations for p in (*c.given, *c.results))
         given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
         leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in rest}
-        beside = {p for p, used in leaves.items() if used & self.found.typed and given.isdisjoint(used)}
+        beside = {p for p, used in leaves.items() if given and used & self.found.typed and given.isdisjoint(used)}
         places, rest = [p for p in places if p not in beside], rest - beside
         composed = {p for p in self.found.composed if not self._is_degrees_and_minutes(p)}
         rest = {p for p in rest - self.found.composed if p in typed or not self._is_check(p, known, angles)}

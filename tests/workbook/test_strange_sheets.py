@@ -1,0 +1,222 @@
+"""Rotation sheets as different people lay them out: what is beside the result, how it is listed, what is derived.
+
+Nothing here is computed by the package: a sheet is right because its formulas are those of source 000.
+"""
+
+import re
+
+import openpyxl
+import pytest
+
+from mathpost.workbook import Task, check_file
+
+ELEMENTS = {  # of the passive elementary matrices, as formulas of cosine and sine
+    "Z": ("={c}", "={s}", 0, "=-{s}", "={c}", 0, 0, 0, 1),
+    "X": (1, 0, 0, 0, "={c}", "={s}", 0, "=-{s}", "={c}"),
+}
+ANGLES = ("COS(RADIANS({}))", "SIN(RADIANS({}))")
+
+
+def _places(corner, rows=3, columns=3):
+    left, top = ord(corner[0]), int(corner[1:])
+    return [f"{chr(left + k)}{top + n}" for n in range(rows) for k in range(columns)]
+
+
+def _matrix(corner, axis, angle, turn=ANGLES):
+    c, s = (part.format(angle) for part in turn)
+    entries = [each.format(c=c, s=s) if isinstance(each, str) else each for each in ELEMENTS[axis]]
+    return dict(zip(_places(corner), entries, strict=True))
+
+
+def _product(corner, left, right, columns=3):
+    a, b = _places(left), _places(right, 3, columns)
+    entries = [
+        "=" + "+".join(f"{a[3 * row + k]}*{b[columns * k + column]}" for k in range(3))
+        for row in range(3)
+        for column in range(columns)
+    ]
+    return dict(zip(_places(corner, 3, columns), entries, strict=True))
+
+
+def _sheet(turn=ANGLES, angles=(135, 54.7356, -90), point=(3, 4, 5)):
+    """Angles in B1:B3, the point in D1:D3, elementary matrices from A6, products from E6, the result in M6:M8."""
+    cells = dict(zip(("B1", "B2", "B3", "D1", "D2", "D3"), (*angles, *point), strict=True))
+    for corner, axis, angle in (("A6", "Z", "B1"), ("A10", "X", "B2"), ("A14", "Z", "B3")):
+        cells |= _matrix(corner, axis, angle, turn)
+    return cells | _product("E6", "A10", "A6") | _product("I6", "A14", "E6") | _product("M6", "I6", "D1", 1)
+
+
+BESIDE = {
+    "a length": ({"M10": "=SQRT(M6^2+M7^2+M8^2)", "M11": "=SQRT(D1^2+D2^2+D3^2)"}, "right"),
+    "what is shown": ({f"O{n}": f"=ROUND(M{n},3)" for n in (6, 7, 8)}, "right"),
+    "a judgement": ({"O6": -1.2247, "P6": '=IF(ABS(M6-O6)<0.001,"OK","wrong")'}, "right"),
+    "the transposed times itself": (
+        {f"Q{6 + n}": f"=I{6 + n}*I6+J{6 + n}*J6+K{6 + n}*K6" for n in range(3)},
+        "right",
+    ),
+    "turned back": ({f"O{6 + n}": f"={c}6*M6+{c}7*M7+{c}8*M8" for n, c in enumerate("IJK")}, "right"),
+    "angles computed back": ({"B20": "=DEGREES(ATAN2(-J8,I8))", "B21": "=DEGREES(ACOS(K8))"}, "right"),
+    "something else": ({"S20": 3, "S21": 4, "S22": 5, "S23": "=AVERAGE(S20:S22)"}, "right"),
+    "a vector that only follows": ({f"O{n}": f"=M{n}/3+1" for n in (6, 7, 8)}, "unclear"),
+    "a text of the result": ({"O6": '="x = "&TEXT(M6,"0.000")'}, "right"),
+}
+
+
+def _check(tmp_path, cells, texts=None, **task):
+    book = openpyxl.Workbook()
+    for address, content in (cells | (texts or {})).items():
+        book.active[address] = content
+    book.save(tmp_path / "one.xlsx")
+    return check_file(tmp_path / "one.xlsx", Task(**task) if task else None)
+
+
+@pytest.mark.parametrize("name", BESIDE)
+def test_what_stands_beside_a_right_result_raises_no_alarm(tmp_path, name):
+    beside, verdict = BESIDE[name]
+    report = _check(tmp_path, _sheet() | beside)
+    assert (report.verdict, report.faults) == (verdict, []), report
+
+
+@pytest.mark.parametrize("name", BESIDE)
+@pytest.mark.parametrize(
+    ("cell", "formula", "cause"),
+    [("B11", "=-COS(RADIANS(B2))", "sign"), ("M7", "=I7*D1+J7*D2+K7*D2", "wrong point")],
+)
+def test_it_hides_no_slip(tmp_path, name, cell, formula, cause):
+    report = _check(tmp_path, _sheet() | BESIDE[name][0] | {cell: formula})
+    assert (report.verdict, report.faults[0].cell, report.faults[0].cause) == ("wrong", f"Sheet!{cell}", cause), (
+        report
+    )
+
+
+@pytest.mark.parametrize(
+    ("turn", "angles"),
+    [
+        (("COS({}*PI()/200)", "SIN({}*PI()/200)"), (150, 60.8173, -100)),  # gon
+        (("COS({}*0.0174532925)", "SIN({}*0.0174532925)"), (135, 54.7356, -90)),
+        (("COS({})", "SIN({})"), (2.3562, 0.9553, -1.5708)),
+    ],
+)
+def test_units(tmp_path, turn, angles):
+    assert _check(tmp_path, _sheet(turn, angles)).verdict == "right"
+
+
+def test_degrees_minutes_and_seconds(tmp_path):
+    cells = _sheet()
+    for n, numbers in enumerate(((35, 15, 50), (62, 40, 12), (118, 5, 27)), 1):
+        cells |= dict(zip((f"F{n}", f"G{n}", f"H{n}"), numbers, strict=True)) | {
+            f"B{n}": f"=F{n}+G{n}/60+H{n}/3600"
+        }
+    assert _check(tmp_path, cells).verdict == "right"
+    report = _check(tmp_path, cells | {"B2": "=F2+G2/60+H2/60"})
+    assert (report.verdict, report.not_checked) == ("unclear", ["Sheet!B2"])
+
+
+def test_an_angle_that_is_computed_is_no_fault_and_not_passed(tmp_path):
+    report = _check(tmp_path, _sheet() | {"F2": 125.2644, "B2": "=180-F2"})
+    assert (report.verdict, report.faults, report.not_checked) == ("unclear", [], ["Sheet!B2"])
+
+
+def test_two_cases_side_by_side_of_which_one_takes_an_angle_of_the_other(tmp_path):
+    right = _sheet()
+    below = _sheet(angles=(120, 50, -80))
+    cells = right | {_down(address): _down(content) for address, content in below.items()}
+    assert _check(tmp_path, cells).verdict == "right"
+    # The second block is a copy in which one elementary matrix still takes the angle of the first.
+    spoilt = {place: cells[place].replace("B32", "B2") for place in ("B41", "C41", "B42", "C42")}
+    report = _check(tmp_path, cells | spoilt)
+    assert (report.faults[0].cell, report.faults[0].cause) == ("Sheet!B41", "wrong reference"), report
+
+
+def _down(text):
+    """An address, or a formula, thirty rows further down."""
+    if not isinstance(text, str):
+        return text
+    return re.sub(r"(?<![A-Z])([A-S])(\d+)", lambda found: f"{found[1]}{int(found[2]) + 30}", text)
+
+
+def test_matrices_listed_element_by_element(tmp_path):
+    cells = {"B1": 135, "B2": 54.7356, "B3": -90, "H12": 3, "H13": 4, "H14": 5}
+    for column, (axis, angle) in zip("BCD", (("Z", "$B$1"), ("X", "$B$2"), ("Z", "$B$3")), strict=True):
+        cells |= {f"{column}{12 + n}": e for n, e in enumerate(_matrix("A1", axis, angle).values())}
+    for column, left, right in (("E", "C", "B"), ("F", "D", "E")):
+        for row in range(9):
+            i, j = divmod(row, 3)
+            terms = (f"{left}{12 + 3 * i + k}*{right}{12 + 3 * k + j}" for k in range(3))
+            cells[f"{column}{12 + row}"] = "=" + "+".join(terms)
+    for i in range(3):
+        cells[f"J{12 + i}"] = "=" + "+".join(f"F{12 + 3 * i + k}*H{12 + k}" for k in range(3))
+    assert _check(tmp_path, cells).verdict == "right"
+    report = _check(tmp_path, cells | {"F16": cells["F16"].replace("E13", "E14")})
+    assert report.faults[0].cell == "Sheet!F16", report
+
+
+def test_results_between_other_columns(tmp_path):
+    cells = {address: content for address, content in _sheet().items() if address[0] not in "DM"}
+    for row in range(20, 25):
+        cells |= {f"A{row}": row - 19, f"B{row}": 1.5 * row, f"C{row}": 40 - row, f"D{row}": (row - 22) ** 2}
+        for n, column in enumerate("FIL"):
+            cells[f"{column}{row}"] = f"=$I${6 + n}*B{row}+$J${6 + n}*C{row}+$K${6 + n}*D{row}"
+            cells[chr(ord(column) + 1) + str(row)] = 100 * row
+    assert _check(tmp_path, cells).verdict == "right"
+    spoilt = {f"I{row}": cells[f"I{row}"].replace("$J$7", "$J$8") for row in range(20, 25)}
+    report = _check(tmp_path, cells | spoilt)
+    assert (report.verdict, report.faults[0].cell) == ("wrong", "Sheet!I20"), report
+
+
+def test_quaternions_one_in_a_row(tmp_path):
+    cells = {f"A{n}": angle for n, angle in ((6, 135), (7, 54.7356), (8, -90))}
+    for n, axis in ((6, "G"), (7, "E"), (8, "G")):
+        cells |= {f"{c}{n}": 0 for c in "EFG"} | {f"B{n}": f"=RADIANS(A{n})/2", f"D{n}": f"=COS(B{n})"}
+        cells[f"{axis}{n}"] = f"=SIN(B{n})"
+    cells |= _hamilton(10, 6, 7) | _hamilton(11, 10, 8)
+    cells |= {"D12": "=D11", "E12": "=-E11", "F12": "=-F11", "G12": "=-G11"}
+    cells |= {"D13": 0, "E13": 3, "F13": 4, "G13": 5} | _hamilton(14, 12, 13) | _hamilton(15, 14, 11)
+    assert _check(tmp_path, cells, {"A1": "Unit quaternions"}).verdict == "right"
+    report = _check(tmp_path, cells | {"B7": "=RADIANS(A7)"}, {"A1": "Unit quaternions"})
+    assert (report.faults[0].cell, report.faults[0].cause) == ("Sheet!B7", "half angle"), report
+
+
+def _hamilton(row, p, q):
+    """The product of the quaternions in two rows, D to G."""
+    (a, b, c, d), (w, x, y, z) = ([f"{column}{n}" for column in "DEFG"] for n in (p, q))
+    entries = (
+        f"={a}*{w}-{b}*{x}-{c}*{y}-{d}*{z}",
+        f"={a}*{x}+{b}*{w}+{c}*{z}-{d}*{y}",
+        f"={a}*{y}-{b}*{z}+{c}*{w}+{d}*{x}",
+        f"={a}*{z}+{b}*{y}-{c}*{x}+{d}*{w}",
+    )
+    return dict(zip((f"{column}{row}" for column in "DEFG"), entries, strict=True))
+
+
+def test_what_no_single_change_explains_is_not_judged(tmp_path):
+    spoilt = {"A6": "=SIN(RADIANS(B2))", "B11": "=COS(RADIANS(B3))", "J7": "=A15*F6", "I8": "=1/E6"}
+    report = _check(tmp_path, _sheet() | spoilt)
+    assert (report.verdict, report.faults) == ("unclear", []) and "no single change" in str(report)
+
+
+def test_labels_of_matrices_make_no_silent_pass_of_formulas(tmp_path):
+    """Labels say three matrices; the formulas that use them are none of the task's, and are listed."""
+    cells = _matrix("A6", "Z", "B1") | {"B1": 35, "E6": "=SUM(A6:C6)*7", "E7": "=A7*A6"}
+    report = _check(tmp_path, cells, {"A1": "α", "A5": "matrix alpha"})
+    assert report.verdict == "unclear" and {"Sheet!E6:E7"} <= set(report.not_checked), report
+
+
+@pytest.mark.parametrize(
+    ("text", "verdict"),
+    [
+        ("Intrinsic z-x'-z'' Euler angles, passive rotation (not the active one)", "right"),
+        ("3-1-3 sequence, passive", "right"),
+        ("rotation sequence 3-2-1, passive", "unclear"),
+        ("Euler angles ZYX", "unclear"),
+    ],
+)
+def test_texts_that_name_a_sequence(tmp_path, text, verdict):
+    assert _check(tmp_path, _sheet(), {"A20": text}).verdict == verdict
+
+
+def test_another_sequence_than_the_tasks_is_named(tmp_path):
+    report = _check(tmp_path, _sheet(), sequence="ZYX", convention="passive")
+    assert (report.verdict, report.faults[0].cause) == ("wrong", "other convention") and "ZXZ" in str(
+        report.faults[0]
+    )
