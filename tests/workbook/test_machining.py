@@ -127,7 +127,7 @@ def test_at_the_pole_any_angle_is_right_but_there_must_be_one(tmp_path):
 
 
 def test_a_tool_axis_that_is_no_unit_vector_is_warned_of(tmp_path):
-    cells, rows, task = table("no headings")
+    cells, _, task = table("no headings")
     cells["S", 5, 7] += 0.01
     report = checked(tmp_path / "sheet.xlsx", cells, task)
     assert any("no unit vector in row 5" in text for text in report.warnings)
