@@ -13,7 +13,7 @@ from sympy.printing.jscode import JavascriptCodePrinter
 from mathpost import chain
 from mathpost.errors import InputError
 from mathpost.kinematics import ABOVE, AT_POLE, BELOW, REACH_TOLERANCE
-from mathpost.rotation import in_floats
+from mathpost.rotation import shared
 
 LANGUAGES = ("latex", "js", "c")
 
@@ -36,10 +36,10 @@ def function(name, outputs, arguments, language="js"):
     }
     """
     named = dict(zip(arguments, sp.symbols(f"q:{len(arguments)}"), strict=True))
-    exact = [in_floats(sp.sympify(entry)).xreplace(named) for entry in outputs]
-    common, results = sp.cse(exact, symbols=sp.numbered_symbols("t"))
+    entries = [sp.sympify(entry).xreplace(named) for entry in outputs]
+    common, results = shared(entries, sp.numbered_symbols("t"))
     head, number, code = _DIALECTS[language]
-    used = set().union(*(entry.free_symbols for entry in exact)) if exact else set()
+    used = set().union(*(entry.free_symbols for entry in entries))
     lines = [
         f"    {number} {symbol} = q[{index}];" for index, symbol in enumerate(named.values()) if symbol in used
     ]

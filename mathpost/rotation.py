@@ -6,6 +6,7 @@ matrices are sympy's own, so that no rotation matrix is typed here.
 """
 
 import math
+from collections import Counter
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -215,11 +216,13 @@ def numeric(expression, arguments):
            [-1.,  1.]])
     """
     shape = (len(expression),) if isinstance(expression, tuple) else getattr(expression, "shape", ())
-    entries = [in_floats(sp.sympify(entry)) for entry in (expression if shape else [expression])]
-    compiled = sp.lambdify(arguments, entries, "numpy", cse=True)
+    entries = list(expression if shape else [expression])
+    compiled = sp.lambdify(arguments, entries, "numpy", cse=shared, use_imps=False)
 
     def evaluate(*values):
-        values = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in values))
+        values = [np.asarray(value, dtype=float) for value in values]
+        if any(value.shape != values[0].shape for value in values):
+            values = np.broadcast_arrays(*values)
         flat = [value.reshape(-1) for value in values]
         result = np.empty((len(entries), flat[0].size))
         for rows in slices(flat[0].shape):
@@ -237,13 +240,53 @@ def slices(shape):
         yield slice(start, start + step)
 
 
-@lru_cache(maxsize=4096)
-def in_floats(expression):
-    """Return `expression` with its exact constants (√2/2, long fractions) evaluated, exponents left alone."""
-    if expression.is_Integer and abs(expression) < 2**53:
-        return expression
-    if expression.is_number:
-        return sp.N(expression, 30)
+def shared(expressions, symbols=None):
+    """Take apart what expressions have in common: pairs of a symbol and its value, and the expressions in these.
+
+    Exact constants (√2/2, long fractions) are evaluated, exponents left alone. Unlike `sympy.cse` it looks for
+    equal parts only, and lets sympy simplify nothing again, which takes most of the time there.
+    """
+    expressions = [sp.sympify(entry) for entry in expressions]
+    symbols = symbols or sp.numbered_symbols("common")
+    uses, left, built, pairs = Counter(expressions), [*dict.fromkeys(expressions)], {}, []
+    while left:
+        for part in _parts(left.pop()):
+            uses[part] += 1
+            if uses[part] == 1:
+                left.append(part)
+
+    def build(part):
+        if part not in built:
+            built[part] = new = _put_together(part, [build(each) for each in _parts(part)])
+            if uses[part] > 1 and new.args and isinstance(new, sp.Expr):  # no condition, no case of a Piecewise
+                built[part] = next(symbols)
+                pairs.append((built[part], new))
+        return built[part]
+
+    return pairs, [build(entry) for entry in expressions]
+
+
+def _parts(expression):
+    """What an expression is made of: of a constant nothing, of a product the constant factor and the rest."""
+    if not expression.args or expression.is_number:
+        return ()
     if expression.is_Pow:
-        return sp.Pow(in_floats(expression.base), expression.exp)
-    return expression.func(*map(in_floats, expression.args)) if expression.args else expression
+        return expression.args[:1]
+    if expression.is_Mul and any(factor.is_number for factor in expression.args):
+        constant = [factor for factor in expression.args if factor.is_number]
+        rest = [factor for factor in expression.args if not factor.is_number]
+        return sp.Mul(*constant), sp.Mul(*rest, evaluate=False)
+    return expression.args
+
+
+def _put_together(expression, parts):
+    """An expression of these parts as they stand; a constant as a float, but for whole numbers that one holds."""
+    if not parts:
+        exact = not expression.is_number or (expression.is_Integer and abs(expression) < 2**53)
+        return expression if exact else sp.N(expression, 30)
+    if expression.is_Pow:
+        return sp.Pow(*parts, expression.exp, evaluate=False)
+    as_it_stands = (
+        {"evaluate": False} if isinstance(expression, sp.Expr) else {}
+    )  # a condition knows no such choice
+    return expression.func(*parts, **as_it_stands)

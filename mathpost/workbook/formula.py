@@ -282,12 +282,13 @@ def evaluate(tree, look, functions=FUNCTIONS):
     if head == "area":
         return look(parts[0])
     if head in ("number", "text"):
-        return np.full((1, 1, 1), parts[0] if head == "number" else np.nan)
+        return np.array([[[parts[0] if head == "number" else np.nan]]])
     if head not in functions or (head in COMPARISONS and "text" in (part[0] for part in parts)):
         raise NotUnderstood(f"the operator {head}" if head in POWER else head)
     values = [evaluate(part, look, functions) for part in parts]
     try:
-        return functions[head](*values) * 1.0
+        value = functions[head](*values)
+        return value if value.dtype == float else value * 1.0
     except (TypeError, ValueError, IndexError, np.linalg.LinAlgError):
         sizes = ", ".join("×".join(map(str, np.shape(value)[1:])) for value in values)
         raise NotUnderstood(f"{head} of {sizes or 'nothing'}") from None
