@@ -214,11 +214,7 @@ def looked_at(rows, values):
             text = ", ".join(map(str, beyond[:6]))
             yield f"{name} beyond its travel {low[k]:g} … {high[k]:g} in {what}{'s' * (len(beyond) > 1)} {text}"
     lengths = np.linalg.norm(np.array([[values.get(p) for p in row.axis] for row in rows], dtype=float), axis=1)
-    odd = [
-        f"{line} ({length:.4g})"
-        for line, length in zip(lines, lengths, strict=True)
-        if abs(length - 1) > UNIT_LENGTH
-    ]
+    odd = [f"{lines[n]} ({lengths[n]:.4g})" for n in np.flatnonzero(np.abs(lengths - 1) > UNIT_LENGTH)]
     if 0 < 2 * len(odd) < len(rows):
         yield f"the tool axis is no unit vector in {what} {', '.join(odd[:6])}"
     steps = np.abs(np.diff(own[:, 3:], axis=0))
