@@ -167,7 +167,7 @@ def written_decimals(values):
     """
     most = 0
     for value in np.asarray(values, dtype=object).ravel():
-        text = value.strip() if isinstance(value, str) else repr(float(f"{value:.13g}")).removesuffix(".0")
+        text = value.strip() if isinstance(value, str) else repr(float(f"{float(value):.13g}")).removesuffix(".0")
         try:
             most = max(most, -Decimal(text).as_tuple().exponent)
         except InvalidOperation:
