@@ -191,17 +191,16 @@ class Recognised:
             users = graph.used.get(place, ())
             partners = {s for user in users for s in graph.uses[user]} - {place}
             found |= {place} if self._converts(place) and min(len(users), len(partners)) >= 2 else set()
-        if re.search("quaternion|四元数", self.text, re.I):  # (0, x, y, z)
-            fours = [[_at(p, 0, n) for n in range(-1, 5)] for p in self.typed if graph.own[p] == 0]
-            found |= {f[1] for f in fours if [p in self.typed for p in f] == [False, True, True, True, True, False]}
+        given = self.typed & graph.used.keys() - self.turning - found
+        quaternions = re.search("quaternion|四元数", self.text, re.I)
+        for place, (down, right) in product(given, ((1, 0), (0, 1))):  # (x, y, z, 1), or (0, x, y, z)
+            line = [_at(place, n * down, n * right) for n in range(-1, 5)]
+            if [p in given for p in line] == [False, True, True, True, True, False]:
+                found |= {line[4]} if graph.own[line[4]] == 1 else set()
+                found |= {place} if quaternions and graph.own[place] == 0 else set()
         for whole in graph.components:
             if any(p in graph.trees and p not in self.typed for p in whole):
                 found |= {p for p in whole if p in self.typed - found and not self._in_typed_line(p, whole)}
-            else:  # the fourth coordinates
-                for n in (1, 2):
-                    last = [p for p in whole if p[n] == whole[-1][n]]
-                    four = len(whole) == 4 * len(last) and whole[-1][n] - whole[0][n] == 3
-                    found.update(last if four and all(graph.own[p] == 1 for p in last) else ())
         return found
 
     def _in_typed_line(self, place, whole):
@@ -325,7 +324,9 @@ class Recognised:
                 alike = len(frozenset.intersection(*sets)) / len(frozenset.union(*sets))
                 along = 1 if line[0][1] < line[1][1] else 2
                 array = set(line) <= set(self.graph.array(line[0]))
-                found[line] = (alike <= 0.4, -len(inside), apart, not array), (line[0][0], along, line[0][along])
+                lost = {p for p in line if p in graph.trees and not self.depends[p]}  # by a slip
+                rank = alike <= 0.4, -len(inside), not lost | inside >= set(line), apart, not array
+                found[line] = rank, (line[0][0], along, line[0][along])
         aligned, taken, chosen = Counter(), set(), []
         for (_, inside, *_), run in found.values():
             aligned[run] += inside

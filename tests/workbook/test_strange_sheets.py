@@ -164,6 +164,18 @@ def test_results_between_other_columns(tmp_path):
     assert (report.verdict, report.faults[0].cell) == ("wrong", "Sheet!I20"), report
 
 
+def test_the_one_below_a_point_beside_its_result(tmp_path):
+    """Homogeneous coordinates: (x, y, z, 1) next to the formulas of p', and the matrix with the origin in it."""
+    cells = {a: c for a, c in _sheet().items() if a[0] not in "DM"} | {"B20": 10, "B21": -2, "B22": 1.5}
+    for n, row in enumerate((6, 7, 8)):
+        cells |= {f"L{row}": f"=-(I{row}*B20+J{row}*B21+K{row}*B22)", f"O{row}": (3, 4, 5)[n]}
+        cells[f"P{row}"] = f"=I{row}*O6+J{row}*O7+K{row}*O8+L{row}*O9"
+    cells |= {"I9": 0, "J9": 0, "K9": 0, "L9": 1, "O9": 1, "P9": "=I9*O6+J9*O7+K9*O8+L9*O9"}
+    assert _check(tmp_path, cells).verdict == "right"
+    report = _check(tmp_path, cells | {"L7": "=-(I7*B20+J7*B22+K7*B22)"})
+    assert (report.verdict, report.faults[0].cell) == ("wrong", "Sheet!L7"), report
+
+
 def test_quaternions_one_in_a_row(tmp_path):
     cells = {f"A{n}": angle for n, angle in ((6, 135), (7, 54.7356), (8, -90))}
     for n, axis in ((6, "G"), (7, "E"), (8, "G")):
