@@ -7,6 +7,7 @@ from mathpost.workbook.file import EMPTY, read
 from mathpost.workbook.formula import areas
 from mathpost.workbook.graph import Graph, same
 from mathpost.workbook.judge import Judge
+from mathpost.workbook.label import read_label
 from mathpost.workbook.nc_table import looked_at
 from mathpost.workbook.recognise import Recognised, Task
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, FileReport, Judgement
@@ -61,6 +62,10 @@ def check_file(path, task=None):
     warnings = [f"{graph.address(p)} depends on itself" for p in sorted(graph.circular, key=graph.reading_order)]
     stored = {p: number for p in graph.order if (number := graph.cells[p].number) is not None}
     stale = [p for p, number in stored.items() if abs(graph.own[p] - number) > 1e-6 * (1 + abs(number))]
+    for place in found.sorted(found.typed - graph.used.keys()):
+        role, numbers = read_label(found.label(place)), {graph.own[p] for c in found.calculations for p in c.angles}
+        if role and role.kind == "angle" and numbers and graph.own[place] not in numbers:
+            warnings.append(f"{graph.address(place)} is an angle, {graph.own[place]:g}, that no formula uses")
     if stale:
         warnings.append(f"stored values are not what the formulas give: {', '.join(graph.ranges(stale[:6]))}")
     warnings += [LUCKY] * bool(typed)

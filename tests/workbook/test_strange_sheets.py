@@ -128,6 +128,16 @@ def test_two_cases_side_by_side_of_which_one_takes_an_angle_of_the_other(tmp_pat
     assert (report.faults[0].cell, report.faults[0].cause) == ("Sheet!B41", "wrong reference"), report
 
 
+def test_a_copied_block_that_takes_all_angles_of_the_first_is_warned_of(tmp_path):
+    labels = {f"A{row}": name for n in (0, 30) for row, name in enumerate(("α", "β", "γ"), 1 + n)}
+    cells = _sheet() | {_down(a): _down(c) for a, c in _sheet(angles=(120, 50, -80)).items()}
+    spoilt = {
+        a: re.sub(r"B3([123])", r"B\1", c) for a, c in cells.items() if isinstance(c, str) and int(a[1:]) > 30
+    }
+    assert _check(tmp_path, cells, labels).warnings == []
+    assert "B31 is an angle, 120, that no formula uses" in str(_check(tmp_path, cells | spoilt, labels))
+
+
 def _down(text):
     """An address, or a formula, thirty rows further down."""
     if not isinstance(text, str):
