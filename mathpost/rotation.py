@@ -286,7 +286,6 @@ def _put_together(expression, parts):
         return expression if exact else sp.N(expression, 30)
     if expression.is_Pow:
         return sp.Pow(*parts, expression.exp, evaluate=False)
-    as_it_stands = (
-        {"evaluate": False} if isinstance(expression, sp.Expr) else {}
-    )  # a condition knows no such choice
+    # A condition knows no such choice.
+    as_it_stands = {"evaluate": False} if isinstance(expression, sp.Expr) else {}
     return expression.func(*parts, **as_it_stands)

@@ -62,9 +62,10 @@ def check_file(path, task=None):
     warnings = [f"{graph.address(p)} depends on itself" for p in sorted(graph.circular, key=graph.reading_order)]
     stored = {p: number for p in graph.order if (number := graph.cells[p].number) is not None}
     stale = [p for p, number in stored.items() if abs(graph.own[p] - number) > 1e-6 * (1 + abs(number))]
-    for place in found.sorted(found.typed - graph.used.keys()):
-        role, numbers = read_label(found.label(place)), {graph.own[p] for c in found.calculations for p in c.angles}
-        if role and role.kind == "angle" and numbers and graph.own[place] not in numbers:
+    angles = {graph.own[p] for c in found.calculations for p in c.angles}
+    for place in found.sorted(found.typed - graph.used.keys()) if angles else ():
+        role = read_label(found.label(place))
+        if role and role.kind == "angle" and graph.own[place] not in angles:
             warnings.append(f"{graph.address(place)} is an angle, {graph.own[place]:g}, that no formula uses")
     if stale:
         warnings.append(f"stored values are not what the formulas give: {', '.join(graph.ranges(stale[:6]))}")

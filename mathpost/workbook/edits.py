@@ -7,8 +7,8 @@ from itertools import combinations, permutations, product
 import numpy as np
 
 from mathpost.rotation import wrap
-from mathpost.workbook.formula import Area, area_of, areas, put, text_of, walk, with_areas
-from mathpost.workbook.graph import ROUNDING, same
+from mathpost.workbook.formula import ROUNDING, Area, area_of, areas, put, text_of, unrounded, walk, with_areas
+from mathpost.workbook.graph import same
 
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
@@ -121,7 +121,8 @@ def _functions(part, path):
         yield "transposed", inner[0]
     if name == "MMULT":
         a, b = inner
-        for order in permutations(_factors(part)):
+        factors = _factors(part)
+        for order in permutations(factors) if len(factors) < 5 else [factors[::-1]]:
             yield "order of product", reduce(lambda left, right: (name, left, right), order)
         yield from (("transposed", (name, *factors)) for factors in ((("TRANSPOSE", a), b), (a, ("TRANSPOSE", b))))
     if not path and name in ("MMULT", "TRANSPOSE"):
@@ -152,21 +153,10 @@ def _exact(part):
 
 
 def take_unrounded(graph, places):
-    """Take results as they are before they are rounded, if most of these places are, or where nobody uses them."""
+    """Take results as they are before they are rounded, if most of these places are."""
     own = graph.own  # of the formulas as they are
     rounded = {p: tree for p in places if p in own and (tree := unrounded(graph.tree(p))) != graph.tree(p)}
-    for place, tree in rounded.items():
-        if 2 * len(rounded) > len(places) or place not in graph.used:
-            graph.trees[place] = tree
-
-
-def unrounded(tree):
-    """The tree without the last rounding of what it gives, to two decimals or more."""
-    if tree[0] in ROUNDING and len(tree) == 3 and tree[2][0] == "number" and tree[2][1] >= 2:
-        return tree[1]
-    if tree[0] == "IF":
-        return (*tree[:2], *map(unrounded, tree[2:]))
-    return (tree[0], unrounded(tree[1]), *tree[2:]) if tree[0] == "MOD" else tree
+    graph.trees |= rounded if 2 * len(rounded) > len(places) else {}
 
 
 def as_around(graph, place):

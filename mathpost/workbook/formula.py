@@ -15,6 +15,7 @@ from openpyxl.utils import get_column_letter, range_boundaries
 
 POWER = {"^": 5, "*": 4, "/": 4, "+": 3, "-": 3, "&": 2, "=": 1, "<>": 1, "<": 1, ">": 1, "<=": 1, ">=": 1}
 LARGEST = 20_000  # cells of a range
+ROUNDING = {"ROUND", "ROUNDDOWN", "ROUNDUP", "TRUNC", "INT"}
 
 
 class NotUnderstood(ValueError):
@@ -196,6 +197,15 @@ def text_of(tree):
         return f"{_within(parts[0], POWER[head] - 1)}{head}{_within(parts[1], POWER[head])}"
     inner = (";" if head == "rows" else ",").join(map(text_of, parts))
     return {"rows": f"{{{inner}}}", "row": inner}.get(head, f"{head}({inner})")
+
+
+def unrounded(tree):
+    """The tree without the last rounding of what it gives, to two decimals or more."""
+    if tree[0] in ROUNDING and len(tree) == 3 and tree[2][0] == "number" and tree[2][1] >= 2:
+        return tree[1]
+    if tree[0] == "IF":
+        return (*tree[:2], *map(unrounded, tree[2:]))
+    return (tree[0], unrounded(tree[1]), *tree[2:]) if tree[0] == "MOD" else tree
 
 
 def form_of(tree):

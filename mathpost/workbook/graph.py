@@ -10,10 +10,19 @@ import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.workbook.file import EMPTY, local_address
-from mathpost.workbook.formula import FUNCTIONS, NotUnderstood, areas, evaluate, form_of, heads, parse, walk
+from mathpost.workbook.formula import (
+    FUNCTIONS,
+    NotUnderstood,
+    areas,
+    evaluate,
+    form_of,
+    heads,
+    parse,
+    unrounded,
+    walk,
+)
 
 SAMPLES = 8
-ROUNDING = {"ROUND", "ROUNDDOWN", "ROUNDUP", "TRUNC", "INT"}
 ZERO = np.zeros(1)
 CLOSE = 5e-8  # relative: what the arithmetic of a spreadsheet and π/180 as 0.0174532925 lose
 
@@ -96,13 +105,17 @@ class Graph:
         mates = [p for p in self.part if anchor and p[0] == place[0] and self.cells[p].anchor == anchor]
         return [place, *(p for p in mates if p != place and self.trees.get(p) is self.trees.get(place))]
 
+    def is_array(self, places):
+        """Whether some cells are of one array formula."""
+        arrays = {(p[0], self.cells[p].anchor, id(self.trees.get(p))) if p in self.part else p for p in places}
+        return len(arrays) == 1 and places[0] in self.part
+
     def unround(self):
         """Take the rounding off what is only shown, by cells that none uses but for a message: it is no slip."""
-        assert self.own
-        for place in self.trees.keys() - self.part.keys():
-            head, *parts = self.trees[place]
-            if head in ROUNDING and self.messages.issuperset(self.used.get(place, ())):
-                self.trees[place] = parts[0]
+        own = self.own  # of the formulas as the file has them
+        for place in self.trees.keys() & own.keys() - self.part.keys():
+            if self.messages.issuperset(self.used.get(place, ())):
+                self.trees[place] = unrounded(self.trees[place])
 
     # Who uses whom.
 

@@ -12,9 +12,9 @@ from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError
 from mathpost.rotation import wrap
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
-from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, edits, repaired, unrounded
+from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, edits, repaired
 from mathpost.workbook.file import EMPTY
-from mathpost.workbook.formula import Area, areas, heads, text_of, walk
+from mathpost.workbook.formula import Area, areas, heads, text_of, unrounded, walk
 from mathpost.workbook.graph import SAMPLES, Graph, beside, same
 from mathpost.workbook.nc_table import Words, judge_numbers
 from mathpost.workbook.report import Fault
@@ -36,8 +36,9 @@ class Judge:
         self.faults, self.fixed, self.reading, self.unexplained, self.unsure = [], {}, None, [], set()
         self.live = [c for c in found.calculations if not c.typed]
         self.periods = {p: period for c in self.live for p, period in c.periods.items()}
-        for calculation in self.live:
-            self._set_units(calculation.angles)
+        base = graph.run({})
+        for angles in dict.fromkeys(c.angles for c in self.live):
+            self._set_units(angles, base)
         spare = [] if found.task.machine else [Calculation((), tuple(found.angles), tuple(found.lengths))]
         rng = np.random.default_rng(20)
         for calculation in (*spare, *self.live):
@@ -51,12 +52,13 @@ class Judge:
             calculation.unround(self.inputs)
         self.values = self._run()
 
-    def _set_units(self, places):
-        """Degrees or radians: whole turns of which unit leave more sines and cosines as they are."""
+    def _set_units(self, places, base):
+        """Degrees, radians or gon: whole turns of which unit leave more sines and cosines as they are."""
         own = {p: np.array([self.graph.own[p] + 0.3]) for p in places}
-        after = [p for p in self.graph.downstream(places) if heads(self.graph.tree(p)) & {"SIN", "COS"}]
+        moved = self.graph.downstream(places)
+        after = [p for p in moved if heads(self.graph.tree(p)) & {"SIN", "COS"}]
         turns = (0, 720, 4 * np.pi, 800)  # half angles turn half as fast
-        runs = [self.graph.run({p: number + turn for p, number in own.items()}) for turn in turns]
+        runs = [self.graph.run({p: n + turn for p, n in own.items()}, base, moved) for turn in turns]
         votes = [sum(same(run[p], runs[0][p], 1e-9) for p in after) for run in runs[1:]]
         beyond = any(abs(number) > LARGEST_RADIANS for number in own.values())
         unit = np.pi / 200 if votes[2] > max(votes[:2]) else np.pi / 180 if votes[0] > votes[1] or beyond else 1.0
@@ -197,8 +199,9 @@ class Judge:
             self.found.calculations = [c for c in self.found.calculations if c is not last] + right
 
     def _steps(self, last):
-        up = self.graph.upstream(last.results)
-        return [s for s in self.found.steps if isinstance(last, Turn) and up.issuperset(s.results)]
+        """The vectors on the way to a result."""
+        up = self.graph.upstream(last.results) if self.found.steps and isinstance(last, Turn) else set()
+        return [s for s in self.found.steps if up.issuperset(s.results)]
 
     def _by_a_step(self, last):
         """Repair a vector on the way to a result that no repair explains: the result may only follow from it."""
@@ -283,8 +286,9 @@ class Judge:
         return places, rest | composed
 
     def _is_degrees_and_minutes(self, place):
+        """Whether a cell makes an angle of degrees, minutes and seconds."""
         numbers = dict(zip(self.graph.uses[place], np.array([[35.0], [20.0], [48.0]]), strict=False))
-        return len(self.graph.uses[place]) == 3 and same(self.graph.cell(place, numbers), np.array([35.3466666667]))
+        return len(numbers) == 3 and same(self.graph.cell(place, numbers), np.array([35 + 20 / 60 + 48 / 3600]))
 
     def _is_check(self, place, known, angles):
         """Judge a cell beside the calculation: a determinant, a length, a difference, an angle computed back."""

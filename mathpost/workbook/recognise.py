@@ -7,7 +7,7 @@ import re
 import tomllib
 from collections import Counter
 from dataclasses import dataclass, fields
-from itertools import product, takewhile
+from itertools import count, product, takewhile
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +20,7 @@ from mathpost.workbook.formula import areas, heads, walk
 from mathpost.workbook.nc_table import rows_of
 from mathpost.workbook.plane_angles import find_planes
 
+MOVES = 1500  # inputs of one formula that are moved one by one
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
 BETWEEN = r"['’′]*[-–→·, ]*"
 SEQUENCE = re.compile(rf"(?<![A-Za-z])([XYZ]){BETWEEN}([XYZ]){BETWEEN}([XYZ])['’′]*(?![A-Za-z])", re.I)
@@ -275,30 +276,39 @@ class Recognised:
                 row.origin = Counter(each.origin for each in rows).most_common(1)[0][0]
 
     def _respond(self):
-        """Which inputs each cell depends on, and which cells are linear in lengths: by moving each input alone."""
-        graph, angles, lengths = self.graph, self.sorted(self.angles), self.sorted(self.lengths)
-        own = {p: graph.own[p] for p in (*angles, *lengths)}
-        step = 11.0 + 3 * max((abs(own[p]) for p in lengths), default=0)
-        inputs, count = (*angles, *lengths), 1 + len(angles) + 2 * len(lengths)
-        moved = {p: np.full(count, own[p] + 7.3 + 1.7 * k) for k, p in enumerate(inputs)}
-        for k, place in enumerate(inputs, 1):
-            moved[place][k] += 11.0 if place in self.angles else step
-        for k, place in enumerate(lengths, 1 + len(inputs)):
-            moved[place][k] += 2 * step
-        values, self.depends, self.reaches = graph.run(moved), {}, {}
+        """Which inputs each cell depends on, and which cells are linear in lengths: by moving each input alone.
+
+        Inputs that no formula has in common move at once, so that a long table needs no more runs than a short one.
+        """
+        graph, inputs = self.graph, (*self.sorted(self.angles), *self.sorted(self.lengths))
+        self.depends, self.reaches, together = {}, {}, {p: {p} for p in inputs}
         for place in graph.order:
             sources = graph.uses[place]
-            direct = frozenset(s for s in sources if s in own)
+            direct = frozenset(together.keys() & sources)
             self.reaches[place] = direct.union(*(self.reaches.get(s, ()) for s in sources))
-            value = np.broadcast_to(values[place], count)
-            changes = np.abs(value - value[0])
-            if np.isfinite(value).all():
-                small = 1e-9 * (1 + abs(value[0]))
-                self.depends[place] = {p for p, change in zip(inputs, changes[1:], strict=False) if change > small}
-                first, second = changes[1 + len(angles) : 1 + len(inputs)], changes[1 + len(inputs) :]
-                linear = ((first > small) & (np.abs(second - 2 * first) <= 0.01 * first)).any()
+        for reach in set(self.reaches.values()):
+            for place in reach if len(reach) <= MOVES else ():
+                together[place] |= reach
+        turn = {}
+        for place in inputs:
+            taken = {turn.get(other) for other in together[place]}
+            turn[place] = next(k for k in count(1) if k not in taken)
+        size = 1 + max(turn.values())
+        step = 11.0 + 3 * max((abs(graph.own[p]) for p in self.lengths), default=0)
+        moved = {p: np.full(2 * size, graph.own[p] + 7.3 + 1.7 * k) for k, p in enumerate(inputs)}
+        for place in inputs:
+            moved[place][turn[place]] += 11.0 if place in self.angles else step
+            moved[place][size + turn[place]] += 2 * step * (place in self.lengths)
+        values = graph.run(moved)
+        for place in graph.order:
+            reach, change = self.reaches[place], np.abs(values[place] - values[place][0])
+            if not np.isfinite(change).all() or len(reach) > MOVES:  # what it refers to is all that is known
+                self.depends[place], linear = reach, True
             else:
-                self.depends[place], linear = self.reaches[place], True
+                small = 1e-9 * (1 + abs(values[place][0]))
+                self.depends[place] = {p for p in reach if len(change) > 1 and change[turn[p]] > small}
+                pairs = [(change[turn[p]], change[size + turn[p]]) for p in self.depends[place] & self.lengths]
+                linear = any(abs(second - 2 * first) <= 0.01 * first for first, second in pairs)
             if linear and self.depends[place] & self.lengths and place not in self.typed | graph.messages:
                 self.vectors.add(place)
 
@@ -313,7 +323,7 @@ class Recognised:
             whole = self.graph.component[place]
             line = tuple(_at(place, (n - k) * down, (n - k) * right) for n in range(3))
             fourth = whole[-1] not in graph.messages and not abs(graph.own[whole[-1]] - 1) > 0  # 1, or an error
-            fourth |= whole[-1] in graph.array(whole[0])
+            fourth |= graph.is_array((whole[0], whole[-1]))
             if len(whole) == 4 and fourth and 1 in (len({p[n] for p in whole}) for n in (1, 2)):
                 line = whole
             inside, apart = left.intersection(line), right > 1
@@ -323,9 +333,8 @@ class Recognised:
                 sets = [self.reaches[p] & self.lengths for p in inside]
                 alike = len(frozenset.intersection(*sets)) / len(frozenset.union(*sets))
                 along = 1 if line[0][1] < line[1][1] else 2
-                array = set(line) <= set(self.graph.array(line[0]))
                 lost = {p for p in line if p in graph.trees and not self.depends[p]}  # by a slip
-                rank = alike <= 0.4, -len(inside), not lost | inside >= set(line), apart, not array
+                rank = alike <= 0.4, -len(inside), not lost | inside >= set(line), apart, not graph.is_array(line)
                 found[line] = rank, (line[0][0], along, line[0][along])
         aligned, taken, chosen = Counter(), set(), []
         for (_, inside, *_), run in found.values():
