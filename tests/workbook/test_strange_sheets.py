@@ -89,6 +89,13 @@ def test_it_hides_no_slip(tmp_path, name, cell, formula, cause):
     )
 
 
+@pytest.mark.parametrize("form", ["=ROUND({},0)", "=ROUND({},1)", "=INT({})", "=TRUNC({},1)"])
+def test_a_result_that_is_cut_to_few_digits_is_wrong(tmp_path, form):
+    cells = _sheet()
+    report = _check(tmp_path, cells | {"M6": form.format(cells["M6"][1:])})
+    assert (report.verdict, report.faults[0].cell, report.faults[0].cause) == ("wrong", "Sheet!M6", "rounded early")
+
+
 @pytest.mark.parametrize(
     ("turn", "angles"),
     [
