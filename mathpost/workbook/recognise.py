@@ -7,7 +7,7 @@ import re
 import tomllib
 from collections import Counter
 from dataclasses import dataclass, fields
-from itertools import count, product, takewhile
+from itertools import combinations, count, product, takewhile
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +25,8 @@ PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
 BETWEEN = r"['’′]*[-–→·, ]*"
 SEQUENCE = re.compile(rf"(?<![A-Za-z])([XYZ]){BETWEEN}([XYZ]){BETWEEN}([XYZ])['’′]*(?![A-Za-z])", re.I)
 NUMBERED = re.compile(r"(?<![\d.])([123])-([123])-([123])(?![\d.])")
-TURNS = r"euler|欧拉|rotat|dreh|旋转|sequence|reihenfolge|顺序|axes|achsen|轴|intrins|extrins|rpy"
+TURNS = r"euler|欧拉|rotat|dreh|turn|旋转|转|sequence|reihenfolge|顺序|axes|achsen|轴|trins|rpy|[ck]ardan|wrist"
+ONE_AXIS = r"(?:about|around|\bum|autour de|绕)(?:\s|\(|the|die|der|den|l'axe|new|neue\w?|新的?)*([xyz])(?![a-z])"
 FIXED = r"fixed axes|extrins|feste[nr]? achsen|固定(坐标)?轴|外旋|static axes"
 ACTIVE, PASSIVE = r"\bactive|aktiv|主动", r"passiv|被动"
 ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角"
@@ -101,7 +102,7 @@ class Recognised:
         self.graph, self.task = graph, task
         texts = [c.value for c in graph.cells.values() if isinstance(c.value, str) and not c.formula]
         self.text, self.problems, self.vectors = "\n".join(texts), [], set()
-        self.calculations, self.steps = [], []
+        self.calculations, self.steps, self.beside = [], [], []
         self.typed = {p for p in graph.component if p not in graph.trees and graph.value(p) is not None}
         self.typed |= {p for p in graph.trees if not graph.uses[p] and p not in graph.part}
         self.turning, self.composed = self._turning()
@@ -258,9 +259,14 @@ class Recognised:
             # A result less what was expected, or than another result, is a check and not a step.
             difference = all(t[0] == "-" and t[1][0] == t[2][0] == "area" for t in trees)
             difference &= any(s in self.vectors for p in triple for s in graph.uses.get(p, ()))
-            turned = any(self.depends.get(p, set()) & self.angles for p in triple)
+            # One of which but a cell depends on angles was turned back.
+            turned = sum(not self.depends.get(p, set()).isdisjoint(self.angles) for p in triple) > 1
             turned |= any(up & self.typed >= set(w) for w in self.windows)
-            finals += [triple] if turned and not difference else []
+            (finals if turned and not difference else self.beside).append(triple)
+        for triple in finals[:]:
+            if self._is_combined(triple, finals):
+                finals.remove(triple)
+                self.beside.append(triple)
         used = {p for t in finals for p in graph.upstream(t) - set(t)}
         for triple in finals:
             self._add_turn(triple, self.steps if used.issuperset(triple) else self.calculations)
@@ -274,6 +280,13 @@ class Recognised:
             rows = [c for c in self.calculations if graph.component[c.results[0]] is component]
             for row in rows:
                 row.origin = Counter(each.origin for each in rows).most_common(1)[0][0]
+
+    def _is_combined(self, triple, finals):
+        """Whether a vector is made of several that go back to different points, as a mean is."""
+        up = self.graph.upstream(triple)
+        parts = [s for s in finals if s != triple and up.issuperset(s)]
+        points = [self.lengths.intersection(*(self.depends.get(p, ()) for p in s)) for s in parts]
+        return any(a - b and b - a for a, b in combinations(points, 2))
 
     def _respond(self):
         """Which inputs each cell depends on, and which cells are linear in lengths: by moving each input alone.
@@ -416,6 +429,8 @@ class Recognised:
         task, turns = self.task, [t for t in self.text.splitlines() if re.search(TURNS, t, re.I)]
         said = {"".join(f.groups()).upper() for t in turns for f in SEQUENCE.finditer(t)}
         said |= {"".join("XYZ"[int(n) - 1] for n in f.groups()) for t in turns for f in NUMBERED.finditer(t)}
+        in_words = [re.findall(ONE_AXIS, text, re.I) for text in self.text.splitlines()]
+        said |= {"".join(axes).upper() for axes in in_words if len(axes) == 3}
         said &= set(euler.SEQUENCES)
         by_task = task.sequence or ("ZXZ" if task.kind == "zxz" else "")
         by_text = "" if len(said) != 1 else said.pop()
