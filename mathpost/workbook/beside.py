@@ -11,6 +11,7 @@ from mathpost import angles as euler
 from mathpost.detective.misreadings import written_decimals
 from mathpost.rotation import wrap
 from mathpost.workbook.calculation import SAMPLES, Turn
+from mathpost.workbook.edits import as_around
 from mathpost.workbook.formula import heads, unrounded
 from mathpost.workbook.graph import same
 
@@ -27,11 +28,12 @@ class Beside:
     def __init__(self, judge):
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
         self.turns = [c for c in judge.live if isinstance(c, Turn)]
+        self.pairs = []
         self.vectors = self._known_vectors()
         self.places, rest = self._scope()
         rest -= self._judge_vectors(rest)
         self.numbers, self.angles = self._known_numbers()
-        composed = {p for p in self.found.composed if not self._is_degrees_and_minutes(p)}
+        composed = {p for p in self.found.composed if not (self._is_degrees_and_minutes(p) or self._goes_on(p))}
         typed = self.found.typed - self.found.composed
         self.unjudged = {p for p in rest - self.found.composed if p in typed or not self._is_known(p)} | composed
 
@@ -73,6 +75,7 @@ class Beside:
             found += [reduce(vectors, axis=0) for reduce in (np.sum, np.mean, np.max, np.min, np.ptp)]
             for a, b in combinations(vectors, 2) if len(vectors) <= MOST else ():
                 found += [a - b, b - a, a + b, (a + b) / 2]
+                self.pairs.append((a, b))
         return np.array(found).reshape(-1, 3, SAMPLES)
 
     def _judge_vectors(self, rest):
@@ -99,7 +102,10 @@ class Beside:
         numbers = [np.ones(SAMPLES), np.zeros(SAMPLES), *(entry for c in judge.live for entry in c.entries)]
         numbers += [*self.vectors.reshape(-1, SAMPLES), *np.linalg.norm(self.vectors, axis=1)]
         numbers += [each.max(axis=0) for each in self.vectors]
-        angles = []
+        products = [(a * b).sum(axis=0) for a, b in self.pairs]
+        lengths = [np.linalg.norm(a, axis=0) * np.linalg.norm(b, axis=0) for a, b in self.pairs]
+        between = [np.arccos(np.clip(dot / length, -1, 1)) for dot, length in zip(products, lengths, strict=True)]
+        angles, numbers = [np.array([angle, angle]) for angle in between], numbers + products
         for turn in self.turns:
             numbers += [matrix[0] + matrix[4] + matrix[8] for matrix in turn.known[9]]
             if not turn.axis:
@@ -125,6 +131,11 @@ class Beside:
         """Whether a cell makes an angle of degrees, minutes and seconds."""
         numbers = dict(zip(self.graph.uses[place], np.array([[35.0], [20.0], [48.0]]), strict=False))
         return len(numbers) == 3 and same(self.graph.cell(place, numbers), np.array([35 + 20 / 60 + 48 / 3600]))
+
+    def _goes_on(self, place):
+        """Whether an angle is made of the one before as all around it are, as in a table of steps."""
+        mates = [p for p in self.graph.component[place] if p in self.found.composed]
+        return len(mates) > 2 and as_around(self.graph, place) == self.graph.trees[place]
 
 
 def _half_digit(number):

@@ -37,7 +37,7 @@ class Judge:
         self.live = [c for c in found.calculations if not c.typed]
         self.periods = {p: period for c in self.live for p, period in c.periods.items()}
         base = graph.run({})
-        for angles in dict.fromkeys(c.angles for c in self.live):
+        for angles in dict.fromkeys(c.angles for c in (*self.live, *found.steps)):
             self._set_units(angles, base)
         spare = [] if found.task.machine else [Calculation((), tuple(found.angles), tuple(found.lengths))]
         rng = np.random.default_rng(20)
@@ -107,6 +107,7 @@ class Judge:
             row.preferred = int(np.argmax(sum(r.votes for r in rows)))
         self._prepare(rows)
         for calculation in self.live[:]:
+            self._drop_if_partial(calculation)
             self._choose(calculation)
         self.targets = {p: t for c in self.live for p, t in c.targets.items()}
         for calculation in self.found.calculations[:1]:
@@ -198,6 +199,16 @@ class Judge:
         if right and len(self.bad(last.targets)) > 1:
             self.live = [c for c in self.live if c is not last] + right
             self.found.calculations = [c for c in self.found.calculations if c is not last] + right
+
+    def _drop_if_partial(self, calculation):
+        """Leave a vector aside that fewer angles turn, as they do on the way to that of another calculation."""
+        turns = [c for c in self.live if isinstance(c, Turn) and c is not calculation]
+        angles, now = self.found.turned_by(calculation.results), self.block(calculation.results[:3])
+        partial = any(angles < self.found.turned_by(c.results) for c in turns) and self.bad(calculation.targets)
+        if partial and any(same(known, now) for known in calculation.known.get(3, ())):
+            self.live.remove(calculation)
+            self.found.calculations.remove(calculation)
+            self.found.beside.append(calculation.results)
 
     def _steps(self, last):
         """The vectors on the way to a result."""
