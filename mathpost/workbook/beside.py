@@ -3,7 +3,7 @@
 No task asks for these. Each is judged as what it is: one of the numbers and vectors that follow from right results.
 """
 
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
@@ -28,7 +28,7 @@ class Beside:
     def __init__(self, judge):
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
         self.turns = [c for c in judge.live if isinstance(c, Turn)]
-        self.pairs = []
+        self.pairs, self.off, self.lengths = [], [], []
         self.vectors = self._known_vectors()
         self.places, rest = self._scope()
         rest -= self._judge_vectors(rest)
@@ -67,16 +67,28 @@ class Beside:
             point, result = judge.block(turn.point), result[:3]
             found += [result - point, point - result]
             for places, vector in ((turn.point, point), (turn.results, result)):
-                lists.setdefault(id(graph.component[places[0]]), {})[places] = vector
-            expected = [c for c in graph.components if len(c) == 3 and self.found.typed.issuperset(c)]
-            for off in (result - judge.block(places) for places in expected):
-                found += [off, -off, np.abs(off)]
+                lists.setdefault((id(graph.component[places[0]]), places == turn.point), {})[places] = vector
+            for places in self._expected(turn.results[:3]):
+                off = result - judge.block(places)
+                self.off.append(np.abs(off))
+                found += [off, -off, self.off[-1]]
         for vectors in (np.array([*each.values()]) for each in lists.values() if len(each) > 1):
             found += [reduce(vectors, axis=0) for reduce in (np.sum, np.mean, np.max, np.min, np.ptp)]
+            self.lengths.append(np.linalg.norm(vectors, axis=1))
             for a, b in combinations(vectors, 2) if len(vectors) <= MOST else ():
                 found += [a - b, b - a, a + b, (a + b) / 2]
                 self.pairs.append((a, b))
         return np.array(found).reshape(-1, 3, SAMPLES)
+
+    def _expected(self, results):
+        """Numbers in threes with which a result may be compared: apart, or where a difference is made."""
+        for component in self.graph.components:
+            if len(component) == 3 and self.found.typed.issuperset(component):
+                yield component
+        for users in product(*(self.graph.used.get(p, ()) for p in results)):
+            given = [[s for s in self.graph.uses[p] if s in self.found.typed] for p in users]
+            if [len(each) for each in given] == [1, 1, 1] and len(set(users)) == 3:
+                yield tuple(place for (place,) in given)
 
     def _judge_vectors(self, rest):
         """The cells of the vectors that are known; where but one cell is not, it is a fault."""
@@ -102,12 +114,17 @@ class Beside:
         numbers = [np.ones(SAMPLES), np.zeros(SAMPLES), *(entry for c in judge.live for entry in c.entries)]
         numbers += [*self.vectors.reshape(-1, SAMPLES), *np.linalg.norm(self.vectors, axis=1)]
         numbers += [each.max(axis=0) for each in self.vectors]
+        numbers += [np.max(self.off, axis=(0, 1))] if self.off else []
+        numbers += [reduce(each, axis=0) for each in self.lengths for reduce in (np.sum, np.mean, np.max, np.min)]
         products = [(a * b).sum(axis=0) for a, b in self.pairs]
-        lengths = [np.linalg.norm(a, axis=0) * np.linalg.norm(b, axis=0) for a, b in self.pairs]
-        between = [np.arccos(np.clip(dot / length, -1, 1)) for dot, length in zip(products, lengths, strict=True)]
+        between = [
+            np.arctan2(np.linalg.norm(np.cross(a, b, axis=0), axis=0), (a * b).sum(axis=0)) for a, b in self.pairs
+        ]
         angles, numbers = [np.array([angle, angle]) for angle in between], numbers + products
         for turn in self.turns:
-            numbers += [matrix[0] + matrix[4] + matrix[8] for matrix in turn.known[9]]
+            traces = [matrix[0] + matrix[4] + matrix[8] for matrix in turn.known[9]]
+            numbers += traces
+            angles += [np.array([angle, angle]) for angle in np.arccos(np.clip((np.array(traces) - 1) / 2, -1, 1))]
             if not turn.axis:
                 both = np.stack([turn.radians, euler.twin(turn.sequence.upper(), turn.radians)], axis=1)
                 angles += [*both.T]

@@ -394,7 +394,8 @@ class Judge:
             if place not in done:
                 array = graph.array(place)
                 done.update(array)
-                *fault, more = block or self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
+                wanted = {p: option.get(p, self.targets.get(p, self.now(p))) for p in array}
+                *fault, more = block or self._cause(calculation, wanted)
                 cost = max(cost, more)
                 faults.append(self._fault(place, *fault))
         within = [w for w in (unit, *self.found.windows) if unit[0] in w and unit[0] not in self.targets]

@@ -263,7 +263,8 @@ class Recognised:
         graph, finals = self.graph, []
         self._respond()
         inner = {w: w if len(w) == 9 else (*w[:3], *w[4:7], *w[8:11]) for w in self.windows}
-        self.windows = [w for w in self.windows if not self.vectors.issuperset(inner[w])]
+        moving = {p for p, depends in self.depends.items() if not self.lengths.isdisjoint(depends)}
+        self.windows = [w for w in self.windows if len(moving.intersection(inner[w])) < 4]
         for triple in self._triples():
             trees, up = [graph.trees.get(p, ("text",)) for p in triple], graph.upstream(triple)
             # A result less what was expected, or than another result, is a check and not a step.
@@ -310,7 +311,7 @@ class Recognised:
         for place in graph.order:
             sources = graph.uses[place]
             direct = frozenset(together.keys() & sources)
-            self.reaches[place] = direct.union(*(self.reaches.get(s, ()) for s in sources))
+            self.reaches[place] = direct.union(*(self.reaches.get(s, ()) for s in sources if s not in together))
         for reach in set(self.reaches.values()):
             for place in reach if len(reach) <= MOVES else ():
                 together[place] |= reach
