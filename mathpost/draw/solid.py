@@ -8,7 +8,7 @@ module in the browser makes; and `state`, the solid as the browser has it.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import ConvexHull
+import scipy
 
 from mathpost.rotation import unit
 
@@ -69,7 +69,7 @@ class Hull:
 
     def faces(self):
         """Return the corners that count, shape (m, 3), and triangles of their numbers, shape (n, 3)."""
-        hull = ConvexHull(self.points)
+        hull = scipy.spatial.ConvexHull(self.points)
         a, b, c = np.moveaxis(self.points[hull.simplices], 1, 0)
         inwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
         simplices = np.where(inwards[:, None], hull.simplices[:, ::-1], hull.simplices)
