@@ -91,10 +91,12 @@ def smooth(triangles):
     flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
     _, place = np.unique(triangles.reshape(-1, 3).round(2), axis=0, return_inverse=True)
     place, owner = place.ravel(), np.repeat(np.arange(len(flat)), 3)
-    normals = np.empty((len(place), 3))
-    for corners in np.split(np.argsort(place, kind="stable"), np.cumsum(np.bincount(place))[:-1]):
+    normals, count = np.empty((len(place), 3)), np.bincount(place)
+    order = np.argsort(place, kind="stable")
+    for many in np.unique(count):  # all places where so many faces meet at once
+        corners = order[np.repeat(count, count) == many].reshape(-1, many)
         meeting = flat[owner[corners]]
-        near = meeting @ meeting.T > CREASE
+        near = meeting @ np.swapaxes(meeting, 1, 2) > CREASE
         normals[corners] = near @ meeting
     return (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)).reshape(-1, 3, 3)
 
