@@ -107,7 +107,6 @@ class Judge:
         self.targets = {p: t for plane in planes for p, t in plane.targets.items()}
         for plane in planes:  # what their angles turn is judged with right ones
             self._repair(plane, {})
-        self.live = [c for c in self.live if c not in planes]
         self._choose_the_way([c for c in self.live if isinstance(c, Turn) and c.active is None])
         self._prepare(self.live)
         rows = [row for row in self.live if isinstance(row, Words)]
@@ -123,7 +122,7 @@ class Judge:
         said = self._as_the_labels_say() if not self.met(self.targets) else {}
         if not (said or self.met(self.targets)) and self.found.by == "source 000":
             self.reading = self._other_reading(self.live, euler.SEQUENCES[1:])
-        for calculation in () if self.reading else self.live:
+        for calculation in () if self.reading else [c for c in self.live if c not in planes]:
             self._repair(calculation, said)
         for calculation in self.unexplained[:]:
             self._by_a_step(calculation)
