@@ -30,8 +30,8 @@ class Plane(Calculation):
     """The angles of a tilted plane: G68.2, PLANE EULER, PLANE SPATIAL, CYCLE800.
 
     `line` are all three in sequence, or the first two. `results` are those to be judged: of a plane that is known
-    by its normal only, the third is given, by a cell in `angles`, or 0. `x`, `y`, `z` are directions of its axes, of
-    which some are given; `corner` is the point from which `x` and `y` are measured where these are points.
+    by its normal only, the third is given, by a cell in `angles`, or 0. `x`, `y`, `z` are directions of its axes,
+    of which some are given; `corner` is the point from which `x` and `y` are measured where these are points.
     """
 
     line: tuple = ()

@@ -377,6 +377,8 @@ class Recognised:
                 continue
             if len(inside) >= 2 and (apart or all(self.graph.component.get(p) is whole for p in line)):
                 sets = [self.lengths.intersection(self.depends[p]) for p in inside]
+                turned = [cells - self.unmoved.get(p, set()) for p, cells in zip(inside, sets, strict=True)]
+                sets = turned if all(turned) else sets  # but for what is added after the turn, each to its own
                 alike = len(set.intersection(*sets)) / len(set.union(*sets))
                 slopes = [self.unturned[p] for p in line if p in inside]
                 same = [sorted(a.values()) == sorted(b.values()) for a, b in combinations(slopes, 2)]
@@ -428,9 +430,10 @@ class Recognised:
 
     def _angles_of(self, plane):
         """The cells of a plane's angles that are turned by; a third one that is 0 is used by no formula."""
-        ways = [self.sorted(self.angles & self.graph.upstream([p])) or (p,) for p in plane.line]
-        is_lost = len(ways) == 3 and self.graph.own[plane.line[2]] == 0 and ways[2][0] not in self.angles
-        return tuple(way[0] for way in (ways[:2] if is_lost else ways))
+        order = self.graph.calculation_order
+        turned_by = [max(self.angles & self.graph.upstream([p]), key=order, default=p) for p in plane.line]
+        is_lost = len(turned_by) == 3 and self.graph.own[plane.line[2]] == 0 and turned_by[2] not in self.angles
+        return tuple(turned_by[:2] if is_lost else turned_by)
 
     def _shift(self, triple):
         """What is added to a vector after it is turned, as the origin of a plane is."""
