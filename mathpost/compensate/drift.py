@@ -7,11 +7,12 @@ the same, the machine has changed.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from mathpost.errors import InputError, as_array
-from mathpost.measure.fit import undetermined
+from mathpost.measure.fit import check_told_apart
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,13 @@ class Tracker:
         self.sigma, self.forgetting, self.gate = sigma, forgetting, gate
         self.expected = np.broadcast_to(np.asarray(expected, dtype=float), len(self.names))
         self.design = self._design(self.poses)
-        self._check_told_apart()
+        steps = np.diag([100, 100, 100, *np.deg2rad([50, 50])])
+        further = {
+            name: partial(self._design, self.poses + step)
+            for name, step in zip(model.machine.joint_names, steps, strict=True)
+        }
+        found, otherwise = f"{len(self.poses)} that do not", "no other position of one joint"
+        check_told_apart(self.design, self.names, further, "poses", "poses", found, otherwise, "moving {} too")
         self.values, self.covariance = np.zeros(len(self.names)), np.diag(self.expected**2)
 
     def predict(self, values):
@@ -125,25 +132,3 @@ class Tracker:
     def _design(self, poses):
         columns = [self.model.names.index(name) for name in self.names]
         return self.model.sensitivities(poses)[:, :3, columns].reshape(-1, len(self.names))
-
-    def _check_told_apart(self):
-        confused = self._confused(self.design)
-        if not confused:
-            return
-        helpful = []
-        steps = np.diag([100, 100, 100, *np.deg2rad([50, 50])])
-        for name, step in zip(self.model.machine.joint_names, steps, strict=True):
-            further = np.vstack([self.design, self._design(self.poses + step)])
-            if len(self._confused(further)) < len(confused):
-                helpful.append(name)
-        advice = "no other position of one joint would"
-        if helpful:
-            *others, last = helpful
-            advice = f"moving {', '.join(others) + ' or ' * bool(others) + last} too would"
-        many = f"tell {' and '.join(confused)} apart" if len(confused) > 1 else f"show {confused[0]}"
-        raise InputError("poses", f"poses that {many} ({advice})", f"{len(self.poses)} that do not")
-
-    def _confused(self, design):
-        """Names of the errors that readings leave open; errors in their expected sizes, readings in sigmas."""
-        groups = undetermined(design * self.expected / self.sigma, self.names)
-        return [name for group in groups for name in group]

@@ -20,7 +20,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from mathpost.errors import NUMBER, InputError, read_bytes
+from mathpost.errors import NUMBER, InputError, as_array, read_bytes
 
 OTHER_WORDS = {  # what people call a column
     "angle": ("角度", "转角", "winkel"),
@@ -72,6 +72,36 @@ class Table:
     def where(self, row, name):
         """Say where the entry of `row` (from 0) in column `name` stands."""
         return f"{self.path}, line {self.lines[row]}, column {name!r}"
+
+    @property
+    def header(self):
+        """Where the columns' names stand."""
+        return f"{self.path}, line {self.lines[0] - 1}"
+
+    def refuse(self, expected, found=""):
+        """Raise `InputError` for what the file as a whole says, or lacks."""
+        raise InputError(self.header, expected, found or "none")
+
+    def need(self, names, expected):
+        """Refuse a table that lacks one of the columns `names`."""
+        for name in names:
+            if name not in self:
+                self.refuse(expected, f"no {name}")
+
+    def choice(self, key, choices):
+        """Return what of `choices`, a dict, a setting names."""
+        said = self.settings.get(key)
+        if said not in choices:
+            self.refuse(f"a line # {key} = {' or '.join(choices)}", said and repr(said))
+        return choices[said]
+
+    def numbers(self, key, count):
+        """Return the `count` numbers of a setting."""
+        said = self.settings.get(key)
+        try:
+            return as_array([float(word) for word in re.split(r"[\s,;]+", (said or "").strip())], count, key)
+        except ValueError:
+            self.refuse(f"a line # {key} = {' '.join(['number'] * count)}", said and repr(said))
 
     def require(self, name, good, expected):
         """Raise `InputError` at the first row for which the boolean array `good` is false."""

@@ -5,12 +5,11 @@ least-squares estimate, its covariance, and the diagnosis when readings are too 
 """
 
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
+import scipy
 import sympy as sp
-from scipy.sparse.csgraph import connected_components
-from scipy.special import ndtri, stdtrit
 
 from mathpost.errors import InputError
 from mathpost.measure import csv_table
@@ -181,14 +180,17 @@ class Measurement:
             arguments = *self._all(dict(zip(map(str, sought), x, strict=True)) | known), *settings
             return predict(*arguments).ravel(), derive(*arguments).reshape(-1, len(sought))
 
-        start = np.zeros(len(sought))
-        if missing := undetermined(evaluate(start)[1], list(map(str, sought))):
-            tasks = [f"tell {' and '.join(names)} apart" for names in missing if len(names) > 1]
-            if traceless := [names[0] for names in missing if len(names) == 1]:
-                tasks.append(f"determine {' and '.join(traceless)}")
-            advice = self._advice(used, sought, known, settings)
-            found = f"{readings.size} of {', '.join(used)}"
-            raise InputError(where, f"readings that {', '.join(tasks)} ({advice} would)", found)
+        def rows(expressions):
+            return self._compiled(expressions, sought)[1](*self._all(known), *settings).reshape(-1, len(sought))
+
+        unread = {name: expression for name, expression in self.readings.items() if name not in used}
+        further = {f"also reading {', '.join(unread)}": unread} if unread else {}
+        for words, changes in self.more.items():
+            further[words] = {name: e.subs(changes, simultaneous=True) for name, e in used.items()}
+        start, found = np.zeros(len(sought)), f"{readings.size} of {', '.join(used)}"
+        otherwise = " together with ".join(further) or "more of them"
+        further = {words: partial(rows, extra) for words, extra in further.items()}
+        check_told_apart(evaluate(start)[1], list(map(str, sought)), further, where, "readings", found, otherwise)
         sigmas = np.full(readings.size, sigma or 1.0)
         x, covariance, residuals, _ = least_squares(evaluate, readings.ravel(), sigmas, start, where)
         spare = readings.size - len(sought)
@@ -201,20 +203,6 @@ class Measurement:
             noise,
             float(spare) if sigma is None else np.inf,
         )
-
-    def _advice(self, used, sought, known, settings):
-        """What would tell the unknowns that the readings `used` leave open."""
-
-        def rows(expressions):
-            return self._compiled(expressions, sought)[1](*self._all(known), *settings).reshape(-1, len(sought))
-
-        unread = {name: expression for name, expression in self.readings.items() if name not in used}
-        proposals = {f"also reading {', '.join(unread)}": unread} if unread else {}
-        for words, changes in self.more.items():
-            proposals[words] = {name: e.subs(changes, simultaneous=True) for name, e in used.items()}
-        further = {words: np.vstack([rows(used), rows(extra)]) for words, extra in proposals.items()}
-        enough = [words for words, matrix in further.items() if not undetermined(matrix, sought)]
-        return " or ".join(enough) or " together with ".join(proposals) or "more of them"
 
     def _compiled(self, readings, sought):
         return _compiled(tuple(readings.values()), sought, (*self.unknowns, *self.settings))
@@ -251,7 +239,7 @@ def coverage_factor(freedom):
     >>> round(coverage_factor(5), 3), round(coverage_factor(np.inf), 3)
     (2.571, 1.96)
     """
-    return float(stdtrit(freedom, 0.975) if freedom < 1e6 else ndtri(0.975))
+    return float(scipy.special.stdtrit(freedom, 0.975) if freedom < 1e6 else scipy.special.ndtri(0.975))
 
 
 def least_squares(evaluate, readings, sigmas, start, where):
@@ -276,21 +264,38 @@ def least_squares(evaluate, readings, sigmas, start, where):
     raise InputError(where, "readings that a machine can explain", "readings that fit no values")
 
 
-def undetermined(matrix, names):
-    """Return the unknowns that readings leave open, in groups whose members can stand in for each other.
+def check_told_apart(matrix, names, further, where, what, found, otherwise, offer="{}"):
+    """Raise `InputError` if readings leave unknowns open: it says which, and what of `further` would tell them.
 
-    `matrix`, shape (readings, unknowns), holds the derivatives of the readings, `names` are the unknowns'. A group
-    of one is an unknown that leaves no trace at all.
+    `matrix`, shape (readings, unknowns), holds the derivatives of the readings. `further` takes words, which `offer`
+    puts in their place, to a function that returns more rows.
+    """
+    if not (missing := undetermined(matrix, names)):
+        return
+    tasks = [f"tell {' and '.join(group)} apart" for group in missing if len(group) > 1]
+    if traceless := [group[0] for group in missing if len(group) == 1]:
+        tasks.append(f"determine {' and '.join(traceless)}")
+    enough = [words for words, rows in further.items() if not undetermined(np.vstack([matrix, rows()]), names)]
+    listed = " or ".join(filter(None, [", ".join(enough[:-1]), *enough[-1:]]))
+    advice = offer.format(listed) if enough else otherwise
+    raise InputError(where, f"{what} that {', '.join(tasks)} ({advice} would)", found)
+
+
+def undetermined(matrix, names):
+    """The unknowns that readings leave open, in groups whose members can stand in for each other.
+
+    A group of one is an unknown that leaves no trace at all.
     """
     _, singular, vt = np.linalg.svd(matrix / _lengths(matrix), full_matrices=True)
     rank = int((singular > SINGULAR * max(1.0, singular.max(initial=0.0))).sum())
     # The projector on the null space: 1 on the diagonal for an unknown without a trace, less for one that others
     # can stand in for, 0 for one that is determined. Off the diagonal: by which.
     projector = np.abs(vt[rank:].T @ vt[rank:])
-    _, group = connected_components(projector > SHARE)
     groups = {}
-    for index in np.flatnonzero(projector.diagonal() > SHARE):
-        groups.setdefault(group[index], []).append(names[index])
+    if rank < len(names):
+        _, group = scipy.sparse.csgraph.connected_components(projector > SHARE)
+        for index in np.flatnonzero(projector.diagonal() > SHARE):
+            groups.setdefault(group[index], []).append(names[index])
     return list(groups.values())
 
 
