@@ -20,11 +20,7 @@ BOTTOM = 1e-9  # sine of the angle from normal to axis below which the cutter's 
 
 @dataclass(frozen=True)
 class Cutter:
-    """A cutter by its diameter and the radius of its rim, mm.
-
-    >>> Cutter.ball(10), Cutter.flat(10), Cutter(diameter=10, rim=1)
-    (Cutter(diameter=10, rim=5.0), Cutter(diameter=10, rim=0.0), Cutter(diameter=10, rim=1))
-    """
+    """A cutter by its diameter and the radius of its rim, mm."""
 
     diameter: float
     rim: float
@@ -105,11 +101,6 @@ def stock_left(normal, axis, old, new, *, longer=0.0):
 
     The result, shape (...), is mm along the normal: exact on a plane, else to first order in the difference of
     cutters. `longer`, shape (...), is by how much the new tip lies further from the spindle than believed, mm.
-
-    Examples
-    --------
-    >>> round(float(stock_left([0, 1, 1], [0, 0, 1], Cutter.ball(10), Cutter.ball(9.8))), 4)
-    0.0293
     """
     n, a = unit(as_array(normal, 3, "normal"), "normal"), unit(as_array(axis, 3, "axis"))
     short = tip_from_contact(old, n, a) - tip_from_contact(new, n, a) - np.asarray(longer)[..., None] * a

@@ -234,11 +234,7 @@ class Measurement:
 
 
 def coverage_factor(freedom):
-    """Student's t for 95 % and the degrees of `freedom`, 1.96 if they are infinite.
-
-    >>> round(coverage_factor(5), 3), round(coverage_factor(np.inf), 3)
-    (2.571, 1.96)
-    """
+    """Return Student's t for 95 % and the degrees of `freedom`, 1.96 if they are infinite."""
     return float(scipy.special.stdtrit(freedom, 0.975) if freedom < 1e6 else scipy.special.ndtri(0.975))
 
 

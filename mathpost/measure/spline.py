@@ -1,8 +1,7 @@
 """An interpolating cubic spline through measured points: all of them, every n-th, or those chosen adaptively.
 
-Huang et al. (source 001) name "cubic spline interpolation with adaptively chosen knots" and give no more. Here the
-choice is greedy: begin with few knots, make the point with the largest residual the next knot, and stop when every
-measured point is met to the tolerance. The units are the caller's.
+Huang et al. (source 001) name "cubic spline interpolation with adaptively chosen knots" and give no more. The units
+are the caller's.
 """
 
 from dataclasses import dataclass
@@ -32,10 +31,7 @@ class Points:
 
 @dataclass(frozen=True)
 class Curve:
-    """A cubic spline through some of the measured points: `knots` are their indices in the order of choice.
-
-    A `straight` one joins them by straight lines, as a control joins the entries of its table.
-    """
+    """A cubic spline, or `straight` lines, through some measured points: their indices `knots`, in order of choice."""
 
     points: Points
     knots: tuple
@@ -131,8 +127,8 @@ def uniform(measured, count):
 def adaptive(measured, tolerance):
     """Return the `Curve` through as few points as the greedy choice needs to meet all of them to `tolerance`.
 
-    It begins with both ends, or with three points about a third of the period apart. The largest residual need not
-    fall with every knot.
+    It begins with both ends, or with three points about a third of the period apart, and makes the point with the
+    largest residual the next knot. That residual need not fall with every knot.
 
     Examples
     --------
