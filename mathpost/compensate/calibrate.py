@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from mathpost.compensate import readings as files
-from mathpost.compensate.model import SQUARENESS, MachineErrors, error_names, named_point, table_position
+from mathpost.compensate.model import SQUARENESS, constant_errors, error_names, named_point, table_position
 from mathpost.errors import InputError, ReachError
 from mathpost.measure import rotary_axis
 from mathpost.measure.fit import Value, coverage_factor, least_squares
@@ -32,11 +32,10 @@ class Calibration:
     """What readings say about a machine, `nominal` as the control believed it to be.
 
     `values` takes the unknowns of the geometry to what the machine has more than `nominal`, mm or radians;
-    `positioning` has a `Positioning` for each axis measured. `parts` are pairs for each file: what it contributes
-    to the covariance of all unknowns, geometry first, and its degrees of freedom. `assumed` takes an unknown that
-    stays at zero to the reason, `noise` a file to the standard deviation of a reading and its degrees of freedom.
-    `bar` has, as `Value`, what was measured of ``"length"``, by which the test bar is longer than the tool of
-    `nominal`, and the ``"radius"`` of its ball.
+    `positioning` has a `Positioning` for each axis measured. `parts` are pairs for each file: its share of the
+    covariance of all unknowns, geometry first, and its degrees of freedom. `assumed` takes an unknown that stays at
+    zero to the reason, `noise` a file to the standard deviation of a reading and its degrees of freedom. `bar` has,
+    as `Value`, the ``"length"`` by which the test bar is longer than the tool, and the ``"radius"`` of its ball.
     """
 
     nominal: object
@@ -72,13 +71,12 @@ class Calibration:
     @cached_property
     def errors(self):
         """What a machine file cannot say, as `MachineErrors` of `machine`: squareness and positioning."""
-        names = error_names(self.machine)
-        constant = np.array([self.values.get(name, 0.0) if name in SQUARENESS else 0.0 for name in names])
+        names, square = error_names(self.machine), {n: x for n, x in self.values.items() if n in SQUARENESS}
         curves = []
         for each in self.positioning:
             found = columns(self.machine, each).items()
             curves += [(names.index(name), each.curve(column)) for name, column in found]
-        return MachineErrors(self.machine, constant, tuple(curves))
+        return replace(constant_errors(self.machine, square), curves=tuple(curves))
 
     def value(self, value, gradient):
         """Return a number with its U as `Value`, given its derivatives by `values`, then by all table entries."""
@@ -115,20 +113,10 @@ class Calibration:
 def calibrate(machine, paths, *, squareness=None, **settings):
     """Return the `Calibration` of `machine`, as the control believed it to be, from files of readings.
 
-    Parameters
-    ----------
-    machine : mathpost.machine.Machine
-    paths : sequence of paths
-        CSV files; see `mathpost.compensate.readings.template`.
-    squareness : bool, optional, keyword only
-        Whether the squareness of the slides is sought: by default only if a ballbar has seen them.
-    **settings
-        ``unit``, ``method``, ``axis``, ``positive``, … for files that do not say them.
-
-    Raises
-    ------
-    InputError
-        If a file leaves something unclear, or there is nothing to estimate a noise from.
+    `paths` are CSV files, see `mathpost.compensate.readings.template`; `settings` are ``unit``, ``method``,
+    ``axis``, ``positive``, … for those that do not say them. `squareness` says whether that of the slides is
+    sought: by default only if a ballbar has seen them. `InputError` if a file leaves something unclear, or there is
+    nothing to estimate a noise from.
 
     Examples
     --------

@@ -7,7 +7,6 @@ small tilt, and its remainder, which grows with the square of the turn, makes th
 limited, X Y Z still correct the tip, and a point that would nevertheless become worse stays as programmed.
 """
 
-from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -38,15 +37,6 @@ class CalibratedKinematics:
     `constant`, shape (33,), is in the order of `model.names`, mm and radians. Of the result `machine` is the
     machine as it is, `workpiece`, shape (4, 4), takes workpiece coordinates to the ideal machine's, and `slides`,
     shape (3, 3), has the true directions of X, Y and Z as columns.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> from mathpost.compensate.model import ErrorModel
-    >>> model = ErrorModel(machine.load("data/machines/ac_table.toml"))
-    >>> errors = np.where([name == "EYA" for name in model.names], 0.01, 0)
-    >>> CalibratedKinematics(model, errors).machine.rotary[0].point
-    (0.0, 0.01, -50.0)
     """
 
     def __init__(self, model, constant):
@@ -136,20 +126,17 @@ class Compensated:
     @property
     def cautions(self):
         """Sentences that say how many points were limited or refused; none if none was."""
-        sentences, count = [], self.limited.size
-        if self.limited.any():
-            worst = np.rad2deg(np.max(self.after.axis[self.limited])) * 3600
-            sentences.append(
-                f"{self.limited.sum()} of {count} points stand too near the singular position for the whole turn: "
-                f"there the tip is corrected, and up to {worst:.2f} arcsec of the tool axis' error stay"
-            )
-        if self.refused.any():
-            sentences.append(f"{self.refused.sum()} of {count} points stay as programmed: the step made them worse")
-        return tuple(sentences)
+        worst = np.rad2deg(self.after.axis[self.limited].max(initial=0)) * 3600
+        said = {
+            "stand too near the singular position for the whole turn: there the tip is corrected, and up to "
+            f"{worst:.2f} arcsec of the tool axis' error stay": self.limited,
+            "stay as programmed: the step made them worse": self.refused,
+        }
+        return tuple(f"{at.sum()} of {at.size} points {what}" for what, at in said.items() if at.any())
 
     def __str__(self):
-        lines = [f"volumetric error before: {self.before}", f"volumetric error after:  {self.after}"]
-        return "\n".join([*lines, *self.cautions])
+        said = f"volumetric error before: {self.before}", f"volumetric error after:  {self.after}", *self.cautions
+        return "\n".join(said)
 
 
 class Compensator:
@@ -179,9 +166,9 @@ class Compensator:
 
     def with_drift(self, drift):
         """Return a `Compensator` of the same machine, whose errors have drifted by `drift`, shape (33,)."""
-        other = copy(self)
-        vars(other)["calibrated"] = self.calibrated  # the drift belongs to the second group
-        other.errors = replace(self.errors, drift=as_array(drift, len(self.model.names), "drift"))
+        drift = as_array(drift, len(self.model.names), "drift")
+        other = Compensator(replace(self.errors, drift=drift), max_turn=self.max_turn)
+        other.calibrated = self.calibrated  # the drift belongs to the second group
         return other
 
     def costs(self, joints):

@@ -106,10 +106,8 @@ class ErrorModel:
 
     def _error(self, name, point=None, inverse=False):
         """The error frame of a joint at `point`; of a slide, at the place that the slide itself has carried."""
-        point = sp.zeros(3, 1) if point is None else point
-        return chain.Link(
-            f"error {name}", error_frame([self.symbol[f"E{c}{name}"] for c in COMPONENTS], point, inverse)
-        )
+        six, point = [self.symbol[f"E{c}{name}"] for c in COMPONENTS], point or sp.zeros(3, 1)
+        return chain.Link(f"error {name}", error_frame(six, point, inverse))
 
     @cached_property
     def _partial(self):

@@ -263,8 +263,8 @@ def least_squares(evaluate, readings, sigmas, start, where):
 def check_told_apart(matrix, names, further, where, what, found, otherwise, offer="{}"):
     """Raise `InputError` if readings leave unknowns open: it says which, and what of `further` would tell them.
 
-    `matrix`, shape (readings, unknowns), holds the derivatives of the readings. `further` takes words, which `offer`
-    puts in their place, to a function that returns more rows.
+    `matrix`, shape (readings, unknowns), holds the derivatives of the readings. `further` takes words, for `offer`,
+    to a function that returns more rows.
     """
     if not (missing := undetermined(matrix, names)):
         return

@@ -162,11 +162,6 @@ def source_zero_angle(error, length):
 
     It takes the whole reading for L·α. A dial zeroed at ψ = 0 shows L·α·sin ψ: at the 5° of that text the angle is
     11.5 times too small.
-
-    Examples
-    --------
-    >>> f"{np.rad2deg(source_zero_angle(0.1, 700)) * 3600:.4f} arcsec"
-    '29.4664 arcsec'
     """
     return np.arctan(np.divide(error, length))
 
@@ -195,16 +190,7 @@ def location_errors(rotary):
 
 
 def corrected(rotary, errors):
-    """Return `rotary` with its location errors, which stand among `errors`: a dict, mm and radians.
-
-    Examples
-    --------
-    >>> from mathpost.machine import Rotary
-    >>> c = Rotary("C", "workpiece", axis=(0, 0, -1), point=(0, 0, -50))
-    >>> found = corrected(c, {"EX0C": 0.010, "EB0C": 4e-5})
-    >>> tuple(round(x, 6) + 0.0 for x in (*found.axis, *found.point))
-    (-4e-05, 0.0, -1.0, 0.01, 0.0, -50.0)
-    """
+    """Return `rotary` with its location errors, which stand among `errors`: a dict, mm and radians."""
     names, plane = location_errors(rotary)
     if not set(names) & set(errors):
         raise InputError("errors", f"some of {', '.join(names)}", ", ".join(errors))

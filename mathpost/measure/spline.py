@@ -31,7 +31,7 @@ class Points:
 
 @dataclass(frozen=True)
 class Curve:
-    """A cubic spline, or `straight` lines, through some measured points: their indices `knots`, in order of choice."""
+    """A cubic spline, or `straight` lines, through some of the points: `knots`, indices in the order of choice."""
 
     points: Points
     knots: tuple
