@@ -156,7 +156,7 @@ def read(path, machine, **settings):
     method = table.settings.get("method", "").casefold()
     if method not in METHODS:
         table.refuse(f"a line # method = one of {', '.join(METHODS)}", method and repr(method))
-    for name in table.columns:
+    for name in table:
         if name not in known[method]:
             table.refuse(f"no columns but {', '.join(known[method][: csv_table.SHOWN])}", repr(name))
     if method == "bar":
@@ -190,7 +190,7 @@ def _bar(table, machine):
 
 def _readings(table, machine, method):
     """Bring a table of `method` to `Readings`."""
-    tool, count = unit(machine.tool_axis), len(table)
+    tool, count = unit(machine.tool_axis), len(table.lines)
     columns = [name for name in READ[method] if name in table]
     if not columns:
         table.refuse(f"columns of readings: {', '.join(READ[method])}")
@@ -277,8 +277,8 @@ def _angles(table, machine, method, axis):
     columns = [(n, each.name) for n, each in enumerate(machine.rotary) if each.name in table]
     columns += [(machine.rotary.index(axis), "angle")] if "angle" in table else []
     if len(dict(columns)) < max(1, len(columns)):
-        table.refuse("the rotary angles under their axes' names, or under angle", ", ".join(table.columns))
-    angles = np.zeros((len(table), 2))
+        table.refuse("the rotary angles under their axes' names, or under angle", ", ".join(table))
+    angles = np.zeros((len(table.lines), 2))
     for n, name in sorted(columns):
         table.check_angles(name)
         # On a dial's circle `angle` counts from +X towards +Y, whichever way the table turns.
@@ -302,15 +302,16 @@ def _positioning(table, machine):
     kind, most, scale = ("angle", np.deg2rad(1), np.deg2rad(1)) if rotary else ("length", LARGEST, 1.0)
     if rotary:
         table.check_angles(place)
-    columns = [c for c in table.columns if c in ("forth", "back", "reading") or c[:2] == "up" or c[:4] == "down"]
+    columns = [c for c in table if c in ("forth", "back", "reading") or c[:2] == "up" or c[:4] == "down"]
     if not columns:
         table.refuse("columns up1, down1, … or forth, back or reading")
     values = np.column_stack([table.unit(each, kind) * table[each] for each in columns])
     for each, deviations in zip(columns, values.T, strict=True):
         same = np.ptp(at) > 2 and np.ptp(deviations) > np.ptp(at) * scale / 2
-        table.require(each, ~np.full(len(table), same), "deviations, actual minus target, no positions")
+        table.require(each, ~np.full(len(table.lines), same), "deviations, actual minus target, no positions")
         table.require(each, np.abs(deviations) <= most, "a deviation below 1° or 5 mm (other units?)")
-    sides = np.tile([-1 if each == "back" or each.startswith("down") else 1 for each in columns], (len(table), 1))
+    backwards = [each == "back" or each.startswith("down") for each in columns]
+    sides = np.tile(np.where(backwards, -1.0, 1.0), (len(at), 1))
     if "reading" in columns and np.ptp(at):  # rows as they were taken: the direction is that in which the axis came
         sides[:] = np.sign(np.diff(at, prepend=2 * at[0] - at[1]))[:, None]
     endless = bool(rotary and np.isinf(machine.rotary[axis - 3].limits[0]) and np.ptp(at) > 270)

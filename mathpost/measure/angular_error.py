@@ -80,7 +80,7 @@ def read_runs(path):
         if name not in read:
             raise InputError(read.path, f"as many runs down as up: up1, down1, … {names[-1]}", f"no {name!r}")
         size = read.unit(name, "angle", default="arcsec")
-        read.columns[name] = np.rad2deg(size) * ARCSECONDS * read[name]
+        read[name] = np.rad2deg(size) * ARCSECONDS * read[name]
         read.require(name, np.abs(read[name]) <= ARCSECONDS, "seconds of arc, less than a degree (other units?)")
     most = max(np.abs(read[name]).max() for name in names)
     if 0 < most < SMALLEST and "unit" not in read.settings:

@@ -134,7 +134,7 @@ class Measurement:
         columns.check_angles(angle)
         for name in self.readings:
             if name in columns:
-                columns.columns[name] = columns.unit(name, "length", default="mm") * columns[name]
+                columns[name] = columns.unit(name, "length", default="mm") * columns[name]
                 columns.require(name, np.abs(columns[name]) <= self.largest, f"mm within ±{self.largest:g} (µm?)")
         columns.check_increasing(angle, within=[name for name in (*others, "run") if name in columns])
         return columns
