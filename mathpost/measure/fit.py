@@ -45,19 +45,16 @@ class Value:
 class Estimate:
     """What the readings say about the unknowns; mm and radians.
 
-    `values` takes an unknown to its value, as does ``estimate[name]``; `covariance` is in the same order, NaN if no
-    sigma was stated and no reading is to spare. `residuals` takes a reading to an array: measured minus explained.
-    `spare` is readings minus unknowns. `noise` is the standard deviation of a reading as the residuals show it, NaN
-    without spare ones, in units of the stated sigma if there is one: well above 1 means that something is not in
-    the model. `freedom` is infinite if sigma was stated, else `spare`.
+    `noise` is the standard deviation of a reading as the residuals show it, NaN without spare ones, in units of the
+    stated sigma if there is one: well above 1 means that something is not in the model.
     """
 
-    values: dict
-    covariance: np.ndarray
-    residuals: dict
-    spare: int
+    values: dict  # of unknowns, as ``estimate[name]`` has them
+    covariance: np.ndarray  # in the same order; NaN if no sigma was stated and no reading is to spare
+    residuals: dict  # of readings, arrays: measured minus explained
+    spare: int  # readings minus unknowns
     noise: float
-    freedom: float = np.inf
+    freedom: float = np.inf  # infinite if sigma was stated, else `spare`
 
     def __getitem__(self, name):
         return self.values[name]
@@ -104,8 +101,8 @@ class Measurement:
     def predict(self, values, settings, *, degrees=False):
         """Return what would be read, without noise: reading to an array.
 
-        `values` takes unknowns to numbers; those left out are zero. `settings` takes settings to numbers or arrays,
-        which are broadcast; `degrees` says whether the angle among them is in degrees.
+        `values` takes unknowns to numbers, those left out are zero, `settings` settings to numbers or arrays, which
+        are broadcast; `degrees` is for the angle among them.
         """
         predict, _ = self._compiled(self.readings, self.unknowns)
         predicted = predict(*self._all(values), *self._settings(settings, degrees))
@@ -114,17 +111,14 @@ class Measurement:
     def simulate(self, values, settings, *, sigma, seed, degrees=False):
         """Return settings and readings with normal noise of deviation `sigma`, mm; arguments as in `predict`."""
         random = np.random.default_rng(seed)
-        readings = self.predict(values, settings, degrees=degrees)
-        return dict(settings) | {
-            name: reading + sigma * random.standard_normal(reading.shape) for name, reading in readings.items()
-        }
+        readings = self.predict(values, settings, degrees=degrees).items()
+        return settings | {name: read + sigma * random.standard_normal(read.shape) for name, read in readings}
 
     def read(self, path):
         """Read settings and at least one reading from a CSV file: a `csv_table.Table` for `identify`.
 
-        Degrees, and mm unless the file names a unit. `InputError` for every fault that `csv_table.read` knows, for
-        suspected units, and if the angle does not increase while the other settings, and a column ``run``, stay the
-        same.
+        Degrees, and mm unless the file names a unit. `InputError` also for suspected units, and if the angle does
+        not increase while the other settings, and a column ``run``, stay the same.
         """
         angle, *others = map(str, self.settings)
         also = dict.fromkeys("ABC", angle)
@@ -142,22 +136,12 @@ class Measurement:
     def identify(self, data, *, degrees=False, sigma=None, known=None):
         """Return the least-squares `Estimate` of the unknowns.
 
-        Parameters
-        ----------
-        data : Table or dict
-            Setting to number or array, and reading to array, shape (n,). Of the readings only some need be there;
-            an unknown that none of those depends on is left out.
-        degrees : bool, keyword only
-            Whether the angle is in degrees; that of a `Table` always is.
-        sigma : float, optional, keyword only
-            Standard deviation of a reading, mm. Without it the residuals supply it: poorly, if few are to spare.
-        known : dict, optional, keyword only
-            Unknowns that are not sought, with their values.
-
-        Raises
-        ------
-        InputError
-            If the readings leave unknowns undetermined: the message says which, and what would tell them.
+        `data`, a dict or what `read` returned, takes a setting to a number or an array, and a reading to an array,
+        shape (n,). Of the readings only some need be there; an unknown that none of those depends on is left out.
+        `degrees` is for the angle; that of a file always is in degrees. `sigma` is the standard deviation of a
+        reading, mm: without it the residuals supply it, poorly if few are to spare. `known` takes unknowns that are
+        not sought to their values. `InputError` if the readings leave unknowns undetermined: it says which, and
+        what would tell them.
         """
         known = known or {}
         if sigma is not None and not 0 < sigma < np.inf:
@@ -183,13 +167,14 @@ class Measurement:
         def rows(expressions):
             return self._compiled(expressions, sought)[1](*self._all(known), *settings).reshape(-1, len(sought))
 
+        def changed(changes):
+            return rows({name: e.subs(changes, simultaneous=True) for name, e in used.items()})
+
         unread = {name: expression for name, expression in self.readings.items() if name not in used}
-        further = {f"also reading {', '.join(unread)}": unread} if unread else {}
-        for words, changes in self.more.items():
-            further[words] = {name: e.subs(changes, simultaneous=True) for name, e in used.items()}
+        further = {f"also reading {', '.join(unread)}": partial(rows, unread)} if unread else {}
+        further |= {words: partial(changed, changes) for words, changes in self.more.items()}
         start, found = np.zeros(len(sought)), f"{readings.size} of {', '.join(used)}"
         otherwise = " together with ".join(further) or "more of them"
-        further = {words: partial(rows, extra) for words, extra in further.items()}
         check_told_apart(evaluate(start)[1], list(map(str, sought)), further, where, "readings", found, otherwise)
         sigmas = np.full(readings.size, sigma or 1.0)
         x, covariance, residuals, _ = least_squares(evaluate, readings.ravel(), sigmas, start, where)
