@@ -257,8 +257,7 @@ def check_told_apart(matrix, names, further, where, what, found, otherwise, offe
     if traceless := [group[0] for group in missing if len(group) == 1]:
         tasks.append(f"determine {' and '.join(traceless)}")
     enough = [words for words, rows in further.items() if not undetermined(np.vstack([matrix, rows()]), names)]
-    listed = " or ".join(filter(None, [", ".join(enough[:-1]), *enough[-1:]]))
-    advice = offer.format(listed) if enough else otherwise
+    advice = offer.format(" or ".join(enough)) if enough else otherwise
     raise InputError(where, f"{what} that {', '.join(tasks)} ({advice} would)", found)
 
 
