@@ -29,22 +29,15 @@ SMALL = 1e-3  # of a rotary axis' direction: a component that its positioning er
 
 @dataclass(frozen=True)
 class Calibration:
-    """What readings say about a machine, `nominal` as the control believed it to be.
+    """What readings say about a machine."""
 
-    `values` takes the unknowns of the geometry to what the machine has more than `nominal`, mm or radians;
-    `positioning` has a `Positioning` for each axis measured. `parts` are pairs for each file: its share of the
-    covariance of all unknowns, geometry first, and its degrees of freedom. `assumed` takes an unknown that stays at
-    zero to the reason, `noise` a file to the standard deviation of a reading and its degrees of freedom. `bar` has,
-    as `Value`, the ``"length"`` by which the test bar is longer than the tool, and the ``"radius"`` of its ball.
-    """
-
-    nominal: object
-    values: dict
-    positioning: tuple
-    parts: tuple
-    assumed: dict
-    noise: dict
-    bar: dict
+    nominal: object  # the `Machine` as the control believed it to be
+    values: dict  # unknowns of the geometry: what the machine has more than `nominal`, mm or radians
+    positioning: tuple  # a `Positioning` for each axis measured
+    parts: tuple  # for each file: its share of the covariance of all unknowns, geometry first, and its freedom
+    assumed: dict  # unknowns that stay at zero: the reason
+    noise: dict  # files: the standard deviation of a reading and its degrees of freedom
+    bar: dict  # `Value` of "length", by which the test bar is longer than the tool, and of its ball's "radius"
 
     def __getitem__(self, name):
         """Return the `Value` of one unknown."""

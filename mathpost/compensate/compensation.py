@@ -30,17 +30,13 @@ class CalibratedKinematics:
     """The exact inverse kinematics of a machine whose errors are constants: Bohez's first group.
 
     A turn behind a constant error frame E is the turn about the line that E has moved, followed by E: E·Turn(line)
-    = Turn(E·line)·E. Moved outwards joint by joint, the frames leave a machine with other axes and pivots, slides
-    with other directions, and one small displacement of the workpiece or the tool: a machine with the closed-form
-    inverse of `mathpost.kinematics`.
-
-    `constant`, shape (33,), is in the order of `model.names`, mm and radians. Of the result `machine` is the
-    machine as it is, `workpiece`, shape (4, 4), takes workpiece coordinates to the ideal machine's, and `slides`,
-    shape (3, 3), has the true directions of X, Y and Z as columns.
+    = Turn(E·line)·E. Moved outwards joint by joint, the frames leave a `machine` with other axes and pivots, slides
+    with other directions, and one small displacement of the `workpiece` or the tool: a machine with the closed-form
+    inverse of `mathpost.kinematics`. `constant`, shape (33,), is in the order of `model.names`, mm and radians.
     """
 
     def __init__(self, model, constant):
-        self.slides = np.empty((3, 3))
+        self.slides = np.empty((3, 3))  # true directions of X, Y and Z as columns
         machine, errors = model.machine, dict(zip(model.names, np.asarray(constant, dtype=float), strict=True))
         moved, origin = {}, _translation(machine.origin)
         frame = self._outwards("workpiece", machine, errors, moved, start=np.zeros(3))
@@ -95,10 +91,10 @@ class CalibratedKinematics:
 
 @dataclass(frozen=True)
 class PoseError:
-    """What the machine misses at each point: ``tip`` in mm, ``axis`` in radians, both of shape (...)."""
+    """What the machine misses at each point, shape (...)."""
 
-    tip: np.ndarray
-    axis: np.ndarray
+    tip: np.ndarray  # mm
+    axis: np.ndarray  # radians
 
     def __str__(self):
         tip, axis = 1e3 * self.tip, np.rad2deg(self.axis) * 3600
@@ -110,18 +106,13 @@ class PoseError:
 
 @dataclass(frozen=True)
 class Compensated:
-    """Joints, shape (..., 5), mm and radians, that take the machine's errors into account.
+    """Joints that take the machine's errors into account."""
 
-    `before` and `after` are the `PoseError` with the joints as programmed, and with these. `limited`, shape (...),
-    says where the turn was limited, so that the tool axis is corrected only in part; `refused` where the joints are
-    those programmed, since the correction would have made things worse.
-    """
-
-    joints: np.ndarray
-    before: PoseError
-    after: PoseError
-    limited: np.ndarray
-    refused: np.ndarray
+    joints: np.ndarray  # shape (..., 5), mm and radians
+    before: PoseError  # with the joints as programmed
+    after: PoseError  # and with these
+    limited: np.ndarray  # where the turn was limited, so that the tool axis is corrected only in part, shape (...)
+    refused: np.ndarray  # where the joints are those programmed: the correction would have made things worse
 
     @property
     def cautions(self):

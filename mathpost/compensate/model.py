@@ -174,17 +174,12 @@ def error_frame(errors, point, inverse=False):
 
 @dataclass(frozen=True)
 class MachineErrors:
-    """Constants and tables of all errors of a machine.
-
-    `constant`, shape (33,), is in the order of `error_names`, mm and radians; so is `drift`, what has been added
-    since the calibration, by heat for instance. `curves` are pairs: an error's index, and its table in µm or µrad
-    over the position of its joint.
-    """
+    """Constants and tables of all errors of a machine."""
 
     machine: Machine
-    constant: np.ndarray
-    curves: tuple = ()
-    drift: np.ndarray | float = 0.0
+    constant: np.ndarray  # shape (33,), in the order of `error_names`, mm and radians
+    curves: tuple = ()  # pairs: an error's index, and its table in µm or µrad over the position of its joint
+    drift: np.ndarray | float = 0.0  # added to `constant` since the calibration, by heat for instance
 
     def at(self, joints):
         """Return all errors at `joints`, shape (..., 5) in mm and radians, as shape (..., 33)."""

@@ -79,44 +79,33 @@ SIGNS = {"dial": {"out": 1, "in": -1}, "tip": {"tip": 1, "block": -1}}
 
 @dataclass(frozen=True)
 class Readings:
-    """The n rows of one file: how far the point `target` + ball stands from the tool along `direction`.
-
-    mm and radians. `joints`, (n, 5), are those programmed, `reference`, (n, 5), those at which the reading was
-    zeroed, NaN if it was not. `target`, (n, 3), is in the workpiece, `direction`, (n, 3), along the machine's axes;
-    `length`, (n,), is that of the tool from the spindle nose, `value`, (n,), the reading. `setup`, (n,), says which
-    ball: each lies a little elsewhere than its target; with `zeroed` each has an unknown zero, too. `sigma` is the
-    standard deviation of a reading, NaN if the file does not say it.
-    """
+    """The n rows of one file: how far the point `target` + ball stands from the tool along `direction`."""
 
     where: str
     method: str
-    joints: np.ndarray
-    reference: np.ndarray
-    target: np.ndarray
-    direction: np.ndarray
-    length: np.ndarray
-    value: np.ndarray
-    setup: np.ndarray
-    zeroed: bool
-    sigma: float
+    joints: np.ndarray  # as programmed, (n, 5); mm and radians throughout
+    reference: np.ndarray  # at which the reading was zeroed, (n, 5), NaN if it was not
+    target: np.ndarray  # in the workpiece, (n, 3)
+    direction: np.ndarray  # along the machine's axes, (n, 3)
+    length: np.ndarray  # of the tool from the spindle nose, (n,)
+    value: np.ndarray  # the reading, (n,)
+    setup: np.ndarray  # which ball, (n,): each lies a little elsewhere than its target
+    zeroed: bool  # whether each has an unknown zero, too
+    sigma: float  # standard deviation of a reading, NaN if the file does not say it
 
 
 @dataclass(frozen=True)
 class Positioning:
-    """The positioning error of one joint, by its index: `at` degrees or mm, the mean `value` and its deviation.
-
-    `value` and `sigma` are radians or mm; the deviations have `freedom` degrees of freedom; `reversal` is B of ISO
-    230-2, the largest difference of both directions.
-    """
+    """The positioning error of one joint."""
 
     where: str
-    joint: int
-    at: np.ndarray
-    value: np.ndarray
-    sigma: np.ndarray
-    freedom: float
+    joint: int  # its index
+    at: np.ndarray  # degrees or mm, shape (targets,)
+    value: np.ndarray  # mean error there, radians or mm
+    sigma: np.ndarray  # its standard deviation
+    freedom: float  # degrees of freedom of the deviations
     endless: bool
-    reversal: float
+    reversal: float  # B of ISO 230-2, the largest difference of both directions
 
     def curve(self, values):
         """The spline through `values`, shape (targets, ...), as `mathpost.measure.spline.Curve`."""
@@ -145,9 +134,8 @@ def template(method, machine):
 def read(path, machine, **settings):
     """Read a file of any method as `Readings`, `Positioning` or, of a test bar, a dict of `Value`.
 
-    `machine` is as the control believed it to be when the readings were taken. `settings` are ``method``, ``unit``,
-    ``axis`` and so on, where the file does not say them. Whatever the file leaves unclear, its unit for instance,
-    is asked for by an `InputError` with the line.
+    `machine` is as the control believed it to be; `settings` are ``method``, ``unit``, ``axis`` and so on, where the
+    file does not say them. What it leaves unclear is asked for by an `InputError` with the line.
     """
     known = {method: _columns(method, machine) for method in METHODS}
     names = dict.fromkeys(name for columns in known.values() for name in columns)

@@ -86,11 +86,6 @@ def compensated(tip, normal, axis, old, new):
     """Return the tips for another cutter that touches the same surface points: 3-D radius compensation.
 
     `tip`, `normal` and `axis`, shape (..., 3), are CL points made for the cutter `old`, mm, their normals and axes.
-
-    Examples
-    --------
-    >>> compensated([0, 0, 0], [0, 1, 1], [0, 0, 1], Cutter.ball(10), Cutter.ball(9.8)).round(4)
-    array([ 0.    , -0.0707,  0.0293])
     """
     tip = as_array(tip, 3, "tip")
     return tip - tip_from_contact(old, normal, axis) + tip_from_contact(new, normal, axis)

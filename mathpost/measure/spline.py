@@ -18,15 +18,12 @@ ROUNDING = 1e-9  # by which a position may stand beyond the ends
 
 @dataclass(frozen=True)
 class Points:
-    """Measured values, shape (points, ...), at increasing positions, (points,): less than once around a `period`.
+    """Measured values at increasing positions: less than once around a `period`, if there is one."""
 
-    `closure` is what the value had changed by when the position came round again; 0 if that was not measured.
-    """
-
-    at: np.ndarray
-    values: np.ndarray
+    at: np.ndarray  # shape (points,)
+    values: np.ndarray  # shape (points, ...)
     period: float | None
-    closure: float = 0.0
+    closure: float = 0.0  # what the value had changed by when the position came round again, if that was measured
 
 
 @dataclass(frozen=True)
