@@ -222,15 +222,6 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
     never singular, then make up for what the turn does to the tip. `joints` have the shape (..., 5), `errors`, in
     the order of `model.names`, (..., 33); mm and radians. `max_turn` limits a turn that is more than `MAX_GAIN`
     times the tilt for which it is made, beside what takes out an axis' own positioning error.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> model = ErrorModel(machine.load("data/machines/ac_table.toml"))
-    >>> errors = np.where([name == "EAA" for name in model.names], 1e-4, 0)
-    >>> step, limited = total_differential(model, [0, 0, 0, 0.5, 0.2], errors)
-    >>> f"A {1e6 * step[3]:.1f} µrad, C {1e6 * step[4]:z.1f} µrad", limited.item()
-    ('A 100.0 µrad, C 0.0 µrad', False)
     """
     missed = np.einsum("...ij,...j->...i", model.sensitivities(joints), errors)
     jacobian = model.jacobian(joints)

@@ -38,7 +38,7 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.errors import InputError, ReachError, as_array
-from mathpost.machine import Machine, TomlTable, read_toml
+from mathpost.machine import Machine, TomlTable, a_number, only_if, read_toml, some_text
 from mathpost.measure import csv_table, spline
 from mathpost.rotation import ACTIVE, numeric, unit
 
@@ -228,11 +228,11 @@ def read_errors(path, machine):
     """
     file, known = TomlTable(read_toml(path), str(path)), error_names(machine)
     for key in ("name", "source"):
-        file.take(key, _text, "text in quotes")
+        file.take(key, some_text, "text in quotes")
     constant, values = file.table("constant", optional=True), np.zeros(len(known))
     for index, name in enumerate(known):
         unit, size = _unit(index)
-        read = _typed(int, float, holds=lambda value, most=GREATEST[unit]: abs(value) <= most)
+        read = only_if(lambda value, most=GREATEST[unit]: abs(value) <= most, a_number)
         expected = f"a number in {unit}, within ±{GREATEST[unit]} (other units?)"
         values[index] = constant.take(name, read, expected, 0.0) * size
     entries = file.take("table", list, "[[table]] entries", [])
@@ -248,8 +248,8 @@ def _table(entry, path, machine):
     """Read one [[table]] and the CSV file that it names: pairs of an error's index and its curve."""
     joints = machine.joint_names
     joint = entry.take("joint", joints.index, f"one of {', '.join(joints)}")
-    file = entry.take("file", _text, "a file name in quotes")
-    endless = entry.take("endless", _typed(bool), "true or false", False)
+    file = entry.take("file", some_text, "a file name in quotes")
+    endless = entry.take("endless", only_if(lambda value: isinstance(value, bool)), "true or false", False)
     kind = entry.take("interpolation", ("spline", "linear").index, '"spline" or "linear"', 0)
     entry.done()
     if endless and joint < 3:
@@ -276,17 +276,3 @@ def _table(entry, path, machine):
 def _unit(index):
     """An error's unit in a file and its size: displacements are µm, rotations and squareness, which ends, µrad."""
     return ("um", 1e-3) if index < 30 and index % 6 < 3 else ("urad", 1e-6)
-
-
-def _typed(*types, holds=lambda value: True):
-    """A reader for `TomlTable.take`: a value of one of `types`, for which `holds` is true."""
-
-    def read(value):
-        if type(value) not in types or not holds(value):
-            raise ValueError
-        return value
-
-    return read
-
-
-_text = _typed(str, holds=str.strip)

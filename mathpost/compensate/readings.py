@@ -134,8 +134,8 @@ def template(method, machine):
 def read(path, machine, **settings):
     """Read a file of any method as `Readings`, `Positioning` or, of a test bar, a dict of `Value`.
 
-    `machine` is as the control believed it to be; `settings` are ``method``, ``unit``, ``axis`` and so on, where the
-    file does not say them. What it leaves unclear is asked for by an `InputError` with the line.
+    `machine` is as the control believed it to be; `settings` are ``method``, ``unit``, ``axis`` and so on, where
+    the file does not say them. What it leaves unclear is asked for by an `InputError` with the line.
     """
     known = {method: _columns(method, machine) for method in METHODS}
     names = dict.fromkeys(name for columns in known.values() for name in columns)

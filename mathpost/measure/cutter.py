@@ -108,14 +108,6 @@ def tip_shift(kin, joints, longer, told, *, degrees=False):
     `kin` is a `mathpost.kinematics.Kinematics`; `joints`, shape (..., 5), were made for the old tool. `told` is
     what the control knows: ``"tcp"``, the new length, with TCP; ``"length offset"``, the new length without TCP, so
     that it moves the slides back along the tool as it stands at rotary zero (G43); or ``"nothing"``.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> from mathpost.kinematics import Kinematics
-    >>> kin = Kinematics(machine.load("data/machines/ac_head.toml"))
-    >>> tip_shift(kin, [0, 0, 0, 0, 90], 0.5, "length offset", degrees=True).round(6) + 0.0
-    array([0. , 0.5, 0.5])
     """
     joints = np.asarray(joints, dtype=float)
     _, axis = kin.forward(joints, degrees=degrees)

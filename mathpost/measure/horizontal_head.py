@@ -89,11 +89,6 @@ def lhyset(head, x, y, z):
     """Return U_LHY, shape (3,): what takes the offset as measured back to the vertical head.
 
     `x`, `y`, `z` are the head's angles when these axes of the work offset were measured, or `VERTICAL`.
-
-    Examples
-    --------
-    >>> lhyset(read_head("data/measurements/five_face_head.csv"), 90, VERTICAL, 90).tolist()
-    [-0.06, 0.0, -533.468]
     """
     rows = [(head.vector(angle) if angle != VERTICAL else np.zeros(3)) for angle in (x, y, z)]
     return -np.diag(rows) + 0.0

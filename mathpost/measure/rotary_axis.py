@@ -62,15 +62,6 @@ def probing(rotary):
     Setting: `angle`, as programmed. Readings: `x`, `y`, `z` of the feature in the machine, those that were taken.
     Unknowns: the centre of rotation, square to the axis (`xc`, `yc` for C; `c1`, `c2` for an axis along none of the
     machine's), and the feature at angle zero (`xf`, `yf`, `zf`). Only the direction of `rotary` is used.
-
-    Examples
-    --------
-    >>> from mathpost.machine import Rotary
-    >>> a = Rotary("A", "workpiece", axis=(-1, 0, 0), point=(0, 0, 0))
-    >>> probed = {"angle": [0, 90], "y": [-150, -150.021], "z": [-300, -400.005]}
-    >>> estimate = probing(a).identify(probed, degrees=True)
-    >>> f"{estimate['yc']:.3f} {estimate['zc']:.3f}"
-    '-200.013 -349.992'
     """
     names, plane = square_to(rotary)
     names = [f"{name.lower()}c" if name in "XYZ" else f"c{name}" for name in names]
@@ -93,15 +84,6 @@ def ball(rotary, *, ball_unknown=False):
     tool's tip relative to the nose). Readings: `ex`, `ey`, `ez`, the ball minus where the control believes it.
     Unknowns: the axis' location errors against `rotary`, which is what the control has: EX0C, EY0C, EA0C, EB0C for
     C. With `ball_unknown` the ball need not be where `x`, `y`, `z` say: three more unknowns `bx`, `by`, `bz`.
-
-    Examples
-    --------
-    >>> from mathpost.machine import Rotary
-    >>> c = ball(Rotary("C", "workpiece", axis=(0, 0, -1), point=(0, 0, 0)))
-    >>> at = {"angle": [0, 90, 180, 270], "x": 150, "y": 0, "z": 0}
-    >>> read = c.predict({"EX0C": 0.010, "EY0C": -0.006}, at, degrees=True)
-    >>> read["ex"].round(6) + 0.0
-    array([0.   , 0.016, 0.02 , 0.004])
     """
     _, plane = square_to(rotary)
     errors, place = sp.symbols(location_errors(rotary)[0], real=True), sp.symbols("x y z", real=True)
@@ -132,14 +114,6 @@ def rtcp_zero():
     stands at ψ = 0, and `lateral`, square to it in the plane of tilt. Unknowns: `alpha`, where the head stands when
     it shows zero; `dy`, by which the spindle passes beside the pivot; `dL`, by which the tip is further from the
     pivot than believed. With one length `alpha` and `dy` do the same to the tip.
-
-    Examples
-    --------
-    >>> at = {"angle": [40, -40, 40, -40], "L": [500, 500, 700, 700]}
-    >>> read = {"axial": [0.0534204, -0.0300264, 0.0623953, -0.0390015]}
-    >>> estimate = rtcp_zero().identify({**at, **read}, degrees=True)
-    >>> f"{np.rad2deg(estimate['alpha']):.6f} {estimate['dy']:.4f} {estimate['dL']:.4f}"
-    '0.004000 0.0300 0.0500'
     """
     alpha, dy, dl, length = sp.symbols("alpha dy dL L", real=True)
     nominal, true = sp.Matrix([0, -length, 0]), sp.Matrix([dy, -(length + dl), 0])
