@@ -212,10 +212,10 @@ class _Problem:
     def solve(self):
         """Estimate unknowns and noise in turn until neither changes."""
         reasons = self._keep_apart()
-        sigmas = [np.full(len(b.value), 1e-3 if np.isnan(b.sigma) else b.sigma) for b in self.blocks]
-        sigmas = np.concatenate(sigmas + [each.sigma for each in self.tables])
-        freedom = [np.inf] * len(self.blocks) + [each.freedom for each in self.tables]
-        where, x = (*self.blocks, *self.tables)[0].where, np.zeros(len(self.kept))
+        sources, x = [*self.blocks, *self.tables], np.zeros(len(self.kept))
+        where, freedom = sources[0].where, [each.freedom for each in sources]
+        sigmas = [np.broadcast_to(np.nan_to_num(each.sigma, nan=1e-3), len(each.value)) for each in sources]
+        sigmas = np.concatenate(sigmas)
         for _ in range(100):
             x, covariance, residuals, rows = least_squares(self._evaluate, self.observed, sigmas, x, where)
             spare = 1 - np.einsum("ij,jk,ik->i", rows, covariance, rows)

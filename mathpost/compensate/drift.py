@@ -63,10 +63,8 @@ class Tracker:
         self.expected = np.broadcast_to(np.asarray(expected, dtype=float), len(self.names))
         self.design = self._design(self.poses)
         steps = np.diag([100, 100, 100, *np.deg2rad([50, 50])])
-        further = {
-            name: partial(self._design, self.poses + step)
-            for name, step in zip(model.machine.joint_names, steps, strict=True)
-        }
+        moved = [partial(self._design, self.poses + step) for step in steps]
+        further = dict(zip(model.machine.joint_names, moved, strict=True))
         found, otherwise = f"{len(self.poses)} that do not", "no other position of one joint"
         check_told_apart(self.design, self.names, further, "poses", "poses", found, otherwise, "moving {} too")
         self.values, self.covariance = np.zeros(len(self.names)), np.diag(self.expected**2)

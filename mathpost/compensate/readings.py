@@ -92,6 +92,7 @@ class Readings:
     setup: np.ndarray  # which ball, (n,): each lies a little elsewhere than its target
     zeroed: bool  # whether each has an unknown zero, too
     sigma: float  # standard deviation of a reading, NaN if the file does not say it
+    freedom: float = np.inf  # its degrees of freedom
 
 
 @dataclass(frozen=True)

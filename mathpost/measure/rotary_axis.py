@@ -77,27 +77,25 @@ def probing(rotary):
 
 
 @lru_cache(maxsize=32)
-def ball(rotary, *, ball_unknown=False):
+def ball(rotary):
     """A ball on the carried body, followed by the control over a turn of a rotary axis it takes for perfect.
 
     Settings: `angle` as programmed, and `x`, `y`, `z` of the ball at angle zero, in the machine (on a head: the
     tool's tip relative to the nose). Readings: `ex`, `ey`, `ez`, the ball minus where the control believes it.
     Unknowns: the axis' location errors against `rotary`, which is what the control has: EX0C, EY0C, EA0C, EB0C for
-    C. With `ball_unknown` the ball need not be where `x`, `y`, `z` say: three more unknowns `bx`, `by`, `bz`.
+    C. The ball must stand where `x`, `y`, `z` say; `mathpost.compensate.calibrate` seeks its place, too.
     """
     _, plane = square_to(rotary)
     errors, place = sp.symbols(location_errors(rotary)[0], real=True), sp.symbols("x y z", real=True)
-    shift = sp.symbols("bx by bz", real=True) if ball_unknown else ()
     axis, point = exact_unit(rotary.axis), exact_vector(rotary.point)
     offset, tilt = plane * sp.Matrix(errors[:2]), plane * sp.Matrix(errors[2:])
     tilted = (axis + tilt.cross(axis)) / sp.sqrt(1 + tilt.dot(tilt))
     at = sp.Matrix([*place, 1])
-    moved = at + sp.Matrix([*(shift or (0, 0, 0)), 0])
-    error = turn(tilted, point + offset, ANGLE) * moved - turn(axis, point, ANGLE) * at
+    error = (turn(tilted, point + offset, ANGLE) - turn(axis, point, ANGLE)) * at
     higher = dict(zip(place, sp.Matrix(place) + 200 * axis, strict=True))
     return Measurement(
         name=f"ball on {rotary.name}",
-        unknowns=(*errors, *shift),
+        unknowns=tuple(errors),
         settings=(ANGLE, *place),
         readings=dict(zip(("ex", "ey", "ez"), error[:3, 0], strict=True)),
         more=QUARTER | {"the same with the ball 200 mm further along the axis": higher},
@@ -129,15 +127,6 @@ def rtcp_zero():
         },
         largest=5,
     )
-
-
-def source_zero_angle(error, length):
-    """The zero angle as source 001 has it: arctan(y/x) of the tip's error y and the pivot-to-tip length x, radians.
-
-    It takes the whole reading for L·α. A dial zeroed at ψ = 0 shows L·α·sin ψ: at the 5° of that text the angle is
-    11.5 times too small.
-    """
-    return np.arctan(np.divide(error, length))
 
 
 def square_to(rotary):
