@@ -91,7 +91,7 @@ def ball(rotary):
     offset, tilt = plane * sp.Matrix(errors[:2]), plane * sp.Matrix(errors[2:])
     tilted = (axis + tilt.cross(axis)) / sp.sqrt(1 + tilt.dot(tilt))
     at = sp.Matrix([*place, 1])
-    error = (turn(tilted, point + offset, ANGLE) - turn(axis, point, ANGLE)) * at
+    error = turn(tilted, point + offset, ANGLE) * at - turn(axis, point, ANGLE) * at
     higher = dict(zip(place, sp.Matrix(place) + 200 * axis, strict=True))
     return Measurement(
         name=f"ball on {rotary.name}",
