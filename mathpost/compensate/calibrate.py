@@ -17,7 +17,7 @@ import numpy as np
 
 from mathpost.compensate import readings as files
 from mathpost.compensate.model import SQUARENESS, constant_errors, error_names, named_point, table_position
-from mathpost.errors import InputError, ReachError
+from mathpost.errors import InputError
 from mathpost.measure import rotary_axis
 from mathpost.measure.fit import Value, coverage_factor, least_squares
 from mathpost.rotation import unit
@@ -207,7 +207,10 @@ class _Problem:
             self.elsewhere = np.flatnonzero(~np.isnan(reference[:, 0]))
             self.of = np.r_[np.arange(len(joints)), self.elsewhere]
             self.joints = np.concatenate([joints, reference[self.elsewhere]])
-            self.weights = [_weights(each, table_position(machine, self.joints, each.joint)) for each in tables]
+            self.weights = []  # of each table's entries at these joints: a spline is linear in them
+            for each in tables:
+                entries = each.curve(np.eye(len(each.at)))
+                self.weights.append(entries(table_position(machine, self.joints, each.joint), where=each.where))
 
     def solve(self):
         """Estimate unknowns and noise in turn until neither changes."""
@@ -312,11 +315,3 @@ def _slices(sources, start=0):
     """Where the values of each source stand, one behind the other from `start` on."""
     ends = start + np.cumsum([0, *(len(each.value) for each in sources)])
     return [slice(*each) for each in pairwise(ends.tolist())]
-
-
-def _weights(table, at):
-    """What each entry of a positioning table weighs at positions `at`, shape (n, targets): the spline is linear."""
-    try:
-        return table.curve(np.eye(len(table.at)))(at)
-    except ReachError as error:
-        raise ReachError(f"{table.where}: {error}") from None

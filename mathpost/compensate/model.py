@@ -37,7 +37,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost import chain
-from mathpost.errors import InputError, ReachError, as_array
+from mathpost.errors import InputError, as_array
 from mathpost.machine import Machine, TomlTable, a_number, only_if, read_toml, some_text
 from mathpost.measure import csv_table, spline
 from mathpost.rotation import ACTIVE, numeric, unit
@@ -191,11 +191,8 @@ class MachineErrors:
         errors = np.zeros((*joints.shape[:-1], len(self.constant))) + self.drift
         for index, curve in self.curves:
             joint = index // len(COMPONENTS)
-            try:
-                table = curve(table_position(self.machine, joints, joint), margin=MARGIN)
-            except ReachError as error:
-                raise ReachError(f"{self.machine.joint_names[joint]}: {error}") from None
-            errors[..., index] += table * _unit(index)[1]
+            position, where = table_position(self.machine, joints, joint), self.machine.joint_names[joint]
+            errors[..., index] += curve(position, margin=MARGIN, where=where) * _unit(index)[1]
         return errors
 
 

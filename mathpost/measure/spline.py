@@ -46,7 +46,7 @@ class Curve:
             return scipy.interpolate.BSpline(np.r_[at[0], at, at[-1]], values, 1, extrapolate=around)
         return scipy.interpolate.CubicSpline(at, values, bc_type=around or "not-a-knot", extrapolate=around)
 
-    def __call__(self, positions, *, margin=ROUNDING):
+    def __call__(self, positions, *, margin=ROUNDING, where="position"):
         """Return the value at `positions`; `ReachError` where they leave an open curve by more than `margin`."""
         positions = np.asarray(positions, dtype=float)
         if self.points.period is not None:
@@ -54,7 +54,8 @@ class Curve:
         low, high = self.points.at[[0, -1]]
         inside = positions.clip(low, high)
         if (outside := np.abs(positions - inside) > margin).any():
-            raise ReachError(f"{positions[outside].flat[0]:.6g} was not measured: {low:.6g} to {high:.6g} was")
+            first = f"{where}: {positions[outside].flat[0]:.6g}"
+            raise ReachError(f"{first} was not measured: {low:.6g} to {high:.6g} was")
         return self.spline(inside)
 
     @cached_property
