@@ -266,7 +266,7 @@ def _table(entry, path, machine):
         measured = spline.points(read["position"], read[name], period=360.0 if endless else None)
         curves.append((index, spline.through_all(measured, straight=bool(kind))))
     if not curves:
-        raise InputError(read.path, f"at least one of the columns {', '.join(columns)}", "only 'position'")
+        read.refuse(f"at least one of the columns {', '.join(columns)}", "only 'position'")
     return curves
 
 

@@ -66,9 +66,8 @@ def read_runs(path):
     read = csv_table.read(path, ["angle", *RUNS[:4]], optional=RUNS[4:], also=also)
     runs = (sum(name in read for name in RUNS) + 1) // 2
     names = RUNS[: 2 * runs]
+    read.need(names, f"as many runs down as up: up1, down1, … {names[-1]}")
     for name in names:
-        if name not in read:
-            raise InputError(read.path, f"as many runs down as up: up1, down1, … {names[-1]}", f"no {name!r}")
         size = read.unit(name, "angle", default="arcsec")
         read[name] = np.rad2deg(size) * ARCSECONDS * read[name]
         read.require(name, np.abs(read[name]) <= ARCSECONDS, "seconds of arc, less than a degree (other units?)")
@@ -109,9 +108,9 @@ def accuracy(runs):
     across = (2 * s_up + 2 * s_down + np.abs(reversal)).max()
     repeatability = [float(4 * s.max()) for _, s in triples]
     return Accuracy(
-        s_up=s_up,
-        s_down=s_down,
-        reversal=reversal,
+        s_up,
+        s_down,
+        reversal,
         B=float(np.abs(reversal).max()),
         M=float(np.ptp(runs.mean())),
         E=tuple(float(np.ptp(mean)) for mean, _ in triples),

@@ -67,7 +67,7 @@ class Table(dict):
         """Refuse a table that lacks one of the columns `names`."""
         for name in names:
             if name not in self:
-                self.refuse(expected, f"no {name}")
+                self.refuse(expected, f"no {name!r}")
 
     def choice(self, key, choices):
         """Return what of `choices`, a dict, a setting names."""

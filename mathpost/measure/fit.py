@@ -123,13 +123,12 @@ class Measurement:
         angle, *others = map(str, self.settings)
         also = dict.fromkeys("ABC", angle)
         columns = csv_table.read(path, [angle, *others], optional=[*self.readings, "run"], also=also)
-        if not any(name in columns for name in self.readings):
-            raise InputError(str(path), f"a column of readings: {', '.join(self.readings)}", "none")
+        if not (read := [name for name in self.readings if name in columns]):
+            columns.refuse(f"a column of readings: {', '.join(self.readings)}")
         columns.check_angles(angle)
-        for name in self.readings:
-            if name in columns:
-                columns[name] = columns.unit(name, "length", default="mm") * columns[name]
-                columns.require(name, np.abs(columns[name]) <= self.largest, f"mm within ±{self.largest:g} (µm?)")
+        for name in read:
+            columns[name] = columns.unit(name, "length", default="mm") * columns[name]
+            columns.require(name, np.abs(columns[name]) <= self.largest, f"mm within ±{self.largest:g} (µm?)")
         columns.check_increasing(angle, within=[name for name in (*others, "run") if name in columns])
         return columns
 
