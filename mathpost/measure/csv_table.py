@@ -61,7 +61,7 @@ class Table(dict):
 
     def refuse(self, expected, found=""):
         """Raise `InputError` for what the file as a whole says, or lacks."""
-        raise InputError(self.header, expected, found or "none")
+        raise InputError(self.header, expected, found or "none") from None
 
     def need(self, names, expected):
         """Refuse a table that lacks one of the columns `names`."""
@@ -78,9 +78,9 @@ class Table(dict):
 
     def numbers(self, key, count):
         """Return the `count` numbers of a setting."""
-        said = self.settings.get(key)
+        said = str(self.settings.get(key, ""))
         try:
-            return as_array([float(word) for word in re.split(r"[\s,;]+", (said or "").strip())], count, key)
+            return as_array([float(word) for word in re.split(r"[\s,;]+", said.strip())], count, key)
         except ValueError:
             self.refuse(f"a line # {key} = {' '.join(['number'] * count)}", said and repr(said))
 
