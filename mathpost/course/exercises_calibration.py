@@ -144,9 +144,9 @@ def sense(senses=(-1, 1), rows=(0, 1, 2)):
 @slip("cosine", lambda: 1 / np.cos(np.radians(20)))
 def factor():
     """One over the sine of the tilt, whatever the head."""
-    alpha = rotary_axis.source_zero_angle(0.1, 700)
+    alpha = np.arctan(0.1 / 700)
     reading = rotary_axis.rtcp_zero().predict({"alpha": alpha}, {"angle": 20, "L": 700}, degrees=True)["axial"]
-    return alpha / rotary_axis.source_zero_angle(reading, 700)
+    return alpha / np.arctan(reading / 700)
 
 
 @of_lesson("11-psi", Number(decimals=0, unit="degrees"))
