@@ -35,10 +35,9 @@ def datum_after_rotation(centre_a, centre_b, point):
             seen = [(point[across], point[2]) for point in points]
             moving.line(axes, role, seen, plot.STYLE[role], marker="o", markevery=[-1], label=name)
     figure.legend(*views[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
-    numbers = [entry for points in paths.values() for entry in points[-1]]
     sliders = [slider("A", -90, 90, -30), slider("B", -180, 180, 70)]
-    said = [f"{name}: X{{{n}:3}} Y{{{n + 1}:3}} Z{{{n + 2}:3}}" for n, name in zip((0, 3, 6), tables, strict=True)]
-    return printed(figure, moving, numbers, symbols, sliders, said, height=540)
+    text = [(f"{name}: X{{:3}} Y{{:3}} Z{{:3}}", *points[-1]) for name, points in paths.items()]
+    return printed(figure, moving, symbols, sliders, text, height=540)
 
 
 def five_face_head(fitted):
@@ -118,8 +117,9 @@ def rotation_centre(rotary):
     rows = list(zip(names, (10, -6, -30, 40), ("µm", "µm", "µrad", "µrad"), strict=True))
     sliders = [slider(name, -60, 60, start, unit=unit) for name, start, unit in rows]
     sliders.append(slider("noise", 0, 10, 1, step=0.5, unit="µm"))
-    said = [f"{name} {{{n}:1}} ± {{{n + 4}:1}} {unit}" for n, (name, _, unit) in enumerate(rows)]
-    return printed(figure, moving, [*got, *spread], symbols, sliders, [", ".join(said)], height=560)
+    text = ", ".join(f"{name} {{:1}} ± {{:1}} {unit}" for name, _, unit in rows)
+    numbers = [number for pair in zip(got, spread, strict=True) for number in pair]
+    return printed(figure, moving, symbols, sliders, [(text, *numbers)], height=560)
 
 
 def rtcp_zero():
@@ -141,11 +141,11 @@ def rtcp_zero():
     axes.set(xlim=(-95, 95), ylim=(-200, 200), xlabel="ψ (degrees)", ylabel="axial reading (µm)")
     axes.legend(fontsize=8)
     source = arcsec * sp.atan(read[0][2] / lengths[1])
-    numbers = [arcsec * found[0], 3 * arcsec * deviation[0], 1000 * found[1], 1000 * found[2], source]
+    numbers = arcsec * found[0], 3 * arcsec * deviation[0], 1000 * found[1], 1000 * found[2], source
     sliders = [slider("alpha", -40, 40, 29, unit="″"), *(slider(d, -60, 60, 0, unit="µm") for d in ("dy", "dL"))]
     sliders += [slider("psi", 1, 90, 5), slider("noise", 0, 2, 0, step=0.1, unit="µm")]
-    said = "alpha {0:1} ± {1:1} arcsec, dy {2:1} µm, dL {3:1} µm; arctan(y/x) of the reading at +ψ: {4:1} arcsec"
-    return printed(figure, moving, numbers, symbols, sliders, [said], height=620)
+    said = "alpha {:1} ± {:1} arcsec, dy {:1} µm, dL {:1} µm; arctan(y/x) of the reading at +ψ: {:1} arcsec"
+    return printed(figure, moving, symbols, sliders, [(said, *numbers)], height=620)
 
 
 def knot_choice(measured):

@@ -19,7 +19,6 @@ DEGREES = np.array([1, 1, 1, *np.degrees([1, 1])])  # times joints in mm and rad
 CONE = np.radians(1.0)  # about the singular tool axes
 BRANCHES = ("first branch", "second branch")
 SHOWN = 600  # blocks of a program that a walk goes through at most
-EXPORTS = ("places", "forward", "close", "inverse")
 
 
 def machine(kin):
@@ -109,7 +108,7 @@ def _live(state, kins, scenes, joints, readings, **options):
     places = [placing(m)(q) if q is not None else {"bed": np.eye(4)} for m, q in zip(machines, joints, strict=True)]
     code = [codegen.body(kin, jacobian=False) for kin in kins]
     state = json.loads(json.dumps(state, default=lambda array: array.tolist()))
-    return Live(state, code, EXPORTS, scenes, places, readings, **options)
+    return Live(state, code, scenes, places, readings, **options)
 
 
 def _about(kin):

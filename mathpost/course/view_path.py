@@ -38,10 +38,10 @@ def inner_and_outer(kin):
     moving.line(top, "machine", [(0, 0), tuple(w[:2])], label=f"w, at {outer} = 0", linewidth=2.5)
     moving.line(top, "tool", [(0, 0), tuple(n[:2])], label="n, the tool axis", linewidth=2.5)
     figure.legend(loc="outside lower center", ncols=6, fontsize=8)
-    numbers = [*n, *products, sp.deg(sp.atan2(*products))]
-    text = ["i = {0:4}, j = {1:4}, k = {2:4}", "sine product {3:4}, cosine product {4:4}, atan2 of the two {5:2}°"]
+    said = "sine product {:4}, cosine product {:4}, atan2 of the two {:2}°"
+    text = [("i = {:4}, j = {:4}, k = {:4}", *n), (said, *products, sp.deg(sp.atan2(*products)))]
     sliders = [slider(f"{outer}", -180, 180, 125), slider(f"{inner}", -90, 90, 50)]
-    return printed(figure, moving, numbers, (outer, inner), sliders, text, height=530)
+    return printed(figure, moving, (outer, inner), sliders, text, height=530)
 
 
 def past_the_pole(kin):

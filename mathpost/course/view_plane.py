@@ -42,11 +42,11 @@ def cut_corner(frame, final):
     lean = sp.acos(sp.Min(1, turned[:, 2].dot(sp.Matrix(frame.z)))) * 180 / sp.pi
     off = sp.acos(sp.Min(1, turned[:, 0].dot(sp.Matrix(frame.x)))) * 180 / sp.pi
     after = [[angle if n < step else 0.0 for n, angle in enumerate(final)] for step in range(4)]
-    text = ["z = ({0:4}, {1:4}, {2:4}), off the face by {3:2}°"]
-    text += ["x = ({4:4}, {5:4}, {6:4}), off the slope by {7:2}°"]
+    text = [("z = ({:4}, {:4}, {:4}), off the face by {:2}°", *turned[:, 2], lean)]
+    text += [("x = ({:4}, {:4}, {:4}), off the slope by {:2}°", *turned[:, 0], off)]
     sliders = [slider(name, -180, 180, value) for name, value in zip("IJK", final, strict=True)]
-    more = {"numbers": [*turned[:, 2], lean, *turned[:, 0], off], "buttons": list(zip(STEPS, after, strict=True))}
-    return formula(drawn.frame(75, 24), symbols, sliders, {"feature": placed}, text, height=430, **more)
+    buttons, drawn = list(zip(STEPS, after, strict=True)), drawn.frame(75, 24)
+    return formula([drawn], symbols, sliders, {"feature": placed}, text, buttons=buttons, height=430)
 
 
 def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.02):
@@ -62,8 +62,7 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
     rho = K + float(np.radians(choice.rho))
     x, y = sp.cos(rho), -sp.sin(rho)  # the spindle's X in the feature
     clearance = radius - sp.sqrt((radius * x - retract) ** 2 + (radius * y) ** 2)
-    numbers = [sp.atan2(-y, x) * 180 / sp.pi, clearance, sp.Piecewise((1, clearance > 0), (0, True))]
-    numbers += [1 - numbers[2], 1000 * run_out * sp.sqrt((x - 1) ** 2 + y**2)]
+    clear = sp.Piecewise((1, clearance > 0), (0, True))
     circle, moving = np.stack([np.cos(turn), np.sin(turn)]), plot.Moving()
     figure, (bore, probe) = subplots(1, 2, size=(7.0, 4.0))
     titles = {bore: "boring bar, retracted along −X", probe: "stylus ball, believed (dotted) and true"}
@@ -83,11 +82,11 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
     moving.line(probe, "tool", [(0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)])
     angles = ", ".join(f"{r.name} {a:z.3f}" for r, a in zip(machine.rotary, choice.angles, strict=True))
     text = [
-        f"{angles}, ρ = {{0:3}}",
-        "tip after the retract: {1:3} mm {2?clear of the wall}{3?IN THE WALL}",
-        "centre measured by the probe: wrong by {4:1} µm",
+        (f"{angles}, ρ = {{:3}}", sp.atan2(-y, x) * 180 / sp.pi),
+        ("tip after the retract: {:3} mm {?clear of the wall}{?IN THE WALL}", clearance, clear, 1 - clear),
+        ("centre measured by the probe: wrong by {:1} µm", 1000 * run_out * sp.sqrt((x - 1) ** 2 + y**2)),
     ]
-    return printed(figure, moving, numbers, [K], [slider("K", -180, 180, k, step=5.0)], text, height=500)
+    return printed(figure, moving, [K], [slider("K", -180, 180, k, step=5.0)], text, height=500)
 
 
 def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
@@ -97,7 +96,7 @@ def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
     there are buttons for the sense: with −1 both axes turn against their programmed angles, as a table does that is
     taken for a head, or a head for a table.
     """
-    symbols, places, drawn, text, numbers = sp.symbols("outer inner sense", real=True), {}, [], [], []
+    symbols, places, drawn, text = sp.symbols("outer inner sense", real=True), {}, [], []
     for number, kin in enumerate(kinematics):
         model, derived = kin.machine, kin.inverse_symbolic
         title = f"{number + 1} · {model.arrangement}: outer {derived.outer}, inner {derived.inner}"
@@ -113,18 +112,15 @@ def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
         for part in (*picture.solids, *picture.lines, *picture.labels):
             part.body = part.body if part.body == "bed" else f"{number} {part.body}"
         drawn.append(picture)
-        first = len(numbers)
-        text.append(f"{number + 1} {model.name}: n = ({{{first}:4}}, {{{first + 1}:4}}, {{{first + 2}:4}})")
-        numbers += kin.forward_symbolic()[:3, 2].subs(turns)
+        before, *axes = text.pop() if number % 2 else ("",)  # two machines in a line
+        line = f"{before}{'; ' * bool(before)}{number + 1} {model.name}: n = ({{:4}}, {{:4}}, {{:4}})"
+        text.append((line, *axes, *kin.forward_symbolic()[:3, 2].subs(turns)))
     pictures = [replace(picture, bodies=list(places)) for picture in drawn]
     sliders = [slider("outer", -180, 180, outer), slider("inner", -90, 90, inner)]
     sliders.append(slider("sense", -1, 1, 1, unit="", hidden=True))
-    text = ["; ".join(text[n : n + 2]) for n in range(0, len(text), 2)]
     buttons = [("0, 0", [0, 0, None]), ("outer 90°", [90, None, None]), ("inner 90°", [None, 90, None])]
     if senses:
-        text.append(f"sense {{{len(numbers)}:0}}")
+        text.append(("sense {:0}", symbols[2]))
         buttons += [("sense 1", [None, None, 1]), ("sense −1", [None, None, -1])]
-    numbers.append(symbols[2])
-    more = {"numbers": numbers, "buttons": buttons, "beside": pictures[1:], "layout": "column"}
     height = 390 + 170 * ((len(pictures) - 1) // 3)
-    return formula(pictures[0], symbols, sliders, places, text, height=height, **more)
+    return formula(pictures, symbols, sliders, places, text, buttons=buttons, height=height, layout="column")

@@ -30,12 +30,13 @@ def turned_point(point):
     axes = np.concatenate([np.eye(3), frame])
     extent = np.concatenate([1.35 * size * axes, 1.25 * np.array([point, np.zeros(3)])])
     scene = _frames_and_point(point, size, extent)
-    scene.lines.append(Line("turned", [], _TOOL, 2.4, name="coordinates", span=(0, 4), over=True))
+    coordinates = [sp.Matrix(corner) for corner in ([0, 0, 0], [x, 0, 0], [x, y, 0], [x, y, z])]
+    scene.lines.append(Line("turned", [], _TOOL, 2.4, over=True, points=coordinates))
     scene = scene.frame(*clearest(dict(zip(_NAMES, axes, strict=True))))
     sliders = [slider(name, low, 180, start) for name, (low, start) in angles.items()]
-    text = ["in the turned frame: x' = {0:6}, y' = {1:6}, z' = {2:6}", "with active elements: {3:6}, {4:6}, {5:6}"]
-    points = [sp.Matrix(corner) for corner in ([0, 0, 0], [x, 0, 0], [x, y, 0], [x, y, z])]
-    return formula(scene, symbols, sliders, {"turned": turned.T}, text, numbers=[*new, *wrong], points=points)
+    text = [("in the turned frame: x' = {:6}, y' = {:6}, z' = {:6}", *new)]
+    text += [("with active elements: {:6}, {:6}, {:6}", *wrong)]
+    return formula([scene], symbols, sliders, {"turned": turned.T}, text)
 
 
 def _frames_and_point(point, size, extent):
@@ -61,13 +62,11 @@ def turns(point, angles):
     v = size * about_z * F[:, 2] + size * second * F[:, 0]
     axes = np.concatenate([np.eye(3), np.array(F.subs(s, 1.5).evalf(), dtype=float).T])
     scene = _frames_and_point(point, size, 1.3 * size * np.concatenate([np.eye(3), -np.eye(3)]))
-    scene.lines.append(Line("bed", [], _AXIS, 2.4, name="axis", span=(0, 2), dash=True, over=True))
+    scene.lines.append(Line("bed", [], _AXIS, 2.4, dash=True, over=True, points=[-1.2 * v, 1.2 * v]))
     scene = scene.frame(*clearest(dict(zip(_NAMES, axes, strict=True))))
     sliders = [slider("turn", 0, 3, 1.5, step=0.05, unit="")]
-    said = "now it turns {3?about Z}{4?about the new X}{5?about the newest Z}"
-    numbers, text = [*done, first, second, third], [f"α {{0:4}}°, β {{1:4}}°, γ {{2:4}}°; {said}"]
-    more = {"numbers": numbers, "points": [-1.2 * v, 1.2 * v], "play": 0}
-    return formula(scene, [s], sliders, {"turned": F}, text, height=420, **more)
+    text = "α {:4}°, β {:4}°, γ {:4}°; now it turns {?about Z}{?about the new X}{?about the newest Z}"
+    return formula([scene], [s], sliders, {"turned": F}, [(text, *done, first, second, third)], height=420, play=0)
 
 
 def notations(angles=(135.0, 54.7356, -90.0)):
@@ -82,25 +81,25 @@ def notations(angles=(135.0, 54.7356, -90.0)):
     sign, sine = sp.Piecewise((-1, w < 0), (1, True)), sp.sqrt(x**2 + y**2 + z**2)
     ends = zip((0, 0, 1), (x, y, z), strict=True)  # no turn at all has the axis Z
     v = sp.Matrix([sp.Piecewise((e, sine < 1e-12), (sign * x / sp.Max(sine, 1e-12), True)) for e, x in ends])
-    numbers = [*v, 2 * sp.atan2(sine, sign * w) * _DEGREES, *(sign * x for x in (w, x, y, z))]
-    text = ["axis ({0:4}, {1:4}, {2:4}), angle {3:3}° (dashed)", "quaternion ({4:4}, {5:4}, {6:4}, {7:4})"]
+    angle = 2 * sp.atan2(sine, sign * w) * _DEGREES
+    text = [("axis ({:4}, {:4}, {:4}), angle {:3}° (dashed)", *v, angle)]
+    text += [("quaternion ({:4}, {:4}, {:4}, {:4})", *(sign * x for x in (w, x, y, z)))]
     for name in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
-        about, n = NOTATIONS[name], len(numbers)
+        about = NOTATIONS[name]
         *found, sine = euler.expressions(about.sequence, F, lock=about.lock)
-        numbers += [*(angle * _DEGREES for angle in found), sp.Piecewise((1, sine < euler.LOCK), (0, True))]
-        words = ", ".join(f"{word} {{{n + i}:3}}" for i, word in enumerate(about.words))
-        text.append(f"{name}: {words}{{{n + 3}? (locked)}}")
+        words, locked = " {:3}, ".join(about.words), sp.Piecewise((1, sine < euler.LOCK), (0, True))
+        text.append((f"{name}: {words} {{:3}}{{? (locked)}}", *(angle * _DEGREES for angle in found), locked))
     frame = euler.matrix("ZXZ", angles, degrees=True)
     axes = np.concatenate([np.eye(3), frame.T])
     scene = Scene(["turned"], extent=1.35 * np.concatenate([axes, -axes[:3] / 2]))
     scene.triad("bed", "XYZ", length=1.0, colour=_MACHINE)
     scene.triad("turned", "xyz", length=1.0, colour=_WORKPIECE, width=3)
-    scene.lines.append(Line("bed", [], _AXIS, 2.4, name="axis", span=(0, 2), dash=True, over=True))
-    scene.lines.append(Line("bed", [], _NODES, 1.6, name="nodes", span=(2, 4), over=True))
+    scene.lines.append(Line("bed", [], _AXIS, 2.4, dash=True, over=True, points=[-v, v]))
+    scene.lines.append(Line("bed", [], _NODES, 1.6, over=True, points=[-1.25 * node, 1.25 * node]))
     scene = scene.frame(*clearest(dict(zip("XYZxyz", axes, strict=True))))
-    lows, points = (-180, 0, -180), [-v, v, -1.25 * node, 1.25 * node]
-    sliders = [slider(name, low, 180, value) for name, low, value in zip("IJK", lows, angles, strict=True)]
-    return formula(scene, symbols, sliders, {"turned": F}, text, numbers=numbers, points=points, height=460)
+    pairs = zip("IJK", (-180, 0, -180), angles, strict=True)
+    sliders = [slider(name, low, 180, value) for name, low, value in pairs]
+    return formula([scene], symbols, sliders, {"turned": F}, text, height=460)
 
 
 def misreadings_apart(point, names):
@@ -120,11 +119,11 @@ def misreadings_apart(point, names):
         distances.append(length := ((first * second * third - zxz_right(*symbols)) * point).norm())
         (bar,) = panel.fill([], [], color=plot.COLOUR["tool"])
         bars[bar] = [(0, row - 0.4), (length, row - 0.4), (length, row + 0.4), (0, row + 0.4)]
-    said = [f"{name} {{{n}:3}}" for n, name in enumerate(names)]
     start = zip(symbols, (135.0, 55.0, -90.0), strict=True)
     sliders = [slider(str(symbol), -180, 180, angle) for symbol, angle in start]
-    text = ["away from the right point (0.000 cannot be seen): " + ", ".join(said)]
-    return printed(figure, bars, distances, symbols, sliders, text, height=520)
+    said = ", ".join(f"{name} {{:3}}" for name in names)
+    text = [(f"away from the right point (0.000 cannot be seen): {said}", *distances)]
+    return printed(figure, bars, symbols, sliders, text, height=520)
 
 
 def invisible(point, names, angles):

@@ -31,22 +31,21 @@ def globe():
         scene.lines.append(Line("bed", [spoke], plot.COLOUR["machine"], 0.6))
     path = [RADIUS * AXIS.subs(TILT, sp.rad(angle)) for angle in range(-50, 51, 2)]
     arrow = [sp.zeros(3, 1), 1.25 * RADIUS * AXIS]
-    scene.lines.append(Line("bed", [], plot.COLOUR["workpiece"], 2.4, name="path", span=(0, 51), over=True))
-    scene.lines.append(Line("bed", [], plot.COLOUR["tool"], 3.0, name="n", span=(51, 53), over=True, dot=True))
+    scene.lines.append(Line("bed", [], plot.COLOUR["workpiece"], 2.4, over=True, points=path))
+    scene.lines.append(Line("bed", [], plot.COLOUR["tool"], 3.0, over=True, dot=True, points=arrow))
     scene.lines.append(Line("C", [meridian], DARK, 2.4, over=True))
     scene.labels = [Label("bed", np.array([0, 0, 1.3 * RADIUS]), "C", DARK)]
     scene.labels.append(Label("C", 1.12 * meridian[-1], "longitude", DARK))
     scene.middle, scene.radius = np.array([0, 0, 0.72 * RADIUS]), 0.95 * RADIUS
     rate = sp.Abs(LONGITUDE.diff(TILT))
-    numbers = [sp.deg(LONGITUDE), *(x for each in (rate, rate.subs(TILT, 0)) for x in (each, each * SPEED))]
-    text = ["longitude {0:2}°; per degree of tilt it turns by {1:2}°: C has to turn at {2:1}°/s"]
-    text.append("at the nearest point by {3:2}°: at {4:1}°/s")
+    text = "longitude {:2}°; per degree of tilt it turns by {:2}°: C has to turn at {:1}°/s"
+    text = [(text, sp.deg(LONGITUDE), rate, rate * SPEED)]
+    text.append(("at the nearest point by {:2}°: at {:1}°/s", rate.subs(TILT, 0), rate.subs(TILT, 0) * SPEED))
     sliders = [slider("distance from the pole", 0.2, 30, 4, step=0.1), slider("tilt", -50, 50, -12)]
     sliders.append(slider("speed of the tool", 1, 60, 10, unit="°/s"))
     symbols, places = (DISTANCE, TILT, SPEED), {"C": ACTIVE["Z"](LONGITUDE)}
     buttons = [("through it", [0.2, None, None]), ("nearest point", [None, 0, None])]
-    more = {"numbers": numbers, "points": [*path, *arrow], "buttons": buttons}
-    return formula(scene, symbols, sliders, places, text, **more)
+    return formula([scene], symbols, sliders, places, text, buttons=buttons)
 
 
 def pass_by(limit):
@@ -62,11 +61,10 @@ def pass_by(limit):
     above.set(ylabel="C, degrees", ylim=(-95, 95), xlim=(-2, 2))
     below.set(ylabel="speed of C, °/s", ylim=(0, 600), xlabel="time, s")
     below.legend(loc="upper right")
-    numbers = [rate.subs(TILT, 0), sp.deg(sp.asin(SPEED / limit))]
     sliders = [slider("distance from the pole", 0.2, 20, 4, step=0.1)]
     sliders.append(slider("speed of the tool", 2, 60, 20, unit="°/s"))
-    text = ["C has to reach {0:0}°/s; it can follow from {1:2}° on"]
-    return printed(figure, moving, numbers, (DISTANCE, SPEED), sliders, text, height=520)
+    text, follows = "C has to reach {:0}°/s; it can follow from {:2}° on", sp.deg(sp.asin(SPEED / limit))
+    return printed(figure, moving, (DISTANCE, SPEED), sliders, [(text, rate.subs(TILT, 0), follows)], height=520)
 
 
 def clamped(rows):
@@ -91,12 +89,12 @@ def clamped(rows):
     above.set(ylabel="C, degrees", ylim=(-70, 250))
     below.set(ylabel="slope, ° per record", ylim=(-420, 60), xlim=(1.8, 3.2), xlabel="virtual time, records")
     above.legend(loc="upper right")
-    numbers = [k_1, k_2, cubic, slope]
     sliders = [slider("t", 0, 1, 0.3, step=0.01, unit="")]
     sliders += [slider(name, 0.02, 2, 1, step=0.01, unit="") for name in ("Δt₁", "Δt₂")]
     sliders += [slider(name, -10, 10, 1, step=0.1, unit="") for name in ("k₁ ×", "k₂ ×")]
-    text = ["k₁ = {0:2}, k₂ = {1:2} degrees per record", "at t: C = {2:3}°, slope {3:2}° per record"]
-    return printed(figure, moving, numbers, (t, dt_1, dt_2, times_1, times_2), sliders, text, height=590)
+    text = [("k₁ = {:2}, k₂ = {:2} degrees per record", k_1, k_2)]
+    text += [("at t: C = {:3}°, slope {:2}° per record", cubic, slope)]
+    return printed(figure, moving, (t, dt_1, dt_2, times_1, times_2), sliders, text, height=590)
 
 
 def smoothed(kin, cl, joints, region, *, most=60):

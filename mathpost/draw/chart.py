@@ -20,8 +20,8 @@ DASHES = {"-": [], "--": [6, 4], ":": [1, 3], "-.": [7, 3, 1, 3]}
 class Chart(Live):
     """A `Live` view of curves; its still picture is the figure at the start."""
 
-    def __init__(self, figure, state, machines, exports, readings, *, height):
-        super().__init__(state | {"kind": "chart"}, machines, exports, [], [], readings, height, "column")
+    def __init__(self, figure, state, machines, readings, *, height):
+        super().__init__(state | {"kind": "chart"}, machines, [], [], readings, height, "column")
         self.figure = figure
 
     def picture(self):
@@ -64,29 +64,24 @@ def recorded(figure, update, control, *, height=460):
             state["x"].append(_short(way[0][:, 0]) if upwards else None)
             for frame, points in zip(state["frames"], way, strict=True):
                 frame.append(_short(points[:, 1] if upwards else points))
-    return Chart(figure, state | _spec(figure, moving), [], (), "; ".join(said[start]), height=height)
+    return Chart(figure, state | _spec(figure, moving), [], "; ".join(said[start]), height=height)
 
 
-def printed(figure, points, numbers, symbols, sliders, text, *, height=460):
+def printed(figure, points, symbols, sliders, text, *, height=460):
     """Move a figure's artists by printed expressions.
 
-    `figure` is from `subplots`; `points` a dict of artist to pairs (x, y) of sympy expressions, such as a
-    `mathpost.draw.plot.Moving`; `numbers` those of the text. `symbols`, `sliders` and `text` are those of
-    `mathpost.draw.formula.formula`, `height` that of `recorded`.
+    `figure` is from `subplots`; `points` a dict of artist to pairs (x, y) of sympy expressions, such as a `Moving`.
+    `symbols`, `sliders` and `text` are those of `mathpost.draw.formula.formula`, `height` that of `recorded`.
     """
     order = [artist for artist in _artists(figure) if artist in points]
-    counts = [len(points[artist]) for artist in order]
-    flat = [entry for artist in order for point in points[artist] for entry in point]
-    functions = {"points": flat, "numbers": list(numbers)}
-    code, start, said = compiled(functions, symbols, sliders, text)
-    for artist, end in zip(order, np.split(start["points"].reshape(-1, 2), np.cumsum(counts)[:-1]), strict=True):
+    state, code, said, ends, _ = compiled(symbols, sliders, text, [points[artist] for artist in order])
+    for artist, end in zip(order, ends, strict=True):
         if isinstance(artist, Text):
             artist.set_position(end[0])
         else:
             artist.set_data(*end.T) if hasattr(artist, "set_data") else artist.set_xy(end)
-    state = {"sliders": list(sliders), "text": list(text), "counts": counts}
-    state |= _spec(figure, [artist in points for artist in _artists(figure)])
-    return Chart(figure, state, [code], tuple(functions), said, height=height)
+    state |= {"counts": list(map(len, ends))} | _spec(figure, [artist in points for artist in _artists(figure)])
+    return Chart(figure, state, code, said, height=height)
 
 
 def _artists(figure):

@@ -30,8 +30,7 @@ class Live:
     """A view that moves in the browser."""
 
     state: dict  # what `live.js` makes of it: its kind, sliders, texts; the scenes are added here
-    machines: list  # printed functions (`mathpost.codegen`), one text of declarations for each machine of the view
-    exports: tuple  # the names that these texts declare
+    machines: list  # printed functions (`mathpost.codegen`), one text of them for each machine of the view
     scenes: list  # of `Scene`
     places: list  # where the bodies of each scene stand at the start, dicts of 4×4 matrices: for the still picture
     readings: str  # the numbers of the start: what stands for the view where only text is compared
@@ -49,8 +48,10 @@ class Live:
         files = [HERE / name for name in MODULES[self.state["kind"]]]
         modules = "\n".join(_dense(file.read_text(encoding="utf-8")) for file in files)
         style = (HERE / "live.css").read_text(encoding="utf-8")
-        exports = f"return {{ {', '.join(self.exports)} }};"
-        code = [f"(() => {{\n{_dense(text)}\n{exports}\n}})()" for text in self.machines]
+        code = []
+        for text in self.machines:
+            names = ", ".join(re.findall(r"^(?:function|const) (\w+)", text, re.MULTILINE))
+            code.append(f"(() => {{\n{_dense(text)}\nreturn {{ {names} }};\n}})()")
         state = json.dumps(self.state, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
         under = self._still("position:absolute;z-index:-1;max-width:100%") if still else ""
         return (

@@ -26,7 +26,7 @@ SHOWN = {"workpiece": 0.35, "tool": 0.5}  # share of a body that must be in sigh
 
 @dataclass
 class Line:
-    """Polylines on a body; `over` shows them through solids, a `name` lets a view move them."""
+    """Polylines on a body; `over` shows them through solids, `points` in symbols move one (see `formula`)."""
 
     body: str
     parts: list
@@ -37,7 +37,7 @@ class Line:
     halo: bool = False
     over: bool = False
     dot: bool = False
-    span: tuple = (0, 0)
+    points: list = ()
 
 
 @dataclass
@@ -93,9 +93,9 @@ class Scene:
         solids = [{"body": number[s.body], "colour": s.colour} | s.state() for s in self.solids]
         lines = []
         for line in self.lines:
-            kept = {key: value for key, value in vars(line).items() if value and key not in ("body", "parts")}
             parts = [np.round(part, 3).tolist() for part in line.parts]
-            lines.append(kept | {"body": number[line.body], "parts": parts})
+            made = vars(line) | {"body": number[line.body], "parts": parts, "points": len(line.points)}
+            lines.append({key: value for key, value in made.items() if value or key in ("body", "parts")})
         labels = [vars(e) | {"body": number[e.body], "at": np.round(e.at, 2).tolist()} for e in self.labels]
         state = {"solids": solids, "lines": lines, "labels": labels, "middle": np.round(self.middle, 2).tolist()}
         state["radius"] = round(float(self.radius), 2)

@@ -14,7 +14,7 @@ def test_turned_point():
     view = view_rotation.turned_point((3, 4, 5))
     assert "x' = -1.224744, y' = 0.707107, z' = 6.928203" in repr(view)
     assert "active elements: -4.490731, 4.949747, 2.309402" in repr(view)
-    (stairs,) = [line for line in view.scenes[0].lines if line.name]
+    (stairs,) = [line for line in view.scenes[0].lines if line.points]
     assert view.places[0]["turned"][:3, :3] @ stairs.parts[0][-1] == pytest.approx([3, 4, 5])
     assert view.state["sliders"][1]["value"] == 54.7356
 
@@ -25,7 +25,7 @@ def test_turns_are_about_the_axes_as_they_stand():
     assert "β 27.3678°, γ 0.0000°; now it turns about the new X" in repr(view)
     turned = Rotation.from_euler("ZX", [135, 27.3678], degrees=True).as_matrix()
     assert view.places[0]["turned"][:3, :3] == pytest.approx(turned, abs=1e-12)
-    (axis,) = [line for line in view.scenes[0].lines if line.name]
+    (axis,) = [line for line in view.scenes[0].lines if line.points]
     assert np.cross(axis.parts[0][1], turned[:, 0]) == pytest.approx([0, 0, 0], abs=1e-9)
 
 

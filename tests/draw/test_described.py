@@ -79,7 +79,7 @@ def turned(degrees=30.0, letters="XYZ", colour="#0072b2", mirrored=False):
     drawn.triad("plate", letters, length=1.0, colour=colour)
     t = sp.Symbol("t")
     control = slider("t", 0, 90, degrees)
-    return pretty(formula(drawn, [t], [control], {"plate": ACTIVE["Z"](t)}, ["it turns"]))
+    return pretty(formula([drawn], [t], [control], {"plate": ACTIVE["Z"](t)}, [("it turns",)]))
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def test_a_chart_says_its_curves_also_where_the_slider_does_not_stand(make, sign
         t, control = sp.Symbol("t"), slider("t", 0, 5, 1.0, unit="")
         if make is printed:
             points = {line: [(sp.S(0), sp.S(0)), (sp.S(1), sign * t**2)]}
-            return pretty(printed(figure, points, [t], [t], [control], ["it rises"]))
+            return pretty(printed(figure, points, [t], [control], [("it rises",)]))
         update = lambda value: line.set_ydata([0, value**2 if value < 4 else sign * value**2]) or ["it rises"]  # noqa: E731
         return pretty(recorded(figure, update, control))
 
