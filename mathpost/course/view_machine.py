@@ -28,7 +28,7 @@ def machine(kin):
     the same pose.
     """
     drawn, made = scene.machine(kin)
-    start, drawn = scene.best_start(kin, drawn, made)
+    start, drawn = scene.best(kin, drawn, scene.turned(kin, made))
     sliders = _joint_sliders(kin, made, start)
     state = {"kind": "machine", "about": _about(kin), "home": made.home.tolist(), "sliders": sliders}
     return _live(state, [kin], [drawn], [start], pose_text(kin, start))
@@ -41,7 +41,7 @@ def tool_axis(kin):
     """
     about, (near, far) = _about(kin), np.degrees(kin.reach)
     drawn, made = scene.machine(kin)
-    _, framed = scene.best_start(kin, drawn, made, aspect=0.75)
+    _, framed = scene.best(kin, drawn, scene.turned(kin, made), aspect=0.75)
     tilt, direction, most = float(min(max(30.0, near), far)), -30.0, float(min(180.0, far + 10.0))
     pole, (angle, turn) = np.array(about["pole"]), np.radians([tilt, direction])
     zero, quarter = across(pole)  # as the browser takes them
@@ -82,7 +82,7 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
     scenes, state_runs, starts = [], [], []
     for each, blocks, ends in runs:
         drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "")
-        drawn, _ = scene.best_camera(each, drawn, blocks[0], aspect=0.9)
+        _, drawn = scene.best(each, drawn, blocks[:1], aspect=0.9)
         drawn.lines.append(Line("workpiece", [], plot.COLOUR["tool"], 1.8, name="true tip"))
         at_records = np.stack([np.interp(np.arange(len(cl)), ends, column) for column in blocks.T], axis=-1)
         near = [[first + 1, last + 1] for first, last in regions(each, cl, at_records, cone=CONE)]

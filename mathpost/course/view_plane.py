@@ -108,7 +108,7 @@ def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
         joints = dict(zip(kin.symbols, slides, strict=False)) | turns
         places |= {f"{number} {name}": matrix.subs(joints) for name, matrix in chain.bodies(model)}
         start = [outer if symbol == derived.outer else inner for symbol in kin.symbols[3:]]
-        picture, _ = scene.best_camera(kin, picture, kin.close(tip, np.radians(start)), aspect=1.0)
+        _, picture = scene.best(kin, picture, [kin.close(tip, np.radians(start))], aspect=1.0)
         for part in (*picture.solids, *picture.lines, *picture.labels):
             part.body = part.body if part.body == "bed" else f"{number} {part.body}"
         drawn.append(picture)

@@ -1,6 +1,6 @@
 """What a picture in space is made of: solids, lines and letters on bodies that move, and where it is seen from.
 
-`machine` makes the scene of a machine of any arrangement; `best_start` finds joints and a camera at which nothing
+`machine` makes the scene of a machine of any arrangement; `best` finds joints and a camera at which nothing
 that matters is hidden and no two axes fall together.
 """
 
@@ -102,13 +102,13 @@ class Scene:
         return state | {key: getattr(self, key) for key in ("azimuth", "elevation", "title", "colour")}
 
 
-def machine(kin, cl=None, *, title="", colour=DARK):
+def machine(kin, cl=None, *, title=""):
     """Return the scene of a machine and the joints that it was laid out at, shape (5,), mm and radians.
 
     With CL data the workpiece is fitted to them, and the path of the tip and some tool axes are drawn.
     """
     made = arrange(kin, cl)
-    scene = Scene(list(placing(kin.machine)(made.home))[1:], made.solids, title=title, colour=colour)
+    scene = Scene(list(placing(kin.machine)(made.home))[1:], made.solids, title=title)
     tables = [rotary.name for rotary in kin.machine.rotary if rotary.carries == "workpiece"]
     inner = str(kin.inverse_symbolic.inner)
     for name, ends in made.lines.items():
@@ -135,38 +135,26 @@ def _extent(kin, made):
     still = ("bed", *kin.machine.joint_names[:3])
     moving = [(solid.body, solid.triangles().reshape(-1, 3)) for solid in made.solids if solid.body not in still]
     points = []
-    for joints in _turned(kin, made, [[0, 0], [45, 0], [-45, 0], [45, 90], [45, -90]]):
+    for joints in turned(kin, made, [[0, 0], [45, 0], [-45, 0], [45, 90], [45, -90]]):
         places = placing(kin.machine)(joints)
         points += [put(places[body], corners) for body, corners in moving]
     return np.concatenate([*points, made.plate])
 
 
-def best_start(kin, scene, made, *, aspect=1.2):
-    """Choose rotary angles and a camera; return the joints, shape (5,), and the scene from there.
-
-    The first of a few in which nothing is `crossed` or `covered`, or the one with the least.
+def best(kin, scene, tries, *, aspect=1.2):
+    """Return the first of these joints (n, 5), and the scene from the first of `CAMERAS`, in which nothing is
+    `crossed` or `covered`, or those with the least.
     """
-    starts = _turned(kin, made, STARTS)
-    return _best((joints, *best_camera(kin, scene, joints, aspect=aspect)) for joints in starts)[:2]
-
-
-def best_camera(kin, scene, joints, *, aspect=1.2):
-    """Return the scene from the first of `CAMERAS` that shows these joints best, and what is hidden from there."""
-    scenes = (scene.frame(*camera, aspect=aspect) for camera in CAMERAS)
-    return _best((each, crossed(kin, each, joints) or covered(kin, each, joints)) for each in scenes)
-
-
-def _best(tries):
-    """The first of `tries` with nothing wrong, which comes last in each of them, or the one with the least."""
     found = []
-    for each in tries:
-        found.append(each)
-        if not each[-1]:
+    for joints, camera in product(tries, CAMERAS):
+        seen = scene.frame(*camera, aspect=aspect)
+        found.append((crossed(kin, seen, joints) or covered(kin, seen, joints), joints, seen))
+        if not found[-1][0]:
             break
-    return min(found, key=lambda each: len(each[-1]))
+    return min(found, key=lambda each: len(each[0]))[1:]
 
 
-def _turned(kin, made, angles):
+def turned(kin, made, angles=STARTS):
     """Joints (n, 5) at these inner and outer angles (n, 2), degrees, clipped to travel, the tip as laid out."""
     inner = kin.symbols.index(kin.inverse_symbolic.inner) - 3
     rotary = np.radians(angles)[:, [inner, 1 - inner]]
