@@ -129,14 +129,14 @@ def judged(cells, where):
                 found += [(*each, stored, str(whose or "")) for each in said]
     except (KeyError, TypeError, AttributeError):
         raise InputError(str(where), "a notebook", "something else") from None
-    return [_anew(*each) for each in found]
-
-
-def _anew(name, said, stored, whose):
-    if name not in EXERCISES:
-        return Verdict(name, said, "This exercise is not defined here.", stored)
-    verdict = EXERCISES[name].of(whose).anew(json.dumps(stored))
-    return replace(verdict, edited=verdict.status != said)
+    verdicts = []
+    for name, said, stored, whose in found:
+        if name in EXERCISES:
+            verdict = EXERCISES[name].of(whose).anew(json.dumps(stored))
+            verdicts.append(replace(verdict, edited=verdict.status != said))
+        else:
+            verdicts.append(Verdict(name, said, "This exercise is not defined here.", stored))
+    return verdicts
 
 
 def answered(folder="."):

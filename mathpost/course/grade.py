@@ -51,10 +51,6 @@ class Rules:
     workbooks: float = 1.0
     expected_workbooks: int = 1
 
-    def worth(self, name):
-        """Points of an exercise."""
-        return self.points.get(name, self.points.get(lesson_of(name), 1))
-
 
 @dataclass(frozen=True)
 class Workbook:
@@ -108,9 +104,10 @@ class Class:
 
     def points(self, result):
         """Return what a student has of what can be had, in points of the exercises, and right workbooks."""
-        had, possible = (sum(map(self.rules.worth, names)) for names in (self.solved(result), self.exercises))
-        right = sum(each.verdict == "right" for each in result.workbooks)
-        return had, possible, min(right, self.rules.expected_workbooks)
+        said, right = self.rules.points, sum(each.verdict == "right" for each in result.workbooks)
+        worth = {name: said.get(name, said.get(lesson_of(name), 1)) for name in self.exercises}
+        had = sum(worth[name] for name in self.solved(result))
+        return had, sum(worth.values()), min(right, self.rules.expected_workbooks)
 
     def mark(self, result):
         """Per cent, with the weights of the rules; None if nothing counts."""
@@ -306,12 +303,11 @@ def _same(results):
 
 def _cells_of(path):
     """Formulas and numbers of a workbook, without how they look; "" where it is no .xlsx."""
+    cell = re.compile(rb'<c r="(\w+)"[^>]*>(?:<f[^>]*>([^<]*)</f>)?(?:<v>([^<]*)</v>)?')
     try:
         with zipfile.ZipFile(path) as parts:
             names = sorted(name for name in parts.namelist() if re.fullmatch(r"xl/worksheets/\w+\.xml", name))
-            sheets = [parts.read(name) for name in names]
+            cells = [cell.findall(parts.read(name)) for name in names]
     except (zipfile.BadZipFile, OSError):
         return ""
-    cell = re.compile(rb'<c r="(\w+)"[^>]*>(?:<f[^>]*>([^<]*)</f>)?(?:<v>([^<]*)</v>)?')
-    cells = [cell.findall(sheet) for sheet in sheets]
     return hashlib.sha256(repr(cells).encode()).hexdigest() if any(cells) else ""

@@ -4,7 +4,7 @@ import numpy as np
 import sympy as sp
 
 from mathpost import angles as euler
-from mathpost.detective.misreadings import COMMON, common_matrices
+from mathpost.detective.misreadings import COMMON
 from mathpost.draw import plot
 from mathpost.draw.chart import printed, subplots
 from mathpost.draw.formula import formula, slider
@@ -124,9 +124,3 @@ def misreadings_apart(point, names):
     said = ", ".join(f"{name} {{:3}}" for name in names)
     text = [(f"away from the right point (0.000 cannot be seen): {said}", *distances)]
     return printed(figure, bars, symbols, sliders, text, height=520)
-
-
-def invisible(point, names, angles):
-    """Return which of the misreadings leave a point where it belongs; angles in degrees."""
-    right, *wrong = common_matrices(("right", *names), np.array(angles)) @ np.array(point, dtype=float)
-    return [name for name, each in zip(names, wrong, strict=True) if np.linalg.norm(each - right) < 1e-3]
