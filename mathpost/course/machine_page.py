@@ -11,6 +11,7 @@ import numpy as np
 from mathpost.angles import to_axis_angle
 from mathpost.course import view_machine
 from mathpost.draw.arrangement import placing
+from mathpost.post.singular import from_pole
 from mathpost.rotation import unit
 
 DIRECTIONS = (("to the left", "to the right"), ("to the front", "to the back"), ("down", "up"))
@@ -46,13 +47,11 @@ def words(kin):
 def reach(kin):
     """Return what tool axes the machine reaches, as sentences."""
     derived, (near, far) = kin.inverse_symbolic, np.degrees(kin.reach)
-    pole = np.array(derived.pole, dtype=float)
-    direction = " ".join(f"{x:z.3f}" for x in pole)
+    direction = " ".join(f"{float(x):z.3f}" for x in derived.pole)
     joint = kin.symbols.index(derived.inner)
     joints = np.zeros((721, 5))
     joints[:, joint] = np.linspace(*np.clip(kin.machine.limits[joint], -np.pi, np.pi), 721)
-    axes = kin.forward(joints)[1]
-    angles = np.degrees(2 * np.arctan2(np.linalg.norm(axes - pole, axis=1), np.linalg.norm(axes + pole, axis=1)))
+    angles = np.degrees(from_pole(kin, kin.forward(joints)[1], (0, np.inf)))
     name, inner = str(derived.outer), derived.inner
     carried = next(axis.carries for axis in kin.machine.rotary if axis.name == name)
     turns = "the workpiece about the tool" if carried == "workpiece" else "the tool about its own axis"

@@ -13,7 +13,7 @@ from mathpost.draw.live import Live
 from mathpost.draw.scene import Line, Scene
 from mathpost.draw.solid import Turned, across, ring
 from mathpost.post import selection
-from mathpost.post.singular import distance, regions
+from mathpost.post.singular import distance, from_pole, regions
 
 DEGREES = np.array([1, 1, 1, *np.degrees([1, 1])])  # times joints in mm and radians they are in mm and degrees
 CONE = np.radians(1.0)  # about the singular tool axes
@@ -54,7 +54,7 @@ def tool_axis(kin):
     for limit in about["limits"][about["inner"]]:
         if limit is not None:
             leaning = kin.forward(np.radians(limit) * np.eye(5)[about["inner"]])[1]
-            lean = float(np.degrees(np.arctan2(np.linalg.norm(np.cross(pole, leaning)), pole @ leaning)))
+            lean = float(np.degrees(from_pole(kin, leaning, (0, np.inf))))
             places.append([f"{joint} limit {limit:.0f}°", [lean, None]])
     places.append(["edge of reach", [far, None]])
     sliders = [slider("tilt", 0.0, most, tilt, step=0.5), slider("direction", -180.0, 180.0, direction)]
@@ -108,7 +108,7 @@ def _live(state, kins, scenes, joints, readings, **options):
     places = [placing(m)(q) if q is not None else {"bed": np.eye(4)} for m, q in zip(machines, joints, strict=True)]
     code = [codegen.body(kin, jacobian=False) for kin in kins]
     state = json.loads(json.dumps(state, default=lambda array: array.tolist()))
-    return Live(state, code, scenes, places, readings, **options)
+    return Live(state, code, readings, scenes, places, **options)
 
 
 def _about(kin):

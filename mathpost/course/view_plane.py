@@ -32,7 +32,6 @@ def cut_corner(frame, final):
     kept = [point for point in corners if np.abs(point - corner).max() > 1e-9]
     solid = Hull("bed", "#8fc0dd", np.array([*kept, *(corner - cut * np.eye(3))]))
     turned = angles.matrix("ZXZ", symbols)
-    placed = sp.Matrix.vstack(sp.Matrix.hstack(turned, sp.Matrix(frame.origin)), sp.Matrix([[0, 0, 0, 1]]))
     arm, square = 0.55 * side, 0.3 * side * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 0]])
     extent = np.concatenate([corners, frame.origin + arm * frame.rotation.T, [[0, 0, 1.3 * arm]]])
     drawn = Scene(["feature"], [solid], extent=1.08 * extent)
@@ -46,7 +45,8 @@ def cut_corner(frame, final):
     text += [("x = ({:4}, {:4}, {:4}), off the slope by {:2}°", *turned[:, 0], off)]
     sliders = [slider(name, -180, 180, value) for name, value in zip("IJK", final, strict=True)]
     buttons, drawn = list(zip(STEPS, after, strict=True)), drawn.frame(75, 24)
-    return formula([drawn], symbols, sliders, {"feature": placed}, text, buttons=buttons, height=430)
+    places = {"feature": chain.homogeneous(turned, sp.Matrix(frame.origin))}
+    return formula([drawn], symbols, sliders, places, text, buttons=buttons, height=430)
 
 
 def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.02):

@@ -3,37 +3,16 @@
 The figure is drawn once, as for print; its artists (lines, patches, texts) go to the page as points and colours.
 """
 
-import io
-
 import numpy as np
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from mathpost.draw.described import describe, describe_values, places
+from mathpost.draw.described import places
 from mathpost.draw.formula import compiled
 from mathpost.draw.live import Live
 
 DASHES = {"-": [], "--": [6, 4], ":": [1, 3], "-.": [7, 3, 1, 3]}
-
-
-class Chart(Live):
-    """A `Live` view of curves; its still picture is the figure at the start."""
-
-    def __init__(self, figure, state, machines, readings, *, height):
-        super().__init__(state | {"kind": "chart"}, machines, [], [], readings, height, "column")
-        self.figure = figure
-
-    def picture(self):
-        """Return the start as a PNG file, bytes."""
-        file = io.BytesIO()
-        self.figure.savefig(file, format="png", dpi=90)
-        return file.getvalue()
-
-    def _shown(self):
-        moving = zip(*self.state.get("frames", []), strict=True)
-        ways = (describe_values(f"moving artist {n}", np.concatenate(way)) for n, way in enumerate(moving, 1))
-        return [describe(self.figure), *ways]
 
 
 def subplots(rows=1, columns=1, *, size=(7.0, 4.2), **shared):
@@ -64,7 +43,8 @@ def recorded(figure, update, control, *, height=460):
             state["x"].append(_short(way[0][:, 0]) if upwards else None)
             for frame, points in zip(state["frames"], way, strict=True):
                 frame.append(_short(points[:, 1] if upwards else points))
-    return Chart(figure, state | _spec(figure, moving), [], "; ".join(said[start]), height=height)
+    state |= _spec(figure, moving)
+    return Live(state, [], "; ".join(said[start]), figure=figure, height=height, layout="column")
 
 
 def printed(figure, points, symbols, sliders, text, *, height=460):
@@ -81,7 +61,7 @@ def printed(figure, points, symbols, sliders, text, *, height=460):
         else:
             artist.set_data(*end.T) if hasattr(artist, "set_data") else artist.set_xy(end)
     state |= {"counts": list(map(len, ends))} | _spec(figure, [artist in points for artist in _artists(figure)])
-    return Chart(figure, state, code, said, height=height)
+    return Live(state, code, said, figure=figure, height=height, layout="column")
 
 
 def _artists(figure):
@@ -114,7 +94,7 @@ def _spec(figure, moving):
             points = None if artists[artist] else _short(places(artist, axes))
             panel["artists"].append(_drawn(artist) | {"points": points})
         panels.append(panel)
-    return {"panels": panels, "columns": figure.axes[0].get_gridspec().ncols}
+    return {"kind": "chart", "panels": panels, "columns": figure.axes[0].get_gridspec().ncols}
 
 
 def _drawn(artist):

@@ -76,8 +76,8 @@ def describe_scene(scene, places):
 
 
 def describe_values(name, values):
-    """Return a line that tells numbers, of which some may be missing, as an artist's points are told."""
-    points = np.reshape(np.asarray(values, dtype=float), (-1, 1))
+    """Return a line that tells lists of numbers, of which some may be missing, as an artist's points are told."""
+    points = np.concatenate(values).astype(float)[:, None]
     return f"  {name}: {_numbers(points, len(points))}"
 
 

@@ -72,4 +72,4 @@ def formula(scenes, symbols, sliders, places, text, *, buttons=(), play=None, **
     rows = start["places"].reshape(-1, 3, 4)
     at = {"bed": np.eye(4)} | {n: np.vstack([r, [0, 0, 0, 1]]) for n, r in zip(places, rows, strict=True)}
     state |= {"kind": "formula", "play": play, "places": [list(button) for button in buttons]}
-    return Live(state, code, scenes, [at] * len(scenes), said, **options)
+    return Live(state, code, said, scenes, [at] * len(scenes), **options)

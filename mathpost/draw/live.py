@@ -6,12 +6,13 @@ where no scripts run. It needs no kernel, no server and no network.
 
 import base64
 import html
+import io
 import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from mathpost.draw.described import describe_scene
+from mathpost.draw.described import describe, describe_scene, describe_values
 from mathpost.draw.picture import png
 
 HERE = Path(__file__).parent
@@ -27,13 +28,14 @@ MODULES = {
 
 @dataclass(repr=False, eq=False)
 class Live:
-    """A view that moves in the browser."""
+    """A view that moves in the browser: of scenes, or of the curves of a figure."""
 
     state: dict  # what `live.js` makes of it: its kind, sliders, texts; the scenes are added here
     machines: list  # printed functions (`mathpost.codegen`), one text of them for each machine of the view
-    scenes: list  # of `Scene`
-    places: list  # where the bodies of each scene stand at the start, dicts of 4×4 matrices: for the still picture
     readings: str  # the numbers of the start: what stands for the view where only text is compared
+    scenes: list = ()  # of `Scene`
+    places: list = ()  # where the bodies of each scene stand at the start, dicts of 4×4 matrices
+    figure: object = None  # of matplotlib, as it is at the start
     height: int = 440  # pixels on the page
     layout: str = "row"  # the controls beside the picture, or under it: "column"
 
@@ -64,6 +66,10 @@ class Live:
 
     def picture(self):
         """Return the start as a PNG file, bytes."""
+        if self.figure:
+            file = io.BytesIO()
+            self.figure.savefig(file, format="png", dpi=90)
+            return file.getvalue()
         width = 480 if self.layout == "row" else 720
         high, columns = 400 if len(self.scenes) == 1 else 300, min(len(self.scenes), COLUMNS)
         return png(self.scenes, self.places, (width // columns, high), columns)
@@ -88,10 +94,11 @@ class Live:
 
     def _repr_pretty_(self, printer, cycle):
         """In a notebook's outputs the readings, and the pictures in numbers: a wrong one fails as a number does."""
-        printer.text("\n".join([self.readings, *self._shown()]))
-
-    def _shown(self):
-        return [describe_scene(*pair) for pair in zip(self.scenes, self.places, strict=True)]
+        shown = [describe_scene(*pair) for pair in zip(self.scenes, self.places, strict=True)]
+        if self.figure:
+            ways = enumerate(zip(*self.state.get("frames", []), strict=True), 1)
+            shown = [describe(self.figure), *(describe_values(f"moving artist {n}", way) for n, way in ways)]
+        printer.text("\n".join([self.readings, *shown]))
 
 
 def _dense(code):
