@@ -13,36 +13,32 @@ AXIS = plot.COLOUR["first branch"]  # what a body turns about
 
 def turn_in_plane(axes, degrees):
     """Draw the unit vectors of X and Y before and after a turn, with the coordinates of their ends."""
-    c, s = _sides(degrees)
     _plane(axes)
-    for x, y, names in ((c, s, ("cos t", "sin t")), (-s, c, ("−sin t", "cos t"))):
+    named = (("X turned", "left", "cos t", "sin t"), ("Y turned", "right", "−sin t", "cos t"))
+    for (x, y), (name, side, along, up) in zip(_turn(degrees).T, named, strict=True):
         axes.plot([0, x], [0, 0], color=POINT, linewidth=4, alpha=0.5)
         axes.plot([x, x], [0, y], color=POINT, linestyle=":")
-        axes.text(x / 2, -0.1, names[0], color=POINT, ha="center")
-        axes.text(x + 0.04 * np.sign(x), y / 2, names[1], color=POINT, ha="left" if x > 0 else "right")
+        axes.text(x / 2, -0.1, along, color=POINT, ha="center")
+        axes.text(x + 0.04 * np.sign(x), y / 2, up, color=POINT, ha="left" if x > 0 else "right")
         _arrow(axes, (0, 0), (x, y), WORKPIECE)
-    axes.text(1.12 * c, 1.12 * s, "X turned", color=WORKPIECE)
-    axes.text(-1.12 * s, 1.12 * c, "Y turned", color=WORKPIECE, ha="right")
+        axes.text(1.12 * x, 1.12 * y, name, color=WORKPIECE, ha=side)
     _arc(axes, 0, degrees, 0.3)
 
 
 def active_and_passive(left, right, point, degrees):
     """Draw the same turn twice: of the point in a frame that stays, and of the frame under a point that stays."""
-    c, s = _sides(degrees)
-    x, y = point
-    moved = np.array([c * x - s * y, s * x + c * y])
+    turn, point = _turn(degrees), np.array(point)
     for axes, title in ((left, "active: the point turns"), (right, "passive: the frame turns")):
         _plane(axes, title, start=-0.6)
-    here = np.degrees(np.arctan2(y, x))
-    _arc(left, here, here + degrees, np.hypot(x, y))
-    _point(left, np.array(point), "P", np.eye(2), MACHINE, "none")
-    _point(left, moved, "P'", np.eye(2), POINT)
-    turned = np.array([[c, s], [-s, c]])
-    for row, name in zip(turned, ("X'", "Y'"), strict=True):
+    here = np.degrees(np.arctan2(*point[::-1]))
+    _arc(left, here, here + degrees, np.hypot(*point))
+    _point(left, point, "P", np.eye(2), MACHINE, "none")
+    _point(left, turn @ point, "P'", np.eye(2), POINT)
+    for row, name in zip(turn.T, ("X'", "Y'"), strict=True):
         _arrow(right, (0, 0), 1.15 * row, WORKPIECE)
         right.text(*(1.28 * row), name, color=WORKPIECE, ha="center", va="center")
     _arc(right, 0, degrees, 0.3)
-    _point(right, np.array(point), "P", turned, POINT)
+    _point(right, point, "P", turn.T, POINT)
 
 
 def quarter_turns(panels):
@@ -63,8 +59,7 @@ def parts(axes, point, axis, degrees):
     """Draw a point turning about an axis: its part along the axis stays, the part across it turns in a circle."""
     point, axis = np.array(point, dtype=float), np.array(axis) / np.linalg.norm(axis)
     along, side = point @ axis * axis, np.cross(axis, point)
-    across, (c, s) = point - along, _sides(degrees)
-    moved = along + c * across + s * side
+    across, moved = point - along, euler.from_axis_angle(axis, degrees, degrees=True) @ point
     turn = np.linspace(0, 2 * np.pi, 91)[:, None]
     plot.space(axes, 0.8, centre=along)
     axes.plot(*(along + np.cos(turn) * across + np.sin(turn) * side).T, color=MACHINE, linewidth=1)
@@ -103,8 +98,8 @@ def coins(panels, turns, title):
         axes.set_title(f"{title}\nabout {whose} {letter.upper()}" if letter else title)
 
 
-def _sides(degrees):
-    return np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+def _turn(degrees):
+    return euler.from_axis_angle([0, 0, 1], degrees, degrees=True)[:2, :2]
 
 
 def _plane(axes, title="", start=-1.2):
@@ -123,9 +118,10 @@ def _arrow(axes, start, end, colour):
 
 
 def _arc(axes, start, end, radius):
-    turn = np.radians(np.linspace(start, end, 41))
-    axes.plot(radius * np.cos(turn), radius * np.sin(turn), color=AXIS)
-    _arrow(axes, radius * np.array(_sides(end - 2)), radius * np.array(_sides(end)), AXIS)
+    turn = np.radians([*np.linspace(start, end, 41), end - 2])
+    *arc, before = radius * np.column_stack([np.cos(turn), np.sin(turn)])
+    axes.plot(*np.transpose(arc), color=AXIS)
+    _arrow(axes, before, arc[-1], AXIS)
 
 
 def _point(axes, point, name, directions, colour, style="full"):
