@@ -13,8 +13,7 @@ from pathlib import Path
 from jinja2 import Environment
 
 from mathpost.course.exercise import MARKS
-from mathpost.course.lesson_data import toml
-from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
+from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG, toml
 from mathpost.errors import read_text
 from mathpost.workbook.folder import CHINESE as CAUSES
 from mathpost.workbook.report import csv_table

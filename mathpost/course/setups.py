@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mathpost.course.lesson_data import toml
+from mathpost.course.verdict import toml
 from mathpost.draw import plot
 
 BOX = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
