@@ -37,6 +37,8 @@ RULES = {  # the keys of a file of rules: whether a value is right, and what is 
     "workbooks": NUMBER,
     "expected_workbooks": (lambda value: type(value) is int and value > 0, "a whole number above 0"),
 }
+FILE, TEXT = "the same file", "the same answers and the same text of cells"
+CELLS = "the same formulas and numbers"
 FAULTS = (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, RecursionError, MemoryError)
 
 
@@ -79,7 +81,7 @@ class Result:
     unknown: dict = field(default_factory=dict)  # exercise that is not defined here → what the notebook says
     reran: dict = field(default_factory=dict)  # exercise → status when it is run, where that is not the saved one
     numbers: set = field(default_factory=set)  # whose numbers the exercises had that draw some; "" is the lesson's
-    works: list = field(default_factory=list)  # kind, file and content of what may be the same as another's
+    works: list = field(default_factory=list)  # how, which file and which content may be the same as another's
     notebooks: int = 0
 
     def status(self, name):
@@ -95,7 +97,7 @@ class Class:
     results: list  # of `Result`, by name
     exercises: list  # those that count
     rules: Rules
-    same: list = field(default_factory=list)  # what kind of thing is the same, in which file, and who has it
+    same: list = field(default_factory=list)  # how, in which file, and who has it
     notes: list = field(default_factory=list)  # what was not looked at, or could not be bounded
 
     def solved(self, result):
@@ -254,7 +256,7 @@ def _notebook(result, path, course, rerun):
     answers = json.dumps([(each.name, each.answer) for each in verdicts if each.status != OPEN])
     own = [source for source in sources if source and source not in course]
     if (own or answers != "[]") and (content := digest(path)) not in course:
-        result.works += [("file", path.name, content), ("text", path.name, (answers, own))]
+        result.works += [(FILE, path.name, content), (TEXT, path.name, (answers, own))]
     if rerun:
         before = {each.name: each.status for each in verdicts}
         after = {each.name: each.status for each in exercise.saved(rerun(path))}
@@ -273,7 +275,7 @@ def _workbook(result, path, course):
         raise
     found = [(each.cell, each.cause, each.message) for each in report.faults[:1]]
     result.workbooks.append(Workbook(path.name, report.verdict, report.checked, report.total, *sum(found, ())))
-    result.works += [("file", path.name, content), ("cells", path.name, _cells_of(path))]
+    result.works += [(FILE, path.name, content), (CELLS, path.name, _cells_of(path))]
 
 
 def _sources(cells):
@@ -284,10 +286,10 @@ def _sources(cells):
 def _same(results):
     """What is the same beyond what the course handed out: its kind, in which files, and who has it."""
     works = [(result.name, *work) for result in results for work in result.works]
-    has = Counter(text for _, kind, _, content in works if kind == "text" for text in set(content[1]))
-    having = {"file": defaultdict(list), "text": defaultdict(list), "cells": defaultdict(list)}
+    has = Counter(text for _, kind, _, content in works if kind == TEXT for text in set(content[1]))
+    having = {kind: defaultdict(list) for kind in (FILE, TEXT, CELLS)}
     for student, kind, file, content in works:
-        if kind == "text":
+        if kind == TEXT:
             answers, texts = content
             beyond = tuple(t for t in texts if len(results) < 10 or has[t] <= SHARED_BY_CLASS * len(results))
             content = (answers, beyond) if sum(map(len, beyond)) >= TEXT_ENOUGH else ""

@@ -17,13 +17,8 @@ from mathpost.draw.picture import png
 
 HERE = Path(__file__).parent
 COLUMNS = 3  # pictures beside each other
-MODULES = {
-    "formula": ("live.js",),
-    "chart": ("live.js", "chart.js"),
-    "machine": ("live.js", "machine.js"),
-    "both": ("live.js", "machine.js", "paths.js"),
-    "walk": ("live.js", "machine.js", "paths.js"),
-}
+CURVES, PATHS = ("live.js", "chart.js"), ("live.js", "machine.js", "paths.js")  # each needs those before it
+MODULES = {"formula": CURVES[:1], "chart": CURVES, "machine": PATHS[:2], "both": PATHS, "walk": PATHS}
 
 
 @dataclass(repr=False, eq=False)
