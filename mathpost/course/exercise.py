@@ -109,16 +109,16 @@ def reveal(guess, truth):
 
 
 def saved(path):
-    """Return the verdicts on all answers that a saved notebook holds, each judged anew from its data.
-
-    One is `edited` where the notebook says something else than its answer deserves. An exercise that is not defined
-    here keeps what the notebook says.
-    """
+    """Return the verdicts on all answers that a saved notebook holds, each judged anew, as `judged` does."""
     return judged(notebook(path)["cells"], path)
 
 
 def judged(cells, where):
-    """Return the verdicts on the answers in the cells of a notebook, as `saved`; `where` names it in an error."""
+    """Return the verdicts on the answers in the cells of a notebook, judged anew; `where` names it in an error.
+
+    One is `edited` where the notebook says something else than its answer deserves. An exercise that is not defined
+    here keeps what the notebook says.
+    """
     found = []
     try:
         for cell in cells:

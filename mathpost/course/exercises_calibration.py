@@ -23,11 +23,9 @@ NORMALS = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}
 def face(b=90):
     """The table carries +X to +Z, where the spindle is."""
     _, rotary = work_offset.ab_table(**CENTRES, order="AB")
-    turned = {
-        name: np.subtract(*work_offset.moved([normal, (0, 0, 0)], (rotary,), {"B": 0}, {"B": b}, degrees=True))
-        for name, normal in NORMALS.items()
-    }
-    return next(name for name, normal in turned.items() if normal[2] > 0.5)
+    turned = work_offset.moved([*NORMALS.values(), (0, 0, 0)], (rotary,), {"B": 0}, {"B": b}, degrees=True)
+    height = turned[:-1, 2] - turned[-1, 2]
+    return list(NORMALS)[height.argmax()]
 
 
 @define("08-datum", Vector(unit="mm"))

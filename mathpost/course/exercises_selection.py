@@ -8,7 +8,7 @@ from mathpost.course.verdict import define, slip
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.post import cl as cldata
 from mathpost.post import selection, singular, yu_dan
-from mathpost.post.between_blocks import deviation, equation_8, linearize
+from mathpost.post.between_blocks import Motion, equation_8, linearize, strays
 from mathpost.post.ways import Crossing
 from mathpost.rotation import wrap
 
@@ -229,8 +229,7 @@ def off(n):
     """How far the tip strays at most with n points of the cubic between records 2 and 3 of the blade, mm."""
     kin, joints = load("dmu50v"), selection.choose(load("dmu50v"), blade()).joints
     place, rows = yu_dan.smooth(kin, blade(), joints, (1, 2), n)
-    tips, _ = blade().at(place)
-    return deviation(kin, rows[:-1], rows[1:], tips=(tips[:-1], tips[1:]))[0].max()
+    return strays(kin, blade(), Motion.on_part(rows, place))[0].max()
 
 
 @define("06b-lift", Vector(decimals=3, unit="mm"))

@@ -204,10 +204,7 @@ def lesson_of(name):
 
 
 def _student(student, course, rerun, step):
-    """Judge one student's files, none of which keeps the class from being judged.
-
-    `course` is what was handed out: digests of files, and sources of cells.
-    """
+    """Judge one student's files; `course` has the digests of the files and the sources of the cells handed out."""
     result = Result(student.name, trouble=list(student.refused))
     for path in (*student.notebooks, *student.workbooks):
         kind = "a notebook" if path in student.notebooks else "a workbook"

@@ -8,7 +8,7 @@ from mathpost.draw.chart import printed, recorded, subplots
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import DARK, Label, Line, Scene
 from mathpost.post import yu_dan
-from mathpost.post.between_blocks import deviation
+from mathpost.post.between_blocks import Motion, strays
 from mathpost.rotation import ACTIVE
 
 TILT, DISTANCE, SPEED = sp.symbols("t d omega", real=True)
@@ -104,8 +104,7 @@ def smoothed(kin, cl, joints, region, *, most=60):
     ways = [yu_dan.smooth(kin, cl, joints, region, n) for n in counts]
     tip, axis = np.empty((2, most))
     for n, (place, rows) in enumerate(ways):
-        tips, axes = ((each[:-1], each[1:]) for each in cl.at(place))
-        tip[n], axis[n] = (each.max() for each in deviation(kin, rows[:-1], rows[1:], tips=tips, axes=axes))
+        tip[n], axis[n] = (each.max() for each in strays(kin, cl, Motion.on_part(rows, place)))
 
     figure, (left, right) = subplots(1, 2, size=(8.5, 3.9))
     fine = yu_dan.smooth(kin, cl, joints, region, 200)

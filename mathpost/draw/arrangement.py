@@ -146,10 +146,9 @@ def _is_point(size, cl):
 
 
 def _blade(size, cl, root):
-    """The rings of what stands on the block at the height `root`: a blade if the path winds up it, or is a point.
+    """The rings of what stands on the block at the height `root`: the outlines of a path, level by level.
 
-    The rings of a path are its outlines, level by level. Of a path that is a point no more is known than that the
-    tool fans over an edge there: the blade is made up, as high as the tip, with its edge square to the fan.
+    Over a path that is a point the tool fans: a blade is made up, as high as the tip, its edge square to the fan.
     """
     turn = np.linspace(0, 2 * np.pi, RING, endpoint=False)
     around = np.stack([np.cos(turn), np.sin(turn)], axis=-1)

@@ -22,17 +22,6 @@ def describe(figure):
     An artist is told by its label and colour, how many points it has, the range of each coordinate, and its points
     at a few places, in the units of the axes. Artists in a row that have no label, one type, one colour and the
     same number of points are told together.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> figure = Figure()
-    >>> axes = figure.subplots()
-    >>> _ = axes.plot([0, 1, 2], [0, 1, 4], "k", label="square")
-    >>> _ = axes.set_xlabel("side")
-    >>> print(describe(figure))
-    picture with x "side"
-      Line2D "square" #000000: 3 points, x 0 … 2, y 0 … 4, at (0, 0) (1, 1) (2, 4)
     """
     lines = []
     for axes in figure.axes:
@@ -50,11 +39,7 @@ def describe(figure):
 
 
 def describe_scene(scene, places):
-    """Return what a `mathpost.draw.scene.Scene` shows with its bodies at `places`, 4×4 matrices by name.
-
-    Solids are told by body, colour and the box that they fill, lines and letters by colour and points, all where
-    they stand in the picture.
-    """
+    """Return what a `Scene` shows with its bodies at `places`: solids by the box they fill, lines by points."""
 
     def placed(body, points):
         points = put(places[body], points)
@@ -108,11 +93,7 @@ def _colour(artist):
 
 
 def places(artist, axes):
-    """Return the points (n, 2 or 3) of an artist, in the units of its axes: a place, a line, a patch's outline.
-
-    Of a collection its outlines, or where they are set down; of an image every pixel, its value as the third
-    coordinate.
-    """
+    """Return the points (n, 2 or 3) of an artist, in the units of its axes; of an image its pixels and values."""
     if hasattr(artist, "get_position"):
         place = getattr(artist, "get_position_3d", artist.get_position)()
         return np.atleast_2d(np.asarray(place, dtype=float))
