@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mathpost.course import view_plane
+from mathpost.course import view_rotation
 from mathpost.course.lesson_data import load
 from mathpost.draw import scene
 from mathpost.draw.picture import Camera
@@ -15,7 +15,7 @@ NAMES = ("ac_table", "bc_table", "dmu50v", "head_b_table_c", "ac_head", "nutatin
 
 def test_the_frame_starts_on_the_face_of_the_cut():
     face = Frame.from_axes([1, 1, 1], [1, 1, -2], [15, 15, -15])
-    view = view_plane.cut_corner(face, (135, BETA, -90))
+    view = view_rotation.cut_corner(face, (135, BETA, -90))
     assert "off the face by 0.00°" in repr(view) and "off the slope by 0.00°" in repr(view)
     assert view.places[0]["feature"] == pytest.approx(face.matrix)
     (cube,) = view.scenes[0].solids
@@ -28,7 +28,7 @@ def test_the_frame_starts_on_the_face_of_the_cut():
 
 def test_the_gallery_turns_every_machine_by_its_own_chain():
     solvers = [load(name) for name in NAMES]
-    view = view_plane.gallery(solvers, outer=40, inner=30)
+    view = view_rotation.gallery(solvers, outer=40, inner=30)
     assert len(view.page()) < 90_000 and len(view.scenes) == len(NAMES)
     for number, kin in enumerate(solvers):
         angle = {str(kin.inverse_symbolic.outer): 40, str(kin.inverse_symbolic.inner): 30}
@@ -49,16 +49,16 @@ def test_the_gallery_turns_every_machine_by_its_own_chain():
 
 def test_the_sense_turns_both_axes_round():
     solvers = [load("ac_table"), load("ac_head")]
-    view = view_plane.gallery(solvers, outer=40, inner=30, senses=True)
+    view = view_rotation.gallery(solvers, outer=40, inner=30, senses=True)
     buttons = dict(view.state["places"])
     assert buttons["sense −1"] == [None, None, -1] and "sense 1" in repr(view)
-    assert "senses" not in repr(view) and "sense −1" not in dict(view_plane.gallery(solvers).state["places"])
+    assert "senses" not in repr(view) and "sense −1" not in dict(view_rotation.gallery(solvers).state["places"])
 
 
 @pytest.mark.parametrize(("k", "expected"), [(0, "1.000 mm clear"), (180, "-1.000 mm IN"), (-90, "-0.050 mm IN")])
 def test_third_angle_clears_the_wall(k, expected):
     """The tip at the angle ρ = K, retracted by 1 mm in a bore of 10; a stylus that runs out by 20 µm."""
-    view = view_plane.third_angle(load("ac_table").machine, 135, BETA, k)
+    view = view_rotation.third_angle(load("ac_table").machine, 135, BETA, k)
     rho = np.radians(k)
     clearance = 10 - abs(10 * np.exp(-1j * rho) - 1)
     assert expected in repr(view) and f"{clearance:.3f} mm" in repr(view)
