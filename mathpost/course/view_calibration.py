@@ -5,8 +5,7 @@ import sympy as sp
 
 from mathpost.compensate.compensation import total_differential
 from mathpost.draw import plot
-from mathpost.draw.chart import printed, recorded, subplots
-from mathpost.draw.formula import slider
+from mathpost.draw.moving import Moving, printed, recorded, slider, subplots
 from mathpost.measure import horizontal_head, rotary_axis, spline, work_offset
 
 
@@ -24,7 +23,7 @@ def datum_after_rotation(centre_a, centre_b, point):
         ways = ([k / 10 * x if x in symbols else x for axis in to for x in axis] for k in range(11))
         paths[name] = [moved(*map(float, point), *way) for way in ways]
 
-    (figure, views), moving = subplots(1, 2, size=(8.0, 4.2)), plot.Moving()
+    (figure, views), moving = subplots(1, 2, size=(8.0, 4.2)), Moving()
     for axes, (across, centre) in zip(views, ((0, centre_b), (1, centre_a)), strict=True):
         reach = 1.1 * max(np.linalg.norm(np.subtract(point, c)) for c in (centre_a, centre_b))
         axes.plot(centre[across], centre[2], "+", color=plot.COLOUR["machine"], markersize=12)
@@ -102,7 +101,7 @@ def rotation_centre(rotary):
     got = [factor * value for factor, value in zip(scale, found, strict=True)]
     spread = [3 * factor * value for factor, value in zip(scale, deviation, strict=True)]
 
-    (figure, (left, right)), moving = subplots(1, 2, size=(8.0, 4.0)), plot.Moving()
+    (figure, (left, right)), moving = subplots(1, 2, size=(8.0, 4.0)), Moving()
     for marker, height, rows in zip("ox", heights, (slice(12), slice(12, 24)), strict=True):
         dots = [(1000 * x, 1000 * y) for x, y in zip(read[0][rows], read[1][rows], strict=True)]
         moving.line(left, "tool", dots, marker, label=f"z = {height:.0f}")
@@ -131,7 +130,7 @@ def rtcp_zero():
     read, found, deviation = _fit(tip, true, at, noise / 1000)
     axial = tip.readings["axial"].subs(dict(zip(tip.unknowns, true, strict=True)))
 
-    (figure, axes), moving = subplots(), plot.Moving()
+    (figure, axes), moving = subplots(), Moving()
     roles = ("first branch", "second branch")
     for role, length, (plus, minus) in zip(roles, lengths, (read[0][:2], read[0][2:]), strict=True):
         along = ((a, (float(np.radians(a)), length)) for a in range(-90, 91, 5))

@@ -5,8 +5,7 @@ import sympy as sp
 
 from mathpost.course.lesson_data import with_travel
 from mathpost.draw import plot
-from mathpost.draw.chart import printed, recorded, subplots
-from mathpost.draw.formula import formula, slider
+from mathpost.draw.moving import Moving, formula, printed, recorded, slider, subplots
 from mathpost.draw.scene import DARK, Label, Line, Scene
 from mathpost.post import selection, yu_dan
 from mathpost.post.between_blocks import Motion, strays
@@ -36,7 +35,7 @@ def inner_and_outer(kin):
     square = {"xlim": (-1.25, 1.25), "ylim": (-1.25, 1.25), "aspect": "equal"}
     side.set(xlabel="from the side: across the outer axis", ylabel="k, along the outer axis", **square)
     top.set(xlabel="along the outer axis: i", ylabel="j", **square)
-    moving, ends = plot.Moving(), [(-w[1], w[2]), (w[1], w[2])]
+    moving, ends = Moving(), [(-w[1], w[2]), (w[1], w[2])]
     moving.line(side, "published", ends, ":")
     moving.line(side, "first branch", [(0, 0), ends[0]], label=f"{inner}", linewidth=2.5)
     moving.line(side, "second branch", [(0, 0), ends[1]], "--", label=f"−{inner}", linewidth=2.5)
@@ -158,7 +157,7 @@ def pass_by(limit):
     tilts = np.round(25 * np.linspace(-1, 1, 61) ** 3, 4)
 
     figure, (above, below) = subplots(2, 1, size=(7.0, 4.6), sharex=True)
-    moving, rate = plot.Moving(), -LONGITUDE.diff(TILT) * SPEED
+    moving, rate = Moving(), -LONGITUDE.diff(TILT) * SPEED
     curve = [(angle / SPEED, 90 - sp.deg(LONGITUDE.subs(TILT, sp.rad(angle)))) for angle in tilts]
     moving.line(above, "machine", curve)
     moving.line(below, "machine", [(angle / SPEED, rate.subs(TILT, sp.rad(angle))) for angle in tilts])
@@ -179,7 +178,7 @@ def clamped(rows):
     cubic = yu_dan.hermite().subs({"T": 1, "M_s": rows[1], "M_e": rows[2], "k_1": k_1, "k_2": k_2})
     slope = cubic.diff(t)
 
-    (figure, (above, below)), moving = subplots(2, 1, size=(7.0, 5.0), sharex=True), plot.Moving()
+    (figure, (above, below)), moving = subplots(2, 1, size=(7.0, 5.0), sharex=True), Moving()
     places, width = [sp.Rational(k, 40) for k in range(41)], sp.Rational(3, 20)
     above.plot([2, 3], rows[1:3], "o", color=plot.COLOUR["machine"], label="records s and e")
     above.plot([2, 3], rows[1:3], color=plot.COLOUR["linear"], linestyle="--", label="linear")

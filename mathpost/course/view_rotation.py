@@ -9,8 +9,7 @@ from mathpost import angles as euler
 from mathpost import chain
 from mathpost.detective.misreadings import COMMON
 from mathpost.draw import plot, scene
-from mathpost.draw.chart import printed, subplots
-from mathpost.draw.formula import formula, slider
+from mathpost.draw.moving import Moving, formula, printed, slider, subplots
 from mathpost.draw.scene import Label, Line, Scene, clearest
 from mathpost.draw.solid import Hull, block
 from mathpost.plane import positioning
@@ -153,7 +152,7 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
     x, y = sp.cos(rho), -sp.sin(rho)  # the spindle's X in the feature
     clearance = radius - sp.sqrt((radius * x - retract) ** 2 + (radius * y) ** 2)
     clear = sp.Piecewise((1, clearance > 0), (0, True))
-    circle, moving = np.stack([np.cos(turn), np.sin(turn)]), plot.Moving()
+    circle, moving = np.stack([np.cos(turn), np.sin(turn)]), Moving()
     figure, (bore, probe) = subplots(1, 2, size=(7.0, 4.0))
     titles = {bore: "boring bar, retracted along −X", probe: "stylus ball, believed (dotted) and true"}
     for axes, title in titles.items():

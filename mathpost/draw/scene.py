@@ -26,7 +26,7 @@ SHOWN = {"workpiece": 0.35, "tool": 0.5}  # share of a body that must be in sigh
 
 @dataclass
 class Line:
-    """Polylines on a body; `over` shows them through solids, `points` in symbols move one (see `formula`)."""
+    """Polylines on a body; `over` shows them through solids, `points` in symbols move one (see `moving`)."""
 
     body: str
     parts: list
