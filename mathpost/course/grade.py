@@ -10,7 +10,6 @@ import json
 import math
 import re
 import tempfile
-import tomllib
 import zipfile
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
@@ -20,7 +19,8 @@ from pathlib import Path
 from mathpost.course import exercise
 from mathpost.course.handed_in import collect
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
-from mathpost.errors import InputError, read_text
+from mathpost.errors import InputError
+from mathpost.machine import read_toml
 from mathpost.workbook import check_file
 
 COURSE = Path(__file__).parents[2]
@@ -176,10 +176,7 @@ def _say_whose_numbers(results):
 
 def read_rules(path):
     """Return the `Rules` of a TOML file; raise `InputError` of an unknown key or a value of the wrong kind."""
-    try:
-        found = tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(str(path), "TOML", str(error)) from None
+    found = read_toml(path)
     for key, value in found.items():
         is_right, expected = RULES.get(key, (lambda _: False, f"one of {', '.join(RULES)}"))
         if not is_right(value):

@@ -10,7 +10,6 @@ import json
 import random
 import re
 import textwrap
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
@@ -18,6 +17,7 @@ from pathlib import Path
 
 from mathpost.course.answers import brief
 from mathpost.errors import InputError, MathpostError
+from mathpost.machine import read_toml
 
 EXERCISES = {}
 OPEN, WRONG, RIGHT = "not attempted yet", "not yet", "right"
@@ -226,7 +226,7 @@ def define(name, kind, **how):
 @cache
 def toml(name):
     """A file of this folder as it stands."""
-    return tomllib.loads(Path(__file__).with_name(f"{name}.toml").read_text(encoding="utf-8"))
+    return read_toml(Path(__file__).with_name(f"{name}.toml"))
 
 
 def slip(sentence, answer=None, **changed):

@@ -31,7 +31,7 @@ def machine(kin):
     start, drawn = scene.best(kin, drawn, scene.turned(kin, made))
     sliders = _joint_sliders(kin, made, start)
     state = {"kind": "machine", "about": _about(kin), "home": made.home.tolist(), "sliders": sliders}
-    return _live(state, [kin], [drawn], [start], pose_text(kin, start))
+    return _live(state, [kin], pose_text(kin, start), [drawn], [placing(kin.machine)(start)])
 
 
 def tool_axis(kin):
@@ -61,7 +61,8 @@ def tool_axis(kin):
     state = {"kind": "both", "about": about, "tip": tip.tolist(), "sliders": sliders, "places": places}
     text = "; ".join(f"{name}: {_words(kin, joints)}" for name, joints in zip(BRANCHES, both, strict=True))
     text, scenes = f"tool axis {_list(axis, 4)}; {text}", [_sphere(kin, axis), *pair]
-    return _live(state, [kin], scenes, [None, *both], text, height=470, layout="column")
+    places = [{"bed": np.eye(4)}, *map(placing(kin.machine), both)]
+    return _live(state, [kin], text, scenes, places, height=470, layout="column")
 
 
 def walk(kin, cl, joints=None, *, place=None, second=None):
@@ -79,7 +80,7 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
         runs.append((second, selection.choose(second, cl).joints, np.arange(len(cl))))
     every = max(1, -(-len(cl) // SHOWN))
     records = np.arange(0, len(cl), every)
-    scenes, state_runs, starts = [], [], []
+    scenes, state_runs, at, said = [], [], [], []
     for each, blocks, ends in runs:
         drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "")
         _, drawn = scene.best(each, drawn, blocks[:1], aspect=0.9)
@@ -92,23 +93,20 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
             blocks, ends = at_records[records], records
         state_runs.append({"about": _about(each), "joints": blocks, "place": ends / every, "singular": near})
         scenes.append(drawn)
-        starts.append(blocks[0])
+        at.append(placing(each.machine)(blocks[0]))
+        said.append(f"record 1: {pose_text(each, blocks[0])}")
     poses = np.concatenate([cl.points, cl.axes], axis=1)[records].round(9)
     step = float(every) if len(cl) > 30 else 0.05
     sliders = [slider("record", 1.0, float(1 + records[-1]), 1.0, step=step, unit="")]
-    state = {"kind": "walk", "cl": poses, "runs": state_runs, "first": 1, "every": every, "sliders": sliders}
+    state = {"kind": "walk", "cl": poses, "runs": state_runs, "first": 1, "every": every, "places": places}
     kins = [each for each, _, _ in runs]
-    text = "; ".join(f"record 1: {pose_text(each, q)}" for each, q in zip(kins, starts, strict=True))
-    return _live(state | {"places": places}, kins, scenes, starts, text, height=520, layout="column")
+    return _live(state | {"sliders": sliders}, kins, "; ".join(said), scenes, at, height=520, layout="column")
 
 
-def _live(state, kins, scenes, joints, readings, **options):
-    """Put scenes and printed machines together; joints None is a scene without a machine."""
-    machines = [kin.machine for kin in kins] * (len(joints) // len(kins))
-    places = [placing(m)(q) if q is not None else {"bed": np.eye(4)} for m, q in zip(machines, joints, strict=True)]
-    code = [codegen.body(kin, jacobian=False) for kin in kins]
+def _live(state, kins, *shown, **options):
+    """Put a state and printed machines together."""
     state = json.loads(json.dumps(state, default=lambda array: array.tolist()))
-    return Live(state, code, readings, scenes, places, **options)
+    return Live(state, [codegen.body(kin, jacobian=False) for kin in kins], *shown, **options)
 
 
 def _about(kin):

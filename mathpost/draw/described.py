@@ -25,7 +25,10 @@ def describe(figure):
     """
     lines = []
     for axes in figure.axes:
-        lines.append(f"picture{_labels(axes)}")
+        texts = {"": axes.get_title(), "x": axes.get_xlabel(), "y": axes.get_ylabel()}
+        texts |= {"z": axes.get_zlabel()} if hasattr(axes, "get_zlabel") else {}
+        labels = ", ".join(f'{name} "{text}"'.strip() for name, text in texts.items() if text)
+        lines.append("picture" + f" with {labels}" * bool(labels))
         artists = [*axes.lines, *axes.collections, *axes.patches, *axes.images, *axes.texts]
         told = [_told(artist, axes) for artist in artists]
         for (kind, label, colour, count), group in groupby(filter(None, told), key=lambda told: told[:4]):
@@ -64,14 +67,6 @@ def describe_values(name, values):
     """Return a line that tells lists of numbers, of which some may be missing, as an artist's points are told."""
     points = np.concatenate(values).astype(float)[:, None]
     return f"  {name}: {_numbers(points, len(points))}"
-
-
-def _labels(axes):
-    texts = {"": axes.get_title(), "x": axes.get_xlabel(), "y": axes.get_ylabel()}
-    if hasattr(axes, "get_zlabel"):
-        texts["z"] = axes.get_zlabel()
-    said = [f'{name} "{text}"'.strip() for name, text in texts.items() if text]
-    return f" with {', '.join(said)}" if said else ""
 
 
 def _told(artist, axes):
