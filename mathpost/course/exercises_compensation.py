@@ -175,9 +175,8 @@ def drift_parts(forgetting=0.8):
     """Each part leaves the share 0.8 of what was left: 0.8 to the tenth is still more than a tenth."""
     poses = np.zeros((5, 5))
     poses[:, :3], poses[:, 3:] = [40, 20, 0], np.radians([[0, 0], [0, 120], [60, 0], [60, 180], [-60, 90]])
-    tracker = Tracker(
-        trunnion_model(), ("EYA", "EZA"), poses, sigma=0.001, expected=0.03, forgetting=forgetting, gate=np.inf
-    )
+    how = {"sigma": 0.001, "expected": 0.03, "forgetting": forgetting, "gate": np.inf}
+    tracker = Tracker(trunnion_model(), ("EYA", "EZA"), poses, **how)
     for part in range(-40, 200):
         tracker.update(tracker.predict([0.010 * (part >= 0), 0]))
         if part >= 0 and 0.010 - tracker.values[0] < 0.001:

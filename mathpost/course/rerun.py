@@ -22,6 +22,9 @@ MEMORY, FILE, PROCESSES = 2 * 2**30, 64 * 2**20, 200  # bytes of each process an
 ALONE = ["unshare", "--net", "--pid", "--fork", "--kill-child"]
 ACCOUNT = ["setpriv", f"--reuid={UID}", f"--regid={UID}", "--clear-groups", "--no-new-privs"]
 ACCOUNT += ["--bounding-set=-all", "--inh-caps=-all"]
+# The environment has nothing of the caller's: no secrets, no settings.
+SETTINGS = {"PYTHONDONTWRITEBYTECODE": "1", "MPLBACKEND": "agg", "LANG": "C.UTF-8", "OPENBLAS_NUM_THREADS": "1"}
+SETTINGS["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.defpath])
 
 PROBE = """
 import os, subprocess, sys
@@ -83,27 +86,11 @@ class Place:
             if self.root:
                 for each in (Path(folder), work, *work.iterdir()):
                     os.chown(each, UID, UID)
-            environment = {  # nothing of the caller's: no secrets, no settings
-                "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.defpath]),
-                "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)]),
-                "PYTHONDONTWRITEBYTECODE": "1",
-                "HOME": folder,
-                "TMPDIR": folder,
-                "JUPYTER_RUNTIME_DIR": f"{folder}/run",
-                "MPLBACKEND": "agg",
-                "LANG": "C.UTF-8",
-                "OPENBLAS_NUM_THREADS": "1",
-            }
-            process = subprocess.Popen(
-                [*way, sys.executable, "-c", code],
-                cwd=work,
-                env=environment,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.DEVNULL,
-                start_new_session=True,
-                preexec_fn=self._bound,
-            )
+            modules = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)])
+            own = {"HOME": folder, "TMPDIR": folder, "JUPYTER_RUNTIME_DIR": f"{folder}/run", "PYTHONPATH": modules}
+            where = {"cwd": work, "env": SETTINGS | own, "start_new_session": True, "preexec_fn": self._bound}
+            said = {"stdin": subprocess.DEVNULL, "stdout": output, "stderr": subprocess.DEVNULL}
+            process = subprocess.Popen([*way, sys.executable, "-c", code], **where, **said)
             try:
                 return process.wait(self.seconds)
             except subprocess.TimeoutExpired:
