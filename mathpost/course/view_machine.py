@@ -111,16 +111,11 @@ def _live(state, kins, *shown, **options):
 
 def _about(kin):
     """What the browser must know of a machine besides its printed functions."""
-    derived, limits = kin.inverse_symbolic, kin.machine.limits * DEGREES[:, None]
-    return {
-        "title": kin.machine.name,
-        "names": list(kin.machine.joint_names),
-        "limits": [[round(x, 9) if np.isfinite(x) else None for x in pair] for pair in limits.tolist()],
-        "inner": kin.symbols.index(derived.inner),
-        "middle": float(sum(derived.solutions) / 2),
-        "pole": [float(x) for x in derived.pole],
-        "reach": list(kin.reach),
-    }
+    derived, limits = kin.inverse_symbolic, (kin.machine.limits * DEGREES[:, None]).round(9).tolist()
+    limits = [[x if np.isfinite(x) else None for x in pair] for pair in limits]
+    about = {"title": kin.machine.name, "names": list(kin.machine.joint_names), "limits": limits}
+    inner = {"inner": kin.symbols.index(derived.inner), "middle": float(sum(derived.solutions) / 2)}
+    return about | inner | {"pole": [float(x) for x in derived.pole], "reach": list(kin.reach)}
 
 
 def _joint_sliders(kin, made, start):

@@ -160,15 +160,13 @@ def _spec(figure, moving):
     for axes in figure.axes:
         panel = {"title": axes.get_title(), "equal": axes.get_aspect() == 1, "drawn": axes.axison, "artists": []}
         for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
-            low, high = limits = getattr(axes, f"get_{name}lim")()
+            limits = list(map(float, getattr(axes, f"get_{name}lim")()))
             marks = axis.get_majorticklocs()
-            ticks = [
-                [float(at), f"{at:g}" if "$" in text else text]
-                for at, text in zip(marks, axis.get_major_formatter().format_ticks(marks), strict=True)
-                if min(low, high) <= at <= max(low, high)
-            ]
+            written = zip(marks, axis.get_major_formatter().format_ticks(marks), strict=True)
+            within = [(float(at), text) for at, text in written if min(limits) <= at <= max(limits)]
+            ticks = [[at, f"{at:g}" if "$" in text else text] for at, text in within]
             label, log = axis.get_label_text(), axis.get_scale() == "log"
-            panel[name] = {"limits": [float(v) for v in limits], "log": log, "label": label, "ticks": ticks}
+            panel[name] = {"limits": limits, "log": log, "label": label, "ticks": ticks}
         for artist in (*axes.patches, *axes.lines, *axes.texts):
             points = None if artists[artist] else _short(shown_at(artist, axes))
             panel["artists"].append(_drawn(artist) | {"points": points})
@@ -178,17 +176,12 @@ def _spec(figure, moving):
 
 def _drawn(artist):
     """How an artist looks."""
-    if hasattr(artist, "get_xydata"):
-        label, every = artist.get_label(), artist.get_markevery()
-        return {
-            "label": "" if label.startswith("_") else label,
-            "colour": to_hex(artist.get_color()),
-            "width": artist.get_linewidth() if artist.get_linestyle() in DASHES else 0,
-            "dash": DASHES.get(artist.get_linestyle(), []),
-            "marker": str(artist.get_marker()).replace("None", ""),
-            "open": artist.get_fillstyle() == "none",
-            "last": every is not None,
-        }
-    if hasattr(artist, "get_position"):
+    if isinstance(artist, Text):
         return {"colour": to_hex(artist.get_color()), "text": artist.get_text()}
-    return {"fill": to_hex(artist.get_facecolor(), keep_alpha=True)}
+    if not hasattr(artist, "get_xydata"):
+        return {"fill": to_hex(artist.get_facecolor(), keep_alpha=True)}
+    label, style = artist.get_label(), artist.get_linestyle()
+    looks = {"label": "" if label.startswith("_") else label, "colour": to_hex(artist.get_color())}
+    looks |= {"width": artist.get_linewidth() if style in DASHES else 0, "dash": DASHES.get(style, [])}
+    looks |= {"marker": str(artist.get_marker()).replace("None", ""), "open": artist.get_fillstyle() == "none"}
+    return looks | {"last": artist.get_markevery() is not None}
