@@ -98,7 +98,7 @@ def test_the_browser_paints_the_still_picture(noted, name, tmp_path):
     canvases = list(painted(noted, made.page(), tmp_path))
     assert len(canvases) >= len(made.scenes) and not noted.errors
     for scene, places, (strokes, _, written, image) in zip(made.scenes, made.places, canvases, strict=False):
-        sent = scene.state()  # as rounded for the page
+        sent = scene.state(places)  # as rounded for the page
         scene = replace(scene, middle=np.array(sent["middle"]), radius=sent["radius"])
         view = View(scene, places, image.size)
         for line in scene.lines:
@@ -211,7 +211,7 @@ def test_a_walk_draws_both_branches_and_the_true_tip(noted, tmp_path):
             assert turns == pytest.approx(np.round(turns), abs=1e-6)
     (line,) = [line for line in made.scenes[0].lines if line.name == "true tip"]
     tip = true_tip(kin, np.array(made.state["runs"][0]["joints"]), samples=24)
-    sent, strokes = made.scenes[0].state(), canvases[0][0]
+    sent, strokes = made.scenes[0].state(made.places[0]), canvases[0][0]
     scene = replace(made.scenes[0], middle=np.array(sent["middle"]), radius=sent["radius"])
     at = View(scene, made.places[0], canvases[0][3].size).pixels(line.body, tip)[:, :2]
     drawn = np.concatenate(ways(strokes, line.colour))

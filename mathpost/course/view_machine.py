@@ -136,7 +136,7 @@ def _sphere(kin, axis):
     """The tool axis on the unit sphere, the singular cones and the edge of reach."""
     turn = np.linspace(-np.pi / 2, np.pi / 2, 19)
     ball = Turned("bed", "#eef1f4", list(zip(np.cos(turn), np.sin(turn), strict=True)), np.zeros(3), np.eye(3)[2])
-    drawn = Scene([], [ball], extent=1.25 * np.concatenate([np.eye(3), -np.eye(3)]))
+    drawn = Scene([ball], extent=1.25 * np.concatenate([np.eye(3), -np.eye(3)]))
     drawn.triad("bed", "xyz", length=1.25, colour=plot.COLOUR["workpiece"])
     pole, (near, far) = np.array(kin.inverse_symbolic.pole, dtype=float), kin.reach
     for end, inwards in ((near, 1), (far, -1)):

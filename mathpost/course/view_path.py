@@ -125,7 +125,7 @@ def travel_limit(kin, cl, records, high):
 def globe():
     """Tool axes as points of a globe, the outer axis C as its axis: sliders for distance, tilt and speed."""
     meridian = [np.array([np.sin(a), 0, np.cos(a)]) * RADIUS for a in np.linspace(0, np.pi / 3, 41)]
-    scene = Scene(["C"], title="tool axes on a globe, its axis is C", azimuth=-62.0, elevation=38.0)
+    scene = Scene(title="tool axes on a globe, its axis is C", azimuth=-62.0, elevation=38.0)
     turn = np.linspace(0, 2 * np.pi, 73)
     for tilt in np.radians([10, 20, 30, 40, 50, 60]):
         ring = np.stack([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt) + 0 * turn], axis=1)

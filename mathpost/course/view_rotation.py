@@ -1,7 +1,5 @@
 """Views with sliders for lessons 01 to 04 and 14: rotations, frames, tilted planes, machines beside each other."""
 
-from dataclasses import replace
-
 import numpy as np
 import sympy as sp
 
@@ -47,7 +45,7 @@ def turned_point(point):
 
 def _frames_and_point(point, size, extent):
     """A point in the frame that stays, and the frame that turns."""
-    scene = Scene(["turned"], extent=extent)
+    scene = Scene(extent=extent)
     scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
     scene.triad("turned", _NAMES[3:], length=size, colour=_WORKPIECE, width=3)
     scene.lines.append(Line("bed", [[np.zeros(3), np.array(point)]], _TOOL, 1.2, dash=True, over=True, dot=True))
@@ -97,7 +95,7 @@ def notations(angles=(135.0, 54.7356, -90.0)):
         text.append((f"{name}: {words} {{:3}}{{? (locked)}}", *(angle * _DEGREES for angle in found), locked))
     frame = euler.matrix("ZXZ", angles, degrees=True)
     axes = np.concatenate([np.eye(3), frame.T])
-    scene = Scene(["turned"], extent=1.35 * np.concatenate([axes, -axes[:3] / 2]))
+    scene = Scene(extent=1.35 * np.concatenate([axes, -axes[:3] / 2]))
     scene.triad("bed", "XYZ", length=1.0, colour=_MACHINE)
     scene.triad("turned", "xyz", length=1.0, colour=_WORKPIECE, width=3)
     scene.lines.append(Line("bed", [], _AXIS, 2.4, dash=True, over=True, points=[-v, v]))
@@ -123,7 +121,7 @@ def cut_corner(frame, final):
     turned = euler.matrix("ZXZ", symbols)
     arm, square = 0.55 * side, 0.3 * side * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 0]])
     extent = np.concatenate([corners, frame.origin + arm * frame.rotation.T, [[0, 0, 1.3 * arm]]])
-    drawn = Scene(["feature"], [solid], extent=1.08 * extent)
+    drawn = Scene([solid], extent=1.08 * extent)
     drawn.triad("bed", "XYZ", length=arm, colour=_WORKPIECE)
     drawn.triad("feature", "xyz", length=0.75 * arm, colour=_TOOL, width=3)
     drawn.lines.append(Line("feature", [square], _TOOL, 1.6, over=True))
@@ -204,15 +202,14 @@ def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
         before, *axes = text.pop() if number % 2 else ("",)  # two machines in a line
         line = f"{before}{'; ' * bool(before)}{number + 1} {model.name}: n = ({{:4}}, {{:4}}, {{:4}})"
         text.append((line, *axes, *kin.forward_symbolic()[:3, 2].subs(turns)))
-    pictures = [replace(picture, bodies=list(places)) for picture in drawn]
     sliders = [slider("outer", -180, 180, outer), slider("inner", -90, 90, inner)]
     sliders.append(slider("sense", -1, 1, 1, unit="", hidden=True))
     buttons = [("0, 0", [0, 0, None]), ("outer 90°", [90, None, None]), ("inner 90°", [None, 90, None])]
     if senses:
         text.append(("sense {:0}", symbols[2]))
         buttons += [("sense 1", [None, None, 1]), ("sense −1", [None, None, -1])]
-    height = 390 + 170 * ((len(pictures) - 1) // 3)
-    return formula(pictures, symbols, sliders, places, text, buttons=buttons, height=height, layout="column")
+    height = 390 + 170 * ((len(drawn) - 1) // 3)
+    return formula(drawn, symbols, sliders, places, text, buttons=buttons, height=height, layout="column")
 
 
 def misreadings_apart(point, names):

@@ -35,7 +35,8 @@ class Live:
     layout: str = "row"  # the controls beside the picture, or under it: "column"
 
     def __post_init__(self):
-        self.state = self.state | {"layout": self.layout, "scenes": [scene.state() for scene in self.scenes]}
+        scenes = [scene.state(places) for scene, places in zip(self.scenes, self.places, strict=True)]
+        self.state = self.state | {"layout": self.layout, "scenes": scenes}
 
     def page(self, title="mathpost", *, before="", after="", still=False):
         """Return a whole page, HTML; `before` and `after` are more of it, around the view.

@@ -70,7 +70,7 @@ def formula(scenes, symbols, sliders, places, text, *, buttons=(), play=None, **
     >>> from mathpost.rotation import ACTIVE
     >>> t = sp.Symbol("t")
     >>> plate = {"plate": ACTIVE["Z"](t)}
-    >>> formula([Scene(["plate"])], [t], [slider("t", 0, 90, 60)], plate, [("cosine {:2}", sp.cos(t))])
+    >>> formula([Scene()], [t], [slider("t", 0, 90, 60)], plate, [("cosine {:2}", sp.cos(t))])
     cosine 0.50
     """
     placed = [matrix if matrix.rows == 4 else sp.diag(matrix, 1) for matrix in places.values()]

@@ -57,7 +57,6 @@ class Scene:
     `extent` are points, shape (n, 3), that the picture must hold; `frame` finds its middle and half its height.
     """
 
-    bodies: list
     solids: list = field(default_factory=list)
     lines: list = field(default_factory=list)
     labels: list = field(default_factory=list)
@@ -87,9 +86,9 @@ class Scene:
         radius = 0.53 * max(high[1] - low[1], (high[0] - low[0]) / aspect)
         return replace(self, azimuth=azimuth, elevation=elevation, middle=middle, radius=radius)
 
-    def state(self):
-        """The scene as the browser has it, ready for JSON."""
-        number = {name: index for index, name in enumerate(["bed", *self.bodies])}
+    def state(self, bodies):
+        """The scene as the browser has it, ready for JSON; `bodies` are the names of all, the bed first."""
+        number = {name: index for index, name in enumerate(bodies)}
         solids = [{"body": number[s.body], "colour": s.colour} | s.state() for s in self.solids]
         lines = []
         for line in self.lines:
@@ -108,7 +107,7 @@ def machine(kin, cl=None, *, title=""):
     With CL data the workpiece is fitted to them, and the path of the tip and some tool axes are drawn.
     """
     made = arrange(kin, cl)
-    scene = Scene(list(placing(kin.machine)(made.home))[1:], made.solids, title=title)
+    scene = Scene(made.solids, title=title)
     tables = [rotary.name for rotary in kin.machine.rotary if rotary.carries == "workpiece"]
     inner = str(kin.inverse_symbolic.inner)
     for name, ends in made.lines.items():

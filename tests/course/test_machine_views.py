@@ -129,7 +129,7 @@ def test_what_is_nearest_is_seen(azimuth, elevation):
     ball = list(zip(np.cos(half), np.sin(half), strict=True))
     towards = Camera(azimuth, elevation).towards
     pair = [Turned("bed", "#ff0000", ball, side * 3 * towards, np.eye(3)[2]) for side in (1, -1)]
-    drawn = Scene([], pair, radius=2.0, azimuth=azimuth, elevation=elevation)
+    drawn = Scene(pair, radius=2.0, azimuth=azimuth, elevation=elevation)
     solid, light, depth = View(drawn, {"bed": np.eye(4)}, (40, 40)).seen()
     assert solid[20, 20] == 0 and depth[20, 20] == pytest.approx(4, abs=0.05) and 0 < light[20, 20] < 255
     assert (solid != 1).all() and solid[0, 0] == -1

@@ -74,7 +74,7 @@ def test_a_wrong_picture_in_space_says_something_else(wrong):
 
 def turned(degrees=30.0, letters="XYZ", colour="#0072b2", mirrored=False):
     """A view of a plate with a frame on it, as a notebook saves it in numbers."""
-    drawn = Scene(["plate"], [Hull("plate", "#333333", block([0, 0, 0], [3.0, 2.0, -1.0 if mirrored else 1.0]))])
+    drawn = Scene([Hull("plate", "#333333", block([0, 0, 0], [3.0, 2.0, -1.0 if mirrored else 1.0]))])
     drawn.triad("plate", letters, length=1.0, colour=colour)
     t = sp.Symbol("t")
     control = slider("t", 0, 90, degrees)
