@@ -31,7 +31,7 @@ def machine(kin):
     start, drawn = scene.best(kin, drawn, scene.turned(kin, made))
     sliders = _joint_sliders(kin, made, start)
     state = {"kind": "machine", "about": _about(kin), "home": made.home.tolist(), "sliders": sliders}
-    return _live(state, [kin], pose_text(kin, start), [drawn], [placing(kin.machine)(start)])
+    return _live(state, [kin], pose_text(kin, start), [drawn])
 
 
 def tool_axis(kin):
@@ -48,7 +48,8 @@ def tool_axis(kin):
     axis = np.cos(angle) * pole + np.sin(angle) * (np.cos(turn) * zero + np.sin(turn) * quarter)
     tip = kin.forward(made.home)[0]
     both = kin.inverse(tip, axis)
-    pair = [replace(framed, title=name, colour=plot.COLOUR[name]) for name in BRANCHES]
+    named = zip(BRANCHES, map(placing(kin.machine), both), strict=True)
+    pair = [replace(framed, title=name, colour=plot.COLOUR[name], places=at) for name, at in named]
     joint = about["names"][about["inner"]]
     places = [["pole", [near, None]], ["beside the pole", [near + 0.5, None]]]
     for limit in about["limits"][about["inner"]]:
@@ -61,8 +62,7 @@ def tool_axis(kin):
     state = {"kind": "both", "about": about, "tip": tip.tolist(), "sliders": sliders, "places": places}
     text = "; ".join(f"{name}: {_words(kin, joints)}" for name, joints in zip(BRANCHES, both, strict=True))
     text, scenes = f"tool axis {_list(axis, 4)}; {text}", [_sphere(kin, axis), *pair]
-    places = [{"bed": np.eye(4)}, *map(placing(kin.machine), both)]
-    return _live(state, [kin], text, scenes, places, height=470, layout="column")
+    return _live(state, [kin], text, scenes, height=470, layout="column")
 
 
 def walk(kin, cl, joints=None, *, place=None, second=None):
@@ -80,7 +80,7 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
         runs.append((second, selection.choose(second, cl).joints, np.arange(len(cl))))
     every = max(1, -(-len(cl) // SHOWN))
     records = np.arange(0, len(cl), every)
-    scenes, state_runs, at, said = [], [], [], []
+    scenes, state_runs, said = [], [], []
     for each, blocks, ends in runs:
         drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "")
         _, drawn = scene.best(each, drawn, blocks[:1], aspect=0.9)
@@ -93,14 +93,13 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
             blocks, ends = at_records[records], records
         state_runs.append({"about": _about(each), "joints": blocks, "place": ends / every, "singular": near})
         scenes.append(drawn)
-        at.append(placing(each.machine)(blocks[0]))
         said.append(f"record 1: {pose_text(each, blocks[0])}")
     poses = np.concatenate([cl.points, cl.axes], axis=1)[records].round(9)
     step = float(every) if len(cl) > 30 else 0.05
     sliders = [slider("record", 1.0, float(1 + records[-1]), 1.0, step=step, unit="")]
     state = {"kind": "walk", "cl": poses, "runs": state_runs, "first": 1, "every": every, "places": places}
     kins = [each for each, _, _ in runs]
-    return _live(state | {"sliders": sliders}, kins, "; ".join(said), scenes, at, height=520, layout="column")
+    return _live(state | {"sliders": sliders}, kins, "; ".join(said), scenes, height=520, layout="column")
 
 
 def _live(state, kins, *shown, **options):

@@ -41,11 +41,11 @@ def describe(figure):
     return "\n".join(lines)
 
 
-def describe_scene(scene, places):
-    """Return what a `Scene` shows with its bodies at `places`: solids by the box they fill, lines by points."""
+def describe_scene(scene):
+    """Return what a `Scene` shows: solids by the box that they fill, lines by points."""
 
     def placed(body, points):
-        points = put(places[body], points)
+        points = put(scene.places[body], points)
         return np.where(np.abs(points) < 1e-12 * scene.radius, 0, points)
 
     title = f' "{scene.title}"' if scene.title else ""

@@ -29,14 +29,12 @@ class Live:
     machines: list  # printed functions (`mathpost.codegen`), one text of them for each machine of the view
     readings: str  # the numbers of the start: what stands for the view where only text is compared
     scenes: list = ()  # of `Scene`
-    places: list = ()  # where the bodies of each scene stand at the start, dicts of 4×4 matrices
     figure: object = None  # of matplotlib, as it is at the start
     height: int = 440  # pixels on the page
     layout: str = "row"  # the controls beside the picture, or under it: "column"
 
     def __post_init__(self):
-        scenes = [scene.state(places) for scene, places in zip(self.scenes, self.places, strict=True)]
-        self.state = self.state | {"layout": self.layout, "scenes": scenes}
+        self.state = self.state | {"layout": self.layout, "scenes": [scene.state() for scene in self.scenes]}
 
     def page(self, title="mathpost", *, before="", after="", still=False):
         """Return a whole page, HTML; `before` and `after` are more of it, around the view.
@@ -68,7 +66,7 @@ class Live:
             return file.getvalue()
         width = 480 if self.layout == "row" else 720
         high, columns = 400 if len(self.scenes) == 1 else 300, min(len(self.scenes), COLUMNS)
-        return png(self.scenes, self.places, (width // columns, high), columns)
+        return png(self.scenes, (width // columns, high), columns)
 
     def _still(self, style):
         still, name = base64.b64encode(self.picture()).decode(), html.escape(self.readings, quote=True)
@@ -90,7 +88,7 @@ class Live:
 
     def _repr_pretty_(self, printer, cycle):
         """In a notebook's outputs the readings, and the pictures in numbers: a wrong one fails as a number does."""
-        shown = [describe_scene(*pair) for pair in zip(self.scenes, self.places, strict=True)]
+        shown = list(map(describe_scene, self.scenes))
         if self.figure:
             ways = enumerate(zip(*self.state.get("frames", []), strict=True), 1)
             shown = [describe(self.figure), *(describe_values(f"moving artist {n}", way) for n, way in ways)]

@@ -81,8 +81,10 @@ def formula(scenes, symbols, sliders, places, text, *, buttons=(), play=None, **
         line.parts = [way]
     rows = start["places"].reshape(-1, 3, 4)
     at = {"bed": np.eye(4)} | {n: np.vstack([r, [0, 0, 0, 1]]) for n, r in zip(places, rows, strict=True)}
+    for scene in scenes:
+        scene.places = at
     state |= {"kind": "formula", "play": play, "places": [list(button) for button in buttons]}
-    return Live(state, code, said, scenes, [at] * len(scenes), **options)
+    return Live(state, code, said, scenes, **options)
 
 
 def subplots(rows=1, columns=1, *, size=(7.0, 4.2), **shared):

@@ -54,12 +54,14 @@ class Label:
 class Scene:
     """A picture in space. Lengths in mm, `azimuth` and `elevation` of the camera in degrees.
 
-    `extent` are points, shape (n, 3), that the picture must hold; `frame` finds its middle and half its height.
+    `places` are 4×4 matrices of all bodies by name, the bed's first. `extent` are points, shape (n, 3), that the
+    picture must hold; `frame` finds its middle and half its height.
     """
 
     solids: list = field(default_factory=list)
     lines: list = field(default_factory=list)
     labels: list = field(default_factory=list)
+    places: dict = field(default_factory=lambda: {"bed": np.eye(4)})
     extent: np.ndarray = field(default_factory=lambda: np.zeros((1, 3)))
     middle: np.ndarray = field(default_factory=lambda: np.zeros(3))
     radius: float = 1.0
@@ -86,9 +88,9 @@ class Scene:
         radius = 0.53 * max(high[1] - low[1], (high[0] - low[0]) / aspect)
         return replace(self, azimuth=azimuth, elevation=elevation, middle=middle, radius=radius)
 
-    def state(self, bodies):
-        """The scene as the browser has it, ready for JSON; `bodies` are the names of all, the bed first."""
-        number = {name: index for index, name in enumerate(bodies)}
+    def state(self):
+        """The scene as the browser has it, ready for JSON."""
+        number = {name: index for index, name in enumerate(self.places)}
         solids = [{"body": number[s.body], "colour": s.colour} | s.state() for s in self.solids]
         lines = []
         for line in self.lines:
@@ -107,7 +109,7 @@ def machine(kin, cl=None, *, title=""):
     With CL data the workpiece is fitted to them, and the path of the tip and some tool axes are drawn.
     """
     made = arrange(kin, cl)
-    scene = Scene(made.solids, title=title)
+    scene = Scene(made.solids, places=placing(kin.machine)(made.home), title=title)
     tables = [rotary.name for rotary in kin.machine.rotary if rotary.carries == "workpiece"]
     inner = str(kin.inverse_symbolic.inner)
     for name, ends in made.lines.items():
@@ -146,8 +148,8 @@ def best(kin, scene, tries, *, aspect=1.2):
     """
     found = []
     for joints, camera in product(tries, CAMERAS):
-        seen = scene.frame(*camera, aspect=aspect)
-        found.append((crossed(kin, seen, joints) or covered(kin, seen, joints), joints, seen))
+        seen = replace(scene.frame(*camera, aspect=aspect), places=placing(kin.machine)(joints))
+        found.append((crossed(kin, seen) or covered(seen), joints, seen))
         if not found[-1][0]:
             break
     return min(found, key=lambda each: len(each[0]))[1:]
@@ -160,22 +162,22 @@ def turned(kin, made, angles=STARTS):
     return kin.close(kin.forward(made.home)[0], np.clip(rotary, *kin.machine.limits[3:].T))
 
 
-def crossed(kin, scene, joints):
+def crossed(kin, scene):
     """Return which axes of the machine or of the workpiece fall together on the screen."""
-    places, camera = placing(kin.machine)(joints), Camera(scene.azimuth, scene.elevation)
+    places, camera = scene.places, Camera(scene.azimuth, scene.elevation)
     axes = {"the tool axis": places["tool"][:3, 2]}
     for rotary in kin.machine.rotary:
         axes[rotary.name] = places[rotary.name][:3, :3] @ unit(np.array(rotary.axis))
     return together(axes, camera) + together(dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), camera)
 
 
-def covered(kin, scene, joints):
+def covered(scene):
     """Return which of the bodies that matter are behind others."""
-    places, size, said = placing(kin.machine)(joints), (150, 110), []
-    seen, _, _ = View(scene, places, size).seen()
+    size, said = (150, 110), []
+    seen, _, _ = View(scene, size).seen()
     for body, share in SHOWN.items():
         alone = replace(scene, solids=[solid for solid in scene.solids if solid.body == body])
-        whole = (View(alone, places, size).seen()[0] >= 0).sum()
+        whole = (View(alone, size).seen()[0] >= 0).sum()
         mine = [number for number, solid in enumerate(scene.solids) if solid.body == body]
         if np.isin(seen, mine).sum() < share * whole:
             said.append(f"the {body} is hidden")

@@ -18,7 +18,7 @@ def test_turned_point():
     assert "x' = -1.224744, y' = 0.707107, z' = 6.928203" in repr(view)
     assert "active elements: -4.490731, 4.949747, 2.309402" in repr(view)
     (stairs,) = [line for line in view.scenes[0].lines if line.points]
-    assert view.places[0]["turned"][:3, :3] @ stairs.parts[0][-1] == pytest.approx([3, 4, 5])
+    assert view.scenes[0].places["turned"][:3, :3] @ stairs.parts[0][-1] == pytest.approx([3, 4, 5])
     assert view.state["sliders"][1]["value"] == 54.7356
 
 
@@ -27,7 +27,7 @@ def test_turns_are_about_the_axes_as_they_stand():
     view = view_rotation.turns((3, 4, 5), (135, 54.7356, -90))
     assert "β 27.3678°, γ 0.0000°; now it turns about the new X" in repr(view)
     turned = Rotation.from_euler("ZX", [135, 27.3678], degrees=True).as_matrix()
-    assert view.places[0]["turned"][:3, :3] == pytest.approx(turned, abs=1e-12)
+    assert view.scenes[0].places["turned"][:3, :3] == pytest.approx(turned, abs=1e-12)
     (axis,) = [line for line in view.scenes[0].lines if line.points]
     assert np.cross(axis.parts[0][1], turned[:, 0]) == pytest.approx([0, 0, 0], abs=1e-9)
 
@@ -64,7 +64,7 @@ def test_the_frame_starts_on_the_face_of_the_cut():
     face = Frame.from_axes([1, 1, 1], [1, 1, -2], [15, 15, -15])
     view = view_rotation.cut_corner(face, (135, BETA, -90))
     assert "off the face by 0.00°" in repr(view) and "off the slope by 0.00°" in repr(view)
-    assert view.places[0]["feature"] == pytest.approx(face.matrix)
+    assert view.scenes[0].places["feature"] == pytest.approx(face.matrix)
     (cube,) = view.scenes[0].solids
     height = (cube.faces()[0] - face.origin) @ face.z
     assert height.max() == pytest.approx(0) and (abs(height) < 1e-9).sum() == 3
@@ -81,7 +81,7 @@ def test_the_gallery_turns_every_machine_by_its_own_chain():
         angle = {str(kin.inverse_symbolic.outer): 40, str(kin.inverse_symbolic.inner): 30}
         rotary = [angle[joint.name] for joint in kin.machine.rotary]
         _, axis = kin.forward([0, 0, 0, *rotary], degrees=True)
-        places = view.places[number]
+        places = view.scenes[number].places
         seen = np.linalg.inv(places[f"{number} workpiece"]) @ places[f"{number} tool"]
         assert seen[:3, 2] == pytest.approx(axis, abs=1e-12)
         assert f"{number + 1} {kin.machine.name}: n = ({', '.join(f'{x:z.4f}' for x in axis)})" in repr(view)
