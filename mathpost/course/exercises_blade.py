@@ -148,9 +148,11 @@ def unproved(text):
         off = np.linalg.norm(tip[at:] - point, axis=1)
         lean = np.degrees(2 * np.arcsin(np.linalg.norm(axis[at:] - direction, axis=1) / 2))
         if not (reached := np.flatnonzero((off <= TIP) & (lean <= AXIS))).size:
-            near, leaning = off.min(), lean[off.argmin()]
-            said = f"the tip comes within {near:.3f} mm of it, with the tool axis {leaning:.3f}° off"
-            return f"No block ends at record {record}, in its turn: {said}."
+            nearest = off.argmin()
+            return (
+                f"No block ends at record {record}, in its turn: the tip comes within {off[nearest]:.3f} mm of it, "
+                f"with the tool axis {lean[nearest]:.3f}° off."
+            )
         before, at = at, at + reached[0]
         if record > 1:
             ends = [each[record - 2 : record] for each in (path.points, path.axes)]

@@ -64,21 +64,18 @@ def to_html(graded, language="en"):
     books = [(result.name, book) for result in graded.results for book in result.workbooks]
     functions = {function.__name__: partial(function, language) for function in (say, mixup, why)}
     template = read_text(Path(__file__).with_suffix(".html"))
-    return (
-        Environment(autoescape=True, trim_blocks=True)
-        .from_string(template, functions)
-        .render(
-            graded=graded,
-            language=language,
-            look=list(_attention(graded, language)),
-            lacking=language == "zh" and not all(chinese(*each[:2]) for each in graded.mixups()),
-            books=books,
-            causes=Counter(say(language, book.cause) for _, book in books if book.cause).most_common(),
-            marks={status: (style, MARKS[status]) for status, style in STYLES.items()},
-            edited=EDITED,
-            mark=partial(_mark, graded),
-            solved=Counter(name for result in graded.results for name in graded.solved(result)),
-        )
+    page = Environment(autoescape=True, trim_blocks=True).from_string(template, functions)
+    return page.render(
+        graded=graded,
+        language=language,
+        look=list(_attention(graded, language)),
+        lacking=language == "zh" and not all(chinese(*each[:2]) for each in graded.mixups()),
+        books=books,
+        causes=Counter(say(language, book.cause) for _, book in books if book.cause).most_common(),
+        marks={status: (style, MARKS[status]) for status, style in STYLES.items()},
+        edited=EDITED,
+        mark=partial(_mark, graded),
+        solved=Counter(name for result in graded.results for name in graded.solved(result)),
     )
 
 

@@ -1,6 +1,6 @@
 """A machine as one page that stands alone: it moves, and it says in words what each axis does.
 
-A wrong sign of an axis is the first error that every shop makes. The words are computed from the transform chain: a
+A wrong sign of an axis is the first error that every shop makes. The words are computed from its chain and axes: a
 person in front of the machine compares them with what the machine does.
 """
 
@@ -8,7 +8,6 @@ import html
 
 import numpy as np
 
-from mathpost.angles import to_axis_angle
 from mathpost.course import view_machine
 from mathpost.draw.arrangement import placing
 from mathpost.post.singular import from_pole
@@ -36,9 +35,8 @@ def words(kin):
     at_zero = places(np.zeros(5))
     for name, step in zip(kin.machine.joint_names[:3], np.eye(5), strict=False):
         said[name] = f"{name}+ moves the tool {_ways(places(step)['tool'][:3, 3] - at_zero['tool'][:3, 3])}."
-    for rotary, step in zip(kin.machine.rotary, np.eye(5)[3:], strict=True):
-        turned = places(1e-3 * step)[rotary.name] @ np.linalg.inv(at_zero[rotary.name])
-        turn = unit(to_axis_angle(turned[:3, :3])[0])  # in machine coordinates
+    for rotary in kin.machine.rotary:
+        turn = unit(np.array(rotary.axis))
         does = _seen(rotary, turn, unit(np.array(kin.machine.tool_axis)))
         said[rotary.name] = f"{rotary.name}+ turns the {does}; {_iso(rotary, turn)}."
     return said

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from mathpost.draw.described import describe, describe_scene, describe_values
 from mathpost.draw.picture import png
+from mathpost.errors import read_text
 
 HERE = Path(__file__).parent
 COLUMNS = 3  # pictures beside each other
@@ -41,9 +42,8 @@ class Live:
 
         With `still`, the still picture lies under the view, for a browser that is too old for it.
         """
-        files = [HERE / name for name in MODULES[self.state["kind"]]]
-        modules = "\n".join(_dense(file.read_text(encoding="utf-8")) for file in files)
-        style = (HERE / "live.css").read_text(encoding="utf-8")
+        style, *modules = (read_text(HERE / name) for name in ("live.css", *MODULES[self.state["kind"]]))
+        program = "\n".join(map(_dense, modules))
         code = []
         for text in self.machines:
             names = ", ".join(re.findall(r"^(?:function|const) (\w+)", text, re.MULTILINE))
@@ -54,7 +54,7 @@ class Live:
             f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(title)}</title>"
             '<meta name=viewport content="width=device-width">'
             f"<style>{style}</style>{before}{under}<div id=live></div>{after}<script type=module>\n"
-            f"{modules}\n"
+            f"{program}\n"
             f'start(document.getElementById("live"), {state}, [{",".join(code)}]);\n</script></html>\n'
         )
 
