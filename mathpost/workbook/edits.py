@@ -13,6 +13,7 @@ from mathpost.workbook.graph import same
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
 CONVERSIONS = np.array([np.pi, np.pi / 180, 180 / np.pi, 180.0, 2 * np.pi, 200 / np.pi])
+HALF_TURNS = {("number", 180.0): ("number", 200.0), ("number", 200.0): ("number", 180.0)}  # degrees and gon
 OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
 TO_RADIANS, TO_DEGREES = ("degrees for radians", "RADIANS"), ("radians for degrees", "DEGREES")
 
@@ -29,7 +30,7 @@ def repaired(graph, wanted, values, inputs=(), windows=(), period=None):
         off = {p: graph.cell(p, values, tree) - value for p, value in wanted.items()}
         fits = all(same(value + (wrap(off[p], period) if period else off[p]), value) for p, value in wanted.items())
         if fits and (cause != "wrong reference" or after.isdisjoint(graph.used_by(tree))):
-            return cause, f"{text_of(old)} should be {text_of(new)}", tree
+            return cause, f"{text_of(old, place[0])} should be {text_of(new, place[0])}", tree
     return None
 
 
@@ -56,6 +57,9 @@ def edits(graph, place, inputs=(), windows=()):
     for path, part in parts.items():
         for new in _exact(part):
             yield "rounded early", part, new, put(tree, path, new)
+        if part in HALF_TURNS:
+            new = HALF_TURNS[part]
+            yield "wrong value", part, new, put(tree, path, new)
     if tree[0] in ("+", "-") and tree[2][0] == "number":
         yield "offset", tree, tree[1], tree[1]
     for step in (-1, 1):  # as the cell above or below has it
