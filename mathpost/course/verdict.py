@@ -207,14 +207,14 @@ def define(name, kind, **how):
     """
 
     def enter(solve):
+        if name in EXERCISES and (there := EXERCISES[name].solve.__module__) != solve.__module__:
+            raise InputError("exercise", "a name of its own", f"{name!r}, which {there} has")
         named, slips, words = dict(getattr(solve, "slips", {})), {}, toml("exercises").get(name, {})
         for sentence, entry in words.get("slips", {}).items():
             changed = {key: value for key, value in entry.items() if key not in ("zh", "by")}
             slips[sentence] = named.pop(entry["by"]) if "by" in entry else _leads_to(solve, **changed)
         if words and named:
             raise InputError(f"exercises.toml, {name}", f"a slip by {' and '.join(named)}", "none")
-        if name in EXERCISES and (there := EXERCISES[name].solve.__module__) != solve.__module__:
-            raise InputError("exercise", "a name of its own", f"{name!r}, which {there} has")
         about = [words["about"].get] if "about" in words else []
         asked = kind(words["choices"], *about) if "choices" in words else kind
         EXERCISES[name] = Exercise(name, asked, solve, slips | named, **{"hint": words.get("hint", "")} | how)
