@@ -200,15 +200,6 @@ def costs(axes, position, priced, *, label):
     axes.legend(loc="upper left", bbox_to_anchor=(1, 1))
 
 
-class Moving(dict):
-    """The lines of a figure that move, for `mathpost.draw.chart.printed`: each with pairs (x, y) of expressions."""
-
-    def line(self, axes, role, points, style="-", **how):
-        """Add a line in the colour of a role."""
-        (line,) = axes.plot([], [], style, color=COLOUR[role], **how)
-        self[line] = points
-
-
 def formulas(*pairs):
     """Return named matrices side by side as one formula: pairs of a LaTeX name and a matrix, exact or numbers."""
     exact = (sp.Matrix(np.round(m, 6) + 0.0) if isinstance(m, np.ndarray) else m for _, m in pairs)
