@@ -8,7 +8,7 @@ from mathpost.draw.chart import printed, recorded, subplots
 from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import DARK, Label, Line, Scene
 from mathpost.post import yu_dan
-from mathpost.post.between_blocks import deviation
+from mathpost.post.proof import deviation
 from mathpost.rotation import ACTIVE
 
 TILT, DISTANCE, SPEED = sp.symbols("t d omega", real=True)

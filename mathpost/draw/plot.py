@@ -10,7 +10,7 @@ from IPython.display import Math, display
 from openpyxl.utils import get_column_letter
 
 from mathpost.draw.described import describe
-from mathpost.post.between_blocks import true_tip
+from mathpost.post.proof import true_tip
 from mathpost.rotation import unit
 from mathpost.workbook.report import STATUS_COLOUR
 

@@ -1,7 +1,7 @@
 """From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
 Read `run` first, then `cl` (with `cl_words` and `arcs`), `selection` (beside it `yu_dan`), `singular` (and `ways`
-through it), `between_blocks`, `time_law`, `program` (with `controls` and `text`), `proof`.
+through it), `between_blocks`, `program` (with `controls` and `text`), `proof`.
 """
 
 from collections import Counter
@@ -17,19 +17,65 @@ from mathpost.compensate.compensation import Compensated, Compensator, PoseError
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS
-from mathpost.post import between_blocks, program, selection, time_law
+from mathpost.post import between_blocks, program, proof, selection
 from mathpost.post.between_blocks import Motion, linearize
 from mathpost.post.cl import OPPOSITE, CLData, commands
-from mathpost.post.proof import Report, measured, prove, worst_of
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, refuse_nonsense, regions
-from mathpost.post.ways import Crossing, through_the_records, unbroken
+from mathpost.post.ways import Crossing, comparison, through_the_records, unbroken
 from mathpost.rotation import slices
 
 TOLERANCE = 0.01  # mm
 CONE = np.radians(1.0)  # about the singular tool axes
 TRAVEL_TOLERANCE = 0.01  # mm; between the blocks travel is looked at to this, whatever the tolerance of the tip
 # Radians; how far the printed digits of both rotary axes may turn the tool axis, and what samples miss.
-AXIS_DIGITS = np.radians(10.0**-program.DECIMALS) + between_blocks.AXIS_RESOLUTION
+AXIS_DIGITS = np.radians(10.0**-program.DECIMALS) + proof.AXIS_RESOLUTION
+
+
+@dataclass(frozen=True)
+class Report(proof.Proof):
+    """All that a person wants to know of a program before running it; ``print(report)`` shows it."""
+
+    settings: dict  # what the program was made with, as text
+    time: float  # seconds, by the time law; 0 if neither feed nor rates are known
+    peaks: dict  # of each axis: greatest speed and acceleration, mm or degrees, NaN an acceleration without limit
+    slowest: tuple | None  # record (from 0) before which the tip loses most time, seconds asked, and taken
+    warnings: tuple
+    uncompensated: proof.Proof | None  # what the calibrated machine would do, had nothing been compensated
+    strategies: tuple  # name; cost; largest step of each rotary axis, degrees; why it is not possible
+    ways: dict  # the ways through each singular region (first and last record, from 0), lists of `Way`
+
+    def __str__(self):
+        said, peaks = [*self.settings.items()], []
+        for name, (speed, acceleration) in self.peaks.items():
+            unit = "mm" if name in "XYZ" else "°"
+            pulled = "" if np.isnan(acceleration) else f" {acceleration:.0f} {unit}/s²"
+            if speed > 0:
+                peaks.append(f"{name} {speed:.1f} {unit}/s{pulled}")
+        if self.time > 0:
+            said += [("time", f"{self.time:.2f} s"), ("peaks", ", ".join(peaks))]
+        if self.slowest:
+            record, asked, taken = self.slowest
+            said += [("slow-down", f"before record {record + 1}: {taken:.3f} s, the feed asks {asked:.3f} s")]
+        along = f"{self.path_tip_error:.4f} mm along the path (most before record {self.worst_record})"
+        said += [("tip error", f"{self.tip_error:.4f} mm at the records, {along}")]
+        along = f"{self.path_axis_error:.4f}° along the path"
+        said += [("axis error", f"{self.axis_error:.4f}° at the records, {along}")]
+        if self.uncompensated:
+            before, after = (
+                f"{1e3 * each.tip_error:.1f} µm and {3600 * each.axis_error:.1f} arcsec"
+                for each in (self.uncompensated, self)
+            )
+            said += [("volumetric", f"at the records {before} before compensation, {after} after it")]
+        said += [("warning", warning) for warning in self.warnings]
+        lines = [f"{key:<12} {value}" for key, value in said]
+        if self.strategies:
+            lines += ["", f"{'selection':<14}{'cost':>10}  largest rotary steps"]
+        for name, cost, steps, reason in self.strategies:
+            figures = f"{cost:10.3f}  " + " ".join(f"{step:8.3f}°" for step in steps)
+            lines.append(f"{name:<14}{reason or figures}")
+        for region, through in self.ways.items():
+            lines += ["", *comparison(region, through)]
+        return "\n".join(lines)
 
 
 @dataclass(frozen=True)
@@ -145,17 +191,17 @@ def run(
     if real is not None and any(length not in (None, machine.tool_length) for _, length in tools):
         raise InputError("errors", f"one tool, {machine.tool_length:g} mm long", "CL data with other lengths")
 
-    plans, lifting = [], {"lean": lean, "clearance": clearance}
+    plans, lifting, tolerances = [], {"lean": lean, "clearance": clearance}, (tolerance, axis_tolerance)
+    choosing = {"prefer": prefer, "sway": axis_tolerance / 2}
     for part, length in tools:
         _refuse_turns_by_180(part)
         kin = Kinematics(machine if length is None else machine.with_setup(tool_length=length))
         progress("choosing")
         begin = plans[-1].chosen.joints[-1] if plans else start
-        options = {"split": split, "start": begin, "prefer": prefer, "sway": axis_tolerance / 2}
-        chosen = selection.choose(kin, part, strategy, **options)
+        chosen = selection.choose(kin, part, strategy, split=split, start=begin, **choosing)
         found = regions(kin, part, chosen.joints, cone=cone)
         progress("planning")
-        first, tolerances = part.first - cl.first, (tolerance, axis_tolerance)
+        first = part.first - cl.first
         plans.append(_plan(kin, part, first, chosen, found, singular, lifting, tolerances, tcp, real))
 
     progress("writing")
@@ -168,17 +214,16 @@ def run(
     edges = [0, *np.cumsum([len(each.blocks.words) for each in plans[:-1]], dtype=int), None]
     proofs, before = [], []
     for each, edge in zip(plans, pairwise(edges), strict=True):
-        part = blocks[slice(*edge)]
-        proof = prove(each.kin, each.cl, part, each.motion, tolerance, axis_tolerance, real=real)
-        proofs.append(replace(proof, worst_record=each.first + proof.worst_record))
+        found = proof.prove(each.kin, each.cl, blocks[slice(*edge)], each.motion, *tolerances, real=real)
+        proofs.append(replace(found, worst_record=each.first + found.worst_record))
         if real is not None:
             ideal, part, *_ = program.from_motion(each.kin, each.cl, each.ideal, tcp)
-            before.append(measured(each.kin, each.cl, part, ideal, real=real))
+            before.append(proof.measured(each.kin, each.cl, part, ideal, real=real))
 
     strategies, through = (), {}
     if compare:
         progress("comparing")
-        strategies = tuple(_strategies(plans, start, prefer, axis_tolerance / 2))
+        strategies = tuple(_strategies(plans, start, choosing))
         for each in plans:
             for first, last in each.regions:
                 compared = each.crossing((first, last)).compare(**lifting)
@@ -186,13 +231,13 @@ def run(
     speeds = np.max([each.law.peak_speeds for each in plans], axis=0) * UNITS
     accelerations = np.max([each.law.peak_accelerations for each in plans], axis=0) * UNITS
     report = Report(
-        **vars(worst_of(proofs)),
-        settings=dict(_settings(cl, machine, plans, singular, (tolerance, axis_tolerance), blocks)),
+        **vars(proof.worst_of(proofs)),
+        settings=dict(_settings(cl, machine, plans, singular, tolerances, blocks)),
         time=sum(each.law.seconds[-1] for each in plans),
         peaks={name: pair for name, *pair in zip(machine.joint_names, speeds, accelerations, strict=True)},
         slowest=max((each.slowest for each in plans if each.slowest), key=lambda at: at[2] - at[1], default=None),
         warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
-        uncompensated=worst_of(before) if before else None,
+        uncompensated=proof.worst_of(before) if before else None,
         strategies=strategies,
         ways=through,
     )
@@ -214,8 +259,8 @@ class Plan:
     motion: Motion  # where the machine goes,
     ideal: Motion  # and where it would go if nothing had been measured on it
     blocks: program.Blocks  # to be written
-    law: time_law.TimeLaw  # of the moves
-    slowest: tuple | None  # from `time_law.slow_down`, in records of the whole path
+    law: between_blocks.TimeLaw  # of the moves
+    slowest: tuple | None  # from `between_blocks.slow_down`, in records of the whole path
     cautions: tuple
 
 
@@ -249,8 +294,8 @@ def _plan(kin, cl, first, chosen, found, way, lifting, tolerances, tcp, real):
         _refuse_out_of_travel(kin.machine, cl, going)
     going, blocks, asked, by_feed = program.from_motion(kin, cl, going, tcp)
     program.refuse_turning_compensation(cl, kin.machine, blocks)
-    law, moving = time_law.time_law(kin.machine, going.joints, asked), asked > 0
-    slowest = time_law.slow_down(first + going.record[1:][moving], np.diff(law.seconds), by_feed[moving])
+    law, moving = between_blocks.time_law(kin.machine, going.joints, asked), asked > 0
+    slowest = between_blocks.slow_down(first + going.record[1:][moving], np.diff(law.seconds), by_feed[moving])
     return Plan(kin, cl, first, chosen, found, crossing, going, ideal, blocks, law, slowest, cautions)
 
 
@@ -265,9 +310,9 @@ def _refuse_turns_by_180(cl):
 def _left_for_the_tip(kin, cl, motion, tolerance, tcp):
     """What digits and samples leave of the tolerance of the tip, mm, for each move."""
     tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
-    lever = between_blocks.levers(kin.machine) + np.linalg.norm(tip, axis=1)
+    lever = proof.levers(kin.machine) + np.linalg.norm(tip, axis=1)
     turned = 2 * np.radians(1.0) * lever * (not tcp)  # with TCP the angles do not move the tip
-    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + turned) + between_blocks.RESOLUTION
+    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + turned) + proof.RESOLUTION
     if (worst := moved.max()) > tolerance / 2:
         expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
         raise InputError("tolerance", expected, f"{tolerance}")
@@ -334,19 +379,19 @@ def _warnings(each):
         record = each.first + int(swings.argmax())
         yield f"a rotary axis swings {swings.max():.1f}° from record {record + 1} to the next"
     rapid = np.flatnonzero(each.motion.in_cut & ~each.motion.at_feed(cl))
-    worst = np.degrees(between_blocks.strays(each.kin, cl, each.motion, rapid)[1].max(initial=0))
+    worst = np.degrees(proof.strays(each.kin, cl, each.motion, rapid)[1].max(initial=0))
     if worst > 0.1:
         yield f"rapid moves take the tool axis up to {worst:.1f}° off its great circle"
     yield from each.cautions
 
 
-def _strategies(plans, start, prefer, sway):
+def _strategies(plans, start, choosing):
     """The rows of `Report.strategies`."""
     for name in selection.STRATEGIES:
         cost, swings, begin = 0.0, np.zeros(2), start
         try:
             for each in plans:
-                chosen = selection.choose(each.kin, each.cl, name, start=begin, prefer=prefer, sway=sway)
+                chosen = selection.choose(each.kin, each.cl, name, start=begin, **choosing)
                 steps = np.degrees(np.abs(np.diff(chosen.joints[:, 3:], axis=0)).max(axis=0, initial=0))
                 cost, swings, begin = cost + chosen.cost, np.maximum(swings, steps), chosen.joints[-1]
         except MathpostError as error:

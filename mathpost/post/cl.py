@@ -92,6 +92,11 @@ def commands(remarks, kind):
     return [(row, remark) for row, remark in remarks if getattr(remark, "kind", "") == kind]
 
 
+def feed_times(tips, feeds):
+    """Seconds that the feed gives the moves between tips (m, 3), shape (m - 1,); NaN where none is stated."""
+    return 60 * np.linalg.norm(np.diff(tips, axis=0), axis=1) / feeds
+
+
 def from_arrays(points, axes, *, feed=math.nan, name="CL data"):
     """Make `CLData` of points (n, 3) in mm and axes (n, 3) of any length, all moves at `feed` mm/min."""
     points, axes = as_array(points, 3, "points"), as_array(axes, 3, "axes")

@@ -13,10 +13,10 @@ import numpy as np
 
 from mathpost.errors import NUMBER, InputError
 from mathpost.post import text as bulk
-from mathpost.post.cl import commands
+from mathpost.post.between_blocks import block_times
+from mathpost.post.cl import commands, feed_times
 from mathpost.post.controls import DIALECTS, FANUC, HEIDENHAIN
 from mathpost.post.text import Column, Item, Pattern
-from mathpost.post.time_law import block_times, feed_times
 
 DECIMALS = 4
 SHORTEST_TIME = 0.001  # s, the least that FT may state

@@ -10,9 +10,9 @@ import numpy as np
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post import cl as cldata
 from mathpost.post import selection, yu_dan
-from mathpost.post.between_blocks import Motion, follow, in_the_air, linearize, strays
+from mathpost.post.between_blocks import Motion, TimeLaw, block_times, follow, in_the_air, linearize, time_law
+from mathpost.post.proof import strays
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, distance, refuse_nonsense
-from mathpost.post.time_law import TimeLaw, block_times, time_law
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline
 ASIDE_NODES = 181  # nodes of a path moved aside

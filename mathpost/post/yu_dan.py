@@ -13,6 +13,7 @@ import sympy as sp
 
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.machine import TRAVEL_TOLERANCE
+from mathpost.post.proof import deviation, from_segment
 
 
 @dataclass(frozen=True)
@@ -189,3 +190,19 @@ def lifted(kin, joints, clearance):
     """Return joints (..., 5), the tip moved by `clearance` (ΔA, mm) along the tool axis: (9), or back (10)."""
     tip, axis = kin.forward(joints)
     return kin.close(tip + clearance * axis, np.asarray(joints)[..., 3:])
+
+
+def equation_8(kin, start, end, tolerance, *, max_depth=12):
+    """Divide a move by equation (8) of source 002 taken literally, for the audit only.
+
+    The new points lie on the line in joint space, and each half is measured at its middle against its own chord.
+    Returns the joints (pieces + 1, 5), the largest error by that measure, and the true one of the whole move, mm.
+    """
+    for depth in range(max_depth):
+        joints = np.linspace(start, end, 2**depth + 1)
+        tip, middle = kin.forward(joints)[0], kin.forward((joints[:-1] + joints[1:]) / 2)[0]
+        claimed = from_segment(middle, tip[:-1], tip[1:]).max()
+        if claimed <= tolerance:
+            break
+    whole = np.broadcast_to(tip[[0, -1], None], (2, len(joints) - 1, 3))
+    return joints, float(claimed), float(deviation(kin, joints[:-1], joints[1:], tips=whole)[0].max())
