@@ -69,10 +69,7 @@ class Motion:
 
 
 def axis_lag(kin, cl, start, end, place, place_after):
-    """Return how far the tool axis is at most, radians, from where `cl` has it at the same part of each move.
-
-    That is no less than its angle from the great circle.
-    """
+    """How far the tool axis is at most, radians, from where `cl` has it at the same part of each move."""
     error = np.zeros(len(start))
     for moves, t, _, axis in sampled(kin, start, end):
         _, wanted = cl.at(place[moves] + t * (place_after - place)[moves])
@@ -142,9 +139,8 @@ def _pose(kin, cl, place, beside):
 def subdivide(kin, start, end, pieces):
     """Divide moves evenly: tip on the segment, rotary angles in equal steps, X Y Z recomputed.
 
-    `start` and `end`, shape (m, 5), are the joints at both ends of each move, mm and radians; `pieces` is a number
-    or one for each. Returns the joints (k, 5) at the end of every piece, and its place (k,): 2.25 is a quarter of
-    the third move.
+    `start` and `end`, shape (m, 5), are the joints at both ends, mm and radians; `pieces` one number or m. Returns
+    the joints (k, 5) at the end of every piece, and its place (k,): 2.25 is a quarter of the third move.
     """
     pieces = np.broadcast_to(pieces, len(start))
     move = np.repeat(np.arange(len(start)), pieces)
@@ -161,8 +157,7 @@ def linearize(kin, motion, tolerance, *, max_pieces=4096, name="block"):
     """Divide every move until the tip stays within `tolerance` of the straight segment between its ends.
 
     `motion` is a `Motion`, or its joints alone, shape (n, 5), mm and radians, at the places 0, 1, 2 …; `tolerance`,
-    mm, is that of all moves or, shape (n - 1,), of each. Returns a `Motion`. `ReachError`, with what a row is
-    called, `name`, if a move does not meet the tolerance in `max_pieces`.
+    mm, is that of all moves or of each. Returns a `Motion`; `ReachError` if `max_pieces` of one `name` do not do.
     """
     if not isinstance(motion, Motion):
         motion = Motion.on_part(np.asarray(motion, dtype=float), np.arange(len(motion)))
@@ -230,15 +225,13 @@ class TimeLaw:
 
 
 def time_law(machine, joints, asked, *, settle=SETTLE):
-    """Return the `TimeLaw` of a path.
+    """Return the `TimeLaw` of a path whose joints (m, 5), mm and radians, run linearly from each row to the next.
 
-    All joints (m, 5), mm and radians, run linearly from each row to the next; `asked`, shape (m - 1,), are the
-    seconds that feed and rates ask for each move, as `block_times` has them. A move that takes no time is passed
-    over. An axis that states no acceleration follows at once.
-
-    From one move to the next the speed of an axis jumps, at most by what its acceleration makes of it in the time
-    `settle`, seconds. Poses that follow closer than that are a curve: there the jumps, spread over the moves, are
-    acceleration, and take their part of it.
+    `asked`, shape (m - 1,), are the seconds that feed and rates ask for each move, as `block_times` has them; one
+    that takes no time is passed over. An axis that states no acceleration follows at once. From one move to the
+    next the speed of an axis jumps, at most by what its acceleration makes of it in the time `settle`, seconds.
+    Poses that follow closer than that are a curve: there the jumps, spread over the moves, take their part of the
+    acceleration.
 
     Examples
     --------
@@ -284,11 +277,7 @@ def block_times(machine, joints, tip, feeds, in_cut):
 
 
 def corners(joints, moving, lengths, most, settle):
-    """The speed of each axis at w = 1, what a bend takes of its acceleration at each pose, and the squares of w.
-
-    On a curve a jump of the velocity takes the time from the middle of a move to that of the next. At a corner the
-    jump is limited instead, and so it is at both ends of the path, which are at rest.
-    """
+    """The speed of each axis at w = 1, what a bend takes of its acceleration at each pose, and the squares of w."""
     moves = len(lengths)
     speed, bend, squares = np.empty((len(most), moves)), np.zeros((len(most), moves + 1)), np.zeros(moves + 1)
     between = (lengths[1:] + lengths[:-1]) / 2
@@ -307,10 +296,7 @@ def corners(joints, moving, lengths, most, settle):
 
 
 def climbed(squares, lengths, speed, bend, most):
-    """The squares of w at the poses, so far lowered that every axis can follow where w rises from pose to pose.
-
-    What the bend at either end of a move takes of the acceleration of an axis is not left for the rise.
-    """
+    """The squares of w at the poses, so far lowered that every axis can follow where w rises from pose to pose."""
     squares = squares.copy()
     for move in range(len(lengths)):
         length, square, rise = lengths[move], squares[move], np.inf
@@ -352,10 +338,9 @@ def driven(squares, lengths, speed, bend, most):
 
 
 def slow_down(record, seconds, asked):
-    """Return the record that costs the tip the most time above what its feed asks: record, asked, taken seconds.
+    """Return the record that costs the tip most time above what its feed asks, with seconds asked and taken.
 
-    The arrays (m,) are, of each move, the record that it leads to, the seconds that it takes, and those that its
-    feed asks, NaN where none is asked for; None if that is nowhere.
+    Of each move `record` is the one that it leads to, `seconds` what it takes, `asked` what its feed asks, or NaN.
     """
     fed = np.flatnonzero(~np.isnan(asked))
     if not fed.size:

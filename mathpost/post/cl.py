@@ -26,10 +26,9 @@ OPPOSITE = 1e-6  # of the sum of two tool axes
 class CLData:
     """A tool path in the workpiece.
 
-    Of `remarks`, statements that do not move the tool, each is a pair: the number of the record that follows it,
-    and a comment or a `mathpost.post.cl_words.Command`, what the control shall do. With `normals`
-    `mathpost.measure.cutter.compensated` makes the path of a different cutter. The memory of `points` and `axes`
-    holds one component after the other.
+    A remark, a statement that does not move the tool, is a pair: the number of the record that follows it, and a
+    comment or a `mathpost.post.cl_words.Command`. With `normals` `mathpost.measure.cutter.compensated` makes the
+    path of a different cutter. The memory of `points` and `axes` holds one component after the other.
     """
 
     points: np.ndarray  # shape (n, 3), tool tip, mm
@@ -51,10 +50,7 @@ class CLData:
         return f"{self.name}, line {self.lines[record]}, record {self.first + record + 1}"
 
     def part(self, start, stop):
-        """Return records `start` to `stop` (exclusive) as `CLData`, without a copy.
-
-        A remark goes with the record that follows it; those after the last record go with the last part.
-        """
+        """Return records `start` to `stop` (exclusive) as `CLData`, without a copy, with the remarks before them."""
         first, last = (bisect_left(self.remarks, record, key=itemgetter(0)) for record in (start, stop))
         remarks = self.remarks[first : last if stop < len(self) else None]
         remarks = tuple((record - start, text) for record, text in remarks)
@@ -69,10 +65,7 @@ class CLData:
         return [(self.part(*edge), length) for edge, length in zip(pairwise(edges), lengths.values(), strict=True)]
 
     def at(self, place):
-        """Return tip and axis, each (..., 3), between the records: 2.25 is a quarter of the way from 2 to 3.
-
-        The tip goes straight from record to record, the axis on the great circle.
-        """
+        """Return tip (straight) and axis (great circle), each (..., 3), at a place: 2.25 is between records 2 and 3."""
         place = np.asarray(place, dtype=float)
         if np.array_equal(place, np.arange(len(self))):
             return self.points, self.axes
@@ -127,8 +120,8 @@ def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
     Raises
     ------
     InputError
-        With file and line: if the file cannot be read, holds no GOTO, has statements that are wrong, hazardous or
-        not known, or stops within a GOTO that lacks numbers of the one before. All wrong statements are listed.
+        With file and line: all statements that are wrong, hazardous or not known. Or if the file cannot be read,
+        holds no GOTO, or stops within one that lacks numbers of the one before.
 
     Examples
     --------
@@ -166,10 +159,7 @@ def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
 
 
 def _turned_over(records, remarks, counts):
-    """Records and remarks, with a record half way on each rapid move that turns the tool by 180°.
-
-    No great circle is shorter than another there. The tool points up on the way, or along X.
-    """
+    """Records and remarks, with a record half way, across, on each rapid move that turns the tool by 180°."""
     points, axes, feeds, rapid, lines = records
     changes = [record for record, _ in commands(remarks, "tool")]
     over = 1 + np.flatnonzero(rapid[1:])

@@ -61,9 +61,9 @@ OF_A_CYCLE = {
 class Command:
     """What the control shall do between two moves; `values` by kind.
 
-    ``"tool"`` (number, length in mm or None), ``"spindle"`` (turns per minute or None, ``"CLW"``, ``"CCLW"`` or
-    ``"OFF"``), ``"coolant"`` (``"FLOOD"``, ``"MIST"`` or ``"OFF"``), ``"compensation"`` (``"LEFT"``, ``"RIGHT"`` or
-    ``"OFF"``), ``"dwell"`` (seconds), ``"stop"`` or ``"optional stop"``.
+    ``"tool"`` (number, length in mm or None), ``"spindle"`` (turns per minute or None, CLW, CCLW or OFF),
+    ``"coolant"`` (FLOOD, MIST or OFF), ``"compensation"`` (LEFT, RIGHT or OFF), ``"dwell"`` (seconds), ``"stop"``,
+    ``"optional stop"``.
     """
 
     kind: str
@@ -72,10 +72,7 @@ class Command:
 
 
 class Statements(Lines):
-    """Takes statements: the method ``on_word`` what stands behind the slash of that word.
-
-    `tolerance` and `ignored` are those of `cl.read`.
-    """
+    """Takes statements: ``on_word`` what stands behind the slash of that word; arguments as of `cl.read`."""
 
     def __init__(self, name, tolerance, ignored=()):
         super().__init__(name)
@@ -208,8 +205,8 @@ class Statements(Lines):
         """The tool goes to the next GOTO on this circle.
 
         NX writes the radius and tolerances and turns clockwise about the axis; Creo writes the radius, SolidWorks
-        none, and both turn right-handed. The turns that NX counts by TIMES are those begun, the last one included:
-        then the helices of published files have the ramp angles that their operations were given.
+        none, and both turn right-handed. The turns that NX counts by TIMES are those begun: so published helices
+        have the ramp angles that their operations were given.
         """
         turns = 1.0
         if words[-2:-1] == ["TIMES"]:

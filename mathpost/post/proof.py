@@ -94,8 +94,7 @@ def largest(kind, kin, joints, path, most, *, least=2):
     """How far the tip (`kind` 0) or the tool axis (1) strays at most from `path` (n, 3), and the first such move.
 
     `most`, shape (n - 1,), is how far each move may stray, from `bounds`; infinite where that is not known,
-    negative for moves that do not count. Looks first at the moves that may stray most, then only at those that may
-    stray further than these have. What the samples may miss is added; without moves the number is -1.
+    negative for moves that do not count. What the samples may miss is added.
     """
     if not len(most):
         return 0.0, -1
@@ -116,12 +115,12 @@ def largest(kind, kin, joints, path, most, *, least=2):
 
 
 def bounds(machine, joints, tips, axes, reached):
-    """Return how far the moves of an ideal machine may stray, shape (2, n - 1): mm and radians.
+    """How far the moves of an ideal machine may stray, shape (2, n - 1), mm and radians.
 
     `tips` and `axes`, shape (n, 3), are where the path has them, `reached` where the joints (n, 5) have them.
     Between its ends a move strays from its chord by at most an eighth of its second derivative, which is Ω² for a
-    unit vector that is turned by Ω in all. The chord strays from that of the path by what the ends are off. The
-    great circle is off its own chord by an eighth of the square of what it spans.
+    unit vector that is turned by Ω in all. The great circle is off its own chord by an eighth of the square of what
+    it spans.
     """
     ends = (np.linalg.norm(at - path, axis=1) for at, path in zip(reached, (tips, axes), strict=True))
     tip_off, axis_off = (np.maximum(off[:-1], off[1:]) for off in ends)
@@ -134,8 +133,7 @@ def bounds(machine, joints, tips, axes, reached):
 def derivative(machine, start, end, order):
     """What a derivative of the tip's way is at most, order 2 or 3, a move taking the time 1.
 
-    A point at most r from the lines that it is turned about, by Ω in all, and moved by v in all, has derivatives of
-    at most Ωⁿ·r + n·Ωⁿ⁻¹·v.
+    A point at most r from the lines that it is turned about, by Ω, and moved by v has at most Ωⁿ·r + n·Ωⁿ⁻¹·v.
     """
     result, offsets = np.empty(len(start)), levers(machine)
     for rows in slices(result.shape):
@@ -147,7 +145,7 @@ def derivative(machine, start, end, order):
 
 
 def levers(machine):
-    """Return all offsets of a machine end to end, mm: besides X Y Z, no point is further from a rotary axis."""
+    """All offsets of a machine end to end, mm: besides X Y Z, no point is further from a rotary axis."""
     head = 0 if isinstance(machine.programmed_point, str) else np.abs(machine.programmed_point).sum()
     pivots = sum(np.abs(rotary.point).sum() for rotary in machine.rotary)
     return np.abs(machine.origin).sum() + 2 * (machine.tool_length + pivots) + head
@@ -197,10 +195,7 @@ def peak(values):
 
 @dataclass(frozen=True)
 class Proof:
-    """How far a program, read back from its own text, is from the CL data.
-
-    Between the blocks the moves in cut count; a rapid one does not count for the tool axis.
-    """
+    """How far a program, read back from its own text, is from the CL data; between the blocks in cut."""
 
     tip_error: float  # largest at the records, mm,
     axis_error: float  # and of the tool axis, degrees
@@ -212,9 +207,9 @@ class Proof:
 def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None):
     """Return the `Proof` of a program; tolerances in mm and radians, the others as in `measured`.
 
-    Raises `MathpostError` if the tip or the tool axis is off the CL path by more than its tolerance, or the tip
-    below the part on a lifted move, or if a block has another feed than the CL data, or less time than its feed and
-    the rates of the machine allow.
+    `MathpostError` if tip or tool axis are off the CL path by more than their tolerances, or a lifted tip goes into
+    the part, or a block has another feed than the CL data, or less time than its feed and the rates of the machine
+    allow.
     """
     proof = measured(kin, cl, blocks, motion, real=real)
     tip, axis = max(proof.tip_error, proof.path_tip_error), max(proof.axis_error, proof.path_axis_error)
@@ -231,8 +226,9 @@ def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None):
 def measured(kin, cl, blocks, motion, *, real=None):
     """Return as `Proof` how far blocks that were read back are from the CL data, at the records and between them.
 
-    `motion` says where on the CL path each block ends, and which are lifted off the part; `real`, a `Compensator`,
-    is the machine that runs the program, if it is not the one that its control knows.
+    `motion` says where on the CL path each block ends, and which are lifted; `real`, a `Compensator`, is the
+    machine that runs the program, if it is not the one that its control knows. A rapid move does not count for the
+    tool axis.
     """
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
@@ -318,10 +314,7 @@ def _refuse_other_feeds(cl, blocks, motion):
 
 
 def _refuse_too_fast(machine, cl, blocks, motion):
-    """A block with a time takes as long as its way on the CL path at its feed, and as its slowest axis.
-
-    An axis goes at its rate; where the machine states none, at the feed, in mm and degrees a minute.
-    """
+    """A block with a time takes as long as its way on the CL path at its feed, and as its slowest axis."""
     timed = 1 + np.flatnonzero(~np.isnan(blocks.seconds[1:]))
     seconds, feeds = blocks.seconds[timed], cl.feeds[motion.record[timed]]
     start, end = (cl.at(motion.place[rows])[0] for rows in (timed - 1, timed))

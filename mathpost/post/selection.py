@@ -101,8 +101,8 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
     start : array_like, shape (5,), optional
         Present joints (mm, radians). Without it the first record prefers the branch `prefer`, near rotary zero.
     split : bool
-        Whether the path may be split, with a retract and an unwind, where travel does not let it go on. It is
-        split as seldom as possible; among such choices the optimal one costs least.
+        Whether the path may be split, with a retract and an unwind, where travel does not let it go on. It is split
+        as seldom as possible; among such choices the optimal one costs least.
     prefer : {1, -1}, optional
         The preferred direction of the tilting axis, the paper's dominant range (优势区间): to begin on among
         equals, and in its case (2). By default the longer side of its travel.
@@ -123,8 +123,7 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
     >>> from mathpost.post import cl as cldata
     >>> from mathpost.kinematics import Kinematics
     >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
-    >>> chosen = choose(kin, cldata.read("data/cl/blade.cl"))
-    >>> np.rad2deg(chosen.joints[:, 3:]).round(3)
+    >>> np.rad2deg(choose(kin, cldata.read("data/cl/blade.cl")).joints[:, 3:]).round(3)
     array([[ 11.817, 175.815],
            [  4.717, 178.332],
            [  2.334,  -0.825],
@@ -191,8 +190,8 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
 def _solutions(kin, tip, axis):
     """Both branches of each record, shape (5, k, n), k = 2; k = 6 if some are at the pole, NaN for all others.
 
-    There the outer axis may also take the angles of the nearest records before and after that are not at the pole:
-    two of each, one for each branch. It can then be turned where that costs nothing of the tool axis.
+    There the outer axis may also take the angles of the nearest records before and after that are not at the pole,
+    of each branch. It can then be turned where that costs nothing of the tool axis.
     """
     joints, tip = kin.inverse(tip, axis), np.asarray(tip, dtype=float)
     inner, outer = (kin.symbols.index(each) for each in (kin.inverse_symbolic.inner, kin.inverse_symbolic.outer))
@@ -268,10 +267,7 @@ def without_far_limits(machine):
 
 
 def windings(low, high):
-    """The whole turns that may bring an angle in [−180°, 180°] into travel, radians, least turns first.
-
-    An endless axis has one winding here: its turns are counted when the path is known.
-    """
+    """The whole turns, radians, that may bring an angle in [−180°, 180°] into travel; none for an endless axis."""
     if not (np.isfinite(low) and np.isfinite(high)):
         return np.zeros(1)
     turns = np.arange(np.floor((low - np.pi) / TURN), np.ceil((high + np.pi) / TURN) + 1)
@@ -323,9 +319,9 @@ def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slow
 
     `solved`, shape (5, s, n), are the joints of each record's solutions and `turns`, (5, w), what the windings add:
     candidate ``k·w + t`` is solution ``k`` in winding ``t``, and costs `beginning`, (s·w,), to begin with. The
-    joint `outer` makes `beyond`, (s, n), whole turns beyond its short way to each record, on the same solution.
-    The branch may change on the moves `meeting`, (n,), to a record; those in `rapid`, (n,), never break the path.
-    If `greedy`, only the best candidate of each record is kept: the shortest next move.
+    joint `outer` makes `beyond`, (s, n), whole turns beyond its short way to each record, on the same solution. The
+    branch may change on the moves `meeting`, (n,), to a record; those in `rapid`, (n,), never break the path. If
+    `greedy`, only the best candidate of each record is kept: the shortest next move.
 
     Returns the number of the candidate of each record, and whether the move to it breaks the path, both (n,); the
     first record without a candidate inside travel, and the first that every way reaches with a break, or −1.

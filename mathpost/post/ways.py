@@ -45,9 +45,9 @@ class Way(Motion):
 class Crossing:
     """A singular region of a path, and the ways through it.
 
-    `joints`, shape (n, 5), are those chosen for the whole path, mm and radians, windings counted; `region` is the
-    first and the last record (from 0), from `mathpost.post.singular.regions`; `tolerance` (mm) is that of the tip
-    in the ways that recompute X Y Z, `axis_tolerance` (radians) that of the tool axis in those on its great circle.
+    `joints`, shape (n, 5), are those chosen for the whole path, mm and radians, windings counted; `region` its
+    first and last record (from 0). `tolerance` (mm) is that of the tip in the ways that recompute X Y Z,
+    `axis_tolerance` (radians) that of the tool axis in those on its great circle.
     """
 
     FOLLOWING = ("direct", "other branch", "retract")

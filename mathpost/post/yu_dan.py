@@ -90,7 +90,7 @@ def cases(kin, cl, prefer):
 
 
 def turns(angles):
-    """Return the `Turn` of each outer angle (radians) between the first and the last.
+    """The `Turn` of each outer angle (radians) between the first and the last.
 
     The next angle has not been corrected by then, as in the paper: an even walk across ±180° stays broken.
     """
@@ -105,10 +105,7 @@ def turns(angles):
 
 
 def choose(kin, cl, prefer):
-    """Return joints (n, 5) and branches (n,) by `cases`, equation (6) and `turns`; it may swing the long way round.
-
-    `ReachError` if the rules lead out of travel.
-    """
+    """Return joints (n, 5) and branches (n,) by `cases`, equation (6) and `turns`; `ReachError` out of travel."""
     found = cases(kin, cl, prefer)
     for record, case in enumerate(found):
         if case.kappa is None:
