@@ -61,10 +61,8 @@ class Report(proof.Proof):
         along = f"{self.path_axis_error:.4f}° along the path"
         said += [("axis error", f"{self.axis_error:.4f}° at the records, {along}")]
         if self.uncompensated:
-            before, after = (
-                f"{1e3 * each.tip_error:.1f} µm and {3600 * each.axis_error:.1f} arcsec"
-                for each in (self.uncompensated, self)
-            )
+            both = [(1e3 * each.tip_error, 3600 * each.axis_error) for each in (self.uncompensated, self)]
+            before, after = (f"{tip:.1f} µm and {axis:.1f} arcsec" for tip, axis in both)
             said += [("volumetric", f"at the records {before} before compensation, {after} after it")]
         said += [("warning", warning) for warning in self.warnings]
         lines = [f"{key:<12} {value}" for key, value in said]
@@ -90,27 +88,10 @@ class Result:
 
 
 def run(
-    cl,
-    machine,
-    *,
-    name=None,
-    dialect="heidenhain",
-    tcp=False,
-    tolerance=TOLERANCE,
-    axis_tolerance=AXIS_TOLERANCE,
-    strategy="optimal",
-    start=None,
-    prefer=None,
-    split=False,
-    singular="direct",
-    cone=CONE,
-    lean=LEAN,
-    clearance=CLEARANCE,
-    errors=None,
-    compare=False,
-    progress=None,
-    **unknown,
-):
+    cl, machine, *, name=None, dialect="heidenhain", tcp=False, tolerance=TOLERANCE, axis_tolerance=AXIS_TOLERANCE,
+    strategy="optimal", start=None, prefer=None, split=False, singular="direct", cone=CONE, lean=LEAN,
+    clearance=CLEARANCE, errors=None, compare=False, progress=None, **unknown,
+):  # fmt: skip
     """Post-process CL data into a verified program, as `Result`.
 
     No program is handed out unverified: its own text is read back, sent through the forward kinematics and compared
@@ -120,26 +101,20 @@ def run(
     ----------
     cl : CLData
     machine : Machine
-    name : str, optional
-        Program name; by default that of the CL file.
-    dialect : str
-        ``"heidenhain"``, ``"fanuc"`` or ``"siemens"``.
+    name, dialect : str
+        Of the program, by default that of the CL file; and ``"heidenhain"``, ``"fanuc"`` or ``"siemens"``.
     tcp : bool
         Whether the control keeps the tip (M128, G43.4, TRAORI): X Y Z are then the tip in the workpiece.
-    tolerance : float
-        mm; how far the tip may be from the CL path, everything included. Without TCP the moves are divided until
-        they keep it.
-    axis_tolerance : float
-        Radians; how far the tool axis may be from its great circle between two records, everything included. Moves
-        in cut are divided until they keep it; a way that leaves the circle on purpose is refused if it needs more.
+    tolerance, axis_tolerance : float
+        mm, how far the tip may be from the CL path, and radians, the tool axis from its great circle between two
+        records, everything included. Moves in cut are divided until they keep both, without TCP that of the tip;
+        a way that leaves the circle on purpose is refused if it needs more.
     strategy, start, prefer, split
         As in `mathpost.post.selection.choose`; at a split the tool is retracted, unwound and returned.
-    singular : str
-        The way through singular regions, one of `mathpost.post.ways.Crossing.SAFE`.
+    singular, lean, clearance : str, float, float
+        The way through singular regions, and how: see `mathpost.post.ways.Crossing.way`, but for the audit's.
     cone : float or None
         Radians about the singular tool axes; None lets feed and rates decide. See `mathpost.post.singular.regions`.
-    lean, clearance : float
-        Radians and mm, above 0; see `mathpost.post.ways.Crossing.way`.
     errors : mathpost.compensate.model.MachineErrors, optional
         What was measured on the machine: the program is compensated for it, and verified on the machine as it is.
     compare : bool
@@ -226,8 +201,7 @@ def run(
         strategies = tuple(_strategies(plans, start, choosing))
         for each in plans:
             for first, last in each.regions:
-                compared = each.crossing((first, last)).compare(**lifting)
-                through[each.first + first, each.first + last] = compared
+                through[each.first + first, each.first + last] = each.crossing((first, last)).compare(**lifting)
     speeds = np.max([each.law.peak_speeds for each in plans], axis=0) * UNITS
     accelerations = np.max([each.law.peak_accelerations for each in plans], axis=0) * UNITS
     report = Report(
@@ -330,13 +304,10 @@ def _refuse_out_of_travel(machine, cl, motion):
 def _compensated(real, motion):
     """The motion compensated for the errors of the machine, and sentences on what could not be."""
     parts = [real.compensate(motion.joints[rows]) for rows in slices(motion.joints.shape[:1])]
-
-    def whole(names, parts):
-        return (np.concatenate([getattr(part, name) for part in parts]) for name in names)
-
-    after = PoseError(*whole(("tip", "axis"), [part.after for part in parts]))
-    joints, limited, refused = whole(("joints", "limited", "refused"), parts)
-    return replace(motion, joints=joints), Compensated(joints, parts[0].before, after, limited, refused).cautions
+    columns = [(each.joints, each.after.tip, each.after.axis, each.limited, each.refused) for each in parts]
+    joints, tip, axis, *what = (np.concatenate(column) for column in zip(*columns, strict=True))
+    found = Compensated(joints, parts[0].before, PoseError(tip, axis), *what)
+    return replace(motion, joints=joints), found.cautions
 
 
 def _settings(cl, machine, plans, way, tolerances, blocks):

@@ -50,7 +50,7 @@ class CLData:
         return f"{self.name}, line {self.lines[record]}, record {self.first + record + 1}"
 
     def part(self, start, stop):
-        """Return records `start` to `stop` (exclusive) as `CLData`, without a copy, with the remarks before them."""
+        """Return records `start` to `stop` (exclusive) as `CLData`, without a copy, with their remarks."""
         first, last = (bisect_left(self.remarks, record, key=itemgetter(0)) for record in (start, stop))
         remarks = self.remarks[first : last if stop < len(self) else None]
         remarks = tuple((record - start, text) for record, text in remarks)
@@ -65,7 +65,7 @@ class CLData:
         return [(self.part(*edge), length) for edge, length in zip(pairwise(edges), lengths.values(), strict=True)]
 
     def at(self, place):
-        """Return tip (straight) and axis (great circle), each (..., 3), at a place: 2.25 is between records 2 and 3."""
+        """Return tip and axis, each (..., 3), on the straight line and great circle between records: 2.25, say."""
         place = np.asarray(place, dtype=float)
         if np.array_equal(place, np.arange(len(self))):
             return self.points, self.axes

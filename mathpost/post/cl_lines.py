@@ -114,7 +114,7 @@ class Lines(text.Reader):
         self.add(np.full(points.shape[1], self.start), np.concatenate([points, axes]).astype(float), **options)
 
     def records(self):
-        """Return points and axes, shape (3, n), feeds, rapid and lines, or refuse the file with all its problems."""
+        """Return points and axes, shape (3, n), feeds, rapid and lines, or refuse all that is wrong."""
         if not self.runs:
             self.refuse_problems()
             raise InputError(self.name, "at least one GOTO", "none")
