@@ -19,9 +19,8 @@ PARALLEL = 1e-9  # sine of the angle below which two directions count as paralle
 class Solution:
     """One position of the rotary axes that puts the tool along the feature's Z.
 
-    `spindle` and `slides` are columns in the workpiece: the spindle's axes, which a probe's stylus or an oriented
-    spindle follows, and the directions of the linear axes, which a G1 X moves along. With both rotary axes in the
-    table they are one.
+    `spindle`, the spindle's axes, which a probe's stylus follows, and `slides`, the directions of the linear axes,
+    which a G1 X moves along, are columns in the workpiece. With both rotary axes in the table they are one.
     """
 
     angles: np.ndarray  # the two rotary angles in the order of the machine file, degrees, in (−180, 180]
@@ -42,11 +41,11 @@ class Solution:
         ]
 
     def third_angle(self, along="spindle", feature="X"):
-        """Return the third ZXZ angle K that lays the feature's X or Y along a machine direction.
+        """Return the third ZXZ angle K, degrees in (−180, 180], that lays the feature's X or Y along a direction.
 
-        `along` is ``"spindle"`` for the spindle's X (ρ becomes 0 with `feature` X), or a linear axis. K is in
-        degrees in (−180, 180], to go with I and J of the feature's ZXZ angles. `ReachError` is raised if the linear
-        axis does not lie in the feature's plane: no third angle makes them parallel.
+        `along` is ``"spindle"`` for the spindle's X (ρ becomes 0 with `feature` X), or a linear axis of the
+        machine; `ReachError` if that does not lie in the feature's plane. K goes with I and J of the feature's ZXZ
+        angles.
         """
         directions = dict(zip("XYZ", self.slides.T, strict=True)) | {"spindle": self.spindle[:, 0]}
         if along not in directions or feature not in ("X", "Y"):
@@ -54,24 +53,20 @@ class Solution:
             raise InputError("along, feature", expected, f"{along!r}, {feature!r}")
         direction = directions[along]
         if abs(out_of_plane := direction @ self.feature.z) > PARALLEL:
-            raise ReachError(
-                f"no third angle lays the feature's {feature} along the machine's {along}, which stands "
-                f"{np.degrees(np.arcsin(min(abs(out_of_plane), 1.0))):.3f} degrees out of the plane"
-            )
+            off = np.degrees(np.arcsin(min(abs(out_of_plane), 1.0)))
+            what = f"no third angle lays the feature's {feature} along the machine's {along}"
+            raise ReachError(f"{what}, which stands {off:.3f} degrees out of the plane")
         third = euler.angles("ZXZ", self.feature.rotation, degrees=True)[2]
         return float(wrap(third - _turn(direction, self.feature) - (90 if feature == "Y" else 0)))
 
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """Both positions that put the tool along the Z of one feature on one machine.
-
-    The two `solutions` are in the order of `Kinematics.inverse`; where they are one position, both are it.
-    """
+    """Both positions, as of `Kinematics.inverse`, that put the tool along the Z of one feature on a machine."""
 
     feature: Frame
     machine: Machine
-    solutions: tuple
+    solutions: tuple  # where they are one position, both are it
     outer: int  # which of the two rotary angles is that of the axis next to the workpiece
     inner: int  # and next to the tool
     free: bool  # the outer axis is parallel to the feature's Z and may stand anywhere; it is given at 0
@@ -84,13 +79,8 @@ class Alignment:
 def align(feature, machine):
     """Return the `Alignment` of one feature, a `Frame` in the workpiece, on a `Machine` or its `Kinematics`.
 
-    Two rotary axes place the tool axis and nothing else: `Solution.rho` is the angle left about it.
-
-    Raises
-    ------
-    ReachError
-        If the machine cannot put the tool there at any rotary angle. A position beyond an axis's travel is
-        returned, with the limit in `Solution.reason`.
+    Two rotary axes place the tool axis and nothing else: `Solution.rho` is the angle left about it. `ReachError` if
+    no rotary angle puts the tool there; a position beyond travel has the limit in `Solution.reason`.
 
     Examples
     --------
@@ -109,22 +99,17 @@ def align(feature, machine):
     if np.shape(feature.rotation) != (3, 3):
         raise InputError("feature", "one frame", f"frames of shape {np.shape(feature.rotation)[:-2]}")
     (outer, *_), (inner, *_) = chain.between(machine)
-    joints = kinematics.inverse(feature.origin, feature.z, degrees=True)
+    joints, axis = kinematics.inverse(feature.origin, feature.z, degrees=True), unit(np.array(outer.axis))
     if np.isnan(joints).any():
         low, high = np.degrees(kinematics.reach)
-        angle = np.degrees(np.arccos(np.clip(unit(np.array(outer.axis)) @ feature.z, -1, 1)))
+        angle = np.degrees(np.arccos(np.clip(axis @ feature.z, -1, 1)))
         raise ReachError(
             f"{machine.name}: the feature's Z stands {angle:.4f} degrees from axis {outer.name}, "
             f"which {inner.name} allows only from {low:.4f} to {high:.4f}"
         )
-    return Alignment(
-        feature=feature,
-        machine=machine,
-        solutions=tuple(_solution(feature, machine, branch[3:]) for branch in joints),
-        outer=machine.rotary.index(outer),
-        inner=machine.rotary.index(inner),
-        free=bool(np.linalg.norm(np.cross(unit(np.array(outer.axis)), feature.z)) < PARALLEL),
-    )
+    solutions = tuple(_solution(feature, machine, branch[3:]) for branch in joints)
+    free = bool(np.linalg.norm(np.cross(axis, feature.z)) < PARALLEL)
+    return Alignment(feature, machine, solutions, *map(machine.rotary.index, (outer, inner)), free)
 
 
 def _solution(feature, machine, angles):

@@ -31,9 +31,9 @@ class Choice:
 def fanuc(alignment, present, *, master=None):
     """Choose as Fanuc's G53.1 does (Series 16i/18i-MB).
 
-    The smallest motion of the master axis; if equal, of the slave axis; if equal, the master nearest to 0; if
-    equal, the slave nearest to 0. The master is the axis nearest to the machine's bed, on a machine with one
-    table and one head the table's; `master` names it if a parameter of the control says otherwise.
+    The smallest motion of the master axis; if equal, of the slave; if equal, the master nearest to 0; if equal, the
+    slave nearest to 0. The master is the axis nearest to the bed, on a machine with one table and one head the
+    table's; `master` names it if a parameter of the control says otherwise.
 
     Examples
     --------
@@ -54,14 +54,14 @@ def fanuc(alignment, present, *, master=None):
 def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD"):
     """Choose as Heidenhain's PLANE does: SEQ or SYM by the master axis, otherwise by travel and shortest path.
 
-    The master is the first rotary axis from the tool, the last from the table. The manual does not say how a
-    path is measured nor what breaks a tie: here it is √(Δ₁² + Δ₂²), and of two equal paths the one with the
-    higher master angle, which is the manual's example.
+    The master is the first rotary axis from the tool. The manual does not say how a path is measured nor what
+    breaks a tie: here √(Δ₁² + Δ₂²), and of two equal paths the one with the higher master angle, which is the
+    manual's example.
 
     One of `seq` and `sym` may be ``"+"`` or ``"-"``: the master above or below 0, or above or below its `symmetry`
-    point, degrees; where that position is not within travel the control says "Entered angle not permitted". `rot`
-    is ``"COORD"``, which leaves a free table axis where it stands and turns the coordinates, or ``"TABLE"``, which
-    turns the axis until the feature's X is the spindle's; without a free axis it has no effect.
+    point, degrees; where that is not within travel the control says "Entered angle not permitted". `rot` is
+    ``"COORD"``, which leaves a free table axis where it stands and turns the coordinates, or ``"TABLE"``, which
+    turns the axis until the feature's X is the spindle's.
     """
     if (seq and sym) or seq not in ("", "+", "-") or sym not in ("", "+", "-"):
         raise InputError("seq, sym", "'+' or '-' for one of the two, or nothing", f"seq={seq!r}, sym={sym!r}")
@@ -84,8 +84,8 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
 def siemens(alignment, present, direction, *, reference=None):
     """Choose as CYCLE800's _DIR does: the lower (−1) or the higher (+1) value of the reference rotary axis.
 
-    If that one is out of travel the other is taken, as the manual says. `reference` names the axis, which is set
-    when the machine is commissioned; by default it is the one next to the tool.
+    If that is out of travel the other is taken, as the manual says. `reference` names the axis, which is set when
+    the machine is commissioned; by default it is the one next to the tool.
     """
     if direction not in (-1, 1):
         raise InputError("direction", "-1 or +1", repr(direction))
@@ -95,11 +95,10 @@ def siemens(alignment, present, direction, *, reference=None):
 
 
 def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table=False, alone=ALONE):
-    """The position with the least of the first clause that differs.
+    """The position with the least of the first clause that differs, moved by whole turns towards `present`.
 
-    `clauses` is a dict from words to what they measure, a function of the angles and how far they are from
-    `present`. Positions are moved by whole turns towards it; `alone` says why, if nothing else is left to choose
-    from.
+    `clauses` are words and what they measure, of the angles and how far they are from `present`; `alone` says why,
+    if nothing else is left to choose from.
     """
     present = as_array(present, 2, "present")
     if present.ndim != 1:
