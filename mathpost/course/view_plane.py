@@ -12,7 +12,7 @@ from mathpost.draw.formula import formula, slider
 from mathpost.draw.scene import Line, Scene
 from mathpost.draw.solid import Hull, block
 from mathpost.plane import positioning
-from mathpost.plane.alignment import align
+from mathpost.plane.positioning import align
 from mathpost.plane.tilted_plane import Plane
 
 _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))

@@ -1,8 +1,7 @@
 """One tilted working plane in every control's notation.
 
 A plane is a `Frame`: the feature in the workpiece. `Plane` holds it as the numbers of one notation, in degrees as
-they stand in an NC program; `align`, from `mathpost.plane.alignment`, turns a machine's rotary axes onto it, and
-`mathpost.plane.blocks` writes and reads the blocks.
+they stand in an NC program.
 """
 
 from dataclasses import dataclass
