@@ -22,24 +22,12 @@ FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to thre
 
 
 def deviation(kin, start, end, *, tips=None, axes=None, samples=None):
-    """Return how far the tip and the tool axis stray when all joints move linearly.
+    """Return how far the tip (mm) and the tool axis (radians) stray when all joints move linearly, shape (m,) each.
 
-    Parameters
-    ----------
-    kin : Kinematics
-    start, end : array_like, shape (m, 5)
-        Joints at both ends of m moves, mm and radians.
-    tips, axes : array_like, shape (2, m, 3), optional
-        Ends of the segments that the tips (mm), and of the great circles that the tool axes should follow; by
-        default where the joints at both ends have them.
-    samples : int, optional
-        Intervals per move. By default as many as it takes to miss no more than `RESOLUTION` where the move is taken
-        for a parabola between its samples.
-
-    Returns
-    -------
-    tip, axis : ndarray, shape (m,)
-        Largest distance in mm from the segment, and largest angle in radians from the great circle.
+    `start` and `end`, shape (m, 5), are the joints at both ends of m moves, mm and radians; `tips` and `axes`, (2,
+    m, 3), the ends of the segments and great circles that they should follow, by default where the joints at both
+    ends have them. `samples` are intervals per move, by default as many as it takes to miss no more than
+    `RESOLUTION` where the move is taken for a parabola between them.
 
     Examples
     --------
