@@ -150,7 +150,7 @@ class Statements(Lines):
             self.arc_before = (centre, normal) if goes_on else None
         elif arc_before is not None and self.may_go_on(point, *arc_before):
             found = "a point on the circle before it, to which the arc may go on or a line lead"
-            need(False, "an arc of one GOTO (let Creo write no points on arcs, or points only)", found)
+            raise InputError("", "an arc of one GOTO (let Creo write no points on arcs, or points only)", found)
         elif self.cycle is not None:
             self.drill(np.array(point), np.array(axis))
         else:
@@ -234,9 +234,8 @@ class Statements(Lines):
     def sense(self, point, centre, normal, angle):
         """The axis about which the tool turns right-handed by `angle` (degrees) from where it is to a point."""
         start, end = np.array(self.point) - centre, np.array(point) - centre
-        turned = math.degrees(
-            math.atan2(np.cross(start, end) @ normal, np.cross(normal, start) @ np.cross(normal, end))
-        )
+        across, along = np.cross(start, end) @ normal, np.cross(normal, start) @ np.cross(normal, end)
+        turned = math.degrees(math.atan2(across, along))
         for sign in (1, -1):
             if abs(wrap(sign * turned - angle)) < 0.1:
                 return [sign * component for component in normal]
@@ -378,9 +377,8 @@ class Statements(Lines):
         angle = self.number(numbers[0]) * (-1 if "CLW" in words else 1)
         axis, before = "ABC".index(axes[0][0]), self.turned
         from_zero = {"TABLE", "ATANGL"} & {*words} and "INCR" not in words
-        self.table[axis] = (0 if from_zero else self.table[axis]) + (
-            angle if "TABLE" in words else math.radians(angle)
-        )
+        turn = angle if "TABLE" in words else math.radians(angle)
+        self.table[axis] = turn if from_zero else turn + self.table[axis]
         a, b, c = (about(direction, angle) for direction, angle in zip(np.eye(3), self.table, strict=True))
         self.turned, self.unconfirmed = np.array(a * b * c, dtype=float), True
         self.axis = (self.turned.T @ before @ self.axis).tolist()
