@@ -2,6 +2,7 @@
 
 from itertools import groupby, product
 
+from mathpost.workbook.beside import Beside
 from mathpost.workbook.edits import as_around
 from mathpost.workbook.file import EMPTY, read
 from mathpost.workbook.formula import areas
@@ -53,10 +54,11 @@ def check_file(path, task=None):
     judge = Judge(graph, found).run()
     if not found.calculations and (report := _by_values(graph, task)).cells:
         return report
-    places, unjudged = judge.judge_the_rest()
+    beside = Beside(judge)
     typed = {p: RIGHT if c.complete else UNCLEAR for c in found.calculations if c.typed for p in c.results}
     after = graph.downstream(judge.fixed)
-    statuses = {p: CONSEQUENCE if p in after else RIGHT for p in places} | dict.fromkeys(unjudged, UNCLEAR)
+    statuses = {p: CONSEQUENCE if p in after else RIGHT for p in beside.places}
+    statuses |= dict.fromkeys(beside.unjudged, UNCLEAR)
     # An input that is not the task's is wrong, though it is none of the cells that follow from the inputs.
     statuses |= typed | {fault.place: WRONG for fault in judge.faults}
     warnings = [f"{graph.address(p)} depends on itself" for p in sorted(graph.circular, key=graph.reading_order)]

@@ -29,7 +29,7 @@ def repaired(graph, wanted, values, inputs=(), windows=(), period=None):
         off = {p: graph.cell(p, values, tree) - value for p, value in wanted.items()}
         fits = all(same(value + (wrap(off[p], period) if period else off[p]), value) for p, value in wanted.items())
         if fits and (cause != "wrong reference" or after.isdisjoint(graph.used_by(tree))):
-            return cause, f"{text_of(old)} should be {text_of(new)}", tree
+            return cause, f"{text_of(old, place[0])} should be {text_of(new, place[0])}", tree
     return None
 
 

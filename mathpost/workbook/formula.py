@@ -186,16 +186,18 @@ def heads(tree):
     return {part[0] for _, part in walk(tree)}
 
 
-def text_of(tree):
-    """Write a tree as a formula without its ``=``."""
+def text_of(tree, sheet=None):
+    """Write a tree as a formula without its ``=``; as it is written in `sheet`, if given, with the other sheets."""
     head, *parts = tree
-    if head in ("number", "text", "area"):
-        return {"number": "{:.15g}", "text": '"{}"', "area": "{}"}[head].format(parts[0])
+    if head == "area":
+        return str(parts[0]) if sheet is None or parts[0].sheet == sheet else f"{parts[0].sheet}!{parts[0]}"
+    if head in ("number", "text"):
+        return {"number": "{:.15g}", "text": '"{}"'}[head].format(parts[0])
     if head in ("minus", "percent"):
-        return f"-{_within(parts[0], 4)}" if head == "minus" else f"{_within(parts[0], 6)}%"
+        return f"-{_within(parts[0], 4, sheet)}" if head == "minus" else f"{_within(parts[0], 6, sheet)}%"
     if head in POWER:
-        return f"{_within(parts[0], POWER[head] - 1)}{head}{_within(parts[1], POWER[head])}"
-    inner = (";" if head == "rows" else ",").join(map(text_of, parts))
+        return f"{_within(parts[0], POWER[head] - 1, sheet)}{head}{_within(parts[1], POWER[head], sheet)}"
+    inner = (";" if head == "rows" else ",").join(text_of(part, sheet) for part in parts)
     return {"rows": f"{{{inner}}}", "row": inner}.get(head, f"{head}({inner})")
 
 
@@ -213,8 +215,9 @@ def form_of(tree):
     return text_of(with_areas(tree, [area.shape for area in areas(tree)]))
 
 
-def _within(tree, least):
-    return f"({text_of(tree)})" if POWER.get(tree[0], 9) <= least else text_of(tree)
+def _within(tree, least, sheet):
+    text = text_of(tree, sheet)
+    return f"({text})" if POWER.get(tree[0], 9) <= least else text
 
 
 # Evaluation.

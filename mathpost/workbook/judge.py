@@ -14,7 +14,7 @@ from mathpost.rotation import wrap
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
 from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, edits, repaired
 from mathpost.workbook.file import EMPTY
-from mathpost.workbook.formula import Area, areas, heads, text_of, unrounded, walk
+from mathpost.workbook.formula import Area, areas, heads, text_of, walk
 from mathpost.workbook.graph import SAMPLES, Graph, beside, same
 from mathpost.workbook.nc_table import Words, judge_numbers
 from mathpost.workbook.report import Fault
@@ -37,12 +37,13 @@ class Judge:
         self.live = [c for c in found.calculations if not c.typed]
         self.periods = {p: period for c in self.live for p, period in c.periods.items()}
         base = graph.run({})
-        for angles in dict.fromkeys(c.angles for c in self.live):
+        for angles in dict.fromkeys(c.angles for c in (*self.live, *found.steps)):
             self._set_units(angles, base)
         spare = [] if found.task.machine else [Calculation((), tuple(found.angles), tuple(found.lengths))]
         rng = np.random.default_rng(20)
         for calculation in (*spare, *self.live):
-            self.inputs.update(calculation.draw(rng, self.units))
+            drawn = calculation.draw(rng, self.units)
+            self.inputs.update({p: drawn[p] for p in drawn if p in found.typed or p not in graph.trees})
         for place, numbers in self.inputs.items():
             if self.graph.own.get(place) is None:
                 where = f"{self.graph.book.path}, {self.graph.address(place)}"
@@ -89,7 +90,7 @@ class Judge:
         """The values with all that was put in, and `more`."""
         return self.graph.run({**self.inputs, **self.fixed, **dict(more)}, only and self.values, only)
 
-    def _calculate(self, place, tree):
+    def calculate(self, place, tree):
         """What a cell would hold with another formula."""
         return np.broadcast_to(self.graph.cell(place, self.values, tree), SAMPLES)
 
@@ -106,6 +107,7 @@ class Judge:
             row.preferred = int(np.argmax(sum(r.votes for r in rows)))
         self._prepare(rows)
         for calculation in self.live[:]:
+            self._drop_if_partial(calculation)
             self._choose(calculation)
         self.targets = {p: t for c in self.live for p, t in c.targets.items()}
         for calculation in self.found.calculations[:1]:
@@ -198,6 +200,16 @@ class Judge:
             self.live = [c for c in self.live if c is not last] + right
             self.found.calculations = [c for c in self.found.calculations if c is not last] + right
 
+    def _drop_if_partial(self, calculation):
+        """Leave a vector aside that fewer angles turn, as they do on the way to that of another calculation."""
+        turns = [c for c in self.live if isinstance(c, Turn) and c is not calculation]
+        angles, now = self.found.turned_by(calculation.results), self.block(calculation.results[:3])
+        partial = any(angles < self.found.turned_by(c.results) for c in turns) and self.bad(calculation.targets)
+        if partial and any(same(known, now) for known in calculation.known.get(3, ())):
+            self.live.remove(calculation)
+            self.found.calculations.remove(calculation)
+            self.found.beside.append(calculation.results)
+
     def _steps(self, last):
         """The vectors on the way to a result."""
         up = self.graph.upstream(last.results) if self.found.steps and isinstance(last, Turn) else set()
@@ -217,6 +229,16 @@ class Judge:
                 return
             self.faults, self.unexplained = before
         self.targets = targets | last.targets
+
+    def repaired_alone(self, place, value):
+        """The fault of a cell beside the calculations that ought to hold `value`; None if no repair makes it so."""
+        if place in self.graph.trees and (found := repaired(self.graph, {place: value}, self.values)):
+            cause, sentence, other = found
+            cause = self._reference_kind(place, other) if cause == "wrong reference" else cause
+            self.fixed[place] = value
+            self.values = self._run()
+            return self._fault(place, cause, f"{self.graph.short(place)}: {sentence}")
+        return None
 
     def _typed_over(self, bad):
         """The first number on the way to a wrong result that is no input, nor a constant such as 0, 1 or π."""
@@ -250,59 +272,6 @@ class Judge:
             self.faults += self._explain(calculation, unit, option)[1]
             return option
         return None
-
-    # What else there is.
-
-    def judge_the_rest(self):
-        """Return all places to judge, and those that could not be: no result needs them, and they are not known."""
-        graph = self.graph
-        messages = graph.messages | ({p for c in self.live for p in c.aside} - graph.downstream(self.inputs))
-        formulas = [p for p in graph.trees if p not in self.found.typed - self.found.composed] + [*graph.unread]
-        # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
-        typed = {p for p in self.found.typed - graph.trees.keys() if messages.issuperset(graph.used.get(p, "-"))}
-        typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
-        results = np.array([target[0] for target in self.targets.values()])
-        typed = {p for p in typed if not (np.abs(results - graph.value(p)) <= _half_digit(graph.value(p))).any()}
-        places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
-        results = (p for c in self.found.calculations if c not in self.unexplained for p in c.results)
-        rest = set(places) - (graph.upstream(results, self.inputs) - self.inputs.keys()) | self.unsure
-        known = [np.ones(SAMPLES), np.zeros(SAMPLES), *(entry for c in self.live for entry in c.entries)]
-        turned = [(c.sequence, c.radians) for c in self.live if isinstance(c, Turn) and not c.axis]
-        angles = [pair for s, a in turned for pair in np.stack([a, euler.twin(s.upper(), a)], axis=1).T]
-        for c in self.live:
-            known += [np.linalg.norm(vector, axis=0) for vector in c.known.get(3, ())]
-            for expected in graph.components if c.known.get(3) else ():
-                if len(expected) == 3 and self.found.typed.issuperset(expected):
-                    off = np.array([c.targets[p] for p in c.results[:3]]) - self.block(expected)
-                    known += [*off, *-off, np.linalg.norm(off, axis=0)]
-                    known += [each.max(axis=0) for each in (off, -off, np.abs(off))]
-        given = graph.upstream(p for c in self.found.calculations for p in (*c.given, *c.results))
-        given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
-        leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in rest}
-        beside = {p for p, used in leaves.items() if given and used & self.found.typed and given.isdisjoint(used)}
-        places, rest = [p for p in places if p not in beside], rest - beside
-        composed = {p for p in self.found.composed if not self._is_degrees_and_minutes(p)}
-        rest = {p for p in rest - self.found.composed if p in typed or not self._is_check(p, known, angles)}
-        return places, rest | composed
-
-    def _is_degrees_and_minutes(self, place):
-        """Whether a cell makes an angle of degrees, minutes and seconds."""
-        numbers = dict(zip(self.graph.uses[place], np.array([[35.0], [20.0], [48.0]]), strict=False))
-        return len(numbers) == 3 and same(self.graph.cell(place, numbers), np.array([35 + 20 / 60 + 48 / 3600]))
-
-    def _is_check(self, place, known, angles):
-        """Judge a cell beside the calculation: a determinant, a length, a difference, an angle computed back."""
-        if place not in self.graph.trees:
-            return False
-        tree = self.graph.trees[place]
-        value, functions = self._calculate(place, unrounded(tree)), heads(tree)
-        if not any(np.abs(self.now(source)).max() > 0 for source in self.graph.uses[place]):
-            return False  # something empty was taken
-        for radians in (value, np.deg2rad(value)) if functions & {"ATAN2", "ACOS", "ASIN", "DEGREES"} else ():
-            off = [np.abs(wrap(radians - pair, 2 * np.pi)).min(axis=0)[1:].max() for pair in angles]
-            if any(each < 1e-6 for each in off):
-                return True
-        return any(same(value, each) for each in (known[:1] if "MDETERM" in functions else known))
 
     # Where.
 
@@ -386,7 +355,7 @@ class Judge:
                 yield from (a, -a, np.rad2deg(a), -np.rad2deg(a), a / 2)
         seen = [self.now(place)]
         for *_, tree in edits(self.graph, place) if place in self.graph.trees else ():
-            value = self._calculate(place, tree)
+            value = self.calculate(place, tree)
             if np.isfinite(value[1:]).all() and not any(same(value, s) for s in seen):
                 seen.append(value)
                 yield value
@@ -425,7 +394,8 @@ class Judge:
             if place not in done:
                 array = graph.array(place)
                 done.update(array)
-                *fault, more = block or self._cause(calculation, {p: option.get(p, self.now(p)) for p in array})
+                wanted = {p: option.get(p, self.targets.get(p, self.now(p))) for p in array}
+                *fault, more = block or self._cause(calculation, wanted)
                 cost = max(cost, more)
                 faults.append(self._fault(place, *fault))
         within = [w for w in (unit, *self.found.windows) if unit[0] in w and unit[0] not in self.targets]
@@ -469,7 +439,7 @@ class Judge:
             return cause, f"{short}: {sentence}", UNLIKELY * (cause == "sign" and odd)
         if term := self._missing(calculation, place, value):
             return "missing term", f"{short}: the term {term} is missing", 0.2
-        text = f"{short}: ={text_of(tree)} is not what belongs there"
+        text = f"{short}: ={text_of(tree, place[0])} is not what belongs there"
         return "wrong value", text, UNEXPLAINED + 9 * (not known)
 
     def _reference_kind(self, place, other):
@@ -537,10 +507,6 @@ class Judge:
                     if same(slip, now):
                         return cause, text, 0.0
         return None
-
-
-def _half_digit(number):
-    return 0.51 * 10.0 ** -written_decimals(number)
 
 
 def _turned(matrix):

@@ -7,7 +7,7 @@ import re
 import tomllib
 from collections import Counter
 from dataclasses import dataclass, fields
-from itertools import count, product, takewhile
+from itertools import combinations, count, product, takewhile
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ from mathpost import angles as euler
 from mathpost.errors import InputError, read_text
 from mathpost.workbook.calculation import Turn
 from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY
-from mathpost.workbook.formula import areas, heads, walk
+from mathpost.workbook.formula import areas, heads
 from mathpost.workbook.nc_table import rows_of
 from mathpost.workbook.plane_angles import find_planes
 
@@ -25,9 +25,12 @@ PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
 BETWEEN = r"['’′]*[-–→·, ]*"
 SEQUENCE = re.compile(rf"(?<![A-Za-z])([XYZ]){BETWEEN}([XYZ]){BETWEEN}([XYZ])['’′]*(?![A-Za-z])", re.I)
 NUMBERED = re.compile(r"(?<![\d.])([123])-([123])-([123])(?![\d.])")
-TURNS = r"euler|欧拉|rotat|dreh|旋转|sequence|reihenfolge|顺序|axes|achsen|轴|intrins|extrins|rpy"
+TURNS = r"euler|欧拉|rotat|dreh|turn|旋转|转|sequence|reihenfolge|顺序|axes|achsen|轴|trins|rpy|[ck]ardan|wrist"
+ONE_AXIS = r"(?:about|around|\bum|autour de|绕)(?:\s|\(|the|die|der|den|l'axe|new|neue\w?|新的?)*([xyz])(?![a-z])"
 FIXED = r"fixed axes|extrins|feste[nr]? achsen|固定(坐标)?轴|外旋|static axes"
-ACTIVE, PASSIVE = r"\bactive|aktiv|主动", r"passiv|被动"
+OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵))"  # active matrices may make a passive rotation
+ACTIVE, PASSIVE = (rf"(?:{word}){OF_MATRICES}" for word in (r"\bactive|aktiv|主动", r"passiv|被动"))
+TRANSPOSED = r"transpo|转置|\)\^?[Tᵀ]\b|ᵀ"
 ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角"
 
 
@@ -101,10 +104,11 @@ class Recognised:
         self.graph, self.task = graph, task
         texts = [c.value for c in graph.cells.values() if isinstance(c.value, str) and not c.formula]
         self.text, self.problems, self.vectors = "\n".join(texts), [], set()
-        self.calculations, self.steps = [], []
+        self.calculations, self.steps, self.beside, self.depends = [], [], [], {}
         self.typed = {p for p in graph.component if p not in graph.trees and graph.value(p) is not None}
         self.typed |= {p for p in graph.trees if not graph.uses[p] and p not in graph.part}
-        self.turning, self.composed = self._turning()
+        self.turning, composed = self._turning()
+        self.composed = composed if task.machine is None else set()
         self.typed |= self.composed
         self.windows = self._windows()
         self.constants = self._constants()
@@ -153,6 +157,8 @@ class Recognised:
             # A matrix has formulas, or else numbers such as cosines and sines make: it is no table of points.
             typed = len(numbers) == len(window) and None not in numbers
             table = typed and (sum(abs(n) > 1 for n in numbers) > 1 or all(n % 1 == 0 for n in numbers))
+            typed = {p for p in window if p in self.typed and abs(graph.own[p]) > 1}
+            table |= any(len({p[n] for p in typed}) == 1 for n in (1, 2)) and len(typed) > 2
             overlaps = any(not set(window).isdisjoint(other) for other in others)
             if table or overlaps or self.turning & set(window) or not graph.component.keys() >= set(window):
                 del found[window]
@@ -161,10 +167,10 @@ class Recognised:
     def _turning(self):
         """What goes into a sine or cosine, directly or through cells that only convert or negate.
 
-        And the `composed` of these: angles made of several typed numbers, as degrees and minutes, or as 180 − x.
+        And the `composed` of these: angles that a formula makes of other numbers, as of degrees and minutes.
         """
         graph, found, composed = self.graph, set(), set()
-        own = {p: np.array([number]) for p, number in graph.own.items() if number is not None}
+        own = {p: np.array([number + 0.37]) for p, number in graph.own.items() if number is not None}
         stack = [p for _, part in graph.parts if part[0] in (*TRIGONOMETRY, "TAN") for p in graph.used_by(part)]
         while stack:
             place = stack.pop()
@@ -176,8 +182,13 @@ class Recognised:
                 zeros = [graph.cell(place, {**own, p: np.zeros(1)})[0] for p in sources]
                 if len(sources) <= 2 and any(not abs(zero) > 0 for zero in zeros):
                     stack += sources
-                elif self.typed.issuperset(sources):
-                    composed.add(place)
+                    continue
+            above = graph.upstream(sources) & graph.trees.keys()
+            if sources and not any(heads(graph.trees[p]) & TRIGONOMETRY.keys() for p in (place, *above)):
+                composed.add(place)
+        for place in found:  # an angle that is made by a formula and then negated
+            if graph.tree(place)[0] == "minus" and composed.issuperset(graph.uses[place]):
+                composed = composed - set(graph.uses[place]) | {place}
         return found, composed
 
     def _converts(self, place):
@@ -252,15 +263,21 @@ class Recognised:
         graph, finals = self.graph, []
         self._respond()
         inner = {w: w if len(w) == 9 else (*w[:3], *w[4:7], *w[8:11]) for w in self.windows}
-        self.windows = [w for w in self.windows if not self.vectors.issuperset(inner[w])]
+        moving = {p for p, depends in self.depends.items() if not self.lengths.isdisjoint(depends)}
+        self.windows = [w for w in self.windows if len(moving.intersection(inner[w])) < 4]
         for triple in self._triples():
             trees, up = [graph.trees.get(p, ("text",)) for p in triple], graph.upstream(triple)
             # A result less what was expected, or than another result, is a check and not a step.
             difference = all(t[0] == "-" and t[1][0] == t[2][0] == "area" for t in trees)
             difference &= any(s in self.vectors for p in triple for s in graph.uses.get(p, ()))
-            turned = any(self.depends.get(p, set()) & self.angles for p in triple)
+            # One of which but a cell depends on angles was turned back.
+            turned = sum(bool(self.turned_by([p])) for p in triple) > 1
             turned |= any(up & self.typed >= set(w) for w in self.windows)
-            finals += [triple] if turned and not difference else []
+            (finals if turned and not difference else self.beside).append(triple)
+        for triple in finals[:]:
+            if self._is_combined(triple, finals):
+                finals.remove(triple)
+                self.beside.append(triple)
         used = {p for t in finals for p in graph.upstream(t) - set(t)}
         for triple in finals:
             self._add_turn(triple, self.steps if used.issuperset(triple) else self.calculations)
@@ -275,17 +292,26 @@ class Recognised:
             for row in rows:
                 row.origin = Counter(each.origin for each in rows).most_common(1)[0][0]
 
+    def _is_combined(self, triple, finals):
+        """Whether a vector is made of several that go back to different points, as a mean is."""
+        up = self.graph.upstream(triple)
+        parts = [s for s in finals if s != triple and up.issuperset(s)]
+        points = [self.lengths.intersection(*(self.depends.get(p, ()) for p in s)) for s in parts]
+        return any(a - b and b - a for a, b in combinations(points, 2))
+
     def _respond(self):
-        """Which inputs each cell depends on, and which cells are linear in lengths: by moving each input alone.
+        """Which inputs each cell depends on, which cells are linear in lengths, and how if no angle turns them.
+
+        This is found by moving each input alone.
 
         Inputs that no formula has in common move at once, so that a long table needs no more runs than a short one.
         """
         graph, inputs = self.graph, (*self.sorted(self.angles), *self.sorted(self.lengths))
-        self.depends, self.reaches, together = {}, {}, {p: {p} for p in inputs}
+        self.depends, self.reaches, self.unturned, together = {}, {}, {}, {p: {p} for p in inputs}
         for place in graph.order:
             sources = graph.uses[place]
             direct = frozenset(together.keys() & sources)
-            self.reaches[place] = direct.union(*(self.reaches.get(s, ()) for s in sources))
+            self.reaches[place] = direct.union(*(self.reaches.get(s, ()) for s in sources if s not in together))
         for reach in set(self.reaches.values()):
             for place in reach if len(reach) <= MOVES else ():
                 together[place] |= reach
@@ -295,22 +321,33 @@ class Recognised:
             turn[place] = next(k for k in count(1) if k not in taken)
         size = 1 + max(turn.values())
         step = 11.0 + 3 * max((abs(graph.own[p]) for p in self.lengths), default=0)
-        moved = {p: np.full(2 * size, graph.own[p] + 7.3 + 1.7 * k) for k, p in enumerate(inputs)}
+        moved = {p: np.full(3 * size, graph.own[p] + 7.3 + 1.7 * k) for k, p in enumerate(inputs)}
         for place in inputs:
-            moved[place][turn[place]] += 11.0 if place in self.angles else step
-            moved[place][size + turn[place]] += 2 * step * (place in self.lengths)
+            n = turn[place]
+            if place in self.angles:
+                moved[place][n] += 11.0
+                moved[place][2 * size :] = 1e-5  # all but nothing is turned
+            else:
+                moved[place][[n, size + n, 2 * size + n]] += [step, 2 * step, step]
         values = graph.run(moved)
         for place in graph.order:
-            reach, change = self.reaches[place], np.abs(values[place] - values[place][0])
-            if not np.isfinite(change).all() or len(reach) > MOVES:  # what it refers to is all that is known
-                self.depends[place], linear = reach, True
+            reach, value = self.reaches[place], np.broadcast_to(values[place], 3 * size)
+            change, lengths = np.abs(value - value[0]), reach & self.lengths
+            if not np.isfinite(change[: 2 * size]).all() or len(reach) > MOVES:
+                self.depends[place], linear = reach, True  # what it refers to is all that is known
             else:
-                small = 1e-9 * (1 + abs(values[place][0]))
-                self.depends[place] = {p for p in reach if len(change) > 1 and change[turn[p]] > small}
+                small = 1e-9 * (1 + abs(value[0]))
+                self.depends[place] = {p for p in reach if change[turn[p]] > small}
                 pairs = [(change[turn[p]], change[size + turn[p]]) for p in self.depends[place] & self.lengths]
                 linear = any(abs(second - 2 * first) <= 0.01 * first for first, second in pairs)
             if linear and self.depends[place] & self.lengths and place not in self.typed | graph.messages:
                 self.vectors.add(place)
+                slopes = {p: (value[2 * size + turn[p]] - value[2 * size]) / step for p in lengths}
+                self.unturned[place] = {p: round(slope, 3) for p, slope in slopes.items() if abs(slope) > 1e-3}
+
+    def turned_by(self, places):
+        """The angles on which some cells depend."""
+        return {s for p in places for s in self.depends.get(p, ()) if s in self.angles}
 
     def _of(self, places, inputs):
         """The inputs to which the formulas of some places lead, as they are read."""
@@ -330,15 +367,27 @@ class Recognised:
             if apart and (len(inside) < 3 or not left.isdisjoint(_at(line[0], 0, n) for n in range(1, right))):
                 continue
             if len(inside) >= 2 and (apart or all(self.graph.component.get(p) is whole for p in line)):
-                sets = [self.reaches[p] & self.lengths for p in inside]
-                alike = len(frozenset.intersection(*sets)) / len(frozenset.union(*sets))
+                sets = [self.lengths.intersection(self.depends[p]) for p in inside]
+                alike = len(set.intersection(*sets)) / len(set.union(*sets))
+                slopes = [self.unturned[p] for p in line if p in inside]
+                same = [sorted(a.values()) == sorted(b.values()) for a, b in combinations(slopes, 2)]
+                same = sum(
+                    a and b.keys().isdisjoint(c) for a, (b, c) in zip(same, combinations(slopes, 2), strict=True)
+                )
                 along = 1 if line[0][1] < line[1][1] else 2
                 lost = {p for p in line if p in graph.trees and not self.depends[p]}  # by a slip
-                rank = alike <= 0.4, -len(inside), not lost | inside >= set(line), apart, not graph.is_array(line)
+                rank = (
+                    alike <= 0.4,
+                    -same,
+                    -len(inside),
+                    not lost | inside >= set(line),
+                    apart,
+                    not graph.is_array(line),
+                )
                 found[line] = rank, (line[0][0], along, line[0][along])
         aligned, taken, chosen = Counter(), set(), []
-        for (_, inside, *_), run in found.values():
-            aligned[run] += inside
+        for (_, same, inside, *_), run in found.values():
+            aligned[run] += inside + same
         order = self.graph.reading_order
         for line in sorted(found, key=lambda t: (found[t][0], aligned[found[t][1]], order(t[0]))):
             if taken.isdisjoint(line):
@@ -350,31 +399,42 @@ class Recognised:
         angles, in_row = self._of(triple, self.angles), triple[0][1] == triple[1][1]
         own = tuple(p for p in angles if p[:2] == triple[0][:2])
         angles = own if in_row and len(own) >= 2 and len(angles) > 3 else angles
-        moving = self._of(triple, self.lengths)
-        if len(moving) > 6:  # an array formula has all points in it
-            moving = {s for p in triple for s in self.depends.get(p, ())} & self.lengths
-        vectors = self._vectors(moving, triple[0][:2] if in_row else None)
-        users = {v: [self.graph.trees[user] for p in v for user in self.graph.used.get(p, ())] for v in vectors}
-        if len(angles) == 1 and len(vectors) == 2 and re.search(ABOUT_AN_AXIS, self.text, re.I):
-            # The axis is the vector that is divided by its length.
-            axis = max(vectors, key=lambda v: any(t[0] == "/" or heads(t) & {"SUMSQ", "SQRT"} for t in users[v]))
-            self._tell(Turn(triple, angles, next(v for v in vectors if v != axis), axis=axis), calculations)
+        point, origin, others = self._moved(triple)
+        if len(angles) == 1 and others and re.search(ABOUT_AN_AXIS, self.text, re.I):
+            self._tell(Turn(triple, angles, point, axis=others[0]), calculations)
             return
         chosen = self._three(angles) or self._three(self.sorted(self.angles))
-        if chosen is None or not vectors:
+        if chosen is None or not point:
             what = "three angles" if chosen is None else "a point"
             if calculations is self.calculations:
                 self.problems.append(f"{self.graph.range(triple)}: {what} not found among its inputs")
             return
+        self._tell(Turn(triple, self._in_order(chosen), point, origin), calculations)
 
-        def subtracted(vector):
-            parts = [part[-1] for t in users[vector] for _, part in walk(t) if part[0] in ("-", "minus")]
-            count = sum(not set(vector).isdisjoint(self.graph.used_by(part)) for part in parts)
-            return count, vectors.index(vector)
+    def _moved(self, triple):
+        """The point and the origin of a vector, and other triples of its lengths.
 
-        origin = max(vectors, key=subtracted) if len(vectors) > 1 else ()
-        turn = Turn(triple, self._in_order(chosen), next(v for v in vectors if v != origin), origin)
-        self._tell(turn, calculations)
+        Where no angle turns it a vector is the point less the origin, whichever formulas make it so.
+        """
+        slopes, row = [self.unturned.get(p, {}) for p in triple[:3]], triple[0][:2]
+        moving, weighed = {s for p in triple for s in self.depends.get(p, ())} & self.lengths, {}
+        lines = self._vectors(moving.union(*slopes), row if triple[0][1] == triple[1][1] else None)
+        for line in self.lines(set().union(*slopes), 2):
+            weights = Counter(each.get(p) for each, p in zip(slopes, line, strict=True) if p in each)
+            weight, count = max(weights.items(), key=lambda w: w[1], default=(0, 0))
+            if count >= 2:
+                weighed.setdefault(weight, []).append((-count, line))
+        plus, minus = ([line for _, line in sorted(weighed.pop(w, []), key=lambda c: c[0])] for w in (1, -1))
+        plus, minus = _apart(plus), _apart(minus)
+        if len(plus) != 1 or weighed:
+            up = self.graph.upstream(triple)
+            means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]
+            plus = [
+                t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1
+            ] or plus
+        point = next(iter((*plus[::-1], *lines)), ())
+        origin = next((line for line in minus if set(line).isdisjoint(point)), ())
+        return point, origin, [line for line in lines if set(line).isdisjoint((*point, *origin))]
 
     def _three(self, cells):
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
@@ -416,13 +476,15 @@ class Recognised:
         task, turns = self.task, [t for t in self.text.splitlines() if re.search(TURNS, t, re.I)]
         said = {"".join(f.groups()).upper() for t in turns for f in SEQUENCE.finditer(t)}
         said |= {"".join("XYZ"[int(n) - 1] for n in f.groups()) for t in turns for f in NUMBERED.finditer(t)}
+        in_words = [re.findall(ONE_AXIS, text, re.I) for text in self.text.splitlines()]
+        said |= {"".join(axes).upper() for axes in in_words if len(axes) == 3}
         said &= set(euler.SEQUENCES)
         by_task = task.sequence or ("ZXZ" if task.kind == "zxz" else "")
         by_text = "" if len(said) != 1 else said.pop()
         by_text = by_text.lower() if re.search(FIXED, self.text, re.I) else by_text
-        convention = re.search(f"(?P<active>{ACTIVE})|{PASSIVE}", self.text, re.I)
+        said = [bool(re.search(pattern, self.text, re.I)) for pattern in (ACTIVE, PASSIVE, TRANSPOSED)]
         self.sequence = by_task or by_text or "ZXZ"
-        self.active = task.convention == "active" if task.convention else bool(convention and convention["active"])
+        self.active = task.convention == "active" if task.convention else said == [True, False, False]
         self.by = "the task" if by_task else "the text" if by_text else "source 000"
 
     def _tell(self, calculation, calculations):
