@@ -43,12 +43,9 @@ class Solution:
     @property
     def parallel(self):
         """Pairs of a linear axis and the feature's that it is parallel to; source 000 asks for one with X or Y."""
-        return [
-            (linear, axis)
-            for linear, slide in zip("XYZ", self.slides.T, strict=True)
-            for axis, direction in zip("XYZ", self.feature.rotation.T, strict=True)
-            if np.linalg.norm(np.cross(slide, direction)) < PARALLEL
-        ]
+        slides, axes = self.slides.T, self.feature.rotation.T
+        sines = np.linalg.norm(np.cross(slides[:, None], axes), axis=-1)
+        return [("XYZ"[linear], "XYZ"[axis]) for linear, axis in np.argwhere(sines < PARALLEL)]
 
     def third_angle(self, along="spindle", feature="X"):
         """Return the third ZXZ angle K, degrees in (−180, 180], that lays the feature's X or Y along a direction.
@@ -123,10 +120,8 @@ def align(feature, machine):
     if np.isnan(joints).any():
         low, high = np.degrees(kinematics.reach)
         angle = np.degrees(np.arccos(np.clip(axis @ feature.z, -1, 1)))
-        raise ReachError(
-            f"{machine.name}: the feature's Z stands {angle:.4f} degrees from axis {outer.name}, "
-            f"which {inner.name} allows only from {low:.4f} to {high:.4f}"
-        )
+        stands = f"the feature's Z stands {angle:.4f} degrees from axis {outer.name}"
+        raise ReachError(f"{machine.name}: {stands}, which {inner.name} allows only from {low:.4f} to {high:.4f}")
     free = bool(np.linalg.norm(np.cross(axis, feature.z)) < PARALLEL)
     return Alignment(feature, machine, joints[:, 3:], *map(machine.rotary.index, (outer, inner)), free)
 

@@ -2,12 +2,10 @@
 
 A control without TCP moves all five joints linearly from block to block: tip and tool axis leave the CL path. First
 `follow` puts poses on the great circle of the tool axis. Then linearization (线性化) divides a move in the
-*workpiece*: tip on the CL segment, rotary angles in equal steps, X Y Z recomputed. Equation (8) of source 002 puts
-the new points on the very line in the joints that the control follows anyway.
+*workpiece*: tip on the CL segment, rotary angles in equal steps, X Y Z recomputed.
 
-By the *time law* a path runs under the rates and the accelerations of the axes. Every move is *asked* to take the
-time that its feed or its slowest axis needs. The *override* w is the part of that speed at which it is really run,
-0 to 1; from rest to rest, and never faster than the axes can follow.
+By the *time law* every move is *asked* to take the time that its feed or its slowest axis needs. The *override* w
+is the part of that speed at which it is really run, 0 to 1, from rest to rest, so that every axis can follow.
 """
 
 import math
@@ -99,11 +97,10 @@ def follow(kin, cl, motion, tolerance, *, free=False):
         start, end = (cl.at(place[at])[1] for at in (moves, moves + 1))
         lost = moves[np.linalg.norm(end - start, axis=1) < LOST * tolerance]
         if lost.size:
-            raise ReachError(
-                f"{cl.where(int(np.ceil(place[lost[0] + 1])))}: on its way there the tool axis strays "
-                f"{np.degrees(error[lost[0]]):.3f}° from its great circle, more than {np.degrees(tolerance):.2g}°, "
-                "however often the move is divided"
-            )
+            strayed, most = np.degrees([error[lost[0]], tolerance])
+            where = f"{cl.where(place[lost[0] + 1])}: on its way there the tool axis strays"
+            far = f"{strayed:.3f}° from its great circle, more than {most:.2g}°"
+            raise ReachError(f"{where} {far}, however often the move is divided")
         of, at, beside = _cuts(kin, joints[moves], joints[moves + 1], start, end, singular.STILL * tolerance)
         of, at = moves[of], place[moves[of]] + at * np.diff(place)[moves[of]]
         joints = np.insert(joints, of + 1, _pose(kin, cl, at, beside), axis=0)
@@ -129,9 +126,7 @@ def _pose(kin, cl, place, beside):
     second = np.sin(inner - float(sum(derived.solutions) / 2)) < 0
     joints = kin.inverse(*cl.at(place))[np.arange(len(place)), second.astype(int)]
     if (lost := np.isnan(joints).any(axis=1)).any():
-        raise ReachError(
-            f"{cl.where(int(np.ceil(place[lost.argmax()])))}: on its way there the tool axis is out of reach"
-        )
+        raise ReachError(f"{cl.where(place[lost.argmax()])}: on its way there the tool axis is out of reach")
     joints[:, 3:] = beside[:, 3:] + nearest(joints[:, 3:] - beside[:, 3:])
     return joints
 
@@ -178,9 +173,9 @@ def linearize(kin, motion, tolerance, *, max_pieces=4096, name="block"):
         pieces[rest] = np.maximum(pieces[rest] + 1, wanted)
         if pieces.max() > max_pieces:
             move = int(pieces.argmax())
+            strayed = f"the tip strays {error[rest == move][0]:.6f} mm, more than {tolerance[move]:g} mm"
             raise ReachError(
-                f"from {name} {move + 1} to {move + 2}: the tip strays {error[rest == move][0]:.6f} mm, more than "
-                f"{tolerance[move]:g} mm, and {max_pieces} pieces are not enough"
+                f"from {name} {move + 1} to {move + 2}: {strayed}, and {max_pieces} pieces are not enough"
             )
     if (pieces == 1).all():
         return motion
@@ -342,9 +337,10 @@ def slow_down(record, seconds, asked):
 
     Of each move `record` is the one that it leads to, `seconds` what it takes, `asked` what its feed asks, or NaN.
     """
-    fed = np.flatnonzero(~np.isnan(asked))
-    if not fed.size:
+    record, seconds, asked = np.asarray(record), np.asarray(seconds), np.asarray(asked)
+    fed = ~np.isnan(asked)
+    if not fed.any():
         return None
-    taken, wanted = (np.bincount(np.asarray(record)[fed], np.asarray(values)[fed]) for values in (seconds, asked))
+    taken, wanted = (np.bincount(record[fed], values[fed]) for values in (seconds, asked))
     worst = int((taken - wanted).argmax())
     return worst, float(wanted[worst]), float(taken[worst])

@@ -46,7 +46,8 @@ class CLData:
         return len(self.points)
 
     def where(self, record):
-        """The place of a record (counted from 0) in the file, for error messages."""
+        """The place in the file of a record (counted from 0), or of the next one, for error messages."""
+        record = math.ceil(record)
         return f"{self.name}, line {self.lines[record]}, record {self.first + record + 1}"
 
     def part(self, start, stop):

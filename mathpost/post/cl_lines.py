@@ -118,9 +118,7 @@ class Lines(text.Reader):
         if not self.runs:
             self.refuse_problems()
             raise InputError(self.name, "at least one GOTO", "none")
-        lines, numbers, feeds, rapid = (
-            np.concatenate(columns, axis=-1) for columns in zip(*self.runs, strict=True)
-        )
+        lines, numbers, feeds, rapid = (np.concatenate(runs, axis=-1) for runs in zip(*self.runs, strict=True))
         points, axes = numbers[:3], numbers[3:]
         with np.errstate(over="ignore"):
             length = np.linalg.norm(axes, axis=0)

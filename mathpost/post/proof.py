@@ -280,10 +280,8 @@ def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
         tips, axes = cl.at(motion.place[moves] + t * (motion.place[moves + 1] - motion.place[moves]))
         height = np.vecdot(tip - tips, axes).min(axis=0)
         if not height.min() >= -tolerance:
-            record = motion.record[moves[height.argmin()] + 1]
-            raise MathpostError(
-                f"{cl.where(record)}: on its way there the lifted tool goes {-height.min():.3f} mm into the part"
-            )
+            into = f"on its way there the lifted tool goes {-height.min():.3f} mm into the part"
+            raise MathpostError(f"{cl.where(motion.place[moves[height.argmin()] + 1])}: {into}")
 
 
 def _refuse_other_feeds(cl, blocks, motion):
@@ -316,7 +314,5 @@ def _refuse_too_fast(machine, cl, blocks, motion):
     fast = seconds < 0.99 * least - 0.001 - 1e-6 * seconds**2 - 0.012 / feeds
     if fast.any():
         block = int(fast.argmax())
-        where = cl.where(motion.record[timed[block]])
-        raise MathpostError(
-            f"{where}: a block takes {seconds[block]:.3f} s, feed and axes need {least[block]:.3f} s at least"
-        )
+        taken = f"a block takes {seconds[block]:.3f} s, feed and axes need {least[block]:.3f} s at least"
+        raise MathpostError(f"{cl.where(motion.record[timed[block]])}: {taken}")

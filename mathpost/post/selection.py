@@ -171,9 +171,9 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
     if stuck >= 0 and not split:
         so_far = np.rad2deg(choose(kin, cl.part(0, stuck), strategy, **options | {"split": True}).joints[-1, 3:])
         angles = " ".join(f"{joint.name} {at:.3f}°" for joint, at in zip(machine.rotary, so_far, strict=True))
+        reason = f"no choice of branch and winding goes on in cut (so far {angles})"
         raise ReachError(
-            f"{cl.where(stuck)}: the path breaks here, no choice of branch and winding goes on in cut (so far "
-            f"{angles}); split it, with a retract and an unwind"
+            f"{cl.where(stuck)}: the path breaks here, {reason}; split it, with a retract and an unwind"
         )
     (solution, winding), records = np.divmod(picks, turns.shape[1]), np.arange(len(cl))
     joints = np.empty((5, len(cl))).T  # joint by joint is read fastest
