@@ -46,12 +46,12 @@ class CLData:
         return len(self.points)
 
     def where(self, record):
-        """The place in the file of a record (counted from 0), or of the next one, for error messages."""
+        """The place of a record (counted from 0) in the file, or of the next one, for error messages."""
         record = math.ceil(record)
         return f"{self.name}, line {self.lines[record]}, record {self.first + record + 1}"
 
     def part(self, start, stop):
-        """Return records `start` to `stop` (exclusive) as `CLData`, without a copy, with their remarks."""
+        """Return records `start` to `stop` (exclusive), and the remarks before them, as `CLData` without a copy."""
         first, last = (bisect_left(self.remarks, record, key=itemgetter(0)) for record in (start, stop))
         remarks = self.remarks[first : last if stop < len(self) else None]  # the last part has what follows it, too
         remarks = tuple((record - start, text) for record, text in remarks)
@@ -66,7 +66,10 @@ class CLData:
         return [(self.part(*edge), length) for edge, length in zip(pairwise(edges), lengths.values(), strict=True)]
 
     def at(self, place):
-        """Return tip and axis, each (..., 3), on the straight line and great circle between records: 2.25, say."""
+        """Return tip and axis, each (..., 3), between the records: 2.25 is a quarter of the way from 2 to 3.
+
+        The tip goes straight from record to record, the axis on the great circle.
+        """
         place = np.asarray(place, dtype=float)
         if np.array_equal(place, np.arange(len(self))):
             return self.points, self.axes
@@ -158,7 +161,7 @@ def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
 
 
 def _turned_over(records, remarks, counts):
-    """Records and remarks, with a record half way, across, on each rapid move that turns the tool by 180°."""
+    """Records and remarks, with a record half way on each rapid move that turns the tool by 180°."""
     points, axes, feeds, rapid, lines = records
     changes = [record for record, _ in commands(remarks, "tool")]
     over = 1 + np.flatnonzero(rapid[1:])

@@ -114,7 +114,7 @@ class Lines(text.Reader):
         self.add(np.full(points.shape[1], self.start), np.concatenate([points, axes]).astype(float), **options)
 
     def records(self):
-        """Return points and axes, shape (3, n), feeds, rapid and lines, or refuse all that is wrong."""
+        """Return points and axes, shape (3, n), feeds, rapid and lines, or refuse a file with problems."""
         if not self.runs:
             self.refuse_problems()
             raise InputError(self.name, "at least one GOTO", "none")

@@ -130,9 +130,9 @@ def refuse_turning_compensation(cl, machine, blocks):
 
 
 def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
-    """Return the text of a program of at least one block; words that do not change are left out.
+    """Return the text of a program; words that do not change are left out.
 
-    Of the name letters, digits and underscores are used.
+    There is at least one block, and none like the one before. Of the name letters, digits and underscores are used.
     """
     control, name = control_for(machine, dialect), re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
     between, changes, switches = _between(control, machine, blocks)

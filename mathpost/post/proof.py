@@ -183,7 +183,10 @@ def peak(values):
 
 @dataclass(frozen=True)
 class Proof:
-    """How far a program, read back from its own text, is from the CL data; between the blocks in cut."""
+    """How far a program, read back from its own text, is from the CL data.
+
+    Between the blocks the moves in cut count; a rapid one does not count for the tool axis.
+    """
 
     tip_error: float  # largest at the records, mm,
     axis_error: float  # and of the tool axis, degrees
@@ -215,8 +218,7 @@ def measured(kin, cl, blocks, motion, *, real=None):
     """Return as `Proof` how far blocks that were read back are from the CL data, at the records and between them.
 
     `motion` says where on the CL path each block ends, and which are lifted; `real`, a `Compensator`, is the
-    machine that runs the program, if it is not the one that its control knows. A rapid move does not count for the
-    tool axis.
+    machine that runs the program, if it is not the one that its control knows.
     """
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")

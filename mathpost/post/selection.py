@@ -267,7 +267,7 @@ def without_far_limits(machine):
 
 
 def windings(low, high):
-    """The whole turns, radians, that may bring an angle in [−180°, 180°] into travel; none for an endless axis."""
+    """The whole turns, radians, that may bring an angle in [−180°, 180°] into travel; 0 for an endless axis."""
     if not (np.isfinite(low) and np.isfinite(high)):
         return np.zeros(1)
     turns = np.arange(np.floor((low - np.pi) / TURN), np.ceil((high + np.pi) / TURN) + 1)
