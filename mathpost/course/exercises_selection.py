@@ -11,6 +11,7 @@ from mathpost.post import selection, singular, yu_dan
 from mathpost.post.between_blocks import linearize
 from mathpost.post.proof import deviation
 from mathpost.post.ways import Crossing
+from mathpost.post.yu_dan import equation_8
 from mathpost.rotation import wrap
 
 
@@ -184,7 +185,7 @@ def yardstick(measured=2, angle=120):
     """All its points lie on the line that the control follows anyway: r·(1 − cos 60°), however many there are."""
     kin = load("dmu50v")
     start, end = kin.close([40, 0, 0], np.radians([[0, 0], [0, angle]]))
-    return yu_dan.equation_8(kin, start, end, 0.05)[measured]
+    return equation_8(kin, start, end, 0.05)[measured]
 
 
 def no_swing(limits):

@@ -187,13 +187,11 @@ def run(
 
     progress("proving")
     edges = [0, *np.cumsum([len(each.blocks.words) for each in plans[:-1]], dtype=int), None]
-    proofs, before = [], []
+    proofs = []
     for each, edge in zip(plans, pairwise(edges), strict=True):
         found = proof.prove(each.kin, each.cl, blocks[slice(*edge)], each.motion, *tolerances, real=real)
         proofs.append(replace(found, worst_record=each.first + found.worst_record))
-        if real is not None:
-            ideal, part, *_ = program.from_motion(each.kin, each.cl, each.ideal, tcp)
-            before.append(proof.measured(each.kin, each.cl, part, ideal, real=real))
+    before = [each.uncompensated for each in plans if each.uncompensated]
 
     strategies, through = (), {}
     if compare:
@@ -230,11 +228,11 @@ class Plan:
     chosen: selection.Selection
     regions: list  # the singular ones, first and last record
     crossing: object  # makes the `Crossing` of a region
-    motion: Motion  # where the machine goes,
-    ideal: Motion  # and where it would go if nothing had been measured on it
+    motion: Motion  # where the machine goes
     blocks: program.Blocks  # to be written
     law: between_blocks.TimeLaw  # of the moves
     slowest: tuple | None  # from `between_blocks.slow_down`, in records of the whole path
+    uncompensated: proof.Proof | None  # of the machine as it was measured, had nothing been compensated
     cautions: tuple
 
 
@@ -261,16 +259,17 @@ def _plan(kin, cl, first, chosen, found, way, lifting, tolerances, tcp, real):
     divided = linearize(kin, going, keep, name=block)
     between = divided if tolerance <= TRAVEL_TOLERANCE else linearize(kin, going, TRAVEL_TOLERANCE, name=block)
     _refuse_out_of_travel(kin.machine, cl, between)
-    going = ideal = going if tcp else divided
-    cautions = ()
+    going, before, cautions = going if tcp else divided, None, ()
     if real is not None:
-        going, cautions = _compensated(real, ideal)
+        ideal, blocks, *_ = program.from_motion(kin, cl, going, tcp)
+        before = proof.measured(kin, cl, blocks, ideal, real=real)
+        going, cautions = _compensated(real, going)
         _refuse_out_of_travel(kin.machine, cl, going)
     going, blocks, asked, by_feed = program.from_motion(kin, cl, going, tcp)
     program.refuse_turning_compensation(cl, kin.machine, blocks)
     law, moving = between_blocks.time_law(kin.machine, going.joints, asked), asked > 0
     slowest = between_blocks.slow_down(first + going.record[1:][moving], np.diff(law.seconds), by_feed[moving])
-    return Plan(kin, cl, first, chosen, found, crossing, going, ideal, blocks, law, slowest, cautions)
+    return Plan(kin, cl, first, chosen, found, crossing, going, blocks, law, slowest, before, cautions)
 
 
 def _refuse_turns_by_180(cl):
