@@ -12,8 +12,8 @@ TABLE = {
         ("; {name}", "G710 G17 G40 G90 G94"),
     ),
     "foot": (("END PGM {name} MM",), ("M30", "%"), ("M30",)),
-    "before a block number": ("", "N", "N"),
-    "before what is not negative": ("+", "", ""),
+    "block": ("", "N", "N"),  # the letter before its number
+    "plus": ("+", "", ""),  # before a number that is not negative
     "comment": ("; {0}", "({0})", "; {0}"),
     "TCP on": ("M128", "G43.4 H{tool}", "TRAORI"),
     "TCP off": ("M129", "G49", "TRAFOOF"),
@@ -49,16 +49,13 @@ class Control:
 
     words: dict
 
-    def __getitem__(self, key):
-        return self.words[key]
-
     def lines(self, command):
         """Return the lines of a `Command` that needs no move."""
-        lines = [line.format(*command.values) for line in self[command.kind] if command.values[:1] != (None,)]
+        lines = [line.format(*command.values) for line in self.words[command.kind] if command.values[:1] != (None,)]
         if command.kind in ("spindle", "coolant"):
-            lines += self[f"{command.kind} {command.values[-1]}"]
+            lines += self.words[f"{command.kind} {command.values[-1]}"]
         return lines
 
 
 HEIDENHAIN, FANUC, SIEMENS = (Control({key: row[n] for key, row in TABLE.items()}) for n in range(3))
-DIALECTS = {control["control"]: control for control in (HEIDENHAIN, FANUC, SIEMENS)}
+DIALECTS = {control.words["control"]: control for control in (HEIDENHAIN, FANUC, SIEMENS)}

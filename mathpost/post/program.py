@@ -139,9 +139,9 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     rows, own = len(blocks.words), machine.program_head
     if not own and not machine.program_foot:
         own = [_comment(control, MOTION_ONLY)]
-    between[0][:0] = [line.replace("{name}", name) for line in (*control["head"], *own)]
-    foot = [line.replace("{name}", name) for line in (*machine.program_foot, *control["foot"])]
-    between[rows] += [control["TCP off"]] * blocks.tcp + foot
+    between[0][:0] = [line.replace("{name}", name) for line in (*control.words["head"], *own)]
+    foot = [line.replace("{name}", name) for line in (*machine.program_foot, *control.words["foot"])]
+    between[rows] += [control.words["TCP off"]] * blocks.tcp + foot
     numbered = np.zeros(rows + 1, int)  # how many lines before each move, besides the moves
     for row, lines in between.items():
         numbered[row] = sum(_takes_number(control, line) for line in lines)
@@ -153,7 +153,7 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
         count, at = before[row] - numbered[row], row
         for line in lines:
             if _takes_number(control, line):
-                line, count = f"{control['before a block number']}{_number(control, count)} {line}", count + 1
+                line, count = f"{control.words['block']}{_number(control, count)} {line}", count + 1
             texts.append(f"{line}\n")
     return "".join(texts)
 
@@ -174,20 +174,20 @@ def _between(control, machine, blocks):
             if kind == "comment":
                 lines.append(_comment(control, remark))
             elif kind == "compensation":
-                switches[row] = control[f"{kind} {remark.values[0]}"].format(tool=tool)
+                switches[row] = control.words[f"{kind} {remark.values[0]}"].format(tool=tool)
             elif kind == "tool":
-                lines += [control["TCP off"]] * tcp
+                lines += [control.words["TCP off"]] * tcp
                 tool, tcp = remark.values[0], False
                 lines += [line.replace("{tool}", str(tool)) for line in machine.tool_change]
                 if not machine.tool_change:
                     lines += control.lines(remark)
                     if machine.programmed_point == "tip" and not blocks.tcp:
-                        lines += [line.format(tool) for line in control["tip"]]
+                        lines += [line.format(tool) for line in control.words["tip"]]
                 changes.append(row)
             else:
                 lines += control.lines(remark)
         if blocks.tcp and not tcp and row < rows:
-            lines.append(control["TCP on"].format(tool=tool))
+            lines.append(control.words["TCP on"].format(tool=tool))
             tcp = True
         between[row] = lines
     return between, [row for row in changes if row < rows], switches
@@ -220,7 +220,7 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     for axis, column in zip(axes, blocks.words.T, strict=True):
         shown = _changes(values := printed(np.array(column)))
         shown[changes] = True  # nobody knows where the machine went for its tool
-        positions.append(Column(axis_word(axis), values, DECIMALS, control["before what is not negative"], shown))
+        positions.append(Column(axis_word(axis), values, DECIMALS, control.words["plus"], shown))
     switched = [Column(word, shown=rows == row) for row, word in switches.items()]
     moved = [*positions, *switched] if heidenhain else [*switched, *positions]
     # An ISO control that has been told times has forgotten the feed.
@@ -257,7 +257,7 @@ def _comment(control, remark):
     comment = " ".join(remark.split())
     if control is FANUC:
         comment = comment.replace("(", "[").replace(")", "]")
-    return control["comment"].format(comment)
+    return control.words["comment"].format(comment)
 
 
 def read(text, machine, dialect="heidenhain", *, name="program"):
@@ -277,7 +277,7 @@ class _Lines(bulk.Reader):
         self.control, self.names, self.name = control_for(machine, dialect), machine.joint_names, name
         letters = "|".join(re.escape(axis) for axis in sorted(self.names, key=len, reverse=True))
         self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})")
-        self.codes = re.compile(self.control["codes"] + r"(?![\d.])")
+        self.codes = re.compile(self.control.words["codes"] + r"(?![\d.])")
         self.pattern = _plain(self.control, self.names)
         self.passed_over = _templates((*machine.program_head, *machine.program_foot))
         self.tool_change = _templates(machine.tool_change)
@@ -310,7 +310,7 @@ class _Lines(bulk.Reader):
         """Take one line, word by word."""
         line = raw.decode("utf-8", "surrogatepass").strip()
         body = re.sub(r"\([^()]*\)" if self.control is FANUC else ";.*", " ", line).strip()
-        body = re.sub(rf"^{self.control['before a block number']}\d+\s*", "", body)
+        body = re.sub(rf"^{self.control.words['block']}\d+\s*", "", body)
         if self.control is HEIDENHAIN:
             body = "" if re.fullmatch(r"(BEGIN|END) PGM \w+ MM", body) else re.sub(r"^L(\s+|$)", "", body)
         template = re.sub(r"^N?\d+\s*", "", line)
@@ -335,7 +335,7 @@ class _Lines(bulk.Reader):
             elif match := self.codes.match(body):
                 self.take_code(match[0])
             else:
-                raise self.error(f"a word of a {self.control['control']} program", repr(body.split()[0]))
+                raise self.error(f"a word of a {self.control.words['control']} program", repr(body.split()[0]))
             body = body[match.end() :].lstrip()
         if words:
             column = np.array([[words.get(name, np.nan)] for name in self.names])
@@ -362,8 +362,8 @@ class _Lines(bulk.Reader):
     def take_code(self, code):
         if re.fullmatch(r"TOOL CALL \d+(?: Z)?|M0?6", code):
             self.forget()
-        if code in (self.control["TCP on"].split()[0], self.control["TCP off"]):
-            self.tcp = code != self.control["TCP off"]
+        if code in (self.control.words["TCP on"].split()[0], self.control.words["TCP off"]):
+            self.tcp = code != self.control.words["TCP off"]
 
     def move(self, words, feeds, seconds, rapid):
         """Take n moves: words, shape (5, n), feeds and seconds, NaN where a line does not say."""
