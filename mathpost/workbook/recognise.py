@@ -449,7 +449,10 @@ class Recognised:
 
     def _is_unturned(self, line, triple):
         """Whether at least two cells of a vector depend on no more of three lengths than on their own."""
-        return sum(self.depends[v].isdisjoint({*line} - {p}) for v, p in zip(triple, line, strict=False)) > 1
+        return (
+            sum(self.depends.get(v, set()).isdisjoint({*line} - {p}) for v, p in zip(triple, line, strict=False))
+            > 1
+        )
 
     def _as_labelled(self, point):
         """The point a cell further on, if the labels say that x, y and z are there."""
@@ -486,7 +489,9 @@ class Recognised:
 
     def _by_name(self, triple):
         """The angles α, β, γ: in reading order, unless their labels say otherwise."""
-        roles = [read_label(self.label(p)) for p in triple]
+        labels = [self.label(p) for p in triple]
+        # Which of φ, θ, ψ comes first is not the same everywhere.
+        roles = [read_label(label) for label in labels if not re.search("phi|psi|theta|[φψθ]", label, re.I)]
         named = [role.word for role in roles if role and role.kind == "angle"]
         ordered = sorted(zip(named, triple, strict=False))
         return tuple(p for _, p in ordered) if len(set(named)) == 3 else self.sorted(triple)
