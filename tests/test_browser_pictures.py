@@ -20,7 +20,7 @@ from mathpost.course.lesson_data import blade, load
 from mathpost.draw.live import HERE, MODULES, _dense
 from mathpost.draw.picture import FINE, View, spread
 from mathpost.draw.plot import COLOUR
-from mathpost.post.between_blocks import true_tip
+from mathpost.post.proof import true_tip
 from tests.conftest import LESSONS
 from tests.test_browser import CHROMIUM, PICTURE, browser, opened  # noqa: F401  the fixture of this module, too
 

@@ -10,7 +10,8 @@ from mathpost.course.verdict import define, slip
 from mathpost.errors import InputError
 from mathpost.post import cl as cldata
 from mathpost.post import program, run, yu_dan
-from mathpost.post.between_blocks import deviation, linearize
+from mathpost.post.between_blocks import linearize
+from mathpost.post.proof import deviation
 
 ROWS = (40, 50, 60, 70, 80)
 SPOILT = 12  # the move of 07-block that is spoilt, counted from 0

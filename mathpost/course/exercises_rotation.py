@@ -13,7 +13,7 @@ from mathpost.course.verdict import define, slip
 from mathpost.detective.euler_angles import explain
 from mathpost.frame import Frame
 from mathpost.plane import blocks, positioning
-from mathpost.plane.alignment import align
+from mathpost.plane.positioning import align
 from mathpost.plane.tilted_plane import Plane
 from mathpost.rotation import ACTIVE, wrap, zxz_right, zxz_steps
 

@@ -8,8 +8,10 @@ from mathpost.course.verdict import define, slip
 from mathpost.detective.rotary_axes import explain_joints
 from mathpost.post import cl as cldata
 from mathpost.post import selection, singular, yu_dan
-from mathpost.post.between_blocks import Motion, equation_8, linearize, strays
+from mathpost.post.between_blocks import Motion, linearize
+from mathpost.post.proof import strays
 from mathpost.post.ways import Crossing
+from mathpost.post.yu_dan import equation_8
 from mathpost.rotation import wrap
 
 

@@ -8,7 +8,8 @@ from mathpost.draw import plot
 from mathpost.draw.moving import Moving, formula, printed, recorded, slider, subplots
 from mathpost.draw.scene import DARK, Label, Line, Scene
 from mathpost.post import selection, yu_dan
-from mathpost.post.between_blocks import Motion, strays
+from mathpost.post.between_blocks import Motion
+from mathpost.post.proof import strays
 from mathpost.rotation import ACTIVE
 
 KEPT = np.radians(0.05)  # from the pole: where the branch may change if the tool axis is to be kept

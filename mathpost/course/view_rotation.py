@@ -11,7 +11,7 @@ from mathpost.draw.moving import Moving, formula, printed, slider, subplots
 from mathpost.draw.scene import Label, Line, Scene, clearest
 from mathpost.draw.solid import Hull, block
 from mathpost.plane import positioning
-from mathpost.plane.alignment import align
+from mathpost.plane.positioning import align
 from mathpost.plane.tilted_plane import NOTATIONS, Plane
 from mathpost.rotation import ACTIVE, PASSIVE, zxz_right, zxz_steps
 
