@@ -222,7 +222,8 @@ class Recognised:
                 found |= {place} if quaternions and graph.own[place] == 0 else set()
         for whole in graph.components:
             formulas = [p for p in whole if p in graph.trees and p not in self.typed]
-            if any(not self.turning.isdisjoint(graph.upstream([p])) for p in formulas):
+            homogeneous = len(whole) == 4 and formulas and graph.own[whole[-1]] == 1
+            if homogeneous or any(not self.turning.isdisjoint(graph.upstream([p])) for p in formulas):
                 found |= {p for p in whole if p in self.typed - found and not self._in_typed_line(p, whole)}
         return found
 
