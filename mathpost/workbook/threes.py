@@ -53,10 +53,11 @@ class Threes:
                 self.threes.append(Three(places, (place[0], along, place[3 - along]), place[along]))
         self.values = np.array([self.look(three.places) for three in self.threes]).reshape(-1, 3)
         self.decimals, self.half = np.zeros(len(self.threes)), np.ones(len(self.threes))
-        self.strips = defaultdict(dict)
+        self.strips, alike = defaultdict(dict), defaultdict(list)
         for n, three in enumerate(self.threes):
             self.strips[three.strip][three.index] = n
-        for members in map(list, map(dict.values, self.strips.values())):
+            alike[three.strip, graph.component[three.places[0]]].append(n)
+        for members in alike.values():
             self.decimals[members] = min(written_decimals(self.values[members]), FULL)
             least = 1e-9 * (1 + np.abs(self.values[members]).max())
             self.half[members] = np.maximum(0.51 * 10.0 ** -self.decimals[members], least)
@@ -127,7 +128,7 @@ class Threes:
             for i, j in pairs:
                 if done.isdisjoint(self.threes[j].places):
                     self.links.append((self.threes[i].places, self.threes[j].places, operators[n]))
-            done |= results
+            done = done | results
 
     def _fits(self, operator):
         """(Strip of points, strip of results, step) → the numbers in the first that become those in the other."""

@@ -141,10 +141,13 @@ def _by_threes(graph, found, blocks, implied):
     origins = [t.places for t in threes.threes if _is_origin(found, threes.look(t.places), t.places[0])]
     operators += [op._replace(origin=origin) for op, origin in product(operators, origins)]
     operators += [Operator(np.eye(3), (), origin) for origin in origins]
-    threes.link(operators, set(implied))
-    if not threes.links:  # all turned the other way, which the matrix in the sheet does not say
-        whole = [op for op, b in zip(operators, shown, strict=False) if len(b.role.word) in (0, 3)]
-        threes.link([op._replace(matrix=op.matrix.T) for op in whole], set(implied))
+    done = implied.keys() | {p for role, places in (*blocks, *more) if role.kind == "angle" for p in places}
+    threes.link(operators, done)
+    if not threes.links and angles:  # all turned the other way, which the right matrix in the sheet does not say
+        right = [*words.values()][-1]
+        whole = [op for op in operators[: len(shown)] if np.allclose(op.matrix, right, atol=1e-3)]
+        done |= {p for role, places in blocks if role.kind == "coordinate" for p in places}
+        threes.link([op._replace(matrix=op.matrix.T) for op in whole], done)
     for link in threes.links:
         _add_link(*link, more, told)
     return more, told
@@ -163,8 +166,8 @@ def _add_link(point, result, operator, blocks, implied):
 
 
 def _half(numbers):
-    """Half of the last digit of numbers."""
-    return 0.5 * 10.0 ** -written_decimals(numbers)
+    """Half of the last digit of a matrix; 0 of one of zeros and ones."""
+    return 0.5 * 10.0 ** -written_decimals(numbers) * bool((numbers % 1).any())
 
 
 def _is_origin(found, numbers, place):
