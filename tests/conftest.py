@@ -1,5 +1,6 @@
 """Machines and tables that the tests run over."""
 
+import gc
 import os
 import sys
 from contextlib import contextmanager
@@ -9,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import settings
+
+os.environ["SYMPY_CACHE_SIZE"] = "20000"  # twenty times sympy's own, for dozens of machines in one process
 
 from mathpost import machine
 from mathpost.compensate.model import ErrorModel
@@ -46,6 +49,11 @@ def pytest_collection_modifyitems(config, items):
         for test in {item.obj for item in items if hasattr(getattr(item, "obj", None), "hypothesis")}:
             said = test._hypothesis_internal_use_settings
             test._hypothesis_internal_use_settings = settings(said, max_examples=MANY * said.max_examples)
+
+
+def pytest_collection_finish(session):
+    """What is loaded by now stays: the search for garbage need not go through it again and again."""
+    gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True)

@@ -383,7 +383,7 @@ def wait(condition, what):
     end = time.monotonic() + PATIENCE
     while not (value := condition()):
         assert time.monotonic() < end, f"{what}: not within {PATIENCE} s"
-        time.sleep(0.1)
+        time.sleep(0.3)  # each question costs the hub a page
     return value
 
 

@@ -51,8 +51,8 @@ class View:
             shade = _light(smooth(triangles) @ self.places[each.body][:3, :3].T, self.camera)
             (x0, y0, z0), (x1, y1, z1), (x2, y2, z2) = np.moveaxis(corners, (1, 2), (0, 1))
             area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
-            low = np.clip(np.floor(corners[..., :2].min(axis=1)), 0, self.size).astype(int)
-            high = np.clip(np.ceil(corners[..., :2].max(axis=1)) + 1, 0, self.size).astype(int)
+            low = np.clip(np.ceil(corners[..., :2].min(axis=1) - 0.5), 0, self.size).astype(int)
+            high = np.clip(np.floor(corners[..., :2].max(axis=1) + 0.5), 0, self.size).astype(int)
             for n in np.flatnonzero((area < -1e-12) & (high > low).all(axis=1)):
                 columns, rows = (np.arange(low[n, k], high[n, k]) + 0.5 for k in (0, 1))
                 rows = rows[:, None]

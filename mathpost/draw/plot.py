@@ -7,12 +7,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import sympy as sp
 from IPython.display import Math, display
-from openpyxl.utils import get_column_letter
 
 from mathpost.draw.described import describe
 from mathpost.post.between_blocks import true_tip
 from mathpost.rotation import unit
-from mathpost.workbook.report import STATUS_COLOUR
 
 # Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.
 ROLES = {
@@ -227,6 +225,10 @@ def space(axes, radius, *, centre=(0.0, 0.0, 0.0)):
 
 def worksheet(axes, report):
     """Draw the cells of the first sheet judged, in green, red and amber, the first wrong one of all framed."""
+    from openpyxl.utils import get_column_letter  # slow to import, and all but one lesson draw no sheet
+
+    from mathpost.workbook.report import STATUS_COLOUR
+
     sheet = report.cells[0].place[0]
     judged = [(cell, *cell.place[1:]) for cell in report.cells if cell.place[0] == sheet]
     rows, columns = (sorted({place[n] for place in judged}) for n in (1, 2))

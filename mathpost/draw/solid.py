@@ -8,7 +8,7 @@ module in the browser makes; and `state`, the solid as the browser has it.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import ConvexHull
+import scipy
 
 from mathpost.rotation import unit
 
@@ -69,7 +69,7 @@ class Hull:
 
     def faces(self):
         """Return the corners that count, shape (m, 3), and triangles of their numbers, shape (n, 3)."""
-        hull = ConvexHull(self.points)
+        hull = scipy.spatial.ConvexHull(self.points)
         a, b, c = np.moveaxis(self.points[hull.simplices], 1, 0)
         inwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
         simplices = np.where(inwards[:, None], hull.simplices[:, ::-1], hull.simplices)
@@ -91,10 +91,12 @@ def smooth(triangles):
     flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
     _, place = np.unique(triangles.reshape(-1, 3).round(2), axis=0, return_inverse=True)
     place, owner = place.ravel(), np.repeat(np.arange(len(flat)), 3)
-    normals = np.empty((len(place), 3))
-    for corners in np.split(np.argsort(place, kind="stable"), np.cumsum(np.bincount(place))[:-1]):
+    normals, count = np.empty((len(place), 3)), np.bincount(place)
+    order = np.argsort(place, kind="stable")
+    for many in np.unique(count):  # all places where so many faces meet at once
+        corners = order[np.repeat(count, count) == many].reshape(-1, many)
         meeting = flat[owner[corners]]
-        near = meeting @ meeting.T > CREASE
+        near = meeting @ np.swapaxes(meeting, 1, 2) > CREASE
         normals[corners] = near @ meeting
     return (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)).reshape(-1, 3, 3)
 

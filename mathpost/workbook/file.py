@@ -13,6 +13,7 @@ from pathlib import Path
 
 import openpyxl
 from openpyxl.utils import get_column_letter, range_boundaries
+from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
 from openpyxl.worksheet.formula import ArrayFormula, DataTableFormula
 
 from mathpost.errors import NUMBER, InputError, OutputError
@@ -103,15 +104,12 @@ def _read_text(path, rows):
 
 def _read(file, path, rows):
     """Read the cells of `file`, which is `path` itself or a recalculated copy of it."""
-    options, cells, notes = {"read_only": True, "keep_links": False}, {}, []
+    cells, notes = {}, []
     try:
-        with (
-            closing(openpyxl.load_workbook(file, data_only=True, **options)) as values,
-            closing(openpyxl.load_workbook(file, **options)) as formulas,
-        ):
-            names = dict(_names(formulas.defined_names, ""))
-            for value_sheet, sheet in zip(values.worksheets, formulas.worksheets, strict=True):
-                own, more = _cells(value_sheet, sheet, rows)
+        with closing(openpyxl.load_workbook(file, read_only=True, data_only=True, keep_links=False)) as book:
+            names = dict(_names(book.defined_names, ""))
+            for sheet in book.worksheets:
+                own, more = _cells(sheet, rows)
                 cells |= own
                 notes += [f"only the first {rows} rows of sheet {sheet.title} were read"] * more
                 names.update(_names(getattr(sheet, "defined_names", {}), sheet.title))
@@ -119,30 +117,39 @@ def _read(file, path, rows):
         raise InputError(str(path), "an .xlsx workbook", f"one that cannot be read ({error})") from None
     if not cells:
         raise InputError(str(path), "a sheet with cells", "only empty ones")
-    return Book(path, tuple(formulas.sheetnames), cells, names, tuple(notes))
+    return Book(path, tuple(book.sheetnames), cells, names, tuple(notes))
 
 
-def _cells(value_sheet, formula_sheet, rows):
+class _Parser(WorkSheetParser):
+    """openpyxl's parser of a sheet: values and formulas in one pass, where it has the ones or the others."""
+
+    def __init__(self, source, sheet):
+        book = sheet.parent
+        formats = {"date_formats": book._date_formats, "timedelta_formats": book._timedelta_formats}
+        super().__init__(source, sheet._shared_strings, data_only=True, epoch=book.epoch, **formats)
+
+    def parse_cell(self, element):
+        cell = super().parse_cell(element)
+        is_constant = element.find(FORMULA_TAG) is None
+        return cell | {"formula": cell["value"] if is_constant else self.parse_formula(element)}
+
+
+def _cells(sheet, rows):
     """Place → `Cell`, and whether there are more rows."""
-    both = []
-    for sheet in (value_sheet, formula_sheet):
-        sheet.reset_dimensions()
-        both.append(sheet.iter_rows(max_row=rows + 1, max_col=COLUMN_LIMIT))
     cells, arrays, more = {}, [], False
-    for value_row, formula_row in zip(*both, strict=False):
-        for value, formula in zip(value_row, formula_row, strict=False):
-            text = formula.value
-            if value.value is None and text is None:
-                continue
-            place = (formula_sheet.title, formula.row, formula.column)
-            if place[1] > rows:
-                more = True
-                continue
-            if isinstance(text, ArrayFormula):
-                arrays.append((place, text.ref, f"={(text.text or '').lstrip('=')}"))
-            text = "=TABLE()" if isinstance(text, DataTableFormula) else text
-            text = text if isinstance(text, str) and text.startswith("=") else ""
-            cells[place] = Cell(value.value, text, value.data_type == "e")
+    with sheet._get_source() as source:
+        for row, found in _Parser(source, sheet).parse():
+            found = [each for each in found if each["column"] <= COLUMN_LIMIT and each["formula"] is not None]
+            more = row > rows and bool(found)
+            if more:
+                break
+            for each in found:
+                place, text = (sheet.title, row, each["column"]), each["formula"]
+                if isinstance(text, ArrayFormula):
+                    arrays.append((place, text.ref, f"={(text.text or '').lstrip('=')}"))
+                text = "=TABLE()" if isinstance(text, DataTableFormula) else text
+                text = text if isinstance(text, str) and text.startswith("=") else ""
+                cells[place] = Cell(each["value"], text, each["data_type"] == "e")
     for (sheet, *anchor), reference, text in arrays:
         left, top, right, bottom = range_boundaries(reference)
         area = Area(sheet, top, left, min(bottom, rows), min(right, COLUMN_LIMIT))

@@ -17,6 +17,7 @@ from mathpost.errors import InputError, read_text
 from mathpost.workbook.calculation import Turn
 from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY
 from mathpost.workbook.formula import areas, heads
+from mathpost.workbook.label import read_label
 from mathpost.workbook.nc_table import rows_of
 from mathpost.workbook.plane_angles import find_planes
 
@@ -32,6 +33,7 @@ FIXED = r"fixed axes|extrins|feste[nr]? achsen|固定(坐标)?轴|外旋|static 
 OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵))"  # active matrices may make a passive rotation
 ACTIVE, PASSIVE = (rf"(?:{word}){OF_MATRICES}" for word in (r"\bactive|aktiv|主动", r"passiv|被动"))
 TRANSPOSED = r"transpo|转置|\)\^?[Tᵀ]\b|ᵀ"
+INVERSE = r"inver|rück|zurück|\bback|retour|逆|反变换"
 ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角"
 
 
@@ -153,6 +155,10 @@ class Recognised:
                 own = [any(s[1] == p[1] and s in self.typed for s in graph.uses.get(p, [p])) for p in tile]
                 if max(sides) == size or (len(uses) >= 2 and not all(own)):
                     found[tile] = 99
+        for component in graph.components:  # nine elements in one line
+            for line in _runs([p for p in component if p in graph.trees or graph.value(p) in (0, 1)]):
+                if len(line) == 9 and any(p in graph.trees for p in line):
+                    found[line] = 1
         for window, votes in list(found.items()):
             others = [o for o in found if o != window and found[o] >= votes and found[o] > 1]
             numbers = [graph.value(p) for p in window if p not in graph.trees]
@@ -291,7 +297,7 @@ class Recognised:
             if last and plane:
                 self._tell(Turn(window, self._angles_of(plane)), self.calculations, plane)
             elif last and len(own) == most > 0 and (angles := self._three(own)):
-                self._tell(Turn(window, self._in_order(angles)), self.calculations)
+                self._tell(Turn(window, self._by_name(angles)), self.calculations)
         for component in graph.components:  # the rows of a table have one origin, even if a $ is missing
             rows = [c for c in self.calculations if graph.component[c.results[0]] is component]
             for row in rows:
@@ -380,21 +386,11 @@ class Recognised:
                 turned = [cells - self.unmoved.get(p, set()) for p, cells in zip(inside, sets, strict=True)]
                 sets = turned if all(turned) else sets  # but for what is added after the turn, each to its own
                 alike = len(set.intersection(*sets)) / len(set.union(*sets))
-                slopes = [self.unturned[p] for p in line if p in inside]
-                same = [sorted(a.values()) == sorted(b.values()) for a, b in combinations(slopes, 2)]
-                same = sum(
-                    a and b.keys().isdisjoint(c) for a, (b, c) in zip(same, combinations(slopes, 2), strict=True)
-                )
+                same = self._in_order([self.unturned.get(p, {}) for p in line[:3]])
                 along = 1 if line[0][1] < line[1][1] else 2
                 lost = {p for p in line if p in graph.trees and not self.depends[p]}  # by a slip
-                rank = (
-                    alike <= 0.4,
-                    -same,
-                    -len(inside),
-                    not lost | inside >= set(line),
-                    apart,
-                    not graph.is_array(line),
-                )
+                shape = not lost | inside >= set(line), apart, not graph.is_array(line)
+                rank = alike <= 0.4, -same, -len(inside), *shape
                 found[line] = rank, (line[0][0], along, line[0][along])
         aligned, taken, chosen = Counter(), set(), []
         for (_, same, inside, *_), run in found.values():
@@ -406,12 +402,23 @@ class Recognised:
                 chosen.append(line)
         return sorted(chosen, key=lambda t: order(t[0]))
 
+    @staticmethod
+    def _in_order(slopes):
+        """How many pairs of three cells come, where no angle turns them, of cells a step apart, as x, y and z."""
+        steps = Counter()
+        for (i, one), (j, other) in combinations(enumerate(slopes), 2):
+            pairs = product(one.items(), other.items())
+            apart = {(q[0], (q[1] - p[1]) / (j - i), (q[2] - p[2]) / (j - i)) for (p, a), (q, b) in pairs if a == b}
+            steps.update(step for step in apart if any(step[1:]))
+        return max(steps.values(), default=0)
+
     def _add_turn(self, triple, calculations):
         angles, in_row = self._of(triple, self.angles), triple[0][1] == triple[1][1]
         own = tuple(p for p in angles if p[:2] == triple[0][:2])
         angles = own if in_row and len(own) >= 2 and len(angles) > 3 else angles
         plane = next((p for p in self.planes if self.graph.upstream(p.line) & set(angles)), None)
-        shift = self._shift(triple) if plane else ()
+        back = plane or re.search(INVERSE, self.text, re.I)
+        shift = self._shift(triple) if back else ()
         point, origin, others = self._moved(triple, shift)
         if len(angles) == 1 and others and re.search(ABOUT_AN_AXIS, self.text, re.I):
             self._tell(Turn(triple, angles, point, axis=others[0]), calculations)
@@ -426,7 +433,7 @@ class Recognised:
             if calculations is self.calculations:
                 self.problems.append(f"{self.graph.range(triple)}: {what} not found among its inputs")
             return
-        self._tell(Turn(triple, self._in_order(chosen), point, origin), calculations)
+        self._tell(Turn(triple, self._by_name(chosen), point, origin, shift=shift), calculations)
 
     def _angles_of(self, plane):
         """The cells of a plane's angles that are turned by; a third one that is 0 is used by no formula."""
@@ -460,12 +467,31 @@ class Recognised:
         if len(plus) != 1 or weighed:
             up = self.graph.upstream(triple)
             means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]
-            plus = [
-                t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1
-            ] or plus
-        point = next(iter((*plus[::-1], *lines)), ())
+            means = [t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1]
+            plus = means or plus
+        point = self._as_labelled(next(iter((*plus[::-1], *lines)), ()))
         origin = next((line for line in minus if set(line).isdisjoint(point)), ())
         return point, origin, [line for line in lines if set(line).isdisjoint((*point, *origin))]
+
+    def _as_labelled(self, point):
+        """The point a cell further on, if the labels say that x, y and z are there."""
+        for order in (1, -1) if point else ():
+            _, near, end = point[::order]
+            moved = (near, end, _at(end, end[1] - near[1], end[2] - near[2]))[::order]
+            if self.typed.issuperset(moved) and [*map(self._coordinate, moved)] == [(0,), (1,), (2,)]:
+                return moved
+        return point
+
+    def _coordinate(self, place):
+        """Which coordinate a text says that stands before a number, in its row or column."""
+        cells = self.graph.cells
+        for down, right in ((0, -1), (-1, 0)):
+            before = (cells.get(_at(place, n * down, n * right)) for n in range(1, 60))
+            texts = (c.value for c in before if c and isinstance(c.value, str) and not c.formula)
+            role = read_label(next(texts, ""))
+            if role and role.kind == "coordinate":
+                return role.word
+        return None
 
     def _three(self, cells):
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
@@ -480,11 +506,14 @@ class Recognised:
         own = [line for line in self.lines({p for p in cells if p[:2] == row}, 2) if line[0][1] == line[1][1]]
         return _apart((*own[:1], *self.lines(set(cells), 2)))
 
-    def _in_order(self, triple):
+    def _by_name(self, triple):
         """The angles α, β, γ: in reading order, unless their labels say otherwise."""
-        names = [re.sub(r"[^a-zα-ω]", "", self.label(p).lower()) for p in triple]
-        named = sorted(names) in (["α", "β", "γ"], ["alpha", "beta", "gamma"])
-        return tuple(p for _, p in sorted(zip(names, triple, strict=True))) if named else self.sorted(triple)
+        labels = [self.label(p) for p in triple]
+        # Which of φ, θ, ψ comes first is not the same everywhere.
+        roles = [read_label(label) for label in labels if not re.search("phi|psi|theta|[φψθ]", label, re.I)]
+        named = [role.word for role in roles if role and role.kind == "angle"]
+        ordered = sorted(zip(named, triple, strict=False))
+        return tuple(p for _, p in ordered) if len(set(named)) == 3 else self.sorted(triple)
 
     def _as_the_caller_says(self, cells):
         """Take angles, point, origin and result from where the caller says that they stand."""
@@ -520,9 +549,10 @@ class Recognised:
         self.by = "the task" if by_task else "the text" if by_text else "source 000"
 
     def _tell(self, calculation, calculations, plane=None):
-        calculation.sequence, calculation.active = self.sequence, self.active
+        calculation.sequence, calculation.active = self.sequence, self.active != bool(calculation.shift)
         name = "a rotation about an axis" if calculation.axis else f"{self.sequence}, as {self.by} says"
-        calculation.said = f"{'active' if self.active else 'passive'} rotation, {name}"
+        back = ", turned back" * bool(calculation.shift)
+        calculation.said = f"{'active' if self.active else 'passive'} rotation, {name}{back}"
         if plane:  # into it less the origin, or out of it and to the origin, or who knows
             calculation.plane, calculation.sequence = plane, plane.sequence
             calculation.active = bool(calculation.shift) if calculation.shift or calculation.origin else None
@@ -532,6 +562,17 @@ class Recognised:
 
 def _at(place, down, right):
     return place[0], place[1] + down, place[2] + right
+
+
+def _runs(places):
+    """The longest lines of cells side by side, in rows and in columns."""
+    for along, order in ((1, lambda p: p[1:]), (2, lambda p: p[:0:-1])):
+        lines = []
+        for place in sorted(places, key=order):
+            if not lines or place != _at(lines[-1][-1], along == 2, along == 1):
+                lines.append([])
+            lines[-1].append(place)
+        yield from map(tuple, lines)
 
 
 def _apart(lines):
