@@ -16,6 +16,7 @@ from mathpost.detective.misreadings import elementary, written_decimals
 
 CANDIDATES, MOST, STRIPS = 200, 1000, 20  # so many threes may be angles, may be points; strips of angles in rows
 FULL = 9  # decimals of a number that was not rounded
+FEW = 8  # threes, of which one that becomes another tells the angles
 LEAST = 2  # decimals of a result: fewer agree by luck
 NEAR = 1e-3  # of the entries of a matrix
 
@@ -87,7 +88,7 @@ class Threes:
                 fits &= (np.abs(made - self.values).max(axis=1) > 0.1) & (np.count_nonzero(self.values, axis=1) > 1)
                 count = int(fits.sum()) + 3 * bool((tree.query(matrix, p=np.inf)[0] < NEAR).all())
                 best = max(best, (count, (cells, radians)), key=lambda each: each[0])
-        return best[1]
+        return best[1] if named or best[0] > 1 or len(self.threes) <= FEW else None
 
     def matrices(self, words):
         """(Word, places) of nine numbers, row by row, that but for two are a product of elementary matrices."""
