@@ -4,7 +4,7 @@ Three numbers are the angles whose rotation takes most other threes to threes in
 digits. Those that stand in line with these and are not taken there are wrong.
 """
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from functools import reduce
 from itertools import product
 from typing import NamedTuple
@@ -16,9 +16,17 @@ from mathpost.detective.misreadings import elementary, written_decimals
 
 CANDIDATES, MOST, STRIPS = 200, 1000, 20  # so many threes may be angles, may be points; strips of angles in rows
 FULL = 9  # decimals of a number that was not rounded
+MANY = 6  # numbers, of which one may have more decimals by mistake
 FEW = 8  # threes, of which one that becomes another tells the angles
 LEAST = 2  # decimals of a result: fewer agree by luck
 NEAR = 1e-3  # of the entries of a matrix
+
+
+def common_decimals(numbers):
+    """The most decimals that some numbers are written to; of many numbers, more than one of them."""
+    counts = Counter(written_decimals(number) for number in numbers if number % 1)
+    least = 2 if counts.total() >= MANY else 1
+    return max((decimals for decimals, count in counts.items() if count >= least), default=0)
 
 
 class Three(NamedTuple):
@@ -59,7 +67,7 @@ class Threes:
             self.strips[three.strip][three.index] = n
             alike[three.strip, graph.component[three.places[0]]].append(n)
         for members in alike.values():
-            self.decimals[members] = min(written_decimals(self.values[members]), FULL)
+            self.decimals[members] = min(common_decimals(self.values[members].ravel()), FULL)
             least = 1e-9 * (1 + np.abs(self.values[members]).max())
             self.half[members] = np.maximum(0.51 * 10.0 ** -self.decimals[members], least)
 

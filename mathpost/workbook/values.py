@@ -19,7 +19,7 @@ from mathpost.workbook.formula import Area, area_of
 from mathpost.workbook.graph import Graph
 from mathpost.workbook.label import SINGLE, UNIT_WORDS, Role, read_label
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, Fault
-from mathpost.workbook.threes import Operator, Threes
+from mathpost.workbook.threes import Operator, Threes, common_decimals
 
 CALCULATED = 3  # decimals that nobody gives
 BELOW = 2_000_000  # the first row of matrices that are not in the sheet
@@ -252,12 +252,12 @@ def _calculated(graph, place, values, tree=None):
 
 def _half_digits(graph, blocks):
     """Half of the last digit written, by place, where all numbers of a kind are rounded alike."""
-    digits, found = {}, {}
+    alike, found = {}, {}
     for role, places in blocks:
-        numbers = [n for n in map(graph.value, places) if n is not None and n % 1]
         kind = role.kind.replace("transposed", "matrix"), len(role.word) == 1
-        digits[kind] = max([digits.get(kind, 0), *map(written_decimals, numbers)])
+        alike.setdefault(kind, {}).update((p, n) for p in places if (n := graph.value(p)) is not None)
         found |= {p: kind for p in places if p in graph.trees}
+    digits = {kind: common_decimals(numbers.values()) for kind, numbers in alike.items()}
     for place, kind in found.items():
         exact = not (2 if kind[0] == "outcome" else 3) <= digits[kind] < FULL
         found[place] = 0 if exact else 0.5 * 10.0 ** -digits[kind] * (1 + 1e-6)
