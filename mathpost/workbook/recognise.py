@@ -167,6 +167,8 @@ class Recognised:
             table = typed and (sum(abs(n) > 1 for n in numbers) > 1 or all(n % 1 == 0 for n in numbers))
             typed = {p for p in window if p in self.typed and abs(graph.own[p]) > 1}
             table |= any(len({p[n] for p in typed}) == 1 for n in (1, 2)) and len(typed) > 2
+            numbers = [graph.own.get(p) for p in window]
+            table |= len(window) == 16 and [0, 0, 0, 1] not in (numbers[12:], numbers[3::4])
             overlaps = any(not set(window).isdisjoint(other) for other in others)
             if table or overlaps or self.turning & set(window) or not graph.component.keys() >= set(window):
                 del found[window]
@@ -219,7 +221,8 @@ class Recognised:
                 found |= {line[4]} if graph.own[line[4]] == 1 else set()
                 found |= {place} if quaternions and graph.own[place] == 0 else set()
         for whole in graph.components:
-            if any(p in graph.trees and p not in self.typed for p in whole):
+            formulas = [p for p in whole if p in graph.trees and p not in self.typed]
+            if any(not self.turning.isdisjoint(graph.upstream([p])) for p in formulas):
                 found |= {p for p in whole if p in self.typed - found and not self._in_typed_line(p, whole)}
         return found
 
@@ -409,7 +412,7 @@ class Recognised:
         for (i, one), (j, other) in combinations(enumerate(slopes), 2):
             pairs = product(one.items(), other.items())
             apart = {(q[0], (q[1] - p[1]) / (j - i), (q[2] - p[2]) / (j - i)) for (p, a), (q, b) in pairs if a == b}
-            steps.update(step for step in apart if any(step[1:]))
+            steps.update(step for step in apart if any(step[1:]) and not any(n % 1 for n in step[1:]))
         return max(steps.values(), default=0)
 
     def _add_turn(self, triple, calculations):
@@ -469,9 +472,15 @@ class Recognised:
             means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]
             means = [t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1]
             plus = means or plus
-        point = self._as_labelled(next(iter((*plus[::-1], *lines)), ()))
+        point = self._as_labelled(next(iter((*plus[::-1], *lines)), ())) or self._made_by_formulas(triple)
         origin = next((line for line in minus if set(line).isdisjoint(point)), ())
         return point, origin, [line for line in lines if set(line).isdisjoint((*point, *origin))]
+
+    def _made_by_formulas(self, triple):
+        """A point that is calculated, or is 0 without being moved: three in line that all cells of a vector use."""
+        used = set.intersection(*(set(self.graph.uses.get(p, ())) for p in triple[:3])) - self.turning
+        used -= {p for window in self.windows for p in window}
+        return next((line for line in _runs(used) if len(line) == 3), ())
 
     def _as_labelled(self, point):
         """The point a cell further on, if the labels say that x, y and z are there."""
