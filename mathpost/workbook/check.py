@@ -48,11 +48,11 @@ def check_file(path, task=None):
     task = task or Task()
     graph = Graph(read(path))
     if task.machine is None and not any(graph.uses.values()):
-        return _by_values(graph, task)
+        return _by_values(graph, Recognised(graph, task))
     graph.unround()
     found = Recognised(graph, task)
     judge = Judge(graph, found).run()
-    if not found.calculations and (report := _by_values(graph, task)).cells:
+    if not found.calculations and (report := _by_values(graph, found)).cells:
         return report
     beside = Beside(judge)
     typed = {p: RIGHT if c.complete else UNCLEAR for c in found.calculations if c.typed for p in c.results}
@@ -95,8 +95,8 @@ def check_file(path, task=None):
     return _report(graph, statuses, judge.faults, [*seen, *found.problems], warnings, unclear)
 
 
-def _by_values(graph, task):
-    statuses, faults, seen = check_values(graph, task.cells)
+def _by_values(graph, found):
+    statuses, faults, seen = check_values(graph, found)
     if statuses:  # a formula is not looked at there
         statuses = dict.fromkeys(graph.trees.keys() - graph.messages, UNCLEAR) | statuses
     else:

@@ -19,10 +19,14 @@ from mathpost.workbook.formula import Area, area_of
 from mathpost.workbook.graph import Graph
 from mathpost.workbook.label import SINGLE, UNIT_WORDS, Role, read_label
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, Fault
+from mathpost.workbook.threes import Operator, Threes, common_decimals
 
-CALCULATED, MOST = 3, 300  # decimals that nobody gives; so many lines of three are looked at
+CALCULATED = 3  # decimals that nobody gives
+BELOW = 2_000_000  # the first row of matrices that are not in the sheet
 EXACT, FULL = 1e-9, 9  # what a spreadsheet's arithmetic may lose; decimals of a number that was not rounded by hand
 OPPOSITE = {"degrees for radians": "radians for degrees", "radians for degrees": "degrees for radians"}
+GIVEN = ("angle", "coordinate", "outcome")  # what may stand in a row for each of many points
+ORIGIN = r"origin|ursprung|nullpunkt|原点|\bp_?0\b"
 MATRICES = {"matrix", "transposed"}
 WORDS = ((0,), (1,), (2,), (2, 1), (1, 0), (2, 1, 0))  # the matrices of source 000's first method
 
@@ -34,9 +38,17 @@ class Block(NamedTuple):
     places: tuple
 
 
-def check_values(graph, cells=None):
-    """Judge numbers by their labels: place → status, empty if these say too little; the faults; what was seen."""
-    blocks, implied = read_labels(graph, cells)
+def check_values(graph, found):
+    """Judge numbers by labels, and by what becomes of what: place → status, empty if these say too little; the
+    faults; what was seen. `found` is the `Recognised` workbook.
+    """
+    blocks, implied = _by_rows(graph, found)
+    if not implied:
+        blocks, implied = read_labels(graph, found.task.cells)
+        if (found.sequence, found.active) != ("ZXZ", False):  # the labels of matrices are those of source 000
+            blocks, implied = [block for block in blocks if block.role.kind == "angle"], {}
+        more, told = _by_threes(graph, found, blocks, implied)
+        blocks, implied = blocks + more, told | implied
     if not implied:
         return {}, [], []
     whole = Graph(graph.book, implied)
@@ -58,11 +70,6 @@ def read_labels(graph, cells=None, *, by_numbers=True):
     for n, block in enumerate(blocks):
         later = [b for b in blocks[n + 1 :] if b.role.kind != "negated"]
         implied.update(_formulas(block, blocks[:n][::-1] + later))
-    for final, point, outcome in _points(graph, blocks) if by_numbers else ():
-        for n in range(3):
-            terms = (f"{_ref((a,))}*{_ref((x,))}" for a, x in zip(final[3 * n : 3 * n + 3], point, strict=True))
-            implied[outcome[n]] = f"={'+'.join(terms)}", ()
-            blocks += [Block(Role(k, (n,)), (p[n],)) for k, p in (("coordinate", point), ("outcome", outcome))]
     return blocks, implied
 
 
@@ -98,28 +105,95 @@ def _rows_below(graph, blocks):
             yield from below
 
 
-def _points(graph, blocks):
-    """Yield the places of a matrix, a point and what it becomes, where only the numbers say it: threes in line."""
-    taken = {p for block in blocks for p in block.places}
-    left = {p for p in graph.component if p not in taken and graph.value(p) is not None}
-    lines = [[(p[0], p[1] + n * d, p[2] + n * (1 - d)) for n in range(3)] for p in left for d in (0, 1)]
-    lines = sorted((line for line in lines if left.issuperset(line)), key=lambda line: graph.reading_order(line[0]))
-    vectors = np.array([[graph.value(p) for p in line] for line in lines[:MOST]]).reshape(-1, 3)
-    decimals = written_decimals(vectors)
-    half = 10.0**-decimals
-    for block in blocks:
-        if decimals < 2 or block.role.kind not in MATRICES or len(block.role.word) not in (0, 3):
-            continue
-        matrix = np.array([graph.value(p) for p in block.places], dtype=float).reshape(3, 3)
-        accuracy = 10.0 ** -written_decimals(matrix) * np.abs(vectors).sum(axis=1, keepdims=True) + half
-        made = vectors @ matrix.T
-        fits = (np.abs(vectors - made[:, None]) <= accuracy[:, None]).sum(axis=-1)
-        fits[~vectors.any(axis=1)] = 0
-        for k in np.argsort(-fits, axis=None, kind="stable"):
-            one, other = np.unravel_index(k, fits.shape)
-            if fits[one, other] >= 2 and left.issuperset(lines[other]) and set(lines[one]).isdisjoint(lines[other]):
-                left -= {*lines[one], *lines[other]}
-                yield block.places, lines[one], lines[other]
+def _by_rows(graph, found):
+    """Blocks and formulas of a table of which each row has angles, a point and what became of it."""
+    threes, blocks, implied = Threes(graph, found, ()), [], {}
+    for n, (angles, radians, point, result) in enumerate(threes.link_rows() if threes.threes else ()):
+        *_, whole = _out_of_sight(graph, found, angles, radians, n, implied).values()
+        blocks += [Block(Role("angle", (k,)), (p,)) for k, p in enumerate(angles)]
+        _add_link(point, result, Operator(np.eye(3), whole), blocks, implied)
+    return blocks, implied
+
+
+def _by_threes(graph, found, blocks, implied):
+    """Further blocks and formulas, of points and what became of them, that only the numbers tell."""
+    taken = {p for role, places in blocks if role.kind not in GIVEN for p in places}
+    threes, told, more, hidden = Threes(graph, found, taken), {}, [], {}
+    if len(threes.threes) < 2:
+        return [], {}
+    named = {role.word: places[0] for role, places in blocks[::-1] if role.kind == "angle"}
+    named = tuple(named[n,] for n in range(3)) if len(named) == 3 else None
+    if angles := (named and threes.angles(named)) or threes.angles():
+        cells, radians = angles
+        words = threes.words(threes.look(cells) * radians)
+        hidden = _out_of_sight(graph, found, cells, radians, 0, told)
+        hidden = {word: Operator(words[word], places) for word, places in hidden.items()}
+        more += [Block(Role("angle", (k,)), (p,)) for k, p in enumerate(cells)]
+        matrices = [Block(Role("matrix", word), places) for word, places in threes.matrices(words)]
+        more += matrices
+        for role, places in (*blocks, *matrices):
+            if role.kind == "matrix" and role.word in hidden and implied.keys().isdisjoint(places):
+                told |= {p: (f"={_ref((q,))}", ()) for p, q in zip(places, hidden[role.word].places, strict=True)}
+    shown = [b for b in (*blocks, *more) if b.role.kind in MATRICES]
+    shown = [b for b in shown if b.role.kind == "matrix" or len(b.role.word) in (0, 3)]
+    shown = [b for b in shown if _may_turn(threes.look(b.places))]
+    operators = [Operator(n.reshape(3, 3), p, (), _half(n)) for _, p in shown for n in [threes.look(p)]]
+    operators += hidden.values()
+    origins = [t.places for t in threes.threes if _is_origin(found, threes.look(t.places), t.places[0])]
+    operators += [op._replace(origin=origin) for op, origin in product(operators, origins)]
+    operators += [Operator(np.eye(3), (), origin) for origin in origins]
+    done = implied.keys() | {p for role, places in (*blocks, *more) if role.kind == "angle" for p in places}
+    threes.link(operators, done)
+    if not threes.links and angles:  # all turned the other way, which the right matrix in the sheet does not say
+        right = [*words.values()][-1]
+        whole = [op for op in operators[: len(shown)] if np.allclose(op.matrix, right, atol=1e-3)]
+        done |= {p for role, places in blocks if role.kind == "coordinate" for p in places}
+        threes.link([op._replace(matrix=op.matrix.T) for op in whole], done)
+    for link in threes.links:
+        _add_link(*link, more, told)
+    return more, told
+
+
+def _add_link(point, result, operator, blocks, implied):
+    """Add the blocks of a point and what became of it, and the formulas that make it so."""
+    x = [f"({_ref((p,))}-{_ref((o,))})" for p, o in zip(point, operator.origin, strict=False)]
+    x = x or [_ref((p,)) for p in point]
+    after = "outcome" if operator.places else "coordinate"
+    for n in range(3):
+        row = operator.places[3 * n : 3 * n + 3]
+        terms = [f"{_ref((a,))}*{each}" for a, each in zip(row, x, strict=True)] if row else [x[n]]
+        implied[result[n]] = f"={'+'.join(terms)}", ()
+        blocks += [Block(Role("coordinate", (n,)), (point[n],)), Block(Role(after, (n,)), (result[n],))]
+
+
+def _half(numbers):
+    """Half of the last digit of a matrix; 0 of one of zeros and ones."""
+    return 0.5 * 10.0 ** -written_decimals(numbers) * bool((numbers % 1).any())
+
+
+def _is_origin(found, numbers, place):
+    """Whether three numbers are the origin: the task's, or one that a label names."""
+    asked = found.task.origin is not None and np.allclose(numbers, found.task.origin, atol=1e-9)
+    return asked or bool(re.search(ORIGIN, found.label(place), re.I))
+
+
+def _out_of_sight(graph, found, cells, radians, number, told):
+    """Word → places, below the sheet, of the products of elementary matrices of three angles; `told` → formulas."""
+    order = (2, 1, 0) if found.sequence.isupper() != found.active else (0, 1, 2)
+    words, places = [order[a : a + size] for size in (1, 2, 3) for a in range(4 - size)], {}
+    for k, word in enumerate(words):
+        top, left = BELOW + 3 * number, 3 * k + 1
+        places[word] = tuple(Area(graph.book.sheets[0], top, left, top + 2, left + 2).places)
+        if len(word) == 1:
+            angle = _ref((cells[word[0]],))
+            angle = f"RADIANS({angle})" if radians < 1 else angle
+            sine = f"(-SIN({angle}))" if found.active else f"SIN({angle})"
+            entries = chain(*elementary_formulas(found.sequence.upper()[word[0]], f"COS({angle})", sine))
+            told |= {p: (entry, ()) for p, entry in zip(places[word], entries, strict=True)}
+        else:
+            product_of = f"=MMULT({_ref(places[word[:1]])},{_ref(places[word[1:]])})"
+            told |= dict.fromkeys(places[word], (product_of, (top, left)))
+    return places
 
 
 def _beside(graph, blocks, implied):
@@ -136,7 +210,8 @@ def _beside(graph, blocks, implied):
         vectors = [matrix @ np.array(point, dtype=float) for matrix, point in product(matrices, points)]
         known = np.concatenate([radians, np.cos(radians), np.sin(radians), *map(np.ravel, matrices), *vectors])
     rest = graph.component.keys() - {p for b in blocks if b.role.kind in ("angle", "coordinate") for p in b.places}
-    for place in rest - implied.keys():
+    rest -= implied.keys()
+    for place in rest:
         numbers = [graph.value(p) or 0.0 for p in graph.component[place] if p in rest]
         digits = written_decimals(numbers)
         if digits >= CALCULATED:
@@ -149,8 +224,9 @@ def _judged(graph, blocks, implied):
     numbers = {p: c.number if p in implied else c.meant for p, c in graph.cells.items()}
     own = {p: np.array([number]) for p, number in numbers.items() if number is not None}
     ideal, half = graph.run({p: v for p, v in own.items() if p not in implied}), _half_digits(graph, blocks)
+    own |= {p: ideal[p] for p in implied if p not in graph.book.cells}
     statuses, faults, slack = {}, [], {}
-    for place in sorted(implied, key=graph.calculation_order):
+    for place in sorted(implied.keys() & graph.book.cells.keys(), key=graph.calculation_order):
         local, sources = _calculated(graph, place, own), [s for s in graph.uses[place] if s in own]
         moved = [_calculated(graph, place, {**own, s: own[s] + slack[s]}) - local for s in sources if slack.get(s)]
         slack[place] = half.get(place, 0) + (sum(map(abs, moved)) if np.isfinite(moved).all() else 0)
@@ -176,12 +252,12 @@ def _calculated(graph, place, values, tree=None):
 
 def _half_digits(graph, blocks):
     """Half of the last digit written, by place, where all numbers of a kind are rounded alike."""
-    digits, found = {}, {}
+    alike, found = {}, {}
     for role, places in blocks:
-        numbers = [n for n in map(graph.value, places) if n is not None and n % 1]
         kind = role.kind.replace("transposed", "matrix"), len(role.word) == 1
-        digits[kind] = max([digits.get(kind, 0), *map(written_decimals, numbers)])
+        alike.setdefault(kind, {}).update((p, n) for p in places if (n := graph.value(p)) is not None)
         found |= {p: kind for p in places if p in graph.trees}
+    digits = {kind: common_decimals(numbers.values()) for kind, numbers in alike.items()}
     for place, kind in found.items():
         exact = not (2 if kind[0] == "outcome" else 3) <= digits[kind] < FULL
         found[place] = 0 if exact else 0.5 * 10.0 ** -digits[kind] * (1 + 1e-6)
@@ -232,7 +308,8 @@ def _labelled(cells):
     texts = {p: c.value for p, c in sorted(cells.items()) if isinstance(c.value, str) and not c.error}
     labels, taken, runs = {place: role for place, text in texts.items() if (role := read_label(text))}, set(), {}
     for place, role in labels.items():
-        if role.kind in (*MATRICES, "angle") and (nine := _nine(cells, place, labels, taken)):
+        nine = _nine(cells, place, labels, taken) if role.kind in (*MATRICES, "angle") else None
+        if nine and (role.kind != "angle" or _may_turn([cells[p].number if p in cells else None for p in nine])):
             taken.update(nine)
             yield Block(Role(role.kind.replace("angle", "matrix"), role.word), nine)
     for place, role in labels.items():
@@ -243,6 +320,13 @@ def _labelled(cells):
         ways = [[_next(cells, place, *step, labels) for place, _ in run] for step in ((0, 1), (1, 0))]
         right, down = (sum(p is not None and p not in taken for p in way) for way in ways)
         yield from (Block(r, (p,)) for (_, r), p in zip(run, ways[right < down], strict=True) if p is not None)
+
+
+def _may_turn(numbers):
+    """Whether nine numbers may be a rotation with a mistake: two of its rows are unit vectors, or nearly."""
+    if None in numbers:
+        return True
+    return (np.abs(np.linalg.norm(np.reshape(numbers, (3, 3)), axis=1) - 1) < 0.05).sum() > 1
 
 
 def _next(cells, place, down, right, labels):
@@ -257,7 +341,7 @@ def _next(cells, place, down, right, labels):
 def _nine(cells, label, labels, taken):
     """The nine cells of the matrix that a label names: below it or to its right."""
     sheet, row, column = label
-    for down, right in ((1, 0), (0, 1), (1, -1), (-1, 1), (1, -2)):
+    for down, right in ((1, 0), (0, 1), (1, -1), (-1, 1), (1, -2), (1, 1)):
         top, left = row + down, column + right
         places = tuple(Area(sheet, top, left, top + 2, left + 2).places)
         near = [cells[p] for p in places if p in cells]

@@ -260,3 +260,139 @@ def test_a_matrix_is_wrong_and_not_the_product_that_is_right(tmp_path):
     report = checked(tmp_path / "sheet.xlsx", cells)
     assert [f.cell for f in report.faults] == ["S!A14", "S!B14", "S!A15", "S!B15"]
     assert report.faults[0].cause == "sin and cos exchanged"
+
+
+# Points turned by the angles of a tilted plane.
+
+SEQUENCES = {  # title, the angles from the plane's axes: {x0} is the X of its X, {z2} the Z of its Z
+    "ZXZ": ("Z-X'-Z''", ("ATAN2(-{z1},{z0})", "ACOS({z2})", "ATAN2({y2},{x2})")),
+    "ZYZ": ("Z-Y'-Z''", ("ATAN2({z0},{z1})", "ACOS({z2})", "ATAN2(-{x2},{y2})")),
+    "XYZ": ("CYCLE800 X-Y'-Z''", ("ATAN2({z2},-{z1})", "ASIN({z0})", "ATAN2({x0},-{y0})")),
+    "xyz": ("PLANE SPATIAL SPA SPB SPC", ("ATAN2({z2},{y2})", "ASIN(-{x2})", "ATAN2({x0},{x1})")),
+}
+GIVEN = {  # numbers, and the plane's X and normal from them
+    "two directions": ([[0.8, 0.3, -0.2], [-0.1, 0.9, 0.35]], "{a}", "{b}"),
+    "three points": ([[10, 5, 20], [70, 35, 14], [-5, 60, 38]], "{b}-{a}", "{c}-{a}"),
+}
+
+
+def points_of_a_plane(sequence, given, *, into):
+    """Directions or points, their frame, its angles, and points turned step by step; the places of the angles."""
+    title, angles = SEQUENCES[sequence]
+    numbers, *directions = GIVEN[given]
+    cells = {("S", 1, 1): title} | {
+        ("S", 3 + n, 2 + k): v for n, row in enumerate(numbers) for k, v in enumerate(row)
+    }
+    row = {letter: [address(("S", 3 + n, 2 + k)) for k in range(3)] for n, letter in enumerate("abc")}
+
+    def put(name, line, formulas):
+        row[name] = [address(("S", line, 2 + k)) for k in range(3)]
+        cells.update({("S", line, 2 + k): f"={formula}" for k, formula in enumerate(formulas)})
+
+    def cross(a, b):
+        return [f"{a[(k + 1) % 3]}*{b[(k + 2) % 3]}-{a[(k + 2) % 3]}*{b[(k + 1) % 3]}" for k in range(3)]
+
+    for name, line, form in zip("uv", (8, 9), directions, strict=True):
+        put(name, line, [form.format(**{letter: places[k] for letter, places in row.items()}) for k in range(3)])
+    put("n", 10, cross(row["u"], row["v"]))
+    for name, line, of in (("x", 11, "u"), ("z", 12, "n")):
+        put(name, line, [f"{cell}/SQRT({row[of][0]}^2+{row[of][1]}^2+{row[of][2]}^2)" for cell in row[of]])
+    put("y", 13, cross(row["z"], row["x"]))
+    axes = {f"{name}{k}": row[name][k] for name in "xyz" for k in range(3)}
+    places = [("S", 15 + k, 2) for k in range(3)]
+    cells |= {place: f"=DEGREES({form.format(**axes)})" for place, form in zip(places, angles, strict=True)}
+    cells |= {("S", 18, 2 + k): number for k, number in enumerate((12.5, -7, 31))}
+    steps = list(zip(sequence.upper(), places, strict=True))
+    steps = steps if sequence.isupper() == into else steps[::-1]
+    for n, point in enumerate(([3.5, 40, -8], [-25, 6.25, 17])):
+        cells |= {("S", 21 + n, 2 + k): number for k, number in enumerate(point)}
+        now = [f"{address(('S', 21 + n, 2 + k))}" for k in range(3)]
+        now = [f"({cell}-{'BCD'[k]}$18)" for k, cell in enumerate(now)] if into else now
+        for step, (axis, angle) in enumerate(steps):
+            turn, sign = f"(RADIANS({address(angle)}))", "+-" if into else "-+"
+            k, m = ("XYZ".index(axis) + 1) % 3, ("XYZ".index(axis) + 2) % 3
+            first, second = (
+                f"{now[k]}*COS{turn}{sign[0]}{now[m]}*SIN{turn}",
+                f"{now[m]}*COS{turn}{sign[1]}{now[k]}*SIN{turn}",
+            )
+            after = {k: first, m: second}
+            last = [f"+{letter}$18" for letter in "BCD"] if step == 2 and not into else [""] * 3
+            for c in range(3):
+                cells["S", 21 + n, 6 + 4 * step + c] = f"={after.get(c, now[c])}{last[c]}"
+            now = [address(("S", 21 + n, 6 + 4 * step + c)) for c in range(3)]
+    return cells, places
+
+
+PLANE_SHEETS = [("ZXZ", "two directions", True), ("xyz", "two directions", False), ("XYZ", "three points", True)]
+
+
+@pytest.mark.parametrize(("sequence", "given", "into"), [*PLANE_SHEETS, ("ZYZ", "three points", False)])
+def test_points_turned_by_the_angles_of_a_plane(sequence, given, into, tmp_path):
+    cells, places = points_of_a_plane(sequence, given, into=into)
+    values = {p: float(np.ravel(v)[0]) for p, v in Values(Book(cells)).all().items() if not isinstance(v, str)}
+    frame = np.array([[values["S", line, 2 + k] for line in (11, 13, 12)] for k in range(3)])
+    matrix = Rotation.from_euler(sequence, [values[p] for p in places], degrees=True).as_matrix()
+    np.testing.assert_allclose(matrix, frame, atol=1e-12)
+    origin, point = (np.array([values["S", line, 2 + k] for k in range(3)]) for line in (18, 22))
+    result = [values["S", 22, 14 + k] for k in range(3)]
+    np.testing.assert_allclose(result, frame.T @ (point - origin) if into else frame @ point + origin, atol=1e-9)
+    report = checked(tmp_path / "right.xlsx", cells)
+    assert report.verdict == "right", str(report)
+    turned = next(p for p in (("S", 22, 10 + k) for k in range(3)) if "COS" in cells[p])
+    slips = {places[2]: ("ATAN2(", "-ATAN2("), ("S", 10, 3): ("-", "+"), turned: ("COS", "SIN")}
+    for place, (old, new) in slips.items():
+        assert old in cells[place]
+        report = checked(tmp_path / "wrong.xlsx", cells | {place: cells[place].replace(old, new, 1)})
+        assert (report.verdict, report.faults[0].cell) == ("wrong", address(place)), str(report)
+
+
+def test_a_plane_by_its_normal_has_two_angles_and_one_that_is_given(tmp_path):
+    cells = {("S", 1, 1): "Z-Y'-Z''"} | {("S", 3, 2 + k): n for k, n in enumerate((-0.3, 0.55, 0.9))}
+    cells |= {("S", 5, 2 + k): f"={'BCD'[k]}3/SQRT(B3^2+C3^2+D3^2)" for k in range(3)}
+    cells |= {("S", 7, 2): "=DEGREES(ATAN2(B5,C5))", ("S", 7, 3): "=DEGREES(ACOS(D5))", ("S", 7, 4): 33.0}
+    assert checked(tmp_path / "right.xlsx", cells).verdict == "right"
+    cells["S", 7, 2] = "=DEGREES(ATAN2(-C5,B5))"
+    assert checked(tmp_path / "wrong.xlsx", cells).verdict != "right"
+
+
+# Numbers of which no label says what they are.
+
+
+def unlabelled(sequence, *, active, decimals, radians=False):
+    """Angles in a row, and six points with what becomes of them below each other; the results' places."""
+    rng = np.random.default_rng(5)
+    angles, points = np.array([25, 40, -15]), np.round(rng.uniform(-60, 60, (6, 3)), 1)
+    turn = Rotation.from_euler(sequence, angles, degrees=True)
+    after = np.round((turn if active else turn.inv()).apply(points), decimals)
+    numbers = np.radians(angles) if radians else angles
+    cells = {("S", 1, 1 + k): float(number) for k, number in enumerate(numbers)}
+    cells |= {("S", 4 + n, 1 + k): float(points[n, k]) for n in range(6) for k in range(3)}
+    return cells | {("S", 4 + n, 6 + k): float(after[n, k]) for n in range(6) for k in range(3)}
+
+
+@pytest.mark.parametrize(("sequence", "active", "radians"), [("ZXZ", False, True), ("xyz", True, False)])
+@pytest.mark.parametrize("decimals", [3, 12])
+def test_points_and_results_are_told_by_their_numbers(sequence, active, radians, decimals, tmp_path):
+    cells = unlabelled(sequence, active=active, decimals=decimals, radians=radians)
+    task = Task(sequence=sequence, convention="active" if active else "passive")
+    report = checked(tmp_path / "right.xlsx", cells, task)
+    assert report.verdict == "right" and "luck" in report.warnings[0], str(report)
+    assert {each.place for each in report.cells} >= {("S", 4 + n, 6 + k) for n in range(6) for k in range(3)}
+    other = cells | {("S", 7, 6 + k): cells["S", 8, 6 + k] for k in range(3)}
+    report = checked(tmp_path / "wrong.xlsx", other, task)
+    assert [fault.cell for fault in report.faults] == ["S!F7", "S!G7", "S!H7"], str(report)
+    report = checked(tmp_path / "other.xlsx", cells, Task(sequence="YXZ"))
+    assert report.verdict == "unclear"
+
+
+def test_every_row_may_have_angles_of_its_own(tmp_path):
+    rng, cells = np.random.default_rng(6), {("S", 1, 1 + k): name for k, name in enumerate("αβγxyz")}
+    for n in range(7):
+        angles, point = np.round(rng.uniform(-80, 80, 3), 1), np.round(rng.uniform(-50, 50, 3), 2)
+        after = np.round(Rotation.from_euler("ZXZ", angles, degrees=True).inv().apply(point), 3)
+        row = [*angles, *point, *after]
+        cells |= {("S", 2 + n + (n > 3), 1 + k): float(number) for k, number in enumerate(row)}
+    assert checked(tmp_path / "right.xlsx", cells).verdict == "right"
+    cells["S", 4, 8] *= -1
+    report = checked(tmp_path / "wrong.xlsx", cells)
+    assert [fault.cell for fault in report.faults] == ["S!H4"]
