@@ -58,7 +58,7 @@ class Beside:
 
     def _known_vectors(self):
         """Points and what became of them, their sums, means, extremes, and the differences of each two."""
-        graph, judge, lists, found = self.graph, self.judge, {}, []
+        graph, judge, lists, everywhere, found = self.graph, self.judge, {}, {}, []
         for turn in self.turns:
             found += [*turn.known.get(3, ())]
             result = np.array([*turn.targets.values()])
@@ -66,8 +66,12 @@ class Beside:
                 continue
             point, result = judge.block(turn.point), result[:3]
             found += [result - point, point - result]
-            for places, vector in ((turn.point, point), (turn.results, result)):
-                lists.setdefault((id(graph.component[places[0]]), places == turn.point), {})[places] = vector
+            points = [(turn.point, point), (turn.results, result)]
+            if turn.origin:
+                points.append((turn.origin, point - judge.block(turn.origin)))
+            for n, (places, vector) in enumerate(points):
+                lists.setdefault((id(graph.component[turn.results[0]]), n), {})[turn.results] = vector
+                everywhere.setdefault(n, {})[places] = vector
             for places in self._expected(turn.results[:3]):
                 off = result - judge.block(places)
                 self.off.append(np.abs(off))
@@ -75,20 +79,24 @@ class Beside:
         for vectors in (np.array([*each.values()]) for each in lists.values() if len(each) > 1):
             found += [reduce(vectors, axis=0) for reduce in (np.sum, np.mean, np.max, np.min, np.ptp)]
             self.lengths.append(np.linalg.norm(vectors, axis=1))
-            for a, b in combinations(vectors, 2) if len(vectors) <= MOST else ():
+        for vectors in everywhere.values():
+            for a, b in combinations(vectors.values(), 2) if len(vectors) <= MOST else ():
                 found += [a - b, b - a, a + b, (a + b) / 2]
                 self.pairs.append((a, b))
         return np.array(found).reshape(-1, 3, SAMPLES)
 
     def _expected(self, results):
         """Numbers in threes with which a result may be compared: apart, or where a difference is made."""
+        given = {p for turn in self.turns for p in turn.given}
         for component in self.graph.components:
-            if len(component) == 3 and self.found.typed.issuperset(component):
+            if len(component) == 3 and (self.found.typed - given).issuperset(component):
                 yield component
         for users in product(*(self.graph.used.get(p, ()) for p in results)):
             given = [[s for s in self.graph.uses[p] if s in self.found.typed] for p in users]
             if [len(each) for each in given] == [1, 1, 1] and len(set(users)) == 3:
                 yield tuple(place for (place,) in given)
+            elif len(given[0]) == 3 and len(set(users)) == 1:
+                yield tuple(given[0])
 
     def _judge_vectors(self, rest):
         """The cells of the vectors that are known; where but one cell is not, it is a fault."""
@@ -114,7 +122,8 @@ class Beside:
         numbers = [np.ones(SAMPLES), np.zeros(SAMPLES), *(entry for c in judge.live for entry in c.entries)]
         numbers += [*self.vectors.reshape(-1, SAMPLES), *np.linalg.norm(self.vectors, axis=1)]
         numbers += [each.max(axis=0) for each in self.vectors]
-        numbers += [np.max(self.off, axis=(0, 1))] if self.off else []
+        if self.off:
+            numbers += [np.max(self.off, axis=(0, 1)), np.linalg.norm(self.off, axis=1).max(axis=0)]
         numbers += [reduce(each, axis=0) for each in self.lengths for reduce in (np.sum, np.mean, np.max, np.min)]
         products = [(a * b).sum(axis=0) for a, b in self.pairs]
         between = [

@@ -64,6 +64,8 @@ class Turn(Calculation):
 
     sequence: str = "ZXZ"
     active: bool = False
+    inverse: bool = False  # the point is turned back, and the origin added
+    mistakes: dict = field(default_factory=dict)  # sentence → what stands in the results if somebody makes it
 
     def prepare(self, values, units):
         """Compute, for the samples in `values`, what may stand in the sheet: in 4×4, of which 3×3 are a part."""
@@ -92,8 +94,20 @@ class Turn(Calculation):
             point = np.concatenate([look(values, self.point), np.ones((SAMPLES, 1))], axis=1)[..., None]
             vectors = [*(matrix @ point for matrix in moved), point]
             self.known |= {n: [_cells(v, n) for v in vectors] for n in (3, 4)}
-            target = vectors[1] if len(self.results) < 9 else target
+            if len(self.results) < 9:
+                target = np.linalg.inv(moved[1]) @ point if self.inverse else vectors[1]
+            self._mistake(ends[0], moved[1], point)
         self.should_be(self.results, _cells(target, 3 if len(self.results) in (3, 9) else 4))
+
+    def _mistake(self, turn, moved, point):
+        """Set what somebody gets who takes off the origin at the wrong place, or adds it."""
+        origin = point - np.linalg.inv(turn) @ (moved @ point)
+        wrong = {
+            "the origin is taken off after the turn, not before": turn @ point - origin,
+            "the origin is added, not taken off": turn @ (point + origin),
+            "the origin is added after the turn, not taken off before": turn @ point + origin,
+        }
+        self.mistakes = {text: _cells(vector, 3) for text, vector in wrong.items() if self.origin}
 
     def _elements(self, values):
         """The elementary matrices from left to right, each of shape (samples, 4, 4)."""

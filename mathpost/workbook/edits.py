@@ -13,6 +13,7 @@ from mathpost.workbook.graph import same
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
 CONVERSIONS = np.array([np.pi, np.pi / 180, 180 / np.pi, 180.0, 2 * np.pi, 200 / np.pi])
+HALF_TURNS = {("number", 180.0): ("number", 200.0), ("number", 200.0): ("number", 180.0)}  # degrees and gon
 OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
 TO_RADIANS, TO_DEGREES = ("degrees for radians", "RADIANS"), ("radians for degrees", "DEGREES")
 
@@ -56,6 +57,9 @@ def edits(graph, place, inputs=(), windows=()):
     for path, part in parts.items():
         for new in _exact(part):
             yield "rounded early", part, new, put(tree, path, new)
+        if part in HALF_TURNS:
+            new = HALF_TURNS[part]
+            yield "wrong value", part, new, put(tree, path, new)
     if tree[0] in ("+", "-") and tree[2][0] == "number":
         yield "offset", tree, tree[1], tree[1]
     for step in (-1, 1):  # as the cell above or below has it

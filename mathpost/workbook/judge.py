@@ -12,7 +12,7 @@ from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError
 from mathpost.rotation import wrap
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
-from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY, as_around, edits, repaired
+from mathpost.workbook.edits import CONVERSIONS, TO_DEGREES, TO_RADIANS, TRIGONOMETRY, as_around, edits, repaired
 from mathpost.workbook.file import EMPTY
 from mathpost.workbook.formula import Area, areas, heads, text_of, walk
 from mathpost.workbook.graph import SAMPLES, Graph, beside, same
@@ -54,7 +54,18 @@ class Judge:
         self.values = self._run()
 
     def _set_units(self, places, base):
-        """Degrees, radians or gon: whole turns of which unit leave more sines and cosines as they are."""
+        """Degrees, radians or gon: whole turns of which unit leave more sines and cosines as they are.
+
+        Angles of one calculation are in one unit, but for formulas such as =RADIANS(20).
+        """
+        unit, agreed = self._unit(places, base)
+        self.units.update(dict.fromkeys(places, unit))
+        for place in () if agreed else self.graph.trees.keys() & places:
+            own, agreed = self._unit((place,), base)
+            self.units.update({place: own} if agreed and own == 1.0 else {})
+
+    def _unit(self, places, base):
+        """The unit in radians, and whether all sines and cosines that use the places say so."""
         own = {p: np.array([self.graph.own[p] + 0.3]) for p in places}
         moved = self.graph.downstream(places)
         after = [p for p in moved if heads(self.graph.tree(p)) & {"SIN", "COS"}]
@@ -63,7 +74,7 @@ class Judge:
         votes = [sum(same(run[p], runs[0][p], 1e-9) for p in after) for run in runs[1:]]
         beyond = any(abs(number) > LARGEST_RADIANS for number in own.values())
         unit = np.pi / 200 if votes[2] > max(votes[:2]) else np.pi / 180 if votes[0] > votes[1] or beyond else 1.0
-        self.units.update(dict.fromkeys(places, unit))
+        return unit, max(votes) == len(after)
 
     def now(self, place):
         """What is in a cell at the samples."""
@@ -117,6 +128,8 @@ class Judge:
             self.reading = self._other_reading(self.live, euler.SEQUENCES[1:])
         for calculation in () if self.reading else self.live:
             self._repair(calculation, said)
+        for calculation in self.unexplained[:]:
+            self._as_a_mistake(calculation)
         for calculation in self.unexplained[:]:
             self._by_a_step(calculation)
         if self.found.by == "the task" and (other := self._other_reading(self.unexplained, euler.SEQUENCES)):
@@ -215,6 +228,18 @@ class Judge:
         up = self.graph.upstream(last.results) if self.found.steps and isinstance(last, Turn) else set()
         return [s for s in self.found.steps if up.issuperset(s.results)]
 
+    def _as_a_mistake(self, last):
+        """Name the mistake that three cells, or those that they only follow from, make together."""
+        for text, wrong in getattr(last, "mistakes", {}).items():
+            made = [c for c in (*self._steps(last), last) if same(self.block(c.results[:3]), wrong)]
+            if made:
+                targets = dict(zip(made[0].results, last.targets.values(), strict=False))
+                self.faults += [self._fault(p, "offset", f"{self.graph.short(p)}: {text}") for p in targets]
+                self.fixed.update(targets)
+                self.values = self._run()
+                self.unexplained.remove(last)
+                return
+
     def _by_a_step(self, last):
         """Repair a vector on the way to a result that no repair explains: the result may only follow from it."""
         targets = {p: t for p, t in self.targets.items() if p not in last.targets}
@@ -306,6 +331,11 @@ class Judge:
         for place in formulas | (scope & found.constants):
             options = self._cell_options(calculation, place, targets, bad)
             yield (*graph.calculation_order(place), 0), (place,), options
+        for number, kind in enumerate(("rounded early", *(cause for cause, _ in (TO_RADIANS, TO_DEGREES)))):
+            slips = {p: next((e[3] for e in edits(graph, p) if e[0] == kind), None) for p in formulas}
+            option = {p: self.calculate(p, tree) for p, tree in slips.items() if tree}
+            if len(option) > 1:  # the same slip everywhere
+                yield (97, (number,), 0), tuple(option), self._tried([option], targets, bad)
         if isinstance(calculation, Turn):  # all matrices of the other convention
             windows = (_as_window(w, other).items() for w, (_, other) in self._elements(calculation).items())
             option = dict(chain.from_iterable(windows))

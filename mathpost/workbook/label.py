@@ -15,10 +15,12 @@ SPELLINGS = (  # brought to one: no blanks, one minus, one prime, Greek letters 
     (r"^(矩阵|matrix|m|total|product|产品|乘积|中间矩阵|最终矩阵|produkt|zwischenergebnis)\d$", "r"),
     *(("alpha|ɑ|а|phi|φ", "α"), ("beta|ß|theta|θ", "β"), ("gamma|psi|ψ", "γ")),
     (r"\(?(?:(?:in )?rad(?:ians)?|弧度)\)?|\[rad\]", "rad"),
-    (r"\((?:deg|degrees?|°|度|mm)\)|\[(?:deg|°|mm)\]|[\s°_]", ""),
+    (r"\((?:deg|degrees?|°|度|mm)\)|\[(?:deg|°|mm)\]|(?:/|\sin)\s*(?:deg|°|grad|mm)$|[\s°_]", ""),
     *(("[，、]", ","), ("^[=:：]+|[=:：]+$", ""), (r"^\(([^()]*)\)$", r"\1")),
 )
-ANGLE = r"(?:[^αβγ]{{0,4}}角度?|angle|eulerangle|欧拉角)?{}([αβγ])(?:角度?|deg|degrees|度|angle)?"
+ANGLE = (
+    r"(?:[^αβγ]{{0,4}}角度?|(?:euler)?angle|欧拉角|(?:dreh|euler)?winkel)?{}([αβγ])(?:角度?|deg|degrees|度|angle)?"
+)
 COORDINATE = r"(?:p|点|原|初始|原始)?([xyz])(?:coordinate|坐标|轴|0|1|alt|cl)?{}(?:coordinate|坐标)?"
 SINGLE = {  # the last letter or digit that a group takes says which
     **{"cos": "cos-?([αβγ])", "sin": "sin-?([αβγ])", "radians": "rad-?([αβγ])|-?([αβγ])rad"},

@@ -17,6 +17,7 @@ from mathpost.errors import InputError, read_text
 from mathpost.workbook.calculation import Turn
 from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY
 from mathpost.workbook.formula import areas, heads
+from mathpost.workbook.label import read_label
 from mathpost.workbook.nc_table import rows_of
 from mathpost.workbook.plane_angles import find_planes
 
@@ -31,6 +32,7 @@ FIXED = r"fixed axes|extrins|feste[nr]? achsen|固定(坐标)?轴|外旋|static 
 OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵))"  # active matrices may make a passive rotation
 ACTIVE, PASSIVE = (rf"(?:{word}){OF_MATRICES}" for word in (r"\bactive|aktiv|主动", r"passiv|被动"))
 TRANSPOSED = r"transpo|转置|\)\^?[Tᵀ]\b|ᵀ"
+INVERSE = r"inver|rück|zurück|\bback|retour|逆|反变换"
 ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角"
 
 
@@ -151,6 +153,10 @@ class Recognised:
                 own = [any(s[1] == p[1] and s in self.typed for s in graph.uses.get(p, [p])) for p in tile]
                 if max(sides) == size or (len(uses) >= 2 and not all(own)):
                     found[tile] = 99
+        for component in graph.components:  # nine elements in one line
+            for line in _runs([p for p in component if p in graph.trees or graph.value(p) in (0, 1)]):
+                if len(line) == 9 and any(p in graph.trees for p in line):
+                    found[line] = 1
         for window, votes in list(found.items()):
             others = [o for o in found if o != window and found[o] >= votes and found[o] > 1]
             numbers = [graph.value(p) for p in window if p not in graph.trees]
@@ -286,7 +292,7 @@ class Recognised:
             own, after = self._of(window, self.angles), graph.downstream(window) - set(window)
             last = all(after.isdisjoint(w) for w in self.windows if w != window)
             if last and len(own) == most > 0 and (angles := self._three(own)):
-                self._tell(Turn(window, self._in_order(angles)), self.calculations)
+                self._tell(Turn(window, self._by_name(angles)), self.calculations)
         for component in graph.components:  # the rows of a table have one origin, even if a $ is missing
             rows = [c for c in self.calculations if graph.component[c.results[0]] is component]
             for row in rows:
@@ -369,21 +375,11 @@ class Recognised:
             if len(inside) >= 2 and (apart or all(self.graph.component.get(p) is whole for p in line)):
                 sets = [self.lengths.intersection(self.depends[p]) for p in inside]
                 alike = len(set.intersection(*sets)) / len(set.union(*sets))
-                slopes = [self.unturned[p] for p in line if p in inside]
-                same = [sorted(a.values()) == sorted(b.values()) for a, b in combinations(slopes, 2)]
-                same = sum(
-                    a and b.keys().isdisjoint(c) for a, (b, c) in zip(same, combinations(slopes, 2), strict=True)
-                )
+                same = self._in_order([self.unturned.get(p, {}) for p in line[:3]])
                 along = 1 if line[0][1] < line[1][1] else 2
                 lost = {p for p in line if p in graph.trees and not self.depends[p]}  # by a slip
-                rank = (
-                    alike <= 0.4,
-                    -same,
-                    -len(inside),
-                    not lost | inside >= set(line),
-                    apart,
-                    not graph.is_array(line),
-                )
+                shape = not lost | inside >= set(line), apart, not graph.is_array(line)
+                rank = alike <= 0.4, -same, -len(inside), *shape
                 found[line] = rank, (line[0][0], along, line[0][along])
         aligned, taken, chosen = Counter(), set(), []
         for (_, same, inside, *_), run in found.values():
@@ -394,6 +390,16 @@ class Recognised:
                 taken.update(line)
                 chosen.append(line)
         return sorted(chosen, key=lambda t: order(t[0]))
+
+    @staticmethod
+    def _in_order(slopes):
+        """How many pairs of three cells come, where no angle turns them, of cells a step apart, as x, y and z."""
+        steps = Counter()
+        for (i, one), (j, other) in combinations(enumerate(slopes), 2):
+            pairs = product(one.items(), other.items())
+            apart = {(q[0], (q[1] - p[1]) / (j - i), (q[2] - p[2]) / (j - i)) for (p, a), (q, b) in pairs if a == b}
+            steps.update(step for step in apart if any(step[1:]))
+        return max(steps.values(), default=0)
 
     def _add_turn(self, triple, calculations):
         angles, in_row = self._of(triple, self.angles), triple[0][1] == triple[1][1]
@@ -409,12 +415,13 @@ class Recognised:
             if calculations is self.calculations:
                 self.problems.append(f"{self.graph.range(triple)}: {what} not found among its inputs")
             return
-        self._tell(Turn(triple, self._in_order(chosen), point, origin), calculations)
+        self._tell(Turn(triple, self._by_name(chosen), point, origin, inverse=others is None), calculations)
 
     def _moved(self, triple):
         """The point and the origin of a vector, and other triples of its lengths.
 
-        Where no angle turns it a vector is the point less the origin, whichever formulas make it so.
+        Where no angle turns it a vector is the point less the origin, whichever formulas make it so. If it is
+        their sum, as a text says, of a point that is turned back, there are None.
         """
         slopes, row = [self.unturned.get(p, {}) for p in triple[:3]], triple[0][:2]
         moving, weighed = {s for p in triple for s in self.depends.get(p, ())} & self.lengths, {}
@@ -426,15 +433,46 @@ class Recognised:
                 weighed.setdefault(weight, []).append((-count, line))
         plus, minus = ([line for _, line in sorted(weighed.pop(w, []), key=lambda c: c[0])] for w in (1, -1))
         plus, minus = _apart(plus), _apart(minus)
+        added = [line for line in plus if self._is_unturned(line, triple)]
+        if len(plus) == 2 and len(added) == 1 and re.search(INVERSE, self.text, re.I):
+            (point,) = (line for line in plus if line not in added)
+            return point, added[0], None
         if len(plus) != 1 or weighed:
             up = self.graph.upstream(triple)
             means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]
             plus = [
                 t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1
             ] or plus
-        point = next(iter((*plus[::-1], *lines)), ())
+        point = self._as_labelled(next(iter((*plus[::-1], *lines)), ()))
         origin = next((line for line in minus if set(line).isdisjoint(point)), ())
         return point, origin, [line for line in lines if set(line).isdisjoint((*point, *origin))]
+
+    def _is_unturned(self, line, triple):
+        """Whether at least two cells of a vector depend on no more of three lengths than on their own."""
+        return (
+            sum(self.depends.get(v, set()).isdisjoint({*line} - {p}) for v, p in zip(triple, line, strict=False))
+            > 1
+        )
+
+    def _as_labelled(self, point):
+        """The point a cell further on, if the labels say that x, y and z are there."""
+        for order in (1, -1) if point else ():
+            _, near, end = point[::order]
+            moved = (near, end, _at(end, end[1] - near[1], end[2] - near[2]))[::order]
+            if self.typed.issuperset(moved) and [*map(self._coordinate, moved)] == [(0,), (1,), (2,)]:
+                return moved
+        return point
+
+    def _coordinate(self, place):
+        """Which coordinate a text says that stands before a number, in its row or column."""
+        cells = self.graph.cells
+        for down, right in ((0, -1), (-1, 0)):
+            before = (cells.get(_at(place, n * down, n * right)) for n in range(1, 60))
+            texts = (c.value for c in before if c and isinstance(c.value, str) and not c.formula)
+            role = read_label(next(texts, ""))
+            if role and role.kind == "coordinate":
+                return role.word
+        return None
 
     def _three(self, cells):
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
@@ -449,11 +487,14 @@ class Recognised:
         own = [line for line in self.lines({p for p in cells if p[:2] == row}, 2) if line[0][1] == line[1][1]]
         return _apart((*own[:1], *self.lines(set(cells), 2)))
 
-    def _in_order(self, triple):
+    def _by_name(self, triple):
         """The angles α, β, γ: in reading order, unless their labels say otherwise."""
-        names = [re.sub(r"[^a-zα-ω]", "", self.label(p).lower()) for p in triple]
-        named = sorted(names) in (["α", "β", "γ"], ["alpha", "beta", "gamma"])
-        return tuple(p for _, p in sorted(zip(names, triple, strict=True))) if named else self.sorted(triple)
+        labels = [self.label(p) for p in triple]
+        # Which of φ, θ, ψ comes first is not the same everywhere.
+        roles = [read_label(label) for label in labels if not re.search("phi|psi|theta|[φψθ]", label, re.I)]
+        named = [role.word for role in roles if role and role.kind == "angle"]
+        ordered = sorted(zip(named, triple, strict=False))
+        return tuple(p for _, p in ordered) if len(set(named)) == 3 else self.sorted(triple)
 
     def _as_the_caller_says(self, cells):
         """Take angles, point, origin and result from where the caller says that they stand."""
@@ -496,6 +537,17 @@ class Recognised:
 
 def _at(place, down, right):
     return place[0], place[1] + down, place[2] + right
+
+
+def _runs(places):
+    """The longest lines of cells side by side, in rows and in columns."""
+    for along, order in ((1, lambda p: p[1:]), (2, lambda p: p[:0:-1])):
+        lines = []
+        for place in sorted(places, key=order):
+            if not lines or place != _at(lines[-1][-1], along == 2, along == 1):
+                lines.append([])
+            lines[-1].append(place)
+        yield from map(tuple, lines)
 
 
 def _apart(lines):
