@@ -95,7 +95,8 @@ def _close_the_loop(machine, data, tip):
     slides = [link.name for link in links].index("linear")
     from_workpiece = sp.Matrix([*(data.origin + sp.Matrix(tip)), 1])
     for link in links[1:slides]:  # a table's turn run through forwards
-        from_workpiece = link.matrix.subs({angle: -angle for angle in symbols[3:]}) * from_workpiece
+        turned = link.matrix.subs({angle: -angle for angle in symbols[3:]})
+        from_workpiece = chain.product((turned, from_workpiece))
     from_tool = chain.product(link.matrix for link in links[slides:])[:, 3]
     return tuple((from_workpiece - from_tool.subs(dict.fromkeys(symbols[:3], 0)))[:3])
 
@@ -130,7 +131,7 @@ class Kinematics:
         Its last column is the tool tip, its third the tool axis. With `parameters` the machine's offsets and
         directions are kept as symbols too (directions stand for unit vectors), those of `mathpost.chain.Geometry`.
         """
-        return sp.ImmutableMatrix(chain.product(link.matrix for link in self.links(parameters)))
+        return chain.product(link.matrix for link in self.links(parameters))
 
     @cached_property
     def inverse_symbolic(self):
