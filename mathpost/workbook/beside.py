@@ -77,7 +77,10 @@ class Beside:
                 self.off.append(np.abs(off))
                 found += [off, -off, self.off[-1]]
         for vectors in (np.array([*each.values()]) for each in lists.values() if len(each) > 1):
-            found += [reduce(vectors, axis=0) for reduce in (np.sum, np.mean, np.max, np.min, np.ptp)]
+            found += [
+                reduce(vectors, axis=0)
+                for reduce in (np.sum, np.mean, np.max, np.min, np.ptp, np.std, _of_a_sample)
+            ]
             self.lengths.append(np.linalg.norm(vectors, axis=1))
         for vectors in everywhere.values():
             for a, b in combinations(vectors.values(), 2) if len(vectors) <= MOST else ():
@@ -119,7 +122,12 @@ class Beside:
     def _known_numbers(self):
         """What may stand in one cell, each of shape (samples,), and pairs of angles of which it may be either."""
         judge = self.judge
-        numbers = [np.ones(SAMPLES), np.zeros(SAMPLES), *(entry for c in judge.live for entry in c.entries)]
+        numbers = [
+            np.ones(SAMPLES),
+            np.zeros(SAMPLES),
+            np.full(SAMPLES, 3.0),
+            *(entry for c in judge.live for entry in c.entries),
+        ]
         numbers += [*self.vectors.reshape(-1, SAMPLES), *np.linalg.norm(self.vectors, axis=1)]
         numbers += [each.max(axis=0) for each in self.vectors]
         if self.off:
@@ -154,14 +162,21 @@ class Beside:
         return any(same(value, each) for each in (self.numbers[:1] if "MDETERM" in functions else self.numbers))
 
     def _is_degrees_and_minutes(self, place):
-        """Whether a cell makes an angle of degrees, minutes and seconds."""
-        numbers = dict(zip(self.graph.uses[place], np.array([[35.0], [20.0], [48.0]]), strict=False))
-        return len(numbers) == 3 and same(self.graph.cell(place, numbers), np.array([35 + 20 / 60 + 48 / 3600]))
+        """Whether a cell makes an angle of degrees and minutes, and seconds, of the sign of the degrees."""
+        parts = self.graph.uses[place]
+        sign = -1 if self.graph.own[parts[0]] < 0 else 1
+        numbers, whole = np.array([[sign * 35.0], [20.0], [48.0]]), (35, 35 + 20 / 60, 35 + 20 / 60 + 48 / 3600)
+        made = self.graph.cell(place, dict(zip(parts, numbers, strict=False)))
+        return len(parts) in (2, 3) and same(made, np.array([sign * whole[len(parts) - 1]]))
 
     def _goes_on(self, place):
         """Whether an angle is made of the one before as all around it are, as in a table of steps."""
         mates = [p for p in self.graph.component[place] if p in self.found.composed]
         return len(mates) > 2 and as_around(self.graph, place) == self.graph.trees[place]
+
+
+def _of_a_sample(vectors, axis):
+    return np.std(vectors, axis=axis, ddof=1)
 
 
 def _half_digit(number):

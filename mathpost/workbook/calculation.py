@@ -36,6 +36,11 @@ class Calculation:
         return (*self.angles, *self.point, *self.origin, *self.axis)
 
     @property
+    def read(self):
+        """All places of which `prepare` needs the values."""
+        return (*self.given, *self.results)
+
+    @property
     def periods(self):
         """Place of a result → after how much it is the same again."""
         return {}
@@ -63,13 +68,21 @@ class Turn(Calculation):
     """A rotation of a point, about an origin where there is one, by three angles in sequence or about an axis."""
 
     sequence: str = "ZXZ"
-    active: bool = False
-    inverse: bool = False  # the point is turned back, and the origin added
+    active: bool | None = False  # None: whichever more results are of
+    shift: tuple = ()  # what is added after the rotation
+    plane: Calculation | None = None  # that has these angles
     mistakes: dict = field(default_factory=dict)  # sentence → what stands in the results if somebody makes it
+
+    @property
+    def given(self):
+        """All inputs."""
+        return (*super().given, *self.shift)
 
     def prepare(self, values, units):
         """Compute, for the samples in `values`, what may stand in the sheet: in 4×4, of which 3×3 are a part."""
         self.radians = look(values, self.angles) * [units[p] for p in self.angles]
+        if len(self.angles) == 2:  # the third is 0
+            self.radians = np.pad(self.radians, ((0, 0), (0, 1)))
         self.elements, words, ends = self._elements(values), [], []
         for first in range(len(self.elements)):
             product = np.eye(4)
@@ -80,6 +93,10 @@ class Turn(Calculation):
         shift = np.tile(np.eye(4), (SAMPLES, 1, 1))
         shift[:, :3, 3] -= look(values, self.origin) if self.origin else 0.0
         moved = [shift, *(end @ shift for end in ends)]
+        if self.shift:
+            after = np.tile(np.eye(4), (SAMPLES, 1, 1))
+            after[:, :3, 3] += look(values, self.shift)
+            moved.insert(1, after @ moved[1])
         matrices = [each for word in words for each in (word, np.swapaxes(word, 1, 2))]
         places = [each for word in moved for each in (word, np.linalg.inv(word))] if self.origin else []
         self.elements += [np.swapaxes(each, 1, 2) for each in self.elements]
@@ -94,8 +111,7 @@ class Turn(Calculation):
             point = np.concatenate([look(values, self.point), np.ones((SAMPLES, 1))], axis=1)[..., None]
             vectors = [*(matrix @ point for matrix in moved), point]
             self.known |= {n: [_cells(v, n) for v in vectors] for n in (3, 4)}
-            if len(self.results) < 9:
-                target = np.linalg.inv(moved[1]) @ point if self.inverse else vectors[1]
+            target = vectors[1] if len(self.results) < 9 else target
             self._mistake(ends[0], moved[1], point)
         self.should_be(self.results, _cells(target, 3 if len(self.results) in (3, 9) else 4))
 

@@ -1,6 +1,7 @@
 """Single repairs of a formula: what somebody may have meant, the likeliest first."""
 
 from collections import Counter
+from dataclasses import replace
 from functools import reduce
 from itertools import combinations, permutations, product
 
@@ -91,6 +92,11 @@ def _elsewhere(graph, place, references, inputs, windows):
         span = range(-reach, reach + 1)
         steps = [(down, right) for down in span for right in span if reach in (abs(down), abs(right))]
         yield from ((path, area, area.moved(*step)) for (path, area), step in product(references, steps))
+    for path, area in references:  # a range that is a row or a column short, or too long
+        for side, step in product(("top", "left", "bottom", "right"), (1, -1)) if area.shape != (1, 1) else ():
+            other = replace(area, **{side: getattr(area, side) + step})
+            if min(*other.shape, other.top, other.left) > 0:
+                yield path, area, other
     for path, area in references:
         meant = [area_of(places) for places in (*((p,) for p in inputs), *windows)]
         yield from ((path, area, other) for other in meant if other.shape == area.shape)

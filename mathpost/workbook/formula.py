@@ -272,6 +272,8 @@ FUNCTIONS = {
     **{name: _rounded(np.floor) for name in ("ROUNDDOWN", "TRUNC")},
     **{"SUM": _total(np.sum), "PRODUCT": _total(np.prod), "AVERAGE": _total(np.mean)},
     **{"MAX": _total(np.max), "MIN": _total(np.min), "SUMSQ": _total(np.sum, np.square)},
+    **{name: _total(lambda x, axis: np.std(x, axis=axis, ddof=1)) for name in ("STDEV", "STDEV.S")},
+    **{name: _total(np.std) for name in ("STDEVP", "STDEV.P")},
     **{"AND": _total(np.all), "OR": _total(np.any), "NOT": lambda x: x == 0},
     "IF": lambda test, yes, no=0.0: np.where(test != 0, yes, no),
     "IFERROR": lambda value, other: np.where(np.isfinite(value), value, other),

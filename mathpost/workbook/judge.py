@@ -17,6 +17,7 @@ from mathpost.workbook.file import EMPTY
 from mathpost.workbook.formula import Area, areas, heads, text_of, walk
 from mathpost.workbook.graph import SAMPLES, Graph, beside, same
 from mathpost.workbook.nc_table import Words, judge_numbers
+from mathpost.workbook.plane_angles import Plane
 from mathpost.workbook.report import Fault
 from mathpost.workbook.values import read_labels
 
@@ -112,6 +113,12 @@ class Judge:
 
     def run(self):
         """Judge every calculation; one that is wrong is repaired, so that the next ones are seen without it."""
+        planes = [c for c in self.live if isinstance(c, Plane)]
+        self._prepare(planes)
+        self.targets = {p: t for plane in planes for p, t in plane.targets.items()}
+        for plane in planes:  # what their angles turn is judged with right ones
+            self._repair(plane, {})
+        self._choose_the_way([c for c in self.live if isinstance(c, Turn) and c.active is None])
         self._prepare(self.live)
         rows = [row for row in self.live if isinstance(row, Words)]
         for row in rows:  # once more, on the branch that the table is on
@@ -120,13 +127,13 @@ class Judge:
         for calculation in self.live[:]:
             self._drop_if_partial(calculation)
             self._choose(calculation)
-        self.targets = {p: t for c in self.live for p, t in c.targets.items()}
-        for calculation in self.found.calculations[:1]:
+        self.targets |= {p: t for c in self.live for p, t in c.targets.items()}
+        for calculation in [c for c in self.found.calculations if c not in planes][:1]:
             self._compare_the_inputs(calculation)
         said = self._as_the_labels_say() if not self.met(self.targets) else {}
         if not (said or self.met(self.targets)) and self.found.by == "source 000":
             self.reading = self._other_reading(self.live, euler.SEQUENCES[1:])
-        for calculation in () if self.reading else self.live:
+        for calculation in () if self.reading else [c for c in self.live if c not in planes]:
             self._repair(calculation, said)
         for calculation in self.unexplained[:]:
             self._as_a_mistake(calculation)
@@ -147,10 +154,20 @@ class Judge:
             self.faults.append(self._fault(place, "wrong value", text))
         return self
 
+    def _choose_the_way(self, turns):
+        """Take points into their plane or out of it, whichever more of them are."""
+        right = {}
+        for active in (True, False):
+            for turn in turns:
+                turn.active = active
+            self._prepare(turns)
+            right[active] = sum(len(turn.targets) - len(self.bad(turn.targets)) for turn in turns)
+        for turn in turns:
+            turn.active = right[True] > right[False]
+
     def _prepare(self, calculations):
         for calculation in calculations:
-            places = (*calculation.given, *calculation.results)
-            calculation.prepare({p: self.now(p) for p in places}, self.units)
+            calculation.prepare({p: self.now(p) for p in calculation.read}, self.units)
 
     def _compare_the_inputs(self, calculation):
         """The numbers that the task gives, looked for in the input cells."""
@@ -167,7 +184,7 @@ class Judge:
 
     def _other_reading(self, calculations, sequences):
         """The sequence and convention, other than those asked for, that all results are of, or None."""
-        turns = [c for c in calculations if isinstance(c, Turn) and not c.axis]
+        turns = [c for c in calculations if isinstance(c, Turn) and not (c.axis or c.plane)]
         readings = [(s, active) for n in sequences for s in (n, n.lower()) for active in (False, True)]
         for sequence, active in (*readings, (self.found.sequence, self.found.active)) if turns else ():
             for turn in turns:

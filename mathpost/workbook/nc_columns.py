@@ -75,7 +75,10 @@ def find_tables(graph, kinematics):
                 found |= {a: found.get(a, table), b: table} if table else {}
         if found:
             tables = list(dict.fromkeys(found.values()))
-            left += [(block[0].places[0], block[-1].places[-1]) for n, block in enumerate(blocks) if n not in found]
+            judged = graph.upstream(p for table in tables for *_, words in table.rows for p in words)
+            other = [block for n, block in enumerate(blocks) if n not in found]
+            other = [block for block in other if not all(judged.issuperset(column.places) for column in block)]
+            left += [(block[0].places[0], block[-1].places[-1]) for block in other]
             return tables, [graph.range(ends) for ends in (*left, *(ends for t in tables for ends in t.left))]
     return [], []
 

@@ -1,18 +1,19 @@
-"""The three angles of a tilted plane, from the directions of its X and Z: what they must be, and where they stand.
+"""The angles of a tilted plane, from directions of its axes or points on it: what they must be, where they stand.
 
-Which cells are angles and which are directions is told by the formulas; which direction is which, and whether the
-angles are ZXZ or about X, Y and Z, by labels, or else by what gives the most of the angles that are there.
+Which cells are angles and which are directions is told by the formulas; which direction is which by labels, or
+else by what gives the most of the angles that are there. The sequence is the one that a text or the task names.
 """
 
 import re
 from dataclasses import dataclass
-from itertools import permutations, product
+from itertools import chain, permutations, product
 
 import numpy as np
 
 from mathpost import angles as euler
+from mathpost.detective.misreadings import elementary
 from mathpost.workbook.calculation import Calculation, look, nearest
-from mathpost.workbook.edits import CONVERSIONS, INVERSE, take_unrounded
+from mathpost.workbook.edits import CONVERSIONS, INVERSE, TRIGONOMETRY, take_unrounded
 from mathpost.workbook.formula import heads
 from mathpost.workbook.graph import SAMPLES
 
@@ -21,59 +22,109 @@ CONVERTING = {"DEGREES", "PI", "ROUND", "MOD", "IF"}
 SPATIAL = r"SPATIAL|\bSPA\b|空间角|raumwinkel|G68\.2 *P1|roll"
 EULER = r"G68\.2|EULER|EULPR|欧拉|ZXZ"
 NORMAL = r"^z|normal|法"
-NAMED = (("i", "j", "k"), ("eulpr", "eulnu", "eulrot"), ("spa", "spb", "spc"))
+NAMED = (("i", "j", "k"), ("a", "b", "c"), ("eulpr", "eulnu", "eulrot"), ("spa", "spb", "spc"))
 
 
 @dataclass(eq=False)
 class Plane(Calculation):
-    """The three angles of a tilted plane: G68.2, PLANE EULER, PLANE SPATIAL.
+    """The angles of a tilted plane: G68.2, PLANE EULER, PLANE SPATIAL, CYCLE800.
 
-    `point` and `axis` are the directions of its X and Z, `origin` that of its Y where it is given too.
+    `line` are all three in sequence, or the first two. `results` are those to be judged: of a plane that is known
+    by its normal only, the third is given, by a cell in `angles`, or 0. `x`, `y`, `z` are directions of its axes,
+    of which some are given; `corner` is the point from which `x` and `y` are measured where these are points.
     """
 
-    spatial: bool = False
+    line: tuple = ()
+    sequence: str = "ZXZ"
     degrees: bool = True
+    x: tuple = ()
+    y: tuple = ()
+    z: tuple = ()
+    corner: tuple = ()
+
+    @property
+    def given(self):
+        """All inputs."""
+        return (*self.angles, *self.x, *self.y, *self.z, *self.corner)
+
+    @property
+    def read(self):
+        """All places of which `prepare` needs the values."""
+        return (*self.given, *self.line)
 
     @property
     def periods(self):
         """Place of an angle → a turn."""
         return dict.fromkeys(self.results, 360.0 if self.degrees else 2 * np.pi)
 
+    def is_possible(self):
+        """Whether the angles follow: from two directions, or from a normal but for the angle about it."""
+        about_it = self.sequence[2] == "Z" or (self.sequence.islower() and self.sequence[0] != "z")
+        return bool(self.x) if len(self.results) == 3 else about_it
+
     def draw(self, rng, units):
-        """Place → samples, of frames at random."""
-        frame = _frame(*rng.normal(size=(2, SAMPLES, 3)))
-        columns = zip((self.point, self.origin, self.axis), np.moveaxis(frame, -1, 0), strict=True)
-        return {p: entry for places, vectors in columns for p, entry in zip(places, vectors.T, strict=False)}
+        """Place → samples: of frames at random, or of two directions or three points where these make the frame."""
+        frame = np.moveaxis(_frame(*rng.normal(size=(2, SAMPLES, 3))), -1, 0)
+        vectors = [
+            *(frame if self.z else 30 * rng.normal(size=(3, SAMPLES, 3))),
+            30 * rng.normal(size=(SAMPLES, 3)),
+        ]
+        columns = zip((self.x, self.y, self.z, self.corner), vectors, strict=True)
+        return {p: entry for places, column in columns for p, entry in zip(places, column.T, strict=False)}
 
     def unround(self, inputs):
         """Square the frame of the sheet if it is one but for its last digits; else draw others as it is."""
-        x, z = (np.stack([inputs[p] for p in places], axis=-1) for places in (self.point, self.axis))
-        own_x, own_z = x[0].copy(), z[0].copy()
-        lengths = np.linalg.norm([own_x, own_z], axis=1)
-        frame, cosine = _frame(own_x, own_z), own_x @ own_z / lengths.prod()
-        x[0], z[0] = frame[:, 0], frame[:, 2]
-        x += (abs(cosine) > ROUNDED) * cosine * z
-        for places, vectors, length in ((self.point, x, lengths[0]), (self.axis, z, lengths[1])):
-            vectors = vectors * (length if abs(length - 1) > ROUNDED else 1.0)
-            inputs.update(zip(places, vectors.T, strict=True))
-        for place, entry in zip(self.origin, frame[:, 1], strict=False):
-            inputs[place][0] = entry
+        if not self.z:
+            return
+        vectors = {each: np.stack([inputs[p] for p in each], axis=-1) for each in (self.x, self.y, self.z) if each}
+        lengths = {each: np.linalg.norm(vector[0]) for each, vector in vectors.items()}
+        if self.x:
+            own_x, own_z = vectors[self.x][0], vectors[self.z][0]
+            cosine = own_x @ own_z / lengths[self.x] / lengths[self.z]
+            for places, axis in zip((self.x, self.y, self.z), _frame(own_x, own_z).T, strict=True):
+                if places:
+                    vectors[places][0] = axis
+            vectors[self.x] += (abs(cosine) > ROUNDED) * cosine * vectors[self.z]
+        else:
+            vectors[self.z][0] /= lengths[self.z]
+        for places, vector in vectors.items():
+            length = lengths[places] if abs(lengths[places] - 1) > ROUNDED and places != self.y else 1.0
+            inputs.update(zip(places, (vector * length).T, strict=True))
 
     def prepare(self, values, units):
         """Compute the angles at the samples in `values`; of the two solutions the one that the sheet has."""
-        frame = _frame(look(values, self.point), look(values, self.axis))
-        sequence, step = ("ZYX", -1) if self.spatial else ("ZXZ", 1)
-        first, turn = euler.angles(sequence, frame), 180 / np.pi if self.degrees else 1.0
-        both = np.stack([first, euler.twin(sequence, first)], axis=1)[..., ::step] * turn
-        now = look(values, self.results)
-        expected, _ = nearest(now, both, self.degrees)
-        made = euler.matrix(sequence, np.nan_to_num(now)[:, ::step] / turn)
+        turn, index = 180 / np.pi if self.degrees else 1.0, [self.line.index(p) for p in self.results]
+        corner = look(values, self.corner) if self.corner else 0.0
+        x, y = (look(values, places) - corner if places else np.zeros((SAMPLES, 3)) for places in (self.x, self.y))
+        across = look(values, self.z) if self.z else np.cross(x, y)
+        now = look(values, self.line)
+        now = np.pad(now, ((0, 0), (0, 3 - len(self.line))))
+        with_x = len(self.results) == len(self.line) == 3
+        if with_x:
+            frame = _frame(x, across)
+            first = euler.angles(self.sequence, frame)
+            both = np.stack([first, euler.twin(self.sequence, first)], axis=1)
+        else:
+            frame = (across / np.linalg.norm(across, axis=-1, keepdims=True))[..., None]
+            both = _from_normal(self.sequence, frame[..., 0], now[:, 2] / turn)
+        both = both[..., index] * turn
+        expected, _ = nearest(now[:, index], both, self.degrees)
+        made = euler.matrix(self.sequence, np.nan_to_num(now) / turn)[..., -frame.shape[-1] :]
         fits = np.isfinite(now).all(axis=1) & (np.abs(made - frame).max(axis=(1, 2)) < 1e-9)
-        expected = np.where(fits[:, None], now, expected)  # where first and last axis are parallel
+        expected = np.where(fits[:, None], now[:, index], expected)  # where first and last axis are parallel
         self.radians = expected / turn
         self.should_be(self.results, expected.T)
-        beside = [self.radians, np.rad2deg(self.radians), np.cos(self.radians), np.sin(self.radians)]
-        beside = np.hstack([*beside, frame.reshape(SAMPLES, 9), np.zeros((SAMPLES, 1))])
+        third = look(values, self.angles)[..., :1] if self.angles else np.zeros((SAMPLES, 1))
+        turns = [
+            np.rad2deg(third),
+            np.deg2rad(third),
+            self.radians,
+            np.rad2deg(self.radians),
+            np.cos(self.radians),
+            np.sin(self.radians),
+        ]
+        lengths = [np.linalg.norm(vector, axis=-1, keepdims=True) for vector in (x, y, across)]
+        beside = np.hstack([*turns, frame.reshape(SAMPLES, -1), x, y, across, *lengths, np.zeros((SAMPLES, 1))])
         self.known = {1: [entry[None] for entry in beside.T]}
 
 
@@ -84,25 +135,46 @@ def _frame(x, z):
     return columns / np.linalg.norm(columns, axis=-2, keepdims=True)
 
 
+def _from_normal(sequence, normal, third):
+    """Both solutions of the first two angles, as written, that make a Z of `normal`, shape (samples, 2, 3).
+
+    About turned axes of which the last is Z the third angle changes nothing; about fixed axes it comes last.
+    """
+    letters = sequence.upper() if sequence.isupper() else sequence[1::-1].upper() + "Z"
+    if sequence.islower():  # undo the last turn: what is left are two about turned axes
+        normal = (elementary(sequence[2].upper(), third) @ normal[..., None])[..., 0]
+    first = euler.from_direction(letters, normal)
+    both = np.stack([first, euler.twin(letters, first)], axis=1)[..., :2]
+    both = both if sequence.isupper() else both[..., ::-1]
+    return np.concatenate([both, np.broadcast_to(third[:, None, None], (*both.shape[:2], 1))], axis=-1)
+
+
 def find_planes(found):
-    """Yield the `Plane`s of a `Recognised` workbook: three angles in line by inverse functions, from directions."""
-    graph, angles, planes = found.graph, _angles(found.graph), {}
-    for place, (down, right), k in product(sorted(angles, key=graph.reading_order), ((1, 0), (0, 1)), range(3)):
-        line = tuple((place[0], place[1] + (n - k) * down, place[2] + (n - k) * right) for n in range(3))
-        cells = angles.intersection(line)
-        if line not in planes and len(cells) >= 2 and found.typed.union(cells).issuperset(line):
-            planes[line] = _best(found, line)
-    taken = set()
-    for line, (_, plane) in sorted(planes.items(), key=lambda each: -each[1][0]):
-        if plane and taken.isdisjoint(line):
-            taken.update(line)
-            take_unrounded(graph, line)
-            yield plane
+    """Yield the `Plane`s of a `Recognised` workbook: angles in line by inverse functions, from directions."""
+    graph, taken = found.graph, set()
+    angles = _angles(graph)
+    for step, size in product((1, 2, 3, 4), (3, 2)):
+        planes = {}
+        for place, (down, right), k in product(angles - taken, ((step, 0), (0, step)), range(size)):
+            line = tuple((place[0], place[1] + (n - k) * down, place[2] + (n - k) * right) for n in range(size))
+            others = [p for p in line if p not in angles]
+            if line in planes or not taken.isdisjoint(line) or len(others) > size - 2:
+                continue
+            if all(_is_given(found, p, angles) for p in others):
+                planes[line] = _best(found, line, others)
+        order = sorted(planes.items(), key=lambda p: (*(-n for n in p[1][0]), graph.reading_order(p[0][0])))
+        for line, (_, plane) in order:
+            if plane and taken.isdisjoint(line):
+                taken.update(line)
+                take_unrounded(graph, plane.results)
+                yield plane
 
 
 def _angles(graph):
     """The angles that come out of inverse functions, in the unit in which they are not converted further."""
-    converted, angles = set(), {p for p, tree in graph.trees.items() if heads(tree) & INVERSE}
+    turned = graph.downstream(p for p, tree in graph.trees.items() if heads(tree) & TRIGONOMETRY.keys())
+    angles = {p for p, tree in graph.trees.items() if heads(tree) & INVERSE} - turned
+    converted = set()
     for place in graph.order:
         functions = {head for head in heads(graph.trees[place]) if head.isupper()}
         if len(graph.uses[place]) == 1 and functions <= CONVERTING and angles.issuperset(graph.uses[place]):
@@ -111,60 +183,104 @@ def _angles(graph):
     return angles - converted
 
 
-def _best(found, line):
-    """How many angles a reading of three cells gives, and the `Plane`; None if they are none."""
-    graph, text = found.graph, found.text
-    used = graph.upstream(line) & found.typed - graph.trees.keys() - set(line)
+def _is_given(found, place, angles):
+    """Whether an angle is typed, or taken over from where it is."""
+    graph = found.graph
+    up = graph.upstream([place])
+    functions = {head for p in up & graph.trees.keys() for head in heads(graph.trees[p]) if head.isupper()}
+    typed = {p for p in up - graph.trees.keys() if p in found.typed}
+    return functions <= CONVERTING and len(typed) == 1 and up.isdisjoint(angles)
+
+
+def _best(found, line, others):
+    """How good the best reading of two or three cells is, and the `Plane`; None if they are none."""
+    graph = found.graph
+    used = graph.upstream(line) & found.typed - graph.trees.keys() - graph.upstream(others)
     used = {p for p in used if (np.abs(graph.own[p] - CONVERSIONS) > 1e-4 * CONVERSIONS).all()}
     line = _named(found, line)
-    said = [bool(re.search(pattern, text, re.I)) for pattern in (EULER, SPATIAL)]
-    best = 0, None
-    for along, spatial in product((1, 2), (False, True)):
-        vectors = _directions(found, used, set(line), along)
-        normals = [v for v in vectors if re.search(NORMAL, found.label(v[0]), re.I)]
-        for order in (*permutations(vectors), *permutations(vectors[:2])) if vectors else ():
-            x, *y, z = order
-            if (said[1] != said[0] and spatial != said[1]) or (len(normals) == 1 and z != normals[0]):
-                continue
+    calculated = tuple(p for p in line if p not in others)
+    third = found.sorted(graph.upstream(others) & found.typed)
+    # An angle that is 0, or that a cell elsewhere holds, is given; another number may be typed over a formula.
+    given = [p for p in others if p in graph.trees or graph.own[p] == 0]
+    judged = [line] * (not given) + [calculated] * (len(line) == 3 > len(calculated) and line[2] in others)
+    best = (0, 0), None
+    for along, sequence, results in product((1, 2), _sequences(found), judged):
+        for directions in chain(*(_readings(found, v) for v in _directions(found, used, set(line), along))):
             for degrees in (True, False):
-                plane = Plane(line, (), x, *y or ((),), z, spatial=spatial, degrees=degrees)
-                fits = _fits(graph, plane)
-                best = max(best, (fits, plane), key=lambda each: each[0])
+                plane = Plane(
+                    results,
+                    third if len(results) < 3 else (),
+                    line=line,
+                    sequence=sequence,
+                    degrees=degrees,
+                    **directions,
+                )
+                if plane.is_possible() and (fits := _fits(graph, plane)) > best[0]:
+                    best = fits, plane
     if best[1]:
-        best[1].said = "PLANE SPATIAL: angles about X, Y, Z" if best[1].spatial else "ZXZ angles of a tilted plane"
+        sequence = best[1].sequence
+        known = {"xyz": "PLANE SPATIAL: angles about X, Y, Z"}
+        best[1].said = known.get(sequence, f"{sequence} angles of a tilted plane")
     return best
 
 
+def _sequences(found):
+    """The sequences that the task or a text names, or else those of G68.2 and PLANE SPATIAL."""
+    if found.by == "the task":
+        return (found.sequence,)
+    named = {"ZXZ": re.search(EULER, found.text, re.I), "xyz": re.search(SPATIAL, found.text, re.I)}
+    said = {found.sequence} if found.by == "the text" else set()
+    return tuple(sorted(said.union(name for name, match in named.items() if match))) or ("ZXZ", "xyz")
+
+
+def _readings(found, vectors):
+    """Yield which of some directions, or points, may be what."""
+    if len(vectors) == 1:
+        yield {"z": vectors[0]}
+    normals = [v for v in vectors if re.search(NORMAL, found.label(v[0]), re.I)]
+    for order in (*permutations(vectors), *permutations(vectors[:2])) if len(vectors) > 1 else ():
+        x, *y, z = order
+        if len(normals) != 1 or z == normals[0]:
+            yield {"x": x, "y": y[0] if y else (), "z": z}
+        yield {"corner": y[0] if y else (), "x": x, "y": z}
+
+
 def _directions(found, used, line, along):
-    """Two or three triples of typed numbers, in rows or in columns, that have those `used`; or none."""
+    """Yield up to three triples of typed numbers, in rows or in columns, that have those `used`."""
     triples = [each for each in found.lines(used, 1) if each[0][along] != each[1][along]]
     vectors = []
     for each in triples:
         taken = set().union(*vectors)
         if len(vectors) < 3 and (used - taken).intersection(each) and taken.isdisjoint(each):
             vectors.append(each)
+    if len(used.difference(*vectors)) <= 1:  # one cell may be used by mistake
+        yield vectors
     if len(vectors) == 1:  # the angle that uses the other one is lost: the nearest
         (first,) = vectors
         others = [each for each in found.lines(found.typed - line, 3) if each[0][along] != each[1][along]]
         others = [each for each in others if set(each).isdisjoint(first) and each[0][0] == first[0][0]]
         others.sort(key=lambda each: abs(each[0][1] - first[0][1]) + abs(each[0][2] - first[0][2]))
-        vectors += others[:1]
-    # One cell may be used by mistake.
-    return vectors if len(vectors) > 1 and len(used.difference(*vectors)) <= 1 else ()
+        yield vectors + others[:1]
 
 
 def _fits(graph, plane):
-    """How many of the angles that are there a reading gives; 0 if the directions are none."""
-    own = {p: np.array(graph.own[p], dtype=float) for p in (*plane.given, *plane.results)}
-    x, y, z = (np.array([own[p] for p in places]) for places in (plane.point, plane.origin, plane.axis))
-    if not np.linalg.norm(across := np.cross(z, x)) > 1e-6 or (y.size and not np.abs(across - y).max() < 0.01):
-        return 0
+    """How many of the angles that are there a reading gives, and of other cells; 0 if the directions are none."""
+    formulas = graph.upstream(plane.results) & graph.trees.keys() - set(plane.results)
+    own = {p: np.array(graph.own[p], dtype=float) for p in (*plane.read, *formulas)}
+    x, y, z = (np.array([own[p] for p in places]) for places in (plane.x, plane.y, plane.z))
+    if z.size and x.size and not np.linalg.norm(across := np.cross(z, x)) > 1e-6:
+        return 0, 0
+    if z.size and y.size and not np.abs(across - y).max() < 0.01:
+        return 0, 0
     plane.prepare(own, {})
-    return sum(abs(own[p] - plane.targets[p][0]) < (0.1 if plane.degrees else 0.002) for p in plane.results)
+    off = [abs(own[p] - plane.targets[p][0]) for p in plane.results]
+    known = np.array([entry[0, 0] for entry in plane.known[1]])
+    others = [np.abs(known - own[p]).min() for p in formulas]
+    return sum(each < (0.1 if plane.degrees else 0.002) for each in off), sum(each < ROUNDED for each in others)
 
 
 def _named(found, line):
-    """The three cells in the order of the angles that their labels name."""
+    """The cells in the order of the angles that their labels name."""
     names = [re.sub(r"[^a-z].*", "", found.label(place).lower()) for place in line]
     order = next((group for group in NAMED if sorted(names) == sorted(group)), names)
     return tuple(line[names.index(name)] for name in order) if order is not names else line

@@ -25,6 +25,7 @@ MOVES = 1500  # inputs of one formula that are moved one by one
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
 BETWEEN = r"['’′]*[-–→·, ]*"
 SEQUENCE = re.compile(rf"(?<![A-Za-z])([XYZ]){BETWEEN}([XYZ]){BETWEEN}([XYZ])['’′]*(?![A-Za-z])", re.I)
+PRIMED = re.compile(r"(?<![A-Za-z])([XYZ])[-–, ]*([XYZ])['’′][-–, ]*([XYZ])(?:['’′]{2}|[\"”″])", re.I)
 NUMBERED = re.compile(r"(?<![\d.])([123])-([123])-([123])(?![\d.])")
 TURNS = r"euler|欧拉|rotat|dreh|turn|旋转|转|sequence|reihenfolge|顺序|axes|achsen|轴|trins|rpy|[ck]ardan|wrist"
 ONE_AXIS = r"(?:about|around|\bum|autour de|绕)(?:\s|\(|the|die|der|den|l'axe|new|neue\w?|新的?)*([xyz])(?![a-z])"
@@ -112,23 +113,24 @@ class Recognised:
         self.turning, composed = self._turning()
         self.composed = composed if task.machine is None else set()
         self.typed |= self.composed
-        self.windows = self._windows()
-        self.constants = self._constants()
+        self._read_the_reading()
+        self.planes = [] if task.machine is not None or task.cells else [*find_planes(self)]
+        given = {p for plane in self.planes for p in plane.given}
+        self.windows = [w for w in self._windows() if given.isdisjoint(w)]
+        self.constants = self._constants() - given
         inputs = {p for p in self.typed if not self.composed.issuperset(graph.used.get(p, ()))} - self.constants
         self.angles, self.lengths = inputs & self.turning, inputs - self.turning
-        self._read_the_reading()
         if task.machine is not None:
             self.calculations, self.problems = rows_of(graph, task.machine, task.cells)
         elif task.cells and "result" in task.cells:
             self._as_the_caller_says(task.cells)
         elif self.angles:
             self._find_calculations()
-        else:
-            self.calculations += find_planes(self)
-            given = {p for plane in self.calculations for p in plane.given}
-            self.constants, self.windows = self.constants - given, [w for w in self.windows if given.isdisjoint(w)]
-            if not self.calculations:
-                self.problems.append("no cell goes into a sine or cosine as an angle")
+        elif not self.planes:
+            self.problems.append("no cell goes into a sine or cosine as an angle")
+        self.calculations = [*self.planes, *self.calculations]
+        made = self.composed & graph.upstream(p for plane in self.planes for p in plane.line)
+        self.typed, self.composed, self.angles = self.typed - made, self.composed - made, self.angles - made
 
     def sorted(self, places):
         """Places as they are read."""
@@ -165,6 +167,8 @@ class Recognised:
             table = typed and (sum(abs(n) > 1 for n in numbers) > 1 or all(n % 1 == 0 for n in numbers))
             typed = {p for p in window if p in self.typed and abs(graph.own[p]) > 1}
             table |= any(len({p[n] for p in typed}) == 1 for n in (1, 2)) and len(typed) > 2
+            numbers = [graph.own.get(p) for p in window]
+            table |= len(window) == 16 and [0, 0, 0, 1] not in (numbers[12:], numbers[3::4])
             overlaps = any(not set(window).isdisjoint(other) for other in others)
             if table or overlaps or self.turning & set(window) or not graph.component.keys() >= set(window):
                 del found[window]
@@ -217,7 +221,8 @@ class Recognised:
                 found |= {line[4]} if graph.own[line[4]] == 1 else set()
                 found |= {place} if quaternions and graph.own[place] == 0 else set()
         for whole in graph.components:
-            if any(p in graph.trees and p not in self.typed for p in whole):
+            formulas = [p for p in whole if p in graph.trees and p not in self.typed]
+            if any(not self.turning.isdisjoint(graph.upstream([p])) for p in formulas):
                 found |= {p for p in whole if p in self.typed - found and not self._in_typed_line(p, whole)}
         return found
 
@@ -289,14 +294,18 @@ class Recognised:
             self._add_turn(triple, self.steps if used.issuperset(triple) else self.calculations)
         most = max((len(self._of(w, self.angles)) for w in self.windows), default=0)
         for window in self.windows if not self.calculations and not self.problems else ():
+            plane = next((p for p in self.planes if graph.upstream(p.line) & self.turned_by(window)), None)
             own, after = self._of(window, self.angles), graph.downstream(window) - set(window)
             last = all(after.isdisjoint(w) for w in self.windows if w != window)
-            if last and len(own) == most > 0 and (angles := self._three(own)):
+            if last and plane:
+                self._tell(Turn(window, self._angles_of(plane)), self.calculations, plane)
+            elif last and len(own) == most > 0 and (angles := self._three(own)):
                 self._tell(Turn(window, self._by_name(angles)), self.calculations)
         for component in graph.components:  # the rows of a table have one origin, even if a $ is missing
             rows = [c for c in self.calculations if graph.component[c.results[0]] is component]
             for row in rows:
                 row.origin = Counter(each.origin for each in rows).most_common(1)[0][0]
+                row.shift = Counter(each.shift for each in rows).most_common(1)[0][0]
 
     def _is_combined(self, triple, finals):
         """Whether a vector is made of several that go back to different points, as a mean is."""
@@ -313,7 +322,8 @@ class Recognised:
         Inputs that no formula has in common move at once, so that a long table needs no more runs than a short one.
         """
         graph, inputs = self.graph, (*self.sorted(self.angles), *self.sorted(self.lengths))
-        self.depends, self.reaches, self.unturned, together = {}, {}, {}, {p: {p} for p in inputs}
+        self.depends, self.reaches, self.unturned, self.unmoved = {}, {}, {}, {}
+        together = {p: {p} for p in inputs}
         for place in graph.order:
             sources = graph.uses[place]
             direct = frozenset(together.keys() & sources)
@@ -350,6 +360,8 @@ class Recognised:
                 self.vectors.add(place)
                 slopes = {p: (value[2 * size + turn[p]] - value[2 * size]) / step for p in lengths}
                 self.unturned[place] = {p: round(slope, 3) for p, slope in slopes.items() if abs(slope) > 1e-3}
+                turned = {p: (value[turn[p]] - value[0]) / step for p in lengths}
+                self.unmoved[place] = {p for p, slope in turned.items() if abs(slope - 1) < 1e-9}
 
     def turned_by(self, places):
         """The angles on which some cells depend."""
@@ -374,6 +386,8 @@ class Recognised:
                 continue
             if len(inside) >= 2 and (apart or all(self.graph.component.get(p) is whole for p in line)):
                 sets = [self.lengths.intersection(self.depends[p]) for p in inside]
+                turned = [cells - self.unmoved.get(p, set()) for p, cells in zip(inside, sets, strict=True)]
+                sets = turned if all(turned) else sets  # but for what is added after the turn, each to its own
                 alike = len(set.intersection(*sets)) / len(set.union(*sets))
                 same = self._in_order([self.unturned.get(p, {}) for p in line[:3]])
                 along = 1 if line[0][1] < line[1][1] else 2
@@ -398,16 +412,23 @@ class Recognised:
         for (i, one), (j, other) in combinations(enumerate(slopes), 2):
             pairs = product(one.items(), other.items())
             apart = {(q[0], (q[1] - p[1]) / (j - i), (q[2] - p[2]) / (j - i)) for (p, a), (q, b) in pairs if a == b}
-            steps.update(step for step in apart if any(step[1:]))
+            steps.update(step for step in apart if any(step[1:]) and not any(n % 1 for n in step[1:]))
         return max(steps.values(), default=0)
 
     def _add_turn(self, triple, calculations):
         angles, in_row = self._of(triple, self.angles), triple[0][1] == triple[1][1]
         own = tuple(p for p in angles if p[:2] == triple[0][:2])
         angles = own if in_row and len(own) >= 2 and len(angles) > 3 else angles
-        point, origin, others = self._moved(triple)
+        plane = next((p for p in self.planes if self.graph.upstream(p.line) & set(angles)), None)
+        back = plane or re.search(INVERSE, self.text, re.I)
+        shift = self._shift(triple) if back else ()
+        point, origin, others = self._moved(triple, shift)
         if len(angles) == 1 and others and re.search(ABOUT_AN_AXIS, self.text, re.I):
             self._tell(Turn(triple, angles, point, axis=others[0]), calculations)
+            return
+        if plane and point:
+            turn = Turn(triple, self._angles_of(plane), point, origin, shift=shift)
+            self._tell(turn, calculations, plane)
             return
         chosen = self._three(angles) or self._three(self.sorted(self.angles))
         if chosen is None or not point:
@@ -415,13 +436,26 @@ class Recognised:
             if calculations is self.calculations:
                 self.problems.append(f"{self.graph.range(triple)}: {what} not found among its inputs")
             return
-        self._tell(Turn(triple, self._by_name(chosen), point, origin, inverse=others is None), calculations)
+        self._tell(Turn(triple, self._by_name(chosen), point, origin, shift=shift), calculations)
 
-    def _moved(self, triple):
+    def _angles_of(self, plane):
+        """The cells of a plane's angles that are turned by; a third one that is 0 is used by no formula."""
+        order = self.graph.calculation_order
+        turned_by = [max(self.angles & self.graph.upstream([p]), key=order, default=p) for p in plane.line]
+        is_lost = len(turned_by) == 3 and self.graph.own[plane.line[2]] == 0 and turned_by[2] not in self.angles
+        return tuple(turned_by[:2] if is_lost else turned_by)
+
+    def _shift(self, triple):
+        """What is added to a vector after it is turned, as the origin of a plane is."""
+        unmoved = [self.unmoved.get(p, set()) for p in triple[:3]]
+        lines = self.lines(set().union(*unmoved), 2)
+        fits = (line for line in lines if sum(p in each for p, each in zip(line, unmoved, strict=True)) > 1)
+        return next(fits, ())
+
+    def _moved(self, triple, shift=()):
         """The point and the origin of a vector, and other triples of its lengths.
 
-        Where no angle turns it a vector is the point less the origin, whichever formulas make it so. If it is
-        their sum, as a text says, of a point that is turned back, there are None.
+        Where no angle turns it a vector is the point less the origin, whichever formulas make it so.
         """
         slopes, row = [self.unturned.get(p, {}) for p in triple[:3]], triple[0][:2]
         moving, weighed = {s for p in triple for s in self.depends.get(p, ())} & self.lengths, {}
@@ -432,27 +466,21 @@ class Recognised:
             if count >= 2:
                 weighed.setdefault(weight, []).append((-count, line))
         plus, minus = ([line for _, line in sorted(weighed.pop(w, []), key=lambda c: c[0])] for w in (1, -1))
-        plus, minus = _apart(plus), _apart(minus)
-        added = [line for line in plus if self._is_unturned(line, triple)]
-        if len(plus) == 2 and len(added) == 1 and re.search(INVERSE, self.text, re.I):
-            (point,) = (line for line in plus if line not in added)
-            return point, added[0], None
+        plus, minus = _apart([shift, *plus] if shift else plus)[bool(shift) :], _apart(minus)
         if len(plus) != 1 or weighed:
             up = self.graph.upstream(triple)
             means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]
-            plus = [
-                t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1
-            ] or plus
-        point = self._as_labelled(next(iter((*plus[::-1], *lines)), ()))
+            means = [t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1]
+            plus = means or plus
+        point = self._as_labelled(next(iter((*plus[::-1], *lines)), ())) or self._made_by_formulas(triple)
         origin = next((line for line in minus if set(line).isdisjoint(point)), ())
         return point, origin, [line for line in lines if set(line).isdisjoint((*point, *origin))]
 
-    def _is_unturned(self, line, triple):
-        """Whether at least two cells of a vector depend on no more of three lengths than on their own."""
-        return (
-            sum(self.depends.get(v, set()).isdisjoint({*line} - {p}) for v, p in zip(triple, line, strict=False))
-            > 1
-        )
+    def _made_by_formulas(self, triple):
+        """A point that is calculated, or is 0 without being moved: three in line that all cells of a vector use."""
+        used = set.intersection(*(set(self.graph.uses.get(p, ())) for p in triple[:3])) - self.turning
+        used -= {p for window in self.windows for p in window}
+        return next((line for line in _runs(used) if len(line) == 3), ())
 
     def _as_labelled(self, point):
         """The point a cell further on, if the labels say that x, y and z are there."""
@@ -515,7 +543,8 @@ class Recognised:
     def _read_the_reading(self):
         """Sequence and convention: the task's, else what the texts say, else those of source 000."""
         task, turns = self.task, [t for t in self.text.splitlines() if re.search(TURNS, t, re.I)]
-        said = {"".join(f.groups()).upper() for t in turns for f in SEQUENCE.finditer(t)}
+        said = {"".join(f.groups()).upper() for f in PRIMED.finditer(self.text)}
+        said |= {"".join(f.groups()).upper() for t in turns for f in SEQUENCE.finditer(t)}
         said |= {"".join("XYZ"[int(n) - 1] for n in f.groups()) for t in turns for f in NUMBERED.finditer(t)}
         in_words = [re.findall(ONE_AXIS, text, re.I) for text in self.text.splitlines()]
         said |= {"".join(axes).upper() for axes in in_words if len(axes) == 3}
@@ -528,10 +557,15 @@ class Recognised:
         self.active = task.convention == "active" if task.convention else said == [True, False, False]
         self.by = "the task" if by_task else "the text" if by_text else "source 000"
 
-    def _tell(self, calculation, calculations):
-        calculation.sequence, calculation.active = self.sequence, self.active
+    def _tell(self, calculation, calculations, plane=None):
+        calculation.sequence, calculation.active = self.sequence, self.active != bool(calculation.shift)
         name = "a rotation about an axis" if calculation.axis else f"{self.sequence}, as {self.by} says"
-        calculation.said = f"{'active' if self.active else 'passive'} rotation, {name}"
+        back = ", turned back" * bool(calculation.shift)
+        calculation.said = f"{'active' if self.active else 'passive'} rotation, {name}{back}"
+        if plane:  # into it less the origin, or out of it and to the origin, or who knows
+            calculation.plane, calculation.sequence = plane, plane.sequence
+            calculation.active = bool(calculation.shift) if calculation.shift or calculation.origin else None
+            calculation.said = f"points by these angles, {plane.sequence}"
         calculations.append(calculation)
 
 
