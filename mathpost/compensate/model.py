@@ -116,9 +116,9 @@ class ErrorModel:
         matrices = [link.matrix.xreplace(dict.fromkeys(self.errors, 0)) for link in links]
         before, behind = [sp.eye(4)], [matrices[-1][:, 2:]]
         for matrix in matrices[:-1]:
-            before.append(before[-1] * matrix)
+            before.append(chain.product((before[-1], matrix)))
         for matrix in reversed(matrices[:-1]):
-            behind.append(matrix * behind[-1])
+            behind.append(chain.product((matrix, behind[-1])))
         return links, before, behind[::-1]
 
     def sensitivity(self, name):
@@ -133,7 +133,7 @@ class ErrorModel:
         for index, link in enumerate(links[:-1]):
             if symbol in link.matrix.free_symbols:
                 slope = link.matrix.diff(symbol).xreplace(dict.fromkeys(self.errors, 0))
-                moved += before[index] * slope * behind[index + 1]
+                moved += chain.product((before[index], slope, behind[index + 1]))
         return sp.ImmutableMatrix([*moved[:3, 1], *moved[:3, 0]])
 
     def forward(self, joints, errors):

@@ -13,7 +13,7 @@ from numbers import Real
 import numpy as np
 import sympy as sp
 
-from mathpost.chain import exact_unit, turn
+from mathpost.chain import exact_unit, product, turn
 from mathpost.errors import NUMBER, InputError, as_array
 from mathpost.machine import Rotary
 from mathpost.rotation import numeric
@@ -70,11 +70,11 @@ def moved_symbolic(table):
     for axis in table:
         *centre, old, new = own = sp.symbols([f"{axis.name}_{c}" for c in "xyz01"], real=True)
         direction, centre = exact_unit(axis.axis), sp.Matrix(centre)
-        point = turn(direction, centre, -old) * point
+        point = product((turn(direction, centre, -old), point))
         to_new.insert(0, turn(direction, centre, new))
         symbols += own
     for matrix in to_new:
-        point = matrix * point
+        point = product((matrix, point))
     return tuple(point[:3, 0]), tuple(symbols)
 
 
