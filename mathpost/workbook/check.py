@@ -1,5 +1,6 @@
 """The check of one file: its formulas as functions, or, where there are none, its values."""
 
+import re
 from itertools import groupby, product
 
 from mathpost.workbook.beside import Beside
@@ -90,10 +91,28 @@ def check_file(path, task=None):
     for calculation in judge.unexplained:
         text = "is not what the task asks for, and no single change makes it so"
         found.problems.append(f"{graph.range(calculation.results)} {text}")
+    unlike = [*_unlike_the_text(graph, found)]
     unclear = not found.calculations or found.problems or judge.reading
     if unclear and not (judge.faults or judge.reading or task.machine):
         found.problems.append(_ready_cells(graph, found.turning))
-    return _report(graph, statuses, judge.faults, [*seen, *found.problems], warnings, unclear)
+    seen += [*found.problems, *unlike]
+    return _report(graph, statuses, judge.faults, seen, warnings, unclear or unlike)
+
+
+def _unlike_the_text(graph, found):
+    """Yield what is given where a text of the sheet has the same three numbers but for one: a typing error?"""
+    said = [[float(n) for n in re.findall(r"[-+]?\d+(?:\.\d+)?", text)] for text in found.text.splitlines()]
+    said = {tuple(numbers[n : n + 3]) for numbers in said for n in range(len(numbers) - 2)}
+    given = {places for c in found.calculations for places in (c.angles, c.point, c.origin) if len(places) == 3}
+    given = {places: tuple(graph.own[p] for p in places) for places in given if found.typed.issuperset(places)}
+    for text, (places, numbers) in product(said - {*given.values()}, given.items()):
+        alike = [abs(a - b) < 1e-6 for a, b in zip(text, numbers, strict=True)]
+        if sum(alike) == 2 and any(same for same, number in zip(alike, numbers, strict=True) if number):
+            yield f"{graph.range(places)} is {_three(numbers)}, and a text says {_three(text)}"
+
+
+def _three(numbers):
+    return ", ".join(f"{number:g}" for number in numbers)
 
 
 def _by_values(graph, found):

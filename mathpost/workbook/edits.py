@@ -43,7 +43,7 @@ def edits(graph, place, inputs=(), windows=()):
         for cause, function in (TO_RADIANS, TO_DEGREES):
             new = converted(tree, function)
             yield cause, tree, new, new
-    for kind in (_functions, _signs):
+    for kind in (_functions, _reversed, _signs):
         for path, part in parts.items():
             for cause, new in kind(part, path):
                 yield cause, part, new, put(tree, path, new)
@@ -142,6 +142,11 @@ def _functions(part, path):
 def _factors(tree):
     """The factors of a product of matrices, from left to right."""
     return [*_factors(tree[1]), *_factors(tree[2])] if tree[0] == "MMULT" else [tree]
+
+
+def _reversed(part, path):
+    if part[0] == "-":
+        yield "sign", ("-", part[2], part[1])
 
 
 def _signs(part, path):

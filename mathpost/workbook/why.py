@@ -41,7 +41,7 @@ class Why:
                 faults.append(self.judge.fault(place, *fault))
         within = [w for w in (unit, *self.found.windows) if unit[0] in w and unit[0] not in self.judge.targets]
         if len(unit) > 16:  # all matrices at once
-            return 0.0, faults
+            return UNLIKELY + 0.5, faults
         if unit in elements and len(places) == 2:  # do the others turn the same way?
             senses = [sense for sense, _ in elements.values()]
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0

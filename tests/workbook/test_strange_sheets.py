@@ -58,6 +58,26 @@ BESIDE = {
     "angles computed back": ({"B20": "=DEGREES(ATAN2(-J8,I8))", "B21": "=DEGREES(ACOS(K8))"}, "right"),
     "something else": ({"S20": 3, "S21": 4, "S22": 5, "S23": "=AVERAGE(S20:S22)"}, "right"),
     "a vector that only follows": ({f"O{n}": f"=M{n}/3+1" for n in (6, 7, 8)}, "unclear"),
+    "its distance from the point": ({"O6": "=SQRT((M6-D1)^2+(M7-D2)^2+(M8-D3)^2)"}, "right"),
+    "its difference from numbers in a table": (
+        {
+            f"{c}{n}": v
+            for n, v in ((6, 3.1), (7, 4.2), (8, 5.3))
+            for c, v in (("O", n), ("P", v), ("Q", f"=M{n}-P{n}"))
+        },
+        "right",
+    ),
+    "the largest of the differences": (
+        {f"O{n}": n / 7 for n in (6, 7, 8)}
+        | {f"P{n}": f"=M{n}-O{n}" for n in (6, 7, 8)}
+        | {"P10": "=MAX(MAX(P6:P8),-MIN(P6:P8))"},
+        "right",
+    ),
+    "the angle of the whole turn": ({"O6": "=DEGREES(ACOS((I6+J7+K8-1)/2))"}, "right"),
+    "turned back, one cell wrong": (
+        {f"O{6 + n}": f"={c}6*M6+{c}7*M7+{'K' if n else c}8*M8" for n, c in enumerate("IJK")},
+        "wrong",
+    ),
     "a text of the result": ({"O6": '="x = "&TEXT(M6,"0.000")'}, "right"),
 }
 
@@ -74,7 +94,8 @@ def _check(tmp_path, cells, texts=None, **task):
 def test_what_stands_beside_a_right_result_raises_no_alarm(tmp_path, name):
     beside, verdict = BESIDE[name]
     report = _check(tmp_path, _sheet() | beside)
-    assert (report.verdict, report.faults) == (verdict, []), report
+    assert report.verdict == verdict, report
+    assert [fault.cell for fault in report.faults] == ["Sheet!O7"] * (verdict == "wrong")
 
 
 @pytest.mark.parametrize("name", BESIDE)
@@ -249,3 +270,97 @@ def test_another_sequence_than_the_tasks_is_named(tmp_path):
     assert (report.verdict, report.faults[0].cause) == ("wrong", "other convention") and "ZXZ" in str(
         report.faults[0]
     )
+
+
+def _points(rows=((3, 4, 5), (-7, 2, 11), (0, 6, -10), (8, 1, 1))):
+    """The matrix R in I6:K8, points in rows from S6, what becomes of them from V6."""
+    cells = {place: formula for place, formula in _sheet().items() if place[0] != "M"}
+    for n, point in enumerate(rows, 6):
+        cells |= dict(zip((f"S{n}", f"T{n}", f"U{n}"), point, strict=True))
+        cells |= {
+            f"{c}{n}": f"=$I${r}*$S{n}+$J${r}*$T{n}+$K${r}*$U{n}" for r, c in zip((6, 7, 8), "VWX", strict=True)
+        }
+    return cells
+
+
+@pytest.mark.parametrize("function", ["AVERAGE", "SUM", "MAX", "STDEV"])
+def test_means_of_points_and_a_range_that_is_a_row_short(tmp_path, function):
+    cells = _points() | {f"{c}11": f"={function}({c}6:{c}9)" for c in "STUVWX"}
+    report = _check(tmp_path, cells)
+    assert report.verdict == "right", report
+    report = _check(tmp_path, cells | {"W11": f"={function}(W6:W8)"})
+    assert [(f.cell, f.message) for f in report.faults] == [("Sheet!W11", "W11: W6:W8 should be W6:W9")], report
+
+
+def test_the_mean_of_points_turned_as_a_point(tmp_path):
+    cells = _points() | {f"{c}11": f"=AVERAGE({c}6:{c}9)" for c in "STU"}
+    cells |= {f"{c}11": f"=$I${r}*$S11+$J${r}*$T11+$K${r}*$U11" for r, c in zip((6, 7, 8), "VWX", strict=True)}
+    assert _check(tmp_path, cells).verdict == "right"
+    assert [f.cell for f in _check(tmp_path, cells | {"V11": "=I6*S11+J6*T11+K7*U11"}).faults] == ["Sheet!V11"]
+
+
+def test_steps_of_an_angle_down_a_column(tmp_path):
+    x, y = "(COS(RADIANS($B$1))*{0}+SIN(RADIANS($B$1))*{1})", "(-SIN(RADIANS($B$1))*{0}+COS(RADIANS($B$1))*{1})"
+    cells = dict(
+        zip(("A1", "B1", "A2", "B2", "D1", "D2", "D3", "A5"), ("α", 20, "γ", 40, 3, 4, 5, "β"), strict=True)
+    )
+    x, y, c, s = x.format("$D$1", "$D$2"), y.format("$D$1", "$D$2"), "COS(RADIANS($B$2))", "SIN(RADIANS($B$2))"
+    for n in range(6, 12):
+        turned = f"(COS(RADIANS($A{n}))*{y}+SIN(RADIANS($A{n}))*$D$3)"
+        cells |= {f"A{n}": f"=A{n - 1}+15" if n > 6 else 10, f"B{n}": f"={c}*{x}+{s}*{turned}"}
+        cells |= {
+            f"C{n}": f"=-{s}*{x}+{c}*{turned}",
+            f"D{n}": f"=-SIN(RADIANS($A{n}))*{y}+COS(RADIANS($A{n}))*$D$3",
+        }
+    report = _check(tmp_path, cells)
+    assert report.verdict == "right", report
+    report = _check(tmp_path, cells | {"C9": cells["C9"].replace("=-", "=")})
+    assert [fault.cell for fault in report.faults] == ["Sheet!C9"], report
+    assert _check(tmp_path, cells | {"A9": "=A8+25"}).verdict == "unclear"
+
+
+@pytest.mark.parametrize(
+    ("formula", "cause"),
+    [
+        ("={a}*(D1-F1)+{b}*(D2-F2)+{c}*(D3-F3)", None),
+        ("={a}*D1+{b}*D2+{c}*D3-{o}", "the origin is taken off after the turn, not before"),
+        ("={a}*(D1+F1)+{b}*(D2+F2)+{c}*(D3+F3)", "the origin is added, not taken off"),
+    ],
+)
+def test_an_origin_at_the_wrong_place(tmp_path, formula, cause):
+    cells = _sheet() | {"F1": 11, "F2": -6, "F3": 4}
+    for n, origin in zip((6, 7, 8), ("F1", "F2", "F3"), strict=True):
+        cells[f"M{n}"] = formula.format(a=f"I{n}", b=f"J{n}", c=f"K{n}", o=origin)
+    report = _check(tmp_path, cells, origin=(11, -6, 4))
+    assert [fault.message for fault in report.faults] == [f"M{n}: {cause}" for n in (6, 7, 8) if cause], report
+
+
+def test_the_inverse_of_a_transformation_with_an_origin(tmp_path):
+    cells = _sheet() | {
+        "F1": 11,
+        "F2": -6,
+        "F3": 4,
+        "A20": "inverse transformation: from the workpiece to the machine",
+    }
+    for n, column in zip((6, 7, 8), "IJK", strict=True):
+        cells[f"M{n}"] = f"={column}6*D1+{column}7*D2+{column}8*D3+F{n - 5}"
+    report = _check(tmp_path, cells)
+    assert report.verdict == "right", report
+    assert [f.cell for f in _check(tmp_path, cells | {"M7": cells["M7"].replace("F2", "F3")}).faults] == [
+        "Sheet!M7"
+    ]
+
+
+def test_one_conversion_in_gon(tmp_path):
+    cells = _sheet(("COS({}/200*PI())", "SIN({}/200*PI())"), (150, 60, -100))
+    assert _check(tmp_path, cells).verdict == "right"
+    report = _check(tmp_path, cells | {"C11": "=SIN(B2/180*PI())"})
+    assert [(f.cell, f.message) for f in report.faults] == [("Sheet!C11", "C11: 180 should be 200")], report
+
+
+def test_a_number_that_a_text_gives_differently(tmp_path):
+    text = {"A20": "Turn (3, 4, 5) by 135, 54.7356 and -90 degrees"}
+    assert _check(tmp_path, _sheet(), text).verdict == "right"
+    report = _check(tmp_path, _sheet(point=(3, -4, 5)), text)
+    assert (report.verdict, report.status) == ("unclear", 2)
+    assert "Sheet!D1:D3 is 3, -4, 5, and a text says 3, 4, 5" in report.seen
