@@ -3,7 +3,7 @@
 Read `check`, which calls the others in turn: `file` (with `safety`) reads cells, `graph` (with `formula`) evaluates
 them at many inputs at once, `recognise` tells what is what, `calculation` what may stand where, and `judge` (with
 `edits`) finds the first wrong cell. `nc_table` (with `nc_columns`) and `plane_angles` are other calculations,
-`values` (with `label`, `threes`) knows sheets of numbers; `folder` checks a class, `symbolic` shows a sheet as sympy.
+`values` (with `label`, `threes`) knows sheets of numbers; `folder` checks a class, `symbolic` shows it as sympy.
 """
 
 from mathpost.workbook.check import check_file
