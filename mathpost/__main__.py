@@ -82,10 +82,6 @@ def _joined(arguments):
     return [f"{word}={next(words, '')}" if word in vectors else word for word in words]
 
 
-def _words(text):
-    return tuple(word.strip() for word in text.split(",") if word.strip())
-
-
 def _vector(text):
     values = tuple(map(float, text.split(",")))
     if len(values) != 3:
@@ -111,6 +107,10 @@ def _number(text):
     return number
 
 
+def _degrees(default):
+    return {"type": float, "default": round(math.degrees(default), 9), "metavar": "DEG"}
+
+
 SAID = ("method", "unit", "axis", "positive", "sigma")  # what a file of readings may leave unsaid
 THREE = {"nargs": 3, "type": _number}
 MACHINE = _file("machine", metavar="MACHINE", help="machine file, TOML")
@@ -125,38 +125,30 @@ LANGUAGE = _arg("--language", choices=("en", "zh"), default="en", help="of the t
     _arg("--dialect", choices=DIALECTS, default="heidenhain"),
     _arg("--tcp", action="store_true", help="let the control keep the tip: M128, G43.4, TRAORI"),
     _arg("--tolerance", type=float, default=TOLERANCE, metavar="MM", help="default %(default)s"),
-    _arg(
-        "--axis-tolerance", type=float, default=round(math.degrees(AXIS_TOLERANCE), 9), metavar="DEG",
-        help="of the tool axis; default %(default)s",
-    ),
-    _arg("--selection", choices=STRATEGIES, default="optimal"),
+    _arg("--axis-tolerance", **_degrees(AXIS_TOLERANCE), help="of the tool axis; default %(default)s"),
+    _arg("--selection", dest="strategy", choices=STRATEGIES, default="optimal"),
     _arg("--singular", choices=Crossing.SAFE, default="direct", help="way through singular regions"),
-    _arg("--cone", type=float, metavar="DEG", help="half angle of the singular region (default 1)"),
+    _arg("--cone", **_degrees(CONE), help="half angle of the singular region (default %(default)g)"),
     _arg("--split", action="store_true", help="retract and unwind where travel ends"),
     _arg("--tool-length", type=float, metavar="MM", help="instead of the machine file's"),
     _arg("--origin", type=_vector, metavar="X,Y,Z", help="workpiece origin, instead of the machine file's"),
     _file("--errors", help="errors of the calibrated machine, TOML, to compensate for"),
     _arg("--compare", action="store_true", help="report other strategies and ways through singular regions, too"),
-    _arg("--ignore", type=_words, default=(), metavar="WORD,…", help="words of the CL file taken for comments"),
+    _arg("--ignore", default="", metavar="WORD,…", help="words of the CL file taken for comments"),
     _file(help="program; by default standard output"),
 )  # fmt: skip
 def _post(options):
     """Write the program, and the report to standard error."""
     setup = machine.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
+    ignored = tuple(word.strip() for word in options.ignore.split(",") if word.strip())
     result = run(
-        cl.read(options.cl, tolerance=min(cl.ARC_TOLERANCE, options.tolerance / 5), ignored=options.ignore),
+        cl.read(options.cl, tolerance=min(cl.ARC_TOLERANCE, options.tolerance / 5), ignored=ignored),
         setup,
-        dialect=options.dialect,
-        strategy=options.selection,
-        singular=options.singular,
-        tolerance=options.tolerance,
         axis_tolerance=math.radians(options.axis_tolerance),
-        tcp=options.tcp,
-        cone=CONE if options.cone is None else math.radians(options.cone),
-        split=options.split,
-        compare=options.compare,
+        cone=math.radians(options.cone),
         errors=read_errors(options.errors, setup) if options.errors else None,
         progress=(lambda name: print(f"{name} …", file=sys.stderr)) if sys.stderr.isatty() else None,
+        **_given(options, ("dialect", "strategy", "singular", "tolerance", "tcp", "split", "compare")),
     )
     _write(options.output, result.program, inputs=filter(None, (options.cl, options.machine, options.errors)))
     print(result.report, file=sys.stderr)
@@ -221,9 +213,8 @@ def _calibrate(options):
 )
 def _check(options):
     """Print what is wrong; of a folder a table, with the progress on standard error."""
-    said = {"kind": options.task} if options.task else {}
-    if options.task and options.task.lower().endswith(".toml"):
-        said = workbook.task_file(options.task)
+    name = options.task or ""
+    said = workbook.task_file(name) if name.lower().endswith(".toml") else {"kind": name} if name else {}
     names = ("sequence", "convention", "angles", "point", "origin", "cells", "machine")
     task = workbook.Task(**said | _given(options, names))
     if not options.path.is_dir():
@@ -287,34 +278,25 @@ def _show(options):
 )  # fmt: skip
 def _explain(options):
     """Print what gives the answer; 0 if it is right, 1 if not."""
-    results = options.result or []
-    if options.machine is not None:
-        _need(options, "axis", "result")
-        kinematics = Kinematics(machine.load(options.machine))
-        found = explain_joints(kinematics, *_alone(options.axis, results))
+    if options.machine is None and options.matrix is not None:
+        needed, given = ["angles"], None
+        results = [options.matrix[n : n + 3] for n in (0, 3, 6)]
     else:
-        if options.matrix is not None:
-            _need(options, "angles")
-            pair = None, [options.matrix[n : n + 3] for n in (0, 3, 6)]
-        else:
-            _need(options, "angles", "point", "result")
-            pair = _alone(options.point, results)
-        found = explain(options.angles, *pair, sequence=options.sequence.upper(), origin=options.origin)
-    print(found)
-    return int(not found.right)
-
-
-def _need(options, *names):
-    for name in names:
+        needed = ["angles", "point", "result"] if options.machine is None else ["axis", "result"]
+        given, results = getattr(options, needed[-2]), options.result
+    for name in needed:
         if not getattr(options, name):
             raise InputError("explain", f"--{name}", "nothing")
-
-
-def _alone(given, results):
-    """A single row by itself, or all rows."""
-    if len({len(row) for row in results}) > 1 or len(given) != len(results):
-        raise InputError("--result", f"{len(given)} of one length", f"{[len(row) for row in results]}")
-    return (given[0], results[0]) if len(given) == 1 else (given, results)
+    if given:
+        if len({len(row) for row in results}) > 1 or len(given) != len(results):
+            raise InputError("--result", f"{len(given)} of one length", f"{[len(row) for row in results]}")
+        given, results = (given[0], results[0]) if len(given) == 1 else (given, results)
+    if options.machine is not None:
+        found = explain_joints(Kinematics(machine.load(options.machine)), given, results)
+    else:
+        found = explain(options.angles, given, results, sequence=options.sequence.upper(), origin=options.origin)
+    print(found)
+    return int(not found.right)
 
 
 LESSONS = COMMANDS.add_parser("lessons", help="run lessons anew and say what changed")
@@ -386,17 +368,17 @@ def _assign(options):
     from mathpost.course.verdict import EXERCISES
 
     lines = read_text(options.students).splitlines() if options.students else ()
-    students = [line.strip() for line in lines if line.strip()]
+    students = list(filter(None, map(str.strip, lines)))
     asked = assign.assign(options.lessons, options.output, students)
     for path, names in asked.items():
         print(f"{path}: {', '.join(names) or 'no exercises'}")
-    every = {name for names in asked.values() for name in names}
-    own = sorted(name for name in every & EXERCISES.keys() if EXERCISES[name].drawn)
-    said = f"Each student has numbers of their own in {', '.join(own) or 'no exercise'}; the" if students else "The"
-    print(
-        f"{said} numbers of {'the others' if students else 'these exercises'} are the same for all.",
-        file=sys.stderr,
-    )
+    own = sorted(set().union(*asked.values()) & {name for name, each in EXERCISES.items() if each.drawn})
+    said = "The numbers of these exercises"
+    if students:
+        said = (
+            f"Each student has numbers of their own in {', '.join(own) or 'no exercise'}; the numbers of the others"
+        )
+    print(f"{said} are the same for all.", file=sys.stderr)
     print("The package holds the solutions of its own exercises: who has it can read them.", file=sys.stderr)
     return 0
 

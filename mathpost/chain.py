@@ -133,19 +133,19 @@ def bodies(machine):
     found, place = [], sp.ImmutableMatrix(sp.eye(4))
     for name in machine.slides_that_carry("workpiece"):  # the word X+ moves the workpiece towards X-
         direction = sp.Matrix([int(name == letter) for letter in LETTERS])
-        place = place * homogeneous(sp.eye(3), -symbols[name] * direction)
+        place = product((place, homogeneous(sp.eye(3), -symbols[name] * direction)))
         found.append((name, place))
     for link in reversed(rest[:cut]):  # a turn run through backwards is the turn by minus the angle
-        place = place * link.matrix.subs({symbols[link.name]: -symbols[link.name]})
+        place = product((place, link.matrix.subs({symbols[link.name]: -symbols[link.name]})))
         found.append((link.name, place))
-    found.append(("workpiece", place * first.matrix.inv()))
+    found.append(("workpiece", product((place, first.matrix.inv()))))
     place = slides.matrix.subs(standing)
     for name in machine.slides_that_carry("tool"):
         del standing[symbols[name]]
         place = slides.matrix.subs(standing)
         found.append((name, place))
     for link in heads:
-        place = place * link.matrix
+        place = product((place, link.matrix))
         found.append((link.name, place))
     return tuple(found)
 
@@ -162,8 +162,19 @@ def homogeneous(matrix, translation):
 
 
 def product(matrices):
-    """The product of sympy matrices, first on the left."""
-    return reduce(lambda left, right: left * right, matrices)
+    """The product of sympy matrices, first on the left, as the textbook has it.
+
+    sympy's own asks of each entry whether it is infinite before it multiplies it by zero: ten times as long.
+    """
+    return reduce(_times, matrices)
+
+
+def _times(left, right):
+    def entry(row, column):
+        pairs = zip(left.row(row), right.col(column), strict=True)
+        return sp.Add(*(a * b for a, b in pairs if a != 0 and b != 0))
+
+    return sp.ImmutableMatrix(left.rows, right.cols, entry)
 
 
 def _from_z_to(axis):

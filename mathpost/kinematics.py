@@ -19,6 +19,7 @@ from mathpost.rotation import about, numeric, unit, wrap
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
 AT_POLE = 1e-200  # squared: nearer than 1e-100 to the pole, any outer angle is right
 BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
+TURN = tuple(sp.symbols(f"rise_{branch} run_{branch}", real=True) for branch in (1, 2))
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,8 @@ def _close_the_loop(machine, data, tip):
     slides = [link.name for link in links].index("linear")
     from_workpiece = sp.Matrix([*(data.origin + sp.Matrix(tip)), 1])
     for link in links[1:slides]:  # a table's turn run through forwards
-        from_workpiece = link.matrix.subs({angle: -angle for angle in symbols[3:]}) * from_workpiece
+        turned = link.matrix.subs({angle: -angle for angle in symbols[3:]})
+        from_workpiece = chain.product((turned, from_workpiece))
     from_tool = chain.product(link.matrix for link in links[slides:])[:, 3]
     return tuple((from_workpiece - from_tool.subs(dict.fromkeys(symbols[:3], 0)))[:3])
 
@@ -129,7 +131,7 @@ class Kinematics:
         Its last column is the tool tip, its third the tool axis. With `parameters` the machine's offsets and
         directions are kept as symbols too (directions stand for unit vectors), those of `mathpost.chain.Geometry`.
         """
-        return sp.ImmutableMatrix(chain.product(link.matrix for link in self.links(parameters)))
+        return chain.product(link.matrix for link in self.links(parameters))
 
     @cached_property
     def inverse_symbolic(self):
@@ -232,17 +234,20 @@ class Kinematics:
         The cosines and sines of both angles are algebraic in what the angles come from: none is computed from an
         angle.
         """
-        derived, entries = self.inverse_symbolic, []
-        for solution in derived.solutions:
+        derived, turns, entries = self.inverse_symbolic, [], []
+        for solution, (rise, run) in zip(derived.solutions, TURN, strict=True):
             values = {f(derived.inner): sp.expand_trig(f(solution)) for f in (sp.cos, sp.sin)}
-            rise, run = (term.xreplace(values) for term in derived.turn)
+            turns += [term.xreplace(values) for term in derived.turn]
             squared = rise**2 + run**2
             length = sp.sqrt(squared)
             values |= {sp.cos(derived.outer): run / length, sp.sin(derived.outer): rise / length}
             angles = {derived.inner: solution, derived.outer: sp.atan2(rise, run)}
             linear = [coordinate.xreplace(values) for coordinate in derived.linear]
             entries += [*linear, *(angles[joint] for joint in self.symbols[3:]), squared]
-        return numeric(tuple(entries), (*derived.tip, *derived.axis, BELOW, ABOVE))
+        turn = numeric(tuple(turns), (*derived.axis, BELOW, ABOVE))
+        rest = numeric(tuple(entries), (*derived.tip, BELOW, ABOVE, *TURN[0], *TURN[1]))
+        # In two steps: sympy looks through whatever stands under a root.
+        return lambda x, y, z, *given: rest(x, y, z, *given[3:], *np.moveaxis(turn(*given), -1, 0))
 
 
 def _perpendicular(u):

@@ -215,14 +215,14 @@ def from_dict(content, where="machine"):
     linear, program = file.table("linear", optional=True), file.table("program", optional=True)
     slides = dict.fromkeys([*(key for key in linear.content if key in LETTERS), *LETTERS])
     machine = Machine(
-        name=file.take("name", _text, "a name in quotes"),
-        source=file.take("source", _text, "a source in quotes"),
+        name=file.take("name", some_text, "a name in quotes"),
+        source=file.take("source", some_text, "a source in quotes"),
         rotary=tuple(_rotary(TomlTable(entry, f"{where}, rotary {n}")) for n, entry in enumerate(rotary, 1)),
         linear=tuple(_joint(linear.table(name, optional=True), Linear, name, "mm", "tool") for name in LETTERS),
         slide_order=tuple(slides),
         origin=workpiece.take("origin", *VECTOR),
         tool_axis=tool.take("axis", *DIRECTION),
-        tool_length=tool.take("length", _is(lambda x: x >= 0, _number), "a length in mm, not negative", 0.0),
+        tool_length=tool.take("length", only_if(lambda x: x >= 0, a_number), "a length in mm, not negative", 0.0),
         programmed_point=tool.take("programmed_point", _point, '"tip", "nose" or [x, y, z] in mm', "tip"),
         limits_of=linear.take("limits_of", *_one_of("slides", "words"), "slides"),
         **{name: tuple(program.take(key, _each(str), "a list of lines", ())) for name, key in PROGRAM.items()},
@@ -245,7 +245,7 @@ def _joint(table, kind, name, unit, *carries, **more):
     scale = math.radians if unit == "degrees" else float
 
     def rate(key, expected):
-        found = table.take(key, _is(lambda x: x > 0, _number), f"{expected} above 0", None)
+        found = table.take(key, only_if(lambda x: x > 0, a_number), f"{expected} above 0", None)
         return found and scale(found)
 
     joint = kind(
@@ -312,7 +312,7 @@ class TomlTable:
 # Readers return what they make of a value or raise ValueError or TypeError; `TomlTable.take` says where.
 
 
-def _is(holds, read=lambda value: value):
+def only_if(holds, read=lambda value: value):
     """A reader of what `holds` of once it has been read."""
 
     def checked(value):
@@ -323,29 +323,29 @@ def _is(holds, read=lambda value: value):
     return checked
 
 
-def _number(value):
+def a_number(value):
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
         raise ValueError
     return float(value)
 
 
 def _numbers(count):
-    return _is(lambda numbers: len(numbers) == count, lambda value: tuple(map(_number, value)))
+    return only_if(lambda numbers: len(numbers) == count, lambda value: tuple(map(a_number, value)))
 
 
 def _each(kind):
-    return _is(lambda value: isinstance(value, list) and all(isinstance(entry, kind) for entry in value))
+    return only_if(lambda value: isinstance(value, list) and all(isinstance(entry, kind) for entry in value))
 
 
 def _one_of(*words):
-    return _is(lambda value: value in words), " or ".join(f'"{word}"' for word in words)
+    return only_if(lambda value: value in words), " or ".join(f'"{word}"' for word in words)
 
 
-_text = _is(lambda value: isinstance(value, str) and value.strip())
-_address = _is(lambda value: re.fullmatch("[ABCUVW][0-9]?", value))
-_limits = _is(lambda ends: ends[0] < ends[1], _numbers(2))
+some_text = only_if(lambda value: isinstance(value, str) and value.strip())
+_address = only_if(lambda value: re.fullmatch("[ABCUVW][0-9]?", value))
+_limits = only_if(lambda ends: ends[0] < ends[1], _numbers(2))
 VECTOR = _numbers(3), "[x, y, z] in mm"
-DIRECTION = _is(lambda vector: np.linalg.norm(vector) > 1e-9, _numbers(3)), "[x, y, z], not all zero"
+DIRECTION = only_if(lambda vector: np.linalg.norm(vector) > 1e-9, _numbers(3)), "[x, y, z], not all zero"
 
 
 def _point(value):

@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from mathpost.course import view_machine, view_plane, view_rotation
+from mathpost.course import view_machine, view_rotation
 from mathpost.course.lesson_data import blade, load
 from mathpost.draw.live import HERE, MODULES, _dense
 from mathpost.draw.picture import FINE, View, spread
 from mathpost.draw.plot import COLOUR
-from mathpost.post.between_blocks import true_tip
+from mathpost.post.proof import true_tip
 from tests.conftest import LESSONS
 from tests.test_browser import CHROMIUM, PICTURE, browser, opened  # noqa: F401  the fixture of this module, too
 
@@ -87,7 +87,7 @@ SCENES = {
     "two machines": lambda: view_machine.walk(load("dmu50v"), blade(), second=load("ac_head")),
     "turns": lambda: view_rotation.turns((3, 4, 5), (135, 54.7356, -90)),
     "notations": view_rotation.notations,
-    "gallery": lambda: view_plane.gallery([load("bc_table"), load("head_b_table_c"), load("nutating_head")]),
+    "gallery": lambda: view_rotation.gallery([load("bc_table"), load("head_b_table_c"), load("nutating_head")]),
 }
 
 
@@ -97,10 +97,10 @@ def test_the_browser_paints_the_still_picture(noted, name, tmp_path):
     made = SCENES[name]()
     canvases = list(painted(noted, made.page(), tmp_path))
     assert len(canvases) >= len(made.scenes) and not noted.errors
-    for scene, places, (strokes, _, written, image) in zip(made.scenes, made.places, canvases, strict=False):
+    for scene, (strokes, _, written, image) in zip(made.scenes, canvases, strict=False):
         sent = scene.state()  # as rounded for the page
         scene = replace(scene, middle=np.array(sent["middle"]), radius=sent["radius"])
-        view = View(scene, places, image.size)
+        view = View(scene, image.size)
         for line in scene.lines:
             if line.parts:
                 at = np.concatenate([view.pixels(line.body, np.asarray(part))[:, :2] for part in line.parts])
@@ -108,11 +108,7 @@ def test_the_browser_paints_the_still_picture(noted, name, tmp_path):
                 assert np.linalg.norm(at[:, None] - drawn, axis=-1).min(axis=1).max() < 0.3, f"{scene.title} {line}"
         letters = spread([view.pixels(label.body, label.at)[:2] for label in scene.labels], 20.0)
         assert np.reshape(written, (-1, 2)) == pytest.approx(np.reshape(letters, (-1, 2)), abs=0.3)
-        still = (
-            View(scene, places, [FINE * side for side in image.size])
-            .draw()
-            .resize(image.size, Image.Resampling.BOX)
-        )
+        still = View(scene, [FINE * side for side in image.size]).draw().resize(image.size, Image.Resampling.BOX)
         apart = np.abs(np.asarray(still, dtype=int) - np.asarray(image.convert("RGB"), dtype=int)).max(axis=-1)
         assert (apart > 60).mean() < SHARE
 
@@ -213,6 +209,6 @@ def test_a_walk_draws_both_branches_and_the_true_tip(noted, tmp_path):
     tip = true_tip(kin, np.array(made.state["runs"][0]["joints"]), samples=24)
     sent, strokes = made.scenes[0].state(), canvases[0][0]
     scene = replace(made.scenes[0], middle=np.array(sent["middle"]), radius=sent["radius"])
-    at = View(scene, made.places[0], canvases[0][3].size).pixels(line.body, tip)[:, :2]
+    at = View(scene, canvases[0][3].size).pixels(line.body, tip)[:, :2]
     drawn = np.concatenate(ways(strokes, line.colour))
     assert np.linalg.norm(at[:, None] - drawn, axis=-1).min(axis=1).max() < 0.3

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from mathpost import machine, rotation
 from mathpost.frame import CsyTransform, Frame
 from mathpost.kinematics import Kinematics
-from mathpost.plane.alignment import align
+from mathpost.plane.positioning import align
 from mathpost.plane.tilted_plane import Plane
 from mathpost.rotation import ACTIVE, PASSIVE, zxz_left_transposed, zxz_right
 from tests.conftest import ROOT

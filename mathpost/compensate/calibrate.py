@@ -16,8 +16,8 @@ from itertools import pairwise
 import numpy as np
 
 from mathpost.compensate import readings as files
-from mathpost.compensate.model import SQUARENESS, MachineErrors, error_names, named_point, table_position
-from mathpost.errors import InputError, ReachError
+from mathpost.compensate.model import SQUARENESS, constant_errors, error_names, named_point, table_position
+from mathpost.errors import InputError
 from mathpost.measure import rotary_axis
 from mathpost.measure.fit import Value, coverage_factor, least_squares
 from mathpost.rotation import unit
@@ -29,23 +29,15 @@ SMALL = 1e-3  # of a rotary axis' direction: a component that its positioning er
 
 @dataclass(frozen=True)
 class Calibration:
-    """What readings say about a machine, `nominal` as the control believed it to be.
+    """What readings say about a machine."""
 
-    `values` takes the unknowns of the geometry to what the machine has more than `nominal`, mm or radians;
-    `positioning` has a `Positioning` for each axis measured. `parts` are pairs for each file: what it contributes
-    to the covariance of all unknowns, geometry first, and its degrees of freedom. `assumed` takes an unknown that
-    stays at zero to the reason, `noise` a file to the standard deviation of a reading and its degrees of freedom.
-    `bar` has, as `Value`, what was measured of ``"length"``, by which the test bar is longer than the tool of
-    `nominal`, and the ``"radius"`` of its ball.
-    """
-
-    nominal: object
-    values: dict
-    positioning: tuple
-    parts: tuple
-    assumed: dict
-    noise: dict
-    bar: dict
+    nominal: object  # the `Machine` as the control believed it to be
+    values: dict  # unknowns of the geometry: what the machine has more than `nominal`, mm or radians
+    positioning: tuple  # a `Positioning` for each axis measured
+    parts: tuple  # for each file: its share of the covariance of all unknowns, geometry first, and its freedom
+    assumed: dict  # unknowns that stay at zero: the reason
+    noise: dict  # files: the standard deviation of a reading and its degrees of freedom
+    bar: dict  # `Value` of "length", by which the test bar is longer than the tool, and of its ball's "radius"
 
     def __getitem__(self, name):
         """Return the `Value` of one unknown."""
@@ -72,13 +64,12 @@ class Calibration:
     @cached_property
     def errors(self):
         """What a machine file cannot say, as `MachineErrors` of `machine`: squareness and positioning."""
-        names = error_names(self.machine)
-        constant = np.array([self.values.get(name, 0.0) if name in SQUARENESS else 0.0 for name in names])
+        names, square = error_names(self.machine), {n: x for n, x in self.values.items() if n in SQUARENESS}
         curves = []
         for each in self.positioning:
             found = columns(self.machine, each).items()
             curves += [(names.index(name), each.curve(column)) for name, column in found]
-        return MachineErrors(self.machine, constant, tuple(curves))
+        return replace(constant_errors(self.machine, square), curves=tuple(curves))
 
     def value(self, value, gradient):
         """Return a number with its U as `Value`, given its derivatives by `values`, then by all table entries."""
@@ -115,20 +106,10 @@ class Calibration:
 def calibrate(machine, paths, *, squareness=None, **settings):
     """Return the `Calibration` of `machine`, as the control believed it to be, from files of readings.
 
-    Parameters
-    ----------
-    machine : mathpost.machine.Machine
-    paths : sequence of paths
-        CSV files; see `mathpost.compensate.readings.template`.
-    squareness : bool, optional, keyword only
-        Whether the squareness of the slides is sought: by default only if a ballbar has seen them.
-    **settings
-        ``unit``, ``method``, ``axis``, ``positive``, … for files that do not say them.
-
-    Raises
-    ------
-    InputError
-        If a file leaves something unclear, or there is nothing to estimate a noise from.
+    `paths` are CSV files, see `mathpost.compensate.readings.template`; `settings` are ``unit``, ``method``,
+    ``axis``, ``positive``, … for those that do not say them. `squareness` says whether that of the slides is
+    sought: by default only if a ballbar has seen them. `InputError` if a file leaves something unclear, or there is
+    nothing to estimate a noise from.
 
     Examples
     --------
@@ -226,15 +207,18 @@ class _Problem:
             self.elsewhere = np.flatnonzero(~np.isnan(reference[:, 0]))
             self.of = np.r_[np.arange(len(joints)), self.elsewhere]
             self.joints = np.concatenate([joints, reference[self.elsewhere]])
-            self.weights = [_weights(each, table_position(machine, self.joints, each.joint)) for each in tables]
+            self.weights = []  # of each table's entries at these joints: a spline is linear in them
+            for each in tables:
+                entries = each.curve(np.eye(len(each.at)))
+                self.weights.append(entries(table_position(machine, self.joints, each.joint), where=each.where))
 
     def solve(self):
         """Estimate unknowns and noise in turn until neither changes."""
         reasons = self._keep_apart()
-        sigmas = [np.full(len(b.value), 1e-3 if np.isnan(b.sigma) else b.sigma) for b in self.blocks]
-        sigmas = np.concatenate(sigmas + [each.sigma for each in self.tables])
-        freedom = [np.inf] * len(self.blocks) + [each.freedom for each in self.tables]
-        where, x = (*self.blocks, *self.tables)[0].where, np.zeros(len(self.kept))
+        sources, x = [*self.blocks, *self.tables], np.zeros(len(self.kept))
+        where, freedom = sources[0].where, [each.freedom for each in sources]
+        sigmas = [np.broadcast_to(np.nan_to_num(each.sigma, nan=1e-3), len(each.value)) for each in sources]
+        sigmas = np.concatenate(sigmas)
         for _ in range(100):
             x, covariance, residuals, rows = least_squares(self._evaluate, self.observed, sigmas, x, where)
             spare = 1 - np.einsum("ij,jk,ik->i", rows, covariance, rows)
@@ -331,11 +315,3 @@ def _slices(sources, start=0):
     """Where the values of each source stand, one behind the other from `start` on."""
     ends = start + np.cumsum([0, *(len(each.value) for each in sources)])
     return [slice(*each) for each in pairwise(ends.tolist())]
-
-
-def _weights(table, at):
-    """What each entry of a positioning table weighs at positions `at`, shape (n, targets): the spline is linear."""
-    try:
-        return table.curve(np.eye(len(table.at)))(at)
-    except ReachError as error:
-        raise ReachError(f"{table.where}: {error}") from None

@@ -7,7 +7,6 @@ small tilt, and its remainder, which grows with the square of the turn, makes th
 limited, X Y Z still correct the tip, and a point that would nevertheless become worse stays as programmed.
 """
 
-from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -31,26 +30,13 @@ class CalibratedKinematics:
     """The exact inverse kinematics of a machine whose errors are constants: Bohez's first group.
 
     A turn behind a constant error frame E is the turn about the line that E has moved, followed by E: E·Turn(line)
-    = Turn(E·line)·E. Moved outwards joint by joint, the frames leave a machine with other axes and pivots, slides
-    with other directions, and one small displacement of the workpiece or the tool: a machine with the closed-form
-    inverse of `mathpost.kinematics`.
-
-    `constant`, shape (33,), is in the order of `model.names`, mm and radians. Of the result `machine` is the
-    machine as it is, `workpiece`, shape (4, 4), takes workpiece coordinates to the ideal machine's, and `slides`,
-    shape (3, 3), has the true directions of X, Y and Z as columns.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> from mathpost.compensate.model import ErrorModel
-    >>> model = ErrorModel(machine.load("data/machines/ac_table.toml"))
-    >>> errors = np.where([name == "EYA" for name in model.names], 0.01, 0)
-    >>> CalibratedKinematics(model, errors).machine.rotary[0].point
-    (0.0, 0.01, -50.0)
+    = Turn(E·line)·E. Moved outwards joint by joint, the frames leave a `machine` with other axes and pivots, slides
+    with other directions, and one small displacement of the `workpiece` or the tool: a machine with the closed-form
+    inverse of `mathpost.kinematics`. `constant`, shape (33,), is in the order of `model.names`, mm and radians.
     """
 
     def __init__(self, model, constant):
-        self.slides = np.empty((3, 3))
+        self.slides = np.empty((3, 3))  # true directions of X, Y and Z as columns
         machine, errors = model.machine, dict(zip(model.names, np.asarray(constant, dtype=float), strict=True))
         moved, origin = {}, _translation(machine.origin)
         frame = self._outwards("workpiece", machine, errors, moved, start=np.zeros(3))
@@ -105,10 +91,10 @@ class CalibratedKinematics:
 
 @dataclass(frozen=True)
 class PoseError:
-    """What the machine misses at each point: ``tip`` in mm, ``axis`` in radians, both of shape (...)."""
+    """What the machine misses at each point, shape (...)."""
 
-    tip: np.ndarray
-    axis: np.ndarray
+    tip: np.ndarray  # mm
+    axis: np.ndarray  # radians
 
     def __str__(self):
         tip, axis = 1e3 * self.tip, np.rad2deg(self.axis) * 3600
@@ -120,36 +106,28 @@ class PoseError:
 
 @dataclass(frozen=True)
 class Compensated:
-    """Joints, shape (..., 5), mm and radians, that take the machine's errors into account.
+    """Joints that take the machine's errors into account."""
 
-    `before` and `after` are the `PoseError` with the joints as programmed, and with these. `limited`, shape (...),
-    says where the turn was limited, so that the tool axis is corrected only in part; `refused` where the joints are
-    those programmed, since the correction would have made things worse.
-    """
-
-    joints: np.ndarray
-    before: PoseError
-    after: PoseError
-    limited: np.ndarray
-    refused: np.ndarray
+    joints: np.ndarray  # shape (..., 5), mm and radians
+    before: PoseError  # with the joints as programmed
+    after: PoseError  # and with these
+    limited: np.ndarray  # where the turn was limited, so that the tool axis is corrected only in part, shape (...)
+    refused: np.ndarray  # where the joints are those programmed: the correction would have made things worse
 
     @property
     def cautions(self):
         """Sentences that say how many points were limited or refused; none if none was."""
-        sentences, count = [], self.limited.size
-        if self.limited.any():
-            worst = np.rad2deg(np.max(self.after.axis[self.limited])) * 3600
-            sentences.append(
-                f"{self.limited.sum()} of {count} points stand too near the singular position for the whole turn: "
-                f"there the tip is corrected, and up to {worst:.2f} arcsec of the tool axis' error stay"
-            )
-        if self.refused.any():
-            sentences.append(f"{self.refused.sum()} of {count} points stay as programmed: the step made them worse")
-        return tuple(sentences)
+        worst = np.rad2deg(self.after.axis[self.limited].max(initial=0)) * 3600
+        said = {
+            "stand too near the singular position for the whole turn: there the tip is corrected, and up to "
+            f"{worst:.2f} arcsec of the tool axis' error stay": self.limited,
+            "stay as programmed: the step made them worse": self.refused,
+        }
+        return tuple(f"{at.sum()} of {at.size} points {what}" for what, at in said.items() if at.any())
 
     def __str__(self):
-        lines = [f"volumetric error before: {self.before}", f"volumetric error after:  {self.after}"]
-        return "\n".join([*lines, *self.cautions])
+        said = f"volumetric error before: {self.before}", f"volumetric error after:  {self.after}", *self.cautions
+        return "\n".join(said)
 
 
 class Compensator:
@@ -179,9 +157,9 @@ class Compensator:
 
     def with_drift(self, drift):
         """Return a `Compensator` of the same machine, whose errors have drifted by `drift`, shape (33,)."""
-        other = copy(self)
-        vars(other)["calibrated"] = self.calibrated  # the drift belongs to the second group
-        other.errors = replace(self.errors, drift=as_array(drift, len(self.model.names), "drift"))
+        drift = as_array(drift, len(self.model.names), "drift")
+        other = Compensator(replace(self.errors, drift=drift), max_turn=self.max_turn)
+        other.calibrated = self.calibrated  # the drift belongs to the second group
         return other
 
     def costs(self, joints):
@@ -244,15 +222,6 @@ def total_differential(model, joints, errors, *, max_turn=np.inf):
     never singular, then make up for what the turn does to the tip. `joints` have the shape (..., 5), `errors`, in
     the order of `model.names`, (..., 33); mm and radians. `max_turn` limits a turn that is more than `MAX_GAIN`
     times the tilt for which it is made, beside what takes out an axis' own positioning error.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> model = ErrorModel(machine.load("data/machines/ac_table.toml"))
-    >>> errors = np.where([name == "EAA" for name in model.names], 1e-4, 0)
-    >>> step, limited = total_differential(model, [0, 0, 0, 0.5, 0.2], errors)
-    >>> f"A {1e6 * step[3]:.1f} µrad, C {1e6 * step[4]:z.1f} µrad", limited.item()
-    ('A 100.0 µrad, C 0.0 µrad', False)
     """
     missed = np.einsum("...ij,...j->...i", model.sensitivities(joints), errors)
     jacobian = model.jacobian(joints)

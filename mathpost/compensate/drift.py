@@ -7,40 +7,31 @@ the same, the machine has changed.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from mathpost.compensate.model import constant_errors
 from mathpost.errors import InputError, as_array
-from mathpost.measure.fit import undetermined
+from mathpost.measure.fit import check_told_apart
 
 
 @dataclass(frozen=True)
 class Update:
-    """What one part's readings did: which were `set_aside`, shape (poses, 3), because they contradict the past.
+    """What one part's readings did."""
 
-    If most of them do, the machine has `changed`, and the past is dropped instead.
-    """
-
-    set_aside: np.ndarray
-    changed: bool
+    set_aside: np.ndarray  # which contradict the past, shape (poses, 3)
+    changed: bool  # whether most of them do: then the machine has changed, and the past is dropped instead
 
 
 class Tracker:
     """Recursive least squares for some errors of a machine, from tip readings at fixed poses.
 
-    Parameters
-    ----------
-    model : mathpost.compensate.model.ErrorModel
-    names : sequence of str
-        The errors that drift, of `model.names`.
-    poses : array_like, shape (poses, 5)
-        Joints at which every part is probed; mm and radians.
-    sigma, expected : float, keyword only
-        Deviation of one reading, mm; how large the errors may be before anything was read, one for all or each.
-    forgetting : float, optional, keyword only
-        The weight of a part's readings one part later, above 0; 1 averages over all parts.
-    gate : float, optional, keyword only
-        Standard deviations beyond which a reading is set aside; infinite believes everything.
+    `names` are the errors that drift, of those of `model`, an `ErrorModel`; `poses`, shape (poses, 5), the joints
+    at which every part is probed, mm and radians. `sigma` is the deviation of one reading, mm, `expected` how large
+    the errors may be before anything was read, one for all or each. `forgetting`, above 0, is the weight of a
+    part's readings one part later; 1 averages over all parts. A reading is set aside beyond `gate` standard
+    deviations; infinite believes everything.
 
     The estimate is `values`, mm and radians, and, if the errors stood still and `forgetting` is 1, `covariance`.
     `InputError` if the poses cannot tell the errors apart: it says which, and which joint to move as well.
@@ -62,9 +53,7 @@ class Tracker:
 
     def __init__(self, model, names, poses, *, sigma, expected, forgetting=0.7, gate=5.0):
         self.model, self.names = model, tuple(names)
-        for name in self.names:
-            if name not in model.names:
-                raise InputError(f"error {name!r}", f"one of {', '.join(model.names)}", "another name")
+        constant_errors(model.machine, dict.fromkeys(names, 0))  # refuses other names
         if not 0 < forgetting <= 1:
             raise InputError("forgetting", "a number above 0, at most 1", f"{forgetting}")
         if not (sigma > 0 and np.all(np.asarray(expected) > 0)):
@@ -73,7 +62,11 @@ class Tracker:
         self.sigma, self.forgetting, self.gate = sigma, forgetting, gate
         self.expected = np.broadcast_to(np.asarray(expected, dtype=float), len(self.names))
         self.design = self._design(self.poses)
-        self._check_told_apart()
+        steps = np.diag([100, 100, 100, *np.deg2rad([50, 50])])
+        moved = [partial(self._design, self.poses + step) for step in steps]
+        further = dict(zip(model.machine.joint_names, moved, strict=True))
+        found, otherwise = f"{len(self.poses)} that do not", "no other position of one joint"
+        check_told_apart(self.design, self.names, further, "poses", "poses", found, otherwise, "moving {} too")
         self.values, self.covariance = np.zeros(len(self.names)), np.diag(self.expected**2)
 
     def predict(self, values):
@@ -125,25 +118,3 @@ class Tracker:
     def _design(self, poses):
         columns = [self.model.names.index(name) for name in self.names]
         return self.model.sensitivities(poses)[:, :3, columns].reshape(-1, len(self.names))
-
-    def _check_told_apart(self):
-        confused = self._confused(self.design)
-        if not confused:
-            return
-        helpful = []
-        steps = np.diag([100, 100, 100, *np.deg2rad([50, 50])])
-        for name, step in zip(self.model.machine.joint_names, steps, strict=True):
-            further = np.vstack([self.design, self._design(self.poses + step)])
-            if len(self._confused(further)) < len(confused):
-                helpful.append(name)
-        advice = "no other position of one joint would"
-        if helpful:
-            *others, last = helpful
-            advice = f"moving {', '.join(others) + ' or ' * bool(others) + last} too would"
-        many = f"tell {' and '.join(confused)} apart" if len(confused) > 1 else f"show {confused[0]}"
-        raise InputError("poses", f"poses that {many} ({advice})", f"{len(self.poses)} that do not")
-
-    def _confused(self, design):
-        """Names of the errors that readings leave open; errors in their expected sizes, readings in sigmas."""
-        groups = undetermined(design * self.expected / self.sigma, self.names)
-        return [name for group in groups for name in group]

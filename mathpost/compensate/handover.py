@@ -105,16 +105,7 @@ def control_tables(calibration):
 
 
 def terms(calibration):
-    """Return what goes where in the controls, line by line with U, as text: mm, degrees, machine coordinates.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> from mathpost.compensate.calibrate import calibrate
-    >>> found = calibrate(machine.load("data/machines/ac_table.toml"), ["data/measurements/ball_c_axis.csv"])
-    >>> [line.split() for line in terms(found).splitlines() if "19703 + 1" in line][0][-6:-2]
-    ['-0.00594', '±', '0.00037', '(k']
-    """
+    """Return what goes where in the controls, line by line with U, as text: mm, degrees, machine coordinates."""
     lines = ["where it goes, the value, U (95 %) with k and degrees of freedom; mm, degrees, machine coordinates"]
     nominal = calibration.nominal
     found = iter(calibration.of(lambda machine: [n for _, rows in _entries(nominal, machine) for _, n in rows]))

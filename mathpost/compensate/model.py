@@ -37,8 +37,8 @@ import numpy as np
 import sympy as sp
 
 from mathpost import chain
-from mathpost.errors import InputError, ReachError, as_array
-from mathpost.machine import Machine, TomlTable, read_toml
+from mathpost.errors import InputError, as_array
+from mathpost.machine import Machine, TomlTable, a_number, only_if, read_toml, some_text
 from mathpost.measure import csv_table, spline
 from mathpost.rotation import ACTIVE, numeric, unit
 
@@ -106,10 +106,8 @@ class ErrorModel:
 
     def _error(self, name, point=None, inverse=False):
         """The error frame of a joint at `point`; of a slide, at the place that the slide itself has carried."""
-        point = sp.zeros(3, 1) if point is None else point
-        return chain.Link(
-            f"error {name}", error_frame([self.symbol[f"E{c}{name}"] for c in COMPONENTS], point, inverse)
-        )
+        six, point = [self.symbol[f"E{c}{name}"] for c in COMPONENTS], point or sp.zeros(3, 1)
+        return chain.Link(f"error {name}", error_frame(six, point, inverse))
 
     @cached_property
     def _partial(self):
@@ -118,9 +116,9 @@ class ErrorModel:
         matrices = [link.matrix.xreplace(dict.fromkeys(self.errors, 0)) for link in links]
         before, behind = [sp.eye(4)], [matrices[-1][:, 2:]]
         for matrix in matrices[:-1]:
-            before.append(before[-1] * matrix)
+            before.append(chain.product((before[-1], matrix)))
         for matrix in reversed(matrices[:-1]):
-            behind.append(matrix * behind[-1])
+            behind.append(chain.product((matrix, behind[-1])))
         return links, before, behind[::-1]
 
     def sensitivity(self, name):
@@ -135,7 +133,7 @@ class ErrorModel:
         for index, link in enumerate(links[:-1]):
             if symbol in link.matrix.free_symbols:
                 slope = link.matrix.diff(symbol).xreplace(dict.fromkeys(self.errors, 0))
-                moved += before[index] * slope * behind[index + 1]
+                moved += chain.product((before[index], slope, behind[index + 1]))
         return sp.ImmutableMatrix([*moved[:3, 1], *moved[:3, 0]])
 
     def forward(self, joints, errors):
@@ -176,17 +174,12 @@ def error_frame(errors, point, inverse=False):
 
 @dataclass(frozen=True)
 class MachineErrors:
-    """Constants and tables of all errors of a machine.
-
-    `constant`, shape (33,), is in the order of `error_names`, mm and radians; so is `drift`, what has been added
-    since the calibration, by heat for instance. `curves` are pairs: an error's index, and its table in µm or µrad
-    over the position of its joint.
-    """
+    """Constants and tables of all errors of a machine."""
 
     machine: Machine
-    constant: np.ndarray
-    curves: tuple = ()
-    drift: np.ndarray | float = 0.0
+    constant: np.ndarray  # shape (33,), in the order of `error_names`, mm and radians
+    curves: tuple = ()  # pairs: an error's index, and its table in µm or µrad over the position of its joint
+    drift: np.ndarray | float = 0.0  # added to `constant` since the calibration, by heat for instance
 
     def at(self, joints):
         """Return all errors at `joints`, shape (..., 5) in mm and radians, as shape (..., 33)."""
@@ -198,11 +191,8 @@ class MachineErrors:
         errors = np.zeros((*joints.shape[:-1], len(self.constant))) + self.drift
         for index, curve in self.curves:
             joint = index // len(COMPONENTS)
-            try:
-                table = curve(table_position(self.machine, joints, joint), margin=MARGIN)
-            except ReachError as error:
-                raise ReachError(f"{self.machine.joint_names[joint]}: {error}") from None
-            errors[..., index] += table * _unit(index)[1]
+            position, where = table_position(self.machine, joints, joint), self.machine.joint_names[joint]
+            errors[..., index] += curve(position, margin=MARGIN, where=where) * _unit(index)[1]
         return errors
 
 
@@ -235,11 +225,11 @@ def read_errors(path, machine):
     """
     file, known = TomlTable(read_toml(path), str(path)), error_names(machine)
     for key in ("name", "source"):
-        file.take(key, _text, "text in quotes")
+        file.take(key, some_text, "text in quotes")
     constant, values = file.table("constant", optional=True), np.zeros(len(known))
     for index, name in enumerate(known):
         unit, size = _unit(index)
-        read = _typed(int, float, holds=lambda value, most=GREATEST[unit]: abs(value) <= most)
+        read = only_if(lambda value, most=GREATEST[unit]: abs(value) <= most, a_number)
         expected = f"a number in {unit}, within ±{GREATEST[unit]} (other units?)"
         values[index] = constant.take(name, read, expected, 0.0) * size
     entries = file.take("table", list, "[[table]] entries", [])
@@ -255,8 +245,8 @@ def _table(entry, path, machine):
     """Read one [[table]] and the CSV file that it names: pairs of an error's index and its curve."""
     joints = machine.joint_names
     joint = entry.take("joint", joints.index, f"one of {', '.join(joints)}")
-    file = entry.take("file", _text, "a file name in quotes")
-    endless = entry.take("endless", _typed(bool), "true or false", False)
+    file = entry.take("file", some_text, "a file name in quotes")
+    endless = entry.take("endless", only_if(lambda value: isinstance(value, bool)), "true or false", False)
     kind = entry.take("interpolation", ("spline", "linear").index, '"spline" or "linear"', 0)
     entry.done()
     if endless and joint < 3:
@@ -276,24 +266,10 @@ def _table(entry, path, machine):
         measured = spline.points(read["position"], read[name], period=360.0 if endless else None)
         curves.append((index, spline.through_all(measured, straight=bool(kind))))
     if not curves:
-        raise InputError(read.path, f"at least one of the columns {', '.join(columns)}", "only 'position'")
+        read.refuse(f"at least one of the columns {', '.join(columns)}", "only 'position'")
     return curves
 
 
 def _unit(index):
     """An error's unit in a file and its size: displacements are µm, rotations and squareness, which ends, µrad."""
     return ("um", 1e-3) if index < 30 and index % 6 < 3 else ("urad", 1e-6)
-
-
-def _typed(*types, holds=lambda value: True):
-    """A reader for `TomlTable.take`: a value of one of `types`, for which `holds` is true."""
-
-    def read(value):
-        if type(value) not in types or not holds(value):
-            raise ValueError
-        return value
-
-    return read
-
-
-_text = _typed(str, holds=str.strip)

@@ -79,44 +79,34 @@ SIGNS = {"dial": {"out": 1, "in": -1}, "tip": {"tip": 1, "block": -1}}
 
 @dataclass(frozen=True)
 class Readings:
-    """The n rows of one file: how far the point `target` + ball stands from the tool along `direction`.
-
-    mm and radians. `joints`, (n, 5), are those programmed, `reference`, (n, 5), those at which the reading was
-    zeroed, NaN if it was not. `target`, (n, 3), is in the workpiece, `direction`, (n, 3), along the machine's axes;
-    `length`, (n,), is that of the tool from the spindle nose, `value`, (n,), the reading. `setup`, (n,), says which
-    ball: each lies a little elsewhere than its target; with `zeroed` each has an unknown zero, too. `sigma` is the
-    standard deviation of a reading, NaN if the file does not say it.
-    """
+    """The n rows of one file: how far the point `target` + ball stands from the tool along `direction`."""
 
     where: str
     method: str
-    joints: np.ndarray
-    reference: np.ndarray
-    target: np.ndarray
-    direction: np.ndarray
-    length: np.ndarray
-    value: np.ndarray
-    setup: np.ndarray
-    zeroed: bool
-    sigma: float
+    joints: np.ndarray  # as programmed, (n, 5); mm and radians throughout
+    reference: np.ndarray  # at which the reading was zeroed, (n, 5), NaN if it was not
+    target: np.ndarray  # in the workpiece, (n, 3)
+    direction: np.ndarray  # along the machine's axes, (n, 3)
+    length: np.ndarray  # of the tool from the spindle nose, (n,)
+    value: np.ndarray  # the reading, (n,)
+    setup: np.ndarray  # which ball, (n,): each lies a little elsewhere than its target
+    zeroed: bool  # whether each has an unknown zero, too
+    sigma: float  # standard deviation of a reading, NaN if the file does not say it
+    freedom: float = np.inf  # its degrees of freedom
 
 
 @dataclass(frozen=True)
 class Positioning:
-    """The positioning error of one joint, by its index: `at` degrees or mm, the mean `value` and its deviation.
-
-    `value` and `sigma` are radians or mm; the deviations have `freedom` degrees of freedom; `reversal` is B of ISO
-    230-2, the largest difference of both directions.
-    """
+    """The positioning error of one joint."""
 
     where: str
-    joint: int
-    at: np.ndarray
-    value: np.ndarray
-    sigma: np.ndarray
-    freedom: float
+    joint: int  # its index
+    at: np.ndarray  # degrees or mm, shape (targets,)
+    value: np.ndarray  # mean error there, radians or mm
+    sigma: np.ndarray  # its standard deviation
+    freedom: float  # degrees of freedom of the deviations
     endless: bool
-    reversal: float
+    reversal: float  # B of ISO 230-2, the largest difference of both directions
 
     def curve(self, values):
         """The spline through `values`, shape (targets, ...), as `mathpost.measure.spline.Curve`."""
@@ -145,26 +135,22 @@ def template(method, machine):
 def read(path, machine, **settings):
     """Read a file of any method as `Readings`, `Positioning` or, of a test bar, a dict of `Value`.
 
-    `machine` is as the control believed it to be when the readings were taken. `settings` are ``method``, ``unit``,
-    ``axis`` and so on, where the file does not say them. Whatever the file leaves unclear, its unit for instance,
-    is asked for by an `InputError` with the line.
+    `machine` is as the control believed it to be; `settings` are ``method``, ``unit``, ``axis`` and so on, where
+    the file does not say them. What it leaves unclear is asked for by an `InputError` with the line.
     """
     known = {method: _columns(method, machine) for method in METHODS}
     names = dict.fromkeys(name for columns in known.values() for name in columns)
     table = csv_table.read(path, [], optional=tuple(names), text=["face"])
     table.settings.update(settings | table.settings)
-    method, where = table.settings.get("method", "").casefold(), f"{path}, line {table.lines[0] - 1}"
+    method = table.settings.get("method", "").casefold()
     if method not in METHODS:
-        found = repr(method) if method else "none"
-        raise InputError(where, f"a line # method = one of {', '.join(METHODS)}", found)
-    for name in table.columns:
+        table.refuse(f"a line # method = one of {', '.join(METHODS)}", method and repr(method))
+    for name in table:
         if name not in known[method]:
-            raise InputError(where, f"no columns but {', '.join(known[method][: csv_table.SHOWN])}", repr(name))
+            table.refuse(f"no columns but {', '.join(known[method][: csv_table.SHOWN])}", repr(name))
     if method == "bar":
-        return _bar(table, machine, where)
-    if method in POSITIONING:
-        return _positioning(table, machine, where)
-    return _readings(table, machine, method, where)
+        return _bar(table, machine)
+    return _positioning(table, machine) if method in POSITIONING else _readings(table, machine, method)
 
 
 def _columns(method, machine):
@@ -174,11 +160,10 @@ def _columns(method, machine):
     return list(dict.fromkeys([*READ[method], *shown, "angle", *axes, "length", "setup", "run"]))
 
 
-def _bar(table, machine, where):
+def _bar(table, machine):
     """By how much a bar is longer than the tool, and its ball's radius: those that were touched, as `Value`, mm."""
     tool, found = unit(machine.tool_axis), {"length": [], "radius": []}
-    if missing := [name for name in ("face", "at", "shown") if name not in table]:
-        raise InputError(where, "columns face, at, shown", f"no {missing[0]}")
+    table.need(("face", "at", "shown"), "columns face, at, shown")
     size = table.unit("shown", "length")
     for row, (face, at, shown) in enumerate(zip(table["face"], table["at"], table["shown"], strict=True)):
         sign, letter = {"+": 1, "-": -1, "−": -1}.get(face[:1]), face[1:].upper()
@@ -187,19 +172,19 @@ def _bar(table, machine, where):
             expected = "the side that the bar comes from: +X, -X and so on, along the tool or square to it"
             raise InputError(table.where(row, "face"), expected, repr(face))
         found["length" if along > 0.5 else "radius"].append(sign * size * (shown - at))
-    sigma, freedom = _scatter(table, found.values(), size, where, "a face touched twice")
     found = {key: each for key, each in found.items() if each}
+    sigma, freedom = _scatter(table, found.values(), size, "a face touched twice")
     return {key: Value(float(np.mean(each)), sigma / len(each) ** 0.5, freedom) for key, each in found.items()}
 
 
-def _readings(table, machine, method, where):
+def _readings(table, machine, method):
     """Bring a table of `method` to `Readings`."""
-    tool, count = unit(machine.tool_axis), len(table)
+    tool, count = unit(machine.tool_axis), len(table.lines)
     columns = [name for name in READ[method] if name in table]
     if not columns:
-        raise InputError(where, f"columns of readings: {', '.join(READ[method])}", "none")
-    axis = _axis(table, machine, method, where)
-    angles = _angles(table, machine, method, axis, where)
+        table.refuse(f"columns of readings: {', '.join(READ[method])}")
+    axis = _axis(table, machine, method)
+    angles = _angles(table, machine, method, axis)
     length = table["length"] if "length" in table else np.full(count, machine.tool_length)
     if "L" in table:
         length = table["L"] - np.array(axis.point) @ tool
@@ -210,12 +195,15 @@ def _readings(table, machine, method, where):
             table.require(name, np.abs(values[name]) <= LARGEST, f"a reading within ±{LARGEST} mm (other units?)")
 
     target = np.zeros((count, 3))  # where the ball is believed to be, in the workpiece
-    if method == "dial":
-        target = _on_circle(table, axis, where) - machine.origin
+    if method == "dial":  # where it looks at the ring with the axis at zero
+        table.need("R", "a column R, the radius of the circle")
+        point, outwards = np.array(axis.point), location_errors(axis)[1][:, 0]
+        target = point + table["R"][:, None] * outwards - machine.origin
+        if "z" in table:
+            up = unit(axis.axis) * _sense(axis)
+            target += (table["z"] - point @ up)[:, None] * up
     elif method in ("ball", "ballbar"):
-        if missing := [name for name in "xyz" if name not in table]:
-            expected = "columns x, y, z of the ball, machine coordinates at rotary zero"
-            raise InputError(where, expected, f"no {missing[0]}")
+        table.need("xyz", "columns x, y, z of the ball, machine coordinates at rotary zero")
         target = np.column_stack([table[name] for name in "xyz"]) - machine.origin
     keys = [table["setup"] if "setup" in table else np.zeros(count), length]
     keys += [*target.T] if method == "ball" else []
@@ -227,20 +215,21 @@ def _readings(table, machine, method, where):
     joints, turn = held(machine, target, angles, length)
 
     directions = {name: np.eye(3)["xyz".index(name[-1])] for name in columns if name[-1] in "xyz"}
-    reference = np.full((count, 5), np.nan)
+    reference, sign = np.full((count, 5), np.nan), 1
+    if method in SIGNS:
+        sign = table.choice("positive", SIGNS[method])
     if method == "probe":
         values = {name: values[name] - (joints[:, :3] + machine.origin) @ directions[name] for name in columns}
     elif method == "dial":
-        directions["dial"] = -turn @ location_errors(axis)[1][:, 0]
+        directions["dial"] = -turn @ outwards
     elif method == "ballbar":
-        along = unit(target + machine.origin - _vector(table, "centre", where), f"{where}, x y z minus centre")
+        along = unit(target + machine.origin - table.numbers("centre", 3), f"{table.header}, x y z minus centre")
         directions["bar"] = -np.einsum("nij,nj->ni", turn, along)
     elif method == "tip":
         directions |= {"axial": tool, "lateral": np.cross(tool, unit(axis.axis))}
         directions = {name: -directions[name] for name in columns}
         upright = angles * [each.carries == "workpiece" for each in machine.rotary]
         reference, _ = held(machine, target, upright, length)
-    sign = _one_of(table, "positive", SIGNS[method], where) if method in SIGNS else 1
     rows = np.tile(np.arange(count), len(columns))
     return Readings(
         table.path,
@@ -253,106 +242,102 @@ def _readings(table, machine, method, where):
         value=sign * np.concatenate([values[name] for name in columns]),
         setup=setup[rows],
         zeroed=method in ("dial", "ballbar"),
-        sigma=_sigma(table, table.unit(columns[0], "length"), where),
+        sigma=_sigma(table, table.unit(columns[0], "length")),
     )
 
 
-def _axis(table, machine, method, where):
+def _axis(table, machine, method):
     """The rotary axis that the file is about, or None if it does not say; a column angle needs it."""
     rotary = {each.name: each for each in machine.rotary}
     columns = [name for name in rotary if name in table]
     if "axis" not in table.settings and len(columns) == 1:
         axis = rotary[columns[0]]
     elif "axis" in table.settings or "angle" in table or method in CARRIES:
-        axis = _one_of(table, "axis", rotary, where)
+        axis = table.choice("axis", rotary)
     else:
         return None
     if axis.carries != (side := CARRIES.get(method, axis.carries)):
-        raise InputError(where, f"an axis that carries the {side}", axis.name)
+        table.refuse(f"an axis that carries the {side}", axis.name)
     return axis
 
 
-def _angles(table, machine, method, axis, where):
+def _angles(table, machine, method, axis):
     """The rotary angles of each row, shape (n, 2) in radians; an axis that is not mentioned stood at 0."""
-    columns = {name: name for name in machine.joint_names[3:] if name in table}
-    twice = "angle" in table and axis.name in columns
-    if "angle" in table:
-        columns[axis.name] = "angle"
-    if twice or not columns:
-        found = ", ".join(table.columns)
-        raise InputError(where, "the rotary angles under their axes' names, or under angle", found)
-    angles = np.zeros((len(table), 2))
-    for index, each in enumerate(machine.rotary):
-        if each.name in columns:
-            table.check_angles(columns[each.name])
-            angles[:, index] = np.deg2rad(table[columns[each.name]])
-        if method == "dial" and columns.get(each.name) == "angle":  # on the circle, whichever way the table turns
-            angles[:, index] *= np.sign(max(each.axis, key=abs))
+    columns = [(n, each.name) for n, each in enumerate(machine.rotary) if each.name in table]
+    columns += [(machine.rotary.index(axis), "angle")] if "angle" in table else []
+    if len(dict(columns)) < max(1, len(columns)):
+        table.refuse("the rotary angles under their axes' names, or under angle", ", ".join(table))
+    angles = np.zeros((len(table.lines), 2))
+    for n, name in sorted(columns):
+        table.check_angles(name)
+        # On a dial's circle `angle` counts from +X towards +Y, whichever way the table turns.
+        angles[:, n] = np.deg2rad(table[name]) * (_sense(axis) if (method, name) == ("dial", "angle") else 1)
     return angles
 
 
-def _on_circle(table, axis, where):
-    """Where a dial looks at a ring with the axis at zero, machine coordinates, shape (n, 3)."""
-    if "R" not in table:
-        raise InputError(where, "a column R, the radius of the circle", "none")
-    place = np.array(axis.point) + table["R"][:, None] * location_errors(axis)[1][:, 0]
-    if "z" in table:
-        up = unit(axis.axis) * np.sign(max(axis.axis, key=abs))
-        place += (table["z"] - np.array(axis.point) @ up)[:, None] * up
-    return place
+def _sense(axis):
+    """−1 if a rotary axis points mostly against one of the machine's, else 1."""
+    return np.sign(max(axis.axis, key=abs))
 
 
-def _positioning(table, machine, where):
+def _positioning(table, machine):
     """Bring runs of one axis to `Positioning`: the mean of both directions at each target."""
-    axis = _one_of(table, "axis", {name: n for n, name in enumerate(machine.joint_names)}, where)
-    name = machine.joint_names[axis]
+    axis = table.choice("axis", {name: n for n, name in enumerate(machine.joint_names)})
+    name, rotary = machine.joint_names[axis], axis > 2
     place = next((each for each in ("position", "angle", name) if each in table), None)
     if place is None:
-        raise InputError(where, f"a column position, angle or {name}", "none")
-    at, rotary = table[place], axis > 2
+        table.refuse(f"a column position, angle or {name}")
+    at = table[place]
     kind, most, scale = ("angle", np.deg2rad(1), np.deg2rad(1)) if rotary else ("length", LARGEST, 1.0)
     if rotary:
         table.check_angles(place)
-    columns = [c for c in table.columns if c in ("forth", "back", "reading") or c[:2] == "up" or c[:4] == "down"]
+    columns = [c for c in table if c in ("forth", "back", "reading") or c[:2] == "up" or c[:4] == "down"]
     if not columns:
-        raise InputError(where, "columns up1, down1, … or forth, back or reading", "none")
+        table.refuse("columns up1, down1, … or forth, back or reading")
     values = np.column_stack([table.unit(each, kind) * table[each] for each in columns])
     for each, deviations in zip(columns, values.T, strict=True):
         same = np.ptp(at) > 2 and np.ptp(deviations) > np.ptp(at) * scale / 2
-        table.require(each, ~np.full(len(table), same), "deviations, actual minus target, no positions")
+        table.require(each, ~np.full(len(table.lines), same), "deviations, actual minus target, no positions")
         table.require(each, np.abs(deviations) <= most, "a deviation below 1° or 5 mm (other units?)")
-    sides = np.tile([-1 if each == "back" or each.startswith("down") else 1 for each in columns], (len(table), 1))
+    backwards = [each == "back" or each.startswith("down") for each in columns]
+    sides = np.tile(np.where(backwards, -1.0, 1.0), (len(at), 1))
     if "reading" in columns and np.ptp(at):  # rows as they were taken: the direction is that in which the axis came
-        came = np.sign(np.diff(at, prepend=2 * at[0] - at[1]))
-        at, values, came = at[came != 0], values[came != 0], came[came != 0]
-        sides = np.tile(came[:, None], len(columns))
+        sides[:] = np.sign(np.diff(at, prepend=2 * at[0] - at[1]))[:, None]
     endless = bool(rotary and np.isinf(machine.rotary[axis - 3].limits[0]) and np.ptp(at) > 270)
-    at = np.repeat(at % 360 if endless else at, len(columns))
-    targets, index = np.unique(at.round(6), return_inverse=True)
-    if len(targets) < 2 + endless:
-        raise InputError(where, f"at least {2 + endless} targets", f"{len(targets)}")
-    groups = []
-    for n in range(len(targets)):
-        pair = (values.ravel()[(index == n) & (sides.ravel() == side)] for side in (1, -1))
-        groups.append([runs for runs in pair if len(runs)])
-    runs = [each for pair in groups for each in pair]
-    sigma, freedom = _scatter(table, runs, table.unit(columns[0], kind), where, "two runs")
-    means = np.array([np.mean([each.mean() for each in pair]) for pair in groups])
-    spread = np.array([np.sqrt(sum(1 / len(each) for each in pair)) / len(pair) for pair in groups])
-    reversal = max((abs(pair[0].mean() - pair[1].mean()) for pair in groups if len(pair) == 2), default=0.0)
-    return Positioning(where, axis, targets, means, sigma * spread, freedom, endless, float(reversal))
+    runs = {}
+    for target, row, came in zip((at % 360 if endless else at).round(6), values, sides, strict=True):
+        for value, side in zip(row, came, strict=True):
+            if side:
+                runs.setdefault(target, {}).setdefault(side, []).append(value)
+    if len(runs) < 2 + endless:
+        table.refuse(f"at least {2 + endless} targets", f"{len(runs)}")
+    groups = [[np.array(each) for each in runs[target].values()] for target in sorted(runs)]
+    every = [each for group in groups for each in group]
+    sigma, freedom = _scatter(table, every, table.unit(columns[0], kind), "two runs")
+    means = np.array([np.mean([each.mean() for each in group]) for group in groups])
+    spread = np.array([np.sqrt(sum(1 / len(each) for each in group)) / len(group) for group in groups])
+    reversal = max((abs(group[0].mean() - group[1].mean()) for group in groups if len(group) == 2), default=0.0)
+    targets = np.array(sorted(runs))
+    return Positioning(table.header, axis, targets, means, sigma * spread, freedom, endless, float(reversal))
 
 
-def _scatter(table, groups, size, where, repeated):
+def _scatter(table, groups, size, repeated):
     """The standard deviation of a reading and its degrees of freedom: stated in units of `size`, or of repeats."""
-    stated = _sigma(table, size, where)
+    stated = _sigma(table, size)
     if not np.isnan(stated):
         return stated, np.inf
-    groups = [each for each in groups if len(each)]
     freedom = sum(len(each) - 1 for each in groups)
     if not freedom:
-        raise InputError(where, f"{repeated}, or a line # sigma = standard deviation of a reading", "neither")
+        table.refuse(f"{repeated}, or a line # sigma = standard deviation of a reading", "neither")
     return max(np.sqrt(sum(np.var(each) * len(each) for each in groups) / freedom), ROUNDING), freedom
+
+
+def _sigma(table, size):
+    """The stated standard deviation of a reading, in units of `size`; NaN if the file does not say it."""
+    (sigma,) = table.numbers("sigma", 1) if "sigma" in table.settings else [np.nan]
+    if sigma <= 0:
+        table.refuse("a line # sigma = a number above 0", f"{sigma:g}")
+    return sigma * size
 
 
 def held(machine, target, angles, length):
@@ -394,31 +379,3 @@ def _compiled(machine):
     arguments = (*kin.symbols, *numbers, length)
     derivatives = tip.jacobian(sp.Matrix(arguments[:-1]))
     return tuple(numeric(sp.ImmutableMatrix(each), arguments) for each in (tip, derivatives))
-
-
-def _one_of(table, key, choices, where):
-    """The value of a setting that must be one of `choices`."""
-    said = table.settings.get(key)
-    if said not in choices:
-        raise InputError(where, f"a line # {key} = {' or '.join(choices)}", "none" if said is None else repr(said))
-    return choices[said]
-
-
-def _sigma(table, size, where):
-    """The stated standard deviation of a reading, in units of `size`; NaN if the file does not say it."""
-    (sigma,) = _vector(table, "sigma", where, 1, "nan")
-    if sigma <= 0:
-        raise InputError(where, "a line # sigma = a number above 0", f"{sigma:g}")
-    return sigma * size
-
-
-def _vector(table, key, where, count=3, default=""):
-    """The numbers of a setting; those of `default` if it is not there."""
-    said = table.settings.get(key, default)
-    try:
-        numbers = np.array([float(word) for word in re.split(r"[\s,;]+", said.strip())])
-    except ValueError:
-        numbers = np.empty(0)
-    if len(numbers) != count or (said != default and not np.isfinite(numbers).all()):
-        raise InputError(where, f"a line # {key} = {' '.join(['number'] * count)}", repr(said) if said else "none")
-    return numbers

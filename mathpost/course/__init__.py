@@ -2,5 +2,5 @@
 
 Read `verdict` first (one exercise and its mix-ups), `answers` (what may be asked for) and `exercise` (as the
 learner meets it); then `exercises.toml` and, by lesson, `exercises_rotation` and the others; the views likewise,
-from `view_rotation` on; `drawings` has the still pictures of lessons 00 and 01.
+from `view_rotation` on; `drawings` has pictures that stand still.
 """

@@ -320,10 +320,8 @@ def _numbers(answer, asked, unit="", names=()):
         bare = unicodedata.normalize("NFKC", answer).replace("−", "-").strip("[](){} ")
         *before, behind = (re.escape(unicodedata.normalize("NFKC", word)) for word in (*names, unit or "°"))
         named = rf"(?<![\w.])(?:{'|'.join(before) or '$.'})'?\s*[=:]?\s*(?=[-+.\d])"
-        bare = re.sub(
-            rf"{named}|(?<=[\d.])\s*(?:{UNITS.get(unit, (behind,))[0]})(?!\w)", "", bare, flags=re.IGNORECASE
-        )
-        answer = re.split(r"[,;、\s]+", bare)
+        units = rf"(?<=[\d.])\s*(?:{UNITS.get(unit, (behind,))[0]})(?!\w)"
+        answer = re.split(r"[,;、\s]+", re.sub(f"{named}|{units}", "", bare, flags=re.IGNORECASE))
     if isinstance(answer, (list, tuple)):
         answer = [astuple(each) if is_dataclass(each) else each for each in answer]
     if np.asarray(answer).dtype.kind in "bcmM":

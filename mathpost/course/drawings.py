@@ -1,48 +1,47 @@
-"""The drawings of lessons 00 and 01: a turn in the plane, active and passive, a turn about any axis, coins."""
+"""Drawings that stand still: of lessons 00 and 01, turns, frames and coins; of 08 to 13, set-ups."""
 
 import numpy as np
 from matplotlib.patches import Circle
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from mathpost import angles as euler
+from mathpost.course.verdict import toml
 from mathpost.draw import plot
 
 MACHINE, WORKPIECE, POINT = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 AXIS = plot.COLOUR["first branch"]  # what a body turns about
+BOX = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+HEAD = np.array([[0, 0], [-1, 0.35], [-1, -0.35]])  # of an arrow that points along x
 
 
 def turn_in_plane(axes, degrees):
     """Draw the unit vectors of X and Y before and after a turn, with the coordinates of their ends."""
-    c, s = _sides(degrees)
     _plane(axes)
-    for x, y, names in ((c, s, ("cos t", "sin t")), (-s, c, ("−sin t", "cos t"))):
+    named = (("X turned", "left", "cos t", "sin t"), ("Y turned", "right", "−sin t", "cos t"))
+    for (x, y), (name, side, along, up) in zip(_turn(degrees).T, named, strict=True):
         axes.plot([0, x], [0, 0], color=POINT, linewidth=4, alpha=0.5)
         axes.plot([x, x], [0, y], color=POINT, linestyle=":")
-        axes.text(x / 2, -0.1, names[0], color=POINT, ha="center")
-        axes.text(x + 0.04 * np.sign(x), y / 2, names[1], color=POINT, ha="left" if x > 0 else "right")
+        axes.text(x / 2, -0.1, along, color=POINT, ha="center")
+        axes.text(x + 0.04 * np.sign(x), y / 2, up, color=POINT, ha="left" if x > 0 else "right")
         _arrow(axes, (0, 0), (x, y), WORKPIECE)
-    axes.text(1.12 * c, 1.12 * s, "X turned", color=WORKPIECE)
-    axes.text(-1.12 * s, 1.12 * c, "Y turned", color=WORKPIECE, ha="right")
+        axes.text(1.12 * x, 1.12 * y, name, color=WORKPIECE, ha=side)
     _arc(axes, 0, degrees, 0.3)
 
 
 def active_and_passive(left, right, point, degrees):
     """Draw the same turn twice: of the point in a frame that stays, and of the frame under a point that stays."""
-    c, s = _sides(degrees)
-    x, y = point
-    moved = np.array([c * x - s * y, s * x + c * y])
+    turn, point = _turn(degrees), np.array(point)
     for axes, title in ((left, "active: the point turns"), (right, "passive: the frame turns")):
         _plane(axes, title, start=-0.6)
-    here = np.degrees(np.arctan2(y, x))
-    _arc(left, here, here + degrees, np.hypot(x, y))
-    _point(left, np.array(point), "P", np.eye(2), MACHINE, "none")
-    _point(left, moved, "P'", np.eye(2), POINT)
-    turned = np.array([[c, s], [-s, c]])
-    for row, name in zip(turned, ("X'", "Y'"), strict=True):
+    here = np.degrees(np.arctan2(*point[::-1]))
+    _arc(left, here, here + degrees, np.hypot(*point))
+    _point(left, point, "P", np.eye(2), MACHINE, "none")
+    _point(left, turn @ point, "P'", np.eye(2), POINT)
+    for row, name in zip(turn.T, ("X'", "Y'"), strict=True):
         _arrow(right, (0, 0), 1.15 * row, WORKPIECE)
         right.text(*(1.28 * row), name, color=WORKPIECE, ha="center", va="center")
     _arc(right, 0, degrees, 0.3)
-    _point(right, np.array(point), "P", turned, POINT)
+    _point(right, point, "P", turn.T, POINT)
 
 
 def quarter_turns(panels):
@@ -63,8 +62,7 @@ def parts(axes, point, axis, degrees):
     """Draw a point turning about an axis: its part along the axis stays, the part across it turns in a circle."""
     point, axis = np.array(point, dtype=float), np.array(axis) / np.linalg.norm(axis)
     along, side = point @ axis * axis, np.cross(axis, point)
-    across, (c, s) = point - along, _sides(degrees)
-    moved = along + c * across + s * side
+    across, moved = point - along, euler.from_axis_angle(axis, degrees, degrees=True) @ point
     turn = np.linspace(0, 2 * np.pi, 91)[:, None]
     plot.space(axes, 0.8, centre=along)
     axes.plot(*(along + np.cos(turn) * across + np.sin(turn) * side).T, color=MACHINE, linewidth=1)
@@ -103,8 +101,24 @@ def coins(panels, turns, title):
         axes.set_title(f"{title}\nabout {whose} {letter.upper()}" if letter else title)
 
 
-def _sides(degrees):
-    return np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+def set_ups(*names):
+    """Draw set-ups of lessons 08 to 13 beside each other, by their names in `setups.toml`."""
+    _, panels = plot.figure(1, len(names), size=(4.4 * len(names), 3.9))
+    for axes, name in zip(np.atleast_1d(panels), names, strict=True):
+        drawn = toml("setups")[name]
+        parts = [(kind, _outline(geometry), *rest) for kind, geometry, *rest in drawn["parts"]]
+        size = 0.05 * np.ptp(np.concatenate([points for _, points, *_ in parts]), axis=0).max()
+        for part in parts:
+            _part(axes, size, *part)
+        axes.set_title(drawn["title"], fontsize=10)
+        axes.set_aspect("equal")
+        axes.margins(0.12)
+        axes.set_axis_off()
+    plot.show()
+
+
+def _turn(degrees):
+    return euler.from_axis_angle([0, 0, 1], degrees, degrees=True)[:2, :2]
 
 
 def _plane(axes, title="", start=-1.2):
@@ -123,9 +137,10 @@ def _arrow(axes, start, end, colour):
 
 
 def _arc(axes, start, end, radius):
-    turn = np.radians(np.linspace(start, end, 41))
-    axes.plot(radius * np.cos(turn), radius * np.sin(turn), color=AXIS)
-    _arrow(axes, radius * np.array(_sides(end - 2)), radius * np.array(_sides(end)), AXIS)
+    turn = np.radians([*np.linspace(start, end, 41), end - 2])
+    *arc, before = radius * np.column_stack([np.cos(turn), np.sin(turn)])
+    axes.plot(*np.transpose(arc), color=AXIS)
+    _arrow(axes, before, arc[-1], AXIS)
 
 
 def _point(axes, point, name, directions, colour, style="full"):
@@ -134,3 +149,37 @@ def _point(axes, point, name, directions, colour, style="full"):
     axes.text(*(point + np.array([0.07, 0.05])), name, color=POINT)
     for direction in directions:
         axes.plot(*np.array([point, point @ direction * direction]).T, color=colour, linestyle=":")
+
+
+def _outline(geometry):
+    """The points of a part, shape (n, 2): a box, a circle or a part of one, or points as they are given."""
+    if "box" in geometry:
+        x, y, half_width, half_height = geometry["box"]
+        return BOX * [half_width, half_height] + [x, y]
+    if "circle" in geometry:
+        centre, radius, *ends = geometry["circle"]
+        angle = np.radians(np.linspace(*(ends or (0, 360)), 73))
+        return np.add(centre, radius * np.column_stack([np.cos(angle), np.sin(angle)]))
+    return np.array(geometry, dtype=float, ndmin=2)
+
+
+def _part(axes, size, kind, points, role, text, shift=(0, 0)):
+    """Draw a part, without scales, in the colour of its role, and its text where a part of its kind has it."""
+    colour, place = plot.COLOUR[role], points[-1]
+    if kind == "body":
+        axes.fill(*points.T, facecolor=colour, edgecolor=colour, alpha=0.25)
+        place = (points.min(axis=0) + points.max(axis=0)) / 2
+    elif kind == "point":
+        axes.plot(*points.T, "o", color=colour)
+        place = place + 0.8 * size
+    else:
+        axes.plot(*points.T, "--" if kind == "dashed" else "-", color=colour, linewidth=1.2)
+        for tip, before in {"arrow": [(-1, -2)], "turn": [(-1, -2)], "size": [(-1, -2), (0, 1)]}.get(kind, ()):
+            x, y = along = (points[tip] - points[before]) / np.linalg.norm(points[tip] - points[before])
+            axes.fill(*(points[tip] + 0.8 * size * HEAD @ [[x, y], [-y, x]]).T, color=colour)
+        if kind == "arrow":
+            place = place + 0.9 * size * along
+        elif kind != "ring":
+            place = points[len(points) // 2] if len(points) > 2 else points.mean(axis=0)
+    if text:
+        axes.text(*(place + size * np.array(shift)), text, color=colour, ha="center", va="center")

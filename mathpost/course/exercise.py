@@ -52,7 +52,7 @@ def check(name, answer):
     display(verdict)
     if verdict.status != OPEN and name not in _tried:
         _tried.add(name)
-        _show_solution(_named(name), update=True)
+        solution(name, update=True)
 
 
 def judge(name, answer):
@@ -60,20 +60,24 @@ def judge(name, answer):
     return _named(name).verdict(answer)
 
 
-def solution(name):
+def solution(name, *, update=False):
     """Show a hint and a solution, closed until they are clicked: the lines that run, and what they give.
 
-    Outside a notebook it is printed.
-
-    Examples
-    --------
-    >>> solution("01-sign")
-    POINT = (3, 4, 5)
-    def sign(angle=90, point=POINT):
-        return zxz_right(angle, 0, 0, degrees=True) @ point
-    # gives 4.000, -3.000, 5.000
+    Its summary says whether an attempt was checked; `update` changes that where it is shown. Outside a notebook it
+    is printed.
     """
-    _show_solution(_named(name))
+    from IPython import display, get_ipython
+
+    found = _named(name)
+    if get_ipython():
+        summary = f"Solution of {name}{': you have not tried yet' * (name not in _tried)}"
+        shown = {f"Hint for {name}": found.hint, summary: found.shown_solution}
+        closed = '<details><summary>{}</summary><pre style="font-family: monospace">{}</pre></details>'.format
+        page = "".join(closed(title, html.escape(text)) for title, text in shown.items() if text)
+        bundle = {"text/plain": summary, "text/html": page}
+        display.display(bundle, raw=True, display_id=f"solution of {name}", update=update)
+    elif not update:
+        print(found.shown_solution)
 
 
 def given(name):
@@ -109,16 +113,16 @@ def reveal(guess, truth):
 
 
 def saved(path):
-    """Return the verdicts on all answers that a saved notebook holds, each judged anew from its data.
-
-    One is `edited` where the notebook says something else than its answer deserves. An exercise that is not defined
-    here keeps what the notebook says.
-    """
+    """Return the verdicts on all answers that a saved notebook holds, each judged anew, as `judged` does."""
     return judged(notebook(path)["cells"], path)
 
 
 def judged(cells, where):
-    """Return the verdicts on the answers in the cells of a notebook, as `saved`; `where` names it in an error."""
+    """Return the verdicts on the answers in the cells of a notebook, judged anew; `where` names it in an error.
+
+    One is `edited` where the notebook says something else than its answer deserves. An exercise that is not defined
+    here keeps what the notebook says.
+    """
     found = []
     try:
         for cell in cells:
@@ -129,14 +133,14 @@ def judged(cells, where):
                 found += [(*each, stored, str(whose or "")) for each in said]
     except (KeyError, TypeError, AttributeError):
         raise InputError(str(where), "a notebook", "something else") from None
-    return [_anew(*each) for each in found]
-
-
-def _anew(name, said, stored, whose):
-    if name not in EXERCISES:
-        return Verdict(name, said, "This exercise is not defined here.", stored)
-    verdict = EXERCISES[name].of(whose).anew(json.dumps(stored))
-    return replace(verdict, edited=verdict.status != said)
+    verdicts = []
+    for name, said, stored, whose in found:
+        if name in EXERCISES:
+            verdict = EXERCISES[name].of(whose).anew(json.dumps(stored))
+            verdicts.append(replace(verdict, edited=verdict.status != said))
+        else:
+            verdicts.append(Verdict(name, said, "This exercise is not defined here.", stored))
+    return verdicts
 
 
 def answered(folder="."):
@@ -168,21 +172,6 @@ def progress(folder="."):
     for each in verdicts:
         if each.edited:
             print(f"{each.name}: the notebook says something else than its answer deserves ({each.status}).")
-
-
-def _show_solution(found, *, update=False):
-    """Hint and solution, which a page shows closed, and whether an attempt was checked; outside it is printed."""
-    from IPython import display, get_ipython
-
-    if get_ipython():
-        summary = f"Solution of {found.name}{': you have not tried yet' * (found.name not in _tried)}"
-        shown = {f"Hint for {found.name}": found.hint, summary: found.shown_solution}
-        closed = '<details><summary>{}</summary><pre style="font-family: monospace">{}</pre></details>'.format
-        page = "".join(closed(title, html.escape(text)) for title, text in shown.items() if text)
-        bundle = {"text/plain": summary, "text/html": page}
-        display.display(bundle, raw=True, display_id=f"solution of {found.name}", update=update)
-    elif not update:
-        print(found.shown_solution)
 
 
 def _named(name):

@@ -5,19 +5,20 @@ from functools import cache
 import numpy as np
 
 from mathpost.course.answers import Kind, Name, Number, Vector
-from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, of_lesson, with_axis, with_travel
-from mathpost.course.verdict import slip
+from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, with_axis, with_travel
+from mathpost.course.verdict import define, slip
 from mathpost.errors import InputError
 from mathpost.post import cl as cldata
 from mathpost.post import program, run, yu_dan
-from mathpost.post.between_blocks import deviation, linearize
+from mathpost.post.between_blocks import linearize
+from mathpost.post.proof import deviation
 
 ROWS = (40, 50, 60, 70, 80)
 SPOILT = 12  # the move of 07-block that is spoilt, counted from 0
 TIP, AXIS, LIFTED = 0.01, 0.1, 1.0  # mm and degrees that 07-alone grants; mm above the path: not in cut
 
 
-@of_lesson("07-pivot", Name("40 50 60 70 80"))
+@define("07-pivot", Name("40 50 60 70 80"))
 def pivot():
     """The tip moves by 2·sin(B/2) times the shift, so the row with the greatest B moves furthest."""
     kin = load("dmu50v")
@@ -32,7 +33,7 @@ def table(number):
     return np.loadtxt(data(f"tables/yu_dan_table_{number}.csv"), delimiter=",", skiprows=2)[:, 1:]
 
 
-@of_lesson("07-next", Vector(names="B C", unit="degrees"))
+@define("07-next", Vector(names="B C", unit="degrees"))
 @slip("clamped", curve=yu_dan.paper_clamped)
 @slip("straight", curve=lambda rows, t: rows[1] + t * (rows[2] - rows[1]))
 def next_point(curve=yu_dan.paper_cubic, t=0.975):
@@ -40,7 +41,7 @@ def next_point(curve=yu_dan.paper_cubic, t=0.975):
     return curve(table(2)[:4], t)[3:]
 
 
-@of_lesson("07-time", Number(decimals=3))
+@define("07-time", Number(decimals=3))
 @slip("straight", lambda: (178.52 - 90) / (178.52 - 1.144))
 @slip("clamped", curve=yu_dan.paper_clamped)
 def time_of(curve=yu_dan.paper_cubic, c=90.0):
@@ -51,7 +52,7 @@ def time_of(curve=yu_dan.paper_cubic, c=90.0):
     return brentq(lambda t: curve(rows, t)[4] - c, 0, 1)
 
 
-@of_lesson("07-pieces", Number(decimals=0, tolerance=1.5))
+@define("07-pieces", Number(decimals=0, tolerance=1.5))
 @slip("whole way", rows=slice(1, 8, 6))
 def pieces(rows=slice(4, 6), tolerance=0.01):
     """A swing of C by 37° about a tip 77 mm away; the error falls with the square of the number of pieces."""
@@ -69,7 +70,7 @@ def spoilt_program():
     return text.replace(move, f"{head}C{word[:6]}{word[7]}{word[6]}{word[8:]}")
 
 
-@of_lesson("07-block", Number(decimals=0), given=spoilt_program)
+@define("07-block", Number(decimals=0), given=spoilt_program)
 @slip("from 0", lambda: block() - 1)
 @slip("after", lambda: block() + 1)
 def block():
@@ -97,7 +98,7 @@ def not_lowest(low):
     return ""
 
 
-@of_lesson("07-lowest", Number(decimals=2, unit="degrees"), complaint=not_lowest)
+@define("07-lowest", Number(decimals=2, unit="degrees"), complaint=not_lowest)
 def lowest():
     """One half of the swing of the tool must be made with B below zero: take the smaller half."""
     b = np.degrees(load("dmu50v").inverse(blade().points, blade().axes)[:, 0, 3])
@@ -105,7 +106,7 @@ def lowest():
     return -min(before, after) - 1e-3
 
 
-@of_lesson("07-way", Name("direct linear cubic aside retract"))
+@define("07-way", Name("direct linear cubic aside retract"))
 def way():
     """It keeps both tolerances, and while C turns the tool is in the air."""
     return "retract"
@@ -168,7 +169,7 @@ def unproved(text):
     return ""
 
 
-@of_lesson("07-alone", Program(), given=new_path, complaint=unproved)
+@define("07-alone", Program(), given=new_path, complaint=unproved)
 def alone():
     """Read back, it reaches every record in order, and the way between them keeps both tolerances."""
     return run(cldata.parse(new_path()), load("bc_table").machine, name="flank").program

@@ -6,8 +6,8 @@ import numpy as np
 
 from mathpost import machine
 from mathpost.course.answers import Angle, Name, Names, Number, Vector
-from mathpost.course.lesson_data import data, load, of_lesson
-from mathpost.course.verdict import slip
+from mathpost.course.lesson_data import data, load
+from mathpost.course.verdict import define, slip
 from mathpost.measure import cutter, horizontal_head, rotary_axis, work_offset
 from mathpost.measure.horizontal_head import VERTICAL
 
@@ -19,18 +19,16 @@ CALL = "G65P9795X0Y0Z0A0B0D-30.E10.S55"
 NORMALS = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}
 
 
-@of_lesson("08-face", Name({"+X": ["X"], "-X": [], "+Z": ["Z"], "-Z": []}))
+@define("08-face", Name({"+X": ["X"], "-X": [], "+Z": ["Z"], "-Z": []}))
 def face(b=90):
     """The table carries +X to +Z, where the spindle is."""
     _, rotary = work_offset.ab_table(**CENTRES, order="AB")
-    turned = {
-        name: np.subtract(*work_offset.moved([normal, (0, 0, 0)], (rotary,), {"B": 0}, {"B": b}, degrees=True))
-        for name, normal in NORMALS.items()
-    }
-    return next(name for name, normal in turned.items() if normal[2] > 0.5)
+    turned = work_offset.moved([*NORMALS.values(), (0, 0, 0)], (rotary,), {"B": 0}, {"B": b}, degrees=True)
+    height = turned[:-1, 2] - turned[-1, 2]
+    return list(NORMALS)[height.argmax()]
 
 
-@of_lesson("08-datum", Vector(unit="mm"))
+@define("08-datum", Vector(unit="mm"))
 @slip("backwards", start=NEW, end=SET_UP)
 def after_turn(start=SET_UP, end=NEW, order="AB", iso=True):
     """Back to zero with the old angles, forward with the new, each axis about its own line."""
@@ -38,7 +36,7 @@ def after_turn(start=SET_UP, end=NEW, order="AB", iso=True):
     return work_offset.moved(G54, table, start, end, degrees=True)
 
 
-@of_lesson("08-words", Names, given=lambda: CALL)
+@define("08-words", Names, given=lambda: CALL)
 def missing_words():
     """G10 L2 stores X Y Z only; without A-30. B10. the table stands where it stood, and G55 names another place."""
     old = work_offset.WorkOffset("G54", *G54, A=0, B=0)
@@ -46,7 +44,7 @@ def missing_words():
     return set(work_offset.p9795(table, old, **work_offset.read_call(CALL)).angles)
 
 
-@of_lesson("08-dmu", Vector(unit="mm"))
+@define("08-dmu", Vector(unit="mm"))
 def dmu(end=QUARTERS, order=1):
     """The same function: a table is two axes with their own lines, a tilted one too."""
     b_carries_c = load("dmu50v").machine.rotary[::order]
@@ -59,14 +57,14 @@ def head():
     return horizontal_head.read_head(data("measurements/five_face_head.csv"))
 
 
-@of_lesson("09-vertical", Vector(unit="mm"))
+@define("09-vertical", Vector(unit="mm"))
 @slip("head vector", lambda: head().vector(0))
 def vertical(measured=VERTICAL):
     """Nothing to take back: the offset already belongs to the vertical head."""
     return horizontal_head.lhyset(head(), measured, measured, measured)
 
 
-@of_lesson("09-missed", Vector(unit="mm"))
+@define("09-missed", Vector(unit="mm"))
 @slip("flipped", lambda: horizontal_head.opposite_errors(head())[270])
 @slip("predicted less measured", lambda: -missed())
 def missed(fitted=3):
@@ -75,7 +73,7 @@ def missed(fitted=3):
     return head().vector(270) - horizontal_head.fit_head(chosen).head().vector(270)
 
 
-@of_lesson("09-wrapped", Angle(decimals=1))
+@define("09-wrapped", Angle(decimals=1))
 @slip("counterclockwise", lambda: next(a for a in np.arange(0, 360, 2.5) if 90 + a > 180))
 def wrapped():
     """From here on UZZ would be below -180, and comes back from the other side, just below +180."""
@@ -83,7 +81,7 @@ def wrapped():
     return next(angle for angle in positions if 90 + head().sense * angle < -180)
 
 
-@of_lesson("09-unlisted", Number(decimals=0, unit="mm"))
+@define("09-unlisted", Number(decimals=0, unit="mm"))
 @slip(
     "arms",
     lambda: np.linalg.norm(horizontal_head.fit_head(head()).head().vector(205)) - np.linalg.norm(head().vector(0)),
@@ -94,7 +92,7 @@ def unlisted(angle=205):
     return np.linalg.norm(wanted - head().vector(0))
 
 
-@of_lesson("10-square", Vector(names="ex ey", decimals=4, unit="mm"))
+@define("10-square", Vector(names="ex ey", decimals=4, unit="mm"))
 @slip("four", rows=slice(0, 8, 2))
 def square(waves=2, rows=slice(None), sense=1):
     """The centre does not move: an offset has one period in a turn, the wave two. Only `noise` shows it."""
@@ -111,7 +109,7 @@ def probed_table(sense):
     return rotary_axis.probing(machine.Rotary("A", "workpiece", axis=(sense, 0, 0), point=(0, 0, 0)))
 
 
-@of_lesson("10-angles", Number(decimals=0))
+@define("10-angles", Number(decimals=0))
 @slip("nine times", lambda: 9 * angles_needed(1))
 def angles_needed(sigmas=3):
     """Averaging is dear. Two angles that are 180° apart give more than many within 90°."""
@@ -129,7 +127,7 @@ def unknown_sense():
     return probed_table(1).simulate(true, at, sigma=0.002, seed=10, degrees=True)
 
 
-@of_lesson("10-sense", Vector(names="yc zc", decimals=2, tolerance=0.02, unit="mm"), given=unknown_sense)
+@define("10-sense", Vector(names="yc zc", decimals=2, tolerance=0.02, unit="mm"), given=unknown_sense)
 def sense(senses=(-1, 1), rows=(0, 1, 2)):
     """Only with the axis (1, 0, 0) are the residuals those of a probe: this table turns the other way."""
     readings = {name: np.asarray(unknown_sense()[name])[list(rows)] for name in ("angle", "y", "z")}
@@ -138,18 +136,18 @@ def sense(senses=(-1, 1), rows=(0, 1, 2)):
     return [best["yc"], best["zc"]]
 
 
-@of_lesson("11-factor", Number(decimals=2))
+@define("11-factor", Number(decimals=2))
 @slip("sine", lambda: np.sin(np.radians(20)))
 @slip("tangent", lambda: 1 / np.tan(np.radians(20)))
 @slip("cosine", lambda: 1 / np.cos(np.radians(20)))
 def factor():
     """One over the sine of the tilt, whatever the head."""
-    alpha = rotary_axis.source_zero_angle(0.1, 700)
+    alpha = np.arctan(0.1 / 700)
     reading = rotary_axis.rtcp_zero().predict({"alpha": alpha}, {"angle": 20, "L": 700}, degrees=True)["axial"]
-    return alpha / rotary_axis.source_zero_angle(reading, 700)
+    return alpha / np.arctan(reading / 700)
 
 
-@of_lesson("11-psi", Number(decimals=0, unit="degrees"))
+@define("11-psi", Number(decimals=0, unit="degrees"))
 def psi():
     """Where the sine is greatest; at 45° it is only √2 worse, and far easier to reach."""
 
@@ -160,7 +158,7 @@ def psi():
     return min(range(5, 121), key=deviation)
 
 
-@of_lesson("11-signs", Names)
+@define("11-signs", Names)
 def signs():
     """The sine's part, u = dy + L·alpha, comes out reversed; the cosine's part, dL, does not."""
     true, measurement = {"alpha": 7e-5, "dy": 0.03, "dL": 0.05}, rotary_axis.rtcp_zero()
@@ -183,7 +181,7 @@ def no_gouge(pair):
     return ""
 
 
-@of_lesson(
+@define(
     "11b-gouge", Vector(names="D₁ r₁ D₂ r₂", decimals=None, said="two cutters, old and new"), complaint=no_gouge
 )
 def gouge():
@@ -191,7 +189,7 @@ def gouge():
     return cutter.Cutter.ball(10), cutter.Cutter(diameter=8, rim=1)
 
 
-@of_lesson("11b-length", Number(decimals=1, unit="µm"))
+@define("11b-length", Number(decimals=1, unit="µm"))
 @slip("along Z", lambda: 250 * (1 - np.cos(np.radians(40))))
 @slip("sideways", lambda: 250 * np.sin(np.radians(40)))
 def length(told="length offset"):
@@ -199,7 +197,7 @@ def length(told="length offset"):
     return 1e3 * np.linalg.norm(cutter.tip_shift(load("ac_head"), [0, 0, 0, 0, 40], -0.25, told, degrees=True))
 
 
-@of_lesson("11b-stock", Number(decimals=1, unit="µm"))
+@define("11b-stock", Number(decimals=1, unit="µm"))
 @slip("sideways", lambda: 150 * np.sin(np.radians(35)))
 def stock(slope=35, diameters=(16, 15.7)):
     """The middles of the balls are 0.15 mm apart along the tool; along the normal 0.15·(1 − cos 35°) is missing."""

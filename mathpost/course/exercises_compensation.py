@@ -10,8 +10,8 @@ from mathpost.compensate.compensation import Compensator, total_differential
 from mathpost.compensate.drift import Tracker
 from mathpost.compensate.model import COMPONENTS, SQUARENESS, ErrorModel, constant_errors, read_errors
 from mathpost.course.answers import Angle, Name, Names, Number, Vector
-from mathpost.course.lesson_data import data, load, of_lesson
-from mathpost.course.verdict import slip
+from mathpost.course.lesson_data import data, load
+from mathpost.course.verdict import define, slip
 from mathpost.detective.euler_angles import explain
 from mathpost.detective.misreadings import COMMON, common_matrices
 from mathpost.measure import angular_error, spline
@@ -28,7 +28,7 @@ def table_error():
     return spline.adaptive(measured, 0.5)
 
 
-@of_lesson("12-command", Angle(decimals=6))
+@define("12-command", Angle(decimals=6))
 def command(sign=-1, seconds=3600):
     """Command = target - error, both in degrees."""
     return 250 + sign * table_error()(250) / seconds
@@ -44,7 +44,7 @@ def spoilt_table():
     return "\n".join(lines)
 
 
-@of_lesson("12-table", Angle(decimals=0), given=spoilt_table)
+@define("12-table", Angle(decimals=0), given=spoilt_table)
 @slip("greatest", lambda: max(range(0, 360, 45), key=lambda target: abs(table_error()(target))))
 def spoilt():
     """Where the command is above the target although the axis already goes too far."""
@@ -52,7 +52,7 @@ def spoilt():
     return next(target for target, error, command in rows if (command - target) * error > 0)
 
 
-@of_lesson("12-knots", Number(decimals=0))
+@define("12-knots", Number(decimals=0))
 def knots(tolerance=0.2):
     """An open curve begins with both ends; the knots crowd where sin 3a bends it."""
     angles = np.arange(-120, 121, 15)
@@ -76,7 +76,7 @@ def not_enough(step):
     return f"A step of {step}° leaves {ripple_left(step):.0%} of the ripple."
 
 
-@of_lesson("12-steps", Names(STEPS, about=not_enough))
+@define("12-steps", Names(STEPS, about=not_enough))
 def steps(share=0.5, teeth=30):
     """Below half of the period, and not just below: near the limit the spline still leaves much of the wave."""
     return {step for step in STEPS.split() if ripple_left(step, teeth) <= share}
@@ -92,7 +92,7 @@ def trunnion_model():
     return ErrorModel(load("ac_table").machine)
 
 
-@of_lesson("13-sign", Vector(decimals=1, unit="µm"), drawn=lambda rng: {"size": rng.randrange(4, 25)})
+@define("13-sign", Vector(decimals=1, unit="µm"), drawn=lambda rng: {"size": rng.randrange(4, 25)})
 @slip("table", lambda size: error_sign(-size))
 @slip("table in the machine", lambda size: error_sign(-size, 0))
 def error_sign(size=10, c=90):
@@ -102,7 +102,7 @@ def error_sign(size=10, c=90):
     return size * sensitivity(0, 0, 0, 0, np.radians(c))[:3, 0]
 
 
-@of_lesson("13-ecc", Number(decimals=2, unit="µrad"), drawn=lambda rng: {"seconds": rng.randrange(5, 20)})
+@define("13-ecc", Number(decimals=2, unit="µrad"), drawn=lambda rng: {"seconds": rng.randrange(5, 20)})
 @slip("times 90", unit=90 * MICRORADIANS)
 def ecc(z=-1, seconds=12, unit=MICRORADIANS):
     """The error turns about the axis of the file, [0, 0, -1]: ECC is minus what the autocollimator shows."""
@@ -116,7 +116,7 @@ def unlike_exx(name):
     return "It turns the tool axis as well, and that probing at different places would show."
 
 
-@of_lesson("13-twins", Names(" ".join(ERRORS), about=unlike_exx))
+@define("13-twins", Names(" ".join(ERRORS), about=unlike_exx))
 def twins():
     """All five have one sensitivity up to the sign: only their sum shows, and only the sum must be compensated."""
     model = trunnion_model()
@@ -135,7 +135,7 @@ def worse_at(tilt):
     return compensator.miss(joints + step, compensator.wanted(joints)).tip / compensator.miss(joints).tip
 
 
-@of_lesson("13b-tilt", Number(decimals=3, tolerance=2e-3, unit="degrees"))
+@define("13b-tilt", Number(decimals=3, tolerance=2e-3, unit="degrees"))
 @slip("linear", falls=lambda ratio: ratio)
 def tilt(falls=np.sqrt):
     """The rest falls with the square of the tilt; bisection finds the same to a few thousandths of a degree."""
@@ -145,7 +145,7 @@ def tilt(falls=np.sqrt):
 TWO_ERRORS, AT = {"EYA": 0.025, "EBC": -50e-6}, (20, 60, -10, -40, 15)
 
 
-@of_lesson("13b-inverse", Vector(decimals=4, unit="mm"))
+@define("13b-inverse", Vector(decimals=4, unit="mm"))
 def exact_inverse(errors=TWO_ERRORS):
     """Both are constants: the machine with the moved axes has its own closed-form inverse."""
     compensator = Compensator(constant_errors(machine.load(data("errors/bohez_machine.toml")), errors))
@@ -162,7 +162,7 @@ def compensated_turn(tilt):
     return joints, compensator.compensate(joints)
 
 
-@of_lesson("13b-path", Number(decimals=1, unit="µm"))
+@define("13b-path", Number(decimals=1, unit="µm"))
 @slip("before", lambda: 1e3 * compensated_turn(20)[1].before.tip.max())
 def path_change(column=1, tilt=20):
     """Y takes back what the errors do along it, and follows the small turns of A and C besides."""
@@ -170,14 +170,13 @@ def path_change(column=1, tilt=20):
     return 1e3 * np.abs(result.joints - joints)[:, column].max()
 
 
-@of_lesson("13b-drift", Number(decimals=0))
+@define("13b-drift", Number(decimals=0))
 def drift_parts(forgetting=0.8):
     """Each part leaves the share 0.8 of what was left: 0.8 to the tenth is still more than a tenth."""
     poses = np.zeros((5, 5))
     poses[:, :3], poses[:, 3:] = [40, 20, 0], np.radians([[0, 0], [0, 120], [60, 0], [60, 180], [-60, 90]])
-    tracker = Tracker(
-        trunnion_model(), ("EYA", "EZA"), poses, sigma=0.001, expected=0.03, forgetting=forgetting, gate=np.inf
-    )
+    how = {"sigma": 0.001, "expected": 0.03, "forgetting": forgetting, "gate": np.inf}
+    tracker = Tracker(trunnion_model(), ("EYA", "EZA"), poses, **how)
     for part in range(-40, 200):
         tracker.update(tracker.predict([0.010 * (part >= 0), 0]))
         if part >= 0 and 0.010 - tracker.values[0] < 0.001:
@@ -188,7 +187,7 @@ SLIP = ((20, 35, 50), (1, 2, 3), (0.690, -1.540, 3.339))
 SLIPS = "sign,active,order,transpose,row,axis,reference,exchange,left out,unit,rounded".split(",")
 
 
-@of_lesson("14-slip", Name(dict.fromkeys(SLIPS, ())), given=lambda: SLIP)
+@define("14-slip", Name(dict.fromkeys(SLIPS, ())), given=lambda: SLIP)
 def worksheet_slip():
     """Three decimals and angles that are not special were enough."""
     angles, point, answer = SLIP
@@ -203,7 +202,7 @@ def wrong_post():
     return tuple(axis.tolist()), (round(float(a), 3), round(float(c), 3))
 
 
-@of_lesson("14-post", Angle(decimals=1, tolerance=0.01), given=wrong_post)
+@define("14-post", Angle(decimals=1, tolerance=0.01), given=wrong_post)
 @slip("off", lambda: -post())
 def post():
     """A zero position off by a quarter turn: the post thinks of a table whose C0 is where Y should be."""
@@ -223,7 +222,7 @@ def hides_a_mistake(angles):
     return "" if apart[name] > 2 else f"The bar of '{name}' is only {apart[name]:.2f} long."
 
 
-@of_lesson("14-angles", Vector(names="α β γ", decimals=None, unit="degrees"), complaint=hides_a_mistake)
+@define("14-angles", Vector(names="α β γ", decimals=None, unit="degrees"), complaint=hides_a_mistake)
 def telling_angles():
     """None near 0 or 90, and no two alike: then every mistake leaves a trace of its own."""
     tried = ((a, 35, c) for a in (20, 37, 67) for c in (-59, 50))

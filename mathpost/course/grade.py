@@ -10,7 +10,6 @@ import json
 import math
 import re
 import tempfile
-import tomllib
 import zipfile
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
@@ -20,7 +19,8 @@ from pathlib import Path
 from mathpost.course import exercise
 from mathpost.course.handed_in import collect
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
-from mathpost.errors import InputError, read_text
+from mathpost.errors import InputError
+from mathpost.machine import read_toml
 from mathpost.workbook import check_file
 
 COURSE = Path(__file__).parents[2]
@@ -37,6 +37,8 @@ RULES = {  # the keys of a file of rules: whether a value is right, and what is 
     "workbooks": NUMBER,
     "expected_workbooks": (lambda value: type(value) is int and value > 0, "a whole number above 0"),
 }
+FILE, TEXT = "the same file", "the same answers and the same text of cells"
+CELLS = "the same formulas and numbers"
 FAULTS = (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, RecursionError, MemoryError)
 
 
@@ -50,10 +52,6 @@ class Rules:
     notebooks: float = 1.0  # weights of the two parts, where both were handed in
     workbooks: float = 1.0
     expected_workbooks: int = 1
-
-    def worth(self, name):
-        """Points of an exercise."""
-        return self.points.get(name, self.points.get(lesson_of(name), 1))
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,7 @@ class Result:
     unknown: dict = field(default_factory=dict)  # exercise that is not defined here → what the notebook says
     reran: dict = field(default_factory=dict)  # exercise → status when it is run, where that is not the saved one
     numbers: set = field(default_factory=set)  # whose numbers the exercises had that draw some; "" is the lesson's
-    works: list = field(default_factory=list)  # kind, file and content of what may be the same as another's
+    works: list = field(default_factory=list)  # how, which file and which content may be the same as another's
     notebooks: int = 0
 
     def status(self, name):
@@ -99,7 +97,7 @@ class Class:
     results: list  # of `Result`, by name
     exercises: list  # those that count
     rules: Rules
-    same: list = field(default_factory=list)  # what kind of thing is the same, in which file, and who has it
+    same: list = field(default_factory=list)  # how, in which file, and who has it
     notes: list = field(default_factory=list)  # what was not looked at, or could not be bounded
 
     def solved(self, result):
@@ -108,9 +106,10 @@ class Class:
 
     def points(self, result):
         """Return what a student has of what can be had, in points of the exercises, and right workbooks."""
-        had, possible = (sum(map(self.rules.worth, names)) for names in (self.solved(result), self.exercises))
-        right = sum(each.verdict == "right" for each in result.workbooks)
-        return had, possible, min(right, self.rules.expected_workbooks)
+        said, right = self.rules.points, sum(each.verdict == "right" for each in result.workbooks)
+        worth = {name: said.get(name, said.get(lesson_of(name), 1)) for name in self.exercises}
+        had = sum(worth[name] for name in self.solved(result))
+        return had, sum(worth.values()), min(right, self.rules.expected_workbooks)
 
     def mark(self, result):
         """Per cent, with the weights of the rules; None if nothing counts."""
@@ -177,10 +176,7 @@ def _say_whose_numbers(results):
 
 def read_rules(path):
     """Return the `Rules` of a TOML file; raise `InputError` of an unknown key or a value of the wrong kind."""
-    try:
-        found = tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(str(path), "TOML", str(error)) from None
+    found = read_toml(path)
     for key, value in found.items():
         is_right, expected = RULES.get(key, (lambda _: False, f"one of {', '.join(RULES)}"))
         if not is_right(value):
@@ -205,10 +201,7 @@ def lesson_of(name):
 
 
 def _student(student, course, rerun, step):
-    """Judge one student's files, none of which keeps the class from being judged.
-
-    `course` is what was handed out: digests of files, and sources of cells.
-    """
+    """Judge one student's files; `course` has the digests of the files and the sources of the cells handed out."""
     result = Result(student.name, trouble=list(student.refused))
     for path in (*student.notebooks, *student.workbooks):
         kind = "a notebook" if path in student.notebooks else "a workbook"
@@ -257,7 +250,7 @@ def _notebook(result, path, course, rerun):
     answers = json.dumps([(each.name, each.answer) for each in verdicts if each.status != OPEN])
     own = [source for source in sources if source and source not in course]
     if (own or answers != "[]") and (content := digest(path)) not in course:
-        result.works += [("file", path.name, content), ("text", path.name, (answers, own))]
+        result.works += [(FILE, path.name, content), (TEXT, path.name, (answers, own))]
     if rerun:
         before = {each.name: each.status for each in verdicts}
         after = {each.name: each.status for each in exercise.saved(rerun(path))}
@@ -276,7 +269,7 @@ def _workbook(result, path, course):
         raise
     found = [(each.cell, each.cause, each.message) for each in report.faults[:1]]
     result.workbooks.append(Workbook(path.name, report.verdict, report.checked, report.total, *sum(found, ())))
-    result.works += [("file", path.name, content), ("cells", path.name, _cells_of(path))]
+    result.works += [(FILE, path.name, content), (CELLS, path.name, _cells_of(path))]
 
 
 def _sources(cells):
@@ -287,10 +280,10 @@ def _sources(cells):
 def _same(results):
     """What is the same beyond what the course handed out: its kind, in which files, and who has it."""
     works = [(result.name, *work) for result in results for work in result.works]
-    has = Counter(text for _, kind, _, content in works if kind == "text" for text in set(content[1]))
-    having = {"file": defaultdict(list), "text": defaultdict(list), "cells": defaultdict(list)}
+    has = Counter(text for _, kind, _, content in works if kind == TEXT for text in set(content[1]))
+    having = {kind: defaultdict(list) for kind in (FILE, TEXT, CELLS)}
     for student, kind, file, content in works:
-        if kind == "text":
+        if kind == TEXT:
             answers, texts = content
             beyond = tuple(t for t in texts if len(results) < 10 or has[t] <= SHARED_BY_CLASS * len(results))
             content = (answers, beyond) if sum(map(len, beyond)) >= TEXT_ENOUGH else ""
@@ -306,12 +299,11 @@ def _same(results):
 
 def _cells_of(path):
     """Formulas and numbers of a workbook, without how they look; "" where it is no .xlsx."""
+    cell = re.compile(rb'<c r="(\w+)"[^>]*>(?:<f[^>]*>([^<]*)</f>)?(?:<v>([^<]*)</v>)?')
     try:
         with zipfile.ZipFile(path) as parts:
             names = sorted(name for name in parts.namelist() if re.fullmatch(r"xl/worksheets/\w+\.xml", name))
-            sheets = [parts.read(name) for name in names]
+            cells = [cell.findall(parts.read(name)) for name in names]
     except (zipfile.BadZipFile, OSError):
         return ""
-    cell = re.compile(rb'<c r="(\w+)"[^>]*>(?:<f[^>]*>([^<]*)</f>)?(?:<v>([^<]*)</v>)?')
-    cells = [cell.findall(sheet) for sheet in sheets]
     return hashlib.sha256(repr(cells).encode()).hexdigest() if any(cells) else ""

@@ -13,8 +13,7 @@ from pathlib import Path
 from jinja2 import Environment
 
 from mathpost.course.exercise import MARKS
-from mathpost.course.lesson_data import toml
-from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
+from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG, toml
 from mathpost.errors import read_text
 from mathpost.workbook.folder import CHINESE as CAUSES
 from mathpost.workbook.report import csv_table
@@ -22,11 +21,6 @@ from mathpost.workbook.report import csv_table
 LANGUAGES = ("en", "zh")
 ENGLISH = {OPEN: "open"}  # where the report says something else than its programs
 EDITED = "verdict differs from its answer: the file was edited, or saved with another edition of the course"
-SAME = {
-    "file": "the same file",
-    "text": "the same answers and the same text of cells",
-    "cells": "the same formulas and numbers",
-}
 STYLES = {RIGHT: "right", WRONG: "wrong", OPEN: "open"}
 
 
@@ -68,29 +62,18 @@ def to_csv(graded, language="en"):
 def to_html(graded, language="en"):
     """Return the report as a page of its own, without scripts."""
     books = [(result.name, book) for result in graded.results for book in result.workbooks]
-    page = Environment(autoescape=True, trim_blocks=True).from_string(
-        read_text(Path(__file__).with_suffix(".html")),
-        {function.__name__: partial(function, language) for function in (say, mixup, why)},
-    )
+    functions = {function.__name__: partial(function, language) for function in (say, mixup, why)}
+    template = read_text(Path(__file__).with_suffix(".html"))
+    page = Environment(autoescape=True, trim_blocks=True).from_string(template, functions)
     return page.render(
         graded=graded,
         language=language,
-        summary=say(
-            language,
-            "{students} students, {notebooks} notebooks, {workbooks} workbooks; {exercises} exercises count.",
-        ).format(
-            students=len(graded.results),
-            notebooks=sum(each.notebooks for each in graded.results),
-            workbooks=len(books),
-            exercises=len(graded.exercises),
-        ),
         look=list(_attention(graded, language)),
         lacking=language == "zh" and not all(chinese(*each[:2]) for each in graded.mixups()),
         books=books,
         causes=Counter(say(language, book.cause) for _, book in books if book.cause).most_common(),
         marks={status: (style, MARKS[status]) for status, style in STYLES.items()},
         edited=EDITED,
-        same=SAME,
         mark=partial(_mark, graded),
         solved=Counter(name for result in graded.results for name in graded.solved(result)),
     )

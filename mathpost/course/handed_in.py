@@ -93,10 +93,8 @@ def _whose(folder, lessons):
             yield from ((path.name, path) for path in _entries(inner) if path.is_dir())
             return
         if inner.name == "inbound" and inner.is_dir():
-            latest = {}
-            for path in _entries(inner):  # NAME+ASSIGNMENT+TIME, the earlier first
-                if "+" in path.name:
-                    latest[tuple(path.name.split("+")[:2])] = path
+            stamped = (path for path in _entries(inner) if "+" in path.name)  # NAME+ASSIGNMENT+TIME, latest last
+            latest = {tuple(path.name.split("+")[:2]): path for path in stamped}
             yield from ((name, path) for (name, _), path in latest.items())
             return
     entries, named = _entries(folder), {}

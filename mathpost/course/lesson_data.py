@@ -1,7 +1,6 @@
 """What the exercises and views of the lessons load: data of the course, from any folder below it, once."""
 
 import os
-import tomllib
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -9,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from mathpost import machine
-from mathpost.course.verdict import define, slip
-from mathpost.errors import InputError, data_file
+from mathpost.errors import data_file
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl, selection
 
@@ -23,35 +21,6 @@ def data(path):
         if (found := folder / "data" / path).exists():
             return Path(os.path.relpath(found))
     return data_file(path)
-
-
-@cache
-def toml(name):
-    """A file of this folder as it stands."""
-    return tomllib.loads(Path(__file__).with_name(f"{name}.toml").read_text(encoding="utf-8"))
-
-
-def of_lesson(name, kind, **how):
-    """Enter the decorated function as `define` does, with the hint and the slips of `exercises.toml`.
-
-    Where the file has the choices of a `Name` or `Names`, `kind` is that class.
-    """
-    words = toml("exercises").get(name, {})
-    if "choices" in words:
-        kind = kind(words["choices"], *([words["about"].get] if "about" in words else []))
-
-    def enter(solve):
-        computed = vars(solve).pop("slips", {})
-        for sentence, entry in reversed(words.get("slips", {}).items()):
-            leads_to = {key: value for key, value in entry.items() if key not in ("zh", "by")}
-            if "by" in entry:
-                leads_to["answer"] = computed.pop(entry["by"])
-            slip(sentence, **leads_to)(solve)
-        if computed:
-            raise InputError(f"exercises.toml, {name}", f"a slip by {' and '.join(computed)}", "none")
-        return define(name, kind, hint=words.get("hint", ""), **how)(solve)
-
-    return enter
 
 
 @cache

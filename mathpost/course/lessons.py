@@ -6,7 +6,6 @@ compared by what it says in numbers (`mathpost.draw.described`).
 
 import math
 import re
-from dataclasses import dataclass
 from difflib import SequenceMatcher
 from pathlib import Path
 
@@ -19,18 +18,6 @@ from mathpost.errors import InputError, MathpostError, write_text
 NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.\d*|\.\d+|\d+)(?:[eE][-+]?\d+)?")
 VIEW = re.compile(r'<div class="mathpost-live".*?</iframe></div>', re.DOTALL)
 TIMEOUT = 120  # s for a cell
-
-
-@dataclass(frozen=True)
-class Change:
-    """What another run prints differently, and in which code cell, counted from 1."""
-
-    cell: int
-    old: str
-    new: str
-
-    def __str__(self):
-        return f"  cell {self.cell}: {self.old or 'nothing'} → {self.new or 'nothing'}"
 
 
 def same(text, other):
@@ -47,7 +34,7 @@ def without_views(text):
 
 
 def rerun(path, *, accept=False):
-    """Run a notebook anew and return what changed, a list of `Change`; `accept` writes the new outputs to the file.
+    """Run a notebook anew and return a line for each change; `accept` writes the new outputs to the file.
 
     If a cell raises, there is a `MathpostError`, and nothing is written.
     """
@@ -66,7 +53,7 @@ def rerun(path, *, accept=False):
         write_text(path, nbformat.writes(after))
     pairs = [each for each in zip(before.cells, after.cells, strict=True) if each[0].cell_type == "code"]
     changes = ((number, _differences(*map(_text, pair))) for number, pair in enumerate(pairs, start=1))
-    return [Change(number, *change) for number, found in changes for change in found]
+    return [f"  cell {n}: {old or 'nothing'} → {new or 'nothing'}" for n, found in changes for old, new in found]
 
 
 def _text(cell):
@@ -80,12 +67,9 @@ def _text(cell):
 
 def _differences(old, new):
     """Pairs of what stands in the one text and in the other: numbers where only these differ, lines otherwise."""
-    old_lines, new_lines = old.splitlines(), new.splitlines()
-    pairs = []
-    for kind, a, b, c, d in SequenceMatcher(None, old_lines, new_lines, autojunk=False).get_opcodes():
-        if kind == "equal":
-            continue
-        gone, come = old_lines[a:b], new_lines[c:d]
+    old, new, pairs = old.splitlines(), new.splitlines(), []
+    for _, a, b, c, d in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
+        gone, come = old[a:b], new[c:d]
         if len(gone) != len(come):
             gone, come = [" / ".join(gone)], [" / ".join(come)]
         for line, other in zip(gone, come, strict=True):

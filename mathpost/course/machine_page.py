@@ -1,6 +1,6 @@
 """A machine as one page that stands alone: it moves, and it says in words what each axis does.
 
-A wrong sign of an axis is the first error that every shop makes. The words are computed from the transform chain: a
+A wrong sign of an axis is the first error that every shop makes. The words are computed from its chain and axes: a
 person in front of the machine compares them with what the machine does.
 """
 
@@ -8,9 +8,9 @@ import html
 
 import numpy as np
 
-from mathpost.angles import to_axis_angle
 from mathpost.course import view_machine
 from mathpost.draw.arrangement import placing
+from mathpost.post.singular import from_pole
 from mathpost.rotation import unit
 
 DIRECTIONS = (("to the left", "to the right"), ("to the front", "to the back"), ("down", "up"))
@@ -35,9 +35,8 @@ def words(kin):
     at_zero = places(np.zeros(5))
     for name, step in zip(kin.machine.joint_names[:3], np.eye(5), strict=False):
         said[name] = f"{name}+ moves the tool {_ways(places(step)['tool'][:3, 3] - at_zero['tool'][:3, 3])}."
-    for rotary, step in zip(kin.machine.rotary, np.eye(5)[3:], strict=True):
-        turned = places(1e-3 * step)[rotary.name] @ np.linalg.inv(at_zero[rotary.name])
-        turn = unit(to_axis_angle(turned[:3, :3])[0])  # in machine coordinates
+    for rotary in kin.machine.rotary:
+        turn = unit(np.array(rotary.axis))
         does = _seen(rotary, turn, unit(np.array(kin.machine.tool_axis)))
         said[rotary.name] = f"{rotary.name}+ turns the {does}; {_iso(rotary, turn)}."
     return said
@@ -46,13 +45,11 @@ def words(kin):
 def reach(kin):
     """Return what tool axes the machine reaches, as sentences."""
     derived, (near, far) = kin.inverse_symbolic, np.degrees(kin.reach)
-    pole = np.array(derived.pole, dtype=float)
-    direction = " ".join(f"{x:z.3f}" for x in pole)
+    direction = " ".join(f"{float(x):z.3f}" for x in derived.pole)
     joint = kin.symbols.index(derived.inner)
     joints = np.zeros((721, 5))
     joints[:, joint] = np.linspace(*np.clip(kin.machine.limits[joint], -np.pi, np.pi), 721)
-    axes = kin.forward(joints)[1]
-    angles = np.degrees(2 * np.arctan2(np.linalg.norm(axes - pole, axis=1), np.linalg.norm(axes + pole, axis=1)))
+    angles = np.degrees(from_pole(kin, kin.forward(joints)[1], (0, np.inf)))
     name, inner = str(derived.outer), derived.inner
     carried = next(axis.carries for axis in kin.machine.rotary if axis.name == name)
     turns = "the workpiece about the tool" if carried == "workpiece" else "the tool about its own axis"

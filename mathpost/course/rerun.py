@@ -22,6 +22,9 @@ MEMORY, FILE, PROCESSES = 2 * 2**30, 64 * 2**20, 200  # bytes of each process an
 ALONE = ["unshare", "--net", "--pid", "--fork", "--kill-child"]
 ACCOUNT = ["setpriv", f"--reuid={UID}", f"--regid={UID}", "--clear-groups", "--no-new-privs"]
 ACCOUNT += ["--bounding-set=-all", "--inh-caps=-all"]
+# The environment has nothing of the caller's: no secrets, no settings.
+SETTINGS = {"PYTHONDONTWRITEBYTECODE": "1", "MPLBACKEND": "agg", "LANG": "C.UTF-8", "OPENBLAS_NUM_THREADS": "1"}
+SETTINGS["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.defpath])
 
 PROBE = """
 import os, subprocess, sys
@@ -43,18 +46,19 @@ class Place:
         self.seconds, self.root = seconds, os.getuid() == 0
         account = ACCOUNT if self.root else []
         alone = [*ALONE, *account] if self.root else [*ALONE, "--user", "--map-current-user"]
-        self.open = []
-        self.command = next((way for way in (alone, account) if self._works(way)), None)
+        self.open, self.command = [], None
+        for way in (alone, account):
+            with suppress(OSError, subprocess.SubprocessError):
+                if self.command is None and self._run(way, PROBE, subprocess.DEVNULL) == 0:
+                    self.command = way
         if self.command is None:
             found = "none: start this from an ordinary account, or install Python where every account may run it"
             raise InputError("--rerun", "an account other than root that can run this Python", found)
         if "unshare" not in self.command:
             self.open += ["The network was open.", "A process that left its session may have gone on."]
         if not self.root:
-            self.open += [
-                "Students' code ran with your own account: it could read and write your files.",
-                "The number of processes was bounded by time only.",
-            ]
+            self.open += ["Students' code ran with your own account: it could read and write your files."]
+            self.open += ["The number of processes was bounded by time only."]
         if sys.platform != "linux":
             self.open.append("Memory may not have been bounded: that works on Linux.")
 
@@ -71,12 +75,6 @@ class Place:
             raise InputError(executed.name, "a notebook that runs within its bounds", found)
         return executed
 
-    def _works(self, way):
-        try:
-            return self._run(way, PROBE, subprocess.DEVNULL) == 0
-        except (OSError, subprocess.SubprocessError):
-            return False
-
     def _run(self, way, code, output, notebook=None):
         """Run Python code in the bounds; return its status, None if time ran out."""
         with tempfile.TemporaryDirectory(prefix="rerun-", ignore_cleanup_errors=True) as folder:
@@ -88,16 +86,11 @@ class Place:
             if self.root:
                 for each in (Path(folder), work, *work.iterdir()):
                     os.chown(each, UID, UID)
-            process = subprocess.Popen(
-                [*way, sys.executable, "-c", code],
-                cwd=work,
-                env=_environment(folder),
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.DEVNULL,
-                start_new_session=True,
-                preexec_fn=self._bound,
-            )
+            modules = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)])
+            own = {"HOME": folder, "TMPDIR": folder, "JUPYTER_RUNTIME_DIR": f"{folder}/run", "PYTHONPATH": modules}
+            where = {"cwd": work, "env": SETTINGS | own, "start_new_session": True, "preexec_fn": self._bound}
+            said = {"stdin": subprocess.DEVNULL, "stdout": output, "stderr": subprocess.DEVNULL}
+            process = subprocess.Popen([*way, sys.executable, "-c", code], **where, **said)
             try:
                 return process.wait(self.seconds)
             except subprocess.TimeoutExpired:
@@ -119,21 +112,6 @@ class Place:
             hard = resource.getrlimit(kind)[1]
             limit = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
             resource.setrlimit(kind, (limit, limit))
-
-
-def _environment(folder):
-    """Nothing of the caller's: no secrets, no settings."""
-    return {
-        "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.defpath]),
-        "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)]),
-        "PYTHONDONTWRITEBYTECODE": "1",
-        "HOME": folder,
-        "TMPDIR": folder,
-        "JUPYTER_RUNTIME_DIR": f"{folder}/run",
-        "MPLBACKEND": "agg",
-        "LANG": "C.UTF-8",
-        "OPENBLAS_NUM_THREADS": "1",
-    }
 
 
 def inside():

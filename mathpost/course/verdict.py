@@ -13,9 +13,11 @@ import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
+from pathlib import Path
 
 from mathpost.course.answers import brief
 from mathpost.errors import InputError, MathpostError
+from mathpost.machine import read_toml
 
 EXERCISES = {}
 OPEN, WRONG, RIGHT = "not attempted yet", "not yet", "right"
@@ -181,6 +183,8 @@ class Exercise:
 def define(name, kind, **how):
     """Enter the decorated function as the solution of an `Exercise`; `how` are more of its attributes.
 
+    Those of the lessons have their words in `exercises.toml`; where these have choices, `kind` is a class.
+
     Running the cell anew replaces it; a name that a different file or notebook has taken is an `InputError`. A
     number that is drawn stands in the question as ``<!--drawn:01-sign:angle-->90<!--/drawn-->``.
 
@@ -205,10 +209,24 @@ def define(name, kind, **how):
     def enter(solve):
         if name in EXERCISES and (there := EXERCISES[name].solve.__module__) != solve.__module__:
             raise InputError("exercise", "a name of its own", f"{name!r}, which {there} has")
-        EXERCISES[name] = Exercise(name, kind, solve, getattr(solve, "slips", {}), **how)
+        named, slips, words = dict(getattr(solve, "slips", {})), {}, toml("exercises").get(name, {})
+        for sentence, entry in words.get("slips", {}).items():
+            changed = {key: value for key, value in entry.items() if key not in ("zh", "by")}
+            slips[sentence] = named.pop(entry["by"]) if "by" in entry else _leads_to(solve, **changed)
+        if words and named:
+            raise InputError(f"exercises.toml, {name}", f"a slip by {' and '.join(named)}", "none")
+        about = [words["about"].get] if "about" in words else []
+        asked = kind(words["choices"], *about) if "choices" in words else kind
+        EXERCISES[name] = Exercise(name, asked, solve, slips | named, **{"hint": words.get("hint", "")} | how)
         return solve
 
     return enter
+
+
+@cache
+def toml(name):
+    """A file of this folder as it stands."""
+    return read_toml(Path(__file__).with_name(f"{name}.toml"))
 
 
 def slip(sentence, answer=None, **changed):
@@ -219,10 +237,13 @@ def slip(sentence, answer=None, **changed):
     """
 
     def enter(solve):
-        def leads_to(**arguments):
-            return solve(**arguments | changed) if answer is None else answer
-
-        solve.slips = {sentence: answer if callable(answer) else leads_to} | getattr(solve, "slips", {})
+        solve.slips = {sentence: _leads_to(solve, answer, **changed)} | getattr(solve, "slips", {})
         return solve
 
     return enter
+
+
+def _leads_to(solve, answer=None, **changed):
+    if answer is None:
+        return lambda **arguments: solve(**arguments | changed)
+    return answer if callable(answer) else lambda: answer

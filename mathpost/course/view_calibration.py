@@ -5,8 +5,7 @@ import sympy as sp
 
 from mathpost.compensate.compensation import total_differential
 from mathpost.draw import plot
-from mathpost.draw.chart import printed, recorded, subplots
-from mathpost.draw.formula import slider
+from mathpost.draw.moving import Moving, printed, recorded, slider, subplots
 from mathpost.measure import horizontal_head, rotary_axis, spline, work_offset
 
 
@@ -24,7 +23,7 @@ def datum_after_rotation(centre_a, centre_b, point):
         ways = ([k / 10 * x if x in symbols else x for axis in to for x in axis] for k in range(11))
         paths[name] = [moved(*map(float, point), *way) for way in ways]
 
-    (figure, views), moving = subplots(1, 2, size=(8.0, 4.2)), plot.Moving()
+    (figure, views), moving = subplots(1, 2, size=(8.0, 4.2)), Moving()
     for axes, (across, centre) in zip(views, ((0, centre_b), (1, centre_a)), strict=True):
         reach = 1.1 * max(np.linalg.norm(np.subtract(point, c)) for c in (centre_a, centre_b))
         axes.plot(centre[across], centre[2], "+", color=plot.COLOUR["machine"], markersize=12)
@@ -35,10 +34,9 @@ def datum_after_rotation(centre_a, centre_b, point):
             seen = [(point[across], point[2]) for point in points]
             moving.line(axes, role, seen, plot.STYLE[role], marker="o", markevery=[-1], label=name)
     figure.legend(*views[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
-    numbers = [entry for points in paths.values() for entry in points[-1]]
     sliders = [slider("A", -90, 90, -30), slider("B", -180, 180, 70)]
-    said = [f"{name}: X{{{n}:3}} Y{{{n + 1}:3}} Z{{{n + 2}:3}}" for n, name in zip((0, 3, 6), tables, strict=True)]
-    return printed(figure, moving, numbers, symbols, sliders, said, height=540)
+    text = [(f"{name}: X{{:3}} Y{{:3}} Z{{:3}}", *points[-1]) for name, points in paths.items()]
+    return printed(figure, moving, symbols, sliders, text, height=540)
 
 
 def five_face_head(fitted):
@@ -103,7 +101,7 @@ def rotation_centre(rotary):
     got = [factor * value for factor, value in zip(scale, found, strict=True)]
     spread = [3 * factor * value for factor, value in zip(scale, deviation, strict=True)]
 
-    (figure, (left, right)), moving = subplots(1, 2, size=(8.0, 4.0)), plot.Moving()
+    (figure, (left, right)), moving = subplots(1, 2, size=(8.0, 4.0)), Moving()
     for marker, height, rows in zip("ox", heights, (slice(12), slice(12, 24)), strict=True):
         dots = [(1000 * x, 1000 * y) for x, y in zip(read[0][rows], read[1][rows], strict=True)]
         moving.line(left, "tool", dots, marker, label=f"z = {height:.0f}")
@@ -118,8 +116,9 @@ def rotation_centre(rotary):
     rows = list(zip(names, (10, -6, -30, 40), ("µm", "µm", "µrad", "µrad"), strict=True))
     sliders = [slider(name, -60, 60, start, unit=unit) for name, start, unit in rows]
     sliders.append(slider("noise", 0, 10, 1, step=0.5, unit="µm"))
-    said = [f"{name} {{{n}:1}} ± {{{n + 4}:1}} {unit}" for n, (name, _, unit) in enumerate(rows)]
-    return printed(figure, moving, [*got, *spread], symbols, sliders, [", ".join(said)], height=560)
+    text = ", ".join(f"{name} {{:1}} ± {{:1}} {unit}" for name, _, unit in rows)
+    numbers = [number for pair in zip(got, spread, strict=True) for number in pair]
+    return printed(figure, moving, symbols, sliders, [(text, *numbers)], height=560)
 
 
 def rtcp_zero():
@@ -131,7 +130,7 @@ def rtcp_zero():
     read, found, deviation = _fit(tip, true, at, noise / 1000)
     axial = tip.readings["axial"].subs(dict(zip(tip.unknowns, true, strict=True)))
 
-    (figure, axes), moving = subplots(), plot.Moving()
+    (figure, axes), moving = subplots(), Moving()
     roles = ("first branch", "second branch")
     for role, length, (plus, minus) in zip(roles, lengths, (read[0][:2], read[0][2:]), strict=True):
         along = ((a, (float(np.radians(a)), length)) for a in range(-90, 91, 5))
@@ -141,11 +140,11 @@ def rtcp_zero():
     axes.set(xlim=(-95, 95), ylim=(-200, 200), xlabel="ψ (degrees)", ylabel="axial reading (µm)")
     axes.legend(fontsize=8)
     source = arcsec * sp.atan(read[0][2] / lengths[1])
-    numbers = [arcsec * found[0], 3 * arcsec * deviation[0], 1000 * found[1], 1000 * found[2], source]
+    numbers = arcsec * found[0], 3 * arcsec * deviation[0], 1000 * found[1], 1000 * found[2], source
     sliders = [slider("alpha", -40, 40, 29, unit="″"), *(slider(d, -60, 60, 0, unit="µm") for d in ("dy", "dL"))]
     sliders += [slider("psi", 1, 90, 5), slider("noise", 0, 2, 0, step=0.1, unit="µm")]
-    said = "alpha {0:1} ± {1:1} arcsec, dy {2:1} µm, dL {3:1} µm; arctan(y/x) of the reading at +ψ: {4:1} arcsec"
-    return printed(figure, moving, numbers, symbols, sliders, [said], height=620)
+    said = "alpha {:1} ± {:1} arcsec, dy {:1} µm, dL {:1} µm; arctan(y/x) of the reading at +ψ: {:1} arcsec"
+    return printed(figure, moving, symbols, sliders, [(said, *numbers)], height=620)
 
 
 def knot_choice(measured):

@@ -8,18 +8,17 @@ import numpy as np
 from mathpost import codegen
 from mathpost.draw import plot, scene
 from mathpost.draw.arrangement import placing
-from mathpost.draw.formula import slider
 from mathpost.draw.live import Live
+from mathpost.draw.moving import slider
 from mathpost.draw.scene import Line, Scene
 from mathpost.draw.solid import Turned, across, ring
 from mathpost.post import selection
-from mathpost.post.singular import distance, regions
+from mathpost.post.singular import distance, from_pole, regions
 
 DEGREES = np.array([1, 1, 1, *np.degrees([1, 1])])  # times joints in mm and radians they are in mm and degrees
 CONE = np.radians(1.0)  # about the singular tool axes
 BRANCHES = ("first branch", "second branch")
 SHOWN = 600  # blocks of a program that a walk goes through at most
-EXPORTS = ("places", "forward", "close", "inverse")
 
 
 def machine(kin):
@@ -29,10 +28,10 @@ def machine(kin):
     the same pose.
     """
     drawn, made = scene.machine(kin)
-    start, drawn = scene.best_start(kin, drawn, made)
+    start, drawn = scene.best(kin, drawn, scene.turned(kin, made))
     sliders = _joint_sliders(kin, made, start)
     state = {"kind": "machine", "about": _about(kin), "home": made.home.tolist(), "sliders": sliders}
-    return _live(state, [kin], [drawn], [start], pose_text(kin, start))
+    return _live(state, [kin], pose_text(kin, start), [drawn])
 
 
 def tool_axis(kin):
@@ -42,27 +41,28 @@ def tool_axis(kin):
     """
     about, (near, far) = _about(kin), np.degrees(kin.reach)
     drawn, made = scene.machine(kin)
-    _, framed = scene.best_start(kin, drawn, made, aspect=0.75)
+    _, framed = scene.best(kin, drawn, scene.turned(kin, made), aspect=0.75)
     tilt, direction, most = float(min(max(30.0, near), far)), -30.0, float(min(180.0, far + 10.0))
     pole, (angle, turn) = np.array(about["pole"]), np.radians([tilt, direction])
     zero, quarter = across(pole)  # as the browser takes them
     axis = np.cos(angle) * pole + np.sin(angle) * (np.cos(turn) * zero + np.sin(turn) * quarter)
     tip = kin.forward(made.home)[0]
     both = kin.inverse(tip, axis)
-    pair = [replace(framed, title=name, colour=plot.COLOUR[name]) for name in BRANCHES]
+    named = zip(BRANCHES, map(placing(kin.machine), both), strict=True)
+    pair = [replace(framed, title=name, colour=plot.COLOUR[name], places=at) for name, at in named]
     joint = about["names"][about["inner"]]
     places = [["pole", [near, None]], ["beside the pole", [near + 0.5, None]]]
     for limit in about["limits"][about["inner"]]:
         if limit is not None:
             leaning = kin.forward(np.radians(limit) * np.eye(5)[about["inner"]])[1]
-            lean = float(np.degrees(np.arctan2(np.linalg.norm(np.cross(pole, leaning)), pole @ leaning)))
+            lean = float(np.degrees(from_pole(kin, leaning, (0, np.inf))))
             places.append([f"{joint} limit {limit:.0f}°", [lean, None]])
     places.append(["edge of reach", [far, None]])
     sliders = [slider("tilt", 0.0, most, tilt, step=0.5), slider("direction", -180.0, 180.0, direction)]
     state = {"kind": "both", "about": about, "tip": tip.tolist(), "sliders": sliders, "places": places}
     text = "; ".join(f"{name}: {_words(kin, joints)}" for name, joints in zip(BRANCHES, both, strict=True))
     text, scenes = f"tool axis {_list(axis, 4)}; {text}", [_sphere(kin, axis), *pair]
-    return _live(state, [kin], scenes, [None, *both], text, height=470, layout="column")
+    return _live(state, [kin], text, scenes, height=470, layout="column")
 
 
 def walk(kin, cl, joints=None, *, place=None, second=None):
@@ -80,10 +80,10 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
         runs.append((second, selection.choose(second, cl).joints, np.arange(len(cl))))
     every = max(1, -(-len(cl) // SHOWN))
     records = np.arange(0, len(cl), every)
-    scenes, state_runs, starts = [], [], []
+    scenes, state_runs, said = [], [], []
     for each, blocks, ends in runs:
         drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "")
-        drawn, _ = scene.best_camera(each, drawn, blocks[0], aspect=0.9)
+        _, drawn = scene.best(each, drawn, blocks[:1], aspect=0.9)
         drawn.lines.append(Line("workpiece", [], plot.COLOUR["tool"], 1.8, name="true tip"))
         at_records = np.stack([np.interp(np.arange(len(cl)), ends, column) for column in blocks.T], axis=-1)
         near = [[first + 1, last + 1] for first, last in regions(each, cl, at_records, cone=CONE)]
@@ -93,37 +93,28 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
             blocks, ends = at_records[records], records
         state_runs.append({"about": _about(each), "joints": blocks, "place": ends / every, "singular": near})
         scenes.append(drawn)
-        starts.append(blocks[0])
+        said.append(f"record 1: {pose_text(each, blocks[0])}")
     poses = np.concatenate([cl.points, cl.axes], axis=1)[records].round(9)
     step = float(every) if len(cl) > 30 else 0.05
     sliders = [slider("record", 1.0, float(1 + records[-1]), 1.0, step=step, unit="")]
-    state = {"kind": "walk", "cl": poses, "runs": state_runs, "first": 1, "every": every, "sliders": sliders}
+    state = {"kind": "walk", "cl": poses, "runs": state_runs, "first": 1, "every": every, "places": places}
     kins = [each for each, _, _ in runs]
-    text = "; ".join(f"record 1: {pose_text(each, q)}" for each, q in zip(kins, starts, strict=True))
-    return _live(state | {"places": places}, kins, scenes, starts, text, height=520, layout="column")
+    return _live(state | {"sliders": sliders}, kins, "; ".join(said), scenes, height=520, layout="column")
 
 
-def _live(state, kins, scenes, joints, readings, **options):
-    """Put scenes and printed machines together; joints None is a scene without a machine."""
-    machines = [kin.machine for kin in kins] * (len(joints) // len(kins))
-    places = [placing(m)(q) if q is not None else {"bed": np.eye(4)} for m, q in zip(machines, joints, strict=True)]
-    code = [codegen.body(kin, jacobian=False) for kin in kins]
+def _live(state, kins, *shown, **options):
+    """Put a state and printed machines together."""
     state = json.loads(json.dumps(state, default=lambda array: array.tolist()))
-    return Live(state, code, EXPORTS, scenes, places, readings, **options)
+    return Live(state, [codegen.body(kin, jacobian=False) for kin in kins], *shown, **options)
 
 
 def _about(kin):
     """What the browser must know of a machine besides its printed functions."""
-    derived, limits = kin.inverse_symbolic, kin.machine.limits * DEGREES[:, None]
-    return {
-        "title": kin.machine.name,
-        "names": list(kin.machine.joint_names),
-        "limits": [[round(x, 9) if np.isfinite(x) else None for x in pair] for pair in limits.tolist()],
-        "inner": kin.symbols.index(derived.inner),
-        "middle": float(sum(derived.solutions) / 2),
-        "pole": [float(x) for x in derived.pole],
-        "reach": list(kin.reach),
-    }
+    derived, limits = kin.inverse_symbolic, (kin.machine.limits * DEGREES[:, None]).round(9).tolist()
+    limits = [[x if np.isfinite(x) else None for x in pair] for pair in limits]
+    about = {"title": kin.machine.name, "names": list(kin.machine.joint_names), "limits": limits}
+    inner = {"inner": kin.symbols.index(derived.inner), "middle": float(sum(derived.solutions) / 2)}
+    return about | inner | {"pole": [float(x) for x in derived.pole], "reach": list(kin.reach)}
 
 
 def _joint_sliders(kin, made, start):
@@ -144,7 +135,7 @@ def _sphere(kin, axis):
     """The tool axis on the unit sphere, the singular cones and the edge of reach."""
     turn = np.linspace(-np.pi / 2, np.pi / 2, 19)
     ball = Turned("bed", "#eef1f4", list(zip(np.cos(turn), np.sin(turn), strict=True)), np.zeros(3), np.eye(3)[2])
-    drawn = Scene([], [ball], extent=1.25 * np.concatenate([np.eye(3), -np.eye(3)]))
+    drawn = Scene([ball], extent=1.25 * np.concatenate([np.eye(3), -np.eye(3)]))
     drawn.triad("bed", "xyz", length=1.25, colour=plot.COLOUR["workpiece"])
     pole, (near, far) = np.array(kin.inverse_symbolic.pole, dtype=float), kin.reach
     for end, inwards in ((near, 1), (far, -1)):

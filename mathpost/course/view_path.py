@@ -1,15 +1,23 @@
-"""Views with sliders for lessons 05 to 07: paths past the pole."""
+"""Views with sliders for lessons 05 to 07: paths past the pole, the pole on a globe, the spline of source 002."""
 
 import numpy as np
 import sympy as sp
 
 from mathpost.course.lesson_data import with_travel
 from mathpost.draw import plot
-from mathpost.draw.chart import printed, recorded, subplots
-from mathpost.draw.formula import slider
-from mathpost.post import selection
+from mathpost.draw.moving import Moving, formula, printed, recorded, slider, subplots
+from mathpost.draw.scene import DARK, Label, Line, Scene
+from mathpost.post import selection, yu_dan
+from mathpost.post.between_blocks import Motion
+from mathpost.post.proof import strays
+from mathpost.rotation import ACTIVE
 
 KEPT = np.radians(0.05)  # from the pole: where the branch may change if the tool axis is to be kept
+TILT, DISTANCE, SPEED = sp.symbols("t d omega", real=True)
+RADIUS = 100.0  # of the globe
+# A tool axis that tilts over in a plane at an angle from the pole Z, and its longitude.
+AXIS = sp.Matrix([sp.sin(TILT), sp.cos(TILT) * sp.sin(DISTANCE), sp.cos(TILT) * sp.cos(DISTANCE)])
+LONGITUDE = sp.atan2(AXIS[1], AXIS[0])
 
 
 def inner_and_outer(kin):
@@ -28,7 +36,7 @@ def inner_and_outer(kin):
     square = {"xlim": (-1.25, 1.25), "ylim": (-1.25, 1.25), "aspect": "equal"}
     side.set(xlabel="from the side: across the outer axis", ylabel="k, along the outer axis", **square)
     top.set(xlabel="along the outer axis: i", ylabel="j", **square)
-    moving, ends = plot.Moving(), [(-w[1], w[2]), (w[1], w[2])]
+    moving, ends = Moving(), [(-w[1], w[2]), (w[1], w[2])]
     moving.line(side, "published", ends, ":")
     moving.line(side, "first branch", [(0, 0), ends[0]], label=f"{inner}", linewidth=2.5)
     moving.line(side, "second branch", [(0, 0), ends[1]], "--", label=f"−{inner}", linewidth=2.5)
@@ -38,10 +46,10 @@ def inner_and_outer(kin):
     moving.line(top, "machine", [(0, 0), tuple(w[:2])], label=f"w, at {outer} = 0", linewidth=2.5)
     moving.line(top, "tool", [(0, 0), tuple(n[:2])], label="n, the tool axis", linewidth=2.5)
     figure.legend(loc="outside lower center", ncols=6, fontsize=8)
-    numbers = [*n, *products, sp.deg(sp.atan2(*products))]
-    text = ["i = {0:4}, j = {1:4}, k = {2:4}", "sine product {3:4}, cosine product {4:4}, atan2 of the two {5:2}°"]
+    said = "sine product {:4}, cosine product {:4}, atan2 of the two {:2}°"
+    text = [("i = {:4}, j = {:4}, k = {:4}", *n), (said, *products, sp.deg(sp.atan2(*products)))]
     sliders = [slider(f"{outer}", -180, 180, 125), slider(f"{inner}", -90, 90, 50)]
-    return printed(figure, moving, numbers, (outer, inner), sliders, text, height=530)
+    return printed(figure, moving, (outer, inner), sliders, text, height=530)
 
 
 def past_the_pole(kin):
@@ -113,3 +121,144 @@ def travel_limit(kin, cl, records, high):
         return [f"{name} from {low:.0f}°: {costs}"]
 
     return recorded(figure, update, slider(f"{name} from", -30, 0, -5, step=1), height=520)
+
+
+def globe():
+    """Tool axes as points of a globe, the outer axis C as its axis: sliders for distance, tilt and speed."""
+    meridian = [np.array([np.sin(a), 0, np.cos(a)]) * RADIUS for a in np.linspace(0, np.pi / 3, 41)]
+    scene = Scene(title="tool axes on a globe, its axis is C", azimuth=-62.0, elevation=38.0)
+    turn = np.linspace(0, 2 * np.pi, 73)
+    for tilt in np.radians([10, 20, 30, 40, 50, 60]):
+        ring = np.stack([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt) + 0 * turn], axis=1)
+        scene.lines.append(Line("bed", [RADIUS * ring], plot.COLOUR["machine"], 0.6))
+    for angle in turn[:-1:6]:
+        spoke = np.array([[x * np.cos(angle), x * np.sin(angle), z] for x, _, z in meridian])
+        scene.lines.append(Line("bed", [spoke], plot.COLOUR["machine"], 0.6))
+    path = [RADIUS * AXIS.subs(TILT, sp.rad(angle)) for angle in range(-50, 51, 2)]
+    arrow = [sp.zeros(3, 1), 1.25 * RADIUS * AXIS]
+    scene.lines.append(Line("bed", [], plot.COLOUR["workpiece"], 2.4, over=True, points=path))
+    scene.lines.append(Line("bed", [], plot.COLOUR["tool"], 3.0, over=True, dot=True, points=arrow))
+    scene.lines.append(Line("C", [meridian], DARK, 2.4, over=True))
+    scene.labels = [Label("bed", np.array([0, 0, 1.3 * RADIUS]), "C", DARK)]
+    scene.labels.append(Label("C", 1.12 * meridian[-1], "longitude", DARK))
+    scene.middle, scene.radius = np.array([0, 0, 0.72 * RADIUS]), 0.95 * RADIUS
+    rate = sp.Abs(LONGITUDE.diff(TILT))
+    text = "longitude {:2}°; per degree of tilt it turns by {:2}°: C has to turn at {:1}°/s"
+    text = [(text, sp.deg(LONGITUDE), rate, rate * SPEED)]
+    text.append(("at the nearest point by {:2}°: at {:1}°/s", rate.subs(TILT, 0), rate.subs(TILT, 0) * SPEED))
+    sliders = [slider("distance from the pole", 0.2, 30, 4, step=0.1), slider("tilt", -50, 50, -12)]
+    sliders.append(slider("speed of the tool", 1, 60, 10, unit="°/s"))
+    symbols, places = (DISTANCE, TILT, SPEED), {"C": ACTIVE["Z"](LONGITUDE)}
+    buttons = [("through it", [0.2, None, None]), ("nearest point", [None, 0, None])]
+    return formula([scene], symbols, sliders, places, text, buttons=buttons)
+
+
+def pass_by(limit):
+    """The same pass over time: longitude and its speed; `limit` is the greatest rate of C, degrees per second."""
+    tilts = np.round(25 * np.linspace(-1, 1, 61) ** 3, 4)
+
+    figure, (above, below) = subplots(2, 1, size=(7.0, 4.6), sharex=True)
+    moving, rate = Moving(), -LONGITUDE.diff(TILT) * SPEED
+    curve = [(angle / SPEED, 90 - sp.deg(LONGITUDE.subs(TILT, sp.rad(angle)))) for angle in tilts]
+    moving.line(above, "machine", curve)
+    moving.line(below, "machine", [(angle / SPEED, rate.subs(TILT, sp.rad(angle))) for angle in tilts])
+    below.plot([-2, 2], [limit] * 2, color=plot.COLOUR["tool"], linestyle="--", label=f"C can do {limit:g}°/s")
+    above.set(ylabel="C, degrees", ylim=(-95, 95), xlim=(-2, 2))
+    below.set(ylabel="speed of C, °/s", ylim=(0, 600), xlabel="time, s")
+    below.legend(loc="upper right")
+    sliders = [slider("distance from the pole", 0.2, 20, 4, step=0.1)]
+    sliders.append(slider("speed of the tool", 2, 60, 20, unit="°/s"))
+    text, follows = "C has to reach {:0}°/s; it can follow from {:2}° on", sp.deg(sp.asin(SPEED / limit))
+    return printed(figure, moving, (DISTANCE, SPEED), sliders, [(text, rate.subs(TILT, 0), follows)], height=520)
+
+
+def clamped(rows):
+    """The clamped cubic of one angle, degrees at four records `rows`: sliders t, Δt₁, Δt₂ and for both slopes."""
+    t, dt_1, dt_2, times_1, times_2 = sp.symbols("t dt_1 dt_2 times_1 times_2")
+    k_1, k_2 = times_1 * (rows[1] - rows[0]) / dt_1, times_2 * (rows[3] - rows[2]) / dt_2
+    cubic = yu_dan.hermite().subs({"T": 1, "M_s": rows[1], "M_e": rows[2], "k_1": k_1, "k_2": k_2})
+    slope = cubic.diff(t)
+
+    (figure, (above, below)), moving = subplots(2, 1, size=(7.0, 5.0), sharex=True), Moving()
+    places, width = [sp.Rational(k, 40) for k in range(41)], sp.Rational(3, 20)
+    above.plot([2, 3], rows[1:3], "o", color=plot.COLOUR["machine"], label="records s and e")
+    above.plot([2, 3], rows[1:3], color=plot.COLOUR["linear"], linestyle="--", label="linear")
+    moving.line(above, "cubic", [(2 + at, cubic.subs(t, at)) for at in places], label="clamped cubic")
+    for end, row, slope_there, label in ((2, rows[1], k_1, "k₁, k₂"), (3, rows[2], k_2, None)):
+        tangent = [(end + step, row + step * slope_there) for step in (-width, width)]
+        moving.line(above, "tool", tangent, linewidth=3, label=label)
+    moving.line(above, "cubic", [(2 + t, cubic)], "o")
+    below.plot([2, 3], [rows[2] - rows[1]] * 2, color=plot.COLOUR["linear"], linestyle="--")
+    moving.line(below, "cubic", [(2 + at, slope.subs(t, at)) for at in places])
+    moving.line(below, "cubic", [(2 + t, slope)], "o")
+    above.set(ylabel="C, degrees", ylim=(-70, 250))
+    below.set(ylabel="slope, ° per record", ylim=(-420, 60), xlim=(1.8, 3.2), xlabel="virtual time, records")
+    above.legend(loc="upper right")
+    sliders = [slider("t", 0, 1, 0.3, step=0.01, unit="")]
+    sliders += [slider(name, 0.02, 2, 1, step=0.01, unit="") for name in ("Δt₁", "Δt₂")]
+    sliders += [slider(name, -10, 10, 1, step=0.1, unit="") for name in ("k₁ ×", "k₂ ×")]
+    text = [("k₁ = {:2}, k₂ = {:2} degrees per record", k_1, k_2)]
+    text += [("at t: C = {:3}°, slope {:2}° per record", cubic, slope)]
+    return printed(figure, moving, (t, dt_1, dt_2, times_1, times_2), sliders, text, height=590)
+
+
+def smoothed(kin, cl, joints, region, *, most=60):
+    """Figure 5 of source 002 with n points: slider n. The tip and the tool axis between the blocks."""
+    name = kin.machine.joint_names[outer := kin.symbols.index(kin.inverse_symbolic.outer)]
+    counts = np.arange(1, most + 1)
+    ways = [yu_dan.smooth(kin, cl, joints, region, n) for n in counts]
+    tip, axis = np.empty((2, most))
+    for n, (place, rows) in enumerate(ways):
+        tip[n], axis[n] = (each.max() for each in strays(kin, cl, Motion.on_part(rows, place)))
+
+    figure, (left, right) = subplots(1, 2, size=(8.5, 3.9))
+    fine = yu_dan.smooth(kin, cl, joints, region, 200)
+    plot.along(left, fine[0] + 1, np.degrees(fine[1][:, outer]), "cubic", "clamped cubic")
+    (points,) = left.plot([], [], "o", color=plot.COLOUR["tool"], label="blocks")
+    left.set(xlabel="virtual time, records", ylabel=f"{name}, degrees")
+    left.legend(loc="upper right")
+    right.plot(counts, tip, color=plot.COLOUR["tool"], label="tip, mm")
+    right.plot(counts, np.degrees(axis), "--", color=plot.COLOUR["machine"], label="tool axis, degrees")
+    (dot,) = right.plot([], [], "o", color=plot.COLOUR["tool"])
+    right.set(xlabel="points n", ylabel="error between the blocks", yscale="log", ylim=(0.01, 100))
+    right.legend(loc="upper right")
+
+    def update(n):
+        n = round(n)
+        place, rows = ways[n - 1]
+        points.set_data(place + 1, np.degrees(rows[:, outer]))
+        dot.set_data([n], [tip[n - 1]])
+        off = f"the tip is off by up to {tip[n - 1]:.3f} mm, the axis by {np.degrees(axis[n - 1]):.2f}°"
+        return [f"n = {n}: {off}"]
+
+    return recorded(figure, update, slider("n", 1, most, 5, unit=""), height=470)
+
+
+def moved_aside(crossing, *, most=6.0):
+    """The tool axis moved aside by up to a slider's degrees: a map about the pole, and the outer axis over time."""
+    direct, kin = crossing.way("direct"), crossing.kin
+    name = kin.machine.joint_names[crossing.outer]
+
+    figure, (chart, over_time) = subplots(1, 2, size=(8.5, 4.2))
+    plot.pole_map(chart, kin, crossing.cl.axes, role="workpiece", label="records")
+    moved = plot.pole_map(chart, kin, crossing.cl.axes, role="aside", label="moved aside")
+    moved.set(marker="", linestyle="-", linewidth=2)
+    chart.set(xlim=(-18, 10), ylim=(-14, 14))
+    chart.legend(loc="upper left")
+    seconds = np.linspace(0, direct.time, 80)
+    plot.along(over_time, seconds, np.degrees(direct.law.at(seconds)[:, crossing.outer]), "direct")
+    (line,) = over_time.plot([], [], plot.STYLE["aside"], color=plot.COLOUR["aside"], linewidth=2)
+    over_time.set(xlabel="time, s", ylabel=f"{name}, degrees")
+
+    def update(degrees):
+        way = crossing.way("aside", lean=np.radians(degrees))
+        if way.reason:
+            return [way.reason]
+        _, axes = kin.forward(way.joints[:: max(1, len(way.joints) // 60)])
+        moved.set_data(*plot.on_pole_map(kin, axes))
+        seconds = np.linspace(0, way.time, 80)
+        line.set_data(seconds, np.degrees(way.law.at(seconds)[:, crossing.outer]))
+        peaks = f"C up to {np.degrees(way.peak_speed):.0f}°/s and {np.degrees(way.peak_acceleration):.0f}°/s²"
+        return [f"{way.time:.2f} s, {peaks}, tool axis off by {np.degrees(way.axis_error):.2f}°"]
+
+    return recorded(figure, update, slider("moved by", 0.25, most, 1.0, step=0.25), height=500)

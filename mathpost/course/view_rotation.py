@@ -1,15 +1,18 @@
-"""Views with sliders for lessons 01, 02 and 14: rotations, frames, and how their angles are misread."""
+"""Views with sliders for lessons 01 to 04 and 14: rotations, frames, tilted planes, machines beside each other."""
 
 import numpy as np
 import sympy as sp
 
 from mathpost import angles as euler
-from mathpost.detective.misreadings import COMMON, common_matrices
-from mathpost.draw import plot
-from mathpost.draw.chart import printed, subplots
-from mathpost.draw.formula import formula, slider
+from mathpost import chain
+from mathpost.detective.misreadings import COMMON
+from mathpost.draw import plot, scene
+from mathpost.draw.moving import Moving, formula, printed, slider, subplots
 from mathpost.draw.scene import Label, Line, Scene, clearest
-from mathpost.plane.tilted_plane import NOTATIONS
+from mathpost.draw.solid import Hull, block
+from mathpost.plane import positioning
+from mathpost.plane.positioning import align
+from mathpost.plane.tilted_plane import NOTATIONS, Plane
 from mathpost.rotation import ACTIVE, PASSIVE, zxz_right, zxz_steps
 
 _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
@@ -17,6 +20,7 @@ _AXIS, _NODES = plot.COLOUR["first branch"], plot.COLOUR["second branch"]  # of 
 _UNIT = dict(zip("XYZ", np.eye(3, dtype=int).tolist(), strict=True))
 _DEGREES = 180 / sp.pi
 _NAMES = ("X", "Y", "Z", "X'", "Y'", "Z'")
+STEPS = ("start", "turn I", "turn J", "turn K")
 
 
 def turned_point(point):
@@ -30,17 +34,18 @@ def turned_point(point):
     axes = np.concatenate([np.eye(3), frame])
     extent = np.concatenate([1.35 * size * axes, 1.25 * np.array([point, np.zeros(3)])])
     scene = _frames_and_point(point, size, extent)
-    scene.lines.append(Line("turned", [], _TOOL, 2.4, name="coordinates", span=(0, 4), over=True))
+    coordinates = [sp.Matrix(corner) for corner in ([0, 0, 0], [x, 0, 0], [x, y, 0], [x, y, z])]
+    scene.lines.append(Line("turned", [], _TOOL, 2.4, over=True, points=coordinates))
     scene = scene.frame(*clearest(dict(zip(_NAMES, axes, strict=True))))
     sliders = [slider(name, low, 180, start) for name, (low, start) in angles.items()]
-    text = ["in the turned frame: x' = {0:6}, y' = {1:6}, z' = {2:6}", "with active elements: {3:6}, {4:6}, {5:6}"]
-    points = [sp.Matrix(corner) for corner in ([0, 0, 0], [x, 0, 0], [x, y, 0], [x, y, z])]
-    return formula(scene, symbols, sliders, {"turned": turned.T}, text, numbers=[*new, *wrong], points=points)
+    text = [("in the turned frame: x' = {:6}, y' = {:6}, z' = {:6}", *new)]
+    text += [("with active elements: {:6}, {:6}, {:6}", *wrong)]
+    return formula([scene], symbols, sliders, {"turned": turned.T}, text)
 
 
 def _frames_and_point(point, size, extent):
     """A point in the frame that stays, and the frame that turns."""
-    scene = Scene(["turned"], extent=extent)
+    scene = Scene(extent=extent)
     scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
     scene.triad("turned", _NAMES[3:], length=size, colour=_WORKPIECE, width=3)
     scene.lines.append(Line("bed", [[np.zeros(3), np.array(point)]], _TOOL, 1.2, dash=True, over=True, dot=True))
@@ -61,13 +66,11 @@ def turns(point, angles):
     v = size * about_z * F[:, 2] + size * second * F[:, 0]
     axes = np.concatenate([np.eye(3), np.array(F.subs(s, 1.5).evalf(), dtype=float).T])
     scene = _frames_and_point(point, size, 1.3 * size * np.concatenate([np.eye(3), -np.eye(3)]))
-    scene.lines.append(Line("bed", [], _AXIS, 2.4, name="axis", span=(0, 2), dash=True, over=True))
+    scene.lines.append(Line("bed", [], _AXIS, 2.4, dash=True, over=True, points=[-1.2 * v, 1.2 * v]))
     scene = scene.frame(*clearest(dict(zip(_NAMES, axes, strict=True))))
     sliders = [slider("turn", 0, 3, 1.5, step=0.05, unit="")]
-    said = "now it turns {3?about Z}{4?about the new X}{5?about the newest Z}"
-    numbers, text = [*done, first, second, third], [f"α {{0:4}}°, β {{1:4}}°, γ {{2:4}}°; {said}"]
-    more = {"numbers": numbers, "points": [-1.2 * v, 1.2 * v], "play": 0}
-    return formula(scene, [s], sliders, {"turned": F}, text, height=420, **more)
+    text = "α {:4}°, β {:4}°, γ {:4}°; now it turns {?about Z}{?about the new X}{?about the newest Z}"
+    return formula([scene], [s], sliders, {"turned": F}, [(text, *done, first, second, third)], height=420, play=0)
 
 
 def notations(angles=(135.0, 54.7356, -90.0)):
@@ -82,25 +85,131 @@ def notations(angles=(135.0, 54.7356, -90.0)):
     sign, sine = sp.Piecewise((-1, w < 0), (1, True)), sp.sqrt(x**2 + y**2 + z**2)
     ends = zip((0, 0, 1), (x, y, z), strict=True)  # no turn at all has the axis Z
     v = sp.Matrix([sp.Piecewise((e, sine < 1e-12), (sign * x / sp.Max(sine, 1e-12), True)) for e, x in ends])
-    numbers = [*v, 2 * sp.atan2(sine, sign * w) * _DEGREES, *(sign * x for x in (w, x, y, z))]
-    text = ["axis ({0:4}, {1:4}, {2:4}), angle {3:3}° (dashed)", "quaternion ({4:4}, {5:4}, {6:4}, {7:4})"]
+    angle = 2 * sp.atan2(sine, sign * w) * _DEGREES
+    text = [("axis ({:4}, {:4}, {:4}), angle {:3}° (dashed)", *v, angle)]
+    text += [("quaternion ({:4}, {:4}, {:4}, {:4})", *(sign * x for x in (w, x, y, z)))]
     for name in ("G68.2", "PLANE SPATIAL", "AROT RPY"):
-        about, n = NOTATIONS[name], len(numbers)
+        about = NOTATIONS[name]
         *found, sine = euler.expressions(about.sequence, F, lock=about.lock)
-        numbers += [*(angle * _DEGREES for angle in found), sp.Piecewise((1, sine < euler.LOCK), (0, True))]
-        words = ", ".join(f"{word} {{{n + i}:3}}" for i, word in enumerate(about.words))
-        text.append(f"{name}: {words}{{{n + 3}? (locked)}}")
+        words, locked = " {:3}, ".join(about.words), sp.Piecewise((1, sine < euler.LOCK), (0, True))
+        text.append((f"{name}: {words} {{:3}}{{? (locked)}}", *(angle * _DEGREES for angle in found), locked))
     frame = euler.matrix("ZXZ", angles, degrees=True)
     axes = np.concatenate([np.eye(3), frame.T])
-    scene = Scene(["turned"], extent=1.35 * np.concatenate([axes, -axes[:3] / 2]))
+    scene = Scene(extent=1.35 * np.concatenate([axes, -axes[:3] / 2]))
     scene.triad("bed", "XYZ", length=1.0, colour=_MACHINE)
     scene.triad("turned", "xyz", length=1.0, colour=_WORKPIECE, width=3)
-    scene.lines.append(Line("bed", [], _AXIS, 2.4, name="axis", span=(0, 2), dash=True, over=True))
-    scene.lines.append(Line("bed", [], _NODES, 1.6, name="nodes", span=(2, 4), over=True))
+    scene.lines.append(Line("bed", [], _AXIS, 2.4, dash=True, over=True, points=[-v, v]))
+    scene.lines.append(Line("bed", [], _NODES, 1.6, over=True, points=[-1.25 * node, 1.25 * node]))
     scene = scene.frame(*clearest(dict(zip("XYZxyz", axes, strict=True))))
-    lows, points = (-180, 0, -180), [-v, v, -1.25 * node, 1.25 * node]
-    sliders = [slider(name, low, 180, value) for name, low, value in zip("IJK", lows, angles, strict=True)]
-    return formula(scene, symbols, sliders, {"turned": F}, text, numbers=numbers, points=points, height=460)
+    pairs = zip("IJK", (-180, 0, -180), angles, strict=True)
+    sliders = [slider(name, low, 180, value) for name, low, value in pairs]
+    return formula([scene], symbols, sliders, {"turned": F}, text, height=460)
+
+
+def cut_corner(frame, final):
+    """A cube, its zero in the middle of the top face, with the corner (+, +, top) cut off, and a frame on the face.
+
+    The origin of `frame`, that of the face, carries the frame that the sliders I, J, K turn, ZXZ. They start at the
+    `final` angles, degrees; buttons go there turn by turn.
+    """
+    side, cut, symbols = 60.0, 45.0, sp.symbols("I J K", real=True)
+    half = side / 2
+    corner = np.array([half, half, 0.0])
+    corners = block([-half, -half, -side], corner)
+    kept = [point for point in corners if np.abs(point - corner).max() > 1e-9]
+    solid = Hull("bed", "#8fc0dd", np.array([*kept, *(corner - cut * np.eye(3))]))
+    turned = euler.matrix("ZXZ", symbols)
+    arm, square = 0.55 * side, 0.3 * side * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 0]])
+    extent = np.concatenate([corners, frame.origin + arm * frame.rotation.T, [[0, 0, 1.3 * arm]]])
+    drawn = Scene([solid], extent=1.08 * extent)
+    drawn.triad("bed", "XYZ", length=arm, colour=_WORKPIECE)
+    drawn.triad("feature", "xyz", length=0.75 * arm, colour=_TOOL, width=3)
+    drawn.lines.append(Line("feature", [square], _TOOL, 1.6, over=True))
+    lean = sp.acos(sp.Min(1, turned[:, 2].dot(sp.Matrix(frame.z)))) * 180 / sp.pi
+    off = sp.acos(sp.Min(1, turned[:, 0].dot(sp.Matrix(frame.x)))) * 180 / sp.pi
+    after = [[angle if n < step else 0.0 for n, angle in enumerate(final)] for step in range(4)]
+    text = [("z = ({:4}, {:4}, {:4}), off the face by {:2}°", *turned[:, 2], lean)]
+    text += [("x = ({:4}, {:4}, {:4}), off the slope by {:2}°", *turned[:, 0], off)]
+    sliders = [slider(name, -180, 180, value) for name, value in zip("IJK", final, strict=True)]
+    buttons, drawn = list(zip(STEPS, after, strict=True)), drawn.frame(75, 24)
+    places = {"feature": chain.homogeneous(turned, sp.Matrix(frame.origin))}
+    return formula([drawn], symbols, sliders, places, text, buttons=buttons, height=430)
+
+
+def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.02):
+    """Looking along Z onto a tilted plane: what the third angle, slider K, does to a boring bar and to a probe.
+
+    The spindle stops with the bar's tip along its own X, and the control retracts by `retract` against the
+    feature's X; a stylus runs out by `run_out` along the spindle's X, and the control corrects along the
+    feature's. Both are right only if the spindle's X is the feature's. The rotary axes go where SEQ+ sends them.
+    Lengths in mm, angles in degrees.
+    """
+    choice = positioning.heidenhain(align(Plane("G68.2", [i, j, 0]).frame, machine), (0, 0), seq="+")
+    K, turn = sp.Symbol("K", real=True), np.linspace(0, 2 * np.pi, 61)
+    rho = K + float(np.radians(choice.rho))
+    x, y = sp.cos(rho), -sp.sin(rho)  # the spindle's X in the feature
+    clearance = radius - sp.sqrt((radius * x - retract) ** 2 + (radius * y) ** 2)
+    clear = sp.Piecewise((1, clearance > 0), (0, True))
+    circle, moving = np.stack([np.cos(turn), np.sin(turn)]), Moving()
+    figure, (bore, probe) = subplots(1, 2, size=(7.0, 4.0))
+    titles = {bore: "boring bar, retracted along −X", probe: "stylus ball, believed (dotted) and true"}
+    for axes, title in titles.items():
+        axes.set(title=title, aspect="equal", xlim=(-1.55, 1.55), ylim=(-1.55, 1.55))
+        axes.set_axis_off()
+        for direction, label in zip(np.eye(2), "XY", strict=True):
+            axes.plot(*np.array([(0, 0), 1.3 * direction]).T, color=_WORKPIECE)
+            axes.text(*(1.42 * direction), label, color=_WORKPIECE, ha="center", va="center")
+        moving.line(axes, "machine", [(r * x, r * y) for r in (0.4, 1.15)], lw=2)
+        label = axes.text(0, 0, "Xₛ", color=_MACHINE, ha="center", va="center")
+        moving[label] = [(1.05 * x + 0.2 * y, 1.05 * y - 0.2 * x)]
+    bore.plot(*circle, color=_WORKPIECE)
+    bore.fill(*(0.6 * circle - [[0.25], [0]]), color=_TOOL, alpha=0.35)  # the retract is not to scale
+    moving.line(bore, "tool", [(r * x - 0.25, r * y) for r in (0.6, 1.0)], lw=5)
+    probe.plot(*(0.3 * circle + [[0.35], [0]]), color=_WORKPIECE, ls=":")
+    moving.line(probe, "tool", [(0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)])
+    angles = ", ".join(f"{r.name} {a:z.3f}" for r, a in zip(machine.rotary, choice.angles, strict=True))
+    text = [
+        (f"{angles}, ρ = {{:3}}", sp.atan2(-y, x) * 180 / sp.pi),
+        ("tip after the retract: {:3} mm {?clear of the wall}{?IN THE WALL}", clearance, clear, 1 - clear),
+        ("centre measured by the probe: wrong by {:1} µm", 1000 * run_out * sp.sqrt((x - 1) ** 2 + y**2)),
+    ]
+    return printed(figure, moving, [K], [slider("K", -180, 180, k, step=5.0)], text, height=500)
+
+
+def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
+    """Machines beside each other, turned together by two sliders, outer and inner; their tips stay where they are.
+
+    The outer axis is next to the workpiece in the chain, the inner one next to the tool; degrees. With `senses`
+    there are buttons for the sense: with −1 both axes turn against their programmed angles, as a table does that is
+    taken for a head, or a head for a table.
+    """
+    symbols, places, drawn, text = sp.symbols("outer inner sense", real=True), {}, [], []
+    for number, kin in enumerate(kinematics):
+        model, derived = kin.machine, kin.inverse_symbolic
+        title = f"{number + 1} · {model.arrangement}: outer {derived.outer}, inner {derived.inner}"
+        picture, made = scene.machine(kin, title=title)
+        tip = kin.forward(made.home)[0]
+        turns = {derived.outer: symbols[2] * symbols[0], derived.inner: symbols[2] * symbols[1]}
+        at_tip = dict(zip(derived.tip, tip, strict=True))
+        slides = [coordinate.subs(at_tip).subs(turns) for coordinate in derived.linear]
+        joints = dict(zip(kin.symbols, slides, strict=False)) | turns
+        places |= {f"{number} {name}": matrix.subs(joints) for name, matrix in chain.bodies(model)}
+        start = [outer if symbol == derived.outer else inner for symbol in kin.symbols[3:]]
+        _, picture = scene.best(kin, picture, [kin.close(tip, np.radians(start))], aspect=1.0)
+        for part in (*picture.solids, *picture.lines, *picture.labels):
+            part.body = part.body if part.body == "bed" else f"{number} {part.body}"
+        drawn.append(picture)
+        before, *axes = text.pop() if number % 2 else ("",)  # two machines in a line
+        line = f"{before}{'; ' * bool(before)}{number + 1} {model.name}: n = ({{:4}}, {{:4}}, {{:4}})"
+        text.append((line, *axes, *kin.forward_symbolic()[:3, 2].subs(turns)))
+    sliders = [slider("outer", -180, 180, outer), slider("inner", -90, 90, inner)]
+    sliders.append(slider("sense", -1, 1, 1, unit="", hidden=True))
+    buttons = [("0, 0", [0, 0, None]), ("outer 90°", [90, None, None]), ("inner 90°", [None, 90, None])]
+    if senses:
+        text.append(("sense {:0}", symbols[2]))
+        buttons += [("sense 1", [None, None, 1]), ("sense −1", [None, None, -1])]
+    height = 390 + 170 * ((len(drawn) - 1) // 3)
+    return formula(drawn, symbols, sliders, places, text, buttons=buttons, height=height, layout="column")
 
 
 def misreadings_apart(point, names):
@@ -120,14 +229,8 @@ def misreadings_apart(point, names):
         distances.append(length := ((first * second * third - zxz_right(*symbols)) * point).norm())
         (bar,) = panel.fill([], [], color=plot.COLOUR["tool"])
         bars[bar] = [(0, row - 0.4), (length, row - 0.4), (length, row + 0.4), (0, row + 0.4)]
-    said = [f"{name} {{{n}:3}}" for n, name in enumerate(names)]
     start = zip(symbols, (135.0, 55.0, -90.0), strict=True)
     sliders = [slider(str(symbol), -180, 180, angle) for symbol, angle in start]
-    text = ["away from the right point (0.000 cannot be seen): " + ", ".join(said)]
-    return printed(figure, bars, distances, symbols, sliders, text, height=520)
-
-
-def invisible(point, names, angles):
-    """Return which of the misreadings leave a point where it belongs; angles in degrees."""
-    right, *wrong = common_matrices(("right", *names), np.array(angles)) @ np.array(point, dtype=float)
-    return [name for name, each in zip(names, wrong, strict=True) if np.linalg.norm(each - right) < 1e-3]
+    said = ", ".join(f"{name} {{:3}}" for name in names)
+    text = [(f"away from the right point (0.000 cannot be seen): {said}", *distances)]
+    return printed(figure, bars, symbols, sliders, text, height=520)

@@ -45,30 +45,14 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None
     Right is what source 000 does: the coordinates of a fixed point in a frame turned by the first angle about the
     first axis, by the second about the new second and by the third about the newest third axis.
 
-    Parameters
-    ----------
-    angles : array_like, shape (3,)
-        Degrees, as they were given.
-    point : array_like, shape (3,) or (n, 3), or None
-        The point, or n points that one misreading must explain together. None if `answer` is a matrix.
-    answer : array_like, shape of `point`, or (3, 3) for a matrix
-        What someone got. Strings such as ``"4.9500"`` keep the zeros that tell the precision.
-    decimals : int, optional
-        Digits after the point to which the answer was written; by default as many as its numbers show.
-    sequence : str
-        The axes, such as ``"ZXZ"``.
-    origin : array_like, shape (3,), optional
-        The origin of the turned frame; the right answer then belongs to the point minus the origin.
+    `angles`, shape (3,), are degrees, as they were given, about the axes of `sequence`. `point` has the shape (3,),
+    or (n, 3) for points that one misreading must explain together, and `answer` its shape; or `point` is None and
+    `answer` a matrix, (3, 3). Strings such as ``"4.9500"`` keep the zeros that tell the precision, unless
+    `decimals` says how many digits after the point count. `origin`, shape (3,), is that of the turned frame: the
+    right answer then belongs to the point minus the origin.
 
-    Returns
-    -------
-    Explanation
-
-    Raises
-    ------
-    InputError
-        If an argument is not finite numbers of that shape or names no axes, or the point is the origin, which every
-        misreading leaves in its place.
+    The result is an `Explanation`. `InputError` if an argument is not finite numbers of that shape or names no
+    axes, or the point is the origin, which every misreading leaves in its place.
 
     Examples
     --------

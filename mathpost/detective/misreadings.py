@@ -159,11 +159,6 @@ def written_decimals(values):
     """Return the greatest number of digits after the point that any of `values` (strings or numbers) shows.
 
     Of a float thirteen digits count, so that the rounding of a sum such as 35.707 + 360 does not.
-
-    Examples
-    --------
-    >>> written_decimals(["1.50", 2]), written_decimals([0.1, 1e-7, 3.0])
-    (2, 7)
     """
     most = 0
     for value in np.asarray(values, dtype=object).ravel():

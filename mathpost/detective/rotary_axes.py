@@ -40,27 +40,13 @@ class _Change:
 def explain_joints(kinematics, axis, angles, *, decimals=None):
     """Return the misreadings of a tool axis and a machine that give someone's rotary angles, the simplest first.
 
-    Angles that differ by whole turns are the same; the sentence names the turns. Right is any pair of angles that
-    makes the tool axis, on either branch.
+    Right is any pair of angles that makes the tool axis, on either branch. Angles that differ by whole turns are
+    the same; the sentence names the turns.
 
-    Parameters
-    ----------
-    kinematics : mathpost.kinematics.Kinematics
-    axis : array_like, shape (3,) or (n, 3)
-        Tool axis of the CL data, in the workpiece; n rows that one misreading must explain together.
-    angles : array_like, shape (2,) or (n, 2)
-        Someone's rotary angles, degrees, in the order of the machine file.
-    decimals : int, optional
-        Digits after the point to which the angles were written; by default as many as they show.
-
-    Returns
-    -------
-    mathpost.detective.misreadings.Explanation
-
-    Raises
-    ------
-    InputError
-        If an argument is not finite numbers of that shape.
+    `axis`, shape (3,) or (n, 3), is the tool axis of the CL data, in the workpiece: n rows that one misreading must
+    explain together. `angles`, (2,) or (n, 2), are someone's, degrees in the order of the machine file, written to
+    `decimals` digits after the point, by default as many as they show. The result is an `Explanation`; `InputError`
+    if an argument is not finite numbers of that shape.
 
     Examples
     --------

@@ -45,25 +45,25 @@ class Arrangement:
 
     size: float  # mm, what everything is measured by
     home: np.ndarray  # the joints (5,) that the solids were laid out at: rotary zero, the tool above the workpiece
+    into: dict  # for each body the 4×4 matrix from the machine's coordinates, in which it is laid out, to its own
     solids: list = field(default_factory=list)  # of Turned, Hull and Lofted
     lines: dict = field(default_factory=dict)  # joint to the ends of its axis (2, 3), in its body's coordinates
     plate: np.ndarray = None  # the bed's corners (8, 3)
 
     def hull(self, body, shade, *corners):
-        """Add the hull of these points, `shade` one of `GREYS`."""
-        self.solids.append(Hull(body, GREYS[shade], np.concatenate(corners)))
+        """Add the hull of these points, `shade` one of `GREYS` or a colour."""
+        self.solids.append(Hull(body, GREYS.get(shade, shade), put(self.into[body], np.concatenate(corners))))
 
-    def lathe(self, body, colour, profile, radius, height, origin, axis):
+    def lathe(self, body, shade, profile, radius, height, origin, axis):
         """Add a turned solid, its profile in shares of radius and height."""
-        scaled = [(radius * r, height * h) for r, h in profile]
-        self.solids.append(Turned(body, colour, scaled, origin, axis))
+        scaled, into = [(radius * r, height * h) for r, h in profile], self.into[body]
+        self.solids.append(Turned(body, GREYS.get(shade, shade), scaled, put(into, origin), into[:3, :3] @ axis))
 
     def disc(self, body, middle, axis, radius):
         """Add a dark disc, as stands for a bearing."""
         height, bevel = 0.12 * self.size, 0.08 * radius
         rim = [(radius - bevel, 0), (radius, bevel), (radius, height - bevel), (radius - bevel, height)]
-        profile = [(0, 0), *rim, (0, height)]
-        self.solids.append(Turned(body, GREYS["bearing"], profile, middle - height / 2 * axis, axis))
+        self.lathe(body, "bearing", [(0, 0), *rim, (0, height)], 1, 1, middle - height / 2 * axis, axis)
 
     def turns(self, body, bearings, axis, radius):
         """Show the axis of a body: its line, and a disc through every bearing; return the bearings."""
@@ -77,7 +77,7 @@ class Arrangement:
         points = np.concatenate(bearings)
         along, foot = points @ axis, points.mean(axis=0)
         ends = np.array([[along.min() - 0.3 * self.size], [along.max() + 0.3 * self.size]])
-        self.lines[body] = foot - foot @ axis * axis + ends * axis
+        self.lines[body] = put(self.into[body], foot - foot @ axis * axis + ends * axis)
 
     def join(self, body, shade, carried, bearings):
         """Add the hulls between every ring carried and every ring that carries."""
@@ -105,16 +105,15 @@ def arrange(kin, cl=None):
     low, high = _workpiece(size, cl)
     tool_axis = unit(np.array(machine.tool_axis))
     tip = 0.3 * size * tool_axis if cl is None else np.array([*(low + high)[:2] / 2, high[2]])
-    made, origin = Arrangement(size, kin.close(tip, [0.0, 0.0])), np.array(machine.origin)
+    home, origin = kin.close(tip, [0.0, 0.0]), np.array(machine.origin)
+    made = Arrangement(size, home, {name: np.linalg.inv(at) for name, at in placing(machine)(home).items()})
     stock = block(origin + low, origin + high)
-    made.solids.append(Hull("workpiece", COLOUR["workpiece"], stock))
+    made.hull("workpiece", COLOUR["workpiece"], stock)
     if cl is not None and len(rings := _blade(size, cl, high[2])):
-        made.solids.append(Lofted("workpiece", BLADE_COLOUR, [origin + ring for ring in rings]))
+        rings = [put(made.into["workpiece"], origin + ring) for ring in rings]
+        made.solids.append(Lofted("workpiece", BLADE_COLOUR, rings))
     _workpiece_side(made, machine, stock)
     _tool_side(made, machine, origin + tip, tool_axis)
-    places = placing(machine)(made.home)
-    made.solids = [solid.moved(np.linalg.inv(places[solid.body])) for solid in made.solids]
-    made.lines = {name: put(np.linalg.inv(places[name]), line) for name, line in made.lines.items()}
     return made
 
 
@@ -146,10 +145,9 @@ def _is_point(size, cl):
 
 
 def _blade(size, cl, root):
-    """The rings of what stands on the block at the height `root`: a blade if the path winds up it, or is a point.
+    """The rings of what stands on the block at the height `root`: the outlines of a path, level by level.
 
-    The rings of a path are its outlines, level by level. Of a path that is a point no more is known than that the
-    tool fans over an edge there: the blade is made up, as high as the tip, with its edge square to the fan.
+    Over a path that is a point the tool fans: a blade is made up, as high as the tip, its edge square to the fan.
     """
     turn = np.linspace(0, 2 * np.pi, RING, endpoint=False)
     around = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
@@ -185,7 +183,7 @@ def _workpiece_side(made, machine, stock):
         across = stock - stock @ axis[:, None] * axis - _foot(turntable, np.zeros(3))
         radius = max(1.05 * np.linalg.norm(across, axis=1).max(), 0.4 * size)
         under, hub = _foot(turntable, (stock @ axis).min() * axis) - 0.12 * size * axis, 0.6 * radius
-        made.lathe(turntable.name, GREYS["second"], TABLE, radius, 0.12 * size, under, axis)
+        made.lathe(turntable.name, "second", TABLE, radius, 0.12 * size, under, axis)
         carried = [ring(under - 0.12 * size * axis, axis, hub)]
         made.disc(turntable.name, under - 0.06 * size * axis, axis, hub)
         made.line(turntable.name, carried, axis)
@@ -221,8 +219,8 @@ def _tool_side(made, machine, tip, tool_axis):
     reach, turn = np.linalg.norm(face - tip), np.linspace(0, np.pi / 2, 7)
     ball = [*zip(0.04 * size * np.sin(turn), 0.04 * size * (1 - np.cos(turn)), strict=True)]
     cutter = [*ball, (0.04 * size, 0.55 * reach), (0, 0.55 * reach)]
-    made.solids.append(Turned("tool", COLOUR["tool"], cutter, tip, tool_axis))
-    made.lathe("tool", GREYS["holder"], HOLDER, 0.1 * size, reach, tip, tool_axis)
+    made.lathe("tool", COLOUR["tool"], cutter, 1, 1, tip, tool_axis)
+    made.lathe("tool", "holder", HOLDER, 0.1 * size, reach, tip, tool_axis)
     slides, heads = machine.slides_that_carry("tool"), [r for r in machine.rotary if r.carries == "tool"]
     slides = [*["bed"] * (3 - len(slides)), *slides]
     if heads:  # the spindle's housing is one body, what carries it may have two arms
@@ -233,7 +231,7 @@ def _tool_side(made, machine, tip, tool_axis):
         carried = made.turns(swivel.name, bearings, axis, 0.8 * width)
     else:
         carried = [ring(face + 0.5 * size * tool_axis, tool_axis, width)]
-        made.lathe(slides[2], GREYS["second"], SPINDLE, width, 0.5 * size, face, tool_axis)
+        made.lathe(slides[2], "second", SPINDLE, width, 0.5 * size, face, tool_axis)
     if len(heads) == 2:
         turning, across = heads[0], axis
         axis, middle = _along(heads[0], tool_axis), np.concatenate(carried).mean(axis=0)

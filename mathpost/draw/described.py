@@ -22,21 +22,13 @@ def describe(figure):
     An artist is told by its label and colour, how many points it has, the range of each coordinate, and its points
     at a few places, in the units of the axes. Artists in a row that have no label, one type, one colour and the
     same number of points are told together.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> figure = Figure()
-    >>> axes = figure.subplots()
-    >>> _ = axes.plot([0, 1, 2], [0, 1, 4], "k", label="square")
-    >>> _ = axes.set_xlabel("side")
-    >>> print(describe(figure))
-    picture with x "side"
-      Line2D "square" #000000: 3 points, x 0 … 2, y 0 … 4, at (0, 0) (1, 1) (2, 4)
     """
     lines = []
     for axes in figure.axes:
-        lines.append(f"picture{_labels(axes)}")
+        texts = {"": axes.get_title(), "x": axes.get_xlabel(), "y": axes.get_ylabel()}
+        texts |= {"z": axes.get_zlabel()} if hasattr(axes, "get_zlabel") else {}
+        labels = ", ".join(f'{name} "{text}"'.strip() for name, text in texts.items() if text)
+        lines.append("picture" + f" with {labels}" * bool(labels))
         artists = [*axes.lines, *axes.collections, *axes.patches, *axes.images, *axes.texts]
         told = [_told(artist, axes) for artist in artists]
         for (kind, label, colour, count), group in groupby(filter(None, told), key=lambda told: told[:4]):
@@ -49,15 +41,11 @@ def describe(figure):
     return "\n".join(lines)
 
 
-def describe_scene(scene, places):
-    """Return what a `mathpost.draw.scene.Scene` shows with its bodies at `places`, 4×4 matrices by name.
-
-    Solids are told by body, colour and the box that they fill, lines and letters by colour and points, all where
-    they stand in the picture.
-    """
+def describe_scene(scene):
+    """Return what a `Scene` shows: solids by the box that they fill, lines by points."""
 
     def placed(body, points):
-        points = put(places[body], points)
+        points = put(scene.places[body], points)
         return np.where(np.abs(points) < 1e-12 * scene.radius, 0, points)
 
     title = f' "{scene.title}"' if scene.title else ""
@@ -76,17 +64,9 @@ def describe_scene(scene, places):
 
 
 def describe_values(name, values):
-    """Return a line that tells numbers, of which some may be missing, as an artist's points are told."""
-    points = np.reshape(np.asarray(values, dtype=float), (-1, 1))
+    """Return a line that tells lists of numbers, of which some may be missing, as an artist's points are told."""
+    points = np.concatenate(values).astype(float)[:, None]
     return f"  {name}: {_numbers(points, len(points))}"
-
-
-def _labels(axes):
-    texts = {"": axes.get_title(), "x": axes.get_xlabel(), "y": axes.get_ylabel()}
-    if hasattr(axes, "get_zlabel"):
-        texts["z"] = axes.get_zlabel()
-    said = [f'{name} "{text}"'.strip() for name, text in texts.items() if text]
-    return f" with {', '.join(said)}" if said else ""
 
 
 def _told(artist, axes):
@@ -108,11 +88,7 @@ def _colour(artist):
 
 
 def places(artist, axes):
-    """Return the points (n, 2 or 3) of an artist, in the units of its axes: a place, a line, a patch's outline.
-
-    Of a collection its outlines, or where they are set down; of an image every pixel, its value as the third
-    coordinate.
-    """
+    """Return the points (n, 2 or 3) of an artist, in the units of its axes; of an image its pixels and values."""
     if hasattr(artist, "get_position"):
         place = getattr(artist, "get_position_3d", artist.get_position)()
         return np.atleast_2d(np.asarray(place, dtype=float))

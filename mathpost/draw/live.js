@@ -10,9 +10,14 @@ const length = (a) => hypot(...a);
 const unit = (a) => a.map((x) => x / length(a));
 const angle = (a, b) => 2 * atan2(length(minus(a, b)), length(plus(a, 1, b)));
 const fixed = (x, digits) => { const s = x.toFixed(digits); return Number(s) === 0 ? s.replace("-", "") : s; };
-// Lines of text: {0:4} is a number with four decimals, {1?words} are words that stand there if a number is not 0.
-const written = (text, numbers) => text.map((line) => line.replace(/\{(\d+)(?::(\d+)|\?([^}]*))\}/g, (_, i, digits, words) =>
-    digits ? fixed(numbers[i], Number(digits)) : numbers[i] ? words : ""));
+// Lines of text: {:4} is the next number with four decimals, {?words} are words that stand there if it is not 0.
+function written(text, numbers) {
+    let i = 0;
+    return text.map((line) => line.replace(/\{(?::(\d+)|\?([^}]*))\}/g, (_, digits, words) => {
+        const x = numbers[i++];
+        return digits ? fixed(x, Number(digits)) : x ? words : "";
+    }));
+}
 const list = (values, digits) => [...values].map((x) => fixed(x, digits)).join(" ");
 const apply = (m, k, p) => [0, 4, 8].map((r) => m[k + r] * p[0] + m[k + r + 1] * p[1] + m[k + r + 2] * p[2] + m[k + r + 3]);
 const across = (a) => { const x = unit(cross(a, abs(a[0]) < 0.6 ? [1, 0, 0] : [0, 1, 0])); return [x, cross(unit(a), x)]; };
@@ -284,13 +289,10 @@ const KINDS = {
         ui.buttons(ui.places(controls), scenes);
         if (Number.isInteger(state.play)) ui.player(controls, state.play);
         function update() {
-            const q = controls.values.map((x, i) => x * state.sliders[i].factor), points = m.points(q);
+            const q = controls.values.map((x, i) => x * state.sliders[i].factor), points = [...m.points(q)];
             controls.show();
             for (const scene of scenes) {
-                for (const line of scene.lines) if (line.name) {
-                    const [from, to] = line.span;
-                    line.parts = [Array.from({ length: to - from }, (_, i) => points.slice(3 * (from + i), 3 * (from + i) + 3))];
-                }
+                for (const line of scene.lines) if (line.points) line.parts = [Array.from({ length: line.points }, () => points.splice(0, 3))];
                 scene.show(m.places(q));
             }
             ui.say(written(state.text, m.numbers(q)));

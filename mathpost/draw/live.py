@@ -6,35 +6,31 @@ where no scripts run. It needs no kernel, no server and no network.
 
 import base64
 import html
+import io
 import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from mathpost.draw.described import describe_scene
+from mathpost.draw.described import describe, describe_scene, describe_values
 from mathpost.draw.picture import png
+from mathpost.errors import read_text
 
 HERE = Path(__file__).parent
 COLUMNS = 3  # pictures beside each other
-MODULES = {
-    "formula": ("live.js",),
-    "chart": ("live.js", "chart.js"),
-    "machine": ("live.js", "machine.js"),
-    "both": ("live.js", "machine.js", "paths.js"),
-    "walk": ("live.js", "machine.js", "paths.js"),
-}
+CURVES, PATHS = ("live.js", "chart.js"), ("live.js", "machine.js", "paths.js")  # each needs those before it
+MODULES = {"formula": CURVES[:1], "chart": CURVES, "machine": PATHS[:2], "both": PATHS, "walk": PATHS}
 
 
 @dataclass(repr=False, eq=False)
 class Live:
-    """A view that moves in the browser."""
+    """A view that moves in the browser: of scenes, or of the curves of a figure."""
 
     state: dict  # what `live.js` makes of it: its kind, sliders, texts; the scenes are added here
-    machines: list  # printed functions (`mathpost.codegen`), one text of declarations for each machine of the view
-    exports: tuple  # the names that these texts declare
-    scenes: list  # of `Scene`
-    places: list  # where the bodies of each scene stand at the start, dicts of 4×4 matrices: for the still picture
+    machines: list  # printed functions (`mathpost.codegen`), one text of them for each machine of the view
     readings: str  # the numbers of the start: what stands for the view where only text is compared
+    scenes: list = ()  # of `Scene`
+    figure: object = None  # of matplotlib, as it is at the start
     height: int = 440  # pixels on the page
     layout: str = "row"  # the controls beside the picture, or under it: "column"
 
@@ -46,26 +42,31 @@ class Live:
 
         With `still`, the still picture lies under the view, for a browser that is too old for it.
         """
-        files = [HERE / name for name in MODULES[self.state["kind"]]]
-        modules = "\n".join(_dense(file.read_text(encoding="utf-8")) for file in files)
-        style = (HERE / "live.css").read_text(encoding="utf-8")
-        exports = f"return {{ {', '.join(self.exports)} }};"
-        code = [f"(() => {{\n{_dense(text)}\n{exports}\n}})()" for text in self.machines]
+        style, *modules = (read_text(HERE / name) for name in ("live.css", *MODULES[self.state["kind"]]))
+        program = "\n".join(map(_dense, modules))
+        code = []
+        for text in self.machines:
+            names = ", ".join(re.findall(r"^(?:function|const) (\w+)", text, re.MULTILINE))
+            code.append(f"(() => {{\n{_dense(text)}\nreturn {{ {names} }};\n}})()")
         state = json.dumps(self.state, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
         under = self._still("position:absolute;z-index:-1;max-width:100%") if still else ""
         return (
             f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(title)}</title>"
             '<meta name=viewport content="width=device-width">'
             f"<style>{style}</style>{before}{under}<div id=live></div>{after}<script type=module>\n"
-            f"{modules}\n"
+            f"{program}\n"
             f'start(document.getElementById("live"), {state}, [{",".join(code)}]);\n</script></html>\n'
         )
 
     def picture(self):
         """Return the start as a PNG file, bytes."""
+        if self.figure:
+            file = io.BytesIO()
+            self.figure.savefig(file, format="png", dpi=90)
+            return file.getvalue()
         width = 480 if self.layout == "row" else 720
         high, columns = 400 if len(self.scenes) == 1 else 300, min(len(self.scenes), COLUMNS)
-        return png(self.scenes, self.places, (width // columns, high), columns)
+        return png(self.scenes, (width // columns, high), columns)
 
     def _still(self, style):
         still, name = base64.b64encode(self.picture()).decode(), html.escape(self.readings, quote=True)
@@ -87,10 +88,11 @@ class Live:
 
     def _repr_pretty_(self, printer, cycle):
         """In a notebook's outputs the readings, and the pictures in numbers: a wrong one fails as a number does."""
-        printer.text("\n".join([self.readings, *self._shown()]))
-
-    def _shown(self):
-        return [describe_scene(*pair) for pair in zip(self.scenes, self.places, strict=True)]
+        shown = list(map(describe_scene, self.scenes))
+        if self.figure:
+            ways = enumerate(zip(*self.state.get("frames", []), strict=True), 1)
+            shown = [describe(self.figure), *(describe_values(f"moving artist {n}", way) for n, way in ways)]
+        printer.text("\n".join([self.readings, *shown]))
 
 
 def _dense(code):

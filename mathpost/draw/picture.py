@@ -27,16 +27,16 @@ class Camera:
 
 
 class View:
-    """A scene seen in a window of `size` pixels, its bodies at `places` (4×4 matrices by name)."""
+    """A scene seen in a window of `size` pixels."""
 
-    def __init__(self, scene, places, size):
-        self.scene, self.places, self.size = scene, places, np.array(size)
+    def __init__(self, scene, size):
+        self.scene, self.size = scene, np.array(size)
         self.camera = Camera(scene.azimuth, scene.elevation)
         self.scale = 0.5 * min(size) / scene.radius
 
     def pixels(self, body, points):
         """Return pixels right, pixels down and depth towards the viewer of points (..., 3) of a body."""
-        away = put(self.places[body], np.asarray(points)) - self.scene.middle
+        away = put(self.scene.places[body], np.asarray(points)) - self.scene.middle
         flat = self.camera.project(away) * [self.scale, -self.scale] + self.size / 2
         return np.concatenate([flat, (away @ self.camera.towards)[..., None]], axis=-1)
 
@@ -48,7 +48,7 @@ class View:
         for number, each in enumerate(self.scene.solids):
             triangles = each.triangles()
             corners = self.pixels(each.body, triangles)
-            shade = _light(smooth(triangles) @ self.places[each.body][:3, :3].T, self.camera)
+            shade = _light(smooth(triangles) @ self.scene.places[each.body][:3, :3].T, self.camera)
             (x0, y0, z0), (x1, y1, z1), (x2, y2, z2) = np.moveaxis(corners, (1, 2), (0, 1))
             area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
             low = np.clip(np.ceil(corners[..., :2].min(axis=1) - 0.5), 0, self.size).astype(int)
@@ -117,13 +117,13 @@ def _light(normals, camera):
     return np.minimum(1 + 200 * (0.6 + 0.42 * light + 0.1 * back) + 40 * gloss, 254)
 
 
-def png(scenes, places, size, columns):
+def png(scenes, size, columns):
     """Return the pictures of several scenes, `columns` beside each other, as a small PNG file, bytes."""
     width, height = size
     whole = Image.new("RGB", (FINE * width * columns, FINE * height * -(-len(scenes) // columns)), "white")
-    for number, (scene, at) in enumerate(zip(scenes, places, strict=True)):
+    for number, scene in enumerate(scenes):
         row, column = divmod(number, columns)
-        picture = View(scene, at, (FINE * width, FINE * height)).draw()
+        picture = View(scene, (FINE * width, FINE * height)).draw()
         whole.paste(picture, (picture.width * column, picture.height * row))
     whole = whole.resize((whole.width // FINE, whole.height // FINE), Image.Resampling.BOX)
     file = io.BytesIO()

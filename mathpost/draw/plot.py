@@ -9,7 +9,7 @@ import sympy as sp
 from IPython.display import Math, display
 
 from mathpost.draw.described import describe
-from mathpost.post.between_blocks import true_tip
+from mathpost.post.proof import true_tip
 from mathpost.rotation import unit
 
 # Okabe and Ito's palette: distinct for the colour-blind and, by line style, in grey.
@@ -198,15 +198,6 @@ def costs(axes, position, priced, *, label):
         axes.plot(position, 1e3 * cost, line, color=f"C{index}", label=name)
     axes.set(xlabel=label, ylabel="µm at the tip", ylim=(0, None))
     axes.legend(loc="upper left", bbox_to_anchor=(1, 1))
-
-
-class Moving(dict):
-    """The lines of a figure that move, for `mathpost.draw.chart.printed`: each with pairs (x, y) of expressions."""
-
-    def line(self, axes, role, points, style="-", **how):
-        """Add a line in the colour of a role."""
-        (line,) = axes.plot([], [], style, color=COLOUR[role], **how)
-        self[line] = points
 
 
 def formulas(*pairs):

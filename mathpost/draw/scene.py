@@ -1,6 +1,6 @@
 """What a picture in space is made of: solids, lines and letters on bodies that move, and where it is seen from.
 
-`machine` makes the scene of a machine of any arrangement; `best_start` finds joints and a camera at which nothing
+`machine` makes the scene of a machine of any arrangement; `best` finds joints and a camera at which nothing
 that matters is hidden and no two axes fall together.
 """
 
@@ -26,7 +26,7 @@ SHOWN = {"workpiece": 0.35, "tool": 0.5}  # share of a body that must be in sigh
 
 @dataclass
 class Line:
-    """Polylines on a body; `over` shows them through solids, a `name` lets a view move them."""
+    """Polylines on a body; `over` shows them through solids, `points` in symbols move one (see `moving`)."""
 
     body: str
     parts: list
@@ -37,7 +37,7 @@ class Line:
     halo: bool = False
     over: bool = False
     dot: bool = False
-    span: tuple = (0, 0)
+    points: list = ()
 
 
 @dataclass
@@ -54,13 +54,14 @@ class Label:
 class Scene:
     """A picture in space. Lengths in mm, `azimuth` and `elevation` of the camera in degrees.
 
-    `extent` are points, shape (n, 3), that the picture must hold; `frame` finds its middle and half its height.
+    `places` are 4×4 matrices of all bodies by name, the bed's first. `extent` are points, shape (n, 3), that the
+    picture must hold; `frame` finds its middle and half its height.
     """
 
-    bodies: list
     solids: list = field(default_factory=list)
     lines: list = field(default_factory=list)
     labels: list = field(default_factory=list)
+    places: dict = field(default_factory=lambda: {"bed": np.eye(4)})
     extent: np.ndarray = field(default_factory=lambda: np.zeros((1, 3)))
     middle: np.ndarray = field(default_factory=lambda: np.zeros(3))
     radius: float = 1.0
@@ -89,26 +90,26 @@ class Scene:
 
     def state(self):
         """The scene as the browser has it, ready for JSON."""
-        number = {name: index for index, name in enumerate(["bed", *self.bodies])}
+        number = {name: index for index, name in enumerate(self.places)}
         solids = [{"body": number[s.body], "colour": s.colour} | s.state() for s in self.solids]
         lines = []
         for line in self.lines:
-            kept = {key: value for key, value in vars(line).items() if value and key not in ("body", "parts")}
             parts = [np.round(part, 3).tolist() for part in line.parts]
-            lines.append(kept | {"body": number[line.body], "parts": parts})
+            made = vars(line) | {"body": number[line.body], "parts": parts, "points": len(line.points)}
+            lines.append({key: value for key, value in made.items() if value or key in ("body", "parts")})
         labels = [vars(e) | {"body": number[e.body], "at": np.round(e.at, 2).tolist()} for e in self.labels]
         state = {"solids": solids, "lines": lines, "labels": labels, "middle": np.round(self.middle, 2).tolist()}
         state["radius"] = round(float(self.radius), 2)
         return state | {key: getattr(self, key) for key in ("azimuth", "elevation", "title", "colour")}
 
 
-def machine(kin, cl=None, *, title="", colour=DARK):
+def machine(kin, cl=None, *, title=""):
     """Return the scene of a machine and the joints that it was laid out at, shape (5,), mm and radians.
 
     With CL data the workpiece is fitted to them, and the path of the tip and some tool axes are drawn.
     """
     made = arrange(kin, cl)
-    scene = Scene(list(placing(kin.machine)(made.home))[1:], made.solids, title=title, colour=colour)
+    scene = Scene(made.solids, places=placing(kin.machine)(made.home), title=title)
     tables = [rotary.name for rotary in kin.machine.rotary if rotary.carries == "workpiece"]
     inner = str(kin.inverse_symbolic.inner)
     for name, ends in made.lines.items():
@@ -135,60 +136,48 @@ def _extent(kin, made):
     still = ("bed", *kin.machine.joint_names[:3])
     moving = [(solid.body, solid.triangles().reshape(-1, 3)) for solid in made.solids if solid.body not in still]
     points = []
-    for joints in _turned(kin, made, [[0, 0], [45, 0], [-45, 0], [45, 90], [45, -90]]):
+    for joints in turned(kin, made, [[0, 0], [45, 0], [-45, 0], [45, 90], [45, -90]]):
         places = placing(kin.machine)(joints)
         points += [put(places[body], corners) for body, corners in moving]
     return np.concatenate([*points, made.plate])
 
 
-def best_start(kin, scene, made, *, aspect=1.2):
-    """Choose rotary angles and a camera; return the joints, shape (5,), and the scene from there.
-
-    The first of a few in which nothing is `crossed` or `covered`, or the one with the least.
+def best(kin, scene, tries, *, aspect=1.2):
+    """Return the first of these joints (n, 5), and the scene from the first of `CAMERAS`, in which nothing is
+    `crossed` or `covered`, or those with the least.
     """
-    starts = _turned(kin, made, STARTS)
-    return _best((joints, *best_camera(kin, scene, joints, aspect=aspect)) for joints in starts)[:2]
-
-
-def best_camera(kin, scene, joints, *, aspect=1.2):
-    """Return the scene from the first of `CAMERAS` that shows these joints best, and what is hidden from there."""
-    scenes = (scene.frame(*camera, aspect=aspect) for camera in CAMERAS)
-    return _best((each, crossed(kin, each, joints) or covered(kin, each, joints)) for each in scenes)
-
-
-def _best(tries):
-    """The first of `tries` with nothing wrong, which comes last in each of them, or the one with the least."""
     found = []
-    for each in tries:
-        found.append(each)
-        if not each[-1]:
+    for joints, camera in product(tries, CAMERAS):
+        seen = replace(scene.frame(*camera, aspect=aspect), places=placing(kin.machine)(joints))
+        found.append((crossed(kin, seen) or covered(seen), joints, seen))
+        if not found[-1][0]:
             break
-    return min(found, key=lambda each: len(each[-1]))
+    return min(found, key=lambda each: len(each[0]))[1:]
 
 
-def _turned(kin, made, angles):
+def turned(kin, made, angles=STARTS):
     """Joints (n, 5) at these inner and outer angles (n, 2), degrees, clipped to travel, the tip as laid out."""
     inner = kin.symbols.index(kin.inverse_symbolic.inner) - 3
     rotary = np.radians(angles)[:, [inner, 1 - inner]]
     return kin.close(kin.forward(made.home)[0], np.clip(rotary, *kin.machine.limits[3:].T))
 
 
-def crossed(kin, scene, joints):
+def crossed(kin, scene):
     """Return which axes of the machine or of the workpiece fall together on the screen."""
-    places, camera = placing(kin.machine)(joints), Camera(scene.azimuth, scene.elevation)
+    places, camera = scene.places, Camera(scene.azimuth, scene.elevation)
     axes = {"the tool axis": places["tool"][:3, 2]}
     for rotary in kin.machine.rotary:
         axes[rotary.name] = places[rotary.name][:3, :3] @ unit(np.array(rotary.axis))
     return together(axes, camera) + together(dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), camera)
 
 
-def covered(kin, scene, joints):
+def covered(scene):
     """Return which of the bodies that matter are behind others."""
-    places, size, said = placing(kin.machine)(joints), (150, 110), []
-    seen, _, _ = View(scene, places, size).seen()
+    size, said = (150, 110), []
+    seen, _, _ = View(scene, size).seen()
     for body, share in SHOWN.items():
         alone = replace(scene, solids=[solid for solid in scene.solids if solid.body == body])
-        whole = (View(alone, places, size).seen()[0] >= 0).sum()
+        whole = (View(alone, size).seen()[0] >= 0).sum()
         mine = [number for number, solid in enumerate(scene.solids) if solid.body == body]
         if np.isin(seen, mine).sum() < share * whole:
             said.append(f"the {body} is hidden")

@@ -1,11 +1,10 @@
 """Solids of a picture in space, small enough to travel with it: turned profiles, joined rings, convex hulls.
 
-A solid stays in the coordinates of the body that it belongs to. Each kind has `moved`, the same solid in other
-coordinates, by a 4×4 matrix; `triangles`, shape (n, 3, 3), counterclockwise seen from outside, the same that the
-module in the browser makes; and `state`, the solid as the browser has it.
+A solid is in the coordinates of the body that it belongs to. Each kind has `triangles`, shape (n, 3, 3),
+counterclockwise seen from outside, the same that the module in the browser makes, and `state`, for the browser.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -26,9 +25,6 @@ class Turned:
     origin: np.ndarray
     along: np.ndarray
 
-    def moved(self, matrix):
-        return replace(self, origin=put(matrix, self.origin), along=matrix[:3, :3] @ self.along)
-
     def state(self):
         profile = [[round(r, 2), round(h, 2)] for r, h in self.profile]
         return {"profile": profile, "from": _short(self.origin), "along": _short(self.along, 9)}
@@ -45,9 +41,6 @@ class Lofted:
     colour: str
     rings: list
 
-    def moved(self, matrix):
-        return replace(self, rings=[put(matrix, ring) for ring in self.rings])
-
     def state(self):
         return {"rings": [_short(ring) for ring in self.rings]}
 
@@ -63,9 +56,6 @@ class Hull:
     body: str
     colour: str
     points: np.ndarray
-
-    def moved(self, matrix):
-        return replace(self, points=put(matrix, self.points))
 
     def faces(self):
         """Return the corners that count, shape (m, 3), and triangles of their numbers, shape (n, 3)."""

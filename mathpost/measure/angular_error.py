@@ -18,15 +18,11 @@ SMALLEST = 0.05  # seconds of arc: a table whose errors are all smaller was give
 
 @dataclass(frozen=True)
 class Runs:
-    """Repeated approaches of the same targets from both sides.
+    """Repeated approaches of the same targets from both sides."""
 
-    `angles`, shape (targets,), are degrees, increasing; `up` and `down`, shape (targets, runs), the errors in the
-    positive and in the negative direction, seconds of arc.
-    """
-
-    angles: np.ndarray
-    up: np.ndarray
-    down: np.ndarray
+    angles: np.ndarray  # degrees, increasing, shape (targets,)
+    up: np.ndarray  # errors in the positive direction, seconds of arc, shape (targets, runs)
+    down: np.ndarray  # and in the negative one
 
     def mean(self, direction="both"):
         """Return the mean error at each target, shape (targets,), for "up", "down" or "both" directions."""
@@ -43,22 +39,16 @@ class Runs:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """The parameters of ISO 230-2, seconds of arc.
+    """The parameters of ISO 230-2, seconds of arc: at each target, of all, and as triples for up, down and both."""
 
-    At each target: the standard deviations up and down, and `reversal`, mean up minus mean down. Of all targets:
-    `B`, the largest |reversal|; `M`, the range of the mean of both directions; and triples for up, down and both:
-    `E`, the range of the means; `R`, the widest 4 s, of both directions 2 s up + 2 s down + |B| if that is wider;
-    `A`, from the lowest mean − 2 s to the highest mean + 2 s.
-    """
-
-    s_up: np.ndarray
+    s_up: np.ndarray  # standard deviations
     s_down: np.ndarray
-    reversal: np.ndarray
-    B: float
-    M: float
-    E: tuple
-    R: tuple
-    A: tuple
+    reversal: np.ndarray  # mean up minus mean down
+    B: float  # the largest |reversal|
+    M: float  # the range of the mean of both directions
+    E: tuple  # the range of the means
+    R: tuple  # the widest 4 s, of both directions 2 s up + 2 s down + |B| if that is wider
+    A: tuple  # from the lowest mean − 2 s to the highest mean + 2 s
 
     def __str__(self):
         pairs = (("A", self.A[2]), ("E", self.E[2]), ("M", self.M), ("B", self.B), ("R", self.R[2]))
@@ -69,18 +59,17 @@ def read_runs(path):
     """Read bidirectional runs from a CSV file with the columns angle, up1, down1, up2, down2, … as `Runs`.
 
     Angles in degrees, increasing; errors in seconds of arc unless the file names another unit. `InputError` with
-    file, line and column if the file has a fault, or a number suggests other units: an angle beyond a turn, an
-    error beyond a degree, none beyond 0.05″.
+    file, line and column for a fault, and for what suggests other units: an angle beyond a turn, an error beyond a
+    degree, none beyond 0.05″.
     """
     also = dict.fromkeys(("A", "B", "C", "position"), "angle")
     read = csv_table.read(path, ["angle", *RUNS[:4]], optional=RUNS[4:], also=also)
     runs = (sum(name in read for name in RUNS) + 1) // 2
     names = RUNS[: 2 * runs]
+    read.need(names, f"as many runs down as up: up1, down1, … {names[-1]}")
     for name in names:
-        if name not in read:
-            raise InputError(read.path, f"as many runs down as up: up1, down1, … {names[-1]}", f"no {name!r}")
         size = read.unit(name, "angle", default="arcsec")
-        read.columns[name] = np.rad2deg(size) * ARCSECONDS * read[name]
+        read[name] = np.rad2deg(size) * ARCSECONDS * read[name]
         read.require(name, np.abs(read[name]) <= ARCSECONDS, "seconds of arc, less than a degree (other units?)")
     most = max(np.abs(read[name]).max() for name in names)
     if 0 < most < SMALLEST and "unit" not in read.settings:
@@ -119,9 +108,9 @@ def accuracy(runs):
     across = (2 * s_up + 2 * s_down + np.abs(reversal)).max()
     repeatability = [float(4 * s.max()) for _, s in triples]
     return Accuracy(
-        s_up=s_up,
-        s_down=s_down,
-        reversal=reversal,
+        s_up,
+        s_down,
+        reversal,
         B=float(np.abs(reversal).max()),
         M=float(np.ptp(runs.mean())),
         E=tuple(float(np.ptp(mean)) for mean, _ in triples),

@@ -75,13 +75,6 @@ def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=0):
     `axis` is the number of the controlled axis, from 1, `detection` the detection unit, degrees or mm, `reference`
     the number of the reference position's point; the rest is as in `siemens`. Whole steps lie between machine
     coordinate 0 and the ends of the travel, which includes it.
-
-    Examples
-    --------
-    >>> from mathpost.measure import spline
-    >>> error = spline.through_all(spline.points([0, 90, 180, 270], [0, 18, 0, -18], period=360))
-    >>> fanuc(5, 90, error, reference=60).splitlines()[-5:]
-    ['N10060P-5', 'N10061P-5', 'N10062P5', 'N10063P5', 'N10064P-5']
     """
     at, endless = entries(error, step), error.points.period is not None
     sections = at / step

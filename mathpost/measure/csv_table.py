@@ -15,12 +15,10 @@ or with semicolons or tabs and decimal commas; a column of remarks is left out.
 import csv
 import math
 import re
-from dataclasses import dataclass, field
-from types import MappingProxyType
 
 import numpy as np
 
-from mathpost.errors import NUMBER, InputError, read_bytes
+from mathpost.errors import NUMBER, InputError, as_array, read_bytes
 
 OTHER_WORDS = {  # what people call a column
     "angle": ("角度", "转角", "winkel"),
@@ -47,37 +45,49 @@ SHOWN = 30  # columns that a message lists
 KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre")  # settings that a comment may make
 
 
-@dataclass(frozen=True)
-class Table:
-    """Columns of a CSV file by name, and the line that each row came from.
+class Table(dict):
+    """Columns of a CSV file by name: float arrays, shape (rows,), or lists of strings, and what else the file says.
 
-    `columns` takes a name to a float array, shape (rows,), or to a list of strings for a text column. `settings` is
-    what comments such as ``# unit = µm`` say, and ``"unit x"`` the unit in a column's name, ``x (µm)``.
+    `lines` are those that the rows came from, `header` is where the columns' names stand. `settings` is what
+    comments such as ``# unit = µm`` say, and ``"unit x"`` the unit in a column's name, ``x (µm)``.
     """
 
-    path: str
-    columns: dict
-    lines: tuple
-    settings: dict = field(default_factory=dict)
-
-    def __getitem__(self, name):
-        return self.columns[name]
-
-    def __contains__(self, name):
-        return name in self.columns
-
-    def __len__(self):
-        return len(self.lines)
+    def __init__(self, path):
+        self.path, self.header, self.lines, self.settings = str(path), "", (), {}
 
     def where(self, row, name):
         """Say where the entry of `row` (from 0) in column `name` stands."""
         return f"{self.path}, line {self.lines[row]}, column {name!r}"
 
+    def refuse(self, expected, found=""):
+        """Raise `InputError` for what the file as a whole says, or lacks."""
+        raise InputError(self.header, expected, found or "none") from None
+
+    def need(self, names, expected):
+        """Refuse a table that lacks one of the columns `names`."""
+        for name in names:
+            if name not in self:
+                self.refuse(expected, f"no {name!r}")
+
+    def choice(self, key, choices):
+        """Return what of `choices`, a dict, a setting names."""
+        said = self.settings.get(key)
+        if said not in choices:
+            self.refuse(f"a line # {key} = {' or '.join(choices)}", said and repr(said))
+        return choices[said]
+
+    def numbers(self, key, count):
+        """Return the `count` numbers of a setting."""
+        said = str(self.settings.get(key, ""))
+        try:
+            return as_array([float(word) for word in re.split(r"[\s,;]+", said.strip())], count, key)
+        except ValueError:
+            self.refuse(f"a line # {key} = {' '.join(['number'] * count)}", said and repr(said))
+
     def require(self, name, good, expected):
         """Raise `InputError` at the first row for which the boolean array `good` is false."""
         for row in np.flatnonzero(~np.asarray(good))[:1]:
-            entry = self[name][row]
-            raise InputError(self.where(row, name), expected, entry if isinstance(entry, str) else f"{entry:.10g}")
+            raise InputError(self.where(row, name), expected, f"{self[name][row]:.10g}")
 
     def check_angles(self, name, limit=360.0):
         """Refuse angles that cannot be degrees: beyond ±`limit`, or the round numbers of radians."""
@@ -91,7 +101,7 @@ class Table:
     def check_increasing(self, name, within=()):
         """Refuse numbers that do not increase from row to row, as long as the columns `within` stay the same."""
         values, groups = self[name], list(zip(*(self[column] for column in within), strict=True))
-        for row in range(1, len(self)):
+        for row in range(1, len(self.lines)):
             if groups and groups[row] != groups[row - 1]:
                 continue
             if values[row] <= values[row - 1]:
@@ -117,7 +127,7 @@ class Table:
         raise InputError(self.where(0, name), expected, "none" if stated is None else repr(stated))
 
 
-def read(path, columns, *, optional=(), text=(), also=MappingProxyType({})):
+def read(path, columns, *, optional=(), text=(), also=None):
     """Read a CSV file as a `Table`.
 
     `columns` must be there, in any order, `optional` ones may be, those of `text` hold words; `also` takes other
@@ -125,12 +135,12 @@ def read(path, columns, *, optional=(), text=(), also=MappingProxyType({})):
     cannot be read, has no row, lacks a column, has an unknown or a repeated one, or an entry is missing or not a
     finite number.
     """
-    settings, rows, lines = {}, [], []
+    table, rows, lines = Table(path), [], []
     for number, line in enumerate(_text(path).splitlines(), 1):
         if line.lstrip(' "').startswith("#"):
             key, _, value = (part.strip() for part in line.strip(' "#\t;,').partition("="))
             if key in KNOWN and value:
-                settings[key] = value
+                table.settings[key] = value
             continue
         if not rows:
             delimiter = max(",;\t", key=lambda mark: (line.count(mark), mark == ","))
@@ -140,18 +150,17 @@ def read(path, columns, *, optional=(), text=(), also=MappingProxyType({})):
             rows.append(cells)
             lines.append(number)
     if len(rows) < 2:
-        raise InputError(str(path), f"the columns {', '.join(columns)} and rows of readings", "no readings")
-    (header, *rows), (first, *lines), wanted = rows, lines, (*columns, *optional)
-    names = _check_names(header, columns, wanted, also, settings, f"{path}, line {first}")
-    for cells, number in zip(rows, lines, strict=True):
+        raise InputError(table.path, f"the columns {', '.join(columns)} and rows of readings", "no readings")
+    table.header, table.lines, wanted = f"{path}, line {lines[0]}", tuple(lines[1:]), (*columns, *optional)
+    names = _check_names(table, rows.pop(0), columns, wanted, also or {})
+    for cells, number in zip(rows, table.lines, strict=True):
         if len(cells) != len(names):
             raise InputError(f"{path}, line {number}", f"{len(names)} entries", f"{len(cells)}")
-    every = dict(zip(names, zip(*rows, strict=True), strict=True))
-    read = {name: list(entries) for name, entries in every.items() if name in wanted}
-    table, numbers = Table(str(path), read, tuple(lines), settings), [name for name in read if name not in text]
-    commas = delimiter != "," and not any("." in entry for name in numbers for entry in read[name])
+    table |= {name: list(column) for name, *column in zip(names, *rows, strict=True) if name in wanted}
+    numbers = [name for name in table if name not in text]
+    commas = delimiter != "," and not any("." in entry for name in numbers for entry in table[name])
     for name in numbers:
-        read[name] = np.array([_number(table, row, name, commas) for row in range(len(rows))])
+        table[name] = np.array([_number(table, row, name, commas) for row in range(len(rows))])
     return table
 
 
@@ -170,7 +179,7 @@ def _text(path):
     raise InputError(f"{path}, line {line}", "text in UTF-8 or GBK", "other bytes")
 
 
-def _check_names(cells, columns, wanted, also, settings, where):
+def _check_names(table, cells, columns, wanted, also):
     """The names of the columns; a unit in brackets behind a name goes to the settings."""
     words = {word: name for name in wanted for word in (name.casefold(), *OTHER_WORDS.get(name, ()))}
     words |= {word.casefold(): name for word, name in also.items()}
@@ -179,17 +188,17 @@ def _check_names(cells, columns, wanted, also, settings, where):
         name, unit = re.fullmatch(r"(.*?)\s*(?:[(\[（](.*)[)\]）])?", cell).groups()
         name = name if name in wanted else words.get(name.casefold(), name)
         if unit:
-            settings[f"unit {name}"] = unit
+            table.settings[f"unit {name}"] = unit
         names.append(name)
-    missing = [name for name in columns if name not in names]
-    if missing:
-        raise InputError(where, f"the columns {', '.join(columns)}", f"{', '.join(names)}: no {missing[0]!r}")
+    for name in columns:
+        if name not in names:
+            table.refuse(f"the columns {', '.join(columns)}", f"{', '.join(names)}: no {name!r}")
     for name in names:
         if names.count(name) > 1:
-            raise InputError(where, "every column once", f"{name!r} {names.count(name)} times")
+            table.refuse("every column once", f"{name!r} {names.count(name)} times")
         if name not in wanted and name.casefold() not in REMARKS:
             others = ", ".join(wanted[:SHOWN]) + ", …" * (len(wanted) > SHOWN)
-            raise InputError(where, f"no columns but {others}", repr(name))
+            table.refuse(f"no columns but {others}", repr(name))
     return names
 
 

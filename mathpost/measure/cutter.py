@@ -20,11 +20,7 @@ BOTTOM = 1e-9  # sine of the angle from normal to axis below which the cutter's 
 
 @dataclass(frozen=True)
 class Cutter:
-    """A cutter by its diameter and the radius of its rim, mm.
-
-    >>> Cutter.ball(10), Cutter.flat(10), Cutter(diameter=10, rim=1)
-    (Cutter(diameter=10, rim=5.0), Cutter(diameter=10, rim=0.0), Cutter(diameter=10, rim=1))
-    """
+    """A cutter by its diameter and the radius of its rim, mm."""
 
     diameter: float
     rim: float
@@ -90,11 +86,6 @@ def compensated(tip, normal, axis, old, new):
     """Return the tips for another cutter that touches the same surface points: 3-D radius compensation.
 
     `tip`, `normal` and `axis`, shape (..., 3), are CL points made for the cutter `old`, mm, their normals and axes.
-
-    Examples
-    --------
-    >>> compensated([0, 0, 0], [0, 1, 1], [0, 0, 1], Cutter.ball(10), Cutter.ball(9.8)).round(4)
-    array([ 0.    , -0.0707,  0.0293])
     """
     tip = as_array(tip, 3, "tip")
     return tip - tip_from_contact(old, normal, axis) + tip_from_contact(new, normal, axis)
@@ -105,11 +96,6 @@ def stock_left(normal, axis, old, new, *, longer=0.0):
 
     The result, shape (...), is mm along the normal: exact on a plane, else to first order in the difference of
     cutters. `longer`, shape (...), is by how much the new tip lies further from the spindle than believed, mm.
-
-    Examples
-    --------
-    >>> round(float(stock_left([0, 1, 1], [0, 0, 1], Cutter.ball(10), Cutter.ball(9.8))), 4)
-    0.0293
     """
     n, a = unit(as_array(normal, 3, "normal"), "normal"), unit(as_array(axis, 3, "axis"))
     short = tip_from_contact(old, n, a) - tip_from_contact(new, n, a) - np.asarray(longer)[..., None] * a
@@ -122,14 +108,6 @@ def tip_shift(kin, joints, longer, told, *, degrees=False):
     `kin` is a `mathpost.kinematics.Kinematics`; `joints`, shape (..., 5), were made for the old tool. `told` is
     what the control knows: ``"tcp"``, the new length, with TCP; ``"length offset"``, the new length without TCP, so
     that it moves the slides back along the tool as it stands at rotary zero (G43); or ``"nothing"``.
-
-    Examples
-    --------
-    >>> from mathpost import machine
-    >>> from mathpost.kinematics import Kinematics
-    >>> kin = Kinematics(machine.load("data/machines/ac_head.toml"))
-    >>> tip_shift(kin, [0, 0, 0, 0, 90], 0.5, "length offset", degrees=True).round(6) + 0.0
-    array([0. , 0.5, 0.5])
     """
     joints = np.asarray(joints, dtype=float)
     _, axis = kin.forward(joints, degrees=degrees)

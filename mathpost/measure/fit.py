@@ -5,12 +5,11 @@ least-squares estimate, its covariance, and the diagnosis when readings are too 
 """
 
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
+import scipy
 import sympy as sp
-from scipy.sparse.csgraph import connected_components
-from scipy.special import ndtri, stdtrit
 
 from mathpost.errors import InputError
 from mathpost.measure import csv_table
@@ -46,19 +45,16 @@ class Value:
 class Estimate:
     """What the readings say about the unknowns; mm and radians.
 
-    `values` takes an unknown to its value, as does ``estimate[name]``; `covariance` is in the same order, NaN if no
-    sigma was stated and no reading is to spare. `residuals` takes a reading to an array: measured minus explained.
-    `spare` is readings minus unknowns. `noise` is the standard deviation of a reading as the residuals show it, NaN
-    without spare ones, in units of the stated sigma if there is one: well above 1 means that something is not in
-    the model. `freedom` is infinite if sigma was stated, else `spare`.
+    `noise` is the standard deviation of a reading as the residuals show it, NaN without spare ones, in units of the
+    stated sigma if there is one: well above 1 means that something is not in the model.
     """
 
-    values: dict
-    covariance: np.ndarray
-    residuals: dict
-    spare: int
+    values: dict  # of unknowns, as ``estimate[name]`` has them
+    covariance: np.ndarray  # in the same order; NaN if no sigma was stated and no reading is to spare
+    residuals: dict  # of readings, arrays: measured minus explained
+    spare: int  # readings minus unknowns
     noise: float
-    freedom: float = np.inf
+    freedom: float = np.inf  # infinite if sigma was stated, else `spare`
 
     def __getitem__(self, name):
         return self.values[name]
@@ -105,8 +101,8 @@ class Measurement:
     def predict(self, values, settings, *, degrees=False):
         """Return what would be read, without noise: reading to an array.
 
-        `values` takes unknowns to numbers; those left out are zero. `settings` takes settings to numbers or arrays,
-        which are broadcast; `degrees` says whether the angle among them is in degrees.
+        `values` takes unknowns to numbers, those left out are zero, `settings` settings to numbers or arrays, which
+        are broadcast; `degrees` is for the angle among them.
         """
         predict, _ = self._compiled(self.readings, self.unknowns)
         predicted = predict(*self._all(values), *self._settings(settings, degrees))
@@ -115,50 +111,36 @@ class Measurement:
     def simulate(self, values, settings, *, sigma, seed, degrees=False):
         """Return settings and readings with normal noise of deviation `sigma`, mm; arguments as in `predict`."""
         random = np.random.default_rng(seed)
-        readings = self.predict(values, settings, degrees=degrees)
-        return dict(settings) | {
-            name: reading + sigma * random.standard_normal(reading.shape) for name, reading in readings.items()
-        }
+        readings = self.predict(values, settings, degrees=degrees).items()
+        return settings | {name: read + sigma * random.standard_normal(read.shape) for name, read in readings}
 
     def read(self, path):
         """Read settings and at least one reading from a CSV file: a `csv_table.Table` for `identify`.
 
-        Degrees, and mm unless the file names a unit. `InputError` for every fault that `csv_table.read` knows, for
-        suspected units, and if the angle does not increase while the other settings, and a column ``run``, stay the
-        same.
+        Degrees, and mm unless the file names a unit. `InputError` also for suspected units, and if the angle does
+        not increase while the other settings, and a column ``run``, stay the same.
         """
         angle, *others = map(str, self.settings)
         also = dict.fromkeys("ABC", angle)
         columns = csv_table.read(path, [angle, *others], optional=[*self.readings, "run"], also=also)
-        if not any(name in columns for name in self.readings):
-            raise InputError(str(path), f"a column of readings: {', '.join(self.readings)}", "none")
+        if not (read := [name for name in self.readings if name in columns]):
+            columns.refuse(f"a column of readings: {', '.join(self.readings)}")
         columns.check_angles(angle)
-        for name in self.readings:
-            if name in columns:
-                columns.columns[name] = columns.unit(name, "length", default="mm") * columns[name]
-                columns.require(name, np.abs(columns[name]) <= self.largest, f"mm within ±{self.largest:g} (µm?)")
+        for name in read:
+            columns[name] = columns.unit(name, "length", default="mm") * columns[name]
+            columns.require(name, np.abs(columns[name]) <= self.largest, f"mm within ±{self.largest:g} (µm?)")
         columns.check_increasing(angle, within=[name for name in (*others, "run") if name in columns])
         return columns
 
     def identify(self, data, *, degrees=False, sigma=None, known=None):
         """Return the least-squares `Estimate` of the unknowns.
 
-        Parameters
-        ----------
-        data : Table or dict
-            Setting to number or array, and reading to array, shape (n,). Of the readings only some need be there;
-            an unknown that none of those depends on is left out.
-        degrees : bool, keyword only
-            Whether the angle is in degrees; that of a `Table` always is.
-        sigma : float, optional, keyword only
-            Standard deviation of a reading, mm. Without it the residuals supply it: poorly, if few are to spare.
-        known : dict, optional, keyword only
-            Unknowns that are not sought, with their values.
-
-        Raises
-        ------
-        InputError
-            If the readings leave unknowns undetermined: the message says which, and what would tell them.
+        `data`, a dict or what `read` returned, takes a setting to a number or an array, and a reading to an array,
+        shape (n,). Of the readings only some need be there; an unknown that none of those depends on is left out.
+        `degrees` is for the angle; that of a file always is in degrees. `sigma` is the standard deviation of a
+        reading, mm: without it the residuals supply it, poorly if few are to spare. `known` takes unknowns that are
+        not sought to their values. `InputError` if the readings leave unknowns undetermined: it says which, and
+        what would tell them.
         """
         known = known or {}
         if sigma is not None and not 0 < sigma < np.inf:
@@ -181,14 +163,18 @@ class Measurement:
             arguments = *self._all(dict(zip(map(str, sought), x, strict=True)) | known), *settings
             return predict(*arguments).ravel(), derive(*arguments).reshape(-1, len(sought))
 
-        start = np.zeros(len(sought))
-        if missing := undetermined(evaluate(start)[1], list(map(str, sought))):
-            tasks = [f"tell {' and '.join(names)} apart" for names in missing if len(names) > 1]
-            if traceless := [names[0] for names in missing if len(names) == 1]:
-                tasks.append(f"determine {' and '.join(traceless)}")
-            advice = self._advice(used, sought, known, settings)
-            found = f"{readings.size} of {', '.join(used)}"
-            raise InputError(where, f"readings that {', '.join(tasks)} ({advice} would)", found)
+        def rows(expressions):
+            return self._compiled(expressions, sought)[1](*self._all(known), *settings).reshape(-1, len(sought))
+
+        def changed(changes):
+            return rows({name: e.subs(changes, simultaneous=True) for name, e in used.items()})
+
+        unread = {name: expression for name, expression in self.readings.items() if name not in used}
+        further = {f"also reading {', '.join(unread)}": partial(rows, unread)} if unread else {}
+        further |= {words: partial(changed, changes) for words, changes in self.more.items()}
+        start, found = np.zeros(len(sought)), f"{readings.size} of {', '.join(used)}"
+        otherwise = " together with ".join(further) or "more of them"
+        check_told_apart(evaluate(start)[1], list(map(str, sought)), further, where, "readings", found, otherwise)
         sigmas = np.full(readings.size, sigma or 1.0)
         x, covariance, residuals, _ = least_squares(evaluate, readings.ravel(), sigmas, start, where)
         spare = readings.size - len(sought)
@@ -201,20 +187,6 @@ class Measurement:
             noise,
             float(spare) if sigma is None else np.inf,
         )
-
-    def _advice(self, used, sought, known, settings):
-        """What would tell the unknowns that the readings `used` leave open."""
-
-        def rows(expressions):
-            return self._compiled(expressions, sought)[1](*self._all(known), *settings).reshape(-1, len(sought))
-
-        unread = {name: expression for name, expression in self.readings.items() if name not in used}
-        proposals = {f"also reading {', '.join(unread)}": unread} if unread else {}
-        for words, changes in self.more.items():
-            proposals[words] = {name: e.subs(changes, simultaneous=True) for name, e in used.items()}
-        further = {words: np.vstack([rows(used), rows(extra)]) for words, extra in proposals.items()}
-        enough = [words for words, matrix in further.items() if not undetermined(matrix, sought)]
-        return " or ".join(enough) or " together with ".join(proposals) or "more of them"
 
     def _compiled(self, readings, sought):
         return _compiled(tuple(readings.values()), sought, (*self.unknowns, *self.settings))
@@ -246,12 +218,8 @@ class Measurement:
 
 
 def coverage_factor(freedom):
-    """Student's t for 95 % and the degrees of `freedom`, 1.96 if they are infinite.
-
-    >>> round(coverage_factor(5), 3), round(coverage_factor(np.inf), 3)
-    (2.571, 1.96)
-    """
-    return float(stdtrit(freedom, 0.975) if freedom < 1e6 else ndtri(0.975))
+    """Return Student's t for 95 % and the degrees of `freedom`, 1.96 if they are infinite."""
+    return float(scipy.special.stdtrit(freedom, 0.975) if freedom < 1e6 else scipy.special.ndtri(0.975))
 
 
 def least_squares(evaluate, readings, sigmas, start, where):
@@ -276,21 +244,37 @@ def least_squares(evaluate, readings, sigmas, start, where):
     raise InputError(where, "readings that a machine can explain", "readings that fit no values")
 
 
-def undetermined(matrix, names):
-    """Return the unknowns that readings leave open, in groups whose members can stand in for each other.
+def check_told_apart(matrix, names, further, where, what, found, otherwise, offer="{}"):
+    """Raise `InputError` if readings leave unknowns open: it says which, and what of `further` would tell them.
 
-    `matrix`, shape (readings, unknowns), holds the derivatives of the readings, `names` are the unknowns'. A group
-    of one is an unknown that leaves no trace at all.
+    `matrix`, shape (readings, unknowns), holds the derivatives of the readings. `further` takes words, for `offer`,
+    to a function that returns more rows.
+    """
+    if not (missing := undetermined(matrix, names)):
+        return
+    tasks = [f"tell {' and '.join(group)} apart" for group in missing if len(group) > 1]
+    if traceless := [group[0] for group in missing if len(group) == 1]:
+        tasks.append(f"determine {' and '.join(traceless)}")
+    enough = [words for words, rows in further.items() if not undetermined(np.vstack([matrix, rows()]), names)]
+    advice = offer.format(" or ".join(enough)) if enough else otherwise
+    raise InputError(where, f"{what} that {', '.join(tasks)} ({advice} would)", found)
+
+
+def undetermined(matrix, names):
+    """The unknowns that readings leave open, in groups whose members can stand in for each other.
+
+    A group of one is an unknown that leaves no trace at all.
     """
     _, singular, vt = np.linalg.svd(matrix / _lengths(matrix), full_matrices=True)
     rank = int((singular > SINGULAR * max(1.0, singular.max(initial=0.0))).sum())
     # The projector on the null space: 1 on the diagonal for an unknown without a trace, less for one that others
     # can stand in for, 0 for one that is determined. Off the diagonal: by which.
     projector = np.abs(vt[rank:].T @ vt[rank:])
-    _, group = connected_components(projector > SHARE)
     groups = {}
-    for index in np.flatnonzero(projector.diagonal() > SHARE):
-        groups.setdefault(group[index], []).append(names[index])
+    if rank < len(names):
+        _, group = scipy.sparse.csgraph.connected_components(projector > SHARE)
+        for index in np.flatnonzero(projector.diagonal() > SHARE):
+            groups.setdefault(group[index], []).append(names[index])
     return list(groups.values())
 
 

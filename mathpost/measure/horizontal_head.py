@@ -24,16 +24,12 @@ CPOS, UZZ = sp.symbols("CPOS U_ZZ", real=True)
 
 @dataclass(frozen=True)
 class Head:
-    """A horizontal head: its measured `vectors`, (n, 3), mm, at the index `angles`, and which way it turns.
+    """A horizontal head: its measured vectors, and which way it turns."""
 
-    `sense` is −1 if it turns clockwise seen from +Z as its angle grows, as the source's does, else +1; `zero` is
-    where Z′ points at angle 0, degrees from +X towards +Y.
-    """
-
-    angles: tuple
-    vectors: np.ndarray
-    sense: int = -1
-    zero: float = 0.0
+    angles: tuple  # at which it is indexed
+    vectors: np.ndarray  # U at each, shape (n, 3), mm
+    sense: int = -1  # if it turns clockwise seen from +Z as its angle grows, as the source's does, else +1
+    zero: float = 0.0  # where Z′ points at angle 0, degrees from +X towards +Y
 
     def vector(self, angle):
         """Return U at a listed angle (modulo 360°); any other is an `InputError`, never the nearest one."""
@@ -93,11 +89,6 @@ def lhyset(head, x, y, z):
     """Return U_LHY, shape (3,): what takes the offset as measured back to the vertical head.
 
     `x`, `y`, `z` are the head's angles when these axes of the work offset were measured, or `VERTICAL`.
-
-    Examples
-    --------
-    >>> lhyset(read_head("data/measurements/five_face_head.csv"), 90, VERTICAL, 90).tolist()
-    [-0.06, 0.0, -533.468]
     """
     rows = [(head.vector(angle) if angle != VERTICAL else np.zeros(3)) for angle in (x, y, z)]
     return -np.diag(rows) + 0.0

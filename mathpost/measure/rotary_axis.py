@@ -62,15 +62,6 @@ def probing(rotary):
     Setting: `angle`, as programmed. Readings: `x`, `y`, `z` of the feature in the machine, those that were taken.
     Unknowns: the centre of rotation, square to the axis (`xc`, `yc` for C; `c1`, `c2` for an axis along none of the
     machine's), and the feature at angle zero (`xf`, `yf`, `zf`). Only the direction of `rotary` is used.
-
-    Examples
-    --------
-    >>> from mathpost.machine import Rotary
-    >>> a = Rotary("A", "workpiece", axis=(-1, 0, 0), point=(0, 0, 0))
-    >>> probed = {"angle": [0, 90], "y": [-150, -150.021], "z": [-300, -400.005]}
-    >>> estimate = probing(a).identify(probed, degrees=True)
-    >>> f"{estimate['yc']:.3f} {estimate['zc']:.3f}"
-    '-200.013 -349.992'
     """
     names, plane = square_to(rotary)
     names = [f"{name.lower()}c" if name in "XYZ" else f"c{name}" for name in names]
@@ -86,36 +77,25 @@ def probing(rotary):
 
 
 @lru_cache(maxsize=32)
-def ball(rotary, *, ball_unknown=False):
+def ball(rotary):
     """A ball on the carried body, followed by the control over a turn of a rotary axis it takes for perfect.
 
     Settings: `angle` as programmed, and `x`, `y`, `z` of the ball at angle zero, in the machine (on a head: the
     tool's tip relative to the nose). Readings: `ex`, `ey`, `ez`, the ball minus where the control believes it.
     Unknowns: the axis' location errors against `rotary`, which is what the control has: EX0C, EY0C, EA0C, EB0C for
-    C. With `ball_unknown` the ball need not be where `x`, `y`, `z` say: three more unknowns `bx`, `by`, `bz`.
-
-    Examples
-    --------
-    >>> from mathpost.machine import Rotary
-    >>> c = ball(Rotary("C", "workpiece", axis=(0, 0, -1), point=(0, 0, 0)))
-    >>> at = {"angle": [0, 90, 180, 270], "x": 150, "y": 0, "z": 0}
-    >>> read = c.predict({"EX0C": 0.010, "EY0C": -0.006}, at, degrees=True)
-    >>> read["ex"].round(6) + 0.0
-    array([0.   , 0.016, 0.02 , 0.004])
+    C. The ball must stand where `x`, `y`, `z` say; `mathpost.compensate.calibrate` seeks its place, too.
     """
     _, plane = square_to(rotary)
     errors, place = sp.symbols(location_errors(rotary)[0], real=True), sp.symbols("x y z", real=True)
-    shift = sp.symbols("bx by bz", real=True) if ball_unknown else ()
     axis, point = exact_unit(rotary.axis), exact_vector(rotary.point)
     offset, tilt = plane * sp.Matrix(errors[:2]), plane * sp.Matrix(errors[2:])
     tilted = (axis + tilt.cross(axis)) / sp.sqrt(1 + tilt.dot(tilt))
     at = sp.Matrix([*place, 1])
-    moved = at + sp.Matrix([*(shift or (0, 0, 0)), 0])
-    error = turn(tilted, point + offset, ANGLE) * moved - turn(axis, point, ANGLE) * at
+    error = turn(tilted, point + offset, ANGLE) * at - turn(axis, point, ANGLE) * at
     higher = dict(zip(place, sp.Matrix(place) + 200 * axis, strict=True))
     return Measurement(
         name=f"ball on {rotary.name}",
-        unknowns=(*errors, *shift),
+        unknowns=tuple(errors),
         settings=(ANGLE, *place),
         readings=dict(zip(("ex", "ey", "ez"), error[:3, 0], strict=True)),
         more=QUARTER | {"the same with the ball 200 mm further along the axis": higher},
@@ -132,14 +112,6 @@ def rtcp_zero():
     stands at ψ = 0, and `lateral`, square to it in the plane of tilt. Unknowns: `alpha`, where the head stands when
     it shows zero; `dy`, by which the spindle passes beside the pivot; `dL`, by which the tip is further from the
     pivot than believed. With one length `alpha` and `dy` do the same to the tip.
-
-    Examples
-    --------
-    >>> at = {"angle": [40, -40, 40, -40], "L": [500, 500, 700, 700]}
-    >>> read = {"axial": [0.0534204, -0.0300264, 0.0623953, -0.0390015]}
-    >>> estimate = rtcp_zero().identify({**at, **read}, degrees=True)
-    >>> f"{np.rad2deg(estimate['alpha']):.6f} {estimate['dy']:.4f} {estimate['dL']:.4f}"
-    '0.004000 0.0300 0.0500'
     """
     alpha, dy, dl, length = sp.symbols("alpha dy dL L", real=True)
     nominal, true = sp.Matrix([0, -length, 0]), sp.Matrix([dy, -(length + dl), 0])
@@ -155,20 +127,6 @@ def rtcp_zero():
         },
         largest=5,
     )
-
-
-def source_zero_angle(error, length):
-    """The zero angle as source 001 has it: arctan(y/x) of the tip's error y and the pivot-to-tip length x, radians.
-
-    It takes the whole reading for L·α. A dial zeroed at ψ = 0 shows L·α·sin ψ: at the 5° of that text the angle is
-    11.5 times too small.
-
-    Examples
-    --------
-    >>> f"{np.rad2deg(source_zero_angle(0.1, 700)) * 3600:.4f} arcsec"
-    '29.4664 arcsec'
-    """
-    return np.arctan(np.divide(error, length))
 
 
 def square_to(rotary):
@@ -195,16 +153,7 @@ def location_errors(rotary):
 
 
 def corrected(rotary, errors):
-    """Return `rotary` with its location errors, which stand among `errors`: a dict, mm and radians.
-
-    Examples
-    --------
-    >>> from mathpost.machine import Rotary
-    >>> c = Rotary("C", "workpiece", axis=(0, 0, -1), point=(0, 0, -50))
-    >>> found = corrected(c, {"EX0C": 0.010, "EB0C": 4e-5})
-    >>> tuple(round(x, 6) + 0.0 for x in (*found.axis, *found.point))
-    (-4e-05, 0.0, -1.0, 0.01, 0.0, -50.0)
-    """
+    """Return `rotary` with its location errors, which stand among `errors`: a dict, mm and radians."""
     names, plane = location_errors(rotary)
     if not set(names) & set(errors):
         raise InputError("errors", f"some of {', '.join(names)}", ", ".join(errors))

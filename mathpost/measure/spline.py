@@ -1,8 +1,7 @@
 """An interpolating cubic spline through measured points: all of them, every n-th, or those chosen adaptively.
 
-Huang et al. (source 001) name "cubic spline interpolation with adaptively chosen knots" and give no more. Here the
-choice is greedy: begin with few knots, make the point with the largest residual the next knot, and stop when every
-measured point is met to the tolerance. The units are the caller's.
+Huang et al. (source 001) name "cubic spline interpolation with adaptively chosen knots" and give no more. The units
+are the caller's.
 """
 
 from dataclasses import dataclass
@@ -19,23 +18,17 @@ ROUNDING = 1e-9  # by which a position may stand beyond the ends
 
 @dataclass(frozen=True)
 class Points:
-    """Measured values, shape (points, ...), at increasing positions, (points,): less than once around a `period`.
+    """Measured values at increasing positions: less than once around a `period`, if there is one."""
 
-    `closure` is what the value had changed by when the position came round again; 0 if that was not measured.
-    """
-
-    at: np.ndarray
-    values: np.ndarray
+    at: np.ndarray  # shape (points,)
+    values: np.ndarray  # shape (points, ...)
     period: float | None
-    closure: float = 0.0
+    closure: float = 0.0  # what the value had changed by when the position came round again, if that was measured
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A cubic spline through some of the measured points: `knots` are their indices in the order of choice.
-
-    A `straight` one joins them by straight lines, as a control joins the entries of its table.
-    """
+    """A cubic spline, or `straight` lines, through some of the points: `knots`, indices in the order of choice."""
 
     points: Points
     knots: tuple
@@ -53,7 +46,7 @@ class Curve:
             return scipy.interpolate.BSpline(np.r_[at[0], at, at[-1]], values, 1, extrapolate=around)
         return scipy.interpolate.CubicSpline(at, values, bc_type=around or "not-a-knot", extrapolate=around)
 
-    def __call__(self, positions, *, margin=ROUNDING):
+    def __call__(self, positions, *, margin=ROUNDING, where="position"):
         """Return the value at `positions`; `ReachError` where they leave an open curve by more than `margin`."""
         positions = np.asarray(positions, dtype=float)
         if self.points.period is not None:
@@ -61,7 +54,8 @@ class Curve:
         low, high = self.points.at[[0, -1]]
         inside = positions.clip(low, high)
         if (outside := np.abs(positions - inside) > margin).any():
-            raise ReachError(f"{positions[outside].flat[0]:.6g} was not measured: {low:.6g} to {high:.6g} was")
+            first = f"{where}: {positions[outside].flat[0]:.6g}"
+            raise ReachError(f"{first} was not measured: {low:.6g} to {high:.6g} was")
         return self.spline(inside)
 
     @cached_property
@@ -131,8 +125,8 @@ def uniform(measured, count):
 def adaptive(measured, tolerance):
     """Return the `Curve` through as few points as the greedy choice needs to meet all of them to `tolerance`.
 
-    It begins with both ends, or with three points about a third of the period apart. The largest residual need not
-    fall with every knot.
+    It begins with both ends, or with three points about a third of the period apart, and makes the point with the
+    largest residual the next knot. That residual need not fall with every knot.
 
     Examples
     --------

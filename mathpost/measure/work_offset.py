@@ -13,7 +13,7 @@ from numbers import Real
 import numpy as np
 import sympy as sp
 
-from mathpost.chain import exact_unit, turn
+from mathpost.chain import exact_unit, product, turn
 from mathpost.errors import NUMBER, InputError, as_array
 from mathpost.machine import Rotary
 from mathpost.rotation import numeric
@@ -36,14 +36,11 @@ class WorkOffset:
 
 @dataclass(frozen=True)
 class NewDatum:
-    """What `p9795` returns: the point `after` the turn, shape (3,), machine mm, which the NC `block` stores.
+    """What `p9795` returns."""
 
-    `angles`, degrees by axis, must be programmed besides.
-    """
-
-    after: np.ndarray
-    angles: dict
-    block: str
+    after: np.ndarray  # the point after the turn, shape (3,), machine mm
+    angles: dict  # degrees by axis, which must be programmed besides
+    block: str  # the NC block that stores the point
 
 
 def ab_table(centre_a, centre_b, *, order="AB", iso=True):
@@ -68,23 +65,16 @@ def moved_symbolic(table):
     """Return the moved point of a table, (x, y, z), and the symbols in it, as two tuples.
 
     Those are x y z of the point, and for each axis its centre, old and new angle (``A_x A_y A_z A_0 A_1``).
-
-    Examples
-    --------
-    >>> b = Rotary("B", "workpiece", axis=(0, -1, 0), point=(0, 0, 0))
-    >>> (x, _, _), symbols = moved_symbolic((b,))
-    >>> sp.simplify(x.subs(dict.fromkeys(symbols[3:6], 0)))
-    x*cos(B_0 - B_1) + z*sin(B_0 - B_1)
     """
     symbols, point, to_new = list(POINT), sp.Matrix([*POINT, 1]), []
     for axis in table:
         *centre, old, new = own = sp.symbols([f"{axis.name}_{c}" for c in "xyz01"], real=True)
         direction, centre = exact_unit(axis.axis), sp.Matrix(centre)
-        point = turn(direction, centre, -old) * point
+        point = product((turn(direction, centre, -old), point))
         to_new.insert(0, turn(direction, centre, new))
         symbols += own
     for matrix in to_new:
-        point = matrix * point
+        point = product((matrix, point))
     return tuple(point[:3, 0]), tuple(symbols)
 
 
@@ -118,26 +108,12 @@ def moved(point, table, start, end, *, degrees=False):
 def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
     """Recalculate a work offset for new angles of A and B, with the arguments of the macro, as `NewDatum`.
 
-    Parameters
-    ----------
-    table : tuple of mathpost.machine.Rotary
-        A and B, or one of them.
-    offset : WorkOffset
-        The active offset.
-    S : int or str, optional
-        Where to store the result: 54 to 59, or ``"54.1 P7"``; `offset` if left out.
-    current : dict, optional, keyword only
-        Present position in workpiece coordinates, by X, Y, Z, A, B.
-    shift : str, keyword only
-        Whether U, V, W lie along the ``"machine"`` axes or are turned with the ``"part"``; the source is silent.
-    **arguments
-        X, Y, Z, A, B: workpiece coordinates, mm and degrees, before the turn; those of `current` if left out. D, E:
-        new A and B, degrees (the source calls both "A axis"). U, V, W: extra shift after the turn, mm.
-
-    Raises
-    ------
-    InputError
-        If an argument is missing, is not a number or names an axis that the table lacks.
+    `table` is A and B, or one of them, as `mathpost.machine.Rotary`; `offset` the active `WorkOffset`. X, Y, Z, A,
+    B are workpiece coordinates, mm and degrees, before the turn: those of the dict `current`, the present position,
+    if left out. D, E are the new A and B, degrees (the source calls both "A axis"); U, V, W an extra shift after
+    the turn, mm. `shift` says whether that lies along the ``"machine"`` axes or is turned with the ``"part"``; the
+    source is silent. S is where to store the result: 54 to 59, or ``"54.1 P7"``; `offset` if left out. `InputError`
+    if an argument is missing, is not a number or names an axis that the table lacks.
 
     Examples
     --------
@@ -185,11 +161,6 @@ def read_call(block):
     """Return the arguments of a ``G65 P9795`` block as a dict for `p9795`.
 
     A number needs its decimal point, unless it is 0: without one the control counts in its smallest unit.
-
-    Examples
-    --------
-    >>> read_call("G65 P9795 X0 D-30. S55")
-    {'X': 0.0, 'D': -30.0, 'S': 55}
     """
     where, arguments = f"block {block!r}", {}
     pairs = re.findall(rf"([A-Z])\s*({NUMBER})", block.upper())

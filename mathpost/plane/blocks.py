@@ -23,9 +23,9 @@ def to_text(plane, *, decimals=4, positioning="STAY", swivel_data="TC1", directi
     """Return the NC block or blocks of one `Plane`, lines without block numbers.
 
     The plane's origin is part of G68.2 and CYCLE800; elsewhere a datum shift goes before, if it is not zero. Angles
-    and lengths have so many `decimals`, the components of PLANE VECTOR seven. A PLANE block ends with
-    `positioning`, such as ``"MOVE DIST50 F1000 SEQ-"``. CYCLE800 holds `swivel_data`, the name of the machine's
-    record, and `direction`, −1 or +1: the lower or the higher value of the reference rotary axis.
+    and lengths have so many `decimals`. A PLANE block ends with `positioning`, such as ``"MOVE DIST50 F1000
+    SEQ-"``. CYCLE800 holds `swivel_data`, the name of the machine's record, and `direction`, −1 or +1: the lower or
+    the higher value of the reference rotary axis.
 
     Examples
     --------
@@ -46,27 +46,25 @@ def to_text(plane, *, decimals=4, positioning="STAY", swivel_data="TC1", directi
     values = dict(zip(plane.words, plane.values, strict=True))
     if kind == "G68.2":  # every number with its decimal point, or it counts increments
         return f"G68.2 {_written(origin | values, decimals, point='.')}"
-    plus, shifted = "+" if kind == "PLANE" else "", "TRANS DATUM AXIS" if kind == "PLANE" else "TRANS"
+    if kind == "CYCLE800":
+        solid = variant == "solid"
+        angles = [*plane.values[:2], 0.0] if solid else plane.values
+        mode = MODE_SOLID if solid else _mode(variant)
+        numbers = ",".join(_number(value, decimals) for value in (*plane.origin, *angles, 0, 0, 0))
+        rest = _number(plane.values[2], decimals) if solid else "0"
+        turned = "" if rest == "0" else f"\nAROT Z{rest}"
+        return f'CYCLE800(0,"{swivel_data}",0,{mode},{numbers},{direction},0,1){turned}'
+    plus, shifted = ("+", "TRANS DATUM AXIS") if kind == "PLANE" else ("", "TRANS")
     shift = f"{shifted} {_written(origin, decimals, plus)}\n" if plane.origin.any() else ""
-    if kind == "PLANE":
-        words = _written(values, VECTOR_DECIMALS if variant == "VECTOR" else decimals, plus)
-        return f"{shift}{plane.notation} {words} {positioning}"
-    if kind == "AROT":
-        return f"{shift}AROT {_written(values, decimals)}"
-    solid = variant == "solid"
-    angles = [*plane.values[:2], 0.0] if solid else plane.values
-    numbers = ",".join(_number(value, decimals) for value in (*plane.origin, *angles, 0, 0, 0))
-    cycle = f'CYCLE800(0,"{swivel_data}",0,{MODE_SOLID if solid else _mode(variant)},{numbers},{direction},0,1)'
-    rest = _number(plane.values[2], decimals)
-    return f"{cycle}\nAROT Z{rest}" if solid and rest != "0" else cycle
+    words = _written(values, VECTOR_DECIMALS if variant == "VECTOR" else decimals, plus)
+    return f"{shift}{plane.notation} {words} {positioning}" if kind == "PLANE" else f"{shift}AROT {words}"
 
 
 def from_text(text, *, keep=""):
     """Read one `Plane` from the blocks that `to_text` returns, or from the like in a program; `keep` as in `Plane`.
 
-    Words that do not change the plane (STAY, MOVE, SEQ, F …) are passed over; TRANS and TRANS DATUM before the
-    plane give its origin. `InputError` names the line where a word is missing, doubled or not a number, or a second
-    plane stands.
+    Words that do not change the plane (STAY, MOVE, SEQ, F …) are passed over. `InputError` names the line where a
+    word is missing, doubled or not a number, or a second plane stands.
 
     Examples
     --------
@@ -95,15 +93,16 @@ def from_text(text, *, keep=""):
 def _read_plane(block, where, origin, keep):
     if block.startswith("CYCLE800"):
         return _read_cycle800(block, where)
-    for notation in ("G68.2", "PLANE SPATIAL", "PLANE EULER", "PLANE VECTOR", "AROT RPY"):
-        if block.startswith(notation.removesuffix(" RPY")):
-            if notation == "G68.2":
-                if re.search(r"P\s*\d", block):
-                    raise InputError(where, "G68.2 with I J K, without P", repr(block))
-                origin = _words(block, "XYZ", where, optional=True)
-            values = _words(block, NOTATIONS[notation].words, where, optional=notation == "AROT RPY")
-            return Plane(notation, values, origin, keep)
-    raise InputError(where, "G68.2, PLANE SPATIAL, EULER or VECTOR, CYCLE800 or AROT", repr(block))
+    notations = ("G68.2", "PLANE SPATIAL", "PLANE EULER", "PLANE VECTOR", "AROT RPY")
+    notation = next((each for each in notations if block.startswith(each.removesuffix(" RPY"))), "")
+    if not notation:
+        raise InputError(where, "G68.2, PLANE SPATIAL, EULER or VECTOR, CYCLE800 or AROT", repr(block))
+    if notation == "G68.2":
+        if re.search(r"P\s*\d", block):
+            raise InputError(where, "G68.2 with I J K, without P", repr(block))
+        origin = _words(block, "XYZ", where, optional=True)
+    values = _words(block, NOTATIONS[notation].words, where, optional=notation == "AROT RPY")
+    return Plane(notation, values, origin, keep)
 
 
 def _read_cycle800(block, where):

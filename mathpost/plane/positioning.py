@@ -1,21 +1,145 @@
-"""Which of the two positions of a tilted plane a control takes, by its documented rule.
+"""The rotary angles that bring the tool onto a tilted plane, and which of the two positions a control takes.
 
-Each rule takes an `Alignment` and where the rotary axes stand, shape (2,), and returns a `Choice`; it raises
-`ReachError` where no position is within travel, with the limits. Positions are rotary angles in degrees, in the
-order of the machine file. Of an angle and its whole turns a control is taken to go to the one nearest to where the
-axis stands, within travel; an endless axis then shows it in (−180, 180], which is the same place.
+`align` finds both positions, and what is then left between feature and machine. Each control's documented rule
+takes the `Alignment` and where the rotary axes stand, shape (2,), and returns a `Choice`; it raises `ReachError`
+where no position is within travel, with the limits. Positions are rotary angles in degrees, in the order of the
+machine file. Of an angle and its whole turns a control is taken to go to the one nearest to where the axis stands,
+within travel; an endless axis then shows it in (−180, 180], which is the same place.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from mathpost import angles as euler
+from mathpost import chain
 from mathpost.errors import InputError, ReachError, as_array
-from mathpost.plane.alignment import beyond_travel
-from mathpost.rotation import wrap
+from mathpost.frame import Frame, machine_frames
+from mathpost.kinematics import Kinematics
+from mathpost.machine import Machine
+from mathpost.rotation import unit, wrap
 
 TIE = 1e-6  # degrees
 ALONE = "the only one within travel"
+PARALLEL = 1e-9  # sine of the angle below which two directions count as parallel
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """One position of the rotary axes that puts the tool along the feature's Z.
+
+    `spindle`, the spindle's axes, which a probe's stylus follows, and `slides`, the directions of the linear axes,
+    which a G1 X moves along, are columns in the workpiece. With both rotary axes in the table they are one.
+    """
+
+    angles: np.ndarray  # the two rotary angles in the order of the machine file, degrees, in (−180, 180]
+    spindle: np.ndarray  # shape (3, 3)
+    slides: np.ndarray  # shape (3, 3)
+    rho: float  # degrees about the feature's Z from the spindle's X to the feature's X: F = spindle·Rz(ρ)
+    feature: Frame  # in the workpiece
+    reason: str = ""  # the limit that keeps the machine from this position; empty if it is within travel
+
+    @property
+    def parallel(self):
+        """Pairs of a linear axis and the feature's that it is parallel to; source 000 asks for one with X or Y."""
+        slides, axes = self.slides.T, self.feature.rotation.T
+        sines = np.linalg.norm(np.cross(slides[:, None], axes), axis=-1)
+        return [("XYZ"[linear], "XYZ"[axis]) for linear, axis in np.argwhere(sines < PARALLEL)]
+
+    def third_angle(self, along="spindle", feature="X"):
+        """Return the third ZXZ angle K, degrees in (−180, 180], that lays the feature's X or Y along a direction.
+
+        `along` is ``"spindle"`` for the spindle's X (ρ becomes 0 with `feature` X), or a linear axis of the
+        machine; `ReachError` if that does not lie in the feature's plane. K goes with I and J of the feature's ZXZ
+        angles.
+        """
+        directions = dict(zip("XYZ", self.slides.T, strict=True)) | {"spindle": self.spindle[:, 0]}
+        if along not in directions or feature not in ("X", "Y"):
+            expected = "'spindle', 'X', 'Y' or 'Z', and 'X' or 'Y'"
+            raise InputError("along, feature", expected, f"{along!r}, {feature!r}")
+        direction = directions[along]
+        if abs(out_of_plane := direction @ self.feature.z) > PARALLEL:
+            off = np.degrees(np.arcsin(min(abs(out_of_plane), 1.0)))
+            what = f"no third angle lays the feature's {feature} along the machine's {along}"
+            raise ReachError(f"{what}, which stands {off:.3f} degrees out of the plane")
+        third = euler.angles("ZXZ", self.feature.rotation, degrees=True)[2]
+        return float(wrap(third - _turn(direction, self.feature) - (90 if feature == "Y" else 0)))
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """Both positions, as of `Kinematics.inverse`, that put the tool along the Z of one feature on a machine."""
+
+    feature: Frame
+    machine: Machine
+    positions: np.ndarray  # the rotary angles of both, shape (2, 2), degrees; where they are one, both are it
+    outer: int  # which of the two rotary angles is that of the axis next to the workpiece
+    inner: int  # and next to the tool
+    free: bool  # the outer axis is parallel to the feature's Z and may stand anywhere; it is given at 0
+
+    def at(self, angles):
+        """Return the `Solution` at these rotary angles, degrees, whether or not the tool then stands on Z."""
+        angles = np.asarray(angles, dtype=float)
+        workpiece, tool = machine_frames(self.machine, [0, 0, 0, *angles], degrees=True)
+        slides = workpiece.rotation.T
+        spindle = slides @ tool.rotation
+        rho, reason = _turn(spindle[:, 0], self.feature), beyond_travel(self.machine, angles)
+        return Solution(angles, spindle, slides, rho, self.feature, reason)
+
+    @cached_property
+    def solutions(self):
+        """The `Solution` of each position."""
+        return tuple(map(self.at, self.positions))
+
+
+def align(feature, machine):
+    """Return the `Alignment` of one feature, a `Frame` in the workpiece, on a `Machine` or its `Kinematics`.
+
+    Two rotary axes place the tool axis and nothing else: `Solution.rho` is the angle left about it. `ReachError` if
+    no rotary angle puts the tool there; a position beyond travel has the limit in `Solution.reason`.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> from mathpost.plane.tilted_plane import Plane
+    >>> found = align(Plane("G68.2", [135, 54.7356103172, 0]).frame, machine.load("bc_table"))
+    >>> [solution.angles.round(4).tolist() for solution in found.solutions]
+    [[54.7356, 45.0], [-54.7356, -135.0]]
+    >>> round(found.solutions[0].rho, 6), round(found.solutions[0].third_angle(), 6)
+    (90.0, -90.0)
+    >>> found.solutions[1].reason
+    'B at -54.7356, below its limit -35'
+    """
+    kinematics = machine if isinstance(machine, Kinematics) else Kinematics(machine)
+    machine = kinematics.machine
+    if np.shape(feature.rotation) != (3, 3):
+        raise InputError("feature", "one frame", f"frames of shape {np.shape(feature.rotation)[:-2]}")
+    (outer, *_), (inner, *_) = chain.between(machine)
+    joints, axis = kinematics.inverse(feature.origin, feature.z, degrees=True), unit(np.array(outer.axis))
+    if np.isnan(joints).any():
+        low, high = np.degrees(kinematics.reach)
+        angle = np.degrees(np.arccos(np.clip(axis @ feature.z, -1, 1)))
+        stands = f"the feature's Z stands {angle:.4f} degrees from axis {outer.name}"
+        raise ReachError(f"{machine.name}: {stands}, which {inner.name} allows only from {low:.4f} to {high:.4f}")
+    free = bool(np.linalg.norm(np.cross(axis, feature.z)) < PARALLEL)
+    return Alignment(feature, machine, joints[:, 3:], *map(machine.rotary.index, (outer, inner)), free)
+
+
+def beyond_travel(machine, angles):
+    """Say which rotary axis cannot stand at its angle (degrees), nor whole turns from it; empty if all can."""
+    for rotary, angle in zip(machine.rotary, angles, strict=True):
+        if np.isnan(rotary.nearest_turn(angle)):
+            low, high = np.degrees(rotary.limits)
+            side, limit = ("below", low) if angle < low else ("above", high)
+            return f"{rotary.name} at {angle:.4f}, {side} its limit {limit:g}"
+    return ""
+
+
+def _turn(direction, feature):
+    """The angle about the feature's Z from `direction` to the feature's X, degrees in (−180, 180]."""
+    across = np.cross(feature.z, direction)
+    return float(wrap(np.degrees(np.arctan2(across @ feature.x, direction @ feature.x))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,14 +155,13 @@ class Choice:
 def fanuc(alignment, present, *, master=None):
     """Choose as Fanuc's G53.1 does (Series 16i/18i-MB).
 
-    The smallest motion of the master axis; if equal, of the slave axis; if equal, the master nearest to 0; if
-    equal, the slave nearest to 0. The master is the axis nearest to the machine's bed, on a machine with one
-    table and one head the table's; `master` names it if a parameter of the control says otherwise.
+    The smallest motion of the master axis; if equal, of the slave; if equal, the master nearest to 0; if equal, the
+    slave nearest to 0. The master is the axis nearest to the bed, on a machine with one table and one head the
+    table's; `master` names it if a parameter of the control says otherwise.
 
     Examples
     --------
     >>> from mathpost import machine
-    >>> from mathpost.plane.alignment import align
     >>> from mathpost.plane.tilted_plane import Plane
     >>> tilted = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, machine.load("ac_table"))
     >>> fanuc(tilted, [20, -60]).angles.round(6), fanuc(tilted, [20, -60], master="C").angles.round(6)
@@ -54,14 +177,14 @@ def fanuc(alignment, present, *, master=None):
 def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD"):
     """Choose as Heidenhain's PLANE does: SEQ or SYM by the master axis, otherwise by travel and shortest path.
 
-    The master is the first rotary axis from the tool, the last from the table. The manual does not say how a
-    path is measured nor what breaks a tie: here it is √(Δ₁² + Δ₂²), and of two equal paths the one with the
-    higher master angle, which is the manual's example.
+    The master is the first rotary axis from the tool. The manual does not say how a path is measured nor what
+    breaks a tie: here √(Δ₁² + Δ₂²), and of two equal paths the one with the higher master angle, which is the
+    manual's example.
 
     One of `seq` and `sym` may be ``"+"`` or ``"-"``: the master above or below 0, or above or below its `symmetry`
-    point, degrees; where that position is not within travel the control says "Entered angle not permitted". `rot`
-    is ``"COORD"``, which leaves a free table axis where it stands and turns the coordinates, or ``"TABLE"``, which
-    turns the axis until the feature's X is the spindle's; without a free axis it has no effect.
+    point, degrees; where that is not within travel the control says "Entered angle not permitted". `rot` is
+    ``"COORD"``, which leaves a free table axis where it stands and turns the coordinates, or ``"TABLE"``, which
+    turns the axis until the feature's X is the spindle's.
     """
     if (seq and sym) or seq not in ("", "+", "-") or sym not in ("", "+", "-"):
         raise InputError("seq, sym", "'+' or '-' for one of the two, or nothing", f"seq={seq!r}, sym={sym!r}")
@@ -84,8 +207,8 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
 def siemens(alignment, present, direction, *, reference=None):
     """Choose as CYCLE800's _DIR does: the lower (−1) or the higher (+1) value of the reference rotary axis.
 
-    If that one is out of travel the other is taken, as the manual says. `reference` names the axis, which is set
-    when the machine is commissioned; by default it is the one next to the tool.
+    If that is out of travel the other is taken, as the manual says. `reference` names the axis, which is set when
+    the machine is commissioned; by default it is the one next to the tool.
     """
     if direction not in (-1, 1):
         raise InputError("direction", "-1 or +1", repr(direction))
@@ -95,11 +218,10 @@ def siemens(alignment, present, direction, *, reference=None):
 
 
 def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table=False, alone=ALONE):
-    """The position with the least of the first clause that differs.
+    """The position with the least of the first clause that differs, moved by whole turns towards `present`.
 
-    `clauses` is a dict from words to what they measure, a function of the angles and how far they are from
-    `present`. Positions are moved by whole turns towards it; `alone` says why, if nothing else is left to choose
-    from.
+    `clauses` are words and what they measure, of the angles and how far they are from `present`; `alone` says why,
+    if nothing else is left to choose from.
     """
     present = as_array(present, 2, "present")
     if present.ndim != 1:

@@ -1,8 +1,7 @@
 """One tilted working plane in every control's notation.
 
 A plane is a `Frame`: the feature in the workpiece. `Plane` holds it as the numbers of one notation, in degrees as
-they stand in an NC program; `align`, from `mathpost.plane.alignment`, turns a machine's rotary axes onto it, and
-`mathpost.plane.blocks` writes and reads the blocks.
+they stand in an NC program.
 """
 
 from dataclasses import dataclass
@@ -43,11 +42,10 @@ NOTATIONS = {
 class Plane:
     """A tilted plane as the numbers of one notation.
 
-    In ``"CYCLE800 solid"`` the angles A and B give the direction only; ``rest`` is what remains about the new Z
-    and goes into a turn of its own. The two vectors of a PLANE VECTOR have any length above zero. If they are not
-    perpendicular, ``keep="N"`` keeps the normal and takes from B what lies in the plane, ``keep="B"`` keeps the
-    base vector; without it `InputError` says by how much. It is raised, too, for an unknown notation, a value that
-    is not a finite number and a vector that has no length.
+    In ``"CYCLE800 solid"`` the angles A and B give the direction only; ``rest`` is what remains about the new Z.
+    The two vectors of a PLANE VECTOR have any length above zero. If they are not perpendicular, ``keep="N"`` keeps
+    the normal and takes from B what lies in the plane, ``keep="B"`` keeps the base vector; without it `InputError`
+    says by how much, as it refuses what is no plane.
 
     Examples
     --------
@@ -75,10 +73,7 @@ class Plane:
 
     @classmethod
     def from_frame(cls, frame, notation):
-        """Write `frame` in `notation`; where the notation locks, by the rule that `note` states.
-
-        Angles come out in [−180, 180], the middle one as `mathpost.angles.angles` says; EULROT in [0, 360).
-        """
+        """Write `frame` in `notation`; where that locks, by the rule that `note` states. EULROT is in [0, 360)."""
         about = NOTATIONS.get(notation)  # the plane itself refuses an unknown one
         if about and about.sequence:
             values = angles.angles(about.sequence, frame.rotation, lock=about.lock, degrees=True)

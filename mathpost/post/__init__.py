@@ -1,7 +1,7 @@
 """From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
 Read `run` first, then `cl` (with `cl_words` and `arcs`), `selection` (beside it `yu_dan`), `singular` (and `ways`
-through it), `between_blocks`, `time_law`, `program` (with `controls` and `text`), `proof`.
+through it), `between_blocks`, `program` (with `controls` and `text`), `proof`.
 """
 
 from collections import Counter
@@ -17,19 +17,63 @@ from mathpost.compensate.compensation import Compensated, Compensator, PoseError
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS
-from mathpost.post import between_blocks, program, selection, time_law
+from mathpost.post import between_blocks, program, proof, selection
 from mathpost.post.between_blocks import Motion, linearize
 from mathpost.post.cl import OPPOSITE, CLData, commands
-from mathpost.post.proof import Report, measured, prove, worst_of
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, refuse_nonsense, regions
-from mathpost.post.ways import Crossing, through_the_records, unbroken
+from mathpost.post.ways import Crossing, comparison, through_the_records, unbroken
 from mathpost.rotation import slices
 
 TOLERANCE = 0.01  # mm
 CONE = np.radians(1.0)  # about the singular tool axes
 TRAVEL_TOLERANCE = 0.01  # mm; between the blocks travel is looked at to this, whatever the tolerance of the tip
 # Radians; how far the printed digits of both rotary axes may turn the tool axis, and what samples miss.
-AXIS_DIGITS = np.radians(10.0**-program.DECIMALS) + between_blocks.AXIS_RESOLUTION
+AXIS_DIGITS = np.radians(10.0**-program.DECIMALS) + proof.AXIS_RESOLUTION
+
+
+@dataclass(frozen=True)
+class Report(proof.Proof):
+    """All that a person wants to know of a program before running it; ``print(report)`` shows it."""
+
+    settings: dict  # what the program was made with, as text
+    time: float  # seconds, by the time law; 0 if neither feed nor rates are known
+    peaks: dict  # of each axis: greatest speed and acceleration, mm or degrees, NaN an acceleration without limit
+    slowest: tuple | None  # record (from 0) before which the tip loses most time, seconds asked, and taken
+    warnings: tuple
+    uncompensated: proof.Proof | None  # what the calibrated machine would do, had nothing been compensated
+    strategies: tuple  # name; cost; largest step of each rotary axis, degrees; why it is not possible
+    ways: dict  # the ways through each singular region (first and last record, from 0), lists of `Way`
+
+    def __str__(self):
+        said, peaks = [*self.settings.items()], []
+        for name, (speed, acceleration) in self.peaks.items():
+            unit = "mm" if name in "XYZ" else "°"
+            pulled = "" if np.isnan(acceleration) else f" {acceleration:.0f} {unit}/s²"
+            if speed > 0:
+                peaks.append(f"{name} {speed:.1f} {unit}/s{pulled}")
+        if self.time > 0:
+            said += [("time", f"{self.time:.2f} s"), ("peaks", ", ".join(peaks))]
+        if self.slowest:
+            record, asked, taken = self.slowest
+            said += [("slow-down", f"before record {record + 1}: {taken:.3f} s, the feed asks {asked:.3f} s")]
+        along = f"{self.path_tip_error:.4f} mm along the path (most before record {self.worst_record})"
+        said += [("tip error", f"{self.tip_error:.4f} mm at the records, {along}")]
+        along = f"{self.path_axis_error:.4f}° along the path"
+        said += [("axis error", f"{self.axis_error:.4f}° at the records, {along}")]
+        if self.uncompensated:
+            both = [(1e3 * each.tip_error, 3600 * each.axis_error) for each in (self.uncompensated, self)]
+            before, after = (f"{tip:.1f} µm and {axis:.1f} arcsec" for tip, axis in both)
+            said += [("volumetric", f"at the records {before} before compensation, {after} after it")]
+        said += [("warning", warning) for warning in self.warnings]
+        lines = [f"{key:<12} {value}" for key, value in said]
+        if self.strategies:
+            lines += ["", f"{'selection':<14}{'cost':>10}  largest rotary steps"]
+        for name, cost, steps, reason in self.strategies:
+            figures = f"{cost:10.3f}  " + " ".join(f"{step:8.3f}°" for step in steps)
+            lines.append(f"{name:<14}{reason or figures}")
+        for region, through in self.ways.items():
+            lines += ["", *comparison(region, through)]
+        return "\n".join(lines)
 
 
 @dataclass(frozen=True)
@@ -44,27 +88,10 @@ class Result:
 
 
 def run(
-    cl,
-    machine,
-    *,
-    name=None,
-    dialect="heidenhain",
-    tcp=False,
-    tolerance=TOLERANCE,
-    axis_tolerance=AXIS_TOLERANCE,
-    strategy="optimal",
-    start=None,
-    prefer=None,
-    split=False,
-    singular="direct",
-    cone=CONE,
-    lean=LEAN,
-    clearance=CLEARANCE,
-    errors=None,
-    compare=False,
-    progress=None,
-    **unknown,
-):
+    cl, machine, *, name=None, dialect="heidenhain", tcp=False, tolerance=TOLERANCE, axis_tolerance=AXIS_TOLERANCE,
+    strategy="optimal", start=None, prefer=None, split=False, singular="direct", cone=CONE, lean=LEAN,
+    clearance=CLEARANCE, errors=None, compare=False, progress=None, **unknown,
+):  # fmt: skip
     """Post-process CL data into a verified program, as `Result`.
 
     No program is handed out unverified: its own text is read back, sent through the forward kinematics and compared
@@ -74,26 +101,20 @@ def run(
     ----------
     cl : CLData
     machine : Machine
-    name : str, optional
-        Program name; by default that of the CL file.
-    dialect : str
-        ``"heidenhain"``, ``"fanuc"`` or ``"siemens"``.
+    name, dialect : str
+        Of the program, by default that of the CL file; and ``"heidenhain"``, ``"fanuc"`` or ``"siemens"``.
     tcp : bool
         Whether the control keeps the tip (M128, G43.4, TRAORI): X Y Z are then the tip in the workpiece.
-    tolerance : float
-        mm; how far the tip may be from the CL path, everything included. Without TCP the moves are divided until
-        they keep it.
-    axis_tolerance : float
-        Radians; how far the tool axis may be from its great circle between two records, everything included. Moves
-        in cut are divided until they keep it; a way that leaves the circle on purpose is refused if it needs more.
+    tolerance, axis_tolerance : float
+        mm, how far the tip may be from the CL path, and radians, the tool axis from its great circle between two
+        records, everything included. Moves in cut are divided until they keep both, without TCP that of the tip;
+        a way that leaves the circle on purpose is refused if it needs more.
     strategy, start, prefer, split
         As in `mathpost.post.selection.choose`; at a split the tool is retracted, unwound and returned.
-    singular : str
-        The way through singular regions, one of `mathpost.post.ways.Crossing.SAFE`.
+    singular, lean, clearance : str, float, float
+        The way through singular regions, and how: see `mathpost.post.ways.Crossing.way`, but for the audit's.
     cone : float or None
         Radians about the singular tool axes; None lets feed and rates decide. See `mathpost.post.singular.regions`.
-    lean, clearance : float
-        Radians and mm, above 0; see `mathpost.post.ways.Crossing.way`.
     errors : mathpost.compensate.model.MachineErrors, optional
         What was measured on the machine: the program is compensated for it, and verified on the machine as it is.
     compare : bool
@@ -145,17 +166,17 @@ def run(
     if real is not None and any(length not in (None, machine.tool_length) for _, length in tools):
         raise InputError("errors", f"one tool, {machine.tool_length:g} mm long", "CL data with other lengths")
 
-    plans, lifting = [], {"lean": lean, "clearance": clearance}
+    plans, lifting, tolerances = [], {"lean": lean, "clearance": clearance}, (tolerance, axis_tolerance)
+    choosing = {"prefer": prefer, "sway": axis_tolerance / 2}
     for part, length in tools:
         _refuse_turns_by_180(part)
         kin = Kinematics(machine if length is None else machine.with_setup(tool_length=length))
         progress("choosing")
         begin = plans[-1].chosen.joints[-1] if plans else start
-        options = {"split": split, "start": begin, "prefer": prefer, "sway": axis_tolerance / 2}
-        chosen = selection.choose(kin, part, strategy, **options)
+        chosen = selection.choose(kin, part, strategy, split=split, start=begin, **choosing)
         found = regions(kin, part, chosen.joints, cone=cone)
         progress("planning")
-        first, tolerances = part.first - cl.first, (tolerance, axis_tolerance)
+        first = part.first - cl.first
         plans.append(_plan(kin, part, first, chosen, found, singular, lifting, tolerances, tcp, real))
 
     progress("writing")
@@ -166,33 +187,29 @@ def run(
 
     progress("proving")
     edges = [0, *np.cumsum([len(each.blocks.words) for each in plans[:-1]], dtype=int), None]
-    proofs, before = [], []
+    proofs = []
     for each, edge in zip(plans, pairwise(edges), strict=True):
-        part = blocks[slice(*edge)]
-        proof = prove(each.kin, each.cl, part, each.motion, tolerance, axis_tolerance, real=real)
-        proofs.append(replace(proof, worst_record=each.first + proof.worst_record))
-        if real is not None:
-            ideal, part, *_ = program.from_motion(each.kin, each.cl, each.ideal, tcp)
-            before.append(measured(each.kin, each.cl, part, ideal, real=real))
+        found = proof.prove(each.kin, each.cl, blocks[slice(*edge)], each.motion, *tolerances, real=real)
+        proofs.append(replace(found, worst_record=each.first + found.worst_record))
+    before = [each.uncompensated for each in plans if each.uncompensated]
 
     strategies, through = (), {}
     if compare:
         progress("comparing")
-        strategies = tuple(_strategies(plans, start, prefer, axis_tolerance / 2))
+        strategies = tuple(_strategies(plans, start, choosing))
         for each in plans:
             for first, last in each.regions:
-                compared = each.crossing((first, last)).compare(**lifting)
-                through[each.first + first, each.first + last] = compared
+                through[each.first + first, each.first + last] = each.crossing((first, last)).compare(**lifting)
     speeds = np.max([each.law.peak_speeds for each in plans], axis=0) * UNITS
     accelerations = np.max([each.law.peak_accelerations for each in plans], axis=0) * UNITS
     report = Report(
-        **vars(worst_of(proofs)),
-        settings=dict(_settings(cl, machine, plans, singular, (tolerance, axis_tolerance), blocks)),
+        **vars(proof.worst_of(proofs)),
+        settings=dict(_settings(cl, machine, plans, singular, tolerances, blocks)),
         time=sum(each.law.seconds[-1] for each in plans),
         peaks={name: pair for name, *pair in zip(machine.joint_names, speeds, accelerations, strict=True)},
         slowest=max((each.slowest for each in plans if each.slowest), key=lambda at: at[2] - at[1], default=None),
         warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
-        uncompensated=worst_of(before) if before else None,
+        uncompensated=proof.worst_of(before) if before else None,
         strategies=strategies,
         ways=through,
     )
@@ -211,11 +228,11 @@ class Plan:
     chosen: selection.Selection
     regions: list  # the singular ones, first and last record
     crossing: object  # makes the `Crossing` of a region
-    motion: Motion  # where the machine goes,
-    ideal: Motion  # and where it would go if nothing had been measured on it
+    motion: Motion  # where the machine goes
     blocks: program.Blocks  # to be written
-    law: time_law.TimeLaw  # of the moves
-    slowest: tuple | None  # from `time_law.slow_down`, in records of the whole path
+    law: between_blocks.TimeLaw  # of the moves
+    slowest: tuple | None  # from `between_blocks.slow_down`, in records of the whole path
+    uncompensated: proof.Proof | None  # of the machine as it was measured, had nothing been compensated
     cautions: tuple
 
 
@@ -242,16 +259,17 @@ def _plan(kin, cl, first, chosen, found, way, lifting, tolerances, tcp, real):
     divided = linearize(kin, going, keep, name=block)
     between = divided if tolerance <= TRAVEL_TOLERANCE else linearize(kin, going, TRAVEL_TOLERANCE, name=block)
     _refuse_out_of_travel(kin.machine, cl, between)
-    going = ideal = going if tcp else divided
-    cautions = ()
+    going, before, cautions = going if tcp else divided, None, ()
     if real is not None:
-        going, cautions = _compensated(real, ideal)
+        ideal, blocks, *_ = program.from_motion(kin, cl, going, tcp)
+        before = proof.measured(kin, cl, blocks, ideal, real=real)
+        going, cautions = _compensated(real, going)
         _refuse_out_of_travel(kin.machine, cl, going)
     going, blocks, asked, by_feed = program.from_motion(kin, cl, going, tcp)
     program.refuse_turning_compensation(cl, kin.machine, blocks)
-    law, moving = time_law.time_law(kin.machine, going.joints, asked), asked > 0
-    slowest = time_law.slow_down(first + going.record[1:][moving], np.diff(law.seconds), by_feed[moving])
-    return Plan(kin, cl, first, chosen, found, crossing, going, ideal, blocks, law, slowest, cautions)
+    law, moving = between_blocks.time_law(kin.machine, going.joints, asked), asked > 0
+    slowest = between_blocks.slow_down(first + going.record[1:][moving], np.diff(law.seconds), by_feed[moving])
+    return Plan(kin, cl, first, chosen, found, crossing, going, blocks, law, slowest, before, cautions)
 
 
 def _refuse_turns_by_180(cl):
@@ -265,9 +283,9 @@ def _refuse_turns_by_180(cl):
 def _left_for_the_tip(kin, cl, motion, tolerance, tcp):
     """What digits and samples leave of the tolerance of the tip, mm, for each move."""
     tip, _ = cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
-    lever = between_blocks.levers(kin.machine) + np.linalg.norm(tip, axis=1)
+    lever = proof.levers(kin.machine) + np.linalg.norm(tip, axis=1)
     turned = 2 * np.radians(1.0) * lever * (not tcp)  # with TCP the angles do not move the tip
-    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + turned) + between_blocks.RESOLUTION
+    moved = 0.5 * 10.0**-program.DECIMALS * (np.sqrt(3) + turned) + proof.RESOLUTION
     if (worst := moved.max()) > tolerance / 2:
         expected = f"at least {2 * worst:.4f} mm, for words of {program.DECIMALS} decimals on this machine"
         raise InputError("tolerance", expected, f"{tolerance}")
@@ -285,13 +303,10 @@ def _refuse_out_of_travel(machine, cl, motion):
 def _compensated(real, motion):
     """The motion compensated for the errors of the machine, and sentences on what could not be."""
     parts = [real.compensate(motion.joints[rows]) for rows in slices(motion.joints.shape[:1])]
-
-    def whole(names, parts):
-        return (np.concatenate([getattr(part, name) for part in parts]) for name in names)
-
-    after = PoseError(*whole(("tip", "axis"), [part.after for part in parts]))
-    joints, limited, refused = whole(("joints", "limited", "refused"), parts)
-    return replace(motion, joints=joints), Compensated(joints, parts[0].before, after, limited, refused).cautions
+    columns = [(each.joints, each.after.tip, each.after.axis, each.limited, each.refused) for each in parts]
+    joints, tip, axis, *what = (np.concatenate(column) for column in zip(*columns, strict=True))
+    found = Compensated(joints, parts[0].before, PoseError(tip, axis), *what)
+    return replace(motion, joints=joints), found.cautions
 
 
 def _settings(cl, machine, plans, way, tolerances, blocks):
@@ -334,19 +349,19 @@ def _warnings(each):
         record = each.first + int(swings.argmax())
         yield f"a rotary axis swings {swings.max():.1f}° from record {record + 1} to the next"
     rapid = np.flatnonzero(each.motion.in_cut & ~each.motion.at_feed(cl))
-    worst = np.degrees(between_blocks.strays(each.kin, cl, each.motion, rapid)[1].max(initial=0))
+    worst = np.degrees(proof.strays(each.kin, cl, each.motion, rapid)[1].max(initial=0))
     if worst > 0.1:
         yield f"rapid moves take the tool axis up to {worst:.1f}° off its great circle"
     yield from each.cautions
 
 
-def _strategies(plans, start, prefer, sway):
+def _strategies(plans, start, choosing):
     """The rows of `Report.strategies`."""
     for name in selection.STRATEGIES:
         cost, swings, begin = 0.0, np.zeros(2), start
         try:
             for each in plans:
-                chosen = selection.choose(each.kin, each.cl, name, start=begin, prefer=prefer, sway=sway)
+                chosen = selection.choose(each.kin, each.cl, name, start=begin, **choosing)
                 steps = np.degrees(np.abs(np.diff(chosen.joints[:, 3:], axis=0)).max(axis=0, initial=0))
                 cost, swings, begin = cost + chosen.cost, np.maximum(swings, steps), chosen.joints[-1]
         except MathpostError as error:

@@ -16,8 +16,7 @@ def arc(start, end, centre, axis, tolerance, turns=0):
     """Return the points of an arc or a helix, shape (n, 3), the last one `end`; chords keep the `tolerance`.
 
     The tool turns right-handed about `axis`; equal ends make a full turn. What the ends differ by along the axis is
-    the rise of a helix, which makes `turns` full turns before. `InputError` if the ends are not equally far from
-    the centre, or the axis no unit vector.
+    the rise of a helix, which makes `turns` full turns before. `InputError` if there is no such arc.
     """
     start, end, centre, axis = (np.asarray(vector, dtype=float) for vector in (start, end, centre, axis))
     length = np.linalg.norm(axis)
@@ -45,10 +44,7 @@ def arc(start, end, centre, axis, tolerance, turns=0):
 
 @dataclass(frozen=True)
 class Cycle:
-    """A drilling cycle, which holds for every point that follows until it is switched off.
-
-    Heights are counted along the tool axis from the point of the CL data, in the unit of the points.
-    """
+    """A drilling cycle, which holds for every point until it is switched off; heights along the tool axis."""
 
     kind: str  # DRILL and the like come out rapidly, BORE and REAM at their feed, TAP turning back
     depth: float  # below the point
@@ -61,7 +57,7 @@ class Cycle:
     dwell: float = 0.0  # seconds at the bottom
 
     def heights(self, before):
-        """Return where a hole goes: heights above the point and whether the move there is rapid, and its bottom.
+        """Return heights above the point, whether the moves there are rapid, and which is the bottom.
 
         `before` is the height where the tool comes from.
 

@@ -1,9 +1,11 @@
-"""Between two blocks: how far tip and tool axis stray from the CL path, and poses enough to keep both tolerances.
+"""Between two blocks: poses enough to keep both tolerances, and when the machine is at each.
 
-A control without TCP moves all five joints linearly from block to block: tip and tool axis leave the CL path
-(nonlinear error, 非线性误差). First `follow` puts poses on the great circle of the tool axis. Then linearization
-(线性化) divides a move in the *workpiece*: tip on the CL segment, rotary angles in equal steps, X Y Z recomputed.
-Equation (8) of source 002 puts the new points on the very line in the joints that the control follows anyway.
+A control without TCP moves all five joints linearly from block to block: tip and tool axis leave the CL path. First
+`follow` puts poses on the great circle of the tool axis. Then linearization (线性化) divides a move in the
+*workpiece*: tip on the CL segment, rotary angles in equal steps, X Y Z recomputed.
+
+By the *time law* every move is *asked* to take the time that its feed or its slowest axis needs. The *override* w
+is the part of that speed at which it is really run, 0 to 1, from rest to rest, so that every axis can follow.
 """
 
 import math
@@ -12,16 +14,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.errors import ReachError
+from mathpost.machine import UNITS
 from mathpost.post import singular
+from mathpost.post.cl import feed_times
+from mathpost.post.compiled import compiled
+from mathpost.post.proof import AXIS_RESOLUTION, derivative, peak, sampled, stray
 from mathpost.post.selection import nearest
-from mathpost.rotation import slices
 
-RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
-LEVER = 50.0  # mm; the least lever that samples are counted for, for the sake of the tool axis
-AXIS_RESOLUTION = RESOLUTION / LEVER  # radians; what they may miss of the tool axis
-FIRST = 64  # one of so many moves, those with the greatest bounds, is looked at before the others
 LOST = 1 / 8  # of the axis tolerance: a move that spans less and strays more does not go along its great circle
 AIR = 0.1  # of the clearance, how far a lifted tip may stray
+SETTLE = 0.02  # s, assumed: how long an axis may take to follow when its speed jumps at a corner
+STILL = 1e-12  # mm/s or rad/s
+ROUNDING = 1e-12  # of w²: what changes less stays the same
+LONG = 10_000  # moves; with more of them it pays to load Numba
 
 
 @dataclass(frozen=True)
@@ -61,193 +66,13 @@ class Motion:
         return self.in_cut & ~cl.rapid[self.record[1:]]
 
 
-def deviation(kin, start, end, *, tips=None, axes=None, samples=None, least=2):
-    """Return how far the tip and the tool axis stray when all joints move linearly.
-
-    Parameters
-    ----------
-    kin : Kinematics
-    start, end : array_like, shape (m, 5)
-        Joints at both ends of m moves, mm and radians.
-    tips, axes : array_like, shape (2, m, 3), optional
-        Ends of the segments that the tips (mm), and of the great circles that the tool axes should follow; by
-        default where the joints at both ends have them.
-    samples, least : int
-        Intervals per move. By default at least `least`, and as many as it takes to miss no more than `RESOLUTION`
-        where the move is taken for a parabola between its samples.
-
-    Returns
-    -------
-    tip, axis : ndarray, shape (m,)
-        Largest distance in mm from the segment, and largest angle in radians from the great circle.
-
-    Examples
-    --------
-    Half a turn of C about a tip 77 mm from its axis: the tip cuts straight across.
-
-    >>> from mathpost import machine
-    >>> from mathpost.kinematics import Kinematics
-    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
-    >>> ends = kin.close([77.0, 0, 0], [[0, 0], [0, np.pi]])
-    >>> tip, axis = deviation(kin, ends[:1], ends[1:])
-    >>> f"{tip[0]:.3f} mm"
-    '77.000 mm'
-    """
-    return tuple(_stray(kind, kin, start, end, path, samples, least) for kind, path in enumerate((tips, axes)))
-
-
-def strays(kin, cl, motion, moves=slice(None)):
-    """Return how far tip (mm) and tool axis (radians) stray from the CL path on moves of a `Motion`."""
-    starts, ends = motion[:-1][moves], motion[1:][moves]
-    tips, axes = zip(*(cl.at(poses.place) for poses in (starts, ends)), strict=True)
-    return deviation(kin, starts.joints, ends.joints, tips=tips, axes=axes)
-
-
-def _stray(kind, kin, start, end, path=None, samples=None, least=2):
-    """One half of `deviation`: that of the tip (`kind` 0) or of the tool axis (1)."""
-    error = np.zeros(len(start))
-    for moves, _, *tool in sampled(kin, start, end, samples, least):
-        ends = tool[kind][[0, -1]] if path is None else (path[0][moves], path[1][moves])
-        error[moves] = _peak((from_segment, from_arc)[kind](tool[kind], *ends))
-    return error
-
-
 def axis_lag(kin, cl, start, end, place, place_after):
-    """Return how far the tool axis is at most, radians, from where `cl` has it at the same part of each move.
-
-    That is no less than its angle from the great circle.
-    """
+    """How far the tool axis is at most, radians, from where `cl` has it at the same part of each move."""
     error = np.zeros(len(start))
     for moves, t, _, axis in sampled(kin, start, end):
         _, wanted = cl.at(place[moves] + t * (place_after - place)[moves])
-        error[moves] = 2 * np.arcsin(np.minimum(_peak(np.linalg.norm(axis - wanted, axis=-1)) / 2, 1))
+        error[moves] = 2 * np.arcsin(np.minimum(peak(np.linalg.norm(axis - wanted, axis=-1)) / 2, 1))
     return error + AXIS_RESOLUTION
-
-
-def sampled(kin, start, end, samples=None, least=2):
-    """Yield k moves at a time: their numbers (k,), t from 0 to 1 (intervals + 1, 1), tips and axes (…, k, 3)."""
-    start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    intervals = np.full(len(start), samples) if samples else _intervals(kin.machine, start, end, least)
-    for count in np.unique(intervals).tolist():
-        t = np.linspace(0, 1, count + 1)[:, None]
-        alike = np.flatnonzero(intervals == count)
-        for rows in slices((len(alike), count + 1)):
-            moves = alike[rows]
-            yield moves, t, *kin.forward(start[moves] + t[..., None] * (end[moves] - start[moves]))
-
-
-def true_tip(kin, joints, *, samples=24):
-    """Return the way of the tip, shape (m, 3), when the joints (n, 5) move linearly: `samples` intervals a move."""
-    joints, t = np.asarray(joints, dtype=float), np.linspace(0, 1, samples + 1)[:, None]
-    return kin.forward(joints[:-1, None] + t * np.diff(joints, axis=0)[:, None])[0].reshape(-1, 3)
-
-
-def largest(kind, kin, joints, path, most, *, least=2):
-    """How far the tip (`kind` 0) or the tool axis (1) strays at most from `path` (n, 3), and the first such move.
-
-    `most`, shape (n - 1,), is how far each move may stray, from `bounds`; infinite where that is not known,
-    negative for moves that do not count. Looks first at the moves that may stray most, then only at those that may
-    stray further than these have. What the samples may miss is added; without moves the number is -1.
-    """
-    if not len(most):
-        return 0.0, -1
-    found, bound = np.zeros(len(most)), np.maximum(most, 0)
-
-    def look(moves):
-        ends = path[moves], path[moves + 1]
-        stray = _stray(kind, kin, joints[moves], joints[moves + 1], ends, least=least)
-        found[moves] = np.minimum(stray, bound[moves])
-
-    few = len(most) // FIRST + 1
-    promising = np.argpartition(most, -few)[-few:]
-    look(promising[most[promising] >= 0])
-    most[promising] = -1
-    look(np.flatnonzero(most > found.max()))
-    error = min(found.max() + (RESOLUTION, AXIS_RESOLUTION)[kind], bound.max())
-    return float(error), int(found.argmax())
-
-
-def bounds(machine, joints, tips, axes, reached):
-    """Return how far the moves of an ideal machine may stray, shape (2, n - 1): mm and radians.
-
-    `tips` and `axes`, shape (n, 3), are where the path has them, `reached` where the joints (n, 5) have them.
-    Between its ends a move strays from its chord by at most an eighth of its second derivative, which is Ω² for a
-    unit vector that is turned by Ω in all. The chord strays from that of the path by what the ends are off. The
-    great circle is off its own chord by an eighth of the square of what it spans.
-    """
-    ends = (np.linalg.norm(at - path, axis=1) for at, path in zip(reached, (tips, axes), strict=True))
-    tip_off, axis_off = (np.maximum(off[:-1], off[1:]) for off in ends)
-    turn = np.abs(np.diff(joints[:, 3:], axis=0)).sum(axis=1)
-    axis = axis_off + (turn**2 + (turn + np.pi * axis_off) ** 2) / 8
-    bend = derivative(machine, joints[:-1], joints[1:], 2) / 8
-    return np.array([tip_off + bend, 2 * np.arcsin(np.minimum(axis / 2, 1))])
-
-
-def derivative(machine, start, end, order):
-    """What a derivative of the tip's way is at most, order 2 or 3, a move taking the time 1.
-
-    A point at most r from the lines that it is turned about, by Ω in all, and moved by v in all, has derivatives of
-    at most Ωⁿ·r + n·Ωⁿ⁻¹·v.
-    """
-    result, offsets = np.empty(len(start)), levers(machine)
-    for rows in slices(result.shape):
-        step = np.abs(end[rows] - start[rows])
-        turn, travel = step[:, 3:].sum(axis=1), step[:, :3].sum(axis=1)
-        lever = offsets + np.maximum(*(np.abs(at[rows, :3]).sum(axis=1) for at in (start, end)))
-        result[rows] = turn ** (order - 1) * (turn * np.maximum(lever, LEVER) + order * travel)
-    return result
-
-
-def levers(machine):
-    """Return all offsets of a machine end to end, mm: besides X Y Z, no point is further from a rotary axis."""
-    head = 0 if isinstance(machine.programmed_point, str) else np.abs(machine.programmed_point).sum()
-    pivots = sum(np.abs(rotary.point).sum() for rotary in machine.rotary)
-    return np.abs(machine.origin).sum() + 2 * (machine.tool_length + pivots) + head
-
-
-def _intervals(machine, start, end, least):
-    """Into how many intervals the moves must be divided for parabolas through three samples; powers of two.
-
-    A parabola through three points h apart misses h³/(9√3) of the third derivative.
-    """
-    missed = derivative(machine, start, end, 3) / (9 * np.sqrt(3))
-    # The least power of two, n, with n³ ≥ missed/RESOLUTION, which is below 2 to its binary exponent.
-    _, exponent = np.frexp(missed / RESOLUTION)
-    return np.left_shift(1, np.maximum(-(-exponent // 3), math.ceil(math.log2(least))))
-
-
-def from_segment(points, start, end):
-    """Distance of points (..., 3) from the segments between two others."""
-    along, off = end - start, points - start
-    squared = np.vecdot(along, along)
-    t = np.clip(np.vecdot(off, along) / np.where(squared > 0, squared, 1), 0, 1)
-    return np.linalg.norm(off - t[..., None] * along, axis=-1)
-
-
-def from_arc(axes, start, end):
-    """Angle of unit vectors (..., 3) from the shorter great circle arcs between two others."""
-    along = end - start  # of neighbours only the differences keep their digits
-    normal = np.cross(start, along)
-    length = np.linalg.norm(normal, axis=-1)
-    # No arc between opposite axes, nor between axes that differ by rounding, be it only in their own length.
-    arc = length > 1e-15 + 1e-12 * np.linalg.norm(along, axis=-1)
-    normal = normal / np.where(arc, length, 1)[..., None]
-    from_start, from_end = axes - start, axes - end
-    before = np.vecdot(from_start, np.cross(normal, start)) < 0
-    behind = np.vecdot(from_end, np.cross(normal, end)) > 0
-    half_chord = np.minimum(np.linalg.norm(from_start, axis=-1), np.linalg.norm(from_end, axis=-1)) / 2
-    off_plane = np.abs(np.vecdot(from_start, normal))
-    beside = arc & ~before & ~behind
-    return np.where(beside, np.arcsin(np.minimum(off_plane, 1)), 2 * np.arcsin(np.minimum(half_chord, 1)))
-
-
-def _peak(values):
-    """The largest of samples along the first axis, and of the parabolas through three that follow each other."""
-    before, at, after = values[:-2], values[1:-1], values[2:]
-    curvature, slope = before - 2 * at + after, np.abs(after - before)
-    crest = slope <= -2 * curvature
-    top = at - slope**2 / np.where(curvature < 0, 8 * curvature, -np.inf)
-    return np.maximum(values.max(axis=0), np.where(crest, top, 0).max(axis=0))
 
 
 def follow(kin, cl, motion, tolerance, *, free=False):
@@ -272,11 +97,10 @@ def follow(kin, cl, motion, tolerance, *, free=False):
         start, end = (cl.at(place[at])[1] for at in (moves, moves + 1))
         lost = moves[np.linalg.norm(end - start, axis=1) < LOST * tolerance]
         if lost.size:
-            raise ReachError(
-                f"{cl.where(int(np.ceil(place[lost[0] + 1])))}: on its way there the tool axis strays "
-                f"{np.degrees(error[lost[0]]):.3f}° from its great circle, more than {np.degrees(tolerance):.2g}°, "
-                "however often the move is divided"
-            )
+            strayed, most = np.degrees([error[lost[0]], tolerance])
+            where = f"{cl.where(place[lost[0] + 1])}: on its way there the tool axis strays"
+            far = f"{strayed:.3f}° from its great circle, more than {most:.2g}°"
+            raise ReachError(f"{where} {far}, however often the move is divided")
         of, at, beside = _cuts(kin, joints[moves], joints[moves + 1], start, end, singular.STILL * tolerance)
         of, at = moves[of], place[moves[of]] + at * np.diff(place)[moves[of]]
         joints = np.insert(joints, of + 1, _pose(kin, cl, at, beside), axis=0)
@@ -302,9 +126,7 @@ def _pose(kin, cl, place, beside):
     second = np.sin(inner - float(sum(derived.solutions) / 2)) < 0
     joints = kin.inverse(*cl.at(place))[np.arange(len(place)), second.astype(int)]
     if (lost := np.isnan(joints).any(axis=1)).any():
-        raise ReachError(
-            f"{cl.where(int(np.ceil(place[lost.argmax()])))}: on its way there the tool axis is out of reach"
-        )
+        raise ReachError(f"{cl.where(place[lost.argmax()])}: on its way there the tool axis is out of reach")
     joints[:, 3:] = beside[:, 3:] + nearest(joints[:, 3:] - beside[:, 3:])
     return joints
 
@@ -312,9 +134,8 @@ def _pose(kin, cl, place, beside):
 def subdivide(kin, start, end, pieces):
     """Divide moves evenly: tip on the segment, rotary angles in equal steps, X Y Z recomputed.
 
-    `start` and `end`, shape (m, 5), are the joints at both ends of each move, mm and radians; `pieces` is a number
-    or one for each. Returns the joints (k, 5) at the end of every piece, and its place (k,): 2.25 is a quarter of
-    the third move.
+    `start` and `end`, shape (m, 5), are the joints at both ends, mm and radians; `pieces` one number or m. Returns
+    the joints (k, 5) at the end of every piece, and its place (k,): 2.25 is a quarter of the third move.
     """
     pieces = np.broadcast_to(pieces, len(start))
     move = np.repeat(np.arange(len(start)), pieces)
@@ -331,8 +152,7 @@ def linearize(kin, motion, tolerance, *, max_pieces=4096, name="block"):
     """Divide every move until the tip stays within `tolerance` of the straight segment between its ends.
 
     `motion` is a `Motion`, or its joints alone, shape (n, 5), mm and radians, at the places 0, 1, 2 …; `tolerance`,
-    mm, is that of all moves or, shape (n - 1,), of each. Returns a `Motion`. `ReachError`, with what a row is
-    called, `name`, if a move does not meet the tolerance in `max_pieces`.
+    mm, is that of all moves or of each. Returns a `Motion`; `ReachError` if `max_pieces` of one `name` do not do.
     """
     if not isinstance(motion, Motion):
         motion = Motion.on_part(np.asarray(motion, dtype=float), np.arange(len(motion)))
@@ -345,7 +165,7 @@ def linearize(kin, motion, tolerance, *, max_pieces=4096, name="block"):
         firsts = np.cumsum(pieces[rest]) - pieces[rest]
         starts = np.roll(ends, 1, axis=0)
         starts[firsts] = start[rest]
-        error = np.maximum.reduceat(_stray(0, kin, starts, ends), firsts)
+        error = np.maximum.reduceat(stray(0, kin, starts, ends), firsts)
         over = error > tolerance[rest]
         rest, error = rest[over], error[over]
         # The error falls with the square of the number of pieces.
@@ -353,9 +173,9 @@ def linearize(kin, motion, tolerance, *, max_pieces=4096, name="block"):
         pieces[rest] = np.maximum(pieces[rest] + 1, wanted)
         if pieces.max() > max_pieces:
             move = int(pieces.argmax())
+            strayed = f"the tip strays {error[rest == move][0]:.6f} mm, more than {tolerance[move]:g} mm"
             raise ReachError(
-                f"from {name} {move + 1} to {move + 2}: the tip strays {error[rest == move][0]:.6f} mm, more than "
-                f"{tolerance[move]:g} mm, and {max_pieces} pieces are not enough"
+                f"from {name} {move + 1} to {move + 2}: {strayed}, and {max_pieces} pieces are not enough"
             )
     if (pieces == 1).all():
         return motion
@@ -371,17 +191,156 @@ def in_the_air(motion, tolerance, clearance):
     return np.where(motion.in_cut, tolerance, np.maximum(tolerance, AIR * clearance))
 
 
-def equation_8(kin, start, end, tolerance, *, max_depth=12):
-    """Divide a move by equation (8) of source 002 taken literally, for the audit only.
+@dataclass(frozen=True)
+class TimeLaw:
+    """When a machine reaches the m poses of a path, and how."""
 
-    The new points lie on the line in joint space, and each half is measured at its middle against its own chord.
-    Returns the joints (pieces + 1, 5), the largest error by that measure, and the true one of the whole move, mm.
+    joints: np.ndarray  # shape (m, 5), mm and radians
+    seconds: np.ndarray  # shape (m,), when each pose is reached,
+    override: np.ndarray  # and the w at which it is passed
+    asked: np.ndarray  # shape (m - 1,), seconds that each move would take at w = 1
+    ramp: np.ndarray  # how fast w changes in it, 1/s, up and down again (∞: at once)
+    highest: np.ndarray  # and its greatest w, between
+    peak_speeds: np.ndarray  # shape (5,), of each axis, mm or radians per s,
+    peak_accelerations: np.ndarray  # and s²; NaN for one that states none
+
+    def at(self, seconds):
+        """Return the joints, shape (..., 5), at times from 0 to ``seconds[-1]``."""
+        seconds = np.clip(seconds, 0, self.seconds[-1])
+        move = np.clip(np.searchsorted(self.seconds, seconds, side="right") - 1, 0, len(self.asked) - 1)
+        since, left = seconds - self.seconds[move], self.seconds[move + 1] - seconds
+        first, last = self.override[move], self.override[move + 1]
+        ramp, highest, asked = self.ramp[move], self.highest[move], self.asked[move]
+        up, down = (highest - first) / ramp, (highest - last) / ramp
+        rising = first * since + np.where(since < up, ramp, 0) * since**2 / 2
+        falling = asked - last * left - np.where(left < down, ramp, 0) * left**2 / 2
+        even = (first + highest) / 2 * up + highest * (since - up)
+        done = np.where(since < up, rising, np.where(left < down, falling, even)) / asked
+        return self.joints[move] + done[..., None] * (self.joints[move + 1] - self.joints[move])
+
+
+def time_law(machine, joints, asked, *, settle=SETTLE):
+    """Return the `TimeLaw` of a path whose joints (m, 5), mm and radians, run linearly from each row to the next.
+
+    `asked`, shape (m - 1,), are the seconds that feed and rates ask for each move, as `block_times` has them; one
+    that takes no time is passed over. An axis that states no acceleration follows at once. From one move to the
+    next the speed of an axis jumps, at most by what its acceleration makes of it in the time `settle`, seconds.
+    Poses that follow closer than that are a curve: there the jumps, spread over the moves, take their part of the
+    acceleration.
+
+    Examples
+    --------
+    Half a turn of C at 36°/s, with 200°/s² to speed up and to slow down: 180/36 + 36/200 seconds.
+
+    >>> from mathpost import machine
+    >>> dmu50v = machine.load("data/machines/dmu50v.toml")
+    >>> law = time_law(dmu50v, [[0, 0, 0, 0, 0], [0, 0, 0, 0, np.pi]], [5.0])
+    >>> law.seconds
+    array([0.  , 5.18])
     """
-    for depth in range(max_depth):
-        joints = np.linspace(start, end, 2**depth + 1)
-        tip, middle = kin.forward(joints)[0], kin.forward((joints[:-1] + joints[1:]) / 2)[0]
-        claimed = from_segment(middle, tip[:-1], tip[1:]).max()
-        if claimed <= tolerance:
-            break
-    whole = np.broadcast_to(tip[[0, -1], None], (2, len(joints) - 1, 3))
-    return joints, float(claimed), float(deviation(kin, joints[:-1], joints[1:], tips=whole)[0].max())
+    joints, asked = np.asarray(joints, dtype=float), np.asarray(asked, dtype=float)
+    moving = np.flatnonzero(asked > 0)
+    lengths, most = asked[moving], np.nan_to_num(machine.max_accelerations, nan=np.inf)
+    speed, bend, squares = corners(joints, moving, lengths, most, settle)
+    rise, drive = (compiled(loop) if len(lengths) > LONG else loop for loop in (climbed, driven))
+    if np.isfinite(most).any():
+        squares = rise(squares, lengths, speed, bend, most)
+        squares = rise(squares[::-1], lengths[::-1], speed[:, ::-1], bend[:, ::-1], most)[::-1]
+    ramp, highest, durations, peaks = drive(squares, lengths, speed, bend, most)
+    peaks[1, np.isinf(most)] = np.nan
+    seconds = np.r_[0.0, np.cumsum(durations)]
+    if len(moving) < len(asked):
+        joints = joints[np.r_[0, moving + 1]]
+    return TimeLaw(joints, seconds, np.sqrt(squares), lengths, ramp, highest, *peaks)
+
+
+def block_times(machine, joints, tip, feeds, in_cut):
+    """Times (s) that the moves between joints (m, 5) take: what the feed asks in cut, or the slowest axis needs.
+
+    Tips are (m, 3), `feeds` and whether a move is `in_cut` (m - 1,). On a machine that states no rates, no axis
+    goes faster than the feed, in mm and degrees per minute; zero where there is no feed either.
+    """
+    rates, by_axis = machine.max_rates, np.zeros(len(joints) - 1)
+    if no_rates := np.isnan(rates).all():
+        rates = 1 / UNITS
+    for column, rate in zip(joints.T, rates, strict=True):
+        if not np.isnan(rate):
+            np.maximum(by_axis, np.abs(np.diff(column)) / rate, out=by_axis)
+    if no_rates:
+        by_axis = np.nan_to_num(60 * by_axis / feeds)
+    return np.fmax(by_axis, np.where(in_cut, feed_times(tip, feeds), 0))
+
+
+def corners(joints, moving, lengths, most, settle):
+    """The speed of each axis at w = 1, what a bend takes of its acceleration at each pose, and the squares of w."""
+    moves = len(lengths)
+    speed, bend, squares = np.empty((len(most), moves)), np.zeros((len(most), moves + 1)), np.zeros(moves + 1)
+    between = (lengths[1:] + lengths[:-1]) / 2
+    pause, needed = np.where(between < settle, between, np.inf), np.zeros(len(between))
+    for axis, column in enumerate(joints.T):
+        velocity = (column[moving + 1] - column[moving]) / lengths
+        jumps = np.abs(np.diff(velocity))
+        speed[axis], bend[axis, 1:-1] = np.abs(velocity), jumps / pause
+        np.maximum(needed, jumps / most[axis], out=needed)  # seconds, in which all axes can take their jumps
+    with np.errstate(divide="ignore"):
+        squares[1:-1] = np.minimum(1.0, np.minimum(pause / needed, (settle / needed) ** 2))
+    return speed, bend, squares
+
+
+# The loops run as they stand, or as machine code if Numba compiles them.
+
+
+def climbed(squares, lengths, speed, bend, most):
+    """The squares of w at the poses, so far lowered that every axis can follow where w rises from pose to pose."""
+    squares = squares.copy()
+    for move in range(len(lengths)):
+        length, square, rise = lengths[move], squares[move], np.inf
+        for axis in range(len(most)):
+            v, there = speed[axis, move], bend[axis, move + 1]
+            if v > STILL:
+                rise = min(rise, (most[axis] - bend[axis, move] * square) / v)
+                rise = min(rise, (most[axis] - there * square) / (v + 2 * length * there))
+        squares[move + 1] = min(squares[move + 1], square + 2 * length * max(rise, 0.0))
+    return squares
+
+
+def driven(squares, lengths, speed, bend, most):
+    """Ramp, highest w and seconds of each move: up to the highest w, on at it, down again; peaks, shape (2, 5)."""
+    moves, axes = len(lengths), len(most)
+    ramp, highest, seconds, peaks = np.zeros(moves), np.zeros(moves), np.zeros(moves), np.zeros((2, axes))
+    used = np.zeros(axes)  # what the bends use of the acceleration
+    for move in range(moves):
+        length, before, after, pull = lengths[move], squares[move], squares[move + 1], np.inf
+        for axis in range(axes):
+            used[axis] = max(bend[axis, move] * before, bend[axis, move + 1] * after)
+            if speed[axis, move] > STILL:
+                pull = min(pull, (most[axis] - used[axis]) / speed[axis, move])
+        pull = max(pull, abs(after - before) / (2 * length))
+        first, last, top = math.sqrt(before), math.sqrt(after), (before + after) / 2 + pull * length
+        top = math.sqrt(min(top, 1.0))
+        if pull * length <= ROUNDING * top**2:  # or what rounding leaves of a ramp would take time
+            pull = np.inf
+        up, down = top - first, top - last
+        on_ramps = (up * (top + first) + down * (top + last)) / (2 * pull)
+        seconds[move] = (up + down) / pull + max(length - on_ramps, 0.0) / top
+        ramp[move], highest[move] = pull, top
+        for axis in range(axes):
+            v, pulled = speed[axis, move], used[axis]
+            if max(up, down) > 0 and pull < np.inf:
+                pulled += v * pull
+            peaks[0, axis], peaks[1, axis] = max(peaks[0, axis], v * top), max(peaks[1, axis], pulled)
+    return ramp, highest, seconds, peaks
+
+
+def slow_down(record, seconds, asked):
+    """Return the record that costs the tip most time above what its feed asks, with seconds asked and taken.
+
+    Of each move `record` is the one that it leads to, `seconds` what it takes, `asked` what its feed asks, or NaN.
+    """
+    record, seconds, asked = np.asarray(record), np.asarray(seconds), np.asarray(asked)
+    fed = ~np.isnan(asked)
+    if not fed.any():
+        return None
+    taken, wanted = (np.bincount(record[fed], values[fed]) for values in (seconds, asked))
+    worst = int((taken - wanted).argmax())
+    return worst, float(wanted[worst]), float(taken[worst])

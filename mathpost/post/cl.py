@@ -26,10 +26,9 @@ OPPOSITE = 1e-6  # of the sum of two tool axes
 class CLData:
     """A tool path in the workpiece.
 
-    Of `remarks`, statements that do not move the tool, each is a pair: the number of the record that follows it,
-    and a comment or a `mathpost.post.cl_words.Command`, what the control shall do. With `normals`
-    `mathpost.measure.cutter.compensated` makes the path of a different cutter. The memory of `points` and `axes`
-    holds one component after the other.
+    A remark, a statement that does not move the tool, is a pair: the number of the record that follows it, and a
+    comment or a `mathpost.post.cl_words.Command`. With `normals` `mathpost.measure.cutter.compensated` makes the
+    path of a different cutter. The memory of `points` and `axes` holds one component after the other.
     """
 
     points: np.ndarray  # shape (n, 3), tool tip, mm
@@ -47,16 +46,14 @@ class CLData:
         return len(self.points)
 
     def where(self, record):
-        """The place of a record (counted from 0) in the file, for error messages."""
+        """The place of a record (counted from 0) in the file, or of the next one, for error messages."""
+        record = math.ceil(record)
         return f"{self.name}, line {self.lines[record]}, record {self.first + record + 1}"
 
     def part(self, start, stop):
-        """Return records `start` to `stop` (exclusive) as `CLData`, without a copy.
-
-        A remark goes with the record that follows it; those after the last record go with the last part.
-        """
+        """Return records `start` to `stop` (exclusive), and the remarks before them, as `CLData` without a copy."""
         first, last = (bisect_left(self.remarks, record, key=itemgetter(0)) for record in (start, stop))
-        remarks = self.remarks[first : last if stop < len(self) else None]
+        remarks = self.remarks[first : last if stop < len(self) else None]  # the last part has what follows it, too
         remarks = tuple((record - start, text) for record, text in remarks)
         arrays = {name: array[start:stop] for name, array in vars(self).items() if isinstance(array, np.ndarray)}
         return replace(self, **arrays, remarks=remarks, first=self.first + start)
@@ -81,8 +78,7 @@ class CLData:
         between = (place != record) & (record < len(self) - 1)
         if between.any():
             first, t = record[between], (place - record)[between][:, None]
-            start, end = self.points[first], self.points[first + 1]
-            tip[between] = start + t * (end - start)
+            tip[between] += t * (self.points[first + 1] - self.points[first])
             axis[between] = _slerp(self.axes[first], self.axes[first + 1], t)
         return tip, axis
 
@@ -92,19 +88,23 @@ def commands(remarks, kind):
     return [(row, remark) for row, remark in remarks if getattr(remark, "kind", "") == kind]
 
 
+def feed_times(tips, feeds):
+    """Seconds that the feed gives the moves between tips (m, 3), shape (m - 1,); NaN where none is stated."""
+    return 60 * np.linalg.norm(np.diff(tips, axis=0), axis=1) / feeds
+
+
 def from_arrays(points, axes, *, feed=math.nan, name="CL data"):
     """Make `CLData` of points (n, 3) in mm and axes (n, 3) of any length, all moves at `feed` mm/min."""
     points, axes = as_array(points, 3, "points"), as_array(axes, 3, "axes")
     if points.ndim != 2 or points.shape != axes.shape:
         raise InputError("points and axes", "the same shape (n, 3)", f"{points.shape} and {axes.shape}")
-    count, largest = len(points), np.abs(points).max(initial=0)
-    if not count:
+    if not (count := len(points)):
         raise InputError("points and axes", "at least one record", "none")
-    if largest >= LARGEST:
+    if (largest := np.abs(points).max()) >= LARGEST:
         raise InputError("points", f"mm below {LARGEST:g}", f"{largest:g}")
     axes = axes / np.maximum(np.abs(axes).max(axis=1, keepdims=True), 1e-300)  # whatever their size
-    columns = np.array(points.T, order="C"), np.ascontiguousarray(unit(axes).T)
-    return _made(*columns, np.full(count, float(feed)), np.zeros(count, bool), np.arange(1, count + 1), (), name)
+    columns = np.array(points.T, order="C"), np.ascontiguousarray(unit(axes).T), np.full(count, float(feed))
+    return _made(*columns, np.zeros(count, bool), np.arange(1, count + 1), (), name)
 
 
 def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
@@ -122,8 +122,8 @@ def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
     Raises
     ------
     InputError
-        With file and line: if the file cannot be read, holds no GOTO, has statements that are wrong, hazardous or
-        not known, or stops within a GOTO that lacks numbers of the one before. All wrong statements are listed.
+        With file and line: all statements that are wrong, hazardous or not known. Or if the file cannot be read,
+        holds no GOTO, or stops within one that lacks numbers of the one before.
 
     Examples
     --------
@@ -154,17 +154,14 @@ def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
     made = _made(*records, tuple(remarks), name, tuple(notes))
     if not statements.normals:
         return made
+    lines, stated = zip(*statements.normals.items(), strict=True)
     normals = np.full(made.points.shape, math.nan)
-    records = np.searchsorted(made.lines, list(statements.normals), side="right") - 1
-    normals[records] = list(statements.normals.values())
+    normals[np.searchsorted(made.lines, lines, side="right") - 1] = stated
     return replace(made, normals=normals)
 
 
 def _turned_over(records, remarks, counts):
-    """Records and remarks, with a record half way on each rapid move that turns the tool by 180°.
-
-    No great circle is shorter than another there. The tool points up on the way, or along X.
-    """
+    """Records and remarks, with a record half way on each rapid move that turns the tool by 180°."""
     points, axes, feeds, rapid, lines = records
     changes = [record for record, _ in commands(remarks, "tool")]
     over = 1 + np.flatnonzero(rapid[1:])
@@ -174,15 +171,12 @@ def _turned_over(records, remarks, counts):
         return records, remarks
     counts["rapid moves that turn the tool by 180°, with a record half way", ""] += len(over)
     before = axes[:, over]
-    up = np.where(np.abs(before[2]) < 0.9, [[0], [0], [1]], [[1], [0], [0]])
+    up = np.where(np.abs(before[2]) < 0.9, [[0], [0], [1]], [[1], [0], [0]])  # or X, where the tool points up
     across = unit((up - (up * before).sum(axis=0) * before).T).T
     half = (points[:, over - 1] + points[:, over]) / 2
     remarks = [(record + int((over < record).sum()), remark) for record, remark in remarks]
-    return (
-        np.insert(points, over, half, axis=1),
-        np.insert(axes, over, across, axis=1),
-        *(np.insert(column, over, column[over]) for column in (feeds, rapid, lines)),
-    ), remarks
+    poses = np.insert(points, over, half, axis=1), np.insert(axes, over, across, axis=1)
+    return (*poses, *(np.insert(column, over, column[over]) for column in (feeds, rapid, lines))), remarks
 
 
 def _made(points, axes, feeds, rapid, lines, remarks, name, notes=()):
@@ -195,8 +189,7 @@ def _made(points, axes, feeds, rapid, lines, remarks, name, notes=()):
 
 def to_text(cl, *, title=None, decimals=6):
     """Write `CLData` as the text of an APT CL file, which `parse` reads back; 9 decimals for the axes."""
-    lines, feed = ([f"$$ {title}"] if title else []), math.nan
-    remarks = {}
+    lines, feed, remarks = ([f"$$ {title}"] if title else []), math.nan, {}
     for record, remark in cl.remarks:
         remarks.setdefault(record, []).append(getattr(remark, "statement", remark))
     for record, (point, axis) in enumerate(zip(cl.points.tolist(), cl.axes.tolist(), strict=True)):
@@ -214,9 +207,7 @@ def to_text(cl, *, title=None, decimals=6):
 
 def _slerp(start, end, t):
     """Unit vectors on the great circles from `start` to `end` (..., 3) at `t` from 0 to 1, broadcasting."""
-    half = np.linalg.norm(end - start, axis=-1, keepdims=True) / 2
-    angle = 2 * np.arcsin(np.clip(half, 0, 1))
-    sine = np.sin(angle)
-    close = sine < 1e-9
-    weights = np.where(close, 1 - t, np.sin((1 - t) * angle) / np.where(close, 1, sine))
-    return unit(weights * start + np.where(close, t, np.sin(t * angle) / np.where(close, 1, sine)) * end)
+    angle = 2 * np.arcsin(np.clip(np.linalg.norm(end - start, axis=-1, keepdims=True) / 2, 0, 1))
+    close = (sine := np.sin(angle)) < 1e-9
+    first, last = (np.where(close, part, np.sin(part * angle) / np.where(close, 1, sine)) for part in (1 - t, t))
+    return unit(first * start + last * end)

@@ -2,6 +2,7 @@
 
 import math
 import re
+from operator import itemgetter
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from mathpost.post import text
 UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
 ENCODINGS = "utf-8", "gb18030", "cp1252", "latin-1"  # tried in turn; the last takes any byte
 LARGEST = 1e9  # of any number
+BELOW_LARGEST = f"a finite number below {LARGEST:g}"
 SHOWN = 20  # causes that are listed when a file is refused
 REAL = re.compile(rf"{NUMBER}(?:[eE][-+]?\d+)?")
 BETWEEN_NUMBERS = re.compile(r"[\d.]\s+$")
@@ -19,14 +21,10 @@ TIP, AXIS = [text.Item(",", "number")], [text.Item(",", "number", optional=True)
 PLAIN = text.Pattern([text.Item("GOTO"), text.Item("/", "number"), *TIP * 2, *AXIS * 3], relaxed=True)
 
 
-class Wrong(Exception):
-    """What is expected in a statement, and what is found; by default how the statement begins."""
-
-
 def need(holds, expected, found=None):
-    """Raise `Wrong` if something does not hold of a statement."""
+    """Refuse a statement of which something does not hold; what is found is by default how it begins."""
     if not holds:
-        raise Wrong(expected, found)
+        raise InputError("", expected, found)
 
 
 class Lines(text.Reader):
@@ -94,13 +92,11 @@ class Lines(text.Reader):
 
     def add(self, lines, numbers, *, feed=None, rapid=None):
         """Add records, shape (6, n), in mm; `rapid` and `feed` are those that hold unless given."""
-        count = numbers.shape[1]
-        feed, rapid = self.feed if feed is None else feed, self.rapid if rapid is None else rapid
         self.point, self.axis = numbers[:3, -1].tolist(), numbers[3:, -1].tolist()
-        numbers, rapid = self.placed(numbers), np.broadcast_to(rapid, count)
-        self.runs.append((lines, numbers, np.where(rapid, math.nan, feed), rapid))
-        self.count += count
-        self.rapid = False
+        rapid = np.broadcast_to(self.rapid if rapid is None else rapid, len(lines))
+        feeds = np.where(rapid, math.nan, self.feed if feed is None else feed)
+        self.runs.append((lines, self.placed(numbers), feeds, rapid))
+        self.count, self.rapid = self.count + len(lines), False
 
     def placed(self, numbers):
         """Records, shape (6, n), in the first coordinate system."""
@@ -118,16 +114,11 @@ class Lines(text.Reader):
         self.add(np.full(points.shape[1], self.start), np.concatenate([points, axes]).astype(float), **options)
 
     def records(self):
-        """Return points and axes, shape (3, n), feeds, rapid and lines.
-
-        Refuses the file if anything in it is wrong, and says all that is.
-        """
+        """Return points and axes, shape (3, n), feeds, rapid and lines, or refuse a file with problems."""
         if not self.runs:
             self.refuse_problems()
             raise InputError(self.name, "at least one GOTO", "none")
-        lines, numbers, feeds, rapid = (
-            np.concatenate(columns, axis=-1) for columns in zip(*self.runs, strict=True)
-        )
+        lines, numbers, feeds, rapid = (np.concatenate(runs, axis=-1) for runs in zip(*self.runs, strict=True))
         points, axes = numbers[:3], numbers[3:]
         with np.errstate(over="ignore"):
             length = np.linalg.norm(axes, axis=0)
@@ -144,7 +135,7 @@ class Lines(text.Reader):
     def refuse_problems(self):
         """Raise the `InputError` that lists all problems, each cause once."""
         causes = {}
-        for line, word, expected, found in sorted(self.problems, key=lambda problem: problem[0]):
+        for line, word, expected, found in sorted(self.problems, key=itemgetter(0)):
             causes.setdefault((word, expected), []).append((line, found))
         if not causes:
             return
@@ -152,27 +143,25 @@ class Lines(text.Reader):
         for (word, expected), ((line, found), *others) in causes.items():
             again = f" ({len(others) + 1} times, up to line {others[-1][0]})" if others else ""
             said.append((f"line {line}" + f", {word}" * bool(word), expected, found + again))
-        (where, expected, found), *more = said[:SHOWN]
-        more = ["{}: expected {}, found {}".format(*each) for each in more]
-        if len(causes) > SHOWN:
-            more.append(f"and {len(causes) - SHOWN} more causes")
-        if more:
-            kinds = f"{len(self.problems)} statements of {len(causes)} kinds"
-            more.append(f"{kinds}; --ignore WORD takes a word on trust")
-        raise InputError(f"{self.name}, {where}", expected, "\n  ".join([found, *more]))
+        (where, expected, found), *others = said
+        lines = [found, *("{}: expected {}, found {}".format(*each) for each in others[: SHOWN - 1])]
+        if len(said) > SHOWN:
+            lines.append(f"and {len(said) - SHOWN} more causes")
+        if others:
+            kinds = f"{len(self.problems)} statements of {len(said)} kinds"
+            lines.append(f"{kinds}; --ignore WORD takes a word on trust")
+        raise InputError(f"{self.name}, {where}", expected, "\n  ".join(lines))
 
     def numbers(self, words, *counts):
         """Numbers, so many as one of `counts`."""
         values = [self.number(word) for word in words]
         if counts and len(values) not in counts:
             expected = " or ".join(", ".join(map(str, counts)).rsplit(", ", 1))
-            raise Wrong(f"{expected} numbers", f"{len(values)}")
+            raise InputError("", f"{expected} numbers", f"{len(values)}")
         return values
 
     def number(self, word):
         if not REAL.fullmatch(word.strip()):
-            raise Wrong("a number", repr(word.strip()))
-        value = float(word)
-        if not abs(value) < LARGEST:
-            raise Wrong(f"a finite number below {LARGEST:g}", word.strip())
+            raise InputError("", "a number", repr(word.strip()))
+        need(abs(value := float(word)) < LARGEST, BELOW_LARGEST, word.strip())
         return value

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.errors import InputError
-from mathpost.post.arcs import Cycle, arc
-from mathpost.post.cl_lines import REAL, UNIT_TOLERANCE, Lines, Wrong, need
+from mathpost.post.arcs import SAME_RADIUS, Cycle, arc
+from mathpost.post.cl_lines import REAL, UNIT_TOLERANCE, Lines, need
 from mathpost.rotation import about, wrap
 
 MM_PER_INCH = 25.4
@@ -47,6 +47,7 @@ HAZARDS = {
 }
 FEED_UNITS = {"MMPM": 1.0, "IPM": MM_PER_INCH, "PERMIN": None, "MMPR": 1.0, "IPR": MM_PER_INCH, "PERREV": None}
 PER_TURN = ("MMPR", "IPR", "PERREV")
+BACK = {"CLW": "CCLW", "CCLW": "CLW"}
 CYCLES = "DRILL SPOT FACE CSINK CBORE DEEP DEEP2 BRKCHP BORE REAM TAP".split()
 OF_A_CYCLE = {
     **dict.fromkeys(["FEDTO", "DEPTH"], "depth"),
@@ -60,9 +61,9 @@ OF_A_CYCLE = {
 class Command:
     """What the control shall do between two moves; `values` by kind.
 
-    ``"tool"`` (number, length in mm or None), ``"spindle"`` (turns per minute or None, ``"CLW"``, ``"CCLW"`` or
-    ``"OFF"``), ``"coolant"`` (``"FLOOD"``, ``"MIST"`` or ``"OFF"``), ``"compensation"`` (``"LEFT"``, ``"RIGHT"`` or
-    ``"OFF"``), ``"dwell"`` (seconds), ``"stop"`` or ``"optional stop"``.
+    ``"tool"`` (number, length in mm or None), ``"spindle"`` (turns per minute or None, CLW, CCLW or OFF),
+    ``"coolant"`` (FLOOD, MIST or OFF), ``"compensation"`` (LEFT, RIGHT or OFF), ``"dwell"`` (seconds), ``"stop"``,
+    ``"optional stop"``.
     """
 
     kind: str
@@ -71,10 +72,7 @@ class Command:
 
 
 class Statements(Lines):
-    """Takes statements: the method ``on_word`` what stands behind the slash of that word.
-
-    `tolerance` and `ignored` are those of `cl.read`.
-    """
+    """Takes statements: ``on_word`` what stands behind the slash of that word; arguments as of `cl.read`."""
 
     def __init__(self, name, tolerance, ignored=()):
         super().__init__(name)
@@ -114,8 +112,6 @@ class Statements(Lines):
         else:
             try:
                 modelled([each.strip().upper() for each in minor.split(",")] if minor.strip() else [])
-            except Wrong as wrong:
-                self.problem(self.start, word, *wrong.args)
             except InputError as error:
                 self.problem(self.start, word, error.expected, error.found)
 
@@ -154,7 +150,7 @@ class Statements(Lines):
             self.arc_before = (centre, normal) if goes_on else None
         elif arc_before is not None and self.may_go_on(point, *arc_before):
             found = "a point on the circle before it, to which the arc may go on or a line lead"
-            raise Wrong("an arc of one GOTO (let Creo write no points on arcs, or points only)", found)
+            raise InputError("", "an arc of one GOTO (let Creo write no points on arcs, or points only)", found)
         elif self.cycle is not None:
             self.drill(np.array(point), np.array(axis))
         else:
@@ -162,10 +158,9 @@ class Statements(Lines):
 
     def contact(self, axis, normal):
         """Keep the surface's normal where the tool touches it: for tools other than that of the CL data."""
-        if abs(np.linalg.norm(normal) - 1) > UNIT_TOLERANCE or np.dot(normal, axis) < -UNIT_TOLERANCE:
-            raise Wrong("a unit contact normal out of the part, within 90° of the tool axis", f"{normal}")
-        if self.circle is not None or self.cycle is not None:
-            raise Wrong("contact normals of single points only", "an arc or a cycle")
+        outwards = abs(np.linalg.norm(normal) - 1) <= UNIT_TOLERANCE and np.dot(normal, axis) >= -UNIT_TOLERANCE
+        need(outwards, "a unit contact normal out of the part, within 90° of the tool axis", f"{normal}")
+        need(not (self.circle or self.cycle), "contact normals of single points only", "an arc or a cycle")
         self.normals[self.start] = self.placed(np.array([[0, 0, 0, *normal]], dtype=float).T)[3:, 0].tolist()
 
     def on_godlta(self, words):
@@ -186,21 +181,19 @@ class Statements(Lines):
         self.go(*((point, axis) if point else self.home), rapid=True)
 
     def on_tlaxis(self, words):
-        values = self.numbers(words, 3)
-        if not abs(math.hypot(*values) - 1) <= UNIT_TOLERANCE:
-            raise Wrong(f"a unit tool axis (to {UNIT_TOLERANCE})", f"length {math.hypot(*values):.6g}")
+        length = math.hypot(*(values := self.numbers(words, 3)))
+        need(abs(length - 1) <= UNIT_TOLERANCE, f"a unit tool axis (to {UNIT_TOLERANCE})", f"length {length:.6g}")
         self.axis = (self.turned.T @ values).tolist()  # the table turns, the tool axis is said in the part
         self.unconfirmed = bool(self.table.any())
 
     def on_mode(self, words):
         if self.statement.upper().startswith("SET"):
             words = words[1:] if words[:1] == ["MODE"] else ["?"]
+        need(words in (["INCR"], ["ABSOL"], ["MILL"]), "INCR, ABSOL or MILL")
         if words == ["MILL"]:
             self.remark()
-        elif words in (["INCR"], ["ABSOL"]):
-            self.incremental = words == ["INCR"]
         else:
-            raise Wrong("INCR, ABSOL or MILL")
+            self.incremental = words == ["INCR"]
 
     def on_rapid(self, words):
         need(not words, "RAPID, or RAPID/ and nothing")  # MODAL, or a feed that the control does not take from it
@@ -212,8 +205,8 @@ class Statements(Lines):
         """The tool goes to the next GOTO on this circle.
 
         NX writes the radius and tolerances and turns clockwise about the axis; Creo writes the radius, SolidWorks
-        none, and both turn right-handed. The turns that NX counts by TIMES are those begun, the last one included:
-        then the helices of published files have the ramp angles that their operations were given.
+        none, and both turn right-handed. The turns that NX counts by TIMES are those begun: so published helices
+        have the ramp angles that their operations were given.
         """
         turns = 1.0
         if words[-2:-1] == ["TIMES"]:
@@ -221,13 +214,13 @@ class Statements(Lines):
         need(turns in range(1, MOST_TURNS + 1), f"TIMES, and a whole number from 1 to {MOST_TURNS}", f"{turns:g}")
         turned = {"COUNTERCLOCKWISE": 1, "CCLW": 1, "CLOCKWISE": -1, "CLW": -1}.get(words[-1] if words else "")
         values = self.numbers(words[:-1] if turned else words, 6, 7, 11)  # centre, axis, radius …
-        if self.point is None or self.incremental or self.cycle:
-            raise Wrong("CIRCLE after a move, in absolute coordinates and outside a cycle")
+        here = self.point and not self.incremental and not self.cycle
+        need(here, "CIRCLE after a move, in absolute coordinates and outside a cycle")
         centre, sign = self.mm(values[:3]), turned or (-1 if len(values) == 11 else 1)
         self.circle = centre, [sign * value for value in values[3:6]], int(turns) - 1, len(values) == 7, None
         radius = math.dist(*(np.cross(values[3:6], each) for each in (self.point, centre)))
-        if len(values) > 6 and abs(radius - values[6] * self.scale) > 0.02:
-            raise Wrong(f"a start {values[6] * self.scale:g} mm from the centre", f"{radius:.4f}")
+        for stated in self.mm(values[6:7]):
+            need(abs(radius - stated) <= SAME_RADIUS, f"a start {stated:g} mm from the centre", f"{radius:.4f}")
 
     def on_movarc(self, words):
         """The arc of ISO 4343, as Autodesk writes it: centre, axis, radius, ANGLE and how far it turns."""
@@ -241,13 +234,12 @@ class Statements(Lines):
     def sense(self, point, centre, normal, angle):
         """The axis about which the tool turns right-handed by `angle` (degrees) from where it is to a point."""
         start, end = np.array(self.point) - centre, np.array(point) - centre
-        turned = math.degrees(
-            math.atan2(np.cross(start, end) @ normal, np.cross(normal, start) @ np.cross(normal, end))
-        )
+        across, along = np.cross(start, end) @ normal, np.cross(normal, start) @ np.cross(normal, end)
+        turned = math.degrees(math.atan2(across, along))
         for sign in (1, -1):
             if abs(wrap(sign * turned - angle)) < 0.1:
                 return [sign * component for component in normal]
-        raise Wrong(f"an arc of {angle:g} degrees to its end", f"{turned % 360:.3f}")
+        raise InputError("", f"an arc of {angle:g} degrees to its end", f"{turned % 360:.3f}")
 
     def may_go_on(self, point, centre, normal):
         """Whether a point is on the circle of the arc that ended, and a chord to it would not do."""
@@ -270,7 +262,7 @@ class Statements(Lines):
         elif sizes == {"CYLNDR": 7, "POINT": 3}:
             values, axis, end = found["CYLNDR"], found["CYLNDR"][3:6], found["POINT"]
         else:
-            raise Wrong("(CIRCLE/x,y,z,r),ON,(LINE/…) or (CYLNDR/…),ON,(PLANE/…)")
+            raise InputError("", "(CIRCLE/x,y,z,r),ON,(LINE/…) or (CYLNDR/…),ON,(PLANE/…)", None)
         centre, end = (np.array(self.mm(each[:3])) for each in (values, end))
         start, normal = np.array(self.point), np.array(axis)
         spoke = end - centre - (end - centre) @ normal * normal
@@ -305,8 +297,8 @@ class Statements(Lines):
                 continue
             own_word = "each number of a cycle after its word, such as DEPTH (in CATIA the PP table writes them)"
             need(not REAL.fullmatch(word), own_word)
-            if word not in OF_A_CYCLE and word not in FEED_UNITS:
-                raise Wrong(f"one of {', '.join([*OF_A_CYCLE, *FEED_UNITS])} in a cycle", repr(word))
+            known = [*OF_A_CYCLE, *FEED_UNITS]
+            need(word in known, f"one of {', '.join(known)} in a cycle", repr(word))
             said, *words = words or [""]
             value = self.number(said)
             if word in FEED_UNITS:
@@ -314,29 +306,28 @@ class Statements(Lines):
             else:
                 given[OF_A_CYCLE[word]] = value * (1.0 if word == "DWELL" else self.scale)
         need(given["feed"] >= LEAST_FEED, "a feed in the cycle or before it", "none")
-        if "depth" not in given or not given.get("clearance", 0) > 0:
-            raise Wrong("a depth (FEDTO or DEPTH) and a clearance (RAPTO or CLEAR)")
+        heights = "depth" in given and given.get("clearance", 0) > 0
+        need(heights, "a depth (FEDTO or DEPTH) and a clearance (RAPTO or CLEAR)")
         given["depth"] = abs(given["depth"])  # NX counts upwards, SolidWorks and Creo downwards
         if kind == "BRKCHP":
             given["out"] = 0.5
-        if kind == "TAP" and (self.turns is None or self.turning not in ("CLW", "CCLW")):
-            raise Wrong("a turning spindle before CYCLE/TAP", "none")
+        turning = self.turns is not None and self.turning in BACK
+        need(turning or kind != "TAP", "a turning spindle before CYCLE/TAP", "none")
         need(not self.incremental, "a cycle in absolute coordinates", "MODE/INCR")
         self.cycle = Cycle(kind, **given)
 
     def drill(self, point, axis):
         """Add the moves of a hole."""
-        cycle, turning = self.cycle, {"CLW": "CCLW", "CCLW": "CLW"}
-        if cycle.kind == "TAP" and self.turning not in turning:
-            raise Wrong("a turning spindle before a hole is tapped", self.turning)
+        cycle, tapped = self.cycle, self.cycle.kind == "TAP"
+        need(not tapped or self.turning in BACK, "a turning spindle before a hole is tapped", self.turning)
         before = float((np.array(self.point) - point) @ axis) if self.point is not None else cycle.clearance
         heights, rapid, bottom = cycle.heights(before)
         after = self.count + bottom + 1
         self.go(point + np.outer(heights, axis), axis, feed=cycle.feed, rapid=rapid)
         if cycle.dwell:
             self.command("dwell", cycle.dwell, statement=f"DELAY/{cycle.dwell:g}", record=after)
-        if cycle.kind == "TAP":  # out again with the spindle turning back
-            for record, sense in ((after, turning[self.turning]), (after + 1, self.turning)):
+        if tapped:  # out again with the spindle turning back
+            for record, sense in ((after, BACK[self.turning]), (after + 1, self.turning)):
                 said = f"SPINDL/{self.turns:g},RPM,{sense}"
                 self.command("spindle", self.turns, sense, statement=said, record=record)
             self.counts["holes tapped as moves: a floating holder is needed", ""] += 1
@@ -361,8 +352,8 @@ class Statements(Lines):
     def use_system(self, matrix):
         """Records go on in another system; all of them are brought into the first."""
         rotation, system = matrix[:, :3], matrix * [1, 1, 1, self.scale]
-        if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) or np.linalg.det(rotation) < 0:
-            raise Wrong("right-handed axes at right angles", str(rotation.round(6).tolist()))
+        square = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) and np.linalg.det(rotation) >= 0
+        need(square, "right-handed axes at right angles", str(rotation.round(6).tolist()))
         if self.first_system is None:
             need(not self.count, "the first coordinate system before the first move", "moves before it")
             self.first_system = self.system = system
@@ -380,15 +371,14 @@ class Statements(Lines):
         known = {"TABLE", "CCLW", "CLW", "ATANGL", "INCR"}
         axes = [word for word in words if word in ("AAXIS", "BAXIS", "CAXIS")]
         numbers = [word for word in words if REAL.fullmatch(word)]
-        if len(axes) != 1 or len(numbers) != 1 or {*words} - {*axes, *numbers} - known:
-            raise Wrong("ROTABL/ an angle, AAXIS, BAXIS or CAXIS, and CLW or CCLW")
+        one_each = len(axes) == len(numbers) == 1 and {*words} <= {*axes, *numbers, *known}
+        need(one_each, "ROTABL/ an angle, AAXIS, BAXIS or CAXIS, and CLW or CCLW")
         need(not self.incremental and self.cycle is None, "ROTABL in absolute coordinates and outside a cycle")
         angle = self.number(numbers[0]) * (-1 if "CLW" in words else 1)
         axis, before = "ABC".index(axes[0][0]), self.turned
         from_zero = {"TABLE", "ATANGL"} & {*words} and "INCR" not in words
-        self.table[axis] = (0 if from_zero else self.table[axis]) + (
-            angle if "TABLE" in words else math.radians(angle)
-        )
+        turn = angle if "TABLE" in words else math.radians(angle)
+        self.table[axis] = turn if from_zero else turn + self.table[axis]
         a, b, c = (about(direction, angle) for direction, angle in zip(np.eye(3), self.table, strict=True))
         self.turned, self.unconfirmed = np.array(a * b * c, dtype=float), True
         self.axis = (self.turned.T @ before @ self.axis).tolist()
@@ -402,36 +392,34 @@ class Statements(Lines):
         turned = ~np.isclose(self.table, 0, atol=UNIT_TOLERANCE)
         if self.unconfirmed and turned.any():
             z, said = self.turned[:, 2], self.turned @ axis
-            if turned.sum() > 1:
-                raise Wrong("one axis of the table turned by ROTABL: nothing says which carries which", "several")
+            one = "one axis of the table turned by ROTABL: nothing says which carries which"
+            need(turned.sum() == 1, one, "several")
             need(not turned[2], "ROTABL across the tool: of a turn about the tool nothing says the sense", "CAXIS")
-            if not np.allclose(said, z, atol=UNIT_TOLERANCE):
-                z, said = (",".join(f"{value:z.4f}" for value in each) for each in (z, said))
-                raise Wrong(
-                    f"TLAXIS/{z} of the part, along Z of the table that ROTABL has turned", f"TLAXIS/{said}"
-                )
+            along = np.allclose(said, z, atol=UNIT_TOLERANCE)
+            z, said = (",".join(f"{value:z.4f}" for value in each) for each in (z, said))
+            need(along, f"TLAXIS/{z} of the part, along Z of the table that ROTABL has turned", f"TLAXIS/{said}")
         self.unconfirmed = False
 
     def on_trntyp(self, words):
-        if words[:1] != ["WORLD"] or any(self.numbers(words[1:])):
-            raise Wrong("TRNTYP/WORLD,0,0,0, which changes nothing")
+        unmoved = words[:1] == ["WORLD"] and not any(self.numbers(words[1:]))
+        need(unmoved, "TRNTYP/WORLD,0,0,0, which changes nothing")
         self.remark()
 
     def on_origin(self, words):
-        if any(self.numbers(words)):
-            raise Wrong("ORIGIN/0,0,0, which changes nothing; let the CAM system write it shifted")
+        unmoved = not any(self.numbers(words))
+        need(unmoved, "ORIGIN/0,0,0, which changes nothing; let the CAM system write it shifted")
         self.remark()
 
     # Feeds, and what the control shall do
 
     def on_fedrat(self, words):
-        units = [word for word in words if word in FEED_UNITS]
         if words == ["RAPID"]:
             self.rapid = True
             return
+        units = [word for word in words if word in FEED_UNITS]
         values = [word for word in words if word not in FEED_UNITS]
-        if len(values) != 1 or len(units) > 1:
-            raise Wrong("FEDRAT/ a number and MMPM, IPM, MMPR or IPR", ",".join(words) or "nothing")
+        one_each, said = len(values) == 1 and len(units) < 2, ",".join(words) or "nothing"
+        need(one_each, "FEDRAT/ a number and MMPM, IPM, MMPR or IPR", said)
         value = self.number(values[0])
         feed = self.per_minute(value, units[0] if units else "PERMIN")
         need(feed >= LEAST_FEED, f"a feed above 0, at least {LEAST_FEED:g} mm/min", f"{value:g}")
@@ -439,8 +427,8 @@ class Statements(Lines):
 
     def per_minute(self, value, unit):
         """Return a feed in mm/min."""
-        if unit in ("IPM", "IPR") and not self.units_stated:
-            raise Wrong("UNITS/MM or UNITS/INCH before a feed in inches: the points may be inches, too", "none")
+        stated = self.units_stated or unit not in ("IPM", "IPR")
+        need(stated, "UNITS/MM or UNITS/INCH before a feed in inches: the points may be inches, too", "none")
         if unit in PER_TURN:
             need(self.turns, "SPINDL with turns per minute before a feed per turn", "none")
             value *= self.turns
@@ -462,15 +450,16 @@ class Statements(Lines):
                 length = self.number(said) * self.scale
                 need(length >= 0, "a tool length, not negative", f"{length:g}")
                 statement = f"LOADTL/{int(number)},LENGTH,{length:g}"  # in mm, whatever the file is in
-            elif REAL.fullmatch(word) and (not word.isdigit() or int(word) > 99):
-                raise Wrong("the word LENGTH before a length; registers are whole numbers up to 99", word)
+                continue
+            register = not REAL.fullmatch(word) or (word.isdigit() and int(word) <= 99)
+            need(register, "the word LENGTH before a length; registers are whole numbers up to 99", word)
         self.command("tool", int(number), length, statement=statement)
 
     def on_spindl(self, words):
         numbers = [word for word in words if REAL.fullmatch(word)]
-        known = {"RPM", "CLW", "CCLW", "CCW", "ON", "OFF", "STOP"}
-        if strange := [word for word in words if word not in numbers and word not in known]:
-            raise Wrong("SPINDL/ a number, RPM, CLW or CCLW, ON or OFF", repr(strange[0]))
+        for word in words:
+            known = word in numbers or word in ("RPM", "CLW", "CCLW", "CCW", "ON", "OFF", "STOP")
+            need(known, "SPINDL/ a number, RPM, CLW or CCLW, ON or OFF", repr(word))
         need(len(numbers) < 2 and words, "SPINDL/ one number", f"{len(numbers)}")
         off = "OFF" in words or "STOP" in words
         self.turns = self.number(numbers[0]) if numbers else self.turns
@@ -478,23 +467,21 @@ class Statements(Lines):
         self.command("spindle", float(numbers[0]) if numbers else None, self.turning)
 
     def on_coolnt(self, words):
-        kind = {"ON": "FLOOD", "FLOOD": "FLOOD", "MIST": "MIST", "OFF": "OFF"}.get(words[0] if words else "")
-        if words[:1] in (["THRU"], ["AIR"]):  # every machine has its own M word for it
-            self.counts["coolant that stays off: a comment tells which", words[0]] += 1
+        kind = words[0] if words else ""
+        need(kind in ("ON", "FLOOD", "MIST", "THRU", "AIR", "OFF"), "COOLNT/ON, FLOOD, MIST, THRU, AIR or OFF")
+        if kind in ("THRU", "AIR"):  # every machine has its own M word for it
+            self.counts["coolant that stays off: a comment tells which", kind] += 1
             self.remark()
-        elif kind is None:
-            raise Wrong("COOLNT/ON, FLOOD, MIST, THRU, AIR or OFF")
         else:
-            self.command("coolant", kind)
+            self.command("coolant", "FLOOD" if kind == "ON" else kind)
 
     def on_cutcom(self, words):
-        side = next((word for word in words if word in ("LEFT", "RIGHT", "OFF")), *words[:1] or [""])
-        if side == "ON":  # goes on as before; the side follows
+        sides = [word for word in words if word in ("LEFT", "RIGHT", "OFF")]
+        need(sides or words[:1] == ["ON"], "CUTCOM/LEFT, RIGHT, ON or OFF")
+        if sides:
+            self.command("compensation", sides[0])
+        else:  # goes on as before; the side follows
             self.remark()
-        elif side in ("LEFT", "RIGHT", "OFF"):
-            self.command("compensation", side)
-        else:
-            raise Wrong("CUTCOM/LEFT, RIGHT, ON or OFF")
 
     def on_stop(self, words):
         self.command("optional stop" if self.statement.upper().startswith("OP") else "stop")

@@ -13,17 +13,17 @@ import numpy as np
 
 from mathpost.errors import NUMBER, InputError
 from mathpost.post import text as bulk
-from mathpost.post.cl import commands
+from mathpost.post.between_blocks import block_times
+from mathpost.post.cl import commands, feed_times
 from mathpost.post.controls import DIALECTS, FANUC, HEIDENHAIN
 from mathpost.post.text import Column, Item, Pattern
-from mathpost.post.time_law import block_times, feed_times
 
 DECIMALS = 4
 SHORTEST_TIME = 0.001  # s, the least that FT may state
 LAST_BLOCK_NUMBER = 99_999  # Fanuc counts no further; numbering begins again
 MOTION_ONLY = "MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT"  # a program says so before its first move
 RAPID, TIME, FEED = " FMAX", " FT", " F"
-NOWHERE = np.full(5, np.nan)  # nobody knows where the axes are
+
 FEED_WORD = re.compile(rf"(FMAX|FT|F)({NUMBER})?")
 
 
@@ -38,10 +38,14 @@ class Blocks:
     tcp: bool = False  # whether X Y Z are the tool tip in the workpiece (M128, G43.4, TRAORI) instead of joints
     remarks: tuple = ()  # (number of the block that follows, a comment or a `cl_words.Command`)
 
+    @property
+    def columns(self):
+        """The arrays, one entry for each move."""
+        return self.words, self.feeds, self.seconds, self.rapid
+
     def __getitem__(self, rows):
         """The moves of a slice, without remarks."""
-        columns = (column[rows] for column in (self.words, self.feeds, self.seconds, self.rapid))
-        return Blocks(*columns, self.tcp)
+        return Blocks(*(column[rows] for column in self.columns), self.tcp)
 
     @property
     def joints(self):
@@ -74,7 +78,7 @@ def printed(words):
 
 
 def rounded(joints):
-    """Return joints (n, 5) in mm and radians as words in mm and degrees, rounded as they will be printed."""
+    """Joints (n, 5) in mm and radians as words in mm and degrees, rounded as they will be printed."""
     words = np.array(joints)
     np.rad2deg(words[:, 3:], out=words[:, 3:])
     return printed(words)
@@ -84,19 +88,18 @@ def joined(parts):
     """Return `Blocks` one after the other as one."""
     if len(parts) == 1:
         return parts[0]
-    columns = (np.concatenate([getattr(part, name) for part in parts]) for name in ("feeds", "seconds", "rapid"))
-    words, remarks, first = np.concatenate([part.words.T for part in parts], axis=1).T, [], 0
+    remarks, first = [], 0
     for part in parts:
         remarks += [(first + row, remark) for row, remark in part.remarks]
         first += len(part.words)
-    return Blocks(words, *columns, parts[0].tcp, tuple(remarks))
+    columns = (np.concatenate(column) for column in zip(*(part.columns for part in parts), strict=True))
+    return Blocks(*columns, parts[0].tcp, tuple(remarks))
 
 
 def from_motion(kin, cl, motion, tcp):
-    """What a program says of a motion: the poses, but repetitions, and the `Blocks` that end at them.
+    """The poses of a motion, but repetitions, the `Blocks` that end at them, and seconds of the moves.
 
-    And seconds of the moves: those that feed and rates ask for, and those of the feed alone, NaN where it does not
-    count.
+    Those that feed and rates ask for, and those of the feed alone, NaN where it does not count.
     """
     joints = motion.joints
     words = rounded(np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1) if tcp else joints)
@@ -112,19 +115,15 @@ def from_motion(kin, cl, motion, tcp):
     before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
     remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
     blocks = Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)
-    fed = np.where(motion.in_cut & ~rapid[1:], feed_times(tip, feeds[1:]), np.nan)
-    return motion, blocks, seconds[1:], fed
+    return motion, blocks, seconds[1:], np.where(motion.at_feed(cl), feed_times(tip, feeds[1:]), np.nan)
 
 
 def refuse_turning_compensation(cl, machine, blocks):
-    """Raise `InputError` if a rotary axis moves while the control compensates the radius of the cutter.
-
-    The control does so in its X-Y plane: the tool has to stand across it, and the rotary axes still.
-    """
-    heads, rows = [joint.carries == "tool" for joint in machine.rotary], len(blocks.words)
-    switched = [*commands(blocks.remarks, "compensation"), (rows, None)]
+    """Refuse a rotary axis that moves while the control compensates the radius of the cutter, in its X-Y plane."""
+    heads = [joint.carries == "tool" for joint in machine.rotary]
+    switched = [*commands(blocks.remarks, "compensation"), (len(blocks.words), None)]
     for (first, side), (last, _) in pairwise(switched):
-        rotary = blocks.words[max(first - 1, 0) : min(last + 1, rows), 3:]
+        rotary = blocks.words[max(first - 1, 0) : last + 1, 3:]
         if side.values[0] != "OFF" and (blocks.tcp or np.ptp(rotary, axis=0).any() or rotary[:1, heads].any()):
             expected = "rotary axes that stand still, the tool across X and Y, and no TCP"
             raise InputError(f"{cl.name}: {side.statement}", expected, "others while it holds")
@@ -133,18 +132,16 @@ def refuse_turning_compensation(cl, machine, blocks):
 def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     """Return the text of a program; words that do not change are left out.
 
-    There is at least one block, and none repeats all words of the one before. Of the name letters, digits and
-    underscores are used.
+    There is at least one block, and none like the one before. Of the name letters, digits and underscores are used.
     """
     control, name = control_for(machine, dialect), re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
     between, changes, switches = _between(control, machine, blocks)
-    own = machine.program_head
+    rows, own = len(blocks.words), machine.program_head
     if not own and not machine.program_foot:
         own = [_comment(control, MOTION_ONLY)]
-    between[0][:0] = [line.replace("{name}", name) for line in (*control.head, *own)]
-    foot = [line.replace("{name}", name) for line in (*machine.program_foot, *control.foot)]
-    rows = len(blocks.words)
-    between[rows] += [control.tcp_off] * blocks.tcp + foot
+    between[0][:0] = [line.replace("{name}", name) for line in (*control.words["head"], *own)]
+    foot = [line.replace("{name}", name) for line in (*machine.program_foot, *control.words["foot"])]
+    between[rows] += [control.words["TCP off"]] * blocks.tcp + foot
     numbered = np.zeros(rows + 1, int)  # how many lines before each move, besides the moves
     for row, lines in between.items():
         numbered[row] = sum(_takes_number(control, line) for line in lines)
@@ -156,15 +153,15 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
         count, at = before[row] - numbered[row], row
         for line in lines:
             if _takes_number(control, line):
-                line, count = f"{control.number_letter}{_number(control, count)} {line}", count + 1
+                line, count = f"{control.words['block']}{_number(control, count)} {line}", count + 1
             texts.append(f"{line}\n")
     return "".join(texts)
 
 
 def _between(control, machine, blocks):
-    """What stands between the moves: lines by the number of the move that follows, also behind the last.
+    """What stands between the moves: lines, by the number of the move that follows, also behind the last.
 
-    And the moves before which a tool is changed, and, as (int, str), words that a move itself takes.
+    And the moves before which a tool is changed, and words that a move itself takes, by its number.
     """
     rows, tool, tcp = len(blocks.words), 1, False
     between, changes, switches = {0: [], rows: []}, [0], {}
@@ -177,20 +174,20 @@ def _between(control, machine, blocks):
             if kind == "comment":
                 lines.append(_comment(control, remark))
             elif kind == "compensation":
-                switches[row] = control.words[kind, remark.values[0]].format(tool=tool)
+                switches[row] = control.words[f"{kind} {remark.values[0]}"].format(tool=tool)
             elif kind == "tool":
-                tool, before, tcp = remark.values[0], [control.tcp_off] * tcp, False
-                change = [line.replace("{tool}", str(tool)) for line in machine.tool_change]
-                if not change:
-                    change = control.lines(remark)
+                lines += [control.words["TCP off"]] * tcp
+                tool, tcp = remark.values[0], False
+                lines += [line.replace("{tool}", str(tool)) for line in machine.tool_change]
+                if not machine.tool_change:
+                    lines += control.lines(remark)
                     if machine.programmed_point == "tip" and not blocks.tcp:
-                        change += [line.format(tool) for line in control.words.get("tip", ())]
-                lines += before + change
+                        lines += [line.format(tool) for line in control.words["tip"]]
                 changes.append(row)
             else:
                 lines += control.lines(remark)
         if blocks.tcp and not tcp and row < rows:
-            lines.append(control.tcp_on.format(tool=tool))
+            lines.append(control.words["TCP on"].format(tool=tool))
             tcp = True
         between[row] = lines
     return between, [row for row in changes if row < rows], switches
@@ -223,7 +220,7 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     for axis, column in zip(axes, blocks.words.T, strict=True):
         shown = _changes(values := printed(np.array(column)))
         shown[changes] = True  # nobody knows where the machine went for its tool
-        positions.append(Column(axis_word(axis), values, DECIMALS, control.sign, shown))
+        positions.append(Column(axis_word(axis), values, DECIMALS, control.words["plus"], shown))
     switched = [Column(word, shown=rows == row) for row, word in switches.items()]
     moved = [*positions, *switched] if heidenhain else [*switched, *positions]
     # An ISO control that has been told times has forgotten the feed.
@@ -260,21 +257,17 @@ def _comment(control, remark):
     comment = " ".join(remark.split())
     if control is FANUC:
         comment = comment.replace("(", "[").replace(")", "]")
-    return control.comment[0] + comment + control.comment[1]
+    return control.words["comment"].format(comment)
 
 
 def read(text, machine, dialect="heidenhain", *, name="program"):
-    """Return the `Blocks` of a program's text; `name` begins every error message.
-
-    Raises `InputError` with the line for a word that is not known or stands twice, a block before which an axis was
-    never set, or a program without a move.
-    """
+    """Return the `Blocks` of a program's text; `InputError` with its `name` and the line if a word is not known."""
     lines = _Lines(machine, dialect, name)
     lines.take_all(text)
     if not lines.runs:
         raise InputError(name, "at least one move", "none")
-    words, *rows = (np.concatenate(columns, axis=-1) for columns in zip(*lines.runs, strict=True))
-    return Blocks(words.T, *rows, tcp=bool(lines.moves_tcp))
+    words, *columns = (np.concatenate(runs, axis=-1) for runs in zip(*lines.runs, strict=True))
+    return Blocks(words.T, *columns, tcp=bool(lines.moves_tcp))
 
 
 class _Lines(bulk.Reader):
@@ -284,11 +277,12 @@ class _Lines(bulk.Reader):
         self.control, self.names, self.name = control_for(machine, dialect), machine.joint_names, name
         letters = "|".join(re.escape(axis) for axis in sorted(self.names, key=len, reverse=True))
         self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})")
-        self.codes = re.compile(self.control.codes + r"(?![\d.])")
+        self.codes = re.compile(self.control.words["codes"] + r"(?![\d.])")
         self.pattern = _plain(self.control, self.names)
         self.passed_over = _templates((*machine.program_head, *machine.program_foot))
         self.tool_change = _templates(machine.tool_change)
-        self.line, self.position, self.feed = 1, NOWHERE, np.nan
+        self.line = 1
+        self.forget()
         self.rapid, self.inverse, self.tcp = False, False, False
         self.moves_tcp = None  # whether the moves so far were with TCP
         self.runs = []  # of moves: words, shape (5, n), feeds, seconds and rapid
@@ -316,12 +310,13 @@ class _Lines(bulk.Reader):
         """Take one line, word by word."""
         line = raw.decode("utf-8", "surrogatepass").strip()
         body = re.sub(r"\([^()]*\)" if self.control is FANUC else ";.*", " ", line).strip()
-        body = re.sub(rf"^{self.control.number_letter}\d+\s*", "", body)
+        body = re.sub(rf"^{self.control.words['block']}\d+\s*", "", body)
         if self.control is HEIDENHAIN:
             body = "" if re.fullmatch(r"(BEGIN|END) PGM \w+ MM", body) else re.sub(r"^L(\s+|$)", "", body)
         template = re.sub(r"^N?\d+\s*", "", line)
-        if self.tool_change.fullmatch(template):  # the machine goes where its tools are
-            body, self.position, self.feed = "", NOWHERE, np.nan
+        if self.tool_change.fullmatch(template):
+            self.forget()
+            body = ""
         elif self.passed_over.fullmatch(template) or (body == "%" and self.control is not HEIDENHAIN):
             body = ""
         words, feed, seconds, rapid = {}, np.nan, np.nan, False
@@ -340,7 +335,7 @@ class _Lines(bulk.Reader):
             elif match := self.codes.match(body):
                 self.take_code(match[0])
             else:
-                raise self.error(f"a word of a {self.control.name} program", repr(body.split()[0]))
+                raise self.error(f"a word of a {self.control.words['control']} program", repr(body.split()[0]))
             body = body[match.end() :].lstrip()
         if words:
             column = np.array([[words.get(name, np.nan)] for name in self.names])
@@ -360,11 +355,15 @@ class _Lines(bulk.Reader):
             return False, value, np.nan
         return False, np.nan, value if kind == "FT" else 60 / value
 
+    def forget(self):
+        """The machine goes where its tools are."""
+        self.position, self.feed = np.full(5, np.nan), np.nan
+
     def take_code(self, code):
-        if re.fullmatch(r"TOOL CALL \d+(?: Z)?|M0?6", code):  # the machine goes where its tools are
-            self.position, self.feed = NOWHERE, np.nan
-        if code in (self.control.tcp_on.split()[0], self.control.tcp_off):
-            self.tcp = code != self.control.tcp_off
+        if re.fullmatch(r"TOOL CALL \d+(?: Z)?|M0?6", code):
+            self.forget()
+        if code in (self.control.words["TCP on"].split()[0], self.control.words["TCP off"]):
+            self.tcp = code != self.control.words["TCP off"]
 
     def move(self, words, feeds, seconds, rapid):
         """Take n moves: words, shape (5, n), feeds and seconds, NaN where a line does not say."""

@@ -1,19 +1,184 @@
 """The proof of a program: its own text, read back and sent through the forward kinematics, against the CL data.
 
-It covers the records, the path that the joints really run between the blocks, lifted moves, feeds and times.
+It covers the records, the path that the joints really run between the blocks, lifted moves, feeds and times. First
+comes what it measures with, and planning, too: how far tip and tool axis stray from the CL path when all five
+joints move linearly from block to block (nonlinear error, 非线性误差).
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from mathpost.errors import MathpostError
-from mathpost.post import ways
-from mathpost.post.between_blocks import bounds, largest, sampled
 from mathpost.rotation import slices
 
+RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
+LEVER = 50.0  # mm; the least lever that samples are counted for, for the sake of the tool axis
+AXIS_RESOLUTION = RESOLUTION / LEVER  # radians; what they may miss of the tool axis
+FIRST = 64  # one of so many moves, those with the greatest bounds, is looked at before the others
 LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no third derivative bounds
 FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to three decimals
+
+
+def deviation(kin, start, end, *, tips=None, axes=None, samples=None):
+    """Return how far the tip (mm) and the tool axis (radians) stray when all joints move linearly, shape (m,) each.
+
+    `start` and `end`, shape (m, 5), are the joints at both ends of m moves, mm and radians; `tips` and `axes`, (2,
+    m, 3), the ends of the segments and great circles that they should follow, by default where the joints at both
+    ends have them. `samples` are intervals per move, by default as many as it takes to miss no more than
+    `RESOLUTION` where the move is taken for a parabola between them.
+
+    Examples
+    --------
+    Half a turn of C about a tip 77 mm from its axis: the tip cuts straight across.
+
+    >>> from mathpost import machine
+    >>> from mathpost.kinematics import Kinematics
+    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
+    >>> ends = kin.close([77.0, 0, 0], [[0, 0], [0, np.pi]])
+    >>> tip, axis = deviation(kin, ends[:1], ends[1:])
+    >>> f"{tip[0]:.3f} mm"
+    '77.000 mm'
+    """
+    return tuple(stray(kind, kin, start, end, path, samples) for kind, path in enumerate((tips, axes)))
+
+
+def strays(kin, cl, motion, moves=slice(None)):
+    """Return how far tip (mm) and tool axis (radians) stray from the CL path on moves of a `Motion`."""
+    starts, ends = motion[:-1][moves], motion[1:][moves]
+    tips, axes = zip(*(cl.at(poses.place) for poses in (starts, ends)), strict=True)
+    return deviation(kin, starts.joints, ends.joints, tips=tips, axes=axes)
+
+
+def stray(kind, kin, start, end, path=None, samples=None, least=2):
+    """One half of `deviation`: that of the tip (`kind` 0) or of the tool axis (1)."""
+    error = np.zeros(len(start))
+    for moves, _, *tool in sampled(kin, start, end, samples, least):
+        ends = tool[kind][[0, -1]] if path is None else (path[0][moves], path[1][moves])
+        error[moves] = peak((from_segment, from_arc)[kind](tool[kind], *ends))
+    return error
+
+
+def sampled(kin, start, end, samples=None, least=2):
+    """Yield k moves at a time: their numbers (k,), t from 0 to 1 (intervals + 1, 1), tips and axes (…, k, 3)."""
+    start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    intervals = np.full(len(start), samples) if samples else _intervals(kin.machine, start, end, least)
+    for count in np.unique(intervals).tolist():
+        t = np.linspace(0, 1, count + 1)[:, None]
+        alike = np.flatnonzero(intervals == count)
+        for rows in slices((len(alike), count + 1)):
+            moves = alike[rows]
+            yield moves, t, *kin.forward(start[moves] + t[..., None] * (end[moves] - start[moves]))
+
+
+def true_tip(kin, joints, *, samples=24):
+    """Return the way of the tip, shape (m, 3), when the joints (n, 5) move linearly: `samples` intervals a move."""
+    joints, t = np.asarray(joints, dtype=float), np.linspace(0, 1, samples + 1)[:, None]
+    return kin.forward(joints[:-1, None] + t * np.diff(joints, axis=0)[:, None])[0].reshape(-1, 3)
+
+
+def largest(kind, kin, joints, path, most, *, least=2):
+    """How far the tip (`kind` 0) or the tool axis (1) strays at most from `path` (n, 3), and the first such move.
+
+    `most`, shape (n - 1,), is how far each move may stray, from `bounds`; infinite where that is not known,
+    negative for moves that do not count. What the samples may miss is added.
+    """
+    if not len(most):
+        return 0.0, -1
+    found, bound = np.zeros(len(most)), np.maximum(most, 0)
+
+    def look(moves):
+        ends = path[moves], path[moves + 1]
+        strayed = stray(kind, kin, joints[moves], joints[moves + 1], ends, least=least)
+        found[moves] = np.minimum(strayed, bound[moves])
+
+    few = len(most) // FIRST + 1
+    promising = np.argpartition(most, -few)[-few:]
+    look(promising[most[promising] >= 0])
+    most[promising] = -1
+    look(np.flatnonzero(most > found.max()))
+    error = min(found.max() + (RESOLUTION, AXIS_RESOLUTION)[kind], bound.max())
+    return float(error), int(found.argmax())
+
+
+def bounds(machine, joints, tips, axes, reached):
+    """How far the moves of an ideal machine may stray, shape (2, n - 1), mm and radians.
+
+    `tips` and `axes`, shape (n, 3), are where the path has them, `reached` where the joints (n, 5) have them.
+    Between its ends a move strays from its chord by at most an eighth of its second derivative, which is Ω² for a
+    unit vector that is turned by Ω in all. The great circle is off its own chord by an eighth of the square of what
+    it spans.
+    """
+    ends = (np.linalg.norm(at - path, axis=1) for at, path in zip(reached, (tips, axes), strict=True))
+    tip_off, axis_off = (np.maximum(off[:-1], off[1:]) for off in ends)
+    turn = np.abs(np.diff(joints[:, 3:], axis=0)).sum(axis=1)
+    axis = axis_off + (turn**2 + (turn + np.pi * axis_off) ** 2) / 8
+    bend = derivative(machine, joints[:-1], joints[1:], 2) / 8
+    return np.array([tip_off + bend, 2 * np.arcsin(np.minimum(axis / 2, 1))])
+
+
+def derivative(machine, start, end, order):
+    """What a derivative of the tip's way is at most, order 2 or 3, a move taking the time 1.
+
+    A point at most r from the lines that it is turned about, by Ω, and moved by v has at most Ωⁿ·r + n·Ωⁿ⁻¹·v.
+    """
+    result, offsets = np.empty(len(start)), levers(machine)
+    for rows in slices(result.shape):
+        step = np.abs(end[rows] - start[rows])
+        turn, travel = step[:, 3:].sum(axis=1), step[:, :3].sum(axis=1)
+        lever = offsets + np.maximum(*(np.abs(at[rows, :3]).sum(axis=1) for at in (start, end)))
+        result[rows] = turn ** (order - 1) * (turn * np.maximum(lever, LEVER) + order * travel)
+    return result
+
+
+def levers(machine):
+    """All offsets of a machine end to end, mm: besides X Y Z, no point is further from a rotary axis."""
+    head = 0 if isinstance(machine.programmed_point, str) else np.abs(machine.programmed_point).sum()
+    pivots = sum(np.abs(rotary.point).sum() for rotary in machine.rotary)
+    return np.abs(machine.origin).sum() + 2 * (machine.tool_length + pivots) + head
+
+
+def _intervals(machine, start, end, least):
+    """Into how many intervals the moves must be divided for parabolas through three samples; powers of two."""
+    missed = derivative(machine, start, end, 3) / (9 * np.sqrt(3))  # h³ of it, by a parabola through points h apart
+    # The least power of two, n, with n³ ≥ missed/RESOLUTION, which is below 2 to its binary exponent.
+    _, exponent = np.frexp(missed / RESOLUTION)
+    return np.left_shift(1, np.maximum(-(-exponent // 3), math.ceil(math.log2(least))))
+
+
+def from_segment(points, start, end):
+    """Distance of points (..., 3) from the segments between two others."""
+    along, off = end - start, points - start
+    squared = np.vecdot(along, along)
+    t = np.clip(np.vecdot(off, along) / np.where(squared > 0, squared, 1), 0, 1)
+    return np.linalg.norm(off - t[..., None] * along, axis=-1)
+
+
+def from_arc(axes, start, end):
+    """Angle of unit vectors (..., 3) from the shorter great circle arcs between two others."""
+    along = end - start  # of neighbours only the differences keep their digits
+    normal = np.cross(start, along)
+    length = np.linalg.norm(normal, axis=-1)
+    # No arc between opposite axes, nor between axes that differ by rounding, be it only in their own length.
+    arc = length > 1e-15 + 1e-12 * np.linalg.norm(along, axis=-1)
+    normal = normal / np.where(arc, length, 1)[..., None]
+    from_start, from_end = axes - start, axes - end
+    before = np.vecdot(from_start, np.cross(normal, start)) < 0
+    behind = np.vecdot(from_end, np.cross(normal, end)) > 0
+    half_chord = np.minimum(np.linalg.norm(from_start, axis=-1), np.linalg.norm(from_end, axis=-1)) / 2
+    off_plane = np.abs(np.vecdot(from_start, normal))
+    beside = arc & ~before & ~behind
+    return np.where(beside, np.arcsin(np.minimum(off_plane, 1)), 2 * np.arcsin(np.minimum(half_chord, 1)))
+
+
+def peak(values):
+    """The largest of samples along the first axis, and of the parabolas through three that follow each other."""
+    before, at, after = values[:-2], values[1:-1], values[2:]
+    curvature, slope = before - 2 * at + after, np.abs(after - before)
+    crest = slope <= -2 * curvature
+    top = at - slope**2 / np.where(curvature < 0, 8 * curvature, -np.inf)
+    return np.maximum(values.max(axis=0), np.where(crest, top, 0).max(axis=0))
 
 
 @dataclass(frozen=True)
@@ -33,9 +198,9 @@ class Proof:
 def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None):
     """Return the `Proof` of a program; tolerances in mm and radians, the others as in `measured`.
 
-    Raises `MathpostError` if the tip or the tool axis is off the CL path by more than its tolerance, or the tip
-    below the part on a lifted move, or if a block has another feed than the CL data, or less time than its feed and
-    the rates of the machine allow.
+    `MathpostError` if tip or tool axis are off the CL path by more than their tolerances, or a lifted tip goes into
+    the part, or a block has another feed than the CL data, or less time than its feed and the rates of the machine
+    allow.
     """
     proof = measured(kin, cl, blocks, motion, real=real)
     tip, axis = max(proof.tip_error, proof.path_tip_error), max(proof.axis_error, proof.path_axis_error)
@@ -52,8 +217,8 @@ def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None):
 def measured(kin, cl, blocks, motion, *, real=None):
     """Return as `Proof` how far blocks that were read back are from the CL data, at the records and between them.
 
-    `motion` says where on the CL path each block ends, and which are lifted off the part; `real`, a `Compensator`,
-    is the machine that runs the program, if it is not the one that its control knows.
+    `motion` says where on the CL path each block ends, and which are lifted; `real`, a `Compensator`, is the
+    machine that runs the program, if it is not the one that its control knows.
     """
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
@@ -117,10 +282,8 @@ def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
         tips, axes = cl.at(motion.place[moves] + t * (motion.place[moves + 1] - motion.place[moves]))
         height = np.vecdot(tip - tips, axes).min(axis=0)
         if not height.min() >= -tolerance:
-            record = motion.record[moves[height.argmin()] + 1]
-            raise MathpostError(
-                f"{cl.where(record)}: on its way there the lifted tool goes {-height.min():.3f} mm into the part"
-            )
+            into = f"on its way there the lifted tool goes {-height.min():.3f} mm into the part"
+            raise MathpostError(f"{cl.where(motion.place[moves[height.argmin()] + 1])}: {into}")
 
 
 def _refuse_other_feeds(cl, blocks, motion):
@@ -139,10 +302,7 @@ def _refuse_other_feeds(cl, blocks, motion):
 
 
 def _refuse_too_fast(machine, cl, blocks, motion):
-    """A block with a time takes as long as its way on the CL path at its feed, and as its slowest axis.
-
-    An axis goes at its rate; where the machine states none, at the feed, in mm and degrees a minute.
-    """
+    """A block with a time takes as long as its way on the CL path at its feed, and as its slowest axis."""
     timed = 1 + np.flatnonzero(~np.isnan(blocks.seconds[1:]))
     seconds, feeds = blocks.seconds[timed], cl.feeds[motion.record[timed]]
     start, end = (cl.at(motion.place[rows])[0] for rows in (timed - 1, timed))
@@ -156,54 +316,5 @@ def _refuse_too_fast(machine, cl, blocks, motion):
     fast = seconds < 0.99 * least - 0.001 - 1e-6 * seconds**2 - 0.012 / feeds
     if fast.any():
         block = int(fast.argmax())
-        where = cl.where(motion.record[timed[block]])
-        raise MathpostError(
-            f"{where}: a block takes {seconds[block]:.3f} s, feed and axes need {least[block]:.3f} s at least"
-        )
-
-
-@dataclass(frozen=True)
-class Report(Proof):
-    """All that a person wants to know of a program before running it; ``print(report)`` shows it."""
-
-    settings: dict  # what the program was made with, as text
-    time: float  # seconds, by `mathpost.post.time_law`; 0 if neither feed nor rates are known
-    peaks: dict  # of each axis: greatest speed and acceleration, mm or degrees, NaN an acceleration without limit
-    slowest: tuple | None  # record (from 0) before which the tip loses most time, seconds asked, and taken
-    warnings: tuple
-    uncompensated: Proof | None  # what the calibrated machine would do, had the program not been compensated
-    strategies: tuple  # name; cost; largest step of each rotary axis, degrees; why it is not possible
-    ways: dict  # the ways through each singular region (first and last record, from 0), lists of `Way`
-
-    def __str__(self):
-        said, peaks = [*self.settings.items()], []
-        for name, (speed, acceleration) in self.peaks.items():
-            unit = "mm" if name in "XYZ" else "°"
-            pulled = "" if np.isnan(acceleration) else f" {acceleration:.0f} {unit}/s²"
-            if speed > 0:
-                peaks.append(f"{name} {speed:.1f} {unit}/s{pulled}")
-        if self.time > 0:
-            said += [("time", f"{self.time:.2f} s"), ("peaks", ", ".join(peaks))]
-        if self.slowest:
-            record, asked, taken = self.slowest
-            said += [("slow-down", f"before record {record + 1}: {taken:.3f} s, the feed asks {asked:.3f} s")]
-        along = f"{self.path_tip_error:.4f} mm along the path (most before record {self.worst_record})"
-        said += [("tip error", f"{self.tip_error:.4f} mm at the records, {along}")]
-        along = f"{self.path_axis_error:.4f}° along the path"
-        said += [("axis error", f"{self.axis_error:.4f}° at the records, {along}")]
-        if self.uncompensated:
-            before, after = (
-                f"{1e3 * each.tip_error:.1f} µm and {3600 * each.axis_error:.1f} arcsec"
-                for each in (self.uncompensated, self)
-            )
-            said += [("volumetric", f"at the records {before} before compensation, {after} after it")]
-        said += [("warning", warning) for warning in self.warnings]
-        lines = [f"{key:<12} {value}" for key, value in said]
-        if self.strategies:
-            lines += ["", f"{'selection':<14}{'cost':>10}  largest rotary steps"]
-        for name, cost, steps, reason in self.strategies:
-            figures = f"{cost:10.3f}  " + " ".join(f"{step:8.3f}°" for step in steps)
-            lines.append(f"{name:<14}{reason or figures}")
-        for region, through in self.ways.items():
-            lines += ["", *ways.comparison(region, through)]
-        return "\n".join(lines)
+        taken = f"a block takes {seconds[block]:.3f} s, feed and axes need {least[block]:.3f} s at least"
+        raise MathpostError(f"{cl.where(motion.record[timed[block]])}: {taken}")

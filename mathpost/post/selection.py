@@ -58,13 +58,12 @@ class Candidates:
             return "tool axis out of reach"
         return "; ".join(self.kin.machine.out_of_travel(self.joints[record, candidate]))
 
-    def table(self, record, previous=None, weights=None):
+    def table(self, record, previous=None):
         """Return rows to show: branch, joints in mm and degrees, cost of the move from `previous`, why if out."""
         machine, known = self.kin.machine, ~np.isnan(self.joints[record]).any(axis=1)
         listed = np.flatnonzero(known | ~known.any())  # those for the pole only at the pole
         joints = self.joints[record, listed]
-        steps = joints if previous is None else short_way(machine, joints - previous)
-        costs = move_costs(machine, steps, weights)
+        costs = move_costs(machine, joints if previous is None else short_way(machine, joints - previous))
         reasons = [self.reason(record, candidate) for candidate in listed]
         return list(zip(self.branch[listed].tolist(), joints * UNITS, costs, reasons, strict=True))
 
@@ -89,7 +88,7 @@ def candidates(kin, tip, axis):
     return _explained(kin, _solutions(kin, tip, axis))
 
 
-def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False, prefer=None, sway=SWAY):
+def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None, sway=SWAY):
     """Choose branch and winding for every record, as `Selection`.
 
     Parameters
@@ -99,13 +98,11 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     strategy : str
         ``"optimal"``: least cost over the whole path, by dynamic programming. ``"shortest"``: least cost of each
         next move. ``"paper"``: the cases and the C ± 2π rule of source 002.
-    weights : array_like, shape (5,), optional
-        See `move_costs`.
     start : array_like, shape (5,), optional
         Present joints (mm, radians). Without it the first record prefers the branch `prefer`, near rotary zero.
     split : bool
-        Whether the path may be split, with a retract and an unwind, where travel does not let it go on. It is
-        split as seldom as possible; among such choices the optimal one costs least.
+        Whether the path may be split, with a retract and an unwind, where travel does not let it go on. It is split
+        as seldom as possible; among such choices the optimal one costs least.
     prefer : {1, -1}, optional
         The preferred direction of the tilting axis, the paper's dominant range (优势区间): to begin on among
         equals, and in its case (2). By default the longer side of its travel.
@@ -126,8 +123,7 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
     >>> from mathpost.post import cl as cldata
     >>> from mathpost.kinematics import Kinematics
     >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
-    >>> chosen = choose(kin, cldata.read("data/cl/blade.cl"))
-    >>> np.rad2deg(chosen.joints[:, 3:]).round(3)
+    >>> np.rad2deg(choose(kin, cldata.read("data/cl/blade.cl")).joints[:, 3:]).round(3)
     array([[ 11.817, 175.815],
            [  4.717, 178.332],
            [  2.334,  -0.825],
@@ -138,13 +134,15 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         raise InputError("strategy", " or ".join(STRATEGIES), repr(strategy))
     if prefer not in (None, 1, -1):
         raise InputError("prefer", "1 or -1", repr(prefer))
-    weights = None if weights is None else as_array(weights, 5, "weights")
+    machine, derived = kin.machine, kin.inverse_symbolic
     start = None if start is None else as_array(start, 5, "start")
-    machine, prefer = kin.machine, prefer or _longer_side(kin)
-    options = {"weights": weights, "start": start, "split": split, "prefer": prefer, "sway": sway}
+    if prefer is None:  # the longer side of travel from the middle of the two solutions
+        low, high = machine.limits[kin.symbols.index(derived.inner)] - float(sum(derived.solutions) / 2)
+        prefer = 1 if np.isinf(high) or high >= -low else -1
+    options = {"start": start, "split": split, "prefer": prefer, "sway": sway}
     if strategy == "paper":
         joints, branch = yu_dan.choose(kin, cl, prefer)
-        return Selection(joints, branch, path_cost(machine, joints, weights, start), (), strategy)
+        return Selection(joints, branch, path_cost(machine, joints, start), (), strategy)
 
     if (loose := without_far_limits(machine)) != machine:  # hundreds of windings that hardly ever matter
         without = copy(kin)
@@ -153,32 +151,29 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         if machine.within(chosen.joints).all():  # the best way without a limit, and inside it
             return chosen
 
-    solved, turns = _solutions(kin, cl.points, cl.axes), _turns(machine)
-    outer = kin.symbols.index(kin.inverse_symbolic.outer)
+    solved, turns, outer = _solutions(kin, cl.points, cl.axes), _turns(machine), kin.symbols.index(derived.outer)
     beyond = _beyond_the_short_way(kin, cl, solved, outer, singular.STILL * sway)
     first = _explained(kin, solved[..., :1])
     if start is None:
         beginning = TIE * np.abs((first.joints[0] * UNITS)[:, 3:]).sum(axis=1)
         beginning += PREFERENCE * (first.branch != (0 if prefer > 0 else 1))
     else:
-        beginning = move_costs(machine, short_way(machine, first.joints[0] - start), weights)
+        beginning = move_costs(machine, short_way(machine, first.joints[0] - start))
     long = len(cl) * len(first.branch) ** 2 > LONG
     picks, broken, unreachable, stuck = (compiled(best_way, nearest, cost) if long else best_way)(
-        solved, turns, outer, beyond, machine.ends, machine.endless, beginning,
-        *rates_or_weights(machine, weights), np.r_[False, singular.near(kin, cl, sway)], np.array(cl.rapid),
-        strategy == "shortest",
+        solved, turns, outer, beyond, machine.ends, machine.endless, beginning, *prices(machine),
+        np.r_[False, singular.near(kin, cl, sway)], np.array(cl.rapid), strategy == "shortest",
     )  # fmt: skip
     if unreachable >= 0:
         rows = _explained(kin, solved[..., unreachable, None]).table(0)
         reasons = " / ".join(dict.fromkeys(why for *_, why in rows))
         raise ReachError(f"{cl.where(unreachable)}: no solution inside travel: {reasons}")
     if stuck >= 0 and not split:
-        so_far = choose(kin, cl.part(0, stuck), strategy, **options | {"split": True}).joints[-1, 3:]
-        names = machine.joint_names[3:]
-        angles = " ".join(f"{name} {angle:.3f}°" for name, angle in zip(names, np.rad2deg(so_far), strict=True))
+        so_far = np.rad2deg(choose(kin, cl.part(0, stuck), strategy, **options | {"split": True}).joints[-1, 3:])
+        angles = " ".join(f"{joint.name} {at:.3f}°" for joint, at in zip(machine.rotary, so_far, strict=True))
+        reason = f"no choice of branch and winding goes on in cut (so far {angles})"
         raise ReachError(
-            f"{cl.where(stuck)}: the path breaks here, no choice of branch and winding goes on in cut (so far "
-            f"{angles}); split it, with a retract and an unwind"
+            f"{cl.where(stuck)}: the path breaks here, {reason}; split it, with a retract and an unwind"
         )
     (solution, winding), records = np.divmod(picks, turns.shape[1]), np.arange(len(cl))
     joints = np.empty((5, len(cl))).T  # joint by joint is read fastest
@@ -189,14 +184,14 @@ def choose(kin, cl, strategy="optimal", *, weights=None, start=None, split=False
         turned = np.diff(joints[:, joint], prepend=0.0 if start is None else start[joint])
         joints[:, joint] -= TURN * np.cumsum(np.rint(turned / TURN) - further * (joint == outer))
     breaks = tuple(np.flatnonzero(broken).tolist())
-    return Selection(joints, solution % 2, path_cost(machine, joints, weights, start), breaks, strategy)
+    return Selection(joints, solution % 2, path_cost(machine, joints, start), breaks, strategy)
 
 
 def _solutions(kin, tip, axis):
     """Both branches of each record, shape (5, k, n), k = 2; k = 6 if some are at the pole, NaN for all others.
 
-    There the outer axis may also take the angles of the nearest records before and after that are not at the pole:
-    two of each, one for each branch. It can then be turned where that costs nothing of the tool axis.
+    There the outer axis may also take the angles of the nearest records before and after that are not at the pole,
+    of each branch. It can then be turned where that costs nothing of the tool axis.
     """
     joints, tip = kin.inverse(tip, axis), np.asarray(tip, dtype=float)
     inner, outer = (kin.symbols.index(each) for each in (kin.inverse_symbolic.inner, kin.inverse_symbolic.outer))
@@ -217,11 +212,9 @@ def _solutions(kin, tip, axis):
 
 
 def _beyond_the_short_way(kin, cl, solved, outer, still):
-    """How many whole turns the outer axis makes beyond its short way to each record in cut, shape (k, n).
-
-    Where the rotary axes are not at right angles, a great circle that passes beside the pole can take it a little
-    more than half a turn. One that passes as near as `still` may go either way.
-    """
+    """How many whole turns the outer axis makes beyond its short way to each record in cut, shape (k, n)."""
+    # Where the rotary axes are not at right angles, a great circle that passes beside the pole can take it a little
+    # more than half a turn. One that passes as near as `still` may go either way.
     beyond, angles = np.zeros(solved.shape[1:], np.int8), solved[outer, :2]
     steps = nearest(np.diff(angles))
     moves = np.flatnonzero((np.abs(steps) > np.pi / 2).any(axis=0) & ~cl.rapid[1:])
@@ -234,7 +227,7 @@ def _beyond_the_short_way(kin, cl, solved, outer, still):
 
 
 def _turns(machine):
-    """What each winding of the two rotary axes adds to the joints, shape (5, w), radians."""
+    """What each winding of the rotary axes adds to the joints, shape (5, w), radians."""
     pairs = np.meshgrid(*(windings(*machine.limits[joint]) for joint in (3, 4)), indexing="ij")
     return np.concatenate([np.zeros((3, pairs[0].size)), np.reshape(pairs, (2, -1))])
 
@@ -244,14 +237,6 @@ def _explained(kin, solved):
     turns = _turns(kin.machine)
     joints = (solved[:, :, None] + turns[:, None, :, None]).reshape(5, -1, solved.shape[2])
     return Candidates(kin, joints.T, np.repeat(np.arange(solved.shape[1]) % 2, turns.shape[1]))
-
-
-def _longer_side(kin):
-    """The direction, +1 or −1, in which the tilting axis has more travel from the middle of its two solutions."""
-    derived = kin.inverse_symbolic
-    low, high = kin.machine.limits[kin.symbols.index(derived.inner)]
-    middle = float(sum(derived.solutions) / 2)
-    return 1 if np.isinf(high) or high - middle >= middle - low else -1
 
 
 # Moves: the short way round, what they cost, and the best way through the candidates.
@@ -266,7 +251,7 @@ def nearest(step):
 
 
 def cost(steps, price, slowest):
-    """Return what moves cost whose joint steps are `steps[0]` … `steps[4]`, by `rates_or_weights`."""
+    """Return what moves cost whose joint steps are `steps[0]` … `steps[4]`, by `prices`."""
     total = 0.0
     for joint in range(5):
         part = np.abs(steps[joint]) * price[joint]
@@ -276,18 +261,13 @@ def cost(steps, price, slowest):
 
 def without_far_limits(machine):
     """The machine with its rotary axes endless that have room for more than `MANY` turns."""
-    rotary = (
-        replace(joint, limits=ENDLESS) if joint.limits[1] - joint.limits[0] > MANY * TURN else joint
-        for joint in machine.rotary
-    )
+    far = [joint.limits[1] - joint.limits[0] > MANY * TURN for joint in machine.rotary]
+    rotary = (replace(each, limits=ENDLESS) if so else each for each, so in zip(machine.rotary, far, strict=True))
     return replace(machine, rotary=tuple(rotary))
 
 
 def windings(low, high):
-    """The whole turns that may bring an angle in [−180°, 180°] into travel, radians, least turns first.
-
-    An endless axis has one winding here: its turns are counted when the path is known.
-    """
+    """The whole turns, radians, that may bring an angle in [−180°, 180°] into travel; 0 for an endless axis."""
     if not (np.isfinite(low) and np.isfinite(high)):
         return np.zeros(1)
     turns = np.arange(np.floor((low - np.pi) / TURN), np.ceil((high + np.pi) / TURN) + 1)
@@ -303,38 +283,31 @@ def short_way(machine, steps):
     return steps
 
 
-def rates_or_weights(machine, weights=None):
-    """Return what a mm or radian of each joint costs, shape (5,), and whether only the slowest joint counts."""
-    rates = machine.max_rates
-    if weights is None and not np.isnan(rates).all():
-        return np.nan_to_num(1 / rates), True
-    return UNITS * (1.0 if weights is None else np.asarray(weights, dtype=float)), False
+def prices(machine):
+    """What a mm or radian of each joint costs, shape (5,), and whether only the slowest joint counts."""
+    known = ~np.isnan(machine.max_rates)
+    return (np.nan_to_num(1 / machine.max_rates) if known.any() else UNITS), bool(known.any())
 
 
-def move_costs(machine, steps, weights=None):
+def move_costs(machine, steps):
     """Return what moves by joint steps (..., 5), mm and radians, cost, shape (...).
 
-    `weights`, shape (5,), are the cost of travel per mm and per degree, to add up. Without them the cost is the
-    seconds that the slowest axis needs, over the axes whose rate the machine states; if it states none, the sum of
-    mm and degrees.
+    That is the seconds that the slowest axis needs, over the axes whose rate the machine states; if it states none,
+    the sum of mm and degrees.
 
     Examples
     --------
     >>> from mathpost import machine
-    >>> dmu50v = machine.load("data/machines/dmu50v.toml")
-    >>> steps = [[0, 0, 100, 0, np.pi]]
-    >>> move_costs(dmu50v, steps), move_costs(dmu50v, steps, weights=[1, 1, 1, 1, 1])
-    (array([5.]), array([280.]))
+    >>> move_costs(machine.load("data/machines/dmu50v.toml"), [[0, 0, 100, 0, np.pi]])
+    array([5.])
     """
-    return cost(np.moveaxis(np.asarray(steps, dtype=float), -1, 0), *rates_or_weights(machine, weights))
+    return cost(np.moveaxis(np.asarray(steps, dtype=float), -1, 0), *prices(machine))
 
 
-def path_cost(machine, joints, weights=None, start=None):
-    """Return what a sequence of joints, shape (n, 5), costs, the way from `start` to its first row included."""
-    total = float(np.sum(move_costs(machine, np.diff(joints, axis=0), weights)))
-    if start is not None:
-        total += float(move_costs(machine, short_way(machine, joints[0] - start), weights))
-    return total
+def path_cost(machine, joints, start):
+    """What a sequence of joints, shape (n, 5), costs, with the way from `start`, if given, to its first row."""
+    total = float(np.sum(move_costs(machine, np.diff(joints, axis=0))))
+    return total if start is None else total + float(move_costs(machine, short_way(machine, joints[0] - start)))
 
 
 def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slowest, meeting, rapid, greedy):
@@ -346,9 +319,9 @@ def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slow
 
     `solved`, shape (5, s, n), are the joints of each record's solutions and `turns`, (5, w), what the windings add:
     candidate ``k·w + t`` is solution ``k`` in winding ``t``, and costs `beginning`, (s·w,), to begin with. The
-    joint `outer` makes `beyond`, (s, n), whole turns beyond its short way to each record, on the same solution.
-    The branch may change on the moves `meeting`, (n,), to a record; those in `rapid`, (n,), never break the path.
-    If `greedy`, only the best candidate of each record is kept: the shortest next move.
+    joint `outer` makes `beyond`, (s, n), whole turns beyond its short way to each record, on the same solution. The
+    branch may change on the moves `meeting`, (n,), to a record; those in `rapid`, (n,), never break the path. If
+    `greedy`, only the best candidate of each record is kept: the shortest next move.
 
     Returns the number of the candidate of each record, and whether the move to it breaks the path, both (n,); the
     first record without a candidate inside travel, and the first that every way reaches with a break, or −1.

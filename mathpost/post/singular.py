@@ -9,7 +9,7 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.errors import InputError
-from mathpost.post.time_law import feed_times
+from mathpost.post.cl import feed_times
 from mathpost.rotation import about, unit
 
 # As much as a flank 6 mm above the tip strays by 0.01 mm; what Siemens' CYCLE832 sets for finishing, too: 10° for
@@ -55,10 +55,7 @@ def amplification(kin, axis):
 
 
 def distance(kin, axis):
-    """Return the angle (radians) between tool axes (..., 3) and the nearest singular tool axis.
-
-    Singular are the ends of reach: on most machines the pole, where the tool is parallel to the outer axis.
-    """
+    """Return the angle (radians) between tool axes (..., 3) and the nearest singular one, an end of reach."""
     return from_pole(kin, axis, kin.reach)
 
 
@@ -92,9 +89,9 @@ def near(kin, cl, cone):
 
 
 def nearest(kin, start, end, measured=distance):
-    """Return where the great circle between tool axes (n, 3) comes nearest to a singular one, and how near.
+    """Where the great circle between tool axes (n, 3) comes nearest to a singular one, t from 0 to 1, and radians.
 
-    That is t (n,), from 0 to 1 along the arc, and radians (n,). With `from_pole` as `measured`: to the outer axis.
+    With `from_pole` as `measured`: to the outer axis.
     """
     along = end - start  # of neighbours only the difference keeps its digits
     across = along - np.vecdot(along, start)[:, None] * start

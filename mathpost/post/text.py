@@ -75,9 +75,9 @@ class Pattern:
 class Reader:
     """Takes the lines of a text one after the other: runs of plain ones together, the others one by one.
 
-    Of those who know the language, `pattern` says what a plain line looks like, `fits(values)` which of them are
-    plain to the end, shape (lines,), and `takes_plain()` whether plain lines now mean what they say.
-    `take_plain(values)` takes so many, `take_line(raw)` the bytes of one line without its end.
+    Those who know the language have `pattern`; `fits(values)` and `takes_plain()`, which lines are plain to the
+    end, and whether they now mean what they say; `take_plain(values)` for so many, `take_line(raw)` for the bytes
+    of one line.
     """
 
     def takes_plain(self):
@@ -128,7 +128,7 @@ class Column:
 
 
 def lines(columns, first, stop):
-    """Yield the text of the lines from `first` to `stop`, many at a time; where a line ends, a `Column` says."""
+    """Yield the text of the lines from `first` to `stop`, many at a time; a `Column` ends them."""
     widest = sum(len(column.literal) + WIDEST * (column.values is not None) for column in columns)
     write = _loops((stop - first) * widest)[1]
     decimals = np.array([-1 if column.values is None else column.decimals for column in columns])
@@ -182,10 +182,7 @@ def _compiled():
 
 
 def _match(text, upper, lower, sizes, kinds, optional, blanks, values, plain):
-    """Put the numbers of the lines of `text` that fit a pattern into `values`, and which lines fit into `plain`.
-
-    The text ends with the end of a line, which is in no literal and no number: nothing looks behind it.
-    """
+    """Put the numbers of the lines of `text` that fit a pattern into `values`, and which lines fit into `plain`."""
     at = 0
     for line in range(len(plain)):
         fits = True
@@ -242,8 +239,8 @@ def _number(text, at, with_sign_and_point):
 def _write(out, literals, sizes, shown, values, decimals, plus, first):
     """Write lines into `out`, from number `first` on; return the number of the next line, and where `out` ends.
 
-    A number has so many decimals, and none stands where they are negative; `plus` is the sign of one that is not
-    negative, or 0. Stops before a line with a number that is not finite, too large, or in doubt as to its rounding.
+    `plus` is the sign of a number that is not negative, or 0. Stops before a line with a number that is not finite,
+    too large, or in doubt as to its rounding.
     """
     at = 0
     for line in range(first, shown.shape[1]):

@@ -10,9 +10,9 @@ import numpy as np
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.post import cl as cldata
 from mathpost.post import selection, yu_dan
-from mathpost.post.between_blocks import Motion, follow, in_the_air, linearize, strays
+from mathpost.post.between_blocks import Motion, TimeLaw, block_times, follow, in_the_air, linearize, time_law
+from mathpost.post.proof import strays
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, distance, refuse_nonsense
-from mathpost.post.time_law import TimeLaw, block_times, time_law
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline
 ASIDE_NODES = 181  # nodes of a path moved aside
@@ -45,9 +45,9 @@ class Way(Motion):
 class Crossing:
     """A singular region of a path, and the ways through it.
 
-    `joints`, shape (n, 5), are those chosen for the whole path, mm and radians, windings counted; `region` is the
-    first and the last record (from 0), from `mathpost.post.singular.regions`; `tolerance` (mm) is that of the tip
-    in the ways that recompute X Y Z, `axis_tolerance` (radians) that of the tool axis in those on its great circle.
+    `joints`, shape (n, 5), are those chosen for the whole path, mm and radians, windings counted; `region` its
+    first and last record (from 0). `tolerance` (mm) is that of the tip in the ways that recompute X Y Z,
+    `axis_tolerance` (radians) that of the tool axis in those on its great circle.
     """
 
     FOLLOWING = ("direct", "other branch", "retract")
@@ -82,19 +82,12 @@ class Crossing:
     def way(self, name, *, lean=LEAN, clearance=CLEARANCE, points=5):
         """Return one way through as a `Way`.
 
-        Parameters
-        ----------
-        name : str
-            The tool axis follows its great circle in ``"direct"``: as chosen; in ``"other branch"``: on the other
-            solution from the largest swing on; and in ``"retract"``: at the largest swing lifted by `clearance`
-            along the tool axis, swung, and returned, so that no record is left uncut. It leaves the circle in
-            ``"linear"``: rotary angles in proportion, X Y Z recomputed; in ``"cubic"``: clamped cubic in the rotary
-            angles, X Y Z recomputed; and in ``"aside"``: moved aside by at most `lean`.
-            ``"paper cubic"`` and ``"paper clamped"``: all five coordinates, for the audit.
-        lean, clearance : float
-            Radians, and mm, ΔA of equation (9).
-        points : int
-            Points that the paper's cubics put in.
+        The tool axis follows its great circle in ``"direct"``: as chosen; in ``"other branch"``: on the other
+        solution from the largest swing on; and in ``"retract"``: at the largest swing lifted by `clearance` (mm, ΔA
+        of equation (9)) along the tool axis, swung, and returned, so that no record is left uncut. It leaves the
+        circle in ``"linear"``: rotary angles in proportion, X Y Z recomputed; in ``"cubic"``: clamped cubic in the
+        rotary angles, X Y Z recomputed; and in ``"aside"``: moved aside by at most `lean`, radians. ``"paper
+        cubic"`` and ``"paper clamped"``, for the audit: all five coordinates, so many `points` put in.
         """
         refuse_nonsense(lean, clearance)
         if name not in self.WAYS:
@@ -107,7 +100,10 @@ class Crossing:
                 motion = linearize(self.kin, motion, in_the_air(motion, self.tolerance, clearance))
         except MathpostError as error:
             return Way(**vars(Motion.on_part(np.empty((0, 5)), [])), name=name, reason=str(error))
-        return Way(**vars(motion), name=name, **self._figures(motion))
+        law, (tip, axis) = self._law(motion), strays(self.kin, self.cl, motion)
+        peaks = law.peak_speeds[self.outer], law.peak_accelerations[self.outer]
+        largest = tip[motion.in_cut].max(initial=0), axis[motion.at_feed(self.cl)].max(initial=0)
+        return Way(*vars(motion).values(), name, law, *peaks, *largest)
 
     def _direct(self):
         return Motion.on_part(self.joints[self.records], self.records)
@@ -168,13 +164,11 @@ class Crossing:
     def _retract(self, clearance):
         swing, on_part = self._largest_swing(), self._direct()
         over = yu_dan.lifted(self.kin, self.joints[swing : swing + 2], clearance)
-        swung = Motion(over, np.array([swing, swing + 1.0]), np.ones(2, bool))
-        before = swing + 1 - self.first
+        swung, before = Motion(over, np.array([swing, swing + 1.0]), np.ones(2, bool)), swing + 1 - self.first
         return Motion.joined([on_part[:before], swung, on_part[before:]])
 
     def _paper_cubic(self, points, cubic=yu_dan.paper_cubic):
-        rows = yu_dan.four_records(self.joints, (self.first, self.last))
-        t = np.linspace(0, 1, points + 2)
+        rows, t = yu_dan.four_records(self.joints, (self.first, self.last)), np.linspace(0, 1, points + 2)
         return Motion.on_part(cubic(rows, t), self.first + t * (self.last - self.first))
 
     def _paper_clamped(self, points):
@@ -189,21 +183,13 @@ class Crossing:
         """The record that the outer axis swings from."""
         return self.first + int(np.abs(np.diff(self.joints[self.records, self.outer])).argmax())
 
-    def _figures(self, motion):
-        """What `Way` says of a motion."""
+    def _law(self, motion):
+        """The time law of a motion with the records about it."""
         near = np.arange(max(self.first - NEAR, 0), min(self.last + 1 + NEAR, len(self.joints)))
         run, machine = Motion.on_part(self.joints[near], near), self.kin.machine
         run = Motion.joined([run[near < self.first], motion, run[near > self.last]])
         tips, feeds = self.kin.forward(run.joints)[0], self.cl.feeds[run.record[1:]]
-        law = time_law(machine, run.joints, block_times(machine, run.joints, tips, feeds, run.in_cut))
-        tip_error, axis_error = strays(self.kin, self.cl, motion)
-        return {
-            "law": law,
-            "peak_speed": law.peak_speeds[self.outer],
-            "peak_acceleration": law.peak_accelerations[self.outer],
-            "tip_error": tip_error[motion.in_cut].max(initial=0),
-            "axis_error": axis_error[motion.at_feed(self.cl)].max(initial=0),
-        }
+        return time_law(machine, run.joints, block_times(machine, run.joints, tips, feeds, run.in_cut))
 
 
 def unbroken(regions, breaks):

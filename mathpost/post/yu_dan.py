@@ -13,6 +13,7 @@ import sympy as sp
 
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.machine import TRAVEL_TOLERANCE
+from mathpost.post.proof import deviation, from_segment
 
 
 @dataclass(frozen=True)
@@ -32,9 +33,8 @@ class Case:
     def __str__(self):
         if self.kappa is None:
             return f"case (1): |θ| = {np.degrees(self.size):.3f}° is outside travel"
-        steps = " and ".join(f"{np.degrees(step):.3f}°" for step in self.steps)
-        taken = f"case ({self.number}): κ = {self.kappa}, {np.degrees(self.angle):.3f}°"
-        return taken + f", steps {steps} for κ = 0 and 1" * bool(steps)
+        steps = ", steps {:.3f}° and {:.3f}° for κ = 0 and 1".format(*np.degrees(self.steps)) if self.steps else ""
+        return f"case ({self.number}): κ = {self.kappa}, {np.degrees(self.angle):.3f}°{steps}"
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,8 @@ class Turn:
 def cases(kin, cl, prefer):
     """Return the `Case` of each record; that before the first is taken to stand at 0.
 
-    `prefer`, 1 or -1, is the sign of the dominant range (优势区间) of the tilting axis; it decides in case (2) and
-    in the ties of case (3). `InputError` if the two solutions of the machine are not opposite angles.
+    `prefer`, 1 or -1, is the sign of the dominant range (优势区间) of the tilting axis, for case (2) and the ties
+    of case (3). `InputError` if the two solutions of the machine are not opposite angles.
 
     Examples
     --------
@@ -76,20 +76,18 @@ def cases(kin, cl, prefer):
     dominant = 0 if prefer > 0 else 1
     found, before = [], 0.0
     for size in np.abs(kin.inverse(cl.points, cl.axes)[:, 0, tilting]).tolist():
-        if not size <= far:
-            found.append(Case(1, size, None))
-            continue
+        case, steps = Case(1, size, None), (abs(size - before), abs(-size - before))
         if size <= near:
-            steps = abs(size - before), abs(-size - before)
-            found.append(Case(3, size, min((dominant, 1 - dominant), key=lambda kappa: steps[kappa]), steps))
-        else:
-            found.append(Case(2, size, dominant))
-        before = found[-1].angle
+            case = Case(3, size, min((dominant, 1 - dominant), key=lambda kappa: steps[kappa]), steps)
+        elif size <= far:
+            case = Case(2, size, dominant)
+        found.append(case)
+        before = before if case.kappa is None else case.angle
     return found
 
 
 def turns(angles):
-    """Return the `Turn` of each outer angle (radians) between the first and the last.
+    """The `Turn` of each outer angle (radians) between the first and the last.
 
     The next angle has not been corrected by then, as in the paper: an even walk across ±180° stays broken.
     """
@@ -97,17 +95,13 @@ def turns(angles):
     for record in range(1, len(angles) - 1):
         before, angle, after = angles[record - 1 : record + 2]
         turned = angle - 2 * np.pi * np.sign(angle)
-        deltas = (abs(each - before) + abs(each - after) for each in (angle, turned))
-        found.append(Turn(angle, turned, *deltas))
+        found.append(Turn(angle, turned, *(abs(each - before) + abs(each - after) for each in (angle, turned))))
         angles[record] = found[-1].taken
     return found
 
 
 def choose(kin, cl, prefer):
-    """Return joints (n, 5) and branches (n,) by `cases`, equation (6) and `turns`; it may swing the long way round.
-
-    `ReachError` if the rules lead out of travel.
-    """
+    """Return joints (n, 5) and branches (n,) by `cases`, equation (6) and `turns`; `ReachError` out of travel."""
     found = cases(kin, cl, prefer)
     for record, case in enumerate(found):
         if case.kappa is None:
@@ -151,10 +145,8 @@ def hermite():
     t, span, start, end, k_1, k_2 = sp.symbols("t T M_s M_e k_1 k_2")
     unknown = sp.symbols("a:4")
     cubic = sum(a * t**power for power, a in enumerate(unknown))
-    slope = cubic.diff(t)
-    conditions = (cubic.subs(t, 0) - start, cubic.subs(t, span) - end)
-    conditions += (slope.subs(t, 0) - k_1, slope.subs(t, span) - k_2)
-    return cubic.subs(sp.solve(conditions, unknown))
+    ends = [(cubic, 0, start), (cubic, span, end), (cubic.diff(t), 0, k_1), (cubic.diff(t), span, k_2)]
+    return cubic.subs(sp.solve([each.subs(t, at) - value for each, at, value in ends], unknown))
 
 
 def clamped(rows, span=1.0, dt=(1.0, 1.0)):
@@ -176,8 +168,8 @@ def paper_cubic(rows, t):
 def smooth(kin, cl, joints, region, n, *, dt=(1.0, 1.0)):
     """Put `n` points, even in the virtual time, into a region: angles on the clamped cubic, X Y Z recomputed.
 
-    `joints`, shape (m, 5), are those chosen for all records, mm and radians; `region` is the first and the last
-    record, from 0; `dt` as in `end_slopes`. Returns the virtual time (n + 2,), in records, and joints (n + 2, 5).
+    `joints`, shape (m, 5), are those of all records, mm and radians; `region` is the first and the last record,
+    from 0. Returns the virtual time (n + 2,), in records, and joints (n + 2, 5).
     """
     first, last = region
     curve = clamped(four_records(joints, region)[:, 3:], last - first, dt)
@@ -189,3 +181,19 @@ def lifted(kin, joints, clearance):
     """Return joints (..., 5), the tip moved by `clearance` (ΔA, mm) along the tool axis: (9), or back (10)."""
     tip, axis = kin.forward(joints)
     return kin.close(tip + clearance * axis, np.asarray(joints)[..., 3:])
+
+
+def equation_8(kin, start, end, tolerance, *, max_depth=12):
+    """Divide a move by equation (8) of source 002 taken literally, for the audit only.
+
+    The new points lie on the line in joint space, and each half is measured at its middle against its own chord.
+    Returns the joints (pieces + 1, 5), the largest error by that measure, and the true one of the whole move, mm.
+    """
+    for depth in range(max_depth):
+        joints = np.linspace(start, end, 2**depth + 1)
+        tip, middle = kin.forward(joints)[0], kin.forward((joints[:-1] + joints[1:]) / 2)[0]
+        claimed = from_segment(middle, tip[:-1], tip[1:]).max()
+        if claimed <= tolerance:
+            break
+    whole = np.broadcast_to(tip[[0, -1], None], (2, len(joints) - 1, 3))
+    return joints, float(claimed), float(deviation(kin, joints[:-1], joints[1:], tips=whole)[0].max())

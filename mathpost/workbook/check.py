@@ -10,8 +10,9 @@ from mathpost.workbook.graph import Graph, same
 from mathpost.workbook.judge import Judge
 from mathpost.workbook.label import read_label
 from mathpost.workbook.nc_table import looked_at
-from mathpost.workbook.recognise import Recognised, Task
+from mathpost.workbook.recognise import Recognised
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, FileReport, Judgement
+from mathpost.workbook.task import Task
 from mathpost.workbook.values import check_values
 
 LUCKY = "numbers without formulas: that they are right by luck cannot be excluded"

@@ -1,9 +1,7 @@
 """Right or wrong, and where: the earliest place where putting in the right thing makes all that follows right."""
 
 from dataclasses import replace
-from functools import reduce
-from itertools import chain, combinations_with_replacement, groupby, islice, product
-from math import comb
+from itertools import chain, groupby, islice
 
 import numpy as np
 
@@ -12,17 +10,15 @@ from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError
 from mathpost.rotation import wrap
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
-from mathpost.workbook.edits import CONVERSIONS, TO_DEGREES, TO_RADIANS, TRIGONOMETRY, as_around, edits, repaired
+from mathpost.workbook.edits import CONVERSIONS, TO_DEGREES, TO_RADIANS, edits, repaired
 from mathpost.workbook.file import EMPTY
-from mathpost.workbook.formula import Area, areas, heads, text_of, walk
-from mathpost.workbook.graph import SAMPLES, Graph, beside, same
+from mathpost.workbook.formula import heads
+from mathpost.workbook.graph import SAMPLES, Graph, same
 from mathpost.workbook.nc_table import Words, judge_numbers
 from mathpost.workbook.plane_angles import Plane
 from mathpost.workbook.report import Fault
 from mathpost.workbook.values import read_labels
-
-UNLIKELY, UNEXPLAINED = 2.0, 3.0  # what a repair costs that an odd change of the formula explains, or none
-SIZES = {9: 3, 16: 4, 3: 3, 4: 4}  # rows of so many cells
+from mathpost.workbook.why import UNEXPLAINED, Why
 
 
 class Judge:
@@ -53,6 +49,7 @@ class Judge:
         for calculation in self.live:
             calculation.unround(self.inputs)
         self.values = self._run()
+        self.why = Why(self)
 
     def _set_units(self, places, base):
         """Degrees, radians or gon: whole turns of which unit leave more sines and cosines as they are.
@@ -106,7 +103,7 @@ class Judge:
         """What a cell would hold with another formula."""
         return np.broadcast_to(self.graph.cell(place, self.values, tree), SAMPLES)
 
-    def _fault(self, place, cause, message):
+    def fault(self, place, cause, message):
         return Fault(self.graph.address(place), cause, message, place)
 
     # The verdict.
@@ -142,16 +139,16 @@ class Judge:
         if self.found.by == "the task" and (other := self._other_reading(self.unexplained, euler.SEQUENCES)):
             text = f"it is {' '.join(other)}, and {self.found.calculations[0].said} is asked for"
             for calculation in self.unexplained:
-                self.faults.append(self._fault(calculation.results[0], "other convention", text))
+                self.faults.append(self.fault(calculation.results[0], "other convention", text))
             self.unexplained = []
         for _, table in groupby((row for row in self.found.calculations if row.typed), lambda row: row.table):
             for place, cause, message in judge_numbers(list(table), self.graph.own):
-                self.faults.append(self._fault(place, cause, f"{self.graph.short(place)}: {message}"))
+                self.faults.append(self.fault(place, cause, f"{self.graph.short(place)}: {message}"))
         errors = {p for row in rows for p in row.results if p in self.graph.trees and np.isnan(self.graph.own[p])}
         errors -= self.graph.downstream([*self.graph.not_evaluated, *(fault.place for fault in self.faults)])
         for place in (p for p in errors if self.graph.upstream([p]) & errors == {p}):
             text = f"{self.graph.short(place)} gives no number at this tool axis"
-            self.faults.append(self._fault(place, "wrong value", text))
+            self.faults.append(self.fault(place, "wrong value", text))
         return self
 
     def _choose_the_way(self, turns):
@@ -180,7 +177,7 @@ class Judge:
                     cause = other if any(abs(number - each) <= half for each in asked) else "wrong value"
                     cause = "sign" if abs(number + wanted) <= half else cause
                     text = f"{self.graph.short(place)} is {number:.6g}, the task says {wanted:.6g}"
-                    self.faults.append(self._fault(place, cause, text))
+                    self.faults.append(self.fault(place, cause, text))
 
     def _other_reading(self, calculations, sequences):
         """The sequence and convention, other than those asked for, that all results are of, or None."""
@@ -212,7 +209,7 @@ class Judge:
                 if place is None:
                     place, cause = min(bad, key=self.graph.calculation_order), "wrong value"
                     text = "the result is not what the task asks for, and no single change makes it so"
-                self.faults.append(self._fault(place, cause, text))
+                self.faults.append(self.fault(place, cause, text))
                 self.fixed.update({p: targets[p] for p in bad})
                 self.values = self._run()
             if found is None:
@@ -251,7 +248,7 @@ class Judge:
             made = [c for c in (*self._steps(last), last) if same(self.block(c.results[:3]), wrong)]
             if made:
                 targets = dict(zip(made[0].results, last.targets.values(), strict=False))
-                self.faults += [self._fault(p, "offset", f"{self.graph.short(p)}: {text}") for p in targets]
+                self.faults += [self.fault(p, "offset", f"{self.graph.short(p)}: {text}") for p in targets]
                 self.fixed.update(targets)
                 self.values = self._run()
                 self.unexplained.remove(last)
@@ -276,10 +273,10 @@ class Judge:
         """The fault of a cell beside the calculations that ought to hold `value`; None if no repair makes it so."""
         if place in self.graph.trees and (found := repaired(self.graph, {place: value}, self.values)):
             cause, sentence, other = found
-            cause = self._reference_kind(place, other) if cause == "wrong reference" else cause
+            cause = self.why.reference_kind(place, other) if cause == "wrong reference" else cause
             self.fixed[place] = value
             self.values = self._run()
-            return self._fault(place, cause, f"{self.graph.short(place)}: {sentence}")
+            return self.fault(place, cause, f"{self.graph.short(place)}: {sentence}")
         return None
 
     def _typed_over(self, bad):
@@ -311,7 +308,7 @@ class Judge:
             units = [*self.found.windows, *self._lines(calculation, scope), (place,)]
             unit = next(unit for unit in units if place in unit)
             option = {p: said[p] for p in unit if p in wrong}
-            self.faults += self._explain(calculation, unit, option)[1]
+            self.faults += self.why.explain(calculation, unit, option)[1]
             return option
         return None
 
@@ -324,7 +321,7 @@ class Judge:
             if best and best[0] == 0 and order > best[1]:
                 break
             for option in options:
-                cost, faults = self._explain(calculation, unit, option)
+                cost, faults = self.why.explain(calculation, unit, option)
                 own = (*min(map(self.graph.calculation_order, option)), order[-1])
                 best = min(best or (99,), (cost, max(order, own), option, faults), key=lambda b: b[:2])
         if best is None or (best[0] >= UNEXPLAINED and len(bad) == len(calculation.targets)):
@@ -345,7 +342,7 @@ class Judge:
             order = min(map(graph.calculation_order, [p for p in block if p in graph.trees] or block))
             options = [dict(zip(block, known, strict=True)) for known in calculation.known.get(len(block), ())]
             yield (*order, len(block)), block, self._tried(options, targets, bad)
-        for place in formulas | (scope & (found.constants | targets.keys())):
+        for place in formulas | (scope & (found.constants | (found.typed & targets.keys()))):
             options = self._cell_options(calculation, place, targets, bad)
             yield (*graph.calculation_order(place), 0), (place,), options
         for number, kind in enumerate(("rounded early", *(cause for cause, _ in (TO_RADIANS, TO_DEGREES)))):
@@ -354,7 +351,7 @@ class Judge:
             if len(option) > 1:  # the same slip everywhere
                 yield (97, (number,), 0), tuple(option), self._tried([option], targets, bad)
         if isinstance(calculation, Turn):  # all matrices of the other convention
-            windows = (_as_window(w, other).items() for w, (_, other) in self._elements(calculation).items())
+            windows = (_as_window(w, other).items() for w, (_, other) in self.elements(calculation).items())
             option = dict(chain.from_iterable(windows))
             yield (98, (0,), 0), tuple(option), self._tried([option], targets, bad)
 
@@ -411,7 +408,7 @@ class Judge:
         if isinstance(calculation, Turn):
             yield from (sign * entry for entry in calculation.scalars() for sign in (1, -1))
 
-    def _elements(self, turn, option=()):
+    def elements(self, turn, option=()):
         """The windows that are elementary matrices, with `option` → their sense, and what the other would be."""
         half = len(turn.elements) // 2
         return {
@@ -421,143 +418,9 @@ class Judge:
             if self.met(_as_window(window, element), dict(option))
         }
 
-    def _stands(self, calculation, places):
+    def stands(self, calculation, places):
         """Whether some cells hold together what may stand in so many."""
         return any(same(known, self.block(places)) for known in calculation.known.get(len(places), ()))
-
-    # Why.
-
-    def _explain(self, calculation, unit, option):
-        """The cost of a repair, and its faults, the first one first."""
-        graph, faults, done, cost = self.graph, [], set(), 0.0
-        in_window = unit in self.found.windows
-        places = sorted(option, key=graph.reading_order if in_window else graph.calculation_order)
-        if in_window and self.found.typed.issuperset(places):  # a typed matrix: what is wrong by its number first
-            places.sort(key=lambda p: abs(option[p][0] - graph.value(p)) < 1e-9)
-        elements = self._elements(calculation) if isinstance(calculation, Turn) else {}
-        is_block = len(unit) in SIZES and unit not in elements and (in_window or len(places) > 1)
-        block = self._of_the_block(calculation, unit, option) if is_block else None
-        for place in places:
-            if place not in done:
-                array = graph.array(place)
-                done.update(array)
-                wanted = {p: option.get(p, self.targets.get(p, self.now(p))) for p in array}
-                *fault, more = block or self._cause(calculation, wanted)
-                cost = max(cost, more)
-                faults.append(self._fault(place, *fault))
-        within = [w for w in (unit, *self.found.windows) if unit[0] in w and unit[0] not in self.targets]
-        if len(unit) > 16:  # all matrices at once
-            return 0.0, faults
-        if unit in elements and len(places) == 2:  # do the others turn the same way?
-            senses = [sense for sense, _ in elements.values()]
-            cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
-        elif elements and len(places) == 1 and len(self._elements(calculation, option)) > len(elements):
-            cost = 0.0  # an elementary matrix but for this cell
-        elif len(unit) == 1 and any(self._stands(calculation, w) for w in within):
-            cost += UNLIKELY  # it may stand there as it is, alone or in a matrix
-        elif not block:
-            cost += min(0.25 * (len(faults) - 1), 0.5)
-        return cost, faults
-
-    def _cause(self, calculation, wanted):
-        """Cause, sentence and cost of one wrong cell, or of an array formula."""
-        graph, (place, value) = self.graph, next(iter(wanted.items()))
-        cell, short = graph.cells.get(place), graph.short(place)
-        known = place in self.targets or any(same(value, entry, 1e-7) for entry in calculation.entries)
-        if cell is None:
-            return "wrong value", f"{short} is empty", UNEXPLAINED
-        if place not in graph.trees:
-            if cell.number is None:
-                return "wrong value", f"{short} holds {cell.value!r} where a number belongs", 0.0
-            if np.ptp(value[1:]) < 1e-9:
-                cost = 0.0 if np.abs(value[1] - [0, 1]).min() < 1e-9 else UNLIKELY
-                return "wrong value", f"{short} is {cell.number:g}, should be {value[1]:g}", cost
-            known |= not abs(value[0] - cell.number) > 5e-3
-            cost = 0.0 if known and cell.number not in (0, 1, -1) else UNLIKELY * 1.1
-            text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
-            return "typed over formula", text, cost
-        tree = graph.trees[place]
-        period = self.periods.get(place)
-        if found := repaired(graph, wanted, self.values, calculation.given, self.found.windows, period):
-            cause, sentence, other = found
-            plain = tree[0] in ("+", "-") or ("minus" not in heads(tree) and tree[0] != "area")
-            odd = as_around(graph, place) == tree or (plain and other == ("minus", tree))
-            cause = self._reference_kind(place, other) if cause == "wrong reference" else cause
-            return cause, f"{short}: {sentence}", UNLIKELY * (cause == "sign" and odd)
-        if term := self._missing(calculation, place, value):
-            return "missing term", f"{short}: the term {term} is missing", 0.2
-        text = f"{short}: ={text_of(tree, place[0])} is not what belongs there"
-        return "wrong value", text, UNEXPLAINED + 9 * (not known)
-
-    def _reference_kind(self, place, other):
-        """Name a wrong reference: a missing $, a different angle, a different point, or just a different cell."""
-        pairs = zip(areas(self.graph.trees[place]), areas(other), strict=True)
-        old, new = next((a, b) for a, b in pairs if a != b)
-        above = areas(self.graph.tree((place[0], place[1] - 1, place[2])))
-        table = len(self.graph.component[place]) > 9
-        if table and old.top > new.top and not old.fixed[0] and str(new) in map(str, above):
-            return "missing $"
-        if new.places[0] in self.found.angles:
-            return "wrong angle"
-        return "wrong point" if {old.places[0], new.places[0]} <= self.found.lengths else "wrong reference"
-
-    def _missing(self, calculation, place, value):
-        """A term that is missing from a sum: a number, or a product of cells and functions of those around."""
-        graph, lacking = self.graph, value - self.now(place)
-        if not np.isfinite(lacking[1:]).all():
-            return None
-        around = graph.component[place]
-        around = around if len(around) <= 16 else [p for p in around if p[1] == place[1]]
-        pool = [*(s for p in around for s in graph.uses.get(p, ())), *calculation.given]
-        pool = dict.fromkeys([*pool, *(near for s in graph.uses[place] for near in beside(s))])
-        factors = [("number", float(lacking[1])), *(("area", Area(*p, *p[1:])) for p in pool if p in graph.cells)]
-        parts = [part for p in around for _, part in walk(graph.tree(p))]
-        factors += [part for part in parts if part[0] in TRIGONOMETRY or part[:2] == ("-", ("number", 1.0))]
-        factors = {text_of(tree): tree for tree in factors}
-        values = [np.broadcast_to(graph.calculate(t, self.values)[:, 0, 0], SAMPLES) for t in factors.values()]
-        for depth in range(1, 5):
-            if comb(len(factors) + depth - 1, depth) > 20_000:
-                break
-            chosen = np.array([*combinations_with_replacement(range(len(factors)), depth)])
-            found = np.array(values)[chosen].prod(axis=1)
-            off = [np.abs(found + sign * lacking)[:, 1:].max(axis=1) for sign in (1, -1)]
-            for n in np.flatnonzero(np.minimum(*off) < 1e-7 * (1 + np.abs(lacking[1:]).max()))[:1]:
-                return text_of(reduce(lambda a, b: ("*", a, b), ([*factors.values()][k] for k in chosen[n])))
-        return None
-
-    def _of_the_block(self, calculation, unit, option):
-        """Why a matrix or vector is wrong, with the cost: it or a factor is transposed, or a product reversed."""
-        size, square = SIZES[len(unit)], len(unit) > 4
-
-        def matrix(places, *more):
-            return self.block(places, *more).T.reshape(SAMPLES, size, -1)
-
-        now, wanted = matrix(unit), matrix(unit, option)
-        windows = {w: matrix(w) for w in self.found.windows if len(w) == size * size and w != unit}
-        if square and same(now, _turned(wanted)):
-            copy = all(self.graph.tree(p)[0] == "area" for p in unit)
-            copy &= any(same(w, now) for w in windows.values())
-            known = self._stands(calculation, unit)
-            known |= any(same(w, wanted) for w in windows.values())
-            known |= any(same(v @ w, now) for v, w in product(windows.values(), repeat=2))
-            return "transposed", "the matrix should be transposed", UNLIKELY * (known and not copy)
-        vectors = {c: matrix(c) for c in self.graph.components if len(c) == size and c != unit}
-        for (a, left), (b, right) in product(windows.items(), (windows if square else vectors).items()):
-            if same(left @ right, wanted):
-                order = f"the order is {self.graph.range(a)} times {self.graph.range(b)}"
-                slips = [("transposed", "a factor of the product is transposed", _turned(left) @ right)]
-                if square:
-                    slips.append((*slips[0][:2], left @ _turned(right)))
-                    slips.append(("order of product", order, right @ left))
-                    slips.append(("transposed", "the product is transposed", _turned(left @ right)))
-                for cause, text, slip in slips:
-                    if same(slip, now):
-                        return cause, text, 0.0
-        return None
-
-
-def _turned(matrix):
-    return np.swapaxes(matrix, 1, 2)
 
 
 def _one_convention(faults):

@@ -4,120 +4,41 @@ Labels only break ties: which triple is an angle, a point or an origin follows f
 """
 
 import re
-import tomllib
 from collections import Counter
-from dataclasses import dataclass, fields
-from itertools import combinations, count, product, takewhile
-from pathlib import Path
+from itertools import combinations, count, product
 
 import numpy as np
 
-from mathpost import angles as euler
-from mathpost.errors import InputError, read_text
+from mathpost.errors import InputError
 from mathpost.workbook.calculation import Turn
-from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY
-from mathpost.workbook.formula import areas, heads
+from mathpost.workbook.given import Given, offset, runs
 from mathpost.workbook.label import read_label
 from mathpost.workbook.nc_table import rows_of
 from mathpost.workbook.plane_angles import find_planes
+from mathpost.workbook.task import reading
 
 MOVES = 1500  # inputs of one formula that are moved one by one
-PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
-BETWEEN = r"['’′]*[-–→·, ]*"
-SEQUENCE = re.compile(rf"(?<![A-Za-z])([XYZ]){BETWEEN}([XYZ]){BETWEEN}([XYZ])['’′]*(?![A-Za-z])", re.I)
-PRIMED = re.compile(r"(?<![A-Za-z])([XYZ])[-–, ]*([XYZ])['’′][-–, ]*([XYZ])(?:['’′]{2}|[\"”″])", re.I)
-NUMBERED = re.compile(r"(?<![\d.])([123])-([123])-([123])(?![\d.])")
-TURNS = r"euler|欧拉|rotat|dreh|turn|旋转|转|sequence|reihenfolge|顺序|axes|achsen|轴|trins|rpy|[ck]ardan|wrist"
-ONE_AXIS = r"(?:about|around|\bum|autour de|绕)(?:\s|\(|the|die|der|den|l'axe|new|neue\w?|新的?)*([xyz])(?![a-z])"
-FIXED = r"fixed axes|extrins|feste[nr]? achsen|固定(坐标)?轴|外旋|static axes"
-OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵))"  # active matrices may make a passive rotation
-ACTIVE, PASSIVE = (rf"(?:{word}){OF_MATRICES}" for word in (r"\bactive|aktiv|主动", r"passiv|被动"))
-TRANSPOSED = r"transpo|转置|\)\^?[Tᵀ]\b|ᵀ"
 INVERSE = r"inver|rück|zurück|\bback|retour|逆|反变换"
 ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角"
 
 
-@dataclass(frozen=True)
-class Task:
-    """What the sheet was asked to do; None leaves it to the sheet, and then to source 000.
-
-    Attributes
-    ----------
-    kind : str
-        ``"zxz"``, ``"sequence"`` or ``"nc"``.
-    sequence : str
-        As in `mathpost.angles`: ``"ZXZ"`` about turned axes, ``"zxz"`` about fixed ones.
-    convention : str
-        ``"passive"``: coordinates of a fixed point in the turned frame; ``"active"``: the turned point.
-    angles, point, origin : sequence of 3 numbers
-        Degrees and mm, to be found in the input cells.
-    machine : Machine or path of a machine file
-    cells : dict
-        ``{"angles": "B2:B4", "point": "C2:C4", "origin": "D2:D4", "result": "H2:H4"}``.
-    """
-
-    kind: str | None = None
-    sequence: str | None = None
-    convention: str | None = None
-    angles: tuple | None = None
-    point: tuple | None = None
-    origin: tuple | None = None
-    machine: object = None
-    cells: dict | None = None
-
-    def __post_init__(self):
-        for name, known in (("kind", ("zxz", "sequence", "nc")), ("convention", ("active", "passive"))):
-            if getattr(self, name) not in (None, *known):
-                raise InputError(name, " or ".join(known), repr(getattr(self, name)))
-        if self.sequence is not None:
-            euler.matrix(self.sequence, (0, 0, 0))
-
-
-def task_file(path):
-    """Return the fields of a `Task` from a TOML file.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read or holds another key.
-    """
-    try:
-        given = tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(str(path), "TOML", str(error)) from None
-    known = [each.name for each in fields(Task)]
-    for key in given:
-        if key not in known:
-            raise InputError(f"{path}, {key}", f"one of {', '.join(known)}", key)
-    if isinstance(given.get("machine"), str):
-        given["machine"] = str(Path(path).parent / given["machine"])
-    return given
-
-
-class Recognised:
+class Recognised(Given):
     """What is what in a workbook.
 
-    `typed` are the places of numbers, and of formulas such as =RADIANS(20) that use no cell; those that others
-    use are `angles`, `lengths` or `constants`. `turning` go into a sine or cosine, `vectors` depend on lengths;
-    `windows` are matrices, row by row; `steps` would be calculations if no other cells used them; `composed` are
-    angles made of several numbers. `by` says who names the reading: the task, the text, or source 000.
+    Given numbers that others use are `angles`, `lengths` or `constants`; `vectors` depend on lengths. `steps` would
+    be calculations if no other cells used them, and the vectors `beside` are none. `by` says who names the reading:
+    the task, the text, or source 000.
     """
 
     def __init__(self, graph, task):
-        self.graph, self.task = graph, task
-        texts = [c.value for c in graph.cells.values() if isinstance(c.value, str) and not c.formula]
-        self.text, self.problems, self.vectors = "\n".join(texts), [], set()
+        super().__init__(graph, with_formulas=task.machine is None)
+        self.task, self.problems, self.vectors = task, [], set()
         self.calculations, self.steps, self.beside, self.depends = [], [], [], {}
-        self.typed = {p for p in graph.component if p not in graph.trees and graph.value(p) is not None}
-        self.typed |= {p for p in graph.trees if not graph.uses[p] and p not in graph.part}
-        self.turning, composed = self._turning()
-        self.composed = composed if task.machine is None else set()
-        self.typed |= self.composed
-        self._read_the_reading()
+        self.sequence, self.active, self.by = reading(task, self.text)
         self.planes = [] if task.machine is not None or task.cells else [*find_planes(self)]
         given = {p for plane in self.planes for p in plane.given}
-        self.windows = [w for w in self._windows() if given.isdisjoint(w)]
-        self.constants = self._constants() - given
+        self.windows = [w for w in self.matrices() if given.isdisjoint(w)]
+        self.constants = self.never_moved() - given
         inputs = {p for p in self.typed if not self.composed.issuperset(graph.used.get(p, ()))} - self.constants
         self.angles, self.lengths = inputs & self.turning, inputs - self.turning
         if task.machine is not None:
@@ -131,142 +52,6 @@ class Recognised:
         self.calculations = [*self.planes, *self.calculations]
         made = self.composed & graph.upstream(p for plane in self.planes for p in plane.line)
         self.typed, self.composed, self.angles = self.typed - made, self.composed - made, self.angles - made
-
-    def sorted(self, places):
-        """Places as they are read."""
-        return tuple(sorted(places, key=self.graph.reading_order))
-
-    # Which cells are matrices, which are given.
-
-    def _windows(self):
-        graph, found = self.graph, Counter()
-        for _, part in graph.parts:
-            if part[0] in ("MMULT", "TRANSPOSE", "MDETERM", "MINVERSE"):
-                found.update(tuple(a.places) for a in areas(part) if a.shape in ((3, 3), (4, 4)))
-        for component in graph.components:
-            sides = [len({p[n] for p in component}) for n in (1, 2)]
-            size, along = min(sides), 1 if sides[0] > sides[1] else 2
-            if size not in (3, 4) or max(sides) % size or len(component) != sides[0] * sides[1]:
-                continue
-            for k in range(0, max(sides) if max(sides) <= 3 * size else 0, size):
-                tile = tuple(p for p in component if 0 <= p[along] - component[0][along] - k < size)
-                uses = [graph.uses[p] for p in tile if p in graph.trees]
-                # Three points in rows use numbers typed in their own row; a matrix does not.
-                own = [any(s[1] == p[1] and s in self.typed for s in graph.uses.get(p, [p])) for p in tile]
-                if max(sides) == size or (len(uses) >= 2 and not all(own)):
-                    found[tile] = 99
-        for component in graph.components:  # nine elements in one line
-            for line in _runs([p for p in component if p in graph.trees or graph.value(p) in (0, 1)]):
-                if len(line) == 9 and any(p in graph.trees for p in line):
-                    found[line] = 1
-        for window, votes in list(found.items()):
-            others = [o for o in found if o != window and found[o] >= votes and found[o] > 1]
-            numbers = [graph.value(p) for p in window if p not in graph.trees]
-            # A matrix has formulas, or else numbers such as cosines and sines make: it is no table of points.
-            typed = len(numbers) == len(window) and None not in numbers
-            table = typed and (sum(abs(n) > 1 for n in numbers) > 1 or all(n % 1 == 0 for n in numbers))
-            typed = {p for p in window if p in self.typed and abs(graph.own[p]) > 1}
-            table |= any(len({p[n] for p in typed}) == 1 for n in (1, 2)) and len(typed) > 2
-            numbers = [graph.own.get(p) for p in window]
-            table |= len(window) == 16 and [0, 0, 0, 1] not in (numbers[12:], numbers[3::4])
-            overlaps = any(not set(window).isdisjoint(other) for other in others)
-            if table or overlaps or self.turning & set(window) or not graph.component.keys() >= set(window):
-                del found[window]
-        return sorted(found, key=lambda w: graph.reading_order(w[0]))
-
-    def _turning(self):
-        """What goes into a sine or cosine, directly or through cells that only convert or negate.
-
-        And the `composed` of these: angles that a formula makes of other numbers, as of degrees and minutes.
-        """
-        graph, found, composed = self.graph, set(), set()
-        own = {p: np.array([number + 0.37]) for p, number in graph.own.items() if number is not None}
-        stack = [p for _, part in graph.parts if part[0] in (*TRIGONOMETRY, "TAN") for p in graph.used_by(part)]
-        while stack:
-            place = stack.pop()
-            if place in found:
-                continue
-            found.add(place)
-            sources = graph.uses.get(place, ())
-            if sources and {head for head in heads(graph.trees[place]) if head.isupper()} <= PASSED_ON:
-                zeros = [graph.cell(place, {**own, p: np.zeros(1)})[0] for p in sources]
-                if len(sources) <= 2 and any(not abs(zero) > 0 for zero in zeros):
-                    stack += sources
-                    continue
-            above = graph.upstream(sources) & graph.trees.keys()
-            if sources and not any(heads(graph.trees[p]) & TRIGONOMETRY.keys() for p in (place, *above)):
-                composed.add(place)
-        for place in found:  # an angle that is made by a formula and then negated
-            if graph.tree(place)[0] == "minus" and composed.issuperset(graph.uses[place]):
-                composed = composed - set(graph.uses[place]) | {place}
-        return found, composed
-
-    def _converts(self, place):
-        """Whether a typed number is π, 180 or one such as π/180."""
-        near = np.abs(self.graph.own[place] - CONVERSIONS) < 1e-4 * CONVERSIONS
-        return place in self.typed and bool(near.any())
-
-    def _constants(self):
-        """Typed numbers that are not given: zeros and ones of matrices, numbers over formulas, conversions."""
-        graph, found = self.graph, self.typed & {p for window in self.windows for p in window}
-        for place in self.turning & self.typed:  # 180 or π multiplies or divides several others
-            users = graph.used.get(place, ())
-            partners = {s for user in users for s in graph.uses[user]} - {place}
-            found |= {place} if self._converts(place) and min(len(users), len(partners)) >= 2 else set()
-        given = self.typed & graph.used.keys() - self.turning - found
-        quaternions = re.search("quaternion|四元数", self.text, re.I)
-        for place, (down, right) in product(given, ((1, 0), (0, 1))):  # (x, y, z, 1), or (0, x, y, z)
-            line = [_at(place, n * down, n * right) for n in range(-1, 5)]
-            if [p in given for p in line] == [False, True, True, True, True, False]:
-                found |= {line[4]} if graph.own[line[4]] == 1 else set()
-                found |= {place} if quaternions and graph.own[place] == 0 else set()
-        for whole in graph.components:
-            formulas = [p for p in whole if p in graph.trees and p not in self.typed]
-            if any(not self.turning.isdisjoint(graph.upstream([p])) for p in formulas):
-                found |= {p for p in whole if p in self.typed - found and not self._in_typed_line(p, whole)}
-        return found
-
-    def _in_typed_line(self, place, whole):
-        """Whether a typed number among formulas is given, not typed over one: three of its kind stand in line."""
-        for down, right in ((1, 0), (0, 1)):
-            line = [place]
-            for sign in (1, -1):
-                near = place
-                while self.graph.component.get(near := _at(near, sign * down, sign * right)) is whole:
-                    line.append(near)
-            typed = sum(p in self.typed for p in line)
-            row = {p in self.typed for p in whole if p[1] == place[1] and p != place} if down else ()
-            if typed == 1 < len(line) and len(row) == 2:
-                return False
-            own = {p: abs(self.graph.own[p]) for p in whole if p in self.typed}
-            units = sum(number in (0, 1) for number in own.values())
-            if typed >= 3 and (units < 6 or any(own.get(p, 0) not in (0, 1) for p in line)):
-                # A quaternion of a turn about one axis has two zeros.
-                return not (len(line) == 4 > typed and sum(own.get(p) == 0 for p in line) >= 2)
-            if len(line) in (3, 4) and sum(p in self.turning and p not in self.typed for p in line) >= 2:
-                return False
-        return place in self.turning
-
-    def lines(self, cells, least):
-        """Triples of evenly spaced typed cells of which at least `least` are in `cells`, the fullest first."""
-        found, steps = {}, [way for step in range(1, 11) for way in ((step, 0), (0, step))]
-        for place, (down, right), k in product(cells, steps, range(3)):
-            triple = tuple(_at(place, (n - k) * down, (n - k) * right) for n in range(3))
-            count = sum(p in cells for p in triple)
-            if count >= least and self.typed.issuperset(triple):
-                within = [_at(triple[0], n * (down > 0), n * (right > 0)) for n in range(1, 2 * (down + right))]
-                # A number within that nobody uses tells that the formula which did is lost.
-                count -= any(p in self.typed and p not in self.graph.used for p in within if p not in triple)
-                found[triple] = (-count, down + right, self.graph.reading_order(triple[0]))
-        return sorted(found, key=found.get)
-
-    def label(self, place):
-        """The text to the left of a cell or above it, empty if there is none."""
-        cells = self.graph.cells
-        left = [cells[p] for n in (1, 2) if (p := _at(place, 0, -n)) in cells][:1]
-        above = takewhile(lambda cell: cell, (cells.get(_at(place, -n, 0)) for n in range(1, 60)))
-        texts = (cell.value for cell in (*left, *above) if isinstance(cell.value, str) and not cell.formula)
-        return next(texts, "")
 
     # Which calculations there are.
 
@@ -376,13 +161,13 @@ class Recognised:
         graph, left, found = self.graph, self.vectors - {p for window in self.windows for p in window}, {}
         for place, (down, right), k in product(left, ((1, 0), (0, 1), (0, 2), (0, 3), (0, 4)), range(3)):
             whole = self.graph.component[place]
-            line = tuple(_at(place, (n - k) * down, (n - k) * right) for n in range(3))
+            line = tuple(offset(place, (n - k) * down, (n - k) * right) for n in range(3))
             fourth = whole[-1] not in graph.messages and not abs(graph.own[whole[-1]] - 1) > 0  # 1, or an error
             fourth |= graph.is_array((whole[0], whole[-1]))
             if len(whole) == 4 and fourth and 1 in (len({p[n] for p in whole}) for n in (1, 2)):
                 line = whole
             inside, apart = left.intersection(line), right > 1
-            if apart and (len(inside) < 3 or not left.isdisjoint(_at(line[0], 0, n) for n in range(1, right))):
+            if apart and (len(inside) < 3 or not left.isdisjoint(offset(line[0], 0, n) for n in range(1, right))):
                 continue
             if len(inside) >= 2 and (apart or all(self.graph.component.get(p) is whole for p in line)):
                 sets = [self.lengths.intersection(self.depends[p]) for p in inside]
@@ -480,13 +265,13 @@ class Recognised:
         """A point that is calculated, or is 0 without being moved: three in line that all cells of a vector use."""
         used = set.intersection(*(set(self.graph.uses.get(p, ())) for p in triple[:3])) - self.turning
         used -= {p for window in self.windows for p in window}
-        return next((line for line in _runs(used) if len(line) == 3), ())
+        return next((line for line in runs(used) if len(line) == 3), ())
 
     def _as_labelled(self, point):
         """The point a cell further on, if the labels say that x, y and z are there."""
         for order in (1, -1) if point else ():
             _, near, end = point[::order]
-            moved = (near, end, _at(end, end[1] - near[1], end[2] - near[2]))[::order]
+            moved = (near, end, offset(end, end[1] - near[1], end[2] - near[2]))[::order]
             if self.typed.issuperset(moved) and [*map(self._coordinate, moved)] == [(0,), (1,), (2,)]:
                 return moved
         return point
@@ -495,7 +280,7 @@ class Recognised:
         """Which coordinate a text says that stands before a number, in its row or column."""
         cells = self.graph.cells
         for down, right in ((0, -1), (-1, 0)):
-            before = (cells.get(_at(place, n * down, n * right)) for n in range(1, 60))
+            before = (cells.get(offset(place, n * down, n * right)) for n in range(1, 60))
             texts = (c.value for c in before if c and isinstance(c.value, str) and not c.formula)
             role = read_label(next(texts, ""))
             if role and role.kind == "coordinate":
@@ -538,25 +323,6 @@ class Recognised:
         self.vectors = set(given["result"])
         self._tell(Turn(*(given[name] for name in ("result", "angles", "point", "origin"))), self.calculations)
 
-    # What was asked.
-
-    def _read_the_reading(self):
-        """Sequence and convention: the task's, else what the texts say, else those of source 000."""
-        task, turns = self.task, [t for t in self.text.splitlines() if re.search(TURNS, t, re.I)]
-        said = {"".join(f.groups()).upper() for f in PRIMED.finditer(self.text)}
-        said |= {"".join(f.groups()).upper() for t in turns for f in SEQUENCE.finditer(t)}
-        said |= {"".join("XYZ"[int(n) - 1] for n in f.groups()) for t in turns for f in NUMBERED.finditer(t)}
-        in_words = [re.findall(ONE_AXIS, text, re.I) for text in self.text.splitlines()]
-        said |= {"".join(axes).upper() for axes in in_words if len(axes) == 3}
-        said &= set(euler.SEQUENCES)
-        by_task = task.sequence or ("ZXZ" if task.kind == "zxz" else "")
-        by_text = "" if len(said) != 1 else said.pop()
-        by_text = by_text.lower() if re.search(FIXED, self.text, re.I) else by_text
-        said = [bool(re.search(pattern, self.text, re.I)) for pattern in (ACTIVE, PASSIVE, TRANSPOSED)]
-        self.sequence = by_task or by_text or "ZXZ"
-        self.active = task.convention == "active" if task.convention else said == [True, False, False]
-        self.by = "the task" if by_task else "the text" if by_text else "source 000"
-
     def _tell(self, calculation, calculations, plane=None):
         calculation.sequence, calculation.active = self.sequence, self.active != bool(calculation.shift)
         name = "a rotation about an axis" if calculation.axis else f"{self.sequence}, as {self.by} says"
@@ -567,21 +333,6 @@ class Recognised:
             calculation.active = bool(calculation.shift) if calculation.shift or calculation.origin else None
             calculation.said = f"points by these angles, {plane.sequence}"
         calculations.append(calculation)
-
-
-def _at(place, down, right):
-    return place[0], place[1] + down, place[2] + right
-
-
-def _runs(places):
-    """The longest lines of cells side by side, in rows and in columns."""
-    for along, order in ((1, lambda p: p[1:]), (2, lambda p: p[:0:-1])):
-        lines = []
-        for place in sorted(places, key=order):
-            if not lines or place != _at(lines[-1][-1], along == 2, along == 1):
-                lines.append([])
-            lines[-1].append(place)
-        yield from map(tuple, lines)
 
 
 def _apart(lines):

@@ -273,7 +273,7 @@ def test_a_bar_has_the_uncertainty_of_its_touches(write):
         (("face,at,shown", "+X,0,1"), "a face touched twice"),
         (("face,at,shown", "+X,0,1", "X,0,1"), "line 5, column 'face': expected the side"),
         (("face,at,shown", "-Z,0,1"), "line 4, column 'face': expected the side"),
-        (("face,at", "+X,0"), "columns face, at, shown, found no shown"),
+        (("face,at", "+X,0"), "columns face, at, shown, found no 'shown'"),
         (BAR, "readings of an axis, and at most one test bar beside them"),
     ],
 )

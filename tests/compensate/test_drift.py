@@ -114,7 +114,7 @@ def test_readings_of_a_corrected_part(trunnion):
     [
         (("EYA", "EYC"), POSES[:1], r"tell EYA and EYC apart \(moving A too would\)"),
         (("EXX", "EXA"), POSES, r"tell EXX and EXA apart \(no other position of one joint would\)"),
-        (("ECC",), [[0, 0, 0, 0, 0]], r"show ECC \(moving X, Y or A too would\)"),
+        (("ECC",), [[0, 0, 0, 0, 0]], r"determine ECC \(moving X or Y or A too would\)"),
         (NAMES, POSES[:1], r"apart"),
     ],
 )

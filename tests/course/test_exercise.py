@@ -18,7 +18,7 @@ from mathpost import angles as euler
 from mathpost import post
 from mathpost.course import exercise
 from mathpost.course.answers import Angle, Joints, Name, Names, Number, Pose, Vector
-from mathpost.course.lesson_data import load, of_lesson
+from mathpost.course.lesson_data import load
 from mathpost.course.verdict import EXERCISES, MIME, NO_MIXUP, OPEN, RIGHT, UNREADABLE, WRONG, Exercise
 from mathpost.detective.misreadings import Explanation, Misreading
 from mathpost.errors import InputError, read_text
@@ -282,8 +282,10 @@ def test_each_names_a_mixup_or_judges(each):
 
 
 def test_a_slip_that_the_table_does_not_name_is_refused():
+    again = lambda: [4, -3, 5]  # noqa: E731
+    again.__module__ = EXERCISES["01-sign"].solve.__module__
     with pytest.raises(InputError, match=r"exercises.toml, 01-sign: expected a slip by tangent"):
-        of_lesson("01-sign", Vector())(exercise.slip("tangent", [1, 2, 3])(lambda: [4, -3, 5]))
+        exercise.define("01-sign", Vector())(exercise.slip("tangent", [1, 2, 3])(again))
     assert len(EXERCISES["01-sign"].slips) == 2
 
 

@@ -18,7 +18,7 @@ from jinja2 import Environment, nodes
 from mathpost.__main__ import main
 from mathpost.course import exercise, grade_page
 from mathpost.course.answers import Number
-from mathpost.course.grade import Rules, grade, read_rules
+from mathpost.course.grade import CELLS, FILE, TEXT, Rules, grade, read_rules
 from mathpost.course.handed_in import collect, unzip
 from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
 from mathpost.detective import euler_angles, rotary_axes
@@ -120,7 +120,7 @@ def test_every_state(handed_in):
 
 
 def test_the_same_hand_ins_and_no_others(handed_in):
-    assert grade(handed_in).same == [("text", f"{LESSON}.ipynb", ["first", "second"])]
+    assert grade(handed_in).same == [(TEXT, f"{LESSON}.ipynb", ["first", "second"])]
 
 
 @pytest.mark.parametrize("name", OURS)
@@ -274,7 +274,7 @@ def test_workbooks_beside_notebooks(tmp_path):
     found = by_name(graded)
     (wrong,) = found["李雷"].workbooks
     assert (wrong.verdict, wrong.cause) == ("wrong", "transposed") and "!" in wrong.cell
-    assert graded.same == [("cells", "作业.xlsx", ["李雷", "韩梅梅"])]
+    assert graded.same == [(CELLS, "作业.xlsx", ["李雷", "韩梅梅"])]
     assert not found["course"].workbooks, "the course's own workbook is nobody's work"
     assert found["坏"].workbooks[0].verdict == "not read" and found["坏"].trouble
     assert [graded.mark(found[name]) for name in ("ada", "李雷")] == [100, 0]
@@ -357,13 +357,17 @@ def texts(tree):
 def test_every_word_of_the_report_has_its_chinese_and_no_other():
     template = Path(grade_page.__file__).with_suffix(".html").read_text(encoding="utf-8")
     page, program = Environment().parse(template), ast.parse(inspect.getsource(grade_page))
-    said = {text.value for text in page.find_all(nodes.Const)} | set(texts(program)) | {RIGHT, WRONG, OPEN, ""}
+    said = (
+        {text.value for text in page.find_all(nodes.Const)}
+        | set(texts(program))
+        | {RIGHT, WRONG, OPEN, "", FILE, TEXT, CELLS}
+    )
     words = grade_page.sections()["report"]
     assert words.keys() <= said, "Chinese for what is never said"
     calls = [call for call in page.find_all(nodes.Call) if getattr(call.node, "name", "") in ("say", "section")]
     asked = {text.value for call in calls for text in call.find_all(nodes.Const) if text.value is not None}
     calls = [node for node in ast.walk(program) if getattr(getattr(node, "func", None), "id", "") == "say"]
-    asked |= {text for call in calls for argument in call.args for text in texts(argument)}
+    asked |= {text for call in calls for argument in call.args for text in texts(argument)} | {FILE, TEXT, CELLS}
     assert len(asked) > 30 and asked - words.keys() == {"not handed in"} - words.keys()
 
 

@@ -129,8 +129,8 @@ def test_what_is_nearest_is_seen(azimuth, elevation):
     ball = list(zip(np.cos(half), np.sin(half), strict=True))
     towards = Camera(azimuth, elevation).towards
     pair = [Turned("bed", "#ff0000", ball, side * 3 * towards, np.eye(3)[2]) for side in (1, -1)]
-    drawn = Scene([], pair, radius=2.0, azimuth=azimuth, elevation=elevation)
-    solid, light, depth = View(drawn, {"bed": np.eye(4)}, (40, 40)).seen()
+    drawn = Scene(pair, radius=2.0, azimuth=azimuth, elevation=elevation)
+    solid, light, depth = View(drawn, (40, 40)).seen()
     assert solid[20, 20] == 0 and depth[20, 20] == pytest.approx(4, abs=0.05) and 0 < light[20, 20] < 255
     assert (solid != 1).all() and solid[0, 0] == -1
 
@@ -147,8 +147,9 @@ def test_at_the_start_everything_is_seen(kin):
     (drawn,) = view.scenes
     start = np.array([slider["value"] for slider in view.state["sliders"]])
     joints = np.r_[start[:3], np.radians(start[3:])]
-    assert scene.crossed(kin, drawn, joints) == scene.covered(kin, drawn, joints) == []
     places = placing(kin.machine)(joints)
+    assert all(drawn.places[body] == pytest.approx(place) for body, place in places.items())
+    assert scene.crossed(kin, drawn) == scene.covered(drawn) == []
     tilt = on_screen(drawn, places["tool"][:3, 2], places["workpiece"][:3, 2])
     assert tilt > 8, "the tool is seen to lean"
 
@@ -156,8 +157,9 @@ def test_at_the_start_everything_is_seen(kin):
 def test_a_walk_starts_where_everything_is_seen(kin, blade):
     view = view_machine.walk(kin, blade)
     start = np.array(view.state["runs"][0]["joints"][0])
-    shown = (kin, view.scenes[0], start)
-    assert scene.crossed(*shown) == scene.covered(*shown) == []
+    (drawn,) = view.scenes
+    assert drawn.places["tool"] == pytest.approx(placing(kin.machine)(start)["tool"])
+    assert scene.crossed(kin, drawn) == scene.covered(drawn) == []
 
 
 def test_a_blade_stands_under_its_path(blade, twisted, dmu50v):
@@ -179,18 +181,18 @@ def test_what_is_hidden_is_said(kin):
     drawn, made = scene.machine(kin)
     tool = placing(kin.machine)(made.home)["tool"][:3, 2]
     along = drawn.frame(np.degrees(np.arctan2(tool[1], tool[0])), np.degrees(np.arcsin(tool[2])))
-    assert any("points at the viewer" in said for said in scene.crossed(kin, along, made.home))
-    below = scene.covered(kin, drawn.frame(-58, -75), made.home)
+    assert any("points at the viewer" in said for said in scene.crossed(kin, along))
+    below = scene.covered(drawn.frame(-58, -75))
     assert "the workpiece is hidden" in below or "the tool is hidden" in below
 
 
 def test_frames_of_a_formula_stand_apart():
     point = view_rotation.turned_point((3, 4, 5))
-    turned = point.places[0]["turned"][:3, :3]
+    turned = point.scenes[0].places["turned"][:3, :3]
     axes = dict(zip(("X", "Y", "Z", "X'", "Y'", "Z'"), [*np.eye(3), *turned.T], strict=True))
     turns, notations = view_rotation.turns((3, 4, 5), (135, 54.7356, -90)), view_rotation.notations()
     half, named = (
-        dict(zip("XYZxyz", [*np.eye(3), *view.places[0]["turned"][:3, :3].T], strict=True))
+        dict(zip("XYZxyz", [*np.eye(3), *view.scenes[0].places["turned"][:3, :3].T], strict=True))
         for view in (turns, notations)
     )
     for view, directions in ((point, axes), (turns, half), (notations, named)):
@@ -222,7 +224,7 @@ def test_both_solutions_are_the_same_tool_axis(kin):
     view = view_machine.tool_axis(kin)
     assert repr(view).count("branch: X") == 2
     tilt, _ = (slider["value"] for slider in view.state["sliders"])
-    for places in view.places[1:]:
+    for places in (drawn.places for drawn in view.scenes[1:]):
         axis = (np.linalg.inv(places["workpiece"]) @ places["tool"])[:3, 2]
         pole = np.array(kin.inverse_symbolic.pole, dtype=float)
         assert np.degrees(np.arccos(axis @ pole)) == pytest.approx(tilt, abs=1e-6)

@@ -1,4 +1,4 @@
-"""The sliders of lessons 01 and 02: they reach both ends, and the numbers under the picture are right."""
+"""Views of lessons 01 to 04 reach both ends; cut corner and machines stand where the mathematics puts them."""
 
 import numpy as np
 import pytest
@@ -6,6 +6,9 @@ from scipy.spatial.transform import Rotation
 
 from mathpost import angles as euler
 from mathpost.course import view_rotation
+from mathpost.course.lesson_data import load
+from mathpost.draw import scene
+from mathpost.draw.picture import Camera
 from mathpost.frame import Frame
 from mathpost.plane.tilted_plane import Plane
 
@@ -14,8 +17,8 @@ def test_turned_point():
     view = view_rotation.turned_point((3, 4, 5))
     assert "x' = -1.224744, y' = 0.707107, z' = 6.928203" in repr(view)
     assert "active elements: -4.490731, 4.949747, 2.309402" in repr(view)
-    (stairs,) = [line for line in view.scenes[0].lines if line.name]
-    assert view.places[0]["turned"][:3, :3] @ stairs.parts[0][-1] == pytest.approx([3, 4, 5])
+    (stairs,) = [line for line in view.scenes[0].lines if line.points]
+    assert view.scenes[0].places["turned"][:3, :3] @ stairs.parts[0][-1] == pytest.approx([3, 4, 5])
     assert view.state["sliders"][1]["value"] == 54.7356
 
 
@@ -24,8 +27,8 @@ def test_turns_are_about_the_axes_as_they_stand():
     view = view_rotation.turns((3, 4, 5), (135, 54.7356, -90))
     assert "β 27.3678°, γ 0.0000°; now it turns about the new X" in repr(view)
     turned = Rotation.from_euler("ZX", [135, 27.3678], degrees=True).as_matrix()
-    assert view.places[0]["turned"][:3, :3] == pytest.approx(turned, abs=1e-12)
-    (axis,) = [line for line in view.scenes[0].lines if line.name]
+    assert view.scenes[0].places["turned"][:3, :3] == pytest.approx(turned, abs=1e-12)
+    (axis,) = [line for line in view.scenes[0].lines if line.points]
     assert np.cross(axis.parts[0][1], turned[:, 0]) == pytest.approx([0, 0, 0], abs=1e-9)
 
 
@@ -51,3 +54,60 @@ def test_notations_say_what_python_says(angles):
         plane = Plane.from_frame(frame, notation)
         words = ", ".join(f"{word} {value:z.3f}" for word, value in zip(plane.words, plane.values, strict=True))
         assert f"{notation}: {words}{' (locked)' * bool(plane.locked)}" in said
+
+
+BETA = np.degrees(np.arccos(1 / np.sqrt(3)))
+NAMES = ("ac_table", "bc_table", "dmu50v", "head_b_table_c", "ac_head", "nutating_head")
+
+
+def test_the_frame_starts_on_the_face_of_the_cut():
+    face = Frame.from_axes([1, 1, 1], [1, 1, -2], [15, 15, -15])
+    view = view_rotation.cut_corner(face, (135, BETA, -90))
+    assert "off the face by 0.00°" in repr(view) and "off the slope by 0.00°" in repr(view)
+    assert view.scenes[0].places["feature"] == pytest.approx(face.matrix)
+    (cube,) = view.scenes[0].solids
+    height = (cube.faces()[0] - face.origin) @ face.z
+    assert height.max() == pytest.approx(0) and (abs(height) < 1e-9).sum() == 3
+    camera = Camera(view.scenes[0].azimuth, view.scenes[0].elevation)
+    assert scene.together(dict(zip("xyz", face.rotation.T, strict=True)), camera) == []
+    assert scene.together(dict(zip("XYZ", np.eye(3), strict=True)), camera) == []
+
+
+def test_the_gallery_turns_every_machine_by_its_own_chain():
+    solvers = [load(name) for name in NAMES]
+    view = view_rotation.gallery(solvers, outer=40, inner=30)
+    assert len(view.page()) < 90_000 and len(view.scenes) == len(NAMES)
+    for number, kin in enumerate(solvers):
+        angle = {str(kin.inverse_symbolic.outer): 40, str(kin.inverse_symbolic.inner): 30}
+        rotary = [angle[joint.name] for joint in kin.machine.rotary]
+        _, axis = kin.forward([0, 0, 0, *rotary], degrees=True)
+        places = view.scenes[number].places
+        seen = np.linalg.inv(places[f"{number} workpiece"]) @ places[f"{number} tool"]
+        assert seen[:3, 2] == pytest.approx(axis, abs=1e-12)
+        assert f"{number + 1} {kin.machine.name}: n = ({', '.join(f'{x:z.4f}' for x in axis)})" in repr(view)
+        own = {body.removeprefix(f"{number} "): place for body, place in places.items()}
+        home = scene.machine(kin)[1].home
+        assert seen[:3, 3] == pytest.approx(kin.forward(home)[0], abs=1e-9), "the tip stays where it is"
+        drawn = view.scenes[number]
+        assert {part.body for part in drawn.solids} <= {"bed", *places}
+        camera = Camera(drawn.azimuth, drawn.elevation)
+        assert scene.together(dict(zip("xyz", own["workpiece"][:3, :3].T, strict=True)), camera) == []
+
+
+def test_the_sense_turns_both_axes_round():
+    solvers = [load("ac_table"), load("ac_head")]
+    view = view_rotation.gallery(solvers, outer=40, inner=30, senses=True)
+    buttons = dict(view.state["places"])
+    assert buttons["sense −1"] == [None, None, -1] and "sense 1" in repr(view)
+    assert "senses" not in repr(view) and "sense −1" not in dict(view_rotation.gallery(solvers).state["places"])
+
+
+@pytest.mark.parametrize(("k", "expected"), [(0, "1.000 mm clear"), (180, "-1.000 mm IN"), (-90, "-0.050 mm IN")])
+def test_third_angle_clears_the_wall(k, expected):
+    """The tip at the angle ρ = K, retracted by 1 mm in a bore of 10; a stylus that runs out by 20 µm."""
+    view = view_rotation.third_angle(load("ac_table").machine, 135, BETA, k)
+    rho = np.radians(k)
+    clearance = 10 - abs(10 * np.exp(-1j * rho) - 1)
+    assert expected in repr(view) and f"{clearance:.3f} mm" in repr(view)
+    assert f"wrong by {40 * abs(np.sin(rho / 2)):.1f} µm" in repr(view)
+    assert "A 54.736, C 135.000" in repr(view)

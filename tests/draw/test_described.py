@@ -6,9 +6,8 @@ import sympy as sp
 from IPython.lib.pretty import pretty
 
 from mathpost.draw import plot
-from mathpost.draw.chart import printed, recorded, subplots
 from mathpost.draw.described import describe
-from mathpost.draw.formula import formula, slider
+from mathpost.draw.moving import formula, printed, recorded, slider, subplots
 from mathpost.draw.scene import Scene
 from mathpost.draw.solid import Hull, block
 from mathpost.rotation import ACTIVE
@@ -75,11 +74,11 @@ def test_a_wrong_picture_in_space_says_something_else(wrong):
 
 def turned(degrees=30.0, letters="XYZ", colour="#0072b2", mirrored=False):
     """A view of a plate with a frame on it, as a notebook saves it in numbers."""
-    drawn = Scene(["plate"], [Hull("plate", "#333333", block([0, 0, 0], [3.0, 2.0, -1.0 if mirrored else 1.0]))])
+    drawn = Scene([Hull("plate", "#333333", block([0, 0, 0], [3.0, 2.0, -1.0 if mirrored else 1.0]))])
     drawn.triad("plate", letters, length=1.0, colour=colour)
     t = sp.Symbol("t")
     control = slider("t", 0, 90, degrees)
-    return pretty(formula(drawn, [t], [control], {"plate": ACTIVE["Z"](t)}, ["it turns"]))
+    return pretty(formula([drawn], [t], [control], {"plate": ACTIVE["Z"](t)}, [("it turns",)]))
 
 
 @pytest.mark.parametrize(
@@ -98,7 +97,7 @@ def test_a_chart_says_its_curves_also_where_the_slider_does_not_stand(make, sign
         t, control = sp.Symbol("t"), slider("t", 0, 5, 1.0, unit="")
         if make is printed:
             points = {line: [(sp.S(0), sp.S(0)), (sp.S(1), sign * t**2)]}
-            return pretty(printed(figure, points, [t], [t], [control], ["it rises"]))
+            return pretty(printed(figure, points, [t], [control], [("it rises",)]))
         update = lambda value: line.set_ydata([0, value**2 if value < 4 else sign * value**2]) or ["it rises"]  # noqa: E731
         return pretty(recorded(figure, update, control))
 

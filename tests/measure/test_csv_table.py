@@ -27,7 +27,7 @@ def test_columns_in_any_order_with_comments_blank_lines_and_words(write):
     np.testing.assert_array_equal(read["angle"], [0, 90])
     np.testing.assert_array_equal(read["y"], [1.5, -2e-3])
     assert read["way"] == ["up", "down"] and read.lines == (4, 7)
-    assert "z" not in read and len(read) == 2
+    assert "z" not in read and len(read["y"]) == 2
 
 
 @pytest.mark.parametrize(

@@ -11,22 +11,20 @@ from scipy.spatial.transform import Rotation, Slerp
 from mathpost import machine
 from mathpost.errors import ReachError
 from mathpost.kinematics import Kinematics
-from mathpost.post import between_blocks as module
 from mathpost.post import cl
-from mathpost.post.between_blocks import (
+from mathpost.post import proof as module
+from mathpost.post.between_blocks import axis_lag, linearize, subdivide
+from mathpost.post.proof import (
     AXIS_RESOLUTION,
     RESOLUTION,
     _intervals,
-    axis_lag,
     bounds,
     derivative,
     deviation,
     from_arc,
     largest,
     levers,
-    linearize,
     sampled,
-    subdivide,
     true_tip,
 )
 from tests.machines import SIDES, content

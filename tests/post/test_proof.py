@@ -8,8 +8,8 @@ import pytest
 from mathpost import machine, post
 from mathpost.errors import InputError, MathpostError
 from mathpost.kinematics import Kinematics
+from mathpost.post import between_blocks, program, proof, singular, ways
 from mathpost.post import cl as cldata
-from mathpost.post import program, proof, singular, time_law, ways
 from mathpost.post.between_blocks import Motion
 from mathpost.post.ways import AXIS_TOLERANCE
 from tests.conftest import DATA
@@ -112,7 +112,7 @@ def test_a_block_with_a_tenth_of_its_time(by_the_pole, program_of, name):
 def test_times_computed_ten_times_too_short_are_refused(dmu50v, by_the_pole, monkeypatch, dialect, rates):
     data = dmu50v.machine if rates else without_rates(dmu50v.machine)
     post.run(by_the_pole, data, dialect=dialect)
-    right = time_law.block_times
+    right = between_blocks.block_times
     monkeypatch.setattr(program, "block_times", lambda *given: right(*given) / 10)
     with pytest.raises(MathpostError, match="a block takes"):
         post.run(by_the_pole, data, dialect=dialect)
@@ -129,17 +129,17 @@ def without_rates(data):
 
 def test_times_in_numbers(dmu50v):
     """30 mm at 600 mm/min and rotary moves by hand."""
-    assert time_law.feed_times(np.array([[0.0, 0, 0], [0, 30, 0]]), np.array([600.0])) == pytest.approx([3.0])
+    assert cldata.feed_times(np.array([[0.0, 0, 0], [0, 30, 0]]), np.array([600.0])) == pytest.approx([3.0])
     joints = np.array([[0.0, 0, 0, 0, 0], [0, 30, 0, 0, np.radians(90)], [0, 30, 0, 0, np.radians(100)]])
     tip, feeds, data = np.zeros((3, 3)), np.array([600.0, np.nan]), without_rates(dmu50v.machine)
-    assert time_law.block_times(data, joints, tip, feeds, np.ones(2, bool)) == pytest.approx([9.0, 0])
+    assert between_blocks.block_times(data, joints, tip, feeds, np.ones(2, bool)) == pytest.approx([9.0, 0])
     rate = np.degrees(dmu50v.machine.max_rates[4])
-    times = time_law.block_times(dmu50v.machine, joints, tip, feeds, np.ones(2, bool))
+    times = between_blocks.block_times(dmu50v.machine, joints, tip, feeds, np.ones(2, bool))
     assert times == pytest.approx([90 / rate, 10 / rate])
     far = np.array([[0.0, 0, 0], [0, 0, 600], [0, 0, 600]])
-    times = time_law.block_times(dmu50v.machine, joints, far, feeds, np.array([True, True]))
+    times = between_blocks.block_times(dmu50v.machine, joints, far, feeds, np.array([True, True]))
     assert times == pytest.approx([60, 10 / rate])
-    times = time_law.block_times(dmu50v.machine, joints, far, feeds, np.array([False, True]))
+    times = between_blocks.block_times(dmu50v.machine, joints, far, feeds, np.array([False, True]))
     assert times == pytest.approx([90 / rate, 10 / rate])
 
 
@@ -296,7 +296,7 @@ def test_the_worst_of_several_tools():
 
 
 def test_the_report_in_words():
-    report = proof.Report(
+    report = post.Report(
         0.001, 0.002, 0.003, 0.004, 5,
         settings={"machine": "M"}, time=61.25, peaks={"X": (0.0, 1.0), "Y": (12.5, 300.0), "C": (36.0, np.nan)},
         slowest=(4, 1.0, 2.5), warnings=("look",), uncompensated=proof.Proof(0.0125, 0.01, 0, 0, 1),

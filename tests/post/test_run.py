@@ -14,9 +14,9 @@ from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl as cldata
 from mathpost.post import program
-from mathpost.post.between_blocks import Motion, deviation
+from mathpost.post.between_blocks import Motion
 from mathpost.post.program import MOTION_ONLY
-from mathpost.post.proof import measured
+from mathpost.post.proof import deviation, measured
 from mathpost.post.ways import Crossing
 from tests.conftest import DATA, ROOT
 from tests.machines import machines

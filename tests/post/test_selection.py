@@ -428,7 +428,7 @@ class TestPaper:
     [
         ({"strategy": "best"}, "'best'"),
         ({"prefer": 0}, "prefer: expected 1 or -1, found 0"),
-        ({"weights": [1, 2]}, "weights: expected shape"),
+        ({"start": [1, 2]}, "start: expected shape"),
         ({"start": [0, 0, 0, 0, np.nan]}, "start: expected finite numbers"),
     ],
 )
@@ -467,7 +467,6 @@ def random_path(kin, rng):
 
 def options(rng):
     return {
-        "weights": rng.choice([None, "some"]) and rng.integers(0, 5, 5),
         "start": rng.choice([None, "some"]) and rng.uniform(-1, 1, 5),
         "prefer": rng.choice([None, 1, -1]),
         "sway": rng.choice([0.01, selection.SWAY, np.inf]),
@@ -490,7 +489,7 @@ def beyond_the_short_way(kin, branch, start, end):
     return round((turned - (np.remainder(turned + np.pi, 2 * np.pi) - np.pi)) / (2 * np.pi))
 
 
-def matrices(kin, cl, found, weights, sway):
+def matrices(kin, cl, found, sway):
     """Breaks and costs of all moves of a path, shape (n − 1, m, m)."""
     joints = np.nan_to_num(found.joints)
     steps = joints[1:, None] - joints[:-1, :, None]
@@ -511,10 +510,7 @@ def matrices(kin, cl, found, weights, sway):
     over = over | (np.abs(steps - further)[..., 3:] > np.pi + 1e-9).any(axis=-1)
     way = np.abs(steps) @ np.diag([1, 1, 1, np.degrees(1), np.degrees(1)])
     rates = np.where(np.isnan(kin.machine.max_rates), np.inf, kin.machine.max_rates)
-    if weights is None and np.isfinite(rates).any():
-        costs = (np.abs(steps) / rates).max(axis=-1)
-    else:
-        costs = way @ (np.ones(5) if weights is None else weights)
+    costs = (np.abs(steps) / rates).max(axis=-1) if np.isfinite(rates).any() else way.sum(axis=-1)
     return over & ~cl.rapid[1:, None, None], costs + 1e-9 * way.sum(axis=-1)
 
 
@@ -554,9 +550,9 @@ def test_optimal_is_what_a_plain_recursion_finds(name):
         found = selection.candidates(kin, cl.points, cl.axes)
         if not found.inside.any(axis=1).all():
             continue
-        over, costs = matrices(kin, cl, found, chosen_by["weights"], chosen_by["sway"])
+        over, costs = matrices(kin, cl, found, chosen_by["sway"])
         steps = selection.short_way(kin.machine, found.joints[0] - chosen_by["start"])
-        to, rest = plain(over, costs, selection.move_costs(kin.machine, steps, chosen_by["weights"]), found.inside)
+        to, rest = plain(over, costs, selection.move_costs(kin.machine, steps), found.inside)
         through = to + rest
         breaks, cost = min(map(tuple, through[-1]))
         chosen = selection.choose(kin, cl, **chosen_by, split=True)
@@ -579,7 +575,7 @@ def test_shortest_takes_the_cheapest_of_the_moves_that_break_least(name):
         found = selection.candidates(kin, cl.points, cl.axes)
         if not found.inside.any(axis=1).all():
             continue
-        over, costs = matrices(kin, cl, found, chosen_by["weights"], chosen_by["sway"])
+        over, costs = matrices(kin, cl, found, chosen_by["sway"])
         chosen = selection.choose(kin, cl, "shortest", **chosen_by, split=True)
         off = found.joints - chosen.joints[:, None]
         endless = ~np.isfinite(kin.machine.limits).all(axis=1) & (np.arange(5) > 2)
@@ -602,7 +598,7 @@ def test_costs_are_not_lost_beside_breaks():
     cl = turning(40, count=600)
     chosen = selection.choose(kin, cl, split=True)
     found = selection.candidates(kin, cl.points, cl.axes)
-    over, costs = matrices(kin, cl, found, None, selection.SWAY)
+    over, costs = matrices(kin, cl, found, selection.SWAY)
 
     def beginning(branch, joints):
         return 1e-6 * (branch != 0) + 1e-9 * np.degrees(np.abs(joints[..., 3:])).sum(axis=-1)

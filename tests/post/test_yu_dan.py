@@ -7,8 +7,9 @@ from scipy.interpolate import CubicSpline
 
 from mathpost.errors import MathpostError
 from mathpost.post import selection, yu_dan
-from mathpost.post.between_blocks import deviation, equation_8, linearize, subdivide
-from mathpost.post.yu_dan import paper_clamped, paper_cubic
+from mathpost.post.between_blocks import linearize, subdivide
+from mathpost.post.proof import deviation
+from mathpost.post.yu_dan import equation_8, paper_clamped, paper_cubic
 from mathpost.rotation import numeric
 from tests.conftest import DATA
 

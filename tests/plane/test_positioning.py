@@ -13,8 +13,7 @@ from mathpost import machine
 from mathpost.errors import InputError, ReachError
 from mathpost.frame import Frame, machine_frames
 from mathpost.kinematics import Kinematics
-from mathpost.plane.alignment import align
-from mathpost.plane.positioning import fanuc, heidenhain, siemens
+from mathpost.plane.positioning import align, fanuc, heidenhain, siemens
 from mathpost.plane.tilted_plane import Plane
 from tests.machines import machines
 

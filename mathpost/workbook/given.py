@@ -1,0 +1,181 @@
+"""Which cells of a sheet are given, and which are matrices with their zeros and ones: told by who uses them."""
+
+import re
+from collections import Counter
+from itertools import product, takewhile
+
+import numpy as np
+
+from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY
+from mathpost.workbook.formula import areas, heads
+
+PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
+
+
+class Given:
+    """The numbers of a workbook.
+
+    `typed` are the places of numbers, and of formulas such as =RADIANS(20) that use no cell; `turning` go into a
+    sine or cosine; `composed` are angles that a formula makes of other numbers. `windows` are matrices, row by row.
+    """
+
+    def __init__(self, graph, *, with_formulas=True):
+        self.graph = graph
+        texts = [c.value for c in graph.cells.values() if isinstance(c.value, str) and not c.formula]
+        self.text = "\n".join(texts)
+        self.typed = {p for p in graph.component if p not in graph.trees and graph.value(p) is not None}
+        self.typed |= {p for p in graph.trees if not graph.uses[p] and p not in graph.part}
+        self.turning, composed = self._turning()
+        self.composed = composed if with_formulas else set()
+        self.typed |= self.composed
+
+    def sorted(self, places):
+        """Places as they are read."""
+        return tuple(sorted(places, key=self.graph.reading_order))
+
+    def matrices(self):
+        graph, found = self.graph, Counter()
+        for _, part in graph.parts:
+            if part[0] in ("MMULT", "TRANSPOSE", "MDETERM", "MINVERSE"):
+                found.update(tuple(a.places) for a in areas(part) if a.shape in ((3, 3), (4, 4)))
+        for component in graph.components:
+            sides = [len({p[n] for p in component}) for n in (1, 2)]
+            size, along = min(sides), 1 if sides[0] > sides[1] else 2
+            if size not in (3, 4) or max(sides) % size or len(component) != sides[0] * sides[1]:
+                continue
+            for k in range(0, max(sides) if max(sides) <= 3 * size else 0, size):
+                tile = tuple(p for p in component if 0 <= p[along] - component[0][along] - k < size)
+                uses = [graph.uses[p] for p in tile if p in graph.trees]
+                # Three points in rows use numbers typed in their own row; a matrix does not.
+                own = [any(s[1] == p[1] and s in self.typed for s in graph.uses.get(p, [p])) for p in tile]
+                if max(sides) == size or (len(uses) >= 2 and not all(own)):
+                    found[tile] = 99
+        for component in graph.components:  # nine elements in one line
+            for line in runs([p for p in component if p in graph.trees or graph.value(p) in (0, 1)]):
+                if len(line) == 9 and any(p in graph.trees for p in line):
+                    found[line] = 1
+        for window, votes in list(found.items()):
+            others = [o for o in found if o != window and found[o] >= votes and found[o] > 1]
+            numbers = [graph.value(p) for p in window if p not in graph.trees]
+            # A matrix has formulas, or else numbers such as cosines and sines make: it is no table of points.
+            typed = len(numbers) == len(window) and None not in numbers
+            table = typed and (sum(abs(n) > 1 for n in numbers) > 1 or all(n % 1 == 0 for n in numbers))
+            typed = {p for p in window if p in self.typed and abs(graph.own[p]) > 1}
+            table |= any(len({p[n] for p in typed}) == 1 for n in (1, 2)) and len(typed) > 2
+            numbers = [graph.own.get(p) for p in window]
+            table |= len(window) == 16 and [0, 0, 0, 1] not in (numbers[12:], numbers[3::4])
+            overlaps = any(not set(window).isdisjoint(other) for other in others)
+            if table or overlaps or self.turning & set(window) or not graph.component.keys() >= set(window):
+                del found[window]
+        return sorted(found, key=lambda w: graph.reading_order(w[0]))
+
+    def _turning(self):
+        """What goes into a sine or cosine, directly or through cells that only convert or negate.
+
+        And the `composed` of these: angles that a formula makes of other numbers, as of degrees and minutes.
+        """
+        graph, found, composed = self.graph, set(), set()
+        own = {p: np.array([number + 0.37]) for p, number in graph.own.items() if number is not None}
+        stack = [p for _, part in graph.parts if part[0] in (*TRIGONOMETRY, "TAN") for p in graph.used_by(part)]
+        while stack:
+            place = stack.pop()
+            if place in found:
+                continue
+            found.add(place)
+            sources = graph.uses.get(place, ())
+            if sources and {head for head in heads(graph.trees[place]) if head.isupper()} <= PASSED_ON:
+                zeros = [graph.cell(place, {**own, p: np.zeros(1)})[0] for p in sources]
+                if len(sources) <= 2 and any(not abs(zero) > 0 for zero in zeros):
+                    stack += sources
+                    continue
+            above = graph.upstream(sources) & graph.trees.keys()
+            if sources and not any(heads(graph.trees[p]) & TRIGONOMETRY.keys() for p in (place, *above)):
+                composed.add(place)
+        for place in found:  # an angle that is made by a formula and then negated
+            if graph.tree(place)[0] == "minus" and composed.issuperset(graph.uses[place]):
+                composed = composed - set(graph.uses[place]) | {place}
+        return found, composed
+
+    def _converts(self, place):
+        """Whether a typed number is π, 180 or one such as π/180."""
+        near = np.abs(self.graph.own[place] - CONVERSIONS) < 1e-4 * CONVERSIONS
+        return place in self.typed and bool(near.any())
+
+    def never_moved(self):
+        """Typed numbers that are not given: zeros and ones of matrices, numbers over formulas, conversions."""
+        graph, found = self.graph, self.typed & {p for window in self.windows for p in window}
+        for place in self.turning & self.typed:  # 180 or π multiplies or divides several others
+            users = graph.used.get(place, ())
+            partners = {s for user in users for s in graph.uses[user]} - {place}
+            found |= {place} if self._converts(place) and min(len(users), len(partners)) >= 2 else set()
+        given = self.typed & graph.used.keys() - self.turning - found
+        quaternions = re.search("quaternion|四元数", self.text, re.I)
+        for place, (down, right) in product(given, ((1, 0), (0, 1))):  # (x, y, z, 1), or (0, x, y, z)
+            line = [offset(place, n * down, n * right) for n in range(-1, 5)]
+            if [p in given for p in line] == [False, True, True, True, True, False]:
+                found |= {line[4]} if graph.own[line[4]] == 1 else set()
+                found |= {place} if quaternions and graph.own[place] == 0 else set()
+        for whole in graph.components:
+            formulas = [p for p in whole if p in graph.trees and p not in self.typed]
+            homogeneous = len(whole) == 4 and formulas and graph.own[whole[-1]] == 1
+            if homogeneous or any(not self.turning.isdisjoint(graph.upstream([p])) for p in formulas):
+                found |= {p for p in whole if p in self.typed - found and not self._in_typed_line(p, whole)}
+        return found
+
+    def _in_typed_line(self, place, whole):
+        """Whether a typed number among formulas is given, not typed over one: three of its kind stand in line."""
+        for down, right in ((1, 0), (0, 1)):
+            line = [place]
+            for sign in (1, -1):
+                near = place
+                while self.graph.component.get(near := offset(near, sign * down, sign * right)) is whole:
+                    line.append(near)
+            typed = sum(p in self.typed for p in line)
+            row = {p in self.typed for p in whole if p[1] == place[1] and p != place} if down else ()
+            if typed == 1 < len(line) and len(row) == 2:
+                return False
+            own = {p: abs(self.graph.own[p]) for p in whole if p in self.typed}
+            units = sum(number in (0, 1) for number in own.values())
+            if typed >= 3 and (units < 6 or any(own.get(p, 0) not in (0, 1) for p in line)):
+                # A quaternion of a turn about one axis has two zeros.
+                return not (len(line) == 4 > typed and sum(own.get(p) == 0 for p in line) >= 2)
+            if len(line) in (3, 4) and sum(p in self.turning and p not in self.typed for p in line) >= 2:
+                return False
+        return place in self.turning
+
+    def lines(self, cells, least):
+        """Triples of evenly spaced typed cells of which at least `least` are in `cells`, the fullest first."""
+        found, steps = {}, [way for step in range(1, 11) for way in ((step, 0), (0, step))]
+        for place, (down, right), k in product(cells, steps, range(3)):
+            triple = tuple(offset(place, (n - k) * down, (n - k) * right) for n in range(3))
+            count = sum(p in cells for p in triple)
+            if count >= least and self.typed.issuperset(triple):
+                within = [offset(triple[0], n * (down > 0), n * (right > 0)) for n in range(1, 2 * (down + right))]
+                # A number within that nobody uses tells that the formula which did is lost.
+                count -= any(p in self.typed and p not in self.graph.used for p in within if p not in triple)
+                found[triple] = (-count, down + right, self.graph.reading_order(triple[0]))
+        return sorted(found, key=found.get)
+
+    def label(self, place):
+        """The text to the left of a cell or above it, empty if there is none."""
+        cells = self.graph.cells
+        left = [cells[p] for n in (1, 2) if (p := offset(place, 0, -n)) in cells][:1]
+        above = takewhile(lambda cell: cell, (cells.get(offset(place, -n, 0)) for n in range(1, 60)))
+        texts = (cell.value for cell in (*left, *above) if isinstance(cell.value, str) and not cell.formula)
+        return next(texts, "")
+
+
+def offset(place, down, right):
+    """The place so many rows further down and columns further right."""
+    return place[0], place[1] + down, place[2] + right
+
+
+def runs(places):
+    """The longest lines of cells side by side, in rows and in columns."""
+    for along, order in ((1, lambda p: p[1:]), (2, lambda p: p[:0:-1])):
+        lines = []
+        for place in sorted(places, key=order):
+            if not lines or place != offset(lines[-1][-1], along == 2, along == 1):
+                lines.append([])
+            lines[-1].append(place)
+        yield from map(tuple, lines)

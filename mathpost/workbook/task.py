@@ -1,0 +1,95 @@
+"""What a sheet was asked to do: what the caller says, else what its texts say, else source 000."""
+
+import re
+import tomllib
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from mathpost import angles as euler
+from mathpost.errors import InputError, read_text
+
+BETWEEN = r"['’′]*[-–→·, ]*"
+SEQUENCE = re.compile(rf"(?<![A-Za-z])([XYZ]){BETWEEN}([XYZ]){BETWEEN}([XYZ])['’′]*(?![A-Za-z])", re.I)
+PRIMED = re.compile(r"(?<![A-Za-z])([XYZ])[-–, ]*([XYZ])['’′][-–, ]*([XYZ])(?:['’′]{2}|[\"”″])", re.I)
+NUMBERED = re.compile(r"(?<![\d.])([123])-([123])-([123])(?![\d.])")
+TURNS = r"euler|欧拉|rotat|dreh|turn|旋转|转|sequence|reihenfolge|顺序|axes|achsen|轴|trins|rpy|[ck]ardan|wrist"
+ONE_AXIS = r"(?:about|around|\bum|autour de|绕)(?:\s|\(|the|die|der|den|l'axe|new|neue\w?|新的?)*([xyz])(?![a-z])"
+FIXED = r"fixed axes|extrins|feste[nr]? achsen|固定(坐标)?轴|外旋|static axes"
+OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵))"  # active matrices may make a passive rotation
+ACTIVE, PASSIVE = (rf"(?:{word}){OF_MATRICES}" for word in (r"\bactive|aktiv|主动", r"passiv|被动"))
+TRANSPOSED = r"transpo|转置|\)\^?[Tᵀ]\b|ᵀ"
+
+
+@dataclass(frozen=True)
+class Task:
+    """What the sheet was asked to do; None leaves it to the sheet, and then to source 000.
+
+    Attributes
+    ----------
+    kind : str
+        ``"zxz"``, ``"sequence"`` or ``"nc"``.
+    sequence : str
+        As in `mathpost.angles`: ``"ZXZ"`` about turned axes, ``"zxz"`` about fixed ones.
+    convention : str
+        ``"passive"``: coordinates of a fixed point in the turned frame; ``"active"``: the turned point.
+    angles, point, origin : sequence of 3 numbers
+        Degrees and mm, to be found in the input cells.
+    machine : Machine or path of a machine file
+    cells : dict
+        ``{"angles": "B2:B4", "point": "C2:C4", "origin": "D2:D4", "result": "H2:H4"}``.
+    """
+
+    kind: str | None = None
+    sequence: str | None = None
+    convention: str | None = None
+    angles: tuple | None = None
+    point: tuple | None = None
+    origin: tuple | None = None
+    machine: object = None
+    cells: dict | None = None
+
+    def __post_init__(self):
+        for name, known in (("kind", ("zxz", "sequence", "nc")), ("convention", ("active", "passive"))):
+            if getattr(self, name) not in (None, *known):
+                raise InputError(name, " or ".join(known), repr(getattr(self, name)))
+        if self.sequence is not None:
+            euler.matrix(self.sequence, (0, 0, 0))
+
+
+def task_file(path):
+    """Return the fields of a `Task` from a TOML file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or holds another key.
+    """
+    try:
+        given = tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(str(path), "TOML", str(error)) from None
+    known = [each.name for each in fields(Task)]
+    for key in given:
+        if key not in known:
+            raise InputError(f"{path}, {key}", f"one of {', '.join(known)}", key)
+    if isinstance(given.get("machine"), str):
+        given["machine"] = str(Path(path).parent / given["machine"])
+    return given
+
+
+def reading(task, text):
+    """Sequence, whether it is active, and who says so: the task, else the texts of the sheet, else source 000."""
+    turns = [line for line in text.splitlines() if re.search(TURNS, line, re.I)]
+    said = {"".join(f.groups()).upper() for f in PRIMED.finditer(text)}
+    said |= {"".join(f.groups()).upper() for line in turns for f in SEQUENCE.finditer(line)}
+    said |= {"".join("XYZ"[int(n) - 1] for n in f.groups()) for line in turns for f in NUMBERED.finditer(line)}
+    in_words = [re.findall(ONE_AXIS, line, re.I) for line in text.splitlines()]
+    said |= {"".join(axes).upper() for axes in in_words if len(axes) == 3}
+    said &= set(euler.SEQUENCES)
+    by_task = task.sequence or ("ZXZ" if task.kind == "zxz" else "")
+    by_text = "" if len(said) != 1 else said.pop()
+    by_text = by_text.lower() if re.search(FIXED, text, re.I) else by_text
+    said = [bool(re.search(pattern, text, re.I)) for pattern in (ACTIVE, PASSIVE, TRANSPOSED)]
+    active = task.convention == "active" if task.convention else said == [True, False, False]
+    by = "the task" if by_task else "the text" if by_text else "source 000"
+    return by_task or by_text or "ZXZ", active, by

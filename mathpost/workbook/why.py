@@ -1,0 +1,156 @@
+"""Why is a cell wrong? The likeliest slip that explains what stands there, and how much of a stretch that is."""
+
+from functools import reduce
+from itertools import combinations_with_replacement, product
+from math import comb
+
+import numpy as np
+
+from mathpost.workbook.calculation import Turn
+from mathpost.workbook.edits import TRIGONOMETRY, as_around, repaired
+from mathpost.workbook.formula import Area, areas, heads, text_of, walk
+from mathpost.workbook.graph import SAMPLES, beside, same
+
+UNLIKELY, UNEXPLAINED = 2.0, 3.0  # what a repair costs that an odd change of the formula explains, or none
+SIZES = {9: 3, 16: 4, 3: 3, 4: 4}  # rows of so many cells
+
+
+class Why:
+    """The causes of what a `Judge` finds wrong."""
+
+    def __init__(self, judge):
+        self.judge, self.graph, self.found = judge, judge.graph, judge.found
+
+    def explain(self, calculation, unit, option):
+        """The cost of a repair, and its faults, the first one first."""
+        graph, faults, done, cost = self.graph, [], set(), 0.0
+        in_window = unit in self.found.windows
+        places = sorted(option, key=graph.reading_order if in_window else graph.calculation_order)
+        if in_window and self.found.typed.issuperset(places):  # a typed matrix: what is wrong by its number first
+            places.sort(key=lambda p: abs(option[p][0] - graph.value(p)) < 1e-9)
+        elements = self.judge.elements(calculation) if isinstance(calculation, Turn) else {}
+        is_block = len(unit) in SIZES and unit not in elements and (in_window or len(places) > 1)
+        block = self._of_the_block(calculation, unit, option) if is_block else None
+        for place in places:
+            if place not in done:
+                array = graph.array(place)
+                done.update(array)
+                wanted = {p: option.get(p, self.judge.targets.get(p, self.judge.now(p))) for p in array}
+                *fault, more = block or self._cause(calculation, wanted)
+                cost = max(cost, more)
+                faults.append(self.judge.fault(place, *fault))
+        within = [w for w in (unit, *self.found.windows) if unit[0] in w and unit[0] not in self.judge.targets]
+        if len(unit) > 16:  # all matrices at once
+            return 0.0, faults
+        if unit in elements and len(places) == 2:  # do the others turn the same way?
+            senses = [sense for sense, _ in elements.values()]
+            cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
+        elif elements and len(places) == 1 and len(self.judge.elements(calculation, option)) > len(elements):
+            cost = 0.0  # an elementary matrix but for this cell
+        elif len(unit) == 1 and any(self.judge.stands(calculation, w) for w in within):
+            cost += UNLIKELY  # it may stand there as it is, alone or in a matrix
+        elif not block:
+            cost += min(0.25 * (len(faults) - 1), 0.5)
+        return cost, faults
+
+    def _cause(self, calculation, wanted):
+        """Cause, sentence and cost of one wrong cell, or of an array formula."""
+        graph, (place, value) = self.graph, next(iter(wanted.items()))
+        cell, short = graph.cells.get(place), graph.short(place)
+        known = place in self.judge.targets or any(same(value, entry, 1e-7) for entry in calculation.entries)
+        if cell is None:
+            return "wrong value", f"{short} is empty", UNEXPLAINED
+        if place not in graph.trees:
+            if cell.number is None:
+                return "wrong value", f"{short} holds {cell.value!r} where a number belongs", 0.0
+            if np.ptp(value[1:]) < 1e-9:
+                cost = 0.0 if np.abs(value[1] - [0, 1]).min() < 1e-9 else UNLIKELY
+                return "wrong value", f"{short} is {cell.number:g}, should be {value[1]:g}", cost
+            known |= not abs(value[0] - cell.number) > 5e-3
+            cost = 0.0 if known and cell.number not in (0, 1, -1) else UNLIKELY * 1.1
+            text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
+            return "typed over formula", text, cost
+        tree = graph.trees[place]
+        period = self.judge.periods.get(place)
+        if found := repaired(graph, wanted, self.judge.values, calculation.given, self.found.windows, period):
+            cause, sentence, other = found
+            plain = tree[0] in ("+", "-") or ("minus" not in heads(tree) and tree[0] != "area")
+            odd = as_around(graph, place) == tree or (plain and other == ("minus", tree))
+            cause = self.reference_kind(place, other) if cause == "wrong reference" else cause
+            return cause, f"{short}: {sentence}", UNLIKELY * (cause == "sign" and odd)
+        if term := self._missing(calculation, place, value):
+            return "missing term", f"{short}: the term {term} is missing", 0.2
+        text = f"{short}: ={text_of(tree, place[0])} is not what belongs there"
+        return "wrong value", text, UNEXPLAINED + 9 * (not known)
+
+    def reference_kind(self, place, other):
+        """Name a wrong reference: a missing $, a different angle, a different point, or just a different cell."""
+        pairs = zip(areas(self.graph.trees[place]), areas(other), strict=True)
+        old, new = next((a, b) for a, b in pairs if a != b)
+        above = areas(self.graph.tree((place[0], place[1] - 1, place[2])))
+        table = len(self.graph.component[place]) > 9
+        if table and old.top > new.top and not old.fixed[0] and str(new) in map(str, above):
+            return "missing $"
+        if new.places[0] in self.found.angles:
+            return "wrong angle"
+        return "wrong point" if {old.places[0], new.places[0]} <= self.found.lengths else "wrong reference"
+
+    def _missing(self, calculation, place, value):
+        """A term that is missing from a sum: a number, or a product of cells and functions of those around."""
+        graph, lacking = self.graph, value - self.judge.now(place)
+        if not np.isfinite(lacking[1:]).all():
+            return None
+        around = graph.component[place]
+        around = around if len(around) <= 16 else [p for p in around if p[1] == place[1]]
+        pool = [*(s for p in around for s in graph.uses.get(p, ())), *calculation.given]
+        pool = dict.fromkeys([*pool, *(near for s in graph.uses[place] for near in beside(s))])
+        factors = [("number", float(lacking[1])), *(("area", Area(*p, *p[1:])) for p in pool if p in graph.cells)]
+        parts = [part for p in around for _, part in walk(graph.tree(p))]
+        factors += [part for part in parts if part[0] in TRIGONOMETRY or part[:2] == ("-", ("number", 1.0))]
+        factors = {text_of(tree): tree for tree in factors}
+        values = [
+            np.broadcast_to(graph.calculate(t, self.judge.values)[:, 0, 0], SAMPLES) for t in factors.values()
+        ]
+        for depth in range(1, 5):
+            if comb(len(factors) + depth - 1, depth) > 20_000:
+                break
+            chosen = np.array([*combinations_with_replacement(range(len(factors)), depth)])
+            found = np.array(values)[chosen].prod(axis=1)
+            off = [np.abs(found + sign * lacking)[:, 1:].max(axis=1) for sign in (1, -1)]
+            for n in np.flatnonzero(np.minimum(*off) < 1e-7 * (1 + np.abs(lacking[1:]).max()))[:1]:
+                return text_of(reduce(lambda a, b: ("*", a, b), ([*factors.values()][k] for k in chosen[n])))
+        return None
+
+    def _of_the_block(self, calculation, unit, option):
+        """Why a matrix or vector is wrong, with the cost: it or a factor is transposed, or a product reversed."""
+        size, square = SIZES[len(unit)], len(unit) > 4
+
+        def matrix(places, *more):
+            return self.judge.block(places, *more).T.reshape(SAMPLES, size, -1)
+
+        now, wanted = matrix(unit), matrix(unit, option)
+        windows = {w: matrix(w) for w in self.found.windows if len(w) == size * size and w != unit}
+        if square and same(now, _turned(wanted)):
+            copy = all(self.graph.tree(p)[0] == "area" for p in unit)
+            copy &= any(same(w, now) for w in windows.values())
+            known = self.judge.stands(calculation, unit)
+            known |= any(same(w, wanted) for w in windows.values())
+            known |= any(same(v @ w, now) for v, w in product(windows.values(), repeat=2))
+            return "transposed", "the matrix should be transposed", UNLIKELY * (known and not copy)
+        vectors = {c: matrix(c) for c in self.graph.components if len(c) == size and c != unit}
+        for (a, left), (b, right) in product(windows.items(), (windows if square else vectors).items()):
+            if same(left @ right, wanted):
+                order = f"the order is {self.graph.range(a)} times {self.graph.range(b)}"
+                slips = [("transposed", "a factor of the product is transposed", _turned(left) @ right)]
+                if square:
+                    slips.append((*slips[0][:2], left @ _turned(right)))
+                    slips.append(("order of product", order, right @ left))
+                    slips.append(("transposed", "the product is transposed", _turned(left @ right)))
+                for cause, text, slip in slips:
+                    if same(slip, now):
+                        return cause, text, 0.0
+        return None
+
+
+def _turned(matrix):
+    return np.swapaxes(matrix, 1, 2)
