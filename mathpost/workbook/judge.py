@@ -342,7 +342,7 @@ class Judge:
             order = min(map(graph.calculation_order, [p for p in block if p in graph.trees] or block))
             options = [dict(zip(block, known, strict=True)) for known in calculation.known.get(len(block), ())]
             yield (*order, len(block)), block, self._tried(options, targets, bad)
-        for place in formulas | (scope & found.constants):
+        for place in formulas | (scope & (found.constants | (found.typed & targets.keys()))):
             options = self._cell_options(calculation, place, targets, bad)
             yield (*graph.calculation_order(place), 0), (place,), options
         for number, kind in enumerate(("rounded early", *(cause for cause, _ in (TO_RADIANS, TO_DEGREES)))):

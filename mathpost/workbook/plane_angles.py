@@ -203,7 +203,7 @@ def _best(found, line, others):
     # An angle that is 0, or that a cell elsewhere holds, is given; another number may be typed over a formula.
     given = [p for p in others if p in graph.trees or graph.own[p] == 0]
     judged = [line] * (not given) + [calculated] * (len(line) == 3 > len(calculated) and line[2] in others)
-    best = (0, 0), None
+    best = (0, 0, 0), None
     for along, sequence, results in product((1, 2), _sequences(found), judged):
         for directions in chain(*(_readings(found, v) for v in _directions(found, used, set(line), along))):
             for degrees in (True, False):
@@ -264,19 +264,21 @@ def _directions(found, used, line, along):
 
 
 def _fits(graph, plane):
-    """How many of the angles that are there a reading gives, and of other cells; 0 if the directions are none."""
+    """How many of the angles that are there a reading gives, of how many, and of other cells; 0 if it is none."""
     formulas = graph.upstream(plane.results) & graph.trees.keys() - set(plane.results)
     own = {p: np.array(graph.own[p], dtype=float) for p in (*plane.read, *formulas)}
     x, y, z = (np.array([own[p] for p in places]) for places in (plane.x, plane.y, plane.z))
     if z.size and x.size and not np.linalg.norm(across := np.cross(z, x)) > 1e-6:
-        return 0, 0
+        return 0, 0, 0
     if z.size and y.size and not np.abs(across - y).max() < 0.01:
-        return 0, 0
+        return 0, 0, 0
     plane.prepare(own, {})
     off = [abs(own[p] - plane.targets[p][0]) for p in plane.results]
     known = np.array([entry[0, 0] for entry in plane.known[1]])
     others = [np.abs(known - own[p]).min() for p in formulas]
-    return sum(each < (0.1 if plane.degrees else 0.002) for each in off), sum(each < ROUNDED for each in others)
+    angles = sum(each < (0.1 if plane.degrees else 0.002) for each in off)
+    others = sum(each < ROUNDED for each in others)
+    return (angles, len(plane.results), others) if angles or others else (0, 0, 0)
 
 
 def _named(found, line):

@@ -136,7 +136,7 @@ def _by_threes(graph, found, blocks, implied):
                 told |= {p: (f"={_ref((q,))}", ()) for p, q in zip(places, hidden[role.word].places, strict=True)}
     shown = [b for b in (*blocks, *more) if b.role.kind in MATRICES]
     shown = [b for b in shown if b.role.kind == "matrix" or len(b.role.word) in (0, 3)]
-    shown = [b for b in shown if _may_turn(threes.look(b.places))]
+    shown = [b for b in shown if np.isfinite(n := threes.look(b.places)).all() and _may_turn(n)]
     operators = [Operator(n.reshape(3, 3), p, (), _half(n)) for _, p in shown for n in [threes.look(p)]]
     operators += hidden.values()
     origins = [t.places for t in threes.threes if _is_origin(found, threes.look(t.places), t.places[0])]
