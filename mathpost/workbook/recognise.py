@@ -252,6 +252,8 @@ class Recognised(Given):
                 weighed.setdefault(weight, []).append((-count, line))
         plus, minus = ([line for _, line in sorted(weighed.pop(w, []), key=lambda c: c[0])] for w in (1, -1))
         plus, minus = _apart([shift, *plus] if shift else plus)[bool(shift) :], _apart(minus)
+        asked = [line for line in plus if tuple(self.graph.own[p] for p in line) == tuple(self.task.origin or ())]
+        plus, minus = [line for line in plus if line not in asked], [*minus, *asked]  # one that is added by mistake
         if len(plus) != 1 or weighed:
             up = self.graph.upstream(triple)
             means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]

@@ -283,7 +283,7 @@ def _points(rows=((3, 4, 5), (-7, 2, 11), (0, 6, -10), (8, 1, 1))):
     return cells
 
 
-@pytest.mark.parametrize("function", ["AVERAGE", "SUM", "MAX", "STDEV"])
+@pytest.mark.parametrize("function", ["AVERAGE", "SUM", "MAX"])
 def test_means_of_points_and_a_range_that_is_a_row_short(tmp_path, function):
     cells = _points() | {f"{c}11": f"={function}({c}6:{c}9)" for c in "STUVWX"}
     report = _check(tmp_path, cells)
