@@ -19,7 +19,6 @@ from mathpost.rotation import about, numeric, unit, wrap
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
 AT_POLE = 1e-200  # squared: nearer than 1e-100 to the pole, any outer angle is right
 BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
-TURN = tuple(sp.symbols(f"rise_{branch} run_{branch}", real=True) for branch in (1, 2))
 
 
 @dataclass(frozen=True)
@@ -234,20 +233,17 @@ class Kinematics:
         The cosines and sines of both angles are algebraic in what the angles come from: none is computed from an
         angle.
         """
-        derived, turns, entries = self.inverse_symbolic, [], []
-        for solution, (rise, run) in zip(derived.solutions, TURN, strict=True):
+        derived, entries = self.inverse_symbolic, []
+        for solution in derived.solutions:
             values = {f(derived.inner): sp.expand_trig(f(solution)) for f in (sp.cos, sp.sin)}
-            turns += [term.xreplace(values) for term in derived.turn]
+            rise, run = (term.xreplace(values) for term in derived.turn)
             squared = rise**2 + run**2
             length = sp.sqrt(squared)
             values |= {sp.cos(derived.outer): run / length, sp.sin(derived.outer): rise / length}
             angles = {derived.inner: solution, derived.outer: sp.atan2(rise, run)}
             linear = [coordinate.xreplace(values) for coordinate in derived.linear]
             entries += [*linear, *(angles[joint] for joint in self.symbols[3:]), squared]
-        turn = numeric(tuple(turns), (*derived.axis, BELOW, ABOVE))
-        rest = numeric(tuple(entries), (*derived.tip, BELOW, ABOVE, *TURN[0], *TURN[1]))
-        # In two steps: sympy looks through whatever stands under a root.
-        return lambda x, y, z, *given: rest(x, y, z, *given[3:], *np.moveaxis(turn(*given), -1, 0))
+        return numeric(tuple(entries), (*derived.tip, *derived.axis, BELOW, ABOVE))
 
 
 def _perpendicular(u):
