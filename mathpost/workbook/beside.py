@@ -76,7 +76,10 @@ class Beside:
                 off = result - judge.block(places)
                 self.off.append(np.abs(off))
                 found += [off, -off, self.off[-1]]
-        for vectors in (np.array([*each.values()]) for each in lists.values() if len(each) > 1):
+                for n, vector in ((3, off), (4, -off)):
+                    lists.setdefault((id(graph.component[turn.results[0]]), n), {})[turn.results] = vector
+        every = [*lists.values(), *everywhere.values()]
+        for vectors in (np.array([*each.values()]) for each in every if len(each) > 1):
             found += [
                 reduce(vectors, axis=0)
                 for reduce in (np.sum, np.mean, np.max, np.min, np.ptp, np.std, _of_a_sample)
@@ -167,7 +170,8 @@ class Beside:
         sign = -1 if self.graph.own[parts[0]] < 0 else 1
         numbers, whole = np.array([[sign * 35.0], [20.0], [48.0]]), (35, 35 + 20 / 60, 35 + 20 / 60 + 48 / 3600)
         made = self.graph.cell(place, dict(zip(parts, numbers, strict=False)))
-        return len(parts) in (2, 3) and same(made, np.array([sign * whole[len(parts) - 1]]))
+        in_line = 1 in (len({p[1] for p in parts}), len({p[2] for p in parts}))
+        return in_line and len(parts) in (2, 3) and same(made, np.array([sign * whole[len(parts) - 1]]))
 
     def _goes_on(self, place):
         """Whether an angle is made of the one before as all around it are, as in a table of steps."""

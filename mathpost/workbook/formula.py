@@ -258,6 +258,7 @@ COMPARISONS = {
     **{"=": np.equal, "<>": np.not_equal, "<": np.less},
     **{">": np.greater, "<=": np.less_equal, ">=": np.greater_equal},
 }
+STATISTICS = {"SUM", "PRODUCT", "AVERAGE", "MAX", "MIN", "SUMSQ", "STDEV", "STDEV.S", "STDEVP", "STDEV.P"}
 FUNCTIONS = {
     **COMPARISONS,
     **{"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "^": np.power, "POWER": np.power},
@@ -291,6 +292,8 @@ FUNCTIONS = {
 def evaluate(tree, look, functions=FUNCTIONS):
     """Return the value of a tree, shape (samples, rows, columns); `look(area)` returns that of an area.
 
+    ``look(area, numbers_only=True)`` leaves out empty cells and texts, so that what is left is one row.
+
     Wrong arguments, such as a root of a negative number, are NaN, as an error value is.
     """
     head, *parts = tree
@@ -300,7 +303,12 @@ def evaluate(tree, look, functions=FUNCTIONS):
         return np.array([[[parts[0] if head == "number" else np.nan]]])
     if head not in functions or (head in COMPARISONS and "text" in (part[0] for part in parts)):
         raise NotUnderstood(f"the operator {head}" if head in POWER else head)
-    values = [evaluate(part, look, functions) for part in parts]
+    # Of a range these functions take what is a number: no empty cell counts as 0.
+    ranges = [head in STATISTICS and part[0] == "area" and part[1].shape != (1, 1) for part in parts]
+    values = [
+        look(part[1], numbers_only=True) if is_range else evaluate(part, look, functions)
+        for part, is_range in zip(parts, ranges, strict=True)
+    ]
     try:
         value = functions[head](*values)
         return value if value.dtype == float else value * 1.0

@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
 
@@ -258,19 +258,32 @@ class Graph:
         """Return the value of a tree, shape (samples, rows, columns), from those of the cells; NaN if none."""
         try:
             with np.errstate(all="ignore"):
-                return evaluate(tree, lambda area: self.look(area, values), functions)
+                return evaluate(tree, partial(self.look, values=values), functions)
         except NotUnderstood:
             return np.full((1, 1, 1), np.nan)
 
-    def look(self, area, values):
-        """The values of an area, shape (samples, rows, columns): 0 for an empty cell, NaN for text."""
+    def look(self, area, values, *, numbers_only=False):
+        """The values of an area, shape (samples, rows, columns): 0 for an empty cell, NaN for text.
+
+        With `numbers_only` both are left out, and the others are in one row.
+        """
+        if numbers_only:
+            numbers = [p for p in area.places if p in values or np.isfinite(self.constants.get(p, np.nan))]
+            return self._stacked([values.get(p, self.constants.get(p)) for p in numbers], (1, len(numbers)))
         numbers = [values[p] if p in values else self.constants.get(p, ZERO) for p in area.places]
+        return self._stacked(numbers, area.shape)
+
+    @staticmethod
+    def _stacked(numbers, shape):
+        """Values of several cells as one array, shape (samples, rows, columns)."""
         if len(numbers) == 1:
             return numbers[0][:, None, None]
-        found = np.empty((max(map(len, numbers)), len(numbers)), max(n.dtype for n in numbers))
+        found = np.empty(
+            (max(map(len, numbers), default=1), len(numbers)), max((n.dtype for n in numbers), default=float)
+        )
         for k, number in enumerate(numbers):
             found[:, k] = number
-        return found.reshape(-1, *area.shape)
+        return found.reshape(len(found), *shape)
 
     @cached_property
     def constants(self):

@@ -234,11 +234,11 @@ class _Roles:
         return {"tip": tip, "axis": axis, "words": [words[k] for k in range(5)]}
 
     def triples(self, *groups):
-        """Three columns side by side, or of headings that name such letters."""
+        """Three columns side by side, or as far apart, of headings that name such letters."""
         found = [(n, n + 1, n + 2) for n in range(len(self.columns) - 2)]
         for group in groups:
             headed = [[n for n, c in enumerate(self.columns) if letter in c.letters] for letter in group]
-            found += [triple for triple in product(*headed) if len(set(triple)) == 3][:200]
+            found += [(a, b, c) for a, b, c in product(*headed) if a < b and b - a == c - b][:200]
         return list(dict.fromkeys(found))
 
     def vectors(self, triple):

@@ -255,10 +255,11 @@ def _directions(found, used, line, along):
             vectors.append(each)
     if len(used.difference(*vectors)) <= 1:  # one cell may be used by mistake
         yield vectors
-    if len(vectors) == 1:  # the angle that uses the other one is lost: the nearest
-        (first,) = vectors
+    if len(vectors) == 1:  # the angle that uses the other one is lost: the nearest that is not turned by the angles
+        (first,), turned = vectors, found.graph.downstream(line)
         others = [each for each in found.lines(found.typed - line, 3) if each[0][along] != each[1][along]]
         others = [each for each in others if set(each).isdisjoint(first) and each[0][0] == first[0][0]]
+        others = [each for each in others if turned.isdisjoint(found.graph.downstream(each))]
         others.sort(key=lambda each: abs(each[0][1] - first[0][1]) + abs(each[0][2] - first[0][2]))
         yield vectors + others[:1]
 

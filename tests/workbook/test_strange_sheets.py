@@ -364,3 +364,11 @@ def test_a_number_that_a_text_gives_differently(tmp_path):
     report = _check(tmp_path, _sheet(point=(3, -4, 5)), text)
     assert (report.verdict, report.status) == ("unclear", 2)
     assert "Sheet!D1:D3 is 3, -4, 5, and a text says 3, 4, 5" in report.seen
+
+
+def test_a_mean_leaves_out_empty_rows_and_texts(tmp_path):
+    cells = _points()
+    gap = {f"{c}{n + 3}": str(cells.pop(f"{c}{n}")).replace(f"{n}", f"{n + 3}") for n in (9,) for c in "VWX"}
+    cells |= {f"{c}12": cells.pop(f"{c}9") for c in "STU"} | {address: text for address, text in gap.items()}
+    cells |= {f"{c}14": f"=AVERAGE({c}6:{c}12)" for c in "VWX"} | {"W10": "second set"}
+    assert _check(tmp_path, cells).verdict == "right"
