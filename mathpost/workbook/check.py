@@ -101,8 +101,11 @@ def check_file(path, task=None):
 
 def _unlike_the_text(graph, found):
     """Yield what is given where a text of the sheet has the same three numbers but for one: a typing error?"""
-    said = [[float(n) for n in re.findall(r"[-+]?\d+(?:\.\d+)?", text)] for text in found.text.splitlines()]
-    said = {tuple(numbers[n : n + 3]) for numbers in said for n in range(len(numbers) - 2)}
+    number, aside = r"[-+]?\d+(?:\.\d+)?", r"\(([^()]*)\)"
+    texts = [
+        part for text in found.text.splitlines() for part in (re.sub(aside, "", text), *re.findall(aside, text))
+    ]
+    said = {tuple(map(float, numbers)) for text in texts if len(numbers := re.findall(number, text)) == 3}
     given = {places for c in found.calculations for places in (c.angles, c.point, c.origin) if len(places) == 3}
     given = {places: tuple(graph.own[p] for p in places) for places in given if found.typed.issuperset(places)}
     for text, (places, numbers) in product(said - {*given.values()}, given.items()):

@@ -267,20 +267,18 @@ class Graph:
 
         With `numbers_only` both are left out, and the others are in one row.
         """
-        if numbers_only:
-            numbers = [p for p in area.places if p in values or np.isfinite(self.constants.get(p, np.nan))]
-            return self._stacked([values.get(p, self.constants.get(p)) for p in numbers], (1, len(numbers)))
         numbers = [values[p] if p in values else self.constants.get(p, ZERO) for p in area.places]
-        return self._stacked(numbers, area.shape)
+        if numbers_only:
+            there = [p in values or np.isfinite(self.constants.get(p, np.nan)).all() for p in area.places]
+            numbers = [number for number, is_there in zip(numbers, there, strict=True) if is_there] or numbers
+        return self._stacked(numbers, (1, len(numbers)) if numbers_only else area.shape)
 
     @staticmethod
     def _stacked(numbers, shape):
         """Values of several cells as one array, shape (samples, rows, columns)."""
         if len(numbers) == 1:
             return numbers[0][:, None, None]
-        found = np.empty(
-            (max(map(len, numbers), default=1), len(numbers)), max((n.dtype for n in numbers), default=float)
-        )
+        found = np.empty((max(map(len, numbers)), len(numbers)), max(n.dtype for n in numbers))
         for k, number in enumerate(numbers):
             found[:, k] = number
         return found.reshape(len(found), *shape)

@@ -359,7 +359,7 @@ def test_one_conversion_in_gon(tmp_path):
 
 
 def test_a_number_that_a_text_gives_differently(tmp_path):
-    text = {"A20": "Turn (3, 4, 5) by 135, 54.7356 and -90 degrees"}
+    text = {"A20": "Turn (3, 4, 5) by (135, 54.7356, -90) degrees"}
     assert _check(tmp_path, _sheet(), text).verdict == "right"
     report = _check(tmp_path, _sheet(point=(3, -4, 5)), text)
     assert (report.verdict, report.status) == ("unclear", 2)
