@@ -13,7 +13,7 @@ from mathpost.rotation import wrap
 from mathpost.workbook.calculation import SAMPLES, Turn
 from mathpost.workbook.edits import as_around
 from mathpost.workbook.formula import heads, unrounded
-from mathpost.workbook.graph import same
+from mathpost.workbook.graph import CLOSE, same
 
 MOST = 20  # points of which each two are compared
 
@@ -80,10 +80,8 @@ class Beside:
                     lists.setdefault((id(graph.component[turn.results[0]]), n), {})[turn.results] = vector
         every = [*lists.values(), *everywhere.values()]
         for vectors in (np.array([*each.values()]) for each in every if len(each) > 1):
-            found += [
-                reduce(vectors, axis=0)
-                for reduce in (np.sum, np.mean, np.max, np.min, np.ptp, np.std, _of_a_sample)
-            ]
+            statistics = np.sum, np.mean, np.max, np.min, np.ptp, np.std, _of_a_sample
+            found += [statistic(vectors, axis=0) for statistic in statistics]
             self.lengths.append(np.linalg.norm(vectors, axis=1))
         for vectors in everywhere.values():
             for a, b in combinations(vectors.values(), 2) if len(vectors) <= MOST else ():
@@ -111,7 +109,7 @@ class Beside:
             if not rest.issuperset(triple[:3]) or judged.intersection(triple):
                 continue
             off = self.vectors - judge.block(triple[:3])
-            fits = (np.abs(off)[..., 1:] <= 5e-8 * (1 + np.abs(self.vectors[..., 1:]))).all(axis=-1)
+            fits = (np.abs(off)[..., 1:] <= CLOSE * (1 + np.abs(self.vectors[..., 1:]))).all(axis=-1)
             if fits.all(axis=-1).any():
                 judged.update(triple)
                 continue
@@ -125,12 +123,7 @@ class Beside:
     def _known_numbers(self):
         """What may stand in one cell, each of shape (samples,), and pairs of angles of which it may be either."""
         judge = self.judge
-        numbers = [
-            np.ones(SAMPLES),
-            np.zeros(SAMPLES),
-            np.full(SAMPLES, 3.0),
-            *(entry for c in judge.live for entry in c.entries),
-        ]
+        numbers = [1.0, 0.0, 3.0, *(entry for c in judge.live for entry in c.entries)]  # 3: the trace of R·Rᵀ
         numbers += [*self.vectors.reshape(-1, SAMPLES), *np.linalg.norm(self.vectors, axis=1)]
         numbers += [each.max(axis=0) for each in self.vectors]
         if self.off:
@@ -148,7 +141,7 @@ class Beside:
             if not turn.axis:
                 both = np.stack([turn.radians, euler.twin(turn.sequence.upper(), turn.radians)], axis=1)
                 angles += [*both.T]
-        return numbers, angles
+        return np.array([np.broadcast_to(number, SAMPLES) for number in numbers]), angles
 
     def _is_known(self, place):
         """Whether a formula is a determinant, a length, a difference, an angle computed back."""
@@ -162,7 +155,10 @@ class Beside:
             off = [np.abs(wrap(radians - pair, 2 * np.pi)).min(axis=0)[1:].max() for pair in self.angles]
             if any(each < 1e-6 for each in off):
                 return True
-        return any(same(value, each) for each in (self.numbers[:1] if "MDETERM" in functions else self.numbers))
+        known = self.numbers[:1] if "MDETERM" in functions else self.numbers
+        fits = np.abs(value - known) <= CLOSE * (1 + np.abs(known))
+        fits[:, 0] |= ~np.isfinite(value + known)[:, 0]
+        return bool(fits.all(axis=1).any())
 
     def _is_degrees_and_minutes(self, place):
         """Whether a cell makes an angle of degrees and minutes, and seconds, of the sign of the degrees."""

@@ -238,7 +238,7 @@ class _Roles:
         found = [(n, n + 1, n + 2) for n in range(len(self.columns) - 2)]
         for group in groups:
             headed = [[n for n, c in enumerate(self.columns) if letter in c.letters] for letter in group]
-            found += [(a, b, c) for a, b, c in product(*headed) if a < b and b - a == c - b][:200]
+            found += [(a, b, c) for a, b, c in product(*headed) if a != b and b - a == c - b][:200]
         return list(dict.fromkeys(found))
 
     def vectors(self, triple):

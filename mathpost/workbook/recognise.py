@@ -102,9 +102,8 @@ class Recognised(Given):
     def _respond(self):
         """Which inputs each cell depends on, which cells are linear in lengths, and how if no angle turns them.
 
-        This is found by moving each input alone.
-
-        Inputs that no formula has in common move at once, so that a long table needs no more runs than a short one.
+        This is found by moving each input alone; inputs that no formula has in common move at once, so that a long
+        table needs no more runs than a short one.
         """
         graph, inputs = self.graph, (*self.sorted(self.angles), *self.sorted(self.lengths))
         self.depends, self.reaches, self.unturned, self.unmoved = {}, {}, {}, {}
