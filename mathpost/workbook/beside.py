@@ -22,7 +22,7 @@ class Beside:
     """Judge what is left once a `Judge` has judged the calculations.
 
     `places` are all cells to judge, `unjudged` those that could not be: no result needs them, and they are nothing
-    that is known. Vectors of which but one cell is wrong are added to the judge's faults.
+    that is known. A vector with a single wrong cell is added to the judge's faults.
     """
 
     def __init__(self, judge):
@@ -103,7 +103,7 @@ class Beside:
                 yield tuple(given[0])
 
     def _judge_vectors(self, rest):
-        """The cells of the vectors that are known; where but one cell is not, it is a fault."""
+        """Return the cells of known vectors; a vector with a single wrong cell becomes a fault."""
         judged, judge = set(), self.judge
         for triple in self.found.beside:
             if not rest.issuperset(triple[:3]) or judged.intersection(triple):

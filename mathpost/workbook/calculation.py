@@ -29,6 +29,7 @@ class Calculation:
     typed: bool = False  # whether results are numbers, so that only the sheet's own can be judged
     known: dict = field(default_factory=dict)
     targets: dict = field(default_factory=dict)
+    mistakes: dict = field(default_factory=dict)  # sentence → what stands in the results if somebody makes it
 
     @property
     def given(self):
@@ -71,7 +72,6 @@ class Turn(Calculation):
     active: bool | None = False  # None: whichever more results are of
     shift: tuple = ()  # what is added after the rotation
     plane: Calculation | None = None  # that has these angles
-    mistakes: dict = field(default_factory=dict)  # sentence → what stands in the results if somebody makes it
 
     @property
     def given(self):
@@ -112,12 +112,11 @@ class Turn(Calculation):
             vectors = [*(matrix @ point for matrix in moved), point]
             self.known |= {n: [_cells(v, n) for v in vectors] for n in (3, 4)}
             target = vectors[1] if len(self.results) < 9 else target
-            self._mistake(ends[0], moved[1], point)
+            self._make_mistakes(ends[0], point, point - moved[0] @ point)
         self.should_be(self.results, _cells(target, 3 if len(self.results) in (3, 9) else 4))
 
-    def _mistake(self, turn, moved, point):
-        """Set what somebody gets who takes off the origin at the wrong place, or adds it."""
-        origin = point - np.linalg.inv(turn) @ (moved @ point)
+    def _make_mistakes(self, turn, point, origin):
+        """Set the results of somebody who subtracts the origin at the wrong place, or adds it."""
         wrong = {
             "the origin is taken off after the turn, not before": turn @ point - origin,
             "the origin is added, not taken off": turn @ (point + origin),

@@ -12,13 +12,15 @@ from mathpost.rotation import wrap
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
 from mathpost.workbook.edits import CONVERSIONS, TO_DEGREES, TO_RADIANS, edits, repaired
 from mathpost.workbook.file import EMPTY
-from mathpost.workbook.formula import heads
+from mathpost.workbook.formula import ROUNDING, heads
 from mathpost.workbook.graph import SAMPLES, Graph, same
 from mathpost.workbook.nc_table import Words, judge_numbers
 from mathpost.workbook.plane_angles import Plane
 from mathpost.workbook.report import Fault
 from mathpost.workbook.values import read_labels
 from mathpost.workbook.why import UNEXPLAINED, Why
+
+TURNING = {"SIN", "COS", "TAN"}
 
 
 class Judge:
@@ -228,7 +230,7 @@ class Judge:
             self.found.calculations = [c for c in self.found.calculations if c is not last] + right
 
     def _drop_if_partial(self, calculation):
-        """Leave a vector aside that fewer angles turn, as they do on the way to that of another calculation."""
+        """Set aside a vector that only some of the angles turn, if it is a step to another calculation's result."""
         turns = [c for c in self.live if isinstance(c, Turn) and c is not calculation]
         angles, now = self.found.turned_by(calculation.results), self.block(calculation.results[:3])
         partial = any(angles < self.found.turned_by(c.results) for c in turns) and self.bad(calculation.targets)
@@ -243,8 +245,8 @@ class Judge:
         return [s for s in self.found.steps if up.issuperset(s.results)]
 
     def _as_a_mistake(self, last):
-        """Name the mistake that three cells, or those that they only follow from, make together."""
-        for text, wrong in getattr(last, "mistakes", {}).items():
+        """Name the mistake that explains all three cells of a result, or of the step that it is copied from."""
+        for text, wrong in last.mistakes.items():
             made = [c for c in (*self._steps(last), last) if same(self.block(c.results[:3]), wrong)]
             if made:
                 targets = dict(zip(made[0].results, last.targets.values(), strict=False))
@@ -345,8 +347,10 @@ class Judge:
         for place in formulas | (scope & (found.constants | (found.typed & targets.keys()))):
             options = self._cell_options(calculation, place, targets, bad)
             yield (*graph.calculation_order(place), 0), (place,), options
-        for number, kind in enumerate(("rounded early", *(cause for cause, _ in (TO_RADIANS, TO_DEGREES)))):
-            slips = {p: next((e[3] for e in edits(graph, p) if e[0] == kind), None) for p in formulas}
+        everywhere = (("rounded early", ROUNDING), (TO_RADIANS[0], TURNING), (TO_DEGREES[0], TURNING))
+        for number, (kind, functions) in enumerate(everywhere):
+            places = [p for p in formulas if heads(graph.trees[p]) & functions]
+            slips = {p: next((e[3] for e in edits(graph, p) if e[0] == kind), None) for p in places}
             option = {p: self.calculate(p, tree) for p, tree in slips.items() if tree}
             if len(option) > 1:  # the same slip everywhere
                 yield (97, (number,), 0), tuple(option), self._tried([option], targets, bad)

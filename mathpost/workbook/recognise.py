@@ -100,9 +100,9 @@ class Recognised(Given):
         return any(a - b and b - a for a, b in combinations(points, 2))
 
     def _respond(self):
-        """Which inputs each cell depends on, which cells are linear in lengths, and how if no angle turns them.
+        """Find the inputs that each cell depends on, the cells that are linear in lengths, their slopes at angle 0.
 
-        This is found by moving each input alone; inputs that no formula has in common move at once, so that a long
+        Each input is moved alone; inputs that no formula has in common move at once, so that a long
         table needs no more runs than a short one.
         """
         graph, inputs = self.graph, (*self.sorted(self.angles), *self.sorted(self.lengths))
@@ -191,7 +191,7 @@ class Recognised(Given):
 
     @staticmethod
     def _in_order(slopes):
-        """How many pairs of three cells come, where no angle turns them, of cells a step apart, as x, y and z."""
+        """With all angles at 0, how many pairs of three cells stem from neighbours in line, as x, y and z are."""
         steps = Counter()
         for (i, one), (j, other) in combinations(enumerate(slopes), 2):
             pairs = product(one.items(), other.items())
@@ -239,7 +239,7 @@ class Recognised(Given):
     def _moved(self, triple, shift=()):
         """The point and the origin of a vector, and other triples of its lengths.
 
-        Where no angle turns it a vector is the point less the origin, whichever formulas make it so.
+        With all angles at zero a vector is the point minus the origin, whatever formulas compute it.
         """
         slopes, row = [self.unturned.get(p, {}) for p in triple[:3]], triple[0][:2]
         moving, weighed = {s for p in triple for s in self.depends.get(p, ())} & self.lengths, {}

@@ -29,6 +29,12 @@ def common_decimals(numbers):
     return max((decimals for decimals, count in counts.items() if count >= least), default=0)
 
 
+def words(found):
+    """All products of neighbours among the elementary matrices, as which angles they turn by from left to right."""
+    order = (2, 1, 0) if found.sequence.isupper() != found.active else (0, 1, 2)
+    return [order[a : a + size] for size in (1, 2, 3) for a in range(4 - size)]
+
+
 class Three(NamedTuple):
     """Three numbers in line, of a strip of such side by side: the sheet, which way it goes, where it stands."""
 
@@ -75,13 +81,11 @@ class Threes:
         """The numbers in some cells."""
         return np.array([self.graph.value(p) for p in places], dtype=float)
 
-    def words(self, radians):
-        """Word → matrix: all products of neighbours among the elementary matrices of three angles."""
+    def products(self, radians):
+        """Word → matrix, of three angles."""
         active, sequence = self.found.active, self.found.sequence
         single = [elementary(a, -t if active else t) for a, t in zip(sequence.upper(), radians, strict=True)]
-        order = (2, 1, 0) if sequence.isupper() != active else (0, 1, 2)
-        words = [order[a : a + size] for size in (1, 2, 3) for a in range(4 - size)]
-        return {word: reduce(np.matmul, [single[n] for n in word]) for word in words}
+        return {word: reduce(np.matmul, [single[n] for n in word]) for word in words(self.found)}
 
     def angles(self, named=None):
         """The cells of the angles that take most threes to others, and the radians of 1; None if none does."""
@@ -89,7 +93,7 @@ class Threes:
         for cells in [named] if named else [three.places for three in self.threes[:CANDIDATES]]:
             numbers = self.look(cells)
             for radians in (np.pi / 180, 1.0) if numbers.any() and np.abs(numbers).max() <= 360 else ():
-                matrix = [*self.words(numbers * radians).values()][-1]
+                matrix = [*self.products(numbers * radians).values()][-1]
                 made = self.values @ matrix.T
                 off, nearest = tree.query(made, p=np.inf)
                 fits = (off <= self.half[nearest]) & self._may_follow(slice(None), nearest)
@@ -98,13 +102,13 @@ class Threes:
                 best = max(best, (count, (cells, radians)), key=lambda each: each[0])
         return best[1] if named or best[0] > 1 or len(self.threes) <= FEW else None
 
-    def matrices(self, words):
+    def matrices(self, known):
         """(Word, places) of nine numbers, row by row, that but for two are a product of elementary matrices."""
         taken, found = set(), []
         for three in self.threes:
             places = tuple((p[0], p[1] + n, p[2]) for n in range(3) for p in three.places)
             if three.strip[1] == 1 and taken.isdisjoint(places) and None not in map(self.graph.value, places):
-                fits = {w: (np.abs(self.look(places) - m.ravel()) < NEAR).sum() for w, m in words.items()}
+                fits = {w: (np.abs(self.look(places) - m.ravel()) < NEAR).sum() for w, m in known.items()}
                 if fits[best := max(fits, key=fits.get)] >= 7:
                     taken.update(places)
                     found.append((best, places))
@@ -143,9 +147,8 @@ class Threes:
         """(Strip of points, strip of results, step) → the numbers in the first that become those in the other."""
         moved = self.values - (self.look(operator.origin) if operator.origin else 0.0)
         made = moved @ operator.matrix.T
-        late = (self.decimals > LEAST)[:, None] & (
-            self.decimals[:, None] >= self.decimals
-        )  # points that are results
+        # Points that are results themselves.
+        late = (self.decimals > LEAST)[:, None] & (self.decimals[:, None] >= self.decimals)
         slack = self.half + late * 1.8 * self.half[:, None] + operator.half * np.abs(moved).sum(axis=1)[:, None]
         off = np.abs(self.values - made[:, None]).max(axis=2)
         changed = np.abs(made - self.values).max(axis=1) > 0.01
@@ -163,12 +166,10 @@ class Threes:
         strips, best = [strip for strip, members in self.strips.items() if len(members) > 2][:STRIPS], (0, [])
         for start, radians in product(strips, (np.pi / 180, 1.0)):
             own = {k: self.values[n] * radians for k, n in self.strips[start].items()}
-            matrices = {k: [*self.words(angles).values()][-1] for k, angles in own.items()}
+            matrices = {k: [*self.products(angles).values()][-1] for k, angles in own.items()}
             for point, result in product(strips, repeat=2):
-                members, ways = (
-                    [self.strips[s] for s in (start, point, result)],
-                    {s[:2] for s in (start, point, result)},
-                )
+                members = [self.strips[s] for s in (start, point, result)]
+                ways = {s[:2] for s in (start, point, result)}
                 rows = sorted(members[0].keys() & members[1].keys() & members[2].keys())
                 apart = np.diff(sorted(s[2] for s in (start, point, result)))
                 if len(ways) > 1 or min(apart) < 3 or len(rows) < 3:

@@ -19,7 +19,7 @@ from mathpost.workbook.formula import Area, area_of
 from mathpost.workbook.graph import Graph
 from mathpost.workbook.label import SINGLE, UNIT_WORDS, Role, read_label
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, Fault
-from mathpost.workbook.threes import Operator, Threes, common_decimals
+from mathpost.workbook.threes import Operator, Threes, common_decimals, words
 
 CALCULATED = 3  # decimals that nobody gives
 BELOW = 2_000_000  # the first row of matrices that are not in the sheet
@@ -125,11 +125,11 @@ def _by_threes(graph, found, blocks, implied):
     named = tuple(named[n,] for n in range(3)) if len(named) == 3 else None
     if angles := (named and threes.angles(named)) or threes.angles():
         cells, radians = angles
-        words = threes.words(threes.look(cells) * radians)
+        known = threes.products(threes.look(cells) * radians)
         hidden = _out_of_sight(graph, found, cells, radians, 0, told)
-        hidden = {word: Operator(words[word], places) for word, places in hidden.items()}
+        hidden = {word: Operator(known[word], places) for word, places in hidden.items()}
         more += [Block(Role("angle", (k,)), (p,)) for k, p in enumerate(cells)]
-        matrices = [Block(Role("matrix", word), places) for word, places in threes.matrices(words)]
+        matrices = [Block(Role("matrix", word), places) for word, places in threes.matrices(known)]
         more += matrices
         for role, places in (*blocks, *matrices):
             if role.kind == "matrix" and role.word in hidden and implied.keys().isdisjoint(places):
@@ -145,7 +145,7 @@ def _by_threes(graph, found, blocks, implied):
     done = implied.keys() | {p for role, places in (*blocks, *more) if role.kind == "angle" for p in places}
     threes.link(operators, done)
     if not threes.links and angles:  # all turned the other way, which the right matrix in the sheet does not say
-        right = [*words.values()][-1]
+        right = [*known.values()][-1]
         whole = [op for op in operators[: len(shown)] if np.allclose(op.matrix, right, atol=1e-3)]
         done |= {p for role, places in blocks if role.kind == "coordinate" for p in places}
         threes.link([op._replace(matrix=op.matrix.T) for op in whole], done)
@@ -179,9 +179,8 @@ def _is_origin(found, numbers, place):
 
 def _out_of_sight(graph, found, cells, radians, number, told):
     """Word → places, below the sheet, of the products of elementary matrices of three angles; `told` → formulas."""
-    order = (2, 1, 0) if found.sequence.isupper() != found.active else (0, 1, 2)
-    words, places = [order[a : a + size] for size in (1, 2, 3) for a in range(4 - size)], {}
-    for k, word in enumerate(words):
+    places = {}
+    for k, word in enumerate(words(found)):
         top, left = BELOW + 3 * number, 3 * k + 1
         places[word] = tuple(Area(graph.book.sheets[0], top, left, top + 2, left + 2).places)
         if len(word) == 1:
