@@ -86,18 +86,13 @@ def largest(kind, kin, joints, path, most, *, least=2):
     """
     if not len(most):
         return 0.0, -1
-    found, bound = np.zeros(len(most)), np.maximum(most, 0)
-
-    def look(moves):
+    found, bound, few = np.zeros(len(most)), np.maximum(most, 0), len(most) // FIRST + 1
+    promising = most >= np.partition(most, -few)[-few]
+    for some in (promising, ~promising):
+        moves = np.flatnonzero(some & (most > found.max()))
         ends = path[moves], path[moves + 1]
         strayed = stray(kind, kin, joints[moves], joints[moves + 1], ends, least=least)
         found[moves] = np.minimum(strayed, bound[moves])
-
-    few = len(most) // FIRST + 1
-    promising = np.argpartition(most, -few)[-few:]
-    look(promising[most[promising] >= 0])
-    most[promising] = -1
-    look(np.flatnonzero(most > found.max()))
     error = min(found.max() + (RESOLUTION, AXIS_RESOLUTION)[kind], bound.max())
     return float(error), int(found.argmax())
 
@@ -123,13 +118,10 @@ def derivative(machine, start, end, order):
 
     A point at most r from the lines that it is turned about, by Ω, and moved by v has at most Ωⁿ·r + n·Ωⁿ⁻¹·v.
     """
-    result, offsets = np.empty(len(start)), levers(machine)
-    for rows in slices(result.shape):
-        step = np.abs(end[rows] - start[rows])
-        turn, travel = step[:, 3:].sum(axis=1), step[:, :3].sum(axis=1)
-        lever = offsets + np.maximum(*(np.abs(at[rows, :3]).sum(axis=1) for at in (start, end)))
-        result[rows] = turn ** (order - 1) * (turn * np.maximum(lever, LEVER) + order * travel)
-    return result
+    step = np.abs(end - start)
+    turn, travel = step[:, 3:].sum(axis=1), step[:, :3].sum(axis=1)
+    lever = levers(machine) + np.maximum(*(np.abs(at[:, :3]).sum(axis=1) for at in (start, end)))
+    return turn ** (order - 1) * (turn * np.maximum(lever, LEVER) + order * travel)
 
 
 def levers(machine):
@@ -288,17 +280,15 @@ def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
 
 def _refuse_other_feeds(cl, blocks, motion):
     """Rapid where the CL data are, and at their feed elsewhere, if no time is stated instead."""
-    for rows in slices(motion.place.shape):
-        record, block = motion[rows].record, blocks[rows]
-        feeds, rapid = cl.feeds[record], cl.rapid[record]
-        by_feed = ~rapid & np.isnan(block.seconds) & ~np.isnan(feeds)
-        as_it_is = (block.feeds <= feeds + 1e-9) & (block.feeds >= feeds - FEED_DIGITS)
-        wrong = (block.rapid != rapid) | (by_feed & ~as_it_is)
-        if wrong.any():
-            at = int(wrong.argmax())
-            found = "rapid" if block.rapid[at] else f"feed {block.feeds[at]:g}"
-            expected = "rapid" if rapid[at] else f"feed {feeds[at]:g}"
-            raise MathpostError(f"{cl.where(record[at])}: the CL data have {expected} and the program {found}")
+    feeds, rapid = cl.feeds[motion.record], cl.rapid[motion.record]
+    by_feed = ~rapid & np.isnan(blocks.seconds) & ~np.isnan(feeds)
+    as_it_is = (blocks.feeds <= feeds + 1e-9) & (blocks.feeds >= feeds - FEED_DIGITS)
+    wrong = (blocks.rapid != rapid) | (by_feed & ~as_it_is)
+    if wrong.any():
+        at = int(wrong.argmax())
+        found = "rapid" if blocks.rapid[at] else f"feed {blocks.feeds[at]:g}"
+        expected = "rapid" if rapid[at] else f"feed {feeds[at]:g}"
+        raise MathpostError(f"{cl.where(motion.record[at])}: the CL data have {expected} and the program {found}")
 
 
 def _refuse_too_fast(machine, cl, blocks, motion):
