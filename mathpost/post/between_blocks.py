@@ -264,8 +264,7 @@ def block_times(machine, joints, tip, feeds, in_cut):
     if no_rates := np.isnan(rates).all():
         rates = 1 / UNITS
     for column, rate in zip(joints.T, rates, strict=True):
-        if not np.isnan(rate):
-            np.maximum(by_axis, np.abs(np.diff(column)) / rate, out=by_axis)
+        by_axis = np.fmax(by_axis, np.abs(np.diff(column)) / rate)
     if no_rates:
         by_axis = np.nan_to_num(60 * by_axis / feeds)
     return np.fmax(by_axis, np.where(in_cut, feed_times(tip, feeds), 0))

@@ -176,9 +176,8 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
             f"{cl.where(stuck)}: the path breaks here, {reason}; split it, with a retract and an unwind"
         )
     (solution, winding), records = np.divmod(picks, turns.shape[1]), np.arange(len(cl))
-    joints = np.empty((5, len(cl))).T  # joint by joint is read fastest
-    for joint in range(5):
-        joints[:, joint] = solved[joint, solution, records] + turns[joint, winding]
+    columns = [angle[solution, records] + turn[winding] for angle, turn in zip(solved, turns, strict=True)]
+    joints = np.array(columns).T  # joint by joint is read fastest
     further = np.where(np.diff(solution, prepend=-1) == 0, beyond[solution, records], 0)
     for joint in np.flatnonzero(machine.endless):  # goes on the short way, and the outer one `further` turns
         turned = np.diff(joints[:, joint], prepend=0.0 if start is None else start[joint])
