@@ -102,9 +102,9 @@ def align(feature, machine):
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> from mathpost.plane.tilted_plane import Plane
-    >>> found = align(Plane("G68.2", [135, 54.7356103172, 0]).frame, machine.load("bc_table"))
+    >>> import mathpost
+    >>> plane = mathpost.Plane("G68.2", [135, 54.7356103172, 0])
+    >>> found = align(plane.frame, mathpost.load_machine("bc_table"))
     >>> [solution.angles.round(4).tolist() for solution in found.solutions]
     [[54.7356, 45.0], [-54.7356, -135.0]]
     >>> round(found.solutions[0].rho, 6), round(found.solutions[0].third_angle(), 6)
@@ -152,9 +152,8 @@ def fanuc(alignment, present, *, master=None):
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> from mathpost.plane.tilted_plane import Plane
-    >>> tilted = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, machine.load("ac_table"))
+    >>> import mathpost
+    >>> tilted = align(mathpost.Plane("PLANE SPATIAL", [0, 45, 0]).frame, mathpost.load_machine("ac_table"))
     >>> fanuc(tilted, [20, -60]).angles.round(6), fanuc(tilted, [20, -60], master="C").angles.round(6)
     (array([45., 90.]), array([-45., -90.]))
     """

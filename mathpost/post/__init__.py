@@ -134,9 +134,8 @@ def run(
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> from mathpost.post import cl as cldata
-    >>> result = run(cldata.read("data/cl/blade.cl"), machine.load("data/machines/dmu50v.toml"))
+    >>> import mathpost
+    >>> result = run(mathpost.read_cl("data/cl/blade.cl"), mathpost.load_machine("dmu50v"))
     >>> print("\\n".join(result.program.splitlines()[:4]))
     0 BEGIN PGM BLADE MM
     1 ; MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT

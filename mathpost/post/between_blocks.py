@@ -232,10 +232,9 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     --------
     Half a turn of C at 36°/s, with 200°/s² to speed up and to slow down: 180/36 + 36/200 seconds.
 
-    >>> from mathpost import machine
-    >>> dmu50v = machine.load("data/machines/dmu50v.toml")
-    >>> law = time_law(dmu50v, [[0, 0, 0, 0, 0], [0, 0, 0, 0, np.pi]], [5.0])
-    >>> law.seconds
+    >>> import mathpost
+    >>> half_a_turn = [[0, 0, 0, 0, 0], [0, 0, 0, 0, np.pi]]
+    >>> time_law(mathpost.load_machine("dmu50v"), half_a_turn, [5.0]).seconds
     array([0.  , 5.18])
     """
     joints, asked = np.asarray(joints, dtype=float), np.asarray(asked, dtype=float)

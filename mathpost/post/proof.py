@@ -33,9 +33,8 @@ def deviation(kin, start, end, *, tips=None, axes=None, samples=None):
     --------
     Half a turn of C about a tip 77 mm from its axis: the tip cuts straight across.
 
-    >>> from mathpost import machine
-    >>> from mathpost.kinematics import Kinematics
-    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
+    >>> import mathpost
+    >>> kin = mathpost.Kinematics(mathpost.load_machine("dmu50v"))
     >>> ends = kin.close([77.0, 0, 0], [[0, 0], [0, np.pi]])
     >>> tip, axis = deviation(kin, ends[:1], ends[1:])
     >>> f"{tip[0]:.3f} mm"

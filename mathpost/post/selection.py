@@ -73,10 +73,9 @@ def candidates(kin, tip, axis):
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> from mathpost.kinematics import Kinematics
-    >>> found = candidates(Kinematics(machine.load("data/machines/ac_head.toml")), [[0, 0, 0]], [[0.6, 0, 0.8]])
-    >>> for branch, joints, _, reason in found.table(0):
+    >>> import mathpost
+    >>> kin = mathpost.Kinematics(mathpost.load_machine("ac_head"))
+    >>> for branch, joints, _, reason in candidates(kin, [[0, 0, 0]], [[0.6, 0, 0.8]]).table(0):
     ...     print(branch, joints[3:].round(2), reason or "inside travel")
     0 [90.   36.87] inside travel
     0 [-270.     36.87] inside travel
@@ -119,11 +118,9 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> from mathpost.post import cl as cldata
-    >>> from mathpost.kinematics import Kinematics
-    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
-    >>> np.rad2deg(choose(kin, cldata.read("data/cl/blade.cl")).joints[:, 3:]).round(3)
+    >>> import mathpost
+    >>> kin = mathpost.Kinematics(mathpost.load_machine("dmu50v"))
+    >>> np.rad2deg(choose(kin, mathpost.read_cl("data/cl/blade.cl")).joints[:, 3:]).round(3)
     array([[ 11.817, 175.815],
            [  4.717, 178.332],
            [  2.334,  -0.825],
@@ -296,8 +293,8 @@ def move_costs(machine, steps):
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> move_costs(machine.load("data/machines/dmu50v.toml"), [[0, 0, 100, 0, np.pi]])
+    >>> import mathpost
+    >>> move_costs(mathpost.load_machine("dmu50v"), [[0, 0, 100, 0, np.pi]])
     array([5.])
     """
     return cost(np.moveaxis(np.asarray(steps, dtype=float), -1, 0), *prices(machine))

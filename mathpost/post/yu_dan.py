@@ -60,11 +60,9 @@ def cases(kin, cl, prefer):
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> from mathpost.kinematics import Kinematics
-    >>> from mathpost.post import cl
-    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
-    >>> print(cases(kin, cl.read("data/cl/blade.cl"), 1)[0])
+    >>> import mathpost
+    >>> kin = mathpost.Kinematics(mathpost.load_machine("dmu50v"))
+    >>> print(cases(kin, mathpost.read_cl("data/cl/blade.cl"), 1)[0])
     case (2): κ = 0, 11.817°
     """
     derived = kin.inverse_symbolic
