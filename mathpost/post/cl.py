@@ -150,7 +150,7 @@ def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
     statements.take_file(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
     remarks = sorted(statements.remarks, key=itemgetter(0))
     records, remarks = _turned_over(statements.records(), remarks, statements.counts)
-    notes = [f"{what} {detail}: {count}".replace(" :", ":") for (what, detail), count in statements.counts.items()]
+    notes = [f"{what}: {count}" for what, count in statements.counts.items()]
     made = _made(*records, tuple(remarks), name, tuple(notes))
     if not statements.normals:
         return made
@@ -169,7 +169,7 @@ def _turned_over(records, remarks, counts):
     over = np.setdiff1d(over, changes)  # the new tool comes from elsewhere
     if not over.size:
         return records, remarks
-    counts["rapid moves that turn the tool by 180°, with a record half way", ""] += len(over)
+    counts["rapid moves that turn the tool by 180°, with a record half way"] += len(over)
     before = axes[:, over]
     up = np.where(np.abs(before[2]) < 0.9, [[0], [0], [1]], [[1], [0], [0]])  # or X, where the tool points up
     across = unit((up - (up * before).sum(axis=0) * before).T).T

@@ -100,7 +100,7 @@ class Statements(Lines):
             self.arc_before = None
         modelled = getattr(self, f"on_{ALIASES.get(word, word).lower()}", None)
         if word in self.ignored:
-            self.counts["ignored as asked", word] += 1
+            self.counts[f"ignored as asked {word}"] += 1
             self.remark()
         elif word in INERT or word.startswith(INERT_FAMILIES):
             self.remark()
@@ -256,7 +256,7 @@ class Statements(Lines):
         need(not self.rapid, "an arc at a feed", "RAPID")
         need(np.allclose(axis, self.axis, atol=1e-6), "a tool axis that stands still on an arc", "one that turns")
         self.go(arc(self.point, point, centre, normal, self.tolerance, turns), axis)
-        self.counts["arcs as chords", f"{self.tolerance:g} mm"] += 1
+        self.counts[f"arcs as chords {self.tolerance:g} mm"] += 1
 
     # Holes
 
@@ -309,8 +309,8 @@ class Statements(Lines):
             for record, sense in ((after, BACK[self.turning]), (after + 1, self.turning)):
                 said = f"SPINDL/{self.turns:g},RPM,{sense}"
                 self.command("spindle", self.turns, sense, statement=said, record=record)
-            self.counts["holes tapped as moves: a floating holder is needed", ""] += 1
-        self.counts["holes of drilling cycles as moves", ""] += 1
+            self.counts["holes tapped as moves: a floating holder is needed"] += 1
+        self.counts["holes of drilling cycles as moves"] += 1
 
     # Units and coordinate systems
 
@@ -337,7 +337,7 @@ class Statements(Lines):
             need(not self.count, "the first coordinate system before the first move", "moves before it")
             self.first_system = self.system = system
         if not np.allclose(system, self.system, atol=1e-9):
-            self.counts["changes of the coordinate system, brought into the first", ""] += 1
+            self.counts["changes of the coordinate system, brought into the first"] += 1
             self.point = None  # nobody has said it in these coordinates
         self.system = self.first_system if np.allclose(system, self.first_system, atol=1e-9) else system
 
@@ -380,13 +380,11 @@ class Statements(Lines):
         self.unconfirmed = False
 
     def on_trntyp(self, words):
-        unmoved = words[:1] == ["WORLD"] and not any(self.numbers(words[1:]))
-        need(unmoved, "TRNTYP/WORLD,0,0,0, which changes nothing")
-        self.remark()
+        need(words[:1] == ["WORLD"], "TRNTYP/WORLD,0,0,0")
+        self.on_origin(words[1:])
 
     def on_origin(self, words):
-        unmoved = not any(self.numbers(words))
-        need(unmoved, "ORIGIN/0,0,0, which changes nothing; let the CAM system write it shifted")
+        need(not any(self.numbers(words)), "zeros, which change nothing; let the CAM system write it shifted")
         self.remark()
 
     # Feeds, and what the control shall do
@@ -449,7 +447,7 @@ class Statements(Lines):
         kind = words[0] if words else ""
         need(kind in ("ON", "FLOOD", "MIST", "THRU", "AIR", "OFF"), "COOLNT/ON, FLOOD, MIST, THRU, AIR or OFF")
         if kind in ("THRU", "AIR"):  # every machine has its own M word for it
-            self.counts["coolant that stays off: a comment tells which", kind] += 1
+            self.counts[f"coolant that stays off: a comment tells which {kind}"] += 1
             self.remark()
         else:
             self.command("coolant", "FLOOD" if kind == "ON" else kind)

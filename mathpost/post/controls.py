@@ -12,7 +12,8 @@ TABLE = {
         ("; {name}", "G710 G17 G40 G90 G94"),
     ),
     "foot": (("END PGM {name} MM",), ("M30", "%"), ("M30",)),
-    "block": ("", "N", "N"),  # the letter before its number
+    "block": ("", "N", "N"),  # the letter before its number,
+    "unnumbered": ((), ("%", "O", "("), (";",)),  # and how lines without one begin
     "plus": ("+", "", ""),  # before a number that is not negative
     "comment": ("; {0}", "({0})", "; {0}"),
     "TCP on": ("M128", "G43.4 H{tool}", "TRAORI"),

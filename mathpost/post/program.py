@@ -144,7 +144,7 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     between[rows] += [control.words["TCP off"]] * blocks.tcp + foot
     numbered = np.zeros(rows + 1, int)  # how many lines before each move, besides the moves
     for row, lines in between.items():
-        numbered[row] = sum(_takes_number(control, line) for line in lines)
+        numbered[row] = sum(not line.startswith(control.words["unnumbered"]) for line in lines)
     before = np.cumsum(numbered) + np.arange(rows + 1)
     columns = _columns(control, machine.joint_names, blocks, before[:-1], changes, switches)
     texts, at = [], 0
@@ -152,7 +152,7 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
         texts += bulk.lines(columns, at, row)
         count, at = before[row] - numbered[row], row
         for line in lines:
-            if _takes_number(control, line):
+            if not line.startswith(control.words["unnumbered"]):
                 line, count = f"{control.words['block']}{_number(control, count)} {line}", count + 1
             texts.append(f"{line}\n")
     return "".join(texts)
@@ -191,10 +191,6 @@ def _between(control, machine, blocks):
             tcp = True
         between[row] = lines
     return between, [row for row in changes if row < rows], switches
-
-
-def _takes_number(control, line):
-    return control is HEIDENHAIN or not line.startswith(("%", "O", ";", "("))
 
 
 def _number(control, count):
