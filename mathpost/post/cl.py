@@ -6,7 +6,6 @@ chosen. What its statements mean is said in `mathpost.post.cl_words`.
 
 import codecs
 import math
-from bisect import bisect_left
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from operator import itemgetter
@@ -52,9 +51,8 @@ class CLData:
 
     def part(self, start, stop):
         """Return records `start` to `stop` (exclusive), and the remarks before them, as `CLData` without a copy."""
-        first, last = (bisect_left(self.remarks, record, key=itemgetter(0)) for record in (start, stop))
-        remarks = self.remarks[first : last if stop < len(self) else None]  # the last part has what follows it, too
-        remarks = tuple((record - start, text) for record, text in remarks)
+        end = stop if stop < len(self) else stop + 1  # the last part has what follows it, too
+        remarks = tuple((record - start, text) for record, text in self.remarks if start <= record < end)
         arrays = {name: array[start:stop] for name, array in vars(self).items() if isinstance(array, np.ndarray)}
         return replace(self, **arrays, remarks=remarks, first=self.first + start)
 

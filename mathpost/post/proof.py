@@ -21,13 +21,13 @@ LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no th
 FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to three decimals
 
 
-def deviation(kin, start, end, *, tips=None, axes=None, samples=None):
+def deviation(kin, start, end, *, tips=None, axes=None, least=2):
     """Return how far the tip (mm) and the tool axis (radians) stray when all joints move linearly, shape (m,) each.
 
     `start` and `end`, shape (m, 5), are the joints at both ends of m moves, mm and radians; `tips` and `axes`, (2,
     m, 3), the ends of the segments and great circles that they should follow, by default where the joints at both
-    ends have them. `samples` are intervals per move, by default as many as it takes to miss no more than
-    `RESOLUTION` where the move is taken for a parabola between them.
+    ends have them. A move is sampled in intervals, at `least` so many, that miss no more than `RESOLUTION` where it
+    is taken for a parabola between them.
 
     Examples
     --------
@@ -40,7 +40,7 @@ def deviation(kin, start, end, *, tips=None, axes=None, samples=None):
     >>> f"{tip[0]:.3f} mm"
     '77.000 mm'
     """
-    return tuple(stray(kind, kin, start, end, path, samples) for kind, path in enumerate((tips, axes)))
+    return tuple(stray(kind, kin, start, end, path, least) for kind, path in enumerate((tips, axes)))
 
 
 def strays(kin, cl, motion, moves=slice(None)):
@@ -50,19 +50,19 @@ def strays(kin, cl, motion, moves=slice(None)):
     return deviation(kin, starts.joints, ends.joints, tips=tips, axes=axes)
 
 
-def stray(kind, kin, start, end, path=None, samples=None, least=2):
+def stray(kind, kin, start, end, path=None, least=2):
     """One half of `deviation`: that of the tip (`kind` 0) or of the tool axis (1)."""
     error = np.zeros(len(start))
-    for moves, _, *tool in sampled(kin, start, end, samples, least):
+    for moves, _, *tool in sampled(kin, start, end, least):
         ends = tool[kind][[0, -1]] if path is None else (path[0][moves], path[1][moves])
         error[moves] = peak((from_segment, from_arc)[kind](tool[kind], *ends))
     return error
 
 
-def sampled(kin, start, end, samples=None, least=2):
+def sampled(kin, start, end, least=2):
     """Yield k moves at a time: their numbers (k,), t from 0 to 1 (intervals + 1, 1), tips and axes (…, k, 3)."""
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    intervals = np.full(len(start), samples) if samples else _intervals(kin.machine, start, end, least)
+    intervals = _intervals(kin.machine, start, end, least)
     for count in np.unique(intervals).tolist():
         t = np.linspace(0, 1, count + 1)[:, None]
         alike = np.flatnonzero(intervals == count)
@@ -90,7 +90,7 @@ def largest(kind, kin, joints, path, most, *, least=2):
     for some in (promising, ~promising):
         moves = np.flatnonzero(some & (most > found.max()))
         ends = path[moves], path[moves + 1]
-        strayed = stray(kind, kin, joints[moves], joints[moves + 1], ends, least=least)
+        strayed = stray(kind, kin, joints[moves], joints[moves + 1], ends, least)
         found[moves] = np.minimum(strayed, bound[moves])
     error = min(found.max() + (RESOLUTION, AXIS_RESOLUTION)[kind], bound.max())
     return float(error), int(found.argmax())
