@@ -13,7 +13,6 @@ from functools import cached_property
 import numpy as np
 
 from mathpost import angles as euler
-from mathpost import chain
 from mathpost.errors import InputError, ReachError, as_array
 from mathpost.frame import Frame, machine_frames
 from mathpost.kinematics import Kinematics
@@ -116,7 +115,8 @@ def align(feature, machine):
     machine = kinematics.machine
     if np.shape(feature.rotation) != (3, 3):
         raise InputError("feature", "one frame", f"frames of shape {np.shape(feature.rotation)[:-2]}")
-    (outer, *_), (inner, *_) = chain.between(machine)
+    places = kinematics.outer - 3, kinematics.inner - 3
+    outer, inner = (machine.rotary[place] for place in places)
     joints, axis = kinematics.inverse(feature.origin, feature.z, degrees=True), unit(np.array(outer.axis))
     if np.isnan(joints).any():
         low, high = np.degrees(kinematics.reach)
@@ -124,7 +124,7 @@ def align(feature, machine):
         stands = f"the feature's Z stands {angle:.4f} degrees from axis {outer.name}"
         raise ReachError(f"{machine.name}: {stands}, which {inner.name} allows only from {low:.4f} to {high:.4f}")
     free = bool(np.linalg.norm(np.cross(axis, feature.z)) < PARALLEL)
-    return Alignment(feature, machine, joints[:, 3:], *map(machine.rotary.index, (outer, inner)), free)
+    return Alignment(feature, machine, joints[:, 3:], *places, free)
 
 
 def beyond_travel(machine, angles):

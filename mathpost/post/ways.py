@@ -61,7 +61,6 @@ class Crossing:
         if not 0 <= self.first < self.last < len(self.joints):
             raise InputError("region", f"two records from 0 to {len(self.joints) - 1}", repr(tuple(region)))
         self.records = np.arange(self.first, self.last + 1)
-        self.outer = kin.symbols.index(kin.inverse_symbolic.outer)
 
     def compare(self, **options):
         """Return all ways as a list of `Way`; one that is not possible says why."""
@@ -101,7 +100,7 @@ class Crossing:
         except MathpostError as error:
             return Way(**vars(Motion.on_part(np.empty((0, 5)), [])), name=name, reason=str(error))
         law, (tip, axis) = self._law(motion), strays(self.kin, self.cl, motion)
-        peaks = law.peak_speeds[self.outer], law.peak_accelerations[self.outer]
+        peaks = law.peak_speeds[self.kin.outer], law.peak_accelerations[self.kin.outer]
         largest = tip[motion.in_cut].max(initial=0), axis[motion.at_feed(self.cl)].max(initial=0)
         return Way(*vars(motion).values(), name, law, *peaks, *largest)
 
@@ -181,7 +180,7 @@ class Crossing:
 
     def _largest_swing(self):
         """The record that the outer axis swings from."""
-        return self.first + int(np.abs(np.diff(self.joints[self.records, self.outer])).argmax())
+        return self.first + int(np.abs(np.diff(self.joints[self.records, self.kin.outer])).argmax())
 
     def _law(self, motion):
         """The time law of a motion with the records about it."""

@@ -69,11 +69,10 @@ def cases(kin, cl, prefer):
     if derived.solutions[0] != -derived.solutions[1]:
         found = f"{kin.machine.name}, where it is elsewhere"
         raise InputError("strategy 'paper'", f"a machine whose two solutions are ±{derived.inner}", found)
-    tilting = kin.symbols.index(derived.inner)
-    near, far = np.sort(np.abs(kin.machine.limits[tilting])) + TRAVEL_TOLERANCE
+    near, far = np.sort(np.abs(kin.machine.limits[kin.inner])) + TRAVEL_TOLERANCE
     dominant = 0 if prefer > 0 else 1
     found, before = [], 0.0
-    for size in np.abs(kin.inverse(cl.points, cl.axes)[:, 0, tilting]).tolist():
+    for size in np.abs(kin.inverse(cl.points, cl.axes)[:, 0, kin.inner]).tolist():
         case, steps = Case(1, size, None), (abs(size - before), abs(-size - before))
         if size <= near:
             case = Case(3, size, min((dominant, 1 - dominant), key=lambda kappa: steps[kappa]), steps)
@@ -106,8 +105,7 @@ def choose(kin, cl, prefer):
             raise ReachError(f"{cl.where(record)}: {kin.inverse_symbolic.inner}: {case}")
     branch = np.array([case.kappa for case in found])  # the first branch is the positive one
     joints = kin.inverse(cl.points, cl.axes)[np.arange(len(branch)), branch]
-    outer = kin.symbols.index(kin.inverse_symbolic.outer)
-    joints[1:-1, outer] = [turn.taken for turn in turns(joints[:, outer])]
+    joints[1:-1, kin.outer] = [turn.taken for turn in turns(joints[:, kin.outer])]
     out = np.flatnonzero(~kin.machine.within(joints).all(axis=1))
     if out.size:
         raise ReachError(f"{cl.where(int(out[0]))}: {'; '.join(kin.machine.out_of_travel(joints[out[0]]))}")
