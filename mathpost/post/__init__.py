@@ -199,13 +199,12 @@ def run(
         for each in plans:
             for first, last in each.regions:
                 through[each.first + first, each.first + last] = each.crossing((first, last)).compare(**lifting)
-    speeds = np.max([each.law.peak_speeds for each in plans], axis=0) * UNITS
-    accelerations = np.max([each.law.peak_accelerations for each in plans], axis=0) * UNITS
+    peaks = np.max([each.law.peaks for each in plans], axis=0) * UNITS
     report = Report(
         **vars(proof.worst_of(proofs)),
         settings=dict(_settings(cl, machine, plans, singular, tolerances, blocks)),
         time=sum(each.law.seconds[-1] for each in plans),
-        peaks={name: pair for name, *pair in zip(machine.joint_names, speeds, accelerations, strict=True)},
+        peaks=dict(zip(machine.joint_names, peaks.T, strict=True)),
         slowest=max((each.slowest for each in plans if each.slowest), key=lambda at: at[2] - at[1], default=None),
         warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
         uncompensated=proof.worst_of(before) if before else None,

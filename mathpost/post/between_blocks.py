@@ -199,8 +199,7 @@ class TimeLaw:
     asked: np.ndarray  # shape (m - 1,), seconds that each move would take at w = 1
     ramp: np.ndarray  # how fast w changes in it, 1/s, up and down again (∞: at once)
     highest: np.ndarray  # and its greatest w, between
-    peak_speeds: np.ndarray  # shape (5,), of each axis, mm or radians per s,
-    peak_accelerations: np.ndarray  # and s²; NaN for one that states none
+    peaks: np.ndarray  # shape (2, 5), of each axis: speed, mm or radians per s, and acceleration, NaN without limit
 
     def at(self, seconds):
         """Return the joints, shape (..., 5), at times from 0 to ``seconds[-1]``."""
@@ -248,7 +247,7 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     seconds = np.r_[0.0, np.cumsum(durations)]
     if len(moving) < len(asked):
         joints = joints[np.r_[0, moving + 1]]
-    return TimeLaw(joints, seconds, np.sqrt(squares), lengths, ramp, highest, *peaks)
+    return TimeLaw(joints, seconds, np.sqrt(squares), lengths, ramp, highest, peaks)
 
 
 def block_times(machine, joints, tip, feeds, in_cut):

@@ -11,7 +11,7 @@ TABLE = {
     ),
     "foot": (("END PGM {name} MM",), ("M30", "%"), ("M30",)),
     "block": ("", "N", "N"),  # the letter before its number,
-    "unnumbered": ((), ("%", "O", "("), (";",)),  # and how lines without one begin
+    "unnumbered": ((), ("%", "O", ";", "("), ("%", "O", ";", "(")),  # and how lines without one begin
     "plus": ("+", "", ""),  # before a number that is not negative
     "comment": ("; {0}", "({0})", "; {0}"),
     "TCP on": ("M128", "G43.4 H{tool}", "TRAORI"),

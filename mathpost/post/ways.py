@@ -100,9 +100,8 @@ class Crossing:
         except MathpostError as error:
             return Way(**vars(Motion.on_part(np.empty((0, 5)), [])), name=name, reason=str(error))
         law, (tip, axis) = self._law(motion), strays(self.kin, self.cl, motion)
-        peaks = law.peak_speeds[self.kin.outer], law.peak_accelerations[self.kin.outer]
         largest = tip[motion.in_cut].max(initial=0), axis[motion.at_feed(self.cl)].max(initial=0)
-        return Way(*vars(motion).values(), name, law, *peaks, *largest)
+        return Way(*vars(motion).values(), name, law, *law.peaks[:, self.kin.outer], *largest)
 
     def _direct(self):
         return Motion.on_part(self.joints[self.records], self.records)
