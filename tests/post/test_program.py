@@ -324,6 +324,13 @@ def test_lines_of_a_heidenhain_program_are_all_numbered():
     assert [int(line.split()[0]) for line in text.splitlines()] == list(range(12_000 + 6))
 
 
+@pytest.mark.parametrize("dialect", ["fanuc", "siemens"])
+def test_comments_and_names_of_programs_take_no_number(dialect):
+    head = ("%", "O0007", "(BY HAND)", "; BY HAND", "M8")
+    lines = program.write(blocks(), replace(DMU, program_head=head), dialect).splitlines()
+    assert {*head[:4]} < {*lines} and "M8" not in lines
+
+
 @pytest.mark.parametrize("used", [True, False])
 def test_numbers_of_any_size_are_written_or_refused(used):
     words = np.array([[1e9, -2.5, 0, 0, 0], [9e10, 123456789.12346, 0, 0, 1], [-9e10, 0.00004, 0, -0.00004, -1]])
