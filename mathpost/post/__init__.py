@@ -24,9 +24,8 @@ from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, refuse_nonse
 from mathpost.post.ways import Crossing, comparison, through_the_records, unbroken
 from mathpost.rotation import slices
 
-TOLERANCE = 0.01  # mm
+TOLERANCE = 0.01  # mm; travel between the blocks is never looked at more coarsely
 CONE = np.radians(1.0)  # about the singular tool axes
-TRAVEL_TOLERANCE = 0.01  # mm; between the blocks travel is looked at to this, whatever the tolerance of the tip
 # Radians; how far the printed digits of both rotary axes may turn the tool axis, and what samples miss.
 AXIS_DIGITS = np.radians(10.0**-program.DECIMALS) + proof.AXIS_RESOLUTION
 
@@ -255,7 +254,7 @@ def _plan(kin, cl, first, chosen, found, way, lifting, tolerances, tcp, real):
     block, keep = f"{cl.name}, block", _left_for_the_tip(kin, cl, going, tolerance, tcp)
     keep = between_blocks.in_the_air(going, keep, lifting["clearance"])
     divided = linearize(kin, going, keep, name=block)
-    between = divided if tolerance <= TRAVEL_TOLERANCE else linearize(kin, going, TRAVEL_TOLERANCE, name=block)
+    between = divided if tolerance <= TOLERANCE else linearize(kin, going, TOLERANCE, name=block)
     _refuse_out_of_travel(kin.machine, cl, between)
     going, before, cautions = going if tcp else divided, None, ()
     if real is not None:

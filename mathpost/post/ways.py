@@ -96,6 +96,7 @@ class Crossing:
             motion = getattr(self, "_" + name.replace(" ", "_"))(*given.get(name, ()))
             if name in self.FOLLOWING:
                 motion = follow(self.kin, self.cl, motion, self.axis_tolerance)
+            if name in self.SAFE:
                 motion = linearize(self.kin, motion, in_the_air(motion, self.tolerance, clearance))
         except MathpostError as error:
             return Way(**vars(Motion.on_part(np.empty((0, 5)), [])), name=name, reason=str(error))
@@ -130,7 +131,7 @@ class Crossing:
         span, swing = self.last - self.first, np.ptp(self.joints[[self.first, self.last], 3:], axis=0).max()
         n = (int(np.ceil(swing / STEP / span)) + 1) * span - 1  # a point at each record, and others evenly between
         place, joints = yu_dan.smooth(self.kin, self.cl, self.joints, (self.first, self.last), n)
-        return linearize(self.kin, Motion.on_part(joints, place), self.tolerance)
+        return Motion.on_part(joints, place)
 
     def _aside(self, lean):
         place = np.unique(np.r_[np.linspace(self.first, self.last, ASIDE_NODES), self.records])
@@ -173,9 +174,8 @@ class Crossing:
         return self._paper_cubic(points, yu_dan.paper_clamped)
 
     def _with_tip_kept(self, place, rotary):
-        """Close the loop at each node and divide the moves until the tip keeps the tolerance."""
-        joints = self.kin.close(self.cl.at(place)[0], rotary)
-        return linearize(self.kin, Motion.on_part(joints, place), self.tolerance)
+        """Close the loop at each node."""
+        return Motion.on_part(self.kin.close(self.cl.at(place)[0], rotary), place)
 
     def _largest_swing(self):
         """The record that the outer axis swings from."""
