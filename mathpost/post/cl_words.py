@@ -464,5 +464,7 @@ class Statements(Lines):
         self.command("optional stop" if self.statement.upper().startswith("OP") else "stop")
 
     def on_delay(self, words):
-        need(len(words) == 1, "DELAY/ seconds")
-        self.command("dwell", self.number(words[0]))
+        turns = words[1:] == ["REV"]
+        need(len(words) == 1 + turns, "DELAY/ seconds, or DELAY/ turns,REV")
+        need(self.turns or not turns, "SPINDL with turns per minute before a delay in turns", "none")
+        self.command("dwell", self.number(words[0]) * (60 / self.turns if turns else 1))

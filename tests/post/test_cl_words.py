@@ -132,6 +132,7 @@ def test_feeds(text, feeds):
         ("STOP", "stop", ()),
         ("OPSTOP", "optional stop", ()),
         ("DELAY/2.5", "dwell", (2.5,)),
+        ("DELAY/50,REV", "dwell", (3.0,)),
     ],
 )
 def test_commands(text, kind, values):
@@ -173,7 +174,6 @@ def test_inert_words_are_comments(text):
         ("MODE/TURN", "INCR, ABSOL or MILL"),
         ("ORIGIN/0,0,5", "change nothing"),
         ("GOTO/5,0,0\nMOVARC/0,0,0,0,0,1,5,ANGLE,90\nGOTO/0,5,0", "CIRCLE, or points"),
-        ("DELAY/50,REV", "seconds"),
         ("NONSENSE/1", "known"),
         ("CALSUB/1", "moves that are not in this file"),
         ("PPWORD/G91", "words into the program"),
