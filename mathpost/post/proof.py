@@ -6,7 +6,7 @@ joints move linearly from block to block (nonlinear error, 非线性误差).
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -250,9 +250,8 @@ def measured(kin, cl, blocks, motion, *, real=None):
 
 def worst_of(proofs):
     """Return the `Proof` that says the worst of several."""
-    farthest = max(proofs, key=lambda proof: proof.path_tip_error)
-    names = ("tip_error", "axis_error", "path_tip_error", "path_axis_error")
-    return Proof(*(max(getattr(proof, name) for proof in proofs) for name in names), farthest.worst_record)
+    *errors, _ = zip(*map(astuple, proofs), strict=True)
+    return Proof(*map(max, errors), max(proofs, key=lambda proof: proof.path_tip_error).worst_record)
 
 
 def _joints(kin, blocks):
