@@ -33,17 +33,12 @@ INERT = frozenset([*FREE_TEXT.split(), *NAMES, *SETTINGS.split()])
 INERT_FAMILIES = ("CSI_",)  # beginnings of words
 ALIASES = {"SET": "MODE", "UNIT": "UNITS", "GOFWD": "TLON", "OPSTOP": "STOP", "DWELL": "DELAY"}
 HAZARDS = {
-    "ROTHED": "it turns the head itself; let the CAM system write tool axes instead (multi-axis output)",
-    "ROTATE": "it turns an axis itself; let the CAM system write tool axes instead (multi-axis output)",
-    "TRANS": "it shifts the coordinates; let the CAM system write them shifted",
-    "TRACUT": "it transforms the coordinates; let the CAM system write them transformed",
+    **dict.fromkeys(["ROTHED", "ROTATE"], "it turns an axis; let the CAM system write tool axes instead"),
+    **dict.fromkeys(["TRANS", "TRACUT"], "it moves the coordinates; let the CAM system write them moved"),
     "COPY": "it repeats moves; let the CAM system write all of them",
-    "CALSUB": "it calls moves that are not in this file; let the CAM system write them",
-    "CALLSUB": "it calls moves that are not in this file; let the CAM system write them",
+    **dict.fromkeys(["CALSUB", "CALLSUB"], "it calls moves that are elsewhere; let the CAM system write them"),
     "MOVARC": "it is an arc of ISO 4343; let the CAM system write CIRCLE, or points",
-    "PREFUN": "it puts a G code into the program",
-    "AUXFUN": "it puts an M code into the program",
-    "PPWORD": "it puts words into the program",
+    **dict.fromkeys(["PREFUN", "AUXFUN", "PPWORD"], "it puts G codes, M codes or words into the program"),
     "RETRCT": "it moves the tool to a plane that another post-processor knows",
 }
 FEED_UNITS = {"MMPM": 1.0, "IPM": MM_PER_INCH, "PERMIN": None, "MMPR": 1.0, "IPR": MM_PER_INCH, "PERREV": None}

@@ -175,7 +175,7 @@ def test_inert_words_are_comments(text):
         ("ORIGIN/0,0,5", "change nothing"),
         ("GOTO/5,0,0\nMOVARC/0,0,0,0,0,1,5,ANGLE,90\nGOTO/0,5,0", "CIRCLE, or points"),
         ("NONSENSE/1", "known"),
-        ("CALSUB/1", "moves that are not in this file"),
+        ("CALSUB/1", "moves that are elsewhere"),
         ("PPWORD/G91", "words into the program"),
         ("GOTO/1,2,3\nCIRCLE/0,0,0,0,0,1,5\nGOTO/1,2,3", "a start 5 mm from the centre"),
         ("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,1,5\nGOTO/0,6,0", "ends equally far"),
