@@ -139,10 +139,7 @@ def lines(columns, first, stop):
 
 def held(values, before):
     """Replace NaN by the last number before it, or by `before`."""
-    missing = np.isnan(values)
-    if not missing.any():
-        return values
-    last = np.maximum.accumulate(np.where(missing, 0, np.arange(1, len(values) + 1)))
+    last = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(1, len(values) + 1)))
     return np.concatenate([[before], values])[last]
 
 
