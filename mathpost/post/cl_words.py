@@ -461,5 +461,6 @@ class Statements(Lines):
     def on_delay(self, words):
         turns = words[1:] == ["REV"]
         need(len(words) == 1 + turns, "DELAY/ seconds, or DELAY/ turns,REV")
+        number = self.number(words[0])
         need(self.turns or not turns, "SPINDL with turns per minute before a delay in turns", "none")
-        self.command("dwell", self.number(words[0]) * (60 / self.turns if turns else 1))
+        self.command("dwell", number * 60 / self.turns if turns else number)
