@@ -75,8 +75,8 @@ def parts(axes, point, axis, degrees):
         (along, moved, WORKPIECE, "-", "turned"),
     ):
         axes.plot(*np.array([start, end]).T, color=colour, linestyle=style, linewidth=2)
-        middle = name in ("along", "across")
-        axes.text(*((start + end) / 2 if middle else start + 1.2 * (end - start)), name, color=colour, ha="center")
+        beyond = end + 0.15 * (end - start) / np.linalg.norm(end - start)
+        axes.text(*((start + end) / 2 if name in ("along", "across") else beyond), name, color=colour, ha="center")
 
 
 def coins(panels, turns, title):
