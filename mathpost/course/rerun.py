@@ -1,8 +1,8 @@
 """Run a student's notebook where it can do little harm: little time and memory, no network, another account.
 
 Only who asks for it needs this: answers are judged anew without running anything. What runs here is a stranger's
-program. On Linux, started as root, it gets an account that owns nothing, a network and processes of its own; what
-could not be bounded is said in `Place.open`, and nothing is ever run as root.
+program. Started as root, it gets an account that owns nothing, a network and processes of its own. That takes Linux;
+what could not be bounded is said in `Place.open`, and nothing is ever run as root.
 """
 
 import os
@@ -18,7 +18,8 @@ from mathpost.errors import InputError, data_file
 
 UID = 199_999  # an account number that owns nothing, below those of the students on a hub
 SECONDS = 300  # for a notebook
-MEMORY, FILE, PROCESSES = 2 * 2**30, 64 * 2**20, 200  # bytes of each process and file; how many processes
+BOUNDS = ["prlimit", f"--data={2 * 2**30}", f"--fsize={64 * 2**20}", "--core=0", "--nofile=512"]  # bytes, files
+PROCESSES = "--nproc=200"  # counts all of an account, so only where it is one of its own
 ALONE = ["unshare", "--net", "--pid", "--fork", "--kill-child"]
 ACCOUNT = ["setpriv", f"--reuid={UID}", f"--regid={UID}", "--clear-groups", "--no-new-privs"]
 ACCOUNT += ["--bounding-set=-all", "--inh-caps=-all"]
@@ -41,12 +42,12 @@ class Place:
     """
 
     def __init__(self, seconds=SECONDS):
-        if os.name != "posix":
-            raise InputError("--rerun", "Linux or macOS, whose processes can be bounded", os.name)
-        self.seconds, self.root = seconds, os.getuid() == 0
-        account = ACCOUNT if self.root else []
-        alone = [*ALONE, *account] if self.root else [*ALONE, "--user", "--map-current-user"]
-        self.open, self.command = [], None
+        if sys.platform != "linux":
+            raise InputError("--rerun", "Linux, whose processes can be bounded", sys.platform)
+        self.seconds, self.root, self.open, self.command = seconds, os.getuid() == 0, [], None
+        bounds = [*BOUNDS, f"--cpu={seconds}"]
+        account = [*bounds, PROCESSES, *ACCOUNT] if self.root else bounds
+        alone = [*ALONE, *account] if self.root else [*ALONE, "--user", "--map-current-user", *bounds]
         for way in (alone, account):
             with suppress(OSError, subprocess.SubprocessError):
                 if self.command is None and self._run(way, PROBE, subprocess.DEVNULL) == 0:
@@ -59,8 +60,6 @@ class Place:
         if not self.root:
             self.open += ["Students' code ran with your own account: it could read and write your files."]
             self.open += ["The number of processes was bounded by time only."]
-        if sys.platform != "linux":
-            self.open.append("Memory may not have been bounded: that works on Linux.")
 
     def __call__(self, path):
         """Run a notebook within the bounds; return the path of the executed one, valid until the next call."""
@@ -88,7 +87,7 @@ class Place:
                     os.chown(each, UID, UID)
             modules = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)])
             own = {"HOME": folder, "TMPDIR": folder, "JUPYTER_RUNTIME_DIR": f"{folder}/run", "PYTHONPATH": modules}
-            where = {"cwd": work, "env": SETTINGS | own, "start_new_session": True, "preexec_fn": self._bound}
+            where = {"cwd": work, "env": SETTINGS | own, "start_new_session": True}
             said = {"stdin": subprocess.DEVNULL, "stdout": output, "stderr": subprocess.DEVNULL}
             process = subprocess.Popen([*way, sys.executable, "-c", code], **where, **said)
             try:
@@ -99,19 +98,6 @@ class Place:
                 with suppress(ProcessLookupError):
                     os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
-
-    def _bound(self):
-        """In the child: limits that none of its processes can lift again."""
-        import resource
-
-        limits = {"DATA": MEMORY, "CPU": self.seconds, "FSIZE": FILE, "CORE": 0, "NOFILE": 512}
-        if self.root:
-            limits["NPROC"] = PROCESSES  # counts all processes of an account, so only where it is one of its own
-        for name, limit in limits.items():
-            kind = getattr(resource, f"RLIMIT_{name}")
-            hard = resource.getrlimit(kind)[1]
-            limit = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
-            resource.setrlimit(kind, (limit, limit))
 
 
 def inside():
