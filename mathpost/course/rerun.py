@@ -1,7 +1,7 @@
 """Run a student's notebook where it can do little harm: little time and memory, no network, another account.
 
 Only who asks for it needs this: answers are judged anew without running anything. What runs here is a stranger's
-program. Started as root, it gets an account that owns nothing, a network and processes of its own. That takes Linux;
+program. Started as root, it gets an account that owns nothing, a network and processes of its own. It takes Linux;
 what could not be bounded is said in `Place.open`, and nothing is ever run as root.
 """
 
