@@ -22,6 +22,7 @@ __all__ = ["check", "define", "given", "judge", "progress", "reveal", "saved", "
 for _module in sorted(Path(__file__).parent.glob("exercises_*.py")):
     import_module(f"mathpost.course.{_module.stem}")  # for their entries in EXERCISES
 
+LESSONS = "[0-9][0-9]*_*.ipynb"
 MARKS = {RIGHT: "●", WRONG: "◐", OPEN: "○"}
 SAID = re.compile(rf"^([\w-]+) · ({RIGHT}|{WRONG}|{OPEN})\.", re.MULTILINE)
 _tried = set()  # exercises of which an attempt was checked in this session
@@ -145,8 +146,11 @@ def judged(cells, where):
 
 def answered(folder="."):
     """Return the verdicts, judged anew, that the lessons saved in a folder hold: a dict by name of the exercise."""
+    paths = sorted(Path(folder).glob(LESSONS))
+    if not paths:
+        raise InputError(str(folder), "lessons such as 01_rotating_a_point.ipynb", "none")
     found = {name: Verdict(name, OPEN) for name in sorted(EXERCISES)}
-    return found | {verdict.name: verdict for path in _lessons(folder) for verdict in saved(path)}
+    return found | {verdict.name: verdict for path in paths for verdict in saved(path)}
 
 
 def progress(folder="."):
@@ -161,7 +165,7 @@ def progress(folder="."):
     """
     verdicts = answered(folder).values()
     print(f"{MARKS[RIGHT]} solved   {MARKS[WRONG]} tried   {MARKS[OPEN]} open")
-    for path in _lessons(folder):
+    for path in sorted(Path(folder).glob(LESSONS)):
         lesson = [each.status for each in verdicts if each.name.split("-")[0] == path.name.split("_")[0]]
         if lesson:
             heading = "".join(notebook(path)["cells"][0]["source"]).splitlines()[0].lstrip("# ").replace(" · ", " ")
@@ -179,13 +183,6 @@ def _named(name):
         near = get_close_matches(str(name), EXERCISES, n=1, cutoff=0)
         raise InputError("exercise", f"the name of one, such as {near[0]!r}", repr(name))
     return EXERCISES[name].of(_numbers["of"])
-
-
-def _lessons(folder):
-    found = sorted(Path(folder).glob("[0-9][0-9]*_*.ipynb"))
-    if not found:
-        raise InputError(str(folder), "lessons such as 01_rotating_a_point.ipynb", "none")
-    return found
 
 
 def notebook(path):

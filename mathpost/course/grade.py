@@ -8,9 +8,7 @@ whose files are whose, `grade_page` shows the result, `rerun` runs notebooks in 
 import hashlib
 import json
 import math
-import re
 import tempfile
-import zipfile
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from itertools import count
@@ -22,6 +20,7 @@ from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
 from mathpost.errors import InputError
 from mathpost.machine import read_toml
 from mathpost.workbook import check_file
+from mathpost.workbook.file import read
 
 COURSE = Path(__file__).parents[2]
 ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
@@ -269,7 +268,8 @@ def _workbook(result, path, course):
         raise
     found = [(each.cell, each.cause, each.message) for each in report.faults[:1]]
     result.workbooks.append(Workbook(path.name, report.verdict, report.checked, report.total, *sum(found, ())))
-    result.works += [(FILE, path.name, content), (CELLS, path.name, _cells_of(path))]
+    cells = {place: cell.formula or cell.number for place, cell in read(path).cells.items()}
+    result.works += [(FILE, path.name, content), (CELLS, path.name, frozenset(cells.items()))]
 
 
 def _sources(cells):
@@ -295,15 +295,3 @@ def _same(results):
             if len(who) > 1 and content:
                 found.setdefault((", ".join(names), *who), kind)
     return [(kind, names, who) for (names, *who), kind in found.items()]
-
-
-def _cells_of(path):
-    """Formulas and numbers of a workbook, without how they look; "" where it is no .xlsx."""
-    cell = re.compile(rb'<c r="(\w+)"[^>]*>(?:<f[^>]*>([^<]*)</f>)?(?:<v>([^<]*)</v>)?')
-    try:
-        with zipfile.ZipFile(path) as parts:
-            names = sorted(name for name in parts.namelist() if re.fullmatch(r"xl/worksheets/\w+\.xml", name))
-            cells = [cell.findall(parts.read(name)) for name in names]
-    except (zipfile.BadZipFile, OSError):
-        return ""
-    return hashlib.sha256(repr(cells).encode()).hexdigest() if any(cells) else ""

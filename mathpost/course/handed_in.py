@@ -88,15 +88,15 @@ def _said(member):
 
 def _whose(folder, lessons):
     """Yield the name of a student and a file or folder of theirs, whichever way was chosen."""
-    for inner in (folder, folder / "submitted", folder / "inbound"):
-        if inner.name == "submitted" and inner.is_dir():
-            yield from ((path.name, path) for path in _entries(inner) if path.is_dir())
-            return
-        if inner.name == "inbound" and inner.is_dir():
-            stamped = (path for path in _entries(inner) if "+" in path.name)  # NAME+ASSIGNMENT+TIME, latest last
-            latest = {tuple(path.name.split("+")[:2]): path for path in stamped}
-            yield from ((name, path) for (name, _), path in latest.items())
-            return
+    submitted, inbound = (folder if folder.name == name else folder / name for name in ("submitted", "inbound"))
+    if submitted.is_dir():
+        yield from ((path.name, path) for path in _entries(submitted) if path.is_dir())
+        return
+    if inbound.is_dir():
+        stamped = (path for path in _entries(inbound) if "+" in path.name)  # NAME+ASSIGNMENT+TIME, latest last
+        latest = {tuple(path.name.split("+")[:2]): path for path in stamped}
+        yield from ((name, path) for (name, _), path in latest.items())
+        return
     entries, named = _entries(folder), {}
     for path in entries:
         if path.is_dir() or path.is_symlink():
