@@ -20,8 +20,7 @@ from mathpost.rotation import numeric, unit
 
 UP = np.array([0.0, 0.0, 1.0])
 ACROSS = 0.5  # an axis at more than 60 degrees from what it carries gets a bearing on both sides
-RING, LEVELS = 24, 9  # points of a blade's outline, and outlines that it is drawn by
-BLADE = [(0.0, 0.07), (0.5, 0.055), (0.93, 0.035), (0.98, 0.025)]  # height and half width of one that is made up
+BLADE = [(0.0, 0.07), (0.5, 0.055), (0.93, 0.035), (0.98, 0.025)]  # height and half width of a blade
 # Profiles in shares of radius and height: a round table with a bevel and two grooves, a holder from half the tool's
 # length to the spindle's face with cone, groove and flange, a spindle.
 TABLE = [(0, 0), (0.94, 0), (1, 0.25), (1, 0.92), (0.98, 1), (0.86, 1), (0.86, 0.85), (0.82, 0.85), (0.82, 1)]
@@ -109,8 +108,8 @@ def arrange(kin, cl=None):
     made = Arrangement(size, home, {name: np.linalg.inv(at) for name, at in placing(machine)(home).items()})
     stock = block(origin + low, origin + high)
     made.hull("workpiece", COLOUR["workpiece"], stock)
-    if cl is not None and len(rings := _blade(size, cl, high[2])):
-        rings = [put(made.into["workpiece"], origin + ring) for ring in rings]
+    if cl is not None and _is_point(size, cl):
+        rings = [put(made.into["workpiece"], origin + ring) for ring in _blade(size, cl, high[2])]
         made.solids.append(Lofted("workpiece", BLADE_COLOUR, rings))
     _workpiece_side(made, machine, stock)
     _tool_side(made, machine, origin + tip, tool_axis)
@@ -145,32 +144,16 @@ def _is_point(size, cl):
 
 
 def _blade(size, cl, root):
-    """The rings of what stands on the block at the height `root`: the outlines of a path, level by level.
-
-    Over a path that is a point the tool fans: a blade is made up, as high as the tip, its edge square to the fan.
-    """
-    turn = np.linspace(0, 2 * np.pi, RING, endpoint=False)
-    around = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    if _is_point(size, cl):
-        tip, fan = cl.points.mean(axis=0), np.ptp(cl.axes[:, :2], axis=0)
-        across = unit(fan) if np.hypot(*fan) > 1e-9 else np.array([1.0, 0.0])
-        along = np.array([-across[1], across[0]])
-        rings, camber = [], 0.06 * size * around[:, 1:] ** 2
-        for height, width in BLADE:
-            flat = (width * around[:, :1] * size + camber) * across + 0.3 * size * around[:, 1:] * along
-            level = np.full(RING, root + height * (tip[2] - root))
-            rings.append(np.column_stack([tip[:2] + flat, level]))
-        return [*rings, tip[None]]
-    levels = np.linspace(root, cl.points[:, 2].max(), LEVELS)
-    if levels[-1] - levels[0] < 0.3 * size:
-        return []
+    """The rings of a blade under a path that is a point, where the tool fans; `root` is the lowest height."""
+    turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)[:, None]
+    tip, fan = cl.points.mean(axis=0), np.ptp(cl.axes[:, :2], axis=0)
+    across = unit(fan) if np.hypot(*fan) > 1e-9 else np.array([1.0, 0.0])
+    along, camber = np.array([-across[1], across[0]]), 0.06 * size * np.sin(turn) ** 2
     rings = []
-    for level in levels:
-        near = cl.points[np.abs(cl.points[:, 2] - level) <= (levels[1] - levels[0]) / 2]
-        if len(near):
-            outline = near[(near[:, :2] @ around.T).argmax(axis=0), :2]
-            rings.append(np.column_stack([outline, np.full(RING, level)]))
-    return [*rings, rings[-1].mean(axis=0)[None]] if rings else []
+    for height, width in BLADE:
+        flat = (width * np.cos(turn) * size + camber) * across + 0.3 * size * np.sin(turn) * along
+        rings.append(np.column_stack([tip[:2] + flat, np.full(len(turn), root + height * (tip[2] - root))]))
+    return [*rings, tip[None]]
 
 
 def _workpiece_side(made, machine, stock):
