@@ -1,8 +1,8 @@
-"""Run a student's notebook where it can do little harm: little time and memory, no network, another account.
+"""Run a student's notebook in a sandbox: bounded time and memory, no network, a different account.
 
-Only who asks for it needs this: answers are judged anew without running anything. What runs here is a stranger's
-program. Started as root, it gets an account that owns nothing, a network and processes of its own. It takes Linux;
-what could not be bounded is said in `Place.open`, and nothing is ever run as root.
+This is optional: answers are judged without running anything. A notebook is a stranger's program. On Linux, started
+as root, it gets an account that owns nothing, its own network and its own processes; `Place.open` says what could
+not be bounded, and nothing is ever run as root.
 """
 
 import os
@@ -23,7 +23,7 @@ PROCESSES = "--nproc=200"  # counts all of an account, so only where it is one o
 ALONE = ["unshare", "--net", "--pid", "--fork", "--kill-child"]
 ACCOUNT = ["setpriv", f"--reuid={UID}", f"--regid={UID}", "--clear-groups", "--no-new-privs"]
 ACCOUNT += ["--bounding-set=-all", "--inh-caps=-all"]
-# The environment has nothing of the caller's: no secrets, no settings.
+# The environment: nothing of the caller's, so no secrets.
 SETTINGS = {"PYTHONDONTWRITEBYTECODE": "1", "MPLBACKEND": "agg", "LANG": "C.UTF-8", "OPENBLAS_NUM_THREADS": "1"}
 SETTINGS["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.defpath])
 
@@ -35,10 +35,10 @@ assert os.getuid() and not subprocess.call([sys.executable, "-c", "import ipyker
 
 
 class Place:
-    """Where notebooks are run, each within so many seconds, in a folder of its own that is removed afterwards.
+    """A sandbox: each notebook runs for at most `seconds`, in a folder of its own that is removed afterwards.
 
-    The attribute `open` is a list of what could not be bounded here, in sentences. If the only way would be to run
-    students' code as root, there is an `InputError`.
+    The attribute `open` lists, in sentences, what cannot be bounded here. If students' code could only be run as
+    root, there is an `InputError`.
     """
 
     def __init__(self, seconds=SECONDS):
@@ -62,7 +62,7 @@ class Place:
             self.open += ["The number of processes was bounded by time only."]
 
     def __call__(self, path):
-        """Run a notebook within the bounds; return the path of the executed one, valid until the next call."""
+        """Run a notebook; return the path of the result, which is valid until the next call."""
         self._kept = tempfile.TemporaryDirectory()
         executed = Path(self._kept.name) / Path(path).name
         with executed.open("wb") as said:
@@ -75,7 +75,7 @@ class Place:
         return executed
 
     def _run(self, way, code, output, notebook=None):
-        """Run Python code in the bounds; return its status, None if time ran out."""
+        """Run Python code in the sandbox; return its status, None if time ran out."""
         with tempfile.TemporaryDirectory(prefix="rerun-", ignore_cleanup_errors=True) as folder:
             work = Path(folder) / "notebooks"
             work.mkdir()
@@ -101,7 +101,7 @@ class Place:
 
 
 def inside():
-    """In the bounds: run notebook.ipynb and write it to standard output, which the kernel does not get."""
+    """In the sandbox: run notebook.ipynb and write it to standard output, out of the kernel's reach."""
     import nbformat
     from jupyter_client import AsyncKernelManager
     from nbclient import NotebookClient

@@ -1,4 +1,4 @@
-"""Views of a moving machine: five joints by hand, one tool axis with both solutions, a walk along a program."""
+"""Views of a moving machine: its five joints, both solutions for one tool axis, a walk along a program."""
 
 import json
 from dataclasses import replace
@@ -15,17 +15,16 @@ from mathpost.draw.solid import Turned, across, ring
 from mathpost.post import selection
 from mathpost.post.singular import distance, from_pole, regions
 
-DEGREES = np.array([1, 1, 1, *np.degrees([1, 1])])  # times joints in mm and radians they are in mm and degrees
+DEGREES = np.array([1, 1, 1, *np.degrees([1, 1])])  # factors from mm and radians to mm and degrees
 CONE = np.radians(1.0)  # about the singular tool axes
 BRANCHES = ("first branch", "second branch")
-SHOWN = 600  # blocks of a program that a walk goes through at most
+SHOWN = 600  # at most so many blocks of a program in a walk
 
 
 def machine(kin):
-    """A machine with a slider for each joint, mm and degrees; out of travel is said, not forbidden.
+    """A machine with a slider for each joint, mm and degrees; out of travel is reported, not forbidden.
 
-    The buttons keep the tip where it is: to the pole, to the limits of the tilting axis, to the other solution of
-    the same pose.
+    Buttons, with the tip kept in place: the pole, the limits of the tilting axis, the other solution.
     """
     drawn, made = scene.machine(kin)
     start, drawn = scene.best(kin, drawn, scene.turned(kin, made))
@@ -35,9 +34,9 @@ def machine(kin):
 
 
 def tool_axis(kin):
-    """One tool axis and both solutions of it: sliders tilt, the angle from the pole, and direction about it.
+    """Both solutions for one tool axis: sliders tilt, the angle from the pole, and direction about it.
 
-    The singular cone on the sphere has a half angle of 5 degrees; dashed is the edge of reach.
+    The singular cone on the sphere has a half angle of 5 degrees; the edge of reach is dashed.
     """
     about, (near, far) = _about(kin), np.degrees(kin.reach)
     drawn, made = scene.machine(kin)
@@ -68,11 +67,10 @@ def tool_axis(kin):
 def walk(kin, cl, joints=None, *, place=None, second=None):
     """Walk along a program by a slider: the machine, and both branches of both rotary axes with a cursor.
 
-    Between two blocks all joints move linearly; where the tip then leaves the CL path, its true way is drawn. Of a
-    long program every n-th block is shown, and the step is n. `joints`, shape (m, 5), mm and radians, are the
-    blocks, by default one for each record, as `mathpost.post.selection.choose` finds them; `place`, shape (m,), is
-    where each ends on the CL path, as in `mathpost.post.Result`. `second` is the `Kinematics` of a different
-    machine, shown beside the first on the same CL data, with its own choice of solutions.
+    Between blocks all joints move linearly, and the true path of the tip is drawn. A long program is shown by every
+    n-th block. `joints`, shape (m, 5), mm and radians, are the blocks, by default one per record, as chosen by
+    `mathpost.post.selection.choose`; `place`, shape (m,), is where each ends on the CL path, as in
+    `mathpost.post.Result`. `second`, the `Kinematics` of a different machine, is shown beside the first.
     """
     chosen = selection.choose(kin, cl).joints if joints is None else np.asarray(joints, dtype=float)
     runs = [(kin, chosen, np.arange(len(chosen)) if place is None else np.asarray(place))]
@@ -103,13 +101,13 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
 
 
 def _live(state, kins, *shown, **options):
-    """Put a state and printed machines together."""
+    """The view of a state that moves machines by their printed functions."""
     state = json.loads(json.dumps(state, default=lambda array: array.tolist()))
     return Live(state, [codegen.body(kin, jacobian=False) for kin in kins], *shown, **options)
 
 
 def _about(kin):
-    """What the browser must know of a machine besides its printed functions."""
+    """What the browser needs of a machine besides its printed functions."""
     derived, limits = kin.inverse_symbolic, (kin.machine.limits * DEGREES[:, None]).round(9).tolist()
     limits = [[x if np.isfinite(x) else None for x in pair] for pair in limits]
     about = {"title": kin.machine.name, "names": list(kin.machine.joint_names), "limits": limits}
@@ -118,7 +116,7 @@ def _about(kin):
 
 
 def _joint_sliders(kin, made, start):
-    """Ranges that hold every pose with the tip over the workpiece; degrees for the rotary joints."""
+    """Sliders wide enough for every pose with the tip over the workpiece; rotary joints in degrees."""
     limits = np.degrees(kin.machine.limits[3:])
     limits = np.where(np.isfinite(limits), limits, 0.0).clip(-360, 360)
     low, high = np.minimum(limits[:, 0], -180), np.maximum(limits[:, 1], 180)
@@ -152,7 +150,7 @@ def _circle(pole, angle):
 
 
 def _sights(kin, cl, joints):
-    """Buttons of a walk: nearest to the pole, nearest to a limit, where the branch changes or an axis swings."""
+    """Buttons of a walk: nearest to the pole or to a limit, a change of branch, the largest swing."""
     places = {"pole": int(np.nanargmin(distance(kin, cl.axes))) + 1.0}
     room = np.abs(joints[:, 3:, None] - kin.machine.limits[3:]).min(axis=(1, 2))
     if np.isfinite(room).any():
@@ -179,7 +177,7 @@ def _words(kin, joints):
 
 
 def pose_text(kin, joints):
-    """The numbers of a pose, as a view says them: NC words, tip, tool axis, distance from a singular one."""
+    """A pose as a view reports it: NC words, tip, tool axis, distance from singular."""
     tip, axis = kin.forward(joints)
     pole = np.degrees(distance(kin, axis))
     return f"{_words(kin, joints)}; tip {_list(tip, 3)}, tool axis {_list(axis, 4)}, {pole:.2f}° from singular"

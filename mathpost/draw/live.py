@@ -1,7 +1,7 @@
-"""The carrier of a view that moves: one page with module, printed functions and state, in an output or in a file.
+"""The page of a view that moves: the JavaScript, the printed functions and the state, in an output or a file.
 
-In a notebook it is an iframe without rights (`sandbox="allow-scripts"`) over a still picture of the same pose, seen
-where no scripts run. It needs no kernel, no server and no network.
+In a notebook it is a sandboxed iframe over a still picture of the same pose, which shows where no scripts run. It
+needs no kernel, no server and no network.
 """
 
 import base64
@@ -18,17 +18,17 @@ from mathpost.errors import read_text
 
 HERE = Path(__file__).parent
 COLUMNS = 3  # pictures beside each other
-CURVES, PATHS = ("live.js", "chart.js"), ("live.js", "machine.js", "paths.js")  # each needs those before it
+CURVES, PATHS = ("live.js", "chart.js"), ("live.js", "machine.js", "paths.js")  # each needs those before
 MODULES = {"formula": CURVES[:1], "chart": CURVES, "machine": PATHS[:2], "both": PATHS, "walk": PATHS}
 
 
 @dataclass(repr=False, eq=False)
 class Live:
-    """A view that moves in the browser: of scenes, or of the curves of a figure."""
+    """A view that moves in the browser: scenes, or the curves of a figure."""
 
-    state: dict  # what `live.js` makes of it: its kind, sliders, texts; the scenes are added here
-    machines: list  # printed functions (`mathpost.codegen`), one text of them for each machine of the view
-    readings: str  # the numbers of the start: what stands for the view where only text is compared
+    state: dict  # for `live.js`: kind, sliders, texts; the scenes are added here
+    machines: list  # printed functions (`mathpost.codegen`), one text per machine
+    readings: str  # the numbers at the start, as text
     scenes: list = ()  # of `Scene`
     figure: object = None  # of matplotlib, as it is at the start
     height: int = 440  # pixels on the page
@@ -38,9 +38,9 @@ class Live:
         self.state = self.state | {"layout": self.layout, "scenes": [scene.state() for scene in self.scenes]}
 
     def page(self, title="mathpost", *, before="", after="", still=False):
-        """Return a whole page, HTML; `before` and `after` are more of it, around the view.
+        """Return a whole HTML page; `before` and `after` are HTML around the view.
 
-        With `still`, the still picture lies under the view, for a browser that is too old for it.
+        With `still` the still picture lies under the view, for browsers that are too old for it.
         """
         style, *modules = (read_text(HERE / name) for name in ("live.css", *MODULES[self.state["kind"]]))
         program = "\n".join(map(_dense, modules))
@@ -87,7 +87,7 @@ class Live:
         return self.readings
 
     def _repr_pretty_(self, printer, cycle):
-        """In a notebook's outputs the readings, and the pictures in numbers: a wrong one fails as a number does."""
+        """Print the readings, and the pictures in numbers, so that a wrong picture fails a lesson's test."""
         shown = list(map(describe_scene, self.scenes))
         if self.figure:
             ways = enumerate(zip(*self.state.get("frames", []), strict=True), 1)
@@ -96,5 +96,5 @@ class Live:
 
 
 def _dense(code):
-    """Code without indentation, comments on lines of their own, and what joins modules."""
+    """Code without indentation, comment lines, imports and exports."""
     return re.sub(r"(?m)^\s*(?:(?://[^\n]*|(?:import|export) \{[^}]*\}[^\n]*))?\n?", "", code)

@@ -1,7 +1,7 @@
-"""Views that move by any sympy expressions: where bodies stand, where lines run, which numbers are said.
+"""Views that move by sympy expressions: these place bodies, draw lines and give the numbers in the text.
 
-A scene moves by `formula`. Curves are a matplotlib figure, drawn once, as for print, whose artists (lines, patches,
-texts) go to the page as points and colours: it is moved by expressions, `printed`, or recorded over one slider.
+`formula` moves a scene. Curves are a matplotlib figure whose artists (lines, patches, texts) go to the page as
+points and colours; `printed` moves them by expressions, `recorded` replays them over one slider.
 """
 
 import re
@@ -23,18 +23,18 @@ GAP = re.compile(r"\{(?::(\d+)|\?([^}]*))\}")
 
 
 def slider(name, low, high, value, *, step=1.0, unit="°", **more):
-    """Return a slider: an angle in degrees unless `unit` says otherwise; `hidden=True` leaves it to the buttons.
+    """Return a slider: an angle in degrees unless `unit` says otherwise; with `hidden=True` only buttons move it.
 
-    Its value times its factor is what printed functions take: radians of degrees, and other units as they are.
+    Printed functions take its value times its factor: angles in radians, other units as they are.
     """
     made = {"name": name, "low": low, "high": high, "value": value, "step": step, "unit": unit}
     return made | {"factor": np.pi / 180 if unit == "°" else 1.0} | more
 
 
 def compiled(symbols, sliders, text, ways, **functions):
-    """Print what sliders move, and evaluate it at their start.
+    """Print what sliders move as JavaScript, and evaluate it at their start.
 
-    `text` is that of `formula`, `ways` are lists of points, `functions` expressions by name. Return the state for
+    `text` is as in `formula`, `ways` are lists of points, `functions` expressions by name. Returns the state for
     the browser, the JavaScript, the text and the ways at the start, and the values of the functions, a dict.
     """
     functions["points"] = [entry for way in ways for point in way for entry in point]
@@ -57,12 +57,12 @@ def compiled(symbols, sliders, text, ways, **functions):
 def formula(scenes, symbols, sliders, places, text, *, buttons=(), play=None, **options):
     """Return a view of one or more `Scene`s that move by printed expressions.
 
-    The sliders, from `slider`, set the `symbols`, one each, angles in radians. `places` has for each name of a body
-    of the scenes a matrix in the symbols: 3×3 a rotation, 4×4 a transform. A line of the scenes that has `points`,
-    3×1 matrices in the coordinates of its body, is drawn anew through them. `text` are tuples of a line under the
-    pictures and the numbers in it: ``{:4}`` is the next with four decimals, ``{?words}`` shows the words if the
-    next is not 0. `buttons` are pairs of a label and the values that are set, None where a slider stays; `play` is
-    the number of the slider that buttons play, pause and step move; `options` are those of `Live`.
+    Each slider, from `slider`, sets one of the `symbols`, angles in radians. `places` maps the name of a body to a
+    matrix in the symbols, a 3×3 rotation or a 4×4 transform. A line with `points`, 3×1 matrices in its body's
+    coordinates, is redrawn through them. `text` are tuples of a line under the pictures and its numbers: ``{:4}``
+    is the next number with four decimals, ``{?words}`` shows the words if the next is not 0. `buttons` are pairs of
+    a label and the values to set, None to leave a slider alone; `play` is the number of the slider that plays;
+    `options` are those of `Live`.
 
     Examples
     --------
@@ -88,16 +88,16 @@ def formula(scenes, symbols, sliders, places, text, *, buttons=(), play=None, **
 
 
 def subplots(rows=1, columns=1, *, size=(7.0, 4.2), **shared):
-    """Return a figure of so many inches, which no window shows, and its axes, as `Figure.subplots` does."""
+    """Return a figure, `size` in inches, that pyplot does not know, and its axes, as `Figure.subplots` does."""
     figure = Figure(figsize=size, layout="constrained")
     return figure, figure.subplots(rows, columns, **shared)
 
 
 def recorded(figure, update, control, *, height=460):
-    """Record what one slider does to a figure: Python draws each position once, the page needs no Python.
+    """Record what one slider does to a figure, for the page to replay.
 
-    `figure` is from `subplots`. ``update(value)`` moves artists to the slider's value and returns a list of lines
-    of text. Every step of `control`, from `slider`, is recorded. `height` is in pixels.
+    `figure` is from `subplots`. ``update(value)`` moves its artists and returns a list of lines of text; it is
+    called at every step of `control`, from `slider`. `height` is in pixels.
     """
     steps = round((control["high"] - control["low"]) / control["step"])
     values = control["low"] + np.arange(steps + 1) * control["step"]
@@ -120,7 +120,7 @@ def recorded(figure, update, control, *, height=460):
 
 
 class Moving(dict):
-    """The lines of a figure that move, for `printed`: each with pairs (x, y) of expressions."""
+    """The lines that `printed` moves: a dict of each to its points, pairs (x, y) of expressions."""
 
     def line(self, axes, role, points, style="-", **how):
         """Add a line in the colour of a role."""
@@ -150,12 +150,12 @@ def _artists(figure):
 
 
 def _short(points):
-    """Points as numbers of five digits in one list, None where there is none."""
+    """Points as a flat list of numbers of five digits; NaN is None."""
     return [float(f"{x:.5g}") if np.isfinite(x) else None for x in np.ravel(points)]
 
 
 def _spec(figure, moving):
-    """The panels of a figure: scales, ticks, artists; each moving artist with None for its points."""
+    """The panels of a figure: scales, ticks, artists; the points of a moving artist are None."""
     figure.draw_without_rendering()
     artists = dict(zip(_artists(figure), moving, strict=True))
     panels = []

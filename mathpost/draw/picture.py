@@ -1,4 +1,4 @@
-"""A still picture of a scene in space, for readers whose page runs no scripts: what `live.js` draws, in NumPy."""
+"""A still picture of a scene, for pages that run no scripts: what `live.js` draws, in NumPy."""
 
 import io
 from itertools import pairwise
@@ -8,8 +8,8 @@ from PIL import Image, ImageColor, ImageDraw, ImageFont
 
 from mathpost.draw.solid import put, smooth
 
-FINE = 2  # pixels drawn for one pixel shown, each way
-HIDDEN = 0.35  # how strong a line is behind a solid
+FINE = 2  # oversampling
+HIDDEN = 0.35  # opacity of a line behind a solid
 
 
 class Camera:
@@ -22,7 +22,7 @@ class Camera:
         self.towards = np.array([np.cos(a) * np.cos(e), np.sin(a) * np.cos(e), np.sin(e)])
 
     def project(self, points):
-        """Return where points (..., 3) are seen, shape (..., 2)."""
+        """Project points (..., 3) to the screen, shape (..., 2)."""
         return np.asarray(points) @ np.stack([self.right, self.up], axis=-1)
 
 
@@ -35,13 +35,13 @@ class View:
         self.scale = 0.5 * min(size) / scene.radius
 
     def pixels(self, body, points):
-        """Return pixels right, pixels down and depth towards the viewer of points (..., 3) of a body."""
+        """Return points (..., 3) of a body as pixels to the right, pixels down, and depth towards the viewer."""
         away = put(self.scene.places[body], np.asarray(points)) - self.scene.middle
         flat = self.camera.project(away) * [self.scale, -self.scale] + self.size / 2
         return np.concatenate([flat, (away @ self.camera.towards)[..., None]], axis=-1)
 
     def seen(self):
-        """Return which solid is seen in each pixel (−1: none), how light it is there, and its depth."""
+        """Return the number of the solid seen in each pixel (−1: none), its lightness and its depth."""
         width, height = self.size
         depth, light = np.full((height, width), -np.inf), np.zeros((height, width))
         solid = np.full((height, width), -1)
@@ -86,7 +86,7 @@ class View:
     def _stroke(self, ink, line, points, depth):
         colour = np.array(ImageColor.getrgb(line.colour))
         shown, faint = colour.tolist(), (255 - HIDDEN * (255 - colour)).astype(int).tolist()
-        pieces = []  # ends, and whether nothing stands before it
+        pieces = []  # ends, and whether it is unobstructed
         for start, end in pairwise(points):
             count = max(1, int(np.hypot(*(end - start)[:2]) / (8 * FINE)))
             for a, b in pairwise(start + np.linspace(0, 1, count + 1)[:, None] * (end - start)):
@@ -109,7 +109,7 @@ class View:
 
 
 def _light(normals, camera):
-    """How light a corner is, 1 to 254: soft light from above, a little from the right, a highlight."""
+    """Lightness from normals, 1 to 254: soft light from above, a little from the right, a highlight."""
     right, up, near = (normals @ axis for axis in (camera.right, camera.up, camera.towards))
     light = np.maximum(-0.45 * right + 0.7 * up + 0.55 * near, 0)
     back = np.maximum(0.8 * right - 0.2 * up, 0)
@@ -118,7 +118,7 @@ def _light(normals, camera):
 
 
 def png(scenes, size, columns):
-    """Return the pictures of several scenes, `columns` beside each other, as a small PNG file, bytes."""
+    """Return several scenes, in so many columns, as a small PNG file, bytes."""
     width, height = size
     whole = Image.new("RGB", (FINE * width * columns, FINE * height * -(-len(scenes) // columns)), "white")
     for number, scene in enumerate(scenes):
@@ -132,7 +132,7 @@ def png(scenes, size, columns):
 
 
 def spread(positions, gap, rounds=12):
-    """Return positions, shape (n, 2), moved apart until no two are nearer than `gap`, each as little as can be."""
+    """Return positions, shape (n, 2), pushed apart until no two are closer than `gap`."""
     positions = np.array(positions, dtype=float)
     for _ in range(rounds):
         for i in range(len(positions)):
