@@ -21,6 +21,8 @@ from mathpost.errors import InputError
 from mathpost.machine import read_toml
 from mathpost.workbook import check_file
 from mathpost.workbook.file import read
+from mathpost.workbook.folder import DAMAGED
+from mathpost.workbook.report import Fault, FileReport
 
 COURSE = Path(__file__).parents[2]
 ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
@@ -53,19 +55,6 @@ class Rules:
     expected_workbooks: int = 1
 
 
-@dataclass(frozen=True)
-class Workbook:
-    """The check of one workbook; `verdict` is "not read" if it could not be read."""
-
-    file: str
-    verdict: str
-    checked: int = 0
-    total: int = 0
-    cell: str = ""
-    cause: str = ""
-    message: str = ""
-
-
 @dataclass
 class Result:
     """One student."""
@@ -74,7 +63,7 @@ class Result:
     verdicts: dict = field(default_factory=dict)  # exercise → the best `Verdict` in the notebooks
     edited: list = field(default_factory=list)  # exercises whose saved verdict does not fit the answer
     mixups: set = field(default_factory=set)  # (exercise, sentence) of each mix-up found
-    workbooks: list = field(default_factory=list)  # of `Workbook`
+    workbooks: list = field(default_factory=list)  # of `mathpost.workbook.report.FileReport`
     trouble: list = field(default_factory=list)  # (file, why): not read, or empty
     lessons: set = field(default_factory=set)  # numbers of the lessons handed in
     unknown: dict = field(default_factory=dict)  # exercise not defined here → what the notebook says
@@ -264,10 +253,9 @@ def _workbook(result, path, course):
     try:
         report = check_file(path)
     except InputError as error:
-        result.workbooks.append(Workbook(path.name, "not read", message=f"{error.expected}: {error.found}"))
+        result.workbooks.append(FileReport(path, DAMAGED, [Fault("", "", f"{error.expected}: {error.found}")]))
         raise
-    found = [(each.cell, each.cause, each.message) for each in report.faults[:1]]
-    result.workbooks.append(Workbook(path.name, report.verdict, report.checked, report.total, *sum(found, ())))
+    result.workbooks.append(report)
     cells = {place: cell.formula or cell.number for place, cell in read(path).cells.items()}
     result.works += [(FILE, path.name, content), (CELLS, path.name, frozenset(cells.items()))]
 

@@ -47,7 +47,7 @@ def to_csv(graded, language="en"):
     rows = [[*head, "percent_correct", "edited", "same_as", "trouble"]]
     for result in graded.results:
         statuses = [say(language, result.status(name) or "not handed in") for name in graded.exercises]
-        wrong = [each for each in result.workbooks if each.cell]
+        wrong = [fault for book in result.workbooks for fault in book.faults[:1] if fault.cell]
         mark = graded.mark(result)
         same = {name for _, _, who in graded.same if result.name in who for name in who} - {result.name}
         row = [result.name, *statuses, *graded.points(result)]
@@ -69,7 +69,7 @@ def to_html(graded, language="en"):
         look=list(_attention(graded, language)),
         lacking=language == "zh" and not all(chinese(*each[:2]) for each in graded.mixups()),
         books=books,
-        causes=Counter(say(language, book.cause) for _, book in books if book.cause).most_common(),
+        causes=Counter(say(language, each.cause) for _, book in books for each in book.faults[:1] if each.cause),
         marks={status: (style, MARKS[status]) for status, style in STYLES.items()},
         edited=EDITED,
         mark=partial(_mark, graded),
@@ -99,7 +99,7 @@ def _attention(graded, language):
             yield result.name, name, "different when the notebook is run", say(language, status)
         for book in result.workbooks:
             if book.verdict == "unclear":
-                yield result.name, book.file, "workbook not judged to the end", f"{book.checked}/{book.total}"
+                yield result.name, book.path.name, "workbook not judged to the end", f"{book.checked}/{book.total}"
 
 
 @cache
