@@ -1,6 +1,5 @@
 """Views of a moving machine: its five joints, both solutions for one tool axis, a walk along a program."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -30,7 +29,7 @@ def machine(kin):
     start, drawn = scene.best(kin, drawn, scene.turned(kin, made))
     sliders = _joint_sliders(kin, made, start)
     state = {"kind": "machine", "about": _about(kin), "home": made.home.tolist(), "sliders": sliders}
-    return _live(state, [kin], pose_text(kin, start), [drawn])
+    return Live(state, [codegen.body(kin, jacobian=False)], pose_text(kin, start), [drawn])
 
 
 def tool_axis(kin):
@@ -61,7 +60,7 @@ def tool_axis(kin):
     state = {"kind": "both", "about": about, "tip": tip.tolist(), "sliders": sliders, "places": places}
     text = "; ".join(f"{name}: {_words(kin, joints)}" for name, joints in zip(BRANCHES, both, strict=True))
     text, scenes = f"tool axis {_list(axis, 4)}; {text}", [_sphere(kin, axis), *pair]
-    return _live(state, [kin], text, scenes, height=470, layout="column")
+    return Live(state, [codegen.body(kin, jacobian=False)], text, scenes, height=470, layout="column")
 
 
 def walk(kin, cl, joints=None, *, place=None, second=None):
@@ -89,21 +88,16 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
             places = _sights(kin, cl, at_records)
         if every > 1:
             blocks, ends = at_records[records], records
-        state_runs.append({"about": _about(each), "joints": blocks, "place": ends / every, "singular": near})
+        run = {"about": _about(each), "joints": blocks.tolist(), "place": (ends / every).tolist(), "singular": near}
+        state_runs.append(run)
         scenes.append(drawn)
         said.append(f"record 1: {pose_text(each, blocks[0])}")
-    poses = np.concatenate([cl.points, cl.axes], axis=1)[records].round(9)
+    poses = np.concatenate([cl.points, cl.axes], axis=1)[records].round(9).tolist()
     step = float(every) if len(cl) > 30 else 0.05
     sliders = [slider("record", 1.0, float(1 + records[-1]), 1.0, step=step, unit="")]
     state = {"kind": "walk", "cl": poses, "runs": state_runs, "first": 1, "every": every, "places": places}
-    kins = [each for each, _, _ in runs]
-    return _live(state | {"sliders": sliders}, kins, "; ".join(said), scenes, height=520, layout="column")
-
-
-def _live(state, kins, *shown, **options):
-    """The view of a state that moves machines by their printed functions."""
-    state = json.loads(json.dumps(state, default=lambda array: array.tolist()))
-    return Live(state, [codegen.body(kin, jacobian=False) for kin in kins], *shown, **options)
+    printed = [codegen.body(each, jacobian=False) for each, _, _ in runs]
+    return Live(state | {"sliders": sliders}, printed, "; ".join(said), scenes, height=520, layout="column")
 
 
 def _about(kin):
