@@ -47,24 +47,22 @@ class View:
         solid = np.full((height, width), -1)
         for number, each in enumerate(self.scene.solids):
             triangles = each.triangles()
-            corners = self.pixels(each.body, triangles)
             shade = _light(smooth(triangles) @ self.scene.places[each.body][:3, :3].T, self.camera)
-            (x0, y0, z0), (x1, y1, z1), (x2, y2, z2) = np.moveaxis(corners, (1, 2), (0, 1))
-            area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
+            corners = np.concatenate([self.pixels(each.body, triangles), shade[..., None]], axis=-1)
+            a, b = np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)  # two edges: right, down, depth and lightness
+            area = a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]
             low = np.clip(np.ceil(corners[..., :2].min(axis=1) - 0.5), 0, self.size).astype(int)
             high = np.clip(np.floor(corners[..., :2].max(axis=1) + 0.5), 0, self.size).astype(int)
             for n in np.flatnonzero((area < -1e-12) & (high > low).all(axis=1)):
-                columns, rows = (np.arange(low[n, k], high[n, k]) + 0.5 for k in (0, 1))
-                rows = rows[:, None]
-                b = ((columns - x0[n]) * (y2[n] - y0[n]) - (rows - y0[n]) * (x2[n] - x0[n])) / area[n]
-                c = ((rows - y0[n]) * (x1[n] - x0[n]) - (columns - x0[n]) * (y1[n] - y0[n])) / area[n]
+                right, down = (np.arange(low[n, k], high[n, k]) + 0.5 - corners[n, 0, k] for k in (0, 1))
+                down = down[:, None]
+                s = (right * b[n, 1] - down * b[n, 0]) / area[n]
+                t = (down * a[n, 0] - right * a[n, 1]) / area[n]
+                z, value = (corners[n, 0, k] + s * a[n, k] + t * b[n, k] for k in (2, 3))
                 window = np.s_[low[n, 1] : high[n, 1], low[n, 0] : high[n, 0]]
-                z = z0[n] + b * (z1[n] - z0[n]) + c * (z2[n] - z0[n])
-                inside = (b >= 0) & (c >= 0) & (b + c <= 1) & (z > depth[window])
-                depth[window][inside] = z[inside]
-                value = shade[n, 0] + b * (shade[n, 1] - shade[n, 0]) + c * (shade[n, 2] - shade[n, 0])
-                light[window][inside] = value[inside]
-                solid[window][inside] = number
+                inside = (s >= 0) & (t >= 0) & (s + t <= 1) & (z > depth[window])
+                for whole, part in ((depth, z[inside]), (light, value[inside]), (solid, number)):
+                    whole[window][inside] = part
         return solid, light, depth
 
     def draw(self):
