@@ -12,18 +12,12 @@ FINE = 2  # oversampling
 HIDDEN = 0.35  # opacity of a line behind a solid
 
 
-class Camera:
-    """A parallel projection from `azimuth` and `elevation` (degrees), Z upwards."""
-
-    def __init__(self, azimuth, elevation):
-        a, e = np.radians([azimuth, elevation])
-        self.right = np.array([-np.sin(a), np.cos(a), 0.0])
-        self.up = np.array([-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)])
-        self.towards = np.array([np.cos(a) * np.cos(e), np.sin(a) * np.cos(e), np.sin(e)])
-
-    def project(self, points):
-        """Project points (..., 3) to the screen, shape (..., 2)."""
-        return np.asarray(points) @ np.stack([self.right, self.up], axis=-1)
+def camera(azimuth, elevation):
+    """A parallel projection from there, degrees, Z upwards: the unit vectors right, up and towards the viewer."""
+    a, e = np.radians([azimuth, elevation])
+    right = [-np.sin(a), np.cos(a), 0.0]
+    up = [-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)]
+    return np.array([right, up, [np.cos(a) * np.cos(e), np.sin(a) * np.cos(e), np.sin(e)]])
 
 
 class View:
@@ -31,14 +25,13 @@ class View:
 
     def __init__(self, scene, size):
         self.scene, self.size = scene, np.array(size)
-        self.camera = Camera(scene.azimuth, scene.elevation)
+        self.camera = camera(scene.azimuth, scene.elevation)
         self.scale = 0.5 * min(size) / scene.radius
 
     def pixels(self, body, points):
         """Return points (..., 3) of a body as pixels to the right, pixels down, and depth towards the viewer."""
         away = put(self.scene.places[body], np.asarray(points)) - self.scene.middle
-        flat = self.camera.project(away) * [self.scale, -self.scale] + self.size / 2
-        return np.concatenate([flat, (away @ self.camera.towards)[..., None]], axis=-1)
+        return away @ self.camera.T * [self.scale, -self.scale, 1] + [*self.size / 2, 0]
 
     def seen(self):
         """Return the number of the solid seen in each pixel (−1: none), its lightness and its depth."""
@@ -47,7 +40,7 @@ class View:
         solid = np.full((height, width), -1)
         for number, each in enumerate(self.scene.solids):
             triangles = each.triangles()
-            shade = _light(smooth(triangles) @ self.scene.places[each.body][:3, :3].T, self.camera)
+            shade = _light(smooth(triangles) @ self.scene.places[each.body][:3, :3].T @ self.camera.T)
             corners = np.concatenate([self.pixels(each.body, triangles), shade[..., None]], axis=-1)
             a, b = np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)  # two edges: right, down, depth and lightness
             area = a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]
@@ -106,9 +99,9 @@ class View:
             ink.text(tuple(at), label.text, label.colour, font, anchor="mm", **halo)
 
 
-def _light(normals, camera):
-    """Lightness from normals, 1 to 254: soft light from above, a little from the right, a highlight."""
-    right, up, near = (normals @ axis for axis in (camera.right, camera.up, camera.towards))
+def _light(normals):
+    """Lightness, 1 to 254, by normals in the camera's view: soft from above, some from the right, a highlight."""
+    right, up, near = np.moveaxis(normals, -1, 0)
     light = np.maximum(-0.45 * right + 0.7 * up + 0.55 * near, 0)
     back = np.maximum(0.8 * right - 0.2 * up, 0)
     gloss = np.maximum(-0.26 * right + 0.48 * up + 0.84 * near, 0) ** 24

@@ -10,7 +10,7 @@ from itertools import combinations, product
 import numpy as np
 
 from mathpost.draw.arrangement import arrange, placing
-from mathpost.draw.picture import Camera, View
+from mathpost.draw.picture import View, camera
 from mathpost.draw.plot import COLOUR
 from mathpost.draw.solid import put
 from mathpost.rotation import unit
@@ -80,11 +80,9 @@ class Scene:
 
     def frame(self, azimuth, elevation, *, aspect=1.2):
         """Return the scene seen from there, its `extent` just inside a window of this aspect (width to height)."""
-        camera = Camera(azimuth, elevation)
-        flat = camera.project(self.extent)
-        low, high = flat.min(axis=0), flat.max(axis=0)
-        depth = np.mean(self.extent @ camera.towards)
-        middle = np.array([camera.right, camera.up, camera.towards]).T @ [*(low + high) / 2, depth]
+        seen = self.extent @ camera(azimuth, elevation).T
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        middle = [*(low + high)[:2] / 2, seen[:, 2].mean()] @ camera(azimuth, elevation)
         radius = 0.53 * max(high[1] - low[1], (high[0] - low[0]) / aspect)
         return replace(self, azimuth=azimuth, elevation=elevation, middle=middle, radius=radius)
 
@@ -148,8 +146,8 @@ def best(kin, scene, tries, *, aspect=1.2):
     It is the first pair in which nothing is `crossed` or `covered`, or the one with the least of both.
     """
     found = []
-    for joints, camera in product(tries, CAMERAS):
-        seen = replace(scene.frame(*camera, aspect=aspect), places=placing(kin.machine)(joints))
+    for joints, angles in product(tries, CAMERAS):
+        seen = replace(scene.frame(*angles, aspect=aspect), places=placing(kin.machine)(joints))
         found.append((crossed(kin, seen) or covered(seen), joints, seen))
         if not found[-1][0]:
             break
@@ -165,11 +163,11 @@ def turned(kin, made, angles=STARTS):
 
 def crossed(kin, scene):
     """Return, as sentences, which axes of the machine or the workpiece coincide on the screen."""
-    places, camera = scene.places, Camera(scene.azimuth, scene.elevation)
+    places, view = scene.places, camera(scene.azimuth, scene.elevation)
     axes = {"the tool axis": places["tool"][:3, 2]}
     for rotary in kin.machine.rotary:
         axes[rotary.name] = places[rotary.name][:3, :3] @ unit(np.array(rotary.axis))
-    return together(axes, camera) + together(dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), camera)
+    return together(axes, view) + together(dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), view)
 
 
 def covered(scene):
@@ -185,9 +183,9 @@ def covered(scene):
     return said
 
 
-def together(directions, camera):
-    """Return, as sentences, which unit vectors, a dict by name, look like one or like a point from there."""
-    flat = {name: camera.project(direction) for name, direction in directions.items()}
+def together(directions, view):
+    """Return, as sentences, which unit vectors, a dict by name, look like one or a point to a `camera`."""
+    flat = {name: view[:2] @ direction for name, direction in directions.items()}
     said = [f"{name} points at the viewer" for name, seen in flat.items() if np.hypot(*seen) < SHORT]
     for first, second in combinations(flat, 2):
         a, b = flat[first], flat[second]
@@ -201,4 +199,4 @@ def together(directions, camera):
 def clearest(directions):
     """Return the azimuth and elevation from which the fewest of these unit vectors coincide."""
     azimuths, elevations = [-60, -50, -40, -30, -70, -20, -80, -100, -115, -130], [22, 30, 15, 38]
-    return min(product(azimuths, elevations), key=lambda seen: len(together(directions, Camera(*seen))))
+    return min(product(azimuths, elevations), key=lambda seen: len(together(directions, camera(*seen))))

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from mathpost.course import view_machine, view_rotation
 from mathpost.draw import scene
 from mathpost.draw.arrangement import arrange, placing
-from mathpost.draw.picture import Camera, View, spread
+from mathpost.draw.picture import View, camera, spread
 from mathpost.draw.scene import Scene
 from mathpost.draw.solid import Hull, Lofted, Turned, block, ring, smooth
 from mathpost.kinematics import Kinematics
@@ -126,7 +126,7 @@ def test_what_is_nearest_is_seen(azimuth, elevation):
     """Two balls: the one nearer to the viewer hides the middle of the other."""
     half = np.linspace(-np.pi / 2, np.pi / 2, 9)
     ball = list(zip(np.cos(half), np.sin(half), strict=True))
-    towards = Camera(azimuth, elevation).towards
+    towards = camera(azimuth, elevation)[2]
     pair = [Turned("bed", "#ff0000", ball, side * 3 * towards, np.eye(3)[2]) for side in (1, -1)]
     drawn = Scene(pair, radius=2.0, azimuth=azimuth, elevation=elevation)
     solid, light, depth = View(drawn, (40, 40)).seen()
@@ -136,8 +136,8 @@ def test_what_is_nearest_is_seen(azimuth, elevation):
 
 def on_screen(drawn, first, second):
     """The angle between two directions as they are seen, degrees."""
-    camera = Camera(drawn.azimuth, drawn.elevation)
-    (a, b), (c, d) = camera.project(first), camera.project(second)
+    seen = camera(drawn.azimuth, drawn.elevation)
+    (a, b), (c, d) = seen[:2] @ first, seen[:2] @ second
     return np.degrees(abs(np.arctan2(a * d - b * c, a * c + b * d)))
 
 
@@ -190,8 +190,8 @@ def test_frames_of_a_formula_stand_apart():
         for view in (turns, notations)
     )
     for view, directions in ((point, axes), (turns, half), (notations, named)):
-        camera = Camera(view.scenes[0].azimuth, view.scenes[0].elevation)
-        assert scene.together(directions, camera) == []
+        seen = camera(view.scenes[0].azimuth, view.scenes[0].elevation)
+        assert scene.together(directions, seen) == []
 
 
 def test_spread_leaves_alone_what_is_far_enough_apart():
