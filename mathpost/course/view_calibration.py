@@ -5,7 +5,7 @@ import sympy as sp
 
 from mathpost.compensate.compensation import total_differential
 from mathpost.draw import plot
-from mathpost.draw.moving import Moving, printed, recorded, slider, subplots
+from mathpost.draw.live import Moving, printed, recorded, slider, subplots
 from mathpost.measure import horizontal_head, rotary_axis, spline, work_offset
 
 

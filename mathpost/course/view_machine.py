@@ -7,8 +7,7 @@ import numpy as np
 from mathpost import codegen
 from mathpost.draw import plot, scene
 from mathpost.draw.arrangement import placing
-from mathpost.draw.live import Live
-from mathpost.draw.moving import slider
+from mathpost.draw.live import Live, slider
 from mathpost.draw.scene import Line, Scene
 from mathpost.draw.solid import Turned, across, ring
 from mathpost.post import selection

@@ -5,7 +5,7 @@ import sympy as sp
 
 from mathpost.course.lesson_data import with_travel
 from mathpost.draw import plot
-from mathpost.draw.moving import Moving, formula, printed, recorded, slider, subplots
+from mathpost.draw.live import Moving, formula, printed, recorded, slider, subplots
 from mathpost.draw.scene import DARK, Label, Line, Scene
 from mathpost.post import selection, yu_dan
 from mathpost.post.between_blocks import Motion

@@ -7,7 +7,7 @@ from mathpost import angles as euler
 from mathpost import chain
 from mathpost.detective.misreadings import COMMON
 from mathpost.draw import plot, scene
-from mathpost.draw.moving import Moving, formula, printed, slider, subplots
+from mathpost.draw.live import Moving, formula, printed, slider, subplots
 from mathpost.draw.scene import Label, Line, Scene, clearest
 from mathpost.draw.solid import Hull, block
 from mathpost.plane import positioning

@@ -1,5 +1,5 @@
 """Pictures of kinematics: plots, and machines that move in the browser.
 
-Read `plot` for figures. For machines that move: `solid` and `arrangement` (the bodies), `scene` (a picture of
-them), `moving` and `live` (how pictures and curves move in a page), `picture` (the still image of a scene).
+Read `plot` for figures. For machines that move: `solid` and `arrangement` (the bodies), `scene` (what is seen),
+`picture` (its still image), `live` (how scenes and curves move in a page).
 """

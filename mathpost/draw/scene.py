@@ -26,7 +26,7 @@ SHOWN = {"workpiece": 0.35, "tool": 0.5}  # share of a body that must be visible
 
 @dataclass
 class Line:
-    """Polylines on a body; `over` shows them through solids, symbolic `points` move one (see `moving`)."""
+    """Polylines on a body; `over` shows them through solids, symbolic `points` move one (see `live`)."""
 
     body: str
     parts: list
