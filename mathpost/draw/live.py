@@ -1,7 +1,7 @@
 """Views that move in the browser, in an output or a file, without a kernel, a server or a network.
 
-`formula` moves a scene by sympy expressions. Curves are a matplotlib figure whose lines, patches and texts go to the
-page as points and colours; `printed` moves them by expressions, `recorded` replays them over one slider. In a
+`formula` moves a scene by sympy expressions. Curves are a matplotlib figure whose lines, patches and texts go to
+the page as points and colours; `printed` moves them by expressions, `recorded` replays them over one slider. In a
 notebook a view is a sandboxed iframe over a still picture of the same pose, which shows where no scripts run.
 """
 
@@ -187,16 +187,16 @@ def recorded(figure, update, control, *, height=460):
     """
     steps = round((control["high"] - control["low"]) / control["step"])
     values = control["low"] + np.arange(steps + 1) * control["step"]
-    said, frames = [], []
+    said, frames, artists = [], [], _artists(figure)
     for value in values:
         said.append(update(float(value)))
-        frames.append([shown_at(artist, artist.axes) for artist in _artists(figure)])
+        frames.append([shown_at(artist, artist.axes) for artist in artists])
     start = int(np.abs(values - control["value"]).argmin())
     update(float(values[start]))
     moving, state = [], {"sliders": [control], "said": said, "frames": [[] for _ in values], "x": []}
-    for way in zip(*frames, strict=True):  # the points of one artist in each position
-        moving.append(any(not np.array_equal(points, way[0], equal_nan=True) for points in way))
-        if moving[-1]:
+    for artist, *way in zip(artists, *frames, strict=True):  # its points in each position
+        if any(not np.array_equal(points, way[0], equal_nan=True) for points in way):
+            moving.append(artist)
             upwards = all(np.array_equal(points[:, 0], way[0][:, 0]) for points in way)
             state["x"].append(_short(way[0][:, 0]) if upwards else None)
             for frame, points in zip(state["frames"], way, strict=True):
@@ -227,7 +227,7 @@ def printed(figure, points, symbols, sliders, text, *, height=460):
             artist.set_position(end[0])
         else:
             artist.set_data(*end.T) if hasattr(artist, "set_data") else artist.set_xy(end)
-    state |= {"counts": list(map(len, ends))} | _spec(figure, [artist in points for artist in _artists(figure)])
+    state |= {"counts": list(map(len, ends))} | _spec(figure, order)
     return Live(state, code, said, figure=figure, height=height, layout="column")
 
 
@@ -243,7 +243,6 @@ def _short(points):
 def _spec(figure, moving):
     """The panels of a figure: scales, ticks, artists; the points of a moving artist are None."""
     figure.draw_without_rendering()
-    artists = dict(zip(_artists(figure), moving, strict=True))
     panels = []
     for axes in figure.axes:
         panel = {"title": axes.get_title(), "equal": axes.get_aspect() == 1, "drawn": axes.axison, "artists": []}
@@ -256,7 +255,7 @@ def _spec(figure, moving):
             label, log = axis.get_label_text(), axis.get_scale() == "log"
             panel[name] = {"limits": limits, "log": log, "label": label, "ticks": ticks}
         for artist in (*axes.patches, *axes.lines, *axes.texts):
-            points = None if artists[artist] else _short(shown_at(artist, axes))
+            points = None if artist in moving else _short(shown_at(artist, axes))
             panel["artists"].append(_drawn(artist) | {"points": points})
         panels.append(panel)
     return {"kind": "chart", "panels": panels, "columns": figure.axes[0].get_gridspec().ncols}
