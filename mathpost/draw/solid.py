@@ -80,14 +80,10 @@ def smooth(triangles):
     flat = np.cross(b - a, c - a)
     flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
     _, place = np.unique(triangles.reshape(-1, 3).round(2), axis=0, return_inverse=True)
-    place, owner = place.ravel(), np.repeat(np.arange(len(flat)), 3)
-    normals, count = np.empty((len(place), 3)), np.bincount(place)
-    order = np.argsort(place, kind="stable")
-    for many in np.unique(count):  # all places where so many faces meet at once
-        corners = order[np.repeat(count, count) == many].reshape(-1, many)
-        meeting = flat[owner[corners]]
-        near = meeting @ np.swapaxes(meeting, 1, 2) > CREASE
-        normals[corners] = near @ meeting
+    order, normals = np.argsort(place.ravel(), kind="stable"), np.empty((len(place.ravel()), 3))
+    for corners in np.split(order, np.cumsum(np.bincount(place.ravel()))[:-1]):
+        meeting = flat[corners // 3]
+        normals[corners] = (meeting @ meeting.T > CREASE) @ meeting
     return (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)).reshape(-1, 3, 3)
 
 
