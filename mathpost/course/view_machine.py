@@ -16,7 +16,6 @@ from mathpost.post.singular import distance, from_pole, regions
 DEGREES = np.array([1, 1, 1, *np.degrees([1, 1])])  # factors from mm and radians to mm and degrees
 CONE = np.radians(1.0)  # about the singular tool axes
 BRANCHES = ("first branch", "second branch")
-SHOWN = 600  # at most so many blocks of a program in a walk
 
 
 def machine(kin):
@@ -65,17 +64,15 @@ def tool_axis(kin):
 def walk(kin, cl, joints=None, *, place=None, second=None):
     """Walk along a program by a slider: the machine, and both branches of both rotary axes with a cursor.
 
-    Between blocks all joints move linearly, and the true path of the tip is drawn. A long program is shown by every
-    n-th block. `joints`, shape (m, 5), mm and radians, are the blocks, by default one per record, as chosen by
-    `mathpost.post.selection.choose`; `place`, shape (m,), is where each ends on the CL path, as in
-    `mathpost.post.Result`. `second`, the `Kinematics` of a different machine, is shown beside the first.
+    Between blocks all joints move linearly, and the true path of the tip is drawn. `joints`, shape (m, 5), mm and
+    radians, are the blocks, by default one per record, as chosen by `mathpost.post.selection.choose`; `place`,
+    shape (m,), is where each ends on the CL path, as in `mathpost.post.Result`. `second`, the `Kinematics` of a
+    different machine, is shown beside the first.
     """
     chosen = selection.choose(kin, cl).joints if joints is None else np.asarray(joints, dtype=float)
     runs = [(kin, chosen, np.arange(len(chosen)) if place is None else np.asarray(place))]
     if second is not None:
         runs.append((second, selection.choose(second, cl).joints, np.arange(len(cl))))
-    every = max(1, -(-len(cl) // SHOWN))
-    records = np.arange(0, len(cl), every)
     scenes, state_runs, said = [], [], []
     for each, blocks, ends in runs:
         drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "")
@@ -85,18 +82,16 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
         near = [[first + 1, last + 1] for first, last in regions(each, cl, at_records, cone=CONE)]
         if not scenes:  # the buttons are for the first machine
             places = _sights(kin, cl, at_records)
-        if every > 1:
-            blocks, ends = at_records[records], records
-        run = {"about": _about(each), "joints": blocks.tolist(), "place": (ends / every).tolist(), "singular": near}
+        run = {"about": _about(each), "joints": blocks.tolist(), "place": ends.tolist(), "singular": near}
         state_runs.append(run)
         scenes.append(drawn)
         said.append(f"record 1: {pose_text(each, blocks[0])}")
-    poses = np.concatenate([cl.points, cl.axes], axis=1)[records].round(9).tolist()
-    step = float(every) if len(cl) > 30 else 0.05
-    sliders = [slider("record", 1.0, float(1 + records[-1]), 1.0, step=step, unit="")]
-    state = {"kind": "walk", "cl": poses, "runs": state_runs, "first": 1, "every": every, "places": places}
+    poses = np.concatenate([cl.points, cl.axes], axis=1).round(9).tolist()
+    step = 1.0 if len(cl) > 30 else 0.05
+    sliders = [slider("record", 1.0, float(len(cl)), 1.0, step=step, unit="")]
+    state = {"kind": "walk", "cl": poses, "runs": state_runs, "places": places, "sliders": sliders}
     printed = [codegen.body(each, jacobian=False) for each, _, _ in runs]
-    return Live(state | {"sliders": sliders}, printed, "; ".join(said), scenes, height=520, layout="column")
+    return Live(state, printed, "; ".join(said), scenes, height=520, layout="column")
 
 
 def _about(kin):
