@@ -49,12 +49,12 @@ class Place:
         account = [*bounds, PROCESSES, *ACCOUNT] if self.root else bounds
         alone = [*ALONE, *account] if self.root else [*ALONE, "--user", "--map-current-user", *bounds]
         for way in (alone, account):
-            with suppress(OSError, subprocess.SubprocessError):
+            with suppress(OSError):  # there is no such command
                 if self.command is None and self._run(way, PROBE, subprocess.DEVNULL) == 0:
                     self.command = way
         if self.command is None:
             found = "none: start this from an ordinary account, or install Python where every account may run it"
-            raise InputError("--rerun", "an account other than root that can run this Python", found)
+            raise InputError("--rerun", "prlimit, and an account other than root that can run this Python", found)
         if "unshare" not in self.command:
             self.open += ["The network was open.", "A process that left its session may have gone on."]
         if not self.root:
