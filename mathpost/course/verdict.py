@@ -53,7 +53,7 @@ class Exercise:
     name: str  # one that no other exercise has
     kind: object  # of answer, from `mathpost.course.answers`, such as ``Angle(decimals=2)``
     solve: Callable  # its docstring says why the answer is right; its source is shown
-    slips: dict = field(default_factory=dict)  # sentence → function that computes the wrong answer; see `slip`
+    slips: dict = field(default_factory=dict)  # sentence → the other arguments of `slip`, a dict
     hint: str = ""  # said if no mix-up gives the answer
     complaint: Callable | None = None  # if there are many solutions: what is wrong with an answer, or ""
     detective: Callable | None = None  # returns an `Explanation` of an answer that no slip gives
@@ -75,10 +75,8 @@ class Exercise:
 
     def with_arguments(self, function, *values):
         """Call a function with `values` and those arguments of the solution that it names."""
-        named = inspect.signature(function).parameters
-        every = any(each.kind is each.VAR_KEYWORD for each in named.values())
-        taken = list(named)[len(values) :]
-        return function(*values, **{key: value for key, value in self.arguments.items() if every or key in taken})
+        named = list(inspect.signature(function).parameters)[len(values) :]
+        return function(*values, **{key: value for key, value in self.arguments.items() if key in named})
 
     def read(self, answer):
         """Return the answer as data, or raise `InputError`."""
@@ -99,11 +97,16 @@ class Exercise:
     @cached_property
     def mixed_up(self):
         """Pairs of the sentence of each slip and the answer that it gives, as data."""
-        found = [(said, self.read(self.with_arguments(slip))) for said, slip in self.slips.items()]
+        found = [(said, self.read(self._slipped(**slip))) for said, slip in self.slips.items()]
         for said, value in found if not self.complaint else ():
             if self.kind.same(value, self.solution):
                 raise InputError(f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {said}")
         return found
+
+    def _slipped(self, answer=None, **changed):
+        if answer is None:
+            return self.solve(**self.arguments | changed)
+        return self.with_arguments(answer) if callable(answer) else answer
 
     @cached_property
     def common(self):
@@ -211,8 +214,8 @@ def define(name, kind, **how):
             raise InputError("exercise", "a name of its own", f"{name!r}, which {there} has")
         named, slips, words = dict(getattr(solve, "slips", {})), {}, toml("exercises").get(name, {})
         for sentence, entry in words.get("slips", {}).items():
-            changed = {key: value for key, value in entry.items() if key not in ("zh", "by")}
-            slips[sentence] = named.pop(entry["by"]) if "by" in entry else _leads_to(solve, **changed)
+            changed = {key: value for key, value in entry.items() if key != "zh"}
+            slips[sentence] = named.pop(entry["by"]) if "by" in entry else changed
         if words and named:
             raise InputError(f"exercises.toml, {name}", f"a slip by {' and '.join(named)}", "none")
         about = [words["about"].get] if "about" in words else []
@@ -237,13 +240,7 @@ def slip(sentence, answer=None, **changed):
     """
 
     def enter(solve):
-        solve.slips = {sentence: _leads_to(solve, answer, **changed)} | getattr(solve, "slips", {})
+        solve.slips = {sentence: {"answer": answer, **changed}} | getattr(solve, "slips", {})
         return solve
 
     return enter
-
-
-def _leads_to(solve, answer=None, **changed):
-    if answer is None:
-        return lambda **arguments: solve(**arguments | changed)
-    return answer if callable(answer) else lambda: answer
