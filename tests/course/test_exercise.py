@@ -435,7 +435,7 @@ def test_five_joints_are_compared_by_tip_and_axis(dmu50v):
 
 def test_the_detective_is_asked_after_named_slips_and_before_common_ones():
     found = Explanation((Misreading("the sign of α is reversed", "M", ("sign",), np.array(0), (), 1.0),), 0.1, 1)
-    each = of(Number(), 5.0, slips={"Named.": lambda: 7}, detective=lambda answer: found)
+    each = of(Number(), 5.0, slips={"Named.": {"answer": 7}}, detective=lambda answer: found)
     assert each.verdict(7).why == "Named."
     assert each.verdict(-5).why == "The sign of α is reversed: M."
     silent = of(Number(), 5.0, detective=lambda answer: Explanation((), 0.1, 1))
