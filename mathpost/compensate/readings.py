@@ -84,7 +84,7 @@ class Readings:
     where: str
     method: str
     joints: np.ndarray  # as programmed, (n, 5); mm and radians throughout
-    reference: np.ndarray  # at which the reading was zeroed, (n, 5), NaN if it was not
+    reference: np.ndarray | None  # at which it was zeroed, (n, 5): what it would be there is to be subtracted
     target: np.ndarray  # in the workpiece, (n, 3)
     direction: np.ndarray  # along the machine's axes, (n, 3)
     length: np.ndarray  # of the tool from the spindle nose, (n,)
@@ -215,7 +215,7 @@ def _readings(table, machine, method):
     joints, turn = held(machine, target, angles, length)
 
     directions = {name: np.eye(3)["xyz".index(name[-1])] for name in columns if name[-1] in "xyz"}
-    reference, sign = np.full((count, 5), np.nan), 1
+    rows, reference, sign = np.tile(np.arange(count), len(columns)), None, 1
     if method in SIGNS:
         sign = table.choice("positive", SIGNS[method])
     if method == "probe":
@@ -229,13 +229,12 @@ def _readings(table, machine, method):
         directions |= {"axial": tool, "lateral": np.cross(tool, unit(axis.axis))}
         directions = {name: -directions[name] for name in columns}
         upright = angles * [each.carries == "workpiece" for each in machine.rotary]
-        reference, _ = held(machine, target, upright, length)
-    rows = np.tile(np.arange(count), len(columns))
+        reference = held(machine, target, upright, length)[0][rows]
     return Readings(
         table.path,
         method,
         joints=joints[rows],
-        reference=reference[rows],
+        reference=reference,
         target=target[rows],
         direction=np.concatenate([np.broadcast_to(directions[name], target.shape) for name in columns]),
         length=length[rows],
