@@ -64,7 +64,7 @@ def siemens(axis, step, error, error_down=None, *, unit=DEGREES):
     return "\n".join(["%_N_NC_CEC_INI", "CHANDATA(1)", note, *lines, "M17"]) + "\n"
 
 
-def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=0):
+def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=None):
     """Return parameters and points of a Fanuc's pitch error compensation as text.
 
     Each point holds what the correction grows by from the point before it: whole detection units, −7 to 7, times a
@@ -73,8 +73,8 @@ def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=0):
     from memory: the text asks for a trial.
 
     `axis` is the number of the controlled axis, from 1, `detection` the detection unit, degrees or mm, `reference`
-    the number of the reference position's point; the rest is as in `siemens`. Whole steps lie between machine
-    coordinate 0 and the ends of the travel, which includes it.
+    the number of the reference position's point, by default the least that makes no other negative; the rest is as
+    in `siemens`. Whole steps lie between machine coordinate 0 and the ends of the travel, which includes it.
     """
     at, endless = entries(error, step), error.points.period is not None
     sections = at / step
@@ -87,6 +87,7 @@ def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=0):
     while np.abs(np.diff(np.round(wanted / magnification))).max() > LARGEST:
         magnification += 1
     sums = np.round(wanted / magnification)
+    reference = first if reference is None else reference
     points = dict(enumerate(np.diff(sums).astype(int).tolist(), reference - first + 1))
     if endless:
         points = {reference: points[max(points)], **points}
