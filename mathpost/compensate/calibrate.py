@@ -159,7 +159,10 @@ def corrected(machine, values):
 
 def _moved(machine, values):
     """The axes, points and tool of `machine` moved by `values`, in the coordinates of its slides."""
-    values = dict.fromkeys(unknowns(machine), 0.0) | values
+    names = unknowns(machine)
+    for name in set(values) - set(names):
+        raise InputError("values", f"unknowns among {', '.join(names)}", repr(name))
+    values = dict.fromkeys(names, 0.0) | values
     tool = unit(machine.tool_axis)
     tool = unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
     rotary = tuple(rotary_axis.corrected(each, values) for each in machine.rotary)

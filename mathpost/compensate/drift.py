@@ -56,8 +56,8 @@ class Tracker:
         constant_errors(model.machine, dict.fromkeys(names, 0))  # refuses other names
         if not 0 < forgetting <= 1:
             raise InputError("forgetting", "a number above 0, at most 1", f"{forgetting}")
-        if not (sigma > 0 and np.all(np.asarray(expected) > 0)):
-            raise InputError("sigma and expected", "sizes above 0", f"{sigma} and {expected}")
+        if not (sigma > 0 and gate > 0 and np.all(np.asarray(expected) > 0)):
+            raise InputError("sigma, expected and gate", "sizes above 0", f"{sigma}, {expected} and {gate}")
         self.poses = np.atleast_2d(as_array(poses, 5, "poses"))
         self.sigma, self.forgetting, self.gate = sigma, forgetting, gate
         self.expected = np.broadcast_to(np.asarray(expected, dtype=float), len(self.names))

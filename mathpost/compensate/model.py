@@ -214,7 +214,7 @@ def constant_errors(machine, errors):
     for name in errors:
         if name not in known:
             raise InputError(f"error {name!r}", f"one of {', '.join(known)}", "another name")
-    return MachineErrors(machine, np.array([float(errors.get(name, 0)) for name in known]))
+    return MachineErrors(machine, as_array([errors.get(name, 0) for name in known], len(known), "errors"))
 
 
 def read_errors(path, machine):

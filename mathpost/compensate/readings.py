@@ -141,7 +141,9 @@ def read(path, machine, **settings):
     known = {method: _columns(method, machine) for method in METHODS}
     names = dict.fromkeys(name for columns in known.values() for name in columns)
     table = csv_table.read(path, [], optional=tuple(names), text=["face"])
-    table.settings.update(settings | table.settings)
+    for key in set(settings) - set(csv_table.KNOWN):
+        raise InputError(key, f"settings among {', '.join(csv_table.KNOWN)}", "another")
+    table.settings = {key: str(value) for key, value in settings.items()} | table.settings
     method = table.settings.get("method", "").casefold()
     if method not in METHODS:
         table.refuse(f"a line # method = one of {', '.join(METHODS)}", method and repr(method))

@@ -82,6 +82,8 @@ def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=None):
     if not 0 <= first < len(at) or np.abs(sections - np.round(sections)).max() > 1e-6:
         found = f"{at[0]:g} to {at[-1]:g} every {step:g}"
         raise InputError("step", "a travel with machine coordinate 0, whole steps from its ends", found)
+    if not 0 < detection < np.inf:
+        raise InputError("detection", "a detection unit above 0", f"{detection}")
     wanted = (error(0.0) - error(at)) * unit / detection
     magnification = 1
     while np.abs(np.diff(np.round(wanted / magnification))).max() > LARGEST:

@@ -78,7 +78,7 @@ class Table(dict):
 
     def numbers(self, key, count):
         """Return the `count` numbers of a setting."""
-        said = str(self.settings.get(key, ""))
+        said = self.settings.get(key, "")
         try:
             return as_array([float(word) for word in re.split(r"[\s,;]+", said.strip())], count, key)
         except ValueError:

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 import sympy as sp
 
-from mathpost.errors import InputError
+from mathpost.errors import InputError, as_array
 from mathpost.measure import csv_table
 from mathpost.rotation import numeric
 
@@ -195,7 +195,7 @@ class Measurement:
         names = list(map(str, self.unknowns))
         for name in set(values) - set(names):
             raise InputError(self.name, f"unknowns among {', '.join(names)}", repr(name))
-        return [values.get(name, 0.0) for name in names]
+        return as_array([values.get(name, 0.0) for name in names], len(names), f"{self.name}, values")
 
     def _settings(self, data, degrees, length=None):
         names = list(map(str, self.settings))

@@ -167,10 +167,10 @@ class FittedHead:
 
     def head(self, step=2.5):
         """Return a `Head` with the predicted vectors of every index position, `step` degrees apart."""
-        count = round(360 / step)
-        if not count >= 1 or abs(360 / step - count) > 1e-9:
+        count = 360 / step if step > 0 else 0.5
+        if round(count) < 1 or abs(count - round(count)) > 1e-9:
             raise InputError("step", "a whole fraction of 360°", f"{step:g}")
-        angles = np.arange(count) * step
+        angles = np.arange(round(count)) * step
         turning = turning_arm(self.measured.sense, self.measured.zero)
         predicted = turning.predict(self.estimate.values, {"CPOS": angles}, degrees=True)
         vectors = np.column_stack([predicted[name] for name in "xyz"])

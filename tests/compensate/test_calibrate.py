@@ -9,7 +9,7 @@ import pytest
 from mathpost import __main__ as shell
 from mathpost import machine as machines
 from mathpost.compensate import handover, readings
-from mathpost.compensate.calibrate import calibrate
+from mathpost.compensate.calibrate import calibrate, corrected
 from mathpost.compensate.compensation import Compensator
 from mathpost.compensate.model import constant_errors, read_errors
 from mathpost.errors import InputError
@@ -417,6 +417,14 @@ def test_what_is_unclear_is_asked_for_with_the_line(content, message, write):
     with pytest.raises(InputError) as error:
         calibrate(machines.load("ac_table"), [path])
     assert str(path) in str(error.value) and message in str(error.value)
+
+
+def test_words_that_nobody_knows_are_refused():
+    machine, path = machines.load("ac_table"), machines.data_file("measurements/ball_c_axis.csv")
+    with pytest.raises(InputError, match="sigam: expected settings among unit, method"):
+        calibrate(machine, [path], sigam=0.001)
+    with pytest.raises(InputError, match="unknowns among .*, found 'XOC'"):
+        corrected(machine, {"XOC": 0.01})
 
 
 @pytest.mark.parametrize(("head", "axis"), [("C,R,dial", {}), ("angle,R,dial", {"axis": "C"})])

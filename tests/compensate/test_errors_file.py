@@ -90,3 +90,5 @@ def test_files_that_are_refused(load, toml, csv, message):
 def test_constants_by_name(trunnion):
     with pytest.raises(InputError, match="'EXA'"):
         constant_errors(trunnion, {"EXA": 0.01})
+    with pytest.raises(InputError, match="finite numbers"):
+        constant_errors(trunnion, {"EXC": np.nan})
