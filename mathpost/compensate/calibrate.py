@@ -106,10 +106,10 @@ class Calibration:
 def calibrate(machine, paths, *, squareness=None, **settings):
     """Return the `Calibration` of `machine`, as the control believed it to be, from files of readings.
 
-    `paths` are CSV files, see `mathpost.compensate.readings.template`; `settings` are ``unit``, ``method``,
-    ``axis``, ``positive``, … for those that do not say them. `squareness` says whether that of the slides is
-    sought: by default only if a ballbar has seen them. `InputError` if a file leaves something unclear, or there is
-    nothing to estimate a noise from.
+    `paths` are CSV files, see `mathpost.compensate.readings.template`; `settings` (``unit``, ``method``, ``axis``,
+    ``positive``, …) are for files that do not state them. `squareness`: whether to estimate that of the slides, by
+    default only if a ballbar has seen them. `InputError` if a file leaves something unclear, or there is nothing to
+    estimate the noise from.
 
     Examples
     --------

@@ -28,10 +28,10 @@ class Tracker:
     """Recursive least squares for some errors of a machine, from tip readings at fixed poses.
 
     `names` are the errors that drift, of those of `model`, an `ErrorModel`; `poses`, shape (poses, 5), the joints
-    at which every part is probed, mm and radians. `sigma` is the deviation of one reading, mm, `expected` how large
-    the errors may be before anything was read, one for all or each. `forgetting`, above 0, is the weight of a
-    part's readings one part later; 1 averages over all parts. A reading is set aside beyond `gate` standard
-    deviations; infinite believes everything.
+    at which every part is probed, mm and radians. `sigma` is the standard deviation of one reading, mm; `expected`
+    is how large the errors may be before anything is read, one number for all or one for each. `forgetting`, above
+    0, is the weight of a part's readings one part later; 1 averages over all parts. A reading is set aside beyond
+    `gate` standard deviations; an infinite gate believes everything.
 
     The estimate is `values`, mm and radians, and, if the errors stood still and `forgetting` is 1, `covariance`.
     `InputError` if the poses cannot tell the errors apart: it says which, and which joint to move as well.

@@ -44,13 +44,13 @@ METHODS = {
     "dial": (
         "X and Y run on a circle of radius R about the table axis, which turns along: the dial looks at one\n"
         "spot of a ring; angle is where on the circle, from +X towards +Y, z the height in machine coordinates\n"
-        "positive = out: the reading grows when the tool is moved away from the centre; try it, or write in",
+        "positive: out if the reading grows when the tool is moved away from the centre (try it), else in",
         "angle,R,z,dial\n0,100,0,0.000\n90,100,0,0.012\n180,100,0,0.021\n270,100,0,0.008\n",
     ),
     "tip": (
         "a dial at the tip of a head that tilts under RTCP, zeroed at 0; L is pivot to tip. axial: positive\n"
         "from the tip to the pivot, as the tool stands at 0; lateral: positive where the tip swings as the\n"
-        "angle grows; or x y z along the machine's axes. positive = tip: so moves the tip (or block: the block)",
+        "angle grows; or x y z along the machine's axes. positive: tip if so moves the tip, block if the block",
         "angle,L,axial,lateral\n-40,500,0.000,0.000\n40,500,0.000,0.000\n-40,700,0.000,0.000\n40,700,0.000,0.000\n",
     ),
     "ballbar": (

@@ -73,8 +73,8 @@ def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=None):
     from memory: the text asks for a trial.
 
     `axis` is the number of the controlled axis, from 1, `detection` the detection unit, degrees or mm, `reference`
-    the number of the reference position's point, by default the least that makes no other negative; the rest is as
-    in `siemens`. Whole steps lie between machine coordinate 0 and the ends of the travel, which includes it.
+    the number of the reference position's point, by default the smallest with which no number is negative; the rest
+    is as in `siemens`. Whole steps lie between machine coordinate 0 and the ends of the travel, which includes it.
     """
     at, endless = entries(error, step), error.points.period is not None
     sections = at / step

@@ -139,8 +139,8 @@ def read(path, columns, *, optional=(), text=(), also=None):
     for number, line in enumerate(_text(path).splitlines(), 1):
         if line.lstrip(' "').startswith("#"):
             key, _, value = (part.strip() for part in line.strip(' "#\t;,').partition("="))
-            if key in KNOWN and value:
-                table.settings[key] = value
+            if key in KNOWN and value and table.settings.setdefault(key, value) != value:
+                raise InputError(f"{path}, line {number}", f"one line # {key} = …", f"a different one, {value!r}")
             continue
         if not rows:
             delimiter = max(",;\t", key=lambda mark: (line.count(mark), mark == ","))

@@ -51,6 +51,13 @@ def test_faults_name_file_line_and_column(write, text, message):
     assert str(path) in str(error.value) and message in str(error.value)
 
 
+def test_a_file_that_contradicts_itself(tmp_path):
+    path = tmp_path / "two_units.csv"
+    path.write_text("# unit = µm\n# unit = µm\n# unit = mm\nangle,x\n0,1\n")
+    with pytest.raises(InputError, match="two_units.csv, line 3: expected one line # unit = …, found"):
+        csv_table.read(path, ["angle", "x"])
+
+
 @pytest.mark.parametrize(
     ("angles", "message"),
     [
