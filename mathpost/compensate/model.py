@@ -261,9 +261,13 @@ def _table(entry, path, machine):
     curves = []
     for name in (column for column in columns if column in read):
         index = known.index(name)
-        unit, _ = _unit(index)
+        unit, size = _unit(index)
+        read[name] *= read.unit(name, "length" if unit == "um" else "angle", default=unit) / size
         read.require(name, np.abs(read[name]) <= GREATEST[unit], f"{unit} within ±{GREATEST[unit]} (other units?)")
-        measured = spline.points(read["position"], read[name], period=360.0 if endless else None)
+        try:
+            measured = spline.points(read["position"], read[name], period=360.0 if endless else None)
+        except InputError as error:
+            read.refuse(f"{error.where}: {error.expected}", error.found)
         curves.append((index, spline.through_all(measured, straight=bool(kind))))
     if not curves:
         read.refuse(f"at least one of the columns {', '.join(columns)}", "only 'position'")

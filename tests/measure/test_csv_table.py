@@ -51,6 +51,19 @@ def test_faults_name_file_line_and_column(write, text, message):
     assert str(path) in str(error.value) and message in str(error.value)
 
 
+def test_a_unit_behind_a_name_is_obeyed(tmp_path):
+    path = tmp_path / "units.csv"
+    path.write_text("# unit = µm\nangle (rad),x (in),dial (0.002 mm),y,z (front)\n0.5,2,10,7,1\n")
+    read = csv_table.read(path, ["angle", "x", "dial", "y", "z"])
+    assert read["angle"] == np.degrees(0.5) and read["x"] == 50.8 and read["dial"] == 0.02
+    assert [read.unit(name, "length") for name in ("x", "dial", "y")] == [1, 1, 1e-3]
+    assert read.unit("angle", "angle") == np.radians(1)
+    with pytest.raises(InputError, match="'x': expected its unit.*found 'in'"):
+        read.unit("x", "angle")
+    with pytest.raises(InputError, match="'z': expected its unit.*found 'front'"):
+        read.unit("z", "length")
+
+
 def test_a_file_that_contradicts_itself(tmp_path):
     path = tmp_path / "two_units.csv"
     path.write_text("# unit = µm\n# unit = µm\n# unit = mm\nangle,x\n0,1\n")
