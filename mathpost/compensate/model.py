@@ -255,6 +255,7 @@ def _table(entry, path, machine):
     known = error_names(machine)
     columns = [f"E{component}{joints[joint]}" for component in COMPONENTS]
     read = csv_table.read(Path(path).parent / file, ["position"], optional=columns)
+    read.obey_units(["position"])
     if joint > 2:
         read.check_angles("position")
     read.check_increasing("position")

@@ -152,6 +152,7 @@ def read(path, machine, **settings):
             table.refuse(f"no columns but {', '.join(known[method][: csv_table.SHOWN])}", repr(name))
     if method == "bar":
         return _bar(table, machine)
+    table.obey_units(set(table) - {*READ[method], *RUNS})
     return _positioning(table, machine) if method in POSITIONING else _readings(table, machine, method)
 
 

@@ -9,8 +9,8 @@ reading to a line::
     0,16,4,table warm
 
 Files are read as programs write them: with a byte order mark, in UTF-8, GBK or the letters of Windows, with commas,
-or with semicolons or tabs and decimal commas; a column of remarks is left out. A unit in brackets behind a column's
-name, ``x (µm)``, is obeyed: the column is brought to mm or degrees.
+or with semicolons or tabs and decimal commas; a column of remarks is left out. A unit may stand behind a column's
+name, ``x (µm)``.
 """
 
 import csv
@@ -50,7 +50,7 @@ class Table(dict):
     """Columns of a CSV file by name: float arrays, shape (rows,), or lists of strings, and what else the file says.
 
     `lines` are those that the rows came from, `header` is where the columns' names stand. `settings` is what
-    comments such as ``# unit = µm`` say, and ``"unit x"`` the unit that column x has if its name states one.
+    comments such as ``# unit = µm`` say, and ``"unit x"`` the unit in a column's name, ``x (µm)``.
     """
 
     def __init__(self, path):
@@ -116,8 +116,7 @@ class Table(dict):
         `kind` is ``"length"`` or ``"angle"``; `default` the unit if the file states none. Without one it is asked
         for.
         """
-        own = self.settings.get(f"unit {name}")
-        stated = own or self.settings.get("unit") or default
+        stated = self.settings.get(f"unit {name}") or self.settings.get("unit") or default
         units = ", ".join(each[0] for each, (measures, _) in UNITS.items() if measures == kind)
         expected = f"its unit, in a line such as # unit = {units.split(', ')[1]}: one of {units}"
         if kind == "length":
@@ -125,9 +124,14 @@ class Table(dict):
         measures, size = _measure(stated or "")
         if measures != kind:
             raise InputError(self.where(0, name), expected, "none" if stated is None else repr(stated))
-        if own:  # which the column has been brought from
-            return 1.0 if kind == "length" else math.radians(1)
         return size
+
+    def obey_units(self, names):
+        """Bring columns to mm or degrees from a unit that stands behind their names."""
+        for name in names:
+            measures, size = _measure(self.settings.get(f"unit {name}", ""))
+            if measures:
+                self[name] *= size if measures == "length" else math.degrees(size)
 
 
 def _measure(stated):
@@ -173,9 +177,6 @@ def read(path, columns, *, optional=(), text=(), also=None):
     commas = delimiter != "," and not any("." in entry for name in numbers for entry in table[name])
     for name in numbers:
         table[name] = np.array([_number(table, row, name, commas) for row in range(len(rows))])
-        measures, size = _measure(table.settings.get(f"unit {name}", ""))
-        if measures:
-            table[name] *= size if measures == "length" else math.degrees(size)
     return table
 
 

@@ -125,6 +125,7 @@ class Measurement:
         columns = csv_table.read(path, [angle, *others], optional=[*self.readings, "run"], also=also)
         if not (read := [name for name in self.readings if name in columns]):
             columns.refuse(f"a column of readings: {', '.join(self.readings)}")
+        columns.obey_units([angle, *others])
         columns.check_angles(angle)
         for name in read:
             columns[name] = columns.unit(name, "length", default="mm") * columns[name]

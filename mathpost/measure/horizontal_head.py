@@ -70,6 +70,7 @@ def read_head(path, *, sense=-1, zero=0.0):
     does not point along Z′: the table is vertical minus horizontal, or the head turns the other way.
     """
     columns = csv_table.read(path, ["angle", "x", "y", "z"])
+    columns.obey_units(columns)
     columns.check_angles("angle")
     columns.check_increasing("angle")
     angles, vectors = columns["angle"], np.column_stack([columns[name] for name in "xyz"])

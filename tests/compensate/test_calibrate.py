@@ -336,6 +336,7 @@ def comma(rows, head):
 WITH_REMARKS = text("angle,R,dial,remark", *DIAL, **SAID)
 MICROMETRES = ("0,100,42.3,", "90,100,-7.7,", "180,100,-18.2,", "270,100,31.8,")
 DIVISIONS = ("0,100,21.15,", "90,100,-3.85,", "180,100,-9.1,", "270,100,15.9,")
+ABROAD = ("0,10,0.0423", "1.5707963268,10,-0.0077", "3.1415926536,10,-0.0182", "4.7123889804,10,0.0318")
 WORDS = ("0,100,0.0423", "-90,100,-0.0077", "-180,100,-0.0182", "-270,100,0.0318")
 
 
@@ -353,12 +354,18 @@ WORDS = ("0,100,0.0423", "-90,100,-0.0077", "-180,100,-0.0182", "-270,100,0.0318
         (text("angle,R,dial (µm),remark", *MICROMETRES, **SAID), "cp1252"),
         (text("angle,R,dial,remark", *DIVISIONS, **SAID | {"unit": "0.002 mm"}), "utf-8"),
         (text("angle,R,dial,remark", *DIAL[::-1], DIAL[0].replace("0,", "360,", 1), **SAID), "utf-8"),
+        (text("angle [rad],R (10 mm),dial", *ABROAD, **SAID), "utf-8"),
         (text("C,R,dial", *WORDS, **SAID), "utf-8"),
     ],
 )
 def test_the_same_readings_in_other_clothes(content, encoding, write):
     found = calibrate(machines.load("ac_table"), [write(content, encoding)])
     assert [found[name].value for name in ("EX0C", "EY0C")] == pytest.approx([-0.03025, 0.01975], abs=1e-9)
+
+
+def test_a_stated_sigma_is_in_the_unit_of_the_readings(write):
+    path = write(text("angle,R,dial (µm),remark", *MICROMETRES, **SAID, sigma=0.5))
+    assert calibrate(machines.load("ac_table"), [path]).noise[str(path)] == (pytest.approx(0.5e-3), np.inf)
 
 
 FOUR = ("angle,R,dial", "0,100,4.23")
