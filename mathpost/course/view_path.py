@@ -237,7 +237,7 @@ def smoothed(kin, cl, joints, region, *, most=60):
 def moved_aside(crossing, *, most=6.0):
     """The tool axis moved aside by a slider's degrees: a map about the pole, and the outer axis over time."""
     direct, kin = crossing.way("direct"), crossing.kin
-    name = kin.machine.joint_names[crossing.outer]
+    name = kin.machine.joint_names[crossing.kin.outer]
 
     figure, (chart, over_time) = subplots(1, 2, size=(8.5, 4.2))
     plot.pole_map(chart, kin, crossing.cl.axes, role="workpiece", label="records")
@@ -246,7 +246,7 @@ def moved_aside(crossing, *, most=6.0):
     chart.set(xlim=(-18, 10), ylim=(-14, 14))
     chart.legend(loc="upper left")
     seconds = np.linspace(0, direct.time, 80)
-    plot.along(over_time, seconds, np.degrees(direct.law.at(seconds)[:, crossing.outer]), "direct")
+    plot.along(over_time, seconds, np.degrees(direct.law.at(seconds)[:, crossing.kin.outer]), "direct")
     (line,) = over_time.plot([], [], plot.STYLE["aside"], color=plot.COLOUR["aside"], linewidth=2)
     over_time.set(xlabel="time, s", ylabel=f"{name}, degrees")
 
@@ -257,7 +257,7 @@ def moved_aside(crossing, *, most=6.0):
         _, axes = kin.forward(way.joints[:: max(1, len(way.joints) // 60)])
         moved.set_data(*plot.on_pole_map(kin, axes))
         seconds = np.linspace(0, way.time, 80)
-        line.set_data(seconds, np.degrees(way.law.at(seconds)[:, crossing.outer]))
+        line.set_data(seconds, np.degrees(way.law.at(seconds)[:, crossing.kin.outer]))
         peaks = f"C up to {np.degrees(way.peak_speed):.0f}°/s and {np.degrees(way.peak_acceleration):.0f}°/s²"
         return [f"{way.time:.2f} s, {peaks}, tool axis off by {np.degrees(way.axis_error):.2f}°"]
 
