@@ -22,7 +22,7 @@ RATED = ["dmu50v", "ac_table", "nutating_head", "nutating_head_table"]
 
 @pytest.fixture(scope="module", autouse=True)
 def machine_code():
-    """Short paths, too, go through the compiled loop, the sooner; a test of its own compares it with the plain one."""
+    """Short paths, too, go through the compiled loop: it is faster. A test below compares it with the plain one."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(selection, "LONG", 0)
         yield
