@@ -129,10 +129,11 @@ class ErrorModel:
         """
         symbol = self.symbol.get(name) or dict(zip(self.machine.joint_names, self.joints, strict=True))[name]
         links, before, behind = self._partial
-        moved = sp.zeros(4, 2)
+        others, moved = [each for each in self.errors if each != symbol], sp.zeros(4, 2)
         for index, link in enumerate(links[:-1]):
             if symbol in link.matrix.free_symbols:
-                slope = link.matrix.diff(symbol).xreplace(dict.fromkeys(self.errors, 0))
+                alone = link.matrix.xreplace(dict.fromkeys(others, 0))  # the others are zero before it is derived
+                slope = alone.diff(symbol).xreplace(dict.fromkeys(self.errors, 0))
                 moved += chain.product((before[index], slope, behind[index + 1]))
         return sp.ImmutableMatrix([*moved[:3, 1], *moved[:3, 0]])
 

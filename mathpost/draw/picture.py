@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from PIL import Image, ImageColor, ImageDraw, ImageFont
 
-from mathpost.draw.solid import put, smooth
+from mathpost.draw.solid import put
 
 FINE = 2  # oversampling
 HIDDEN = 0.35  # opacity of a line behind a solid
@@ -38,24 +38,28 @@ class View:
         width, height = self.size
         depth, light = np.full((height, width), -np.inf), np.zeros((height, width))
         solid = np.full((height, width), -1)
+        columns, rows = np.arange(width) + 0.5, np.arange(height)[:, None] + 0.5
         for number, each in enumerate(self.scene.solids):
-            triangles = each.triangles()
-            shade = _light(smooth(triangles) @ self.scene.places[each.body][:3, :3].T @ self.camera.T)
-            corners = np.concatenate([self.pixels(each.body, triangles), shade[..., None]], axis=-1)
-            a, b = np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)  # two edges: right, down, depth and lightness
-            area = a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]
+            triangles, normals = each.surface
+            corners = self.pixels(each.body, triangles)
+            shade = _light(normals @ self.scene.places[each.body][:3, :3].T @ self.camera.T)
+            (x0, y0, _), (x1, y1, _), (x2, y2, _) = np.moveaxis(corners, (1, 2), (0, 1))
+            area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
             low = np.clip(np.ceil(corners[..., :2].min(axis=1) - 0.5), 0, self.size).astype(int)
             high = np.clip(np.floor(corners[..., :2].max(axis=1) + 0.5), 0, self.size).astype(int)
-            for n in np.flatnonzero((area < -1e-12) & (high > low).all(axis=1)):
-                right, down = (np.arange(low[n, k], high[n, k]) + 0.5 - corners[n, 0, k] for k in (0, 1))
-                down = down[:, None]
-                s = (right * b[n, 1] - down * b[n, 0]) / area[n]
-                t = (down * a[n, 0] - right * a[n, 1]) / area[n]
-                z, value = (corners[n, 0, k] + s * a[n, k] + t * b[n, k] for k in (2, 3))
-                window = np.s_[low[n, 1] : high[n, 1], low[n, 0] : high[n, 0]]
-                inside = (s >= 0) & (t >= 0) & (s + t <= 1) & (z > depth[window])
-                for whole, part in ((depth, z[inside]), (light, value[inside]), (solid, number)):
-                    whole[window][inside] = part
+            front = (area < -1e-12) & (high > low).all(axis=1)
+            numbers = (numbers[front].tolist() for numbers in (corners, shade, area, low, high))
+            for points, (s0, s1, s2), area, (left, top), (right, bottom) in zip(*numbers, strict=True):
+                (x0, y0, z0), (x1, y1, z1), (x2, y2, z2) = points
+                x, y = columns[left:right], rows[top:bottom]
+                b = ((x - x0) * (y2 - y0) - (y - y0) * (x2 - x0)) / area
+                c = ((y - y0) * (x1 - x0) - (x - x0) * (y1 - y0)) / area
+                z = z0 + b * (z1 - z0) + c * (z2 - z0)
+                window = slice(top, bottom), slice(left, right)
+                inside = (b >= 0) & (c >= 0) & (b + c <= 1) & (z > depth[window])
+                np.copyto(depth[window], z, where=inside)
+                np.copyto(light[window], s0 + b * (s1 - s0) + c * (s2 - s0), where=inside)
+                np.copyto(solid[window], number, where=inside)
         return solid, light, depth
 
     def draw(self):

@@ -5,6 +5,7 @@ counterclockwise seen from outside, the same that the browser makes of it.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -15,8 +16,18 @@ SIDES = 40  # of a turned solid
 CREASE = 0.8  # cosine of the angle from which two faces meet in an edge
 
 
+class Solid:
+    """What a picture needs of every kind."""
+
+    @cached_property
+    def surface(self):
+        """The triangles, and the normals at their corners, both of shape (n, 3, 3)."""
+        triangles = self.triangles()
+        return triangles, smooth(triangles)
+
+
 @dataclass
-class Turned:
+class Turned(Solid):
     """A solid of revolution: `profile` (radius, height) from bottom to top, about `along` through `origin`."""
 
     body: str
@@ -34,7 +45,7 @@ class Turned:
 
 
 @dataclass
-class Lofted:
+class Lofted(Solid):
     """A solid through `rings`, (n, 3) each, counterclockwise seen from the last; a ring may be a single point."""
 
     body: str
@@ -50,7 +61,7 @@ class Lofted:
 
 
 @dataclass
-class Hull:
+class Hull(Solid):
     """The convex hull of `points`, shape (n, 3)."""
 
     body: str

@@ -9,7 +9,7 @@ import numpy as np
 
 from mathpost.rotation import wrap
 from mathpost.workbook.formula import ROUNDING, Area, area_of, areas, put, text_of, unrounded, walk, with_areas
-from mathpost.workbook.graph import beside, same
+from mathpost.workbook.graph import at, beside, same
 
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
@@ -28,8 +28,9 @@ def repaired(graph, wanted, values, inputs=(), windows=(), period=None):
     place = next(iter(wanted))
     after = graph.downstream(wanted)
     for cause, old, new, tree in edits(graph, place, inputs, windows) if place in graph.trees else ():
-        off = {p: graph.cell(p, values, tree) - value for p, value in wanted.items()}
-        fits = all(same(value + (wrap(off[p], period) if period else off[p]), value) for p, value in wanted.items())
+        made = graph.calculate(tree, values)
+        off = ((at(made, graph.part.get(p, (0, 0))) - value, value) for p, value in wanted.items())
+        fits = all(same(value + (wrap(each, period) if period else each), value) for each, value in off)
         if fits and (cause != "wrong reference" or after.isdisjoint(graph.used_by(tree))):
             return cause, f"{text_of(old, place[0])} should be {text_of(new, place[0])}", tree
     return None

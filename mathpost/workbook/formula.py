@@ -305,13 +305,14 @@ def evaluate(tree, look, functions=FUNCTIONS):
         return look(parts[0])
     if head in ("number", "text"):
         return np.array([[[parts[0] if head == "number" else np.nan]]])
-    if head not in functions or (head in COMPARISONS and "text" in (part[0] for part in parts)):
+    if head not in functions or (head in COMPARISONS and any(part[0] == "text" for part in parts)):
         raise NotUnderstood(f"the operator {head}" if head in POWER else head)
-    # Of a range these functions take what is a number: no empty cell counts as 0.
-    ranges = [head in STATISTICS and part[0] == "area" and part[1].shape != (1, 1) for part in parts]
     values = [
-        look(part[1], numbers_only=True) if is_range else evaluate(part, look, functions)
-        for part, is_range in zip(parts, ranges, strict=True)
+        # Of a range these functions take what is a number: no empty cell counts as 0.
+        look(part[1], numbers_only=True)
+        if head in STATISTICS and part[0] == "area" and part[1].shape != (1, 1)
+        else evaluate(part, look, functions)
+        for part in parts
     ]
     try:
         value = functions[head](*values)
