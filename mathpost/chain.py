@@ -171,10 +171,10 @@ def product(matrices):
 
 def _times(left, right):
     def entry(row, column):
-        pairs = zip(left.row(row), right.col(column), strict=True)
-        return sp.Add(*(a * b for a, b in pairs if a != 0 and b != 0))
+        return sp.Add(*(a * b for a, b in zip(row, column, strict=True) if a != 0 and b != 0))
 
-    return sp.ImmutableMatrix(left.rows, right.cols, entry)
+    columns = right.T.tolist()
+    return sp.ImmutableMatrix([[entry(row, column) for column in columns] for row in left.tolist()])
 
 
 def _from_z_to(axis):

@@ -103,23 +103,22 @@ def body(kin, *, jacobian=True):
 
 def _printed(kin, language, jacobian=True):
     """All functions of a machine in one language, the inverse made of them by hand."""
-    pairs = {name: pair for name, pair in _functions(kin).items() if jacobian or name != "jacobian"}
-    functions = "\n\n".join(function(name, *pair, language) for name, pair in pairs.items())
+    functions = "\n\n".join(function(name, *pair, language) for name, pair in _functions(kin, jacobian).items())
     inverse = {"js": _JS_INVERSE, "c": _C_INVERSE}[language]
     inverse = inverse.format(outer=kin.outer, inner=kin.inner, tolerance=REACH_TOLERANCE, pole=AT_POLE)
     return f"{functions}\n{inverse}"
 
 
-def _functions(kin):
+def _functions(kin, jacobian=True):
     """What both languages compute: name to outputs and arguments."""
     derived, matrix = kin.inverse_symbolic, kin.forward_symbolic()
     pose = [*matrix[:3, 3], *matrix[:3, 2]]
-    slopes = sp.Matrix(pose).jacobian(kin.symbols)
+    slopes = [*sp.Matrix(pose).jacobian(kin.symbols)] if jacobian else []
     places = [entry for _, place in chain.bodies(kin.machine) for entry in place[:3, :]]
     return {
         "places": (places, kin.symbols),
         "forward": (pose, kin.symbols),
-        "jacobian": (list(slopes), kin.symbols),
+        **({"jacobian": (slopes, kin.symbols)} if jacobian else {}),
         "close_loop": (derived.linear, (*derived.tip, *kin.symbols[3:])),
         "reach": ((derived.below, derived.above), derived.axis),
         "inner_angles": (derived.solutions, (BELOW, ABOVE)),

@@ -112,7 +112,7 @@ def probed_table(sense):
 @define("10-angles", Number(decimals=0))
 @slip("nine times", lambda: 9 * angles_needed(1))
 def angles_needed(sigmas=3):
-    """Averaging is dear. Two angles that are 180° apart give more than many within 90°."""
+    """Averaging is expensive. Two angles that are 180° apart give more than many within 90°."""
     for count in range(2, 200):
         at = {"angle": np.linspace(0, 90, count), "y": np.zeros(count), "z": np.zeros(count)}
         if sigmas * probed_table(-1).identify(at, degrees=True, sigma=0.002).deviation("yc") <= 0.002:

@@ -267,9 +267,10 @@ class Graph:
 
         With `numbers_only` both are left out, and the others are in one row.
         """
-        numbers = [values[p] if p in values else self.constants.get(p, ZERO) for p in area.places]
+        constants = self.constants
+        numbers = [values[p] if p in values else constants.get(p, ZERO) for p in area.places]
         if numbers_only:
-            there = [p in values or np.isfinite(self.constants.get(p, np.nan)).all() for p in area.places]
+            there = [p in values or np.isfinite(constants.get(p, np.nan)).all() for p in area.places]
             numbers = [number for number, is_there in zip(numbers, there, strict=True) if is_there] or numbers
         return self._stacked(numbers, (1, len(numbers)) if numbers_only else area.shape)
 
@@ -318,6 +319,6 @@ def at(array, index):
 def same(a, b, tolerance=CLOSE):
     """Whether two values agree at every sample; at the first, the sheet's own, either may be unknown, NaN."""
     fine = np.abs(a - b) <= tolerance * (1 + np.abs(b))
-    if len(fine) > 1:
-        fine[0] |= ~np.isfinite(a + b)[0]
-    return bool(fine.all())
+    if len(fine) == 1 or not fine[1:].all():
+        return bool(fine.all())
+    return bool((fine[0] | ~np.isfinite((a + b)[0])).all())

@@ -168,11 +168,12 @@ class Threes:
             own = {k: self.values[n] * radians for k, n in self.strips[start].items()}
             matrices = {k: [*self.products(angles).values()][-1] for k, angles in own.items()}
             for point, result in product(strips, repeat=2):
+                a, b, c = sorted(s[2] for s in (start, point, result))
+                if min(b - a, c - b) < 3 or len({s[:2] for s in (start, point, result)}) > 1:
+                    continue
                 members = [self.strips[s] for s in (start, point, result)]
-                ways = {s[:2] for s in (start, point, result)}
                 rows = sorted(members[0].keys() & members[1].keys() & members[2].keys())
-                apart = np.diff(sorted(s[2] for s in (start, point, result)))
-                if len(ways) > 1 or min(apart) < 3 or len(rows) < 3:
+                if len(rows) < 3:
                     continue
                 i, j = ([each[k] for k in rows] for each in members[1:])
                 made = np.einsum("nij,nj->ni", [matrices[k] for k in rows], self.values[i])

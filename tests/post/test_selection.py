@@ -20,6 +20,14 @@ from tests.machines import content
 RATED = ["dmu50v", "ac_table", "nutating_head", "nutating_head_table"]
 
 
+@pytest.fixture(scope="module", autouse=True)
+def machine_code():
+    """Short paths, too, go through the compiled loop: it is faster. A test below compares it with the plain one."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(selection, "LONG", 0)
+        yield
+
+
 def limited(name, *, outer=None, inner=None, rates=True):
     """A machine file with other travel (degrees), or without rates."""
     return restricted(Kinematics(machine.load(DATA / f"machines/{name}.toml")), outer, inner, rates)

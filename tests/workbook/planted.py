@@ -9,6 +9,7 @@ import io
 import math
 import re
 import zipfile
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -77,13 +78,18 @@ def evaluate(cells):
             return "#VALUE!"
 
     def _run(formula):
-        text = formula[1:].replace("$", "").replace("^", "**")
-        text = re.sub(r"([A-Z]+\d+):([A-Z]+\d+)", r"grid('\1:\2')", text)
-        text = re.sub(r"(?<![\w':])([A-Z]{1,2}\d+)(?![\w':(])", r"value('\1')", text)
         grid = lambda name: np.array([[value(a) for a in line] for line in _addresses(name)], dtype=float)  # noqa: E731
-        return eval(text, {"__builtins__": {}}, {**FUNCTIONS, "value": value, "grid": grid})
+        return eval(_code(formula), {"__builtins__": {}}, {**FUNCTIONS, "value": value, "grid": grid})
 
     return {address: value(address) for address in [*cells, *arrays]}
+
+
+@cache
+def _code(formula):
+    text = formula[1:].replace("$", "").replace("^", "**")
+    text = re.sub(r"([A-Z]+\d+):([A-Z]+\d+)", r"grid('\1:\2')", text)
+    text = re.sub(r"(?<![\w':])([A-Z]{1,2}\d+)(?![\w':(])", r"value('\1')", text)
+    return compile(text, formula, "eval")
 
 
 def _plain(result):
