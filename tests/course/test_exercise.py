@@ -126,6 +126,7 @@ JUDGED = [  # exercises with many solutions: an answer, and what is said of it
     ("07-alone", flank(np.arange(11), singular="retract"), RIGHT),
     ("07-alone", "HELLO", "cannot be used: your program, line 1"),
     ("07-alone", 5, "found something else"),
+    ("11b-gouge", (Cutter.ball(10), Cutter(8, 1)), "the dome above"),
     ("11b-gouge", (Cutter.ball(12), Cutter.ball(11.8)), "does not gouge"),
     ("11b-gouge", (Cutter.ball(10), Cutter.flat(12)), "is not smaller"),
     ("11b-gouge", ((10, 9), (8, 1)), "cannot be used: cutter: expected a diameter above 0"),
