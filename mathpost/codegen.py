@@ -104,9 +104,9 @@ def body(kin, *, jacobian=True):
 def _printed(kin, language, jacobian=True):
     """All functions of a machine in one language, the inverse made of them by hand."""
     functions = "\n\n".join(function(name, *pair, language) for name, pair in _functions(kin, jacobian).items())
-    outer, inner = (kin.symbols.index(s) for s in (kin.inverse_symbolic.outer, kin.inverse_symbolic.inner))
     inverse = {"js": _JS_INVERSE, "c": _C_INVERSE}[language]
-    return f"{functions}\n{inverse.format(outer=outer, inner=inner, tolerance=REACH_TOLERANCE, pole=AT_POLE)}"
+    inverse = inverse.format(outer=kin.outer, inner=kin.inner, tolerance=REACH_TOLERANCE, pole=AT_POLE)
+    return f"{functions}\n{inverse}"
 
 
 def _functions(kin, jacobian=True):

@@ -119,6 +119,8 @@ class Kinematics:
     def __init__(self, machine):
         self.machine = machine
         self.symbols = chain.joint_symbols(machine)
+        # Which of the five joints is next to the workpiece, and which next to the tool.
+        self.outer, self.inner = (self.symbols.index(angle) for _, angle, _ in chain.between(machine))
 
     def links(self, parameters=False):
         """Return the chain from the workpiece to the tool as `mathpost.chain.links` builds it."""
@@ -193,7 +195,7 @@ class Kinematics:
         found = found.reshape(*found.shape[:-1], 2, 6)
         joints, squared = found[..., :5], found[..., 5]
         if (at_pole := squared < AT_POLE).any():
-            joints[at_pole, self.symbols.index(self.inverse_symbolic.outer)] = 0
+            joints[at_pole, self.outer] = 0
             tips = np.broadcast_to(tip[..., None, :], (*at_pole.shape, 3))
             joints[at_pole] = self.close(tips[at_pole], joints[at_pole, 3:])
         rotary = joints[..., 3:]

@@ -106,10 +106,10 @@ class Calibration:
 def calibrate(machine, paths, *, squareness=None, **settings):
     """Return the `Calibration` of `machine`, as the control believed it to be, from files of readings.
 
-    `paths` are CSV files, see `mathpost.compensate.readings.template`; `settings` are ``unit``, ``method``,
-    ``axis``, ``positive``, … for those that do not say them. `squareness` says whether that of the slides is
-    sought: by default only if a ballbar has seen them. `InputError` if a file leaves something unclear, or there is
-    nothing to estimate a noise from.
+    `paths` are CSV files, see `mathpost.compensate.readings.template`; `settings` (``unit``, ``method``, ``axis``,
+    ``positive``, …) are for files that do not state them. `squareness`: whether to estimate that of the slides, by
+    default only if a ballbar has seen them. `InputError` if a file leaves something unclear, or there is nothing to
+    estimate the noise from.
 
     Examples
     --------
@@ -159,7 +159,10 @@ def corrected(machine, values):
 
 def _moved(machine, values):
     """The axes, points and tool of `machine` moved by `values`, in the coordinates of its slides."""
-    values = dict.fromkeys(unknowns(machine), 0.0) | values
+    names = unknowns(machine)
+    for name in set(values) - set(names):
+        raise InputError("values", f"unknowns among {', '.join(names)}", repr(name))
+    values = dict.fromkeys(names, 0.0) | values
     tool = unit(machine.tool_axis)
     tool = unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
     rotary = tuple(rotary_axis.corrected(each, values) for each in machine.rotary)
@@ -182,42 +185,26 @@ class _Problem:
 
     def __init__(self, machine, blocks, tables, squareness):
         self.machine, self.blocks, self.tables, self.squareness = machine, blocks, tables, squareness
-        self.names = unknowns(machine)
-        self.entries = _slices(tables, len(self.names))
-        self.count = len(self.names) + sum(len(each.at) for each in tables)
-        self.all_entries, setups = slice(len(self.names), self.count), []
-        for block in blocks:
-            setups.append(self.count + 4 * block.setup)
-            self.count += 4 * (int(block.setup.max()) + 1)
+        self.names, self.sources = unknowns(machine), [*blocks, *tables]
+        self.rows = _slices(len(each.value) for each in self.sources)
+        places = [4 * (int(each.setup.max()) + 1) for each in blocks]
+        self.geometry, *columns = _slices([len(self.names), *(len(each.at) for each in tables), *places])
+        self.entries, self.places = columns[: len(tables)], columns[len(tables) :]
+        self.count = [self.geometry, *columns][-1].stop
         self.kept = list(range(self.count))
-        self.rows = _slices([*blocks, *tables])  # of each file
-        self.observed = np.concatenate([each.value for each in (*blocks, *tables)])
+        self.observed = np.concatenate([each.value for each in self.sources])
+        # A spline is linear in its entries: what each of them counts for at a position is a spline, too.
+        self.weights = [each.curve(np.eye(len(each.at))) for each in tables]
         self.moves = np.zeros((18, len(self.names)))  # of the machine's axes, points and tool
         for column, name in enumerate(self.names):
             high, low = (files.geometry(_moved(machine, {name: step})) for step in (1e-5, -1e-5))
             self.moves[:, column] = (high - low) / 2e-5
-        if blocks:
-            self.setup = np.concatenate(setups)
-            self.zeroed = np.repeat([each.zeroed for each in blocks], [len(each.value) for each in blocks])
-            self.target, self.direction, self.length, joints, reference = (
-                np.concatenate([getattr(block, name) for block in blocks])
-                for name in ("target", "direction", "length", "joints", "reference")
-            )
-            # Of a reading that was zeroed elsewhere there is a second row: what it would be there is subtracted.
-            self.elsewhere = np.flatnonzero(~np.isnan(reference[:, 0]))
-            self.of = np.r_[np.arange(len(joints)), self.elsewhere]
-            self.joints = np.concatenate([joints, reference[self.elsewhere]])
-            self.weights = []  # of each table's entries at these joints: a spline is linear in them
-            for each in tables:
-                entries = each.curve(np.eye(len(each.at)))
-                self.weights.append(entries(table_position(machine, self.joints, each.joint), where=each.where))
 
     def solve(self):
         """Estimate unknowns and noise in turn until neither changes."""
         reasons = self._keep_apart()
-        sources, x = [*self.blocks, *self.tables], np.zeros(len(self.kept))
-        where, freedom = sources[0].where, [each.freedom for each in sources]
-        sigmas = [np.broadcast_to(np.nan_to_num(each.sigma, nan=1e-3), len(each.value)) for each in sources]
+        x, where, freedom = np.zeros(len(self.kept)), self.sources[0].where, [each.freedom for each in self.sources]
+        sigmas = [np.broadcast_to(np.nan_to_num(each.sigma, nan=1e-3), len(each.value)) for each in self.sources]
         sigmas = np.concatenate(sigmas)
         for _ in range(100):
             x, covariance, residuals, rows = least_squares(self._evaluate, self.observed, sigmas, x, where)
@@ -276,42 +263,52 @@ class _Problem:
 
     def _evaluate(self, x):
         """The predicted readings and their derivatives by the unknowns that are kept."""
-        full = np.zeros(self.count)
+        full, eye = np.zeros(self.count), np.eye(self.count)
         full[self.kept] = x
-        gaps, derivatives = self._gaps(full) if self.blocks else (np.zeros(0), np.zeros((0, self.count)))
-        eye = np.eye(self.count)[self.all_entries]
-        return np.concatenate([gaps, full[self.all_entries]]), np.vstack([derivatives, eye])[:, self.kept]
+        parts = [self._gaps(each, place.start, full) for each, place in zip(self.blocks, self.places, strict=True)]
+        parts += [(full[own], eye[own]) for own in self.entries]
+        predicted, derivatives = map(np.concatenate, zip(*parts, strict=True))
+        return predicted, derivatives[:, self.kept]
 
-    def _gaps(self, x):
+    def _gaps(self, block, place, x):
+        """What is read in a file whose balls' places begin at x[place]; its derivatives by all unknowns."""
+        gaps, derivatives = self._along(block, block.joints, place, x)
+        if block.reference is not None:
+            there, slopes = self._along(block, block.reference, place, x)
+            gaps, derivatives = gaps - there, derivatives - slopes
+        if block.zeroed:
+            zero = place + 4 * block.setup + 3
+            gaps = gaps + x[zero]
+            derivatives[np.arange(len(zero)), zero] = 1
+        return gaps, derivatives
+
+    def _along(self, block, joints, place, x):
         """How far the ball stands from the tip along each reading's direction; its derivatives by all unknowns."""
-        values, length = dict(zip(self.names, x[: len(self.names)], strict=True)), self.length[self.of]
-        slides, actual, paths = self.joints[:, :3] + self.machine.origin, self.joints.copy(), {}
+        values = dict(zip(self.names, x[self.geometry], strict=True))
+        slides, actual, paths = joints[:, :3] + self.machine.origin, joints.copy(), {}
         for name in SQUARENESS:
             turned, slide = np.eye(3)["ABC".index(name[1])], "XYZ".index(name[3])
             paths[name] = np.outer(slides[:, slide], np.cross(turned, np.eye(3)[slide]))
             actual[:, :3] += values[name] * paths[name]
-        for each, weight, own in zip(self.tables, self.weights, self.entries, strict=True):
-            actual[:, each.joint] += weight @ x[own]
-        tip, by = files.tips(self.machine, actual, length, _moved(self.machine, values))
-        along = np.einsum("ni,nji->nj", self.direction[self.of], by[..., :3])  # the direction, in the workpiece
+        shares = []
+        for each, weights, own in zip(self.tables, self.weights, self.entries, strict=True):
+            share = weights(table_position(self.machine, joints, each.joint), where=each.where)
+            actual[:, each.joint] += share @ x[own]
+            shares.append(share)
+        tip, by = files.tips(self.machine, actual, block.length, _moved(self.machine, values))
+        along = np.einsum("ni,nji->nj", block.direction, by[..., :3])  # the direction, in the workpiece
         slopes = -np.einsum("ni,nij->nj", along, by)
         derivatives = np.zeros((len(actual), self.count))
-        derivatives[:, : len(self.names)] = slopes[:, 5:23] @ self.moves
+        derivatives[:, self.geometry] = slopes[:, 5:23] @ self.moves
         for name, path in paths.items():
             derivatives[:, self.names.index(name)] += (slopes[:, :3] * path).sum(axis=1)
-        for each, weight, own in zip(self.tables, self.weights, self.entries, strict=True):
-            derivatives[:, own] = slopes[:, [each.joint]] * weight
-        ball = self.setup[self.of][:, None] + np.arange(3)
+        for each, share, own in zip(self.tables, shares, self.entries, strict=True):
+            derivatives[:, own] = slopes[:, [each.joint]] * share
+        ball = place + 4 * block.setup[:, None] + np.arange(3)
         np.put_along_axis(derivatives, ball, along, axis=1)
-        gaps = np.einsum("ni,ni->n", along, self.target[self.of] + x[ball] - tip)
-        count = len(self.setup)
-        gaps[self.elsewhere] -= gaps[count:]
-        derivatives[self.elsewhere] -= derivatives[count:]
-        derivatives[np.arange(count), self.setup + 3] = self.zeroed
-        return gaps[:count] + self.zeroed * x[self.setup + 3], derivatives[:count]
+        return np.einsum("ni,ni->n", along, block.target + x[ball] - tip), derivatives
 
 
-def _slices(sources, start=0):
-    """Where the values of each source stand, one behind the other from `start` on."""
-    ends = start + np.cumsum([0, *(len(each.value) for each in sources)])
-    return [slice(*each) for each in pairwise(ends.tolist())]
+def _slices(sizes):
+    """Slices of these sizes, one behind the other."""
+    return [slice(*each) for each in pairwise(np.cumsum([0, *sizes]).tolist())]

@@ -28,10 +28,10 @@ class Tracker:
     """Recursive least squares for some errors of a machine, from tip readings at fixed poses.
 
     `names` are the errors that drift, of those of `model`, an `ErrorModel`; `poses`, shape (poses, 5), the joints
-    at which every part is probed, mm and radians. `sigma` is the deviation of one reading, mm, `expected` how large
-    the errors may be before anything was read, one for all or each. `forgetting`, above 0, is the weight of a
-    part's readings one part later; 1 averages over all parts. A reading is set aside beyond `gate` standard
-    deviations; infinite believes everything.
+    at which every part is probed, mm and radians. `sigma` is the standard deviation of one reading, mm; `expected`
+    is how large the errors may be before anything is read, one number for all or one for each. `forgetting`, above
+    0, is the weight of a part's readings one part later; 1 averages over all parts. A reading is set aside beyond
+    `gate` standard deviations; an infinite gate believes everything.
 
     The estimate is `values`, mm and radians, and, if the errors stood still and `forgetting` is 1, `covariance`.
     `InputError` if the poses cannot tell the errors apart: it says which, and which joint to move as well.
@@ -56,8 +56,8 @@ class Tracker:
         constant_errors(model.machine, dict.fromkeys(names, 0))  # refuses other names
         if not 0 < forgetting <= 1:
             raise InputError("forgetting", "a number above 0, at most 1", f"{forgetting}")
-        if not (sigma > 0 and np.all(np.asarray(expected) > 0)):
-            raise InputError("sigma and expected", "sizes above 0", f"{sigma} and {expected}")
+        if not (sigma > 0 and gate > 0 and np.all(np.asarray(expected) > 0)):
+            raise InputError("sigma, expected and gate", "sizes above 0", f"{sigma}, {expected} and {gate}")
         self.poses = np.atleast_2d(as_array(poses, 5, "poses"))
         self.sigma, self.forgetting, self.gate = sigma, forgetting, gate
         self.expected = np.broadcast_to(np.asarray(expected, dtype=float), len(self.names))

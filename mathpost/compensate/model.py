@@ -215,7 +215,7 @@ def constant_errors(machine, errors):
     for name in errors:
         if name not in known:
             raise InputError(f"error {name!r}", f"one of {', '.join(known)}", "another name")
-    return MachineErrors(machine, np.array([float(errors.get(name, 0)) for name in known]))
+    return MachineErrors(machine, as_array([errors.get(name, 0) for name in known], len(known), "errors"))
 
 
 def read_errors(path, machine):
@@ -256,15 +256,20 @@ def _table(entry, path, machine):
     known = error_names(machine)
     columns = [f"E{component}{joints[joint]}" for component in COMPONENTS]
     read = csv_table.read(Path(path).parent / file, ["position"], optional=columns)
+    read.obey_units(["position"])
     if joint > 2:
         read.check_angles("position")
     read.check_increasing("position")
     curves = []
     for name in (column for column in columns if column in read):
         index = known.index(name)
-        unit, _ = _unit(index)
+        unit, size = _unit(index)
+        read[name] *= read.unit(name, "length" if unit == "um" else "angle", default=unit) / size
         read.require(name, np.abs(read[name]) <= GREATEST[unit], f"{unit} within ±{GREATEST[unit]} (other units?)")
-        measured = spline.points(read["position"], read[name], period=360.0 if endless else None)
+        try:
+            measured = spline.points(read["position"], read[name], period=360.0 if endless else None)
+        except InputError as error:
+            read.refuse(f"{error.where}: {error.expected}", error.found)
         curves.append((index, spline.through_all(measured, straight=bool(kind))))
     if not curves:
         read.refuse(f"at least one of the columns {', '.join(columns)}", "only 'position'")

@@ -44,13 +44,13 @@ METHODS = {
     "dial": (
         "X and Y run on a circle of radius R about the table axis, which turns along: the dial looks at one\n"
         "spot of a ring; angle is where on the circle, from +X towards +Y, z the height in machine coordinates\n"
-        "positive = out: the reading grows when the tool is moved away from the centre; try it, or write in",
+        "positive: out if the reading grows when the tool is moved away from the centre (try it), else in",
         "angle,R,z,dial\n0,100,0,0.000\n90,100,0,0.012\n180,100,0,0.021\n270,100,0,0.008\n",
     ),
     "tip": (
         "a dial at the tip of a head that tilts under RTCP, zeroed at 0; L is pivot to tip. axial: positive\n"
         "from the tip to the pivot, as the tool stands at 0; lateral: positive where the tip swings as the\n"
-        "angle grows; or x y z along the machine's axes. positive = tip: so moves the tip (or block: the block)",
+        "angle grows; or x y z along the machine's axes. positive: tip if so moves the tip, block if the block",
         "angle,L,axial,lateral\n-40,500,0.000,0.000\n40,500,0.000,0.000\n-40,700,0.000,0.000\n40,700,0.000,0.000\n",
     ),
     "ballbar": (
@@ -84,7 +84,7 @@ class Readings:
     where: str
     method: str
     joints: np.ndarray  # as programmed, (n, 5); mm and radians throughout
-    reference: np.ndarray  # at which the reading was zeroed, (n, 5), NaN if it was not
+    reference: np.ndarray | None  # at which it was zeroed, (n, 5): what it would be there is to be subtracted
     target: np.ndarray  # in the workpiece, (n, 3)
     direction: np.ndarray  # along the machine's axes, (n, 3)
     length: np.ndarray  # of the tool from the spindle nose, (n,)
@@ -141,7 +141,9 @@ def read(path, machine, **settings):
     known = {method: _columns(method, machine) for method in METHODS}
     names = dict.fromkeys(name for columns in known.values() for name in columns)
     table = csv_table.read(path, [], optional=tuple(names), text=["face"])
-    table.settings.update(settings | table.settings)
+    for key in set(settings) - set(csv_table.KNOWN):
+        raise InputError(key, f"settings among {', '.join(csv_table.KNOWN)}", "another")
+    table.settings = {key: str(value) for key, value in settings.items()} | table.settings
     method = table.settings.get("method", "").casefold()
     if method not in METHODS:
         table.refuse(f"a line # method = one of {', '.join(METHODS)}", method and repr(method))
@@ -150,6 +152,7 @@ def read(path, machine, **settings):
             table.refuse(f"no columns but {', '.join(known[method][: csv_table.SHOWN])}", repr(name))
     if method == "bar":
         return _bar(table, machine)
+    table.obey_units(set(table) - {*READ[method], *RUNS})
     return _positioning(table, machine) if method in POSITIONING else _readings(table, machine, method)
 
 
@@ -215,7 +218,7 @@ def _readings(table, machine, method):
     joints, turn = held(machine, target, angles, length)
 
     directions = {name: np.eye(3)["xyz".index(name[-1])] for name in columns if name[-1] in "xyz"}
-    reference, sign = np.full((count, 5), np.nan), 1
+    rows, reference, sign = np.tile(np.arange(count), len(columns)), None, 1
     if method in SIGNS:
         sign = table.choice("positive", SIGNS[method])
     if method == "probe":
@@ -229,13 +232,12 @@ def _readings(table, machine, method):
         directions |= {"axial": tool, "lateral": np.cross(tool, unit(axis.axis))}
         directions = {name: -directions[name] for name in columns}
         upright = angles * [each.carries == "workpiece" for each in machine.rotary]
-        reference, _ = held(machine, target, upright, length)
-    rows = np.tile(np.arange(count), len(columns))
+        reference = held(machine, target, upright, length)[0][rows]
     return Readings(
         table.path,
         method,
         joints=joints[rows],
-        reference=reference[rows],
+        reference=reference,
         target=target[rows],
         direction=np.concatenate([np.broadcast_to(directions[name], target.shape) for name in columns]),
         length=length[rows],

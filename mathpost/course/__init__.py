@@ -1,6 +1,6 @@
-"""The lessons' exercises and views, and the means to run the lessons anew.
+"""The exercises and views of the lessons, the marking of a class, and the command that reruns the lessons.
 
-Read `verdict` first (one exercise and its mix-ups), `answers` (what may be asked for) and `exercise` (as the
-learner meets it); then `exercises.toml` and, by lesson, `exercises_rotation` and the others; the views likewise,
-from `view_rotation` on; `drawings` has pictures that stand still.
+Read `verdict` first (one exercise and its mix-ups), then `answers` (the kinds of answer) and `exercise` (what the
+learner calls). The exercises themselves are in `exercises.toml` and, by lesson, in `exercises_rotation` and its
+neighbours, the views in `view_rotation` and its neighbours. `grade` marks a class.
 """

@@ -1,8 +1,8 @@
 """What an exercise may ask for: a number, an angle, a vector, a pose, a name.
 
-A kind of answer reads whatever a learner typed into plain data (numbers, text, lists of them, as JSON holds them),
-says when two such data are the same answer, and which mix-ups any answer of its kind can suffer. Nothing is
-executed on the way, so that an answer that was stored can be read again by somebody who does not trust it.
+A kind of answer turns what the learner typed into plain data (numbers, text, lists of them, as in JSON), says when
+two answers are the same, and knows the mix-ups that all answers of its kind share. It executes nothing, so a stored
+answer can be read again safely.
 """
 
 import re
@@ -19,10 +19,10 @@ from mathpost.errors import InputError
 from mathpost.frame import Frame
 from mathpost.rotation import wrap
 
-ROUNDING = 1e-6  # how much of the last digit the rounding of floats may add
+ROUNDING = 1e-6  # share of the last digit that float rounding may add
 MATRIX = 0.5e-3 * (1 + ROUNDING)  # how far an entry of a matrix or quaternion may be off
 COUNTED = ("no", "one", "two", "three", "four", "five", "six")
-UNITS = {  # what may stand behind a number, as a pattern; how many of a unit that is mixed up with it are one of it
+UNITS = {  # spellings of a unit, as a pattern; the units it is mixed up with, and how many of those make one of it
     "degrees": ("°|degrees?|deg|度", {"radians": np.deg2rad(1), "arcseconds": 3600.0}),
     "radians": ("radians?|rad|弧度", {"degrees": np.rad2deg(1)}),
     "mm": ("mm|毫米", {"µm": 1e3, "inches": 1 / 25.4}),
@@ -33,8 +33,8 @@ UNITS = {  # what may stand behind a number, as a pattern; how many of a unit th
 
 
 class Kind:
-    """What the kinds have in common. Each has `asked`, what to answer with, in words, and ``read(answer)``, the
-    answer as data, which raises something where there is none.
+    """What all kinds have in common. Each also has `asked`, what to answer with, in words, and ``read(answer)``,
+    which returns the answer as data, or raises an error.
     """
 
     def same(self, value, target):
@@ -42,25 +42,25 @@ class Kind:
         return value == target
 
     def coarse(self, value, target):
-        """Whether they would be the same if only the digits were asked for that the value shows."""
+        """Whether they agree to the digits that the value has, but those are too few."""
         return False
 
     def mixups(self, target):
-        """Yield a sentence and the answer to which it leads, for the mix-ups that any answer can suffer."""
+        """Yield the common mix-ups: a sentence and the wrong answer that each leads to."""
         return ()
 
     def nearly(self, value, target):
-        """Say which part of an answer is right, or nothing."""
+        """Say which part of a wrong answer is right, if any."""
         return ""
 
     def show(self, value):
-        """Write a solution as an answer may be typed."""
+        """Write a solution as one could type it."""
         return value if isinstance(value, str) else ", ".join(value)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Number(Kind):
-    """One number. What is correctly rounded to the decimals that are asked for is right.
+    """One number. It is right if it is correctly rounded to the decimals asked for.
 
     Examples
     --------
@@ -74,11 +74,11 @@ class Number(Kind):
     (True, True)
     """
 
-    decimals: int | None = 3  # after the point; None where there are many solutions, and the exercise judges them
-    tolerance: float | None = None  # from the solution, where that is not half of the last digit
+    decimals: int | None = 3  # None where there are many solutions and the exercise judges them itself
+    tolerance: float | None = None  # if it is not half of the last digit
     unit: str = ""  # such as "mm"
-    said: str = ""  # what is asked for, where that is not "one number"
-    names: str = ""  # of several numbers, in one string
+    said: str = ""  # instead of "one number"
+    names: str = ""  # if there are several numbers: their names in one string
     period: ClassVar[float] = np.inf
 
     @property
@@ -92,7 +92,7 @@ class Number(Kind):
 
     @property
     def bound(self):
-        """How far a right answer may be from the solution."""
+        """How far off a right answer may be."""
         return (0.5 * 10.0**-self.decimals if self.tolerance is None else self.tolerance) * (1 + ROUNDING)
 
     def read(self, answer):
@@ -146,7 +146,7 @@ class Number(Kind):
 
 @dataclass(frozen=True, kw_only=True)
 class Angle(Number):
-    """One angle in degrees; whole turns more or less are the same angle."""
+    """One angle in degrees, modulo 360."""
 
     unit: str = "degrees"
     said: str = "one angle"
@@ -161,16 +161,16 @@ class Angle(Number):
 
 @dataclass(frozen=True, kw_only=True)
 class Vector(Number):
-    """Some numbers in a given order: list, tuple, array, row or column matrix, text, or a dict by their names."""
+    """Several numbers: a list, tuple, array, row or column matrix, text, or a dict by name."""
 
     names: str = "x y z"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Joints(Vector):
-    """Rotary joints in degrees, or X Y Z and them, compared as poses: every solution and winding is right."""
+    """Rotary joints in degrees, or all five, compared as poses: every branch and every whole turn is right."""
 
-    kinematics: object  # returns the `mathpost.kinematics.Kinematics` whose joints they are, when they are needed
+    kinematics: object  # function that returns their `mathpost.kinematics.Kinematics`
     names: str = "B C"
     unit: str = "degrees"
 
@@ -186,11 +186,11 @@ class Joints(Vector):
 
 @dataclass(frozen=True, kw_only=True)
 class Pose(Number):
-    """A frame: its matrix, its quaternion (w, x, y, z) of either sign, or its three angles; a twin is right."""
+    """A frame: its matrix, its quaternion (w, x, y, z) of either sign, or its three angles or their twin."""
 
     decimals: int = 2
-    sequence: str = "ZXZ"  # what three numbers mean, as in `mathpost.angles`; degrees
-    origin: bool = False  # whether it has one, too; then it is a 4×4 matrix or a `mathpost.frame.Frame`
+    sequence: str = "ZXZ"  # of three angles, as in `mathpost.angles`; degrees
+    origin: bool = False  # if it has one, the answer is a 4×4 matrix or a `mathpost.frame.Frame`
 
     @property
     def asked(self):
@@ -244,7 +244,7 @@ class Pose(Number):
 
 @dataclass(frozen=True)
 class Name(Kind):
-    """One of some names; case, spaces, quotes, primes and brackets do not matter.
+    """One of several names; case, spaces, quotes, primes and brackets do not matter.
 
     Examples
     --------
@@ -252,11 +252,11 @@ class Name(Kind):
     ('z', 'active')
     """
 
-    choices: object  # the names in one string, or each with a list of what else may be said, such as the Chinese
+    choices: object  # the names in one string, or a dict of each to a list of synonyms, such as the Chinese
 
     @property
     def known(self):
-        """The name that each spelling means."""
+        """A dict of each spelling to its name."""
         choices = {name: () for name in self.choices.split()} if isinstance(self.choices, str) else self.choices
         return {_bare(said): name for name, others in choices.items() for said in (name, *others)}
 
@@ -283,9 +283,9 @@ class Name(Kind):
 
 @dataclass(frozen=True)
 class Names(Name):
-    """Some of some names, in any order: a list, a set, or one string."""
+    """Some of several names, in any order: a list, a set, or one string."""
 
-    about: object = None  # function that returns what there is to know about a name that does not belong
+    about: object = None  # function that says why a name does not belong
 
     @property
     def asked(self):
@@ -315,7 +315,7 @@ def _counted(size):
 
 
 def _numbers(answer, asked, unit="", names=()):
-    """An answer as an array of finite floats; in a text, names before and units after a number."""
+    """An answer as an array of finite floats; a text may have names before numbers and units after them."""
     if isinstance(answer, str):
         bare = unicodedata.normalize("NFKC", answer).replace("−", "-").strip("[](){} ")
         *before, behind = (re.escape(unicodedata.normalize("NFKC", word)) for word in (*names, unit or "°"))
@@ -340,7 +340,7 @@ def _bare(name):
 
 
 def brief(answer):
-    """An answer as it was typed, if it is short."""
+    """An answer as it was typed, shortened."""
     try:
         text = repr(answer)
     except Exception:  # somebody's own class

@@ -1,9 +1,9 @@
-"""The lessons as an assignment: a copy for students that holds no solutions, or one for each, with own numbers.
+"""The lessons as an assignment: one copy for all without solutions, or one for each student with own numbers.
 
-What is taken out are the cells that show solutions and everything that checks and solutions have printed. The
-package itself stays what it is: who has it installed can read the sources of its exercises, or call
-`exercise.solution`. Exercises of a teacher's own, in a file that students do not get, have no such way in. Those
-that draw numbers have the student's own, in their text and in their check, and every question says whether it has.
+Cells that show solutions are removed, and so is the output of checks and solutions. Students who have the package
+can still read its exercises, or call `exercise.solution`; a teacher's own exercises, in a file that students do not
+get, are safe from that. An exercise that draws numbers has the student's own in its question and its check, and
+every question says whether it does.
 """
 
 import copy
@@ -23,11 +23,11 @@ OWN, SAME = "*These numbers are yours alone.*", "*The same for everybody.*"
 
 
 def assign(lessons, folder, students=()):
-    """Write the student copy, or one for each student; return the path of each copy with its exercises' names.
+    """Write the student copy, or one for each student; return a dict from each path to its exercises' names.
 
-    `lessons` is a notebook or a folder of them; `folder` is made where it is missing; `students` are names, each
-    also that of a folder. There is an `InputError` if there are no notebooks, or one holds an answer, shows a
-    solution, or defines an exercise; an `OutputError` if a copy is there already or cannot be written.
+    `lessons` is a notebook or a folder of them; each name in `students` becomes a folder in `folder`. There is an
+    `InputError` if there are no notebooks, or one holds an answer, shows a solution, or defines an exercise; an
+    `OutputError` if a copy exists already or cannot be written.
     """
     lessons, folder = Path(lessons), Path(folder)
     paths = [lessons] if lessons.is_file() else sorted(lessons.glob("*.ipynb"))
@@ -55,7 +55,7 @@ def assign(lessons, folder, students=()):
 
 
 def _student_copy(path):
-    """The notebook as JSON without solutions, and the names of its exercises."""
+    """The notebook without solutions, as parsed JSON, and the names of its exercises."""
     page = exercise.notebook(path)
     for each in exercise.judged(page["cells"], path):
         if each.status != OPEN:
@@ -82,7 +82,7 @@ def _student_copy(path):
 
 
 def _personal(page, student):
-    """A student copy with the student's own numbers, and whose they are said to its checks."""
+    """A student copy with the student's own numbers, and a cell that tells the checks whose they are."""
     question, cells = None, []
     for cell in copy.deepcopy(page["cells"]):
         source = "".join(cell["source"])
@@ -101,7 +101,7 @@ def _personal(page, student):
 
 
 def _number(name, argument, stated, student):
-    """A number of a question as it was drawn; what the lesson states if the exercise does not draw it."""
+    """The drawn number for a place in a question, or the lesson's own if the exercise draws none."""
     if name not in EXERCISES or argument not in (arguments := EXERCISES[name].of(student).arguments):
         raise InputError(f"<!--drawn:{name}:{argument}-->", "an exercise, and an argument that it draws", stated)
     return str(arguments[argument])

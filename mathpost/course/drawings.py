@@ -1,4 +1,4 @@
-"""Drawings that stand still: of lessons 00 and 01, turns, frames and coins; of 08 to 13, set-ups."""
+"""Still drawings: turns, frames and coins of lessons 00 and 01, set-ups of lessons 08 to 13."""
 
 import numpy as np
 from matplotlib.patches import Circle
@@ -9,7 +9,7 @@ from mathpost.course.verdict import toml
 from mathpost.draw import plot
 
 MACHINE, WORKPIECE, POINT = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
-AXIS = plot.COLOUR["first branch"]  # what a body turns about
+AXIS = plot.COLOUR["first branch"]  # of a turn
 BOX = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
 HEAD = np.array([[0, 0], [-1, 0.35], [-1, -0.35]])  # of an arrow that points along x
 
@@ -29,7 +29,7 @@ def turn_in_plane(axes, degrees):
 
 
 def active_and_passive(left, right, point, degrees):
-    """Draw the same turn twice: of the point in a frame that stays, and of the frame under a point that stays."""
+    """Draw the same turn twice: of a point in a fixed frame, and of the frame under a fixed point."""
     turn, point = _turn(degrees), np.array(point)
     for axes, title in ((left, "active: the point turns"), (right, "passive: the frame turns")):
         _plane(axes, title, start=-0.6)
@@ -75,14 +75,14 @@ def parts(axes, point, axis, degrees):
         (along, moved, WORKPIECE, "-", "turned"),
     ):
         axes.plot(*np.array([start, end]).T, color=colour, linestyle=style, linewidth=2)
-        middle = name in ("along", "across")
-        axes.text(*((start + end) / 2 if middle else start + 1.2 * (end - start)), name, color=colour, ha="center")
+        beyond = end + 0.15 * (end - start) / np.linalg.norm(end - start)
+        axes.text(*((start + end) / 2 if name in ("along", "across") else beyond), name, color=colour, ha="center")
 
 
 def coins(panels, turns, title):
-    """Draw a coin at the start and after each of the turns, a sequence such as ``"ZX"`` of quarter turns.
+    """Draw a coin at the start and after each quarter turn of a sequence such as ``"ZX"``.
 
-    Upper case turns about the coin's own axes, lower case about the table's. Its arrow is x, its pin z.
+    Upper case is a turn about the coin's own axis, lower case about the table's. The arrow is x, the pin z.
     """
     rim = np.linspace(0, 2 * np.pi, 49)
     disc = np.stack([np.cos(rim), np.sin(rim), 0 * rim], axis=-1)
@@ -102,7 +102,7 @@ def coins(panels, turns, title):
 
 
 def set_ups(*names):
-    """Draw set-ups of lessons 08 to 13 beside each other, by their names in `setups.toml`."""
+    """Draw set-ups from `setups.toml` beside each other, by name."""
     _, panels = plot.figure(1, len(names), size=(4.4 * len(names), 3.9))
     for axes, name in zip(np.atleast_1d(panels), names, strict=True):
         drawn = toml("setups")[name]
@@ -152,7 +152,7 @@ def _point(axes, point, name, directions, colour, style="full"):
 
 
 def _outline(geometry):
-    """The points of a part, shape (n, 2): a box, a circle or a part of one, or points as they are given."""
+    """The points of a part, shape (n, 2): of a box, of a circle or an arc, or as given."""
     if "box" in geometry:
         x, y, half_width, half_height = geometry["box"]
         return BOX * [half_width, half_height] + [x, y]
@@ -164,7 +164,7 @@ def _outline(geometry):
 
 
 def _part(axes, size, kind, points, role, text, shift=(0, 0)):
-    """Draw a part, without scales, in the colour of its role, and its text where a part of its kind has it."""
+    """Draw a part in the colour of its role, and its text where that kind of part has it."""
     colour, place = plot.COLOUR[role], points[-1]
     if kind == "body":
         axes.fill(*points.T, facecolor=colour, edgecolor=colour, alpha=0.25)

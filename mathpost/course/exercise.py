@@ -1,8 +1,8 @@
-"""The exercises as the learner meets them: check an answer, open a solution, see how far one has come.
+"""What the learner calls in an exercise: check an answer, open the solution, see the progress.
 
 In a lesson an exercise is a question, a cell ``answer = None``, a cell ``exercise.check("07-pivot", answer)`` and a
 cell ``exercise.solution("07-pivot")``, which stays closed until it is clicked. The saved notebook is the record:
-beside each verdict stands the answer as data, so that a teacher judges every answer anew, and runs nobody's code.
+each answer is stored as data beside its verdict, so a teacher can judge it again without running anybody's code.
 """
 
 import html
@@ -22,22 +22,23 @@ __all__ = ["check", "define", "given", "judge", "progress", "reveal", "saved", "
 for _module in sorted(Path(__file__).parent.glob("exercises_*.py")):
     import_module(f"mathpost.course.{_module.stem}")  # for their entries in EXERCISES
 
+LESSONS = "[0-9][0-9]*_*.ipynb"
 MARKS = {RIGHT: "●", WRONG: "◐", OPEN: "○"}
 SAID = re.compile(rf"^([\w-]+) · ({RIGHT}|{WRONG}|{OPEN})\.", re.MULTILINE)
-_tried = set()  # exercises of which an attempt was checked in this session
-_numbers = {"of": ""}  # the student whose numbers hold in this session
+_tried = set()  # exercises with an attempt in this session
+_numbers = {"of": ""}  # the student whose numbers are used in this session
 
 
 def student(name):
-    """From here on the exercises have the numbers that were drawn for a student, where they draw any."""
+    """Use the numbers drawn for this student from here on, in the exercises that draw any."""
     _numbers["of"] = str(name)
     print(f"The numbers of {name or 'the lesson'}.")
 
 
 def check(name, answer):
-    """Say whether `answer` solves an exercise and, if not, the mix-up that leads to it; None is not attempted.
+    """Say whether `answer` is right and, if not, which mix-up leads to it; None is not attempted.
 
-    No answer raises anything; there is an `InputError` if no exercise has the name, or what it needs is missing.
+    No answer raises an error. An unknown name does (`InputError`), and so does a missing data file.
 
     Examples
     --------
@@ -56,15 +57,15 @@ def check(name, answer):
 
 
 def judge(name, answer):
-    """Return the `Verdict` on an answer, also on one that a notebook has stored."""
+    """Return the `Verdict` on an answer; it may be one stored in a notebook."""
     return _named(name).verdict(answer)
 
 
 def solution(name, *, update=False):
-    """Show a hint and a solution, closed until they are clicked: the lines that run, and what they give.
+    """Show the hint and the solution, its code and its result, both closed until they are clicked.
 
-    Its summary says whether an attempt was checked; `update` changes that where it is shown. Outside a notebook it
-    is printed.
+    The summary says so if no attempt was checked yet; `update` rewrites a summary that is already shown. Outside a
+    notebook the solution is printed.
     """
     from IPython import display, get_ipython
 
@@ -81,7 +82,7 @@ def solution(name, *, update=False):
 
 
 def given(name):
-    """Return what the question of an exercise hands out, such as a program with an error in it."""
+    """Return what the question hands out, such as a program with an error in it."""
     found = _named(name)
     if found.given is None:
         raise InputError("exercise", "one that hands something out", repr(name))
@@ -89,9 +90,7 @@ def given(name):
 
 
 def reveal(guess, truth):
-    """Answer what the learner predicted in the lesson: say what is true, and whether it was guessed.
-
-    A number is guessed if it is the true one, correctly rounded.
+    """Print the truth, and whether the learner guessed it; a correctly rounded number counts.
 
     Examples
     --------
@@ -113,15 +112,15 @@ def reveal(guess, truth):
 
 
 def saved(path):
-    """Return the verdicts on all answers that a saved notebook holds, each judged anew, as `judged` does."""
+    """Return the verdicts on all answers in a saved notebook, each judged anew; see `judged`."""
     return judged(notebook(path)["cells"], path)
 
 
 def judged(cells, where):
-    """Return the verdicts on the answers in the cells of a notebook, judged anew; `where` names it in an error.
+    """Judge the answers in the cells of a notebook anew and return the verdicts; errors name `where`.
 
-    One is `edited` where the notebook says something else than its answer deserves. An exercise that is not defined
-    here keeps what the notebook says.
+    A verdict is `edited` if the notebook says something else. For an exercise that is not defined here, the verdict
+    is what the notebook says.
     """
     found = []
     try:
@@ -144,13 +143,16 @@ def judged(cells, where):
 
 
 def answered(folder="."):
-    """Return the verdicts, judged anew, that the lessons saved in a folder hold: a dict by name of the exercise."""
+    """Return the verdicts, judged anew, on the lessons saved in a folder: a dict by exercise."""
+    paths = sorted(Path(folder).glob(LESSONS))
+    if not paths:
+        raise InputError(str(folder), "lessons such as 01_rotating_a_point.ipynb", "none")
     found = {name: Verdict(name, OPEN) for name in sorted(EXERCISES)}
-    return found | {verdict.name: verdict for path in _lessons(folder) for verdict in saved(path)}
+    return found | {verdict.name: verdict for path in paths for verdict in saved(path)}
 
 
 def progress(folder="."):
-    """Print how far the notebooks saved in a folder have come: one line for each lesson.
+    """Print the progress in the notebooks saved in a folder, one line per lesson.
 
     Examples
     --------
@@ -161,7 +163,7 @@ def progress(folder="."):
     """
     verdicts = answered(folder).values()
     print(f"{MARKS[RIGHT]} solved   {MARKS[WRONG]} tried   {MARKS[OPEN]} open")
-    for path in _lessons(folder):
+    for path in sorted(Path(folder).glob(LESSONS)):
         lesson = [each.status for each in verdicts if each.name.split("-")[0] == path.name.split("_")[0]]
         if lesson:
             heading = "".join(notebook(path)["cells"][0]["source"]).splitlines()[0].lstrip("# ").replace(" · ", " ")
@@ -181,15 +183,8 @@ def _named(name):
     return EXERCISES[name].of(_numbers["of"])
 
 
-def _lessons(folder):
-    found = sorted(Path(folder).glob("[0-9][0-9]*_*.ipynb"))
-    if not found:
-        raise InputError(str(folder), "lessons such as 01_rotating_a_point.ipynb", "none")
-    return found
-
-
 def notebook(path):
-    """Return a saved notebook as JSON holds it; raise `InputError` if it is none."""
+    """Return a saved notebook as parsed JSON; raise `InputError` if it is not a notebook."""
     try:
         found = json.loads(read_text(path))
         for cell in found["cells"]:
@@ -200,5 +195,5 @@ def notebook(path):
 
 
 def asked(source):
-    """Return the names of the exercises that the source of a cell checks."""
+    """Return the names of the exercises that a cell checks."""
     return re.findall(r"exercise\.check\(\s*[\"']([\w-]+)[\"']", source)

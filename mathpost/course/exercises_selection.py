@@ -65,7 +65,7 @@ def two_positions(axis):
 
 @define("05-meet", Vector(names="i j k", decimals=None), complaint=two_positions)
 def meet():
-    """B = 180° and B = -180° are one place of the table. It lays the tool flat, in any direction that C likes."""
+    """B = 180° and B = -180° are one place of the table. It lays the tool flat, in a direction that C sets."""
     return load("dmu50v").forward([0, 0, 0, 180, 0], degrees=True)[1]
 
 
@@ -114,7 +114,7 @@ def steps():
 @define("05b-best", Number(decimals=0, unit="s"), given=steps)
 @slip("cheapest moves", lambda: np.min(steps(), (1, 2)).sum())
 def best(greedy=False):
-    """The way begins with a dearer move, because it leads to the cheap ones."""
+    """The way begins with a more expensive move, because it leads to the cheap ones."""
     cost = np.zeros(2)
     for step in np.array(steps(), dtype=float):
         ways = cost[:, None] + step

@@ -1,16 +1,14 @@
-"""A class at one look: who solved what, which mix-ups the class has, and what deserves a teacher's eye.
+"""A class at a glance: who solved what, which mix-ups are common, and what a teacher should look at.
 
-Answers are judged anew from what the notebooks store, so that a verdict that was edited shows, and no student's
-code is run. What this cannot show: whether somebody typed a right answer that a neighbour found. `handed_in` says
-whose files are whose, `grade_page` shows the result, `rerun` runs notebooks in a bounded place for who wants that.
+Answers are judged anew from what the notebooks store, so an edited verdict shows, and no student's code is run. A
+right answer copied from a neighbour cannot be told from any other. `handed_in` finds whose files are whose,
+`grade_page` writes the report, and `rerun` runs notebooks in a sandbox if asked to.
 """
 
 import hashlib
 import json
 import math
-import re
 import tempfile
-import zipfile
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from itertools import count
@@ -22,14 +20,17 @@ from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
 from mathpost.errors import InputError
 from mathpost.machine import read_toml
 from mathpost.workbook import check_file
+from mathpost.workbook.file import read
+from mathpost.workbook.folder import DAMAGED
+from mathpost.workbook.report import Fault, FileReport
 
 COURSE = Path(__file__).parents[2]
 ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
-TEXT_ENOUGH = 80  # characters that the course did not write and two students share, before they are called the same
-SHARED_BY_CLASS = 0.5  # cells that more of a class have than this were handed out; from ten students on
+TEXT_ENOUGH = 80  # characters of their own that two students must share to be called the same
+SHARED_BY_CLASS = 0.5  # of a class of ten or more: cells that more students have were handed out
 NAMES = (lambda value: isinstance(value, list) and {*map(type, value)} <= {str}, "a list of names in quotes")
 NUMBER = (lambda value: type(value) in (int, float) and 0 <= value < math.inf, "a number, 0 or more")
-RULES = {  # the keys of a file of rules: whether a value is right, and what is expected
+RULES = {  # the keys of a rules file: a check of the value, and what is expected
     "students": NAMES,
     "exercises": NAMES,
     "points": (lambda value: isinstance(value, dict), "a table of exercises and lessons"),
@@ -44,27 +45,14 @@ FAULTS = (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, R
 
 @dataclass(frozen=True)
 class Rules:
-    """What counts, and how much."""
+    """Which exercises count, and how much."""
 
     students: tuple = ()  # who should have handed in
-    exercises: tuple = ()  # such as "07-pivot", or lessons such as "07"; none: the lessons that anybody handed in
-    points: dict = field(default_factory=dict)  # of an exercise, or of each of a lesson; 1 where nothing is said
-    notebooks: float = 1.0  # weights of the two parts, where both were handed in
+    exercises: tuple = ()  # such as "07-pivot", or lessons such as "07"; empty: all lessons that anybody handed in
+    points: dict = field(default_factory=dict)  # per exercise, or for each exercise of a lesson; 1 if not given
+    notebooks: float = 1.0  # weights of the two parts, if both were handed in
     workbooks: float = 1.0
     expected_workbooks: int = 1
-
-
-@dataclass(frozen=True)
-class Workbook:
-    """What the check says of one workbook; `verdict` is "not read" where it was not."""
-
-    file: str
-    verdict: str
-    checked: int = 0
-    total: int = 0
-    cell: str = ""
-    cause: str = ""
-    message: str = ""
 
 
 @dataclass
@@ -72,20 +60,20 @@ class Result:
     """One student."""
 
     name: str
-    verdicts: dict = field(default_factory=dict)  # exercise → the best `Verdict` that the notebooks hold
-    edited: list = field(default_factory=list)  # exercises whose answer deserves another verdict than it has
-    mixups: set = field(default_factory=set)  # exercise and sentence of the mix-ups that gave the answers
-    workbooks: list = field(default_factory=list)  # of `Workbook`
-    trouble: list = field(default_factory=list)  # file and why: not read, or empty
-    lessons: set = field(default_factory=set)  # numbers of those that were handed in
-    unknown: dict = field(default_factory=dict)  # exercise that is not defined here → what the notebook says
-    reran: dict = field(default_factory=dict)  # exercise → status when it is run, where that is not the saved one
-    numbers: set = field(default_factory=set)  # whose numbers the exercises had that draw some; "" is the lesson's
-    works: list = field(default_factory=list)  # how, which file and which content may be the same as another's
+    verdicts: dict = field(default_factory=dict)  # exercise → the best `Verdict` in the notebooks
+    edited: list = field(default_factory=list)  # exercises whose saved verdict does not fit the answer
+    mixups: set = field(default_factory=set)  # (exercise, sentence) of each mix-up found
+    workbooks: list = field(default_factory=list)  # of `mathpost.workbook.report.FileReport`
+    trouble: list = field(default_factory=list)  # (file, why): not read, or empty
+    lessons: set = field(default_factory=set)  # numbers of the lessons handed in
+    unknown: dict = field(default_factory=dict)  # exercise not defined here → what the notebook says
+    reran: dict = field(default_factory=dict)  # exercise → status when run, if it is not the saved one
+    numbers: set = field(default_factory=set)  # whose drawn numbers were used; "" for those of the lesson
+    works: list = field(default_factory=list)  # (kind, file, content) to compare with other students'
     notebooks: int = 0
 
     def status(self, name):
-        """Of an exercise; "" if its lesson was not handed in."""
+        """Return the status of an exercise; "" if its lesson was not handed in."""
         found = self.verdicts.get(name)
         return found.status if found else OPEN if lesson_of(name) in self.lessons else ""
 
@@ -97,22 +85,22 @@ class Class:
     results: list  # of `Result`, by name
     exercises: list  # those that count
     rules: Rules
-    same: list = field(default_factory=list)  # how, in which file, and who has it
-    notes: list = field(default_factory=list)  # what was not looked at, or could not be bounded
+    same: list = field(default_factory=list)  # (kind, file, students)
+    notes: list = field(default_factory=list)  # what was not done, or not bounded
 
     def solved(self, result):
         """Return the exercises that a student has solved."""
         return [name for name in self.exercises if result.status(name) == RIGHT]
 
     def points(self, result):
-        """Return what a student has of what can be had, in points of the exercises, and right workbooks."""
+        """Return a student's points, the points possible, and the number of right workbooks."""
         said, right = self.rules.points, sum(each.verdict == "right" for each in result.workbooks)
         worth = {name: said.get(name, said.get(lesson_of(name), 1)) for name in self.exercises}
         had = sum(worth[name] for name in self.solved(result))
         return had, sum(worth.values()), min(right, self.rules.expected_workbooks)
 
     def mark(self, result):
-        """Per cent, with the weights of the rules; None if nothing counts."""
+        """Return the mark in per cent, weighted by the rules; None if nothing counts."""
         had, possible, right = self.points(result)
         parts = [(self.rules.notebooks, had / possible)] if possible else []
         if any(each.workbooks for each in self.results):
@@ -121,12 +109,12 @@ class Class:
         return 100 * sum(weight * part for weight, part in parts) / total if total else None
 
     def mixups(self):
-        """Return exercise, sentence and number of students, the most frequent first."""
+        """Return (exercise, sentence, number of students) of each mix-up, the most frequent first."""
         counts = Counter(each for result in self.results for each in result.mixups)
         return [(*each, count) for each, count in sorted(counts.items(), key=lambda item: (-item[1], item[0]))]
 
     def failed(self):
-        """Return exercise, how many tried it, and how many have not solved it, the worst first."""
+        """Return (exercise, how many tried it, how many did not solve it), the worst first."""
         rows = []
         for name in self.exercises:
             statuses = Counter(result.status(name) for result in self.results)
@@ -136,12 +124,12 @@ class Class:
 
 
 def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
-    """Judge what a class handed in, a folder as `handed_in` knows it; return a `Class`.
+    """Judge what a class handed in, a folder laid out as `handed_in` says; return a `Class`.
 
-    `lessons` is the folder of the notebooks as handed out, by default the course's: what they say is nobody's own
-    work. ``rerun(path)`` returns the path of the executed notebook, see `rerun.Place`; after each workbook and each
-    notebook that is run ``progress(done, total, name)`` is called. There is an `InputError` if there is nothing to
-    judge; what is wrong with one file is in its student's `trouble`.
+    `lessons` is the folder of the notebooks as handed out, by default the course's; what they say is nobody's own
+    work. ``rerun(path)`` executes a notebook and returns the path of the result; see `rerun.Place`. After each
+    workbook, and each notebook that is run, ``progress(done, total, name)`` is called. An empty folder is an
+    `InputError`; a bad file goes into its student's `trouble`.
     """
     rules = rules or Rules()
     if lessons is not None and not Path(lessons).is_dir():
@@ -164,7 +152,7 @@ def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
 
 
 def _say_whose_numbers(results):
-    """Where a class has numbers of its own: who answered with those of the lesson, or with the same as others."""
+    """In a class with drawn numbers, note who used those of the lesson, or of another student."""
     owners = Counter(name for result in results for name in result.numbers)
     for result in results if any(owners) else ():
         for name in sorted(result.numbers):
@@ -175,7 +163,7 @@ def _say_whose_numbers(results):
 
 
 def read_rules(path):
-    """Return the `Rules` of a TOML file; raise `InputError` of an unknown key or a value of the wrong kind."""
+    """Return the `Rules` of a TOML file; raise `InputError` for an unknown key or a wrong value."""
     found = read_toml(path)
     for key, value in found.items():
         is_right, expected = RULES.get(key, (lambda _: False, f"one of {', '.join(RULES)}"))
@@ -191,17 +179,17 @@ def read_rules(path):
 
 
 def digest(path):
-    """Tell files apart by their bytes."""
+    """The SHA-256 of a file."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def lesson_of(name):
-    """The number of the lesson that an exercise belongs to, as text."""
+    """The number of the lesson of an exercise, as text."""
     return name.split("-")[0]
 
 
 def _student(student, course, rerun, step):
-    """Judge one student's files; `course` has the digests of the files and the sources of the cells handed out."""
+    """Judge one student's files; `course` holds the digests of files and the sources of cells handed out."""
     result = Result(student.name, trouble=list(student.refused))
     for path in (*student.notebooks, *student.workbooks):
         kind = "a notebook" if path in student.notebooks else "a workbook"
@@ -226,7 +214,7 @@ def _student(student, course, rerun, step):
 
 
 def _notebook(result, path, course, rerun):
-    """Add what one notebook holds, and what is different when it is run."""
+    """Add the answers in one notebook, and what differs when it is run."""
     cells = exercise.notebook(path)["cells"]
     verdicts = exercise.judged(cells, path)
     result.notebooks += 1
@@ -265,20 +253,20 @@ def _workbook(result, path, course):
     try:
         report = check_file(path)
     except InputError as error:
-        result.workbooks.append(Workbook(path.name, "not read", message=f"{error.expected}: {error.found}"))
+        result.workbooks.append(FileReport(path, DAMAGED, [Fault("", "", f"{error.expected}: {error.found}")]))
         raise
-    found = [(each.cell, each.cause, each.message) for each in report.faults[:1]]
-    result.workbooks.append(Workbook(path.name, report.verdict, report.checked, report.total, *sum(found, ())))
-    result.works += [(FILE, path.name, content), (CELLS, path.name, _cells_of(path))]
+    result.workbooks.append(report)
+    cells = {place: cell.formula or cell.number for place, cell in read(path).cells.items()}
+    result.works += [(FILE, path.name, content), (CELLS, path.name, frozenset(cells.items()))]
 
 
 def _sources(cells):
-    """What stands in the cells, without spaces at the ends of lines."""
+    """The sources of the cells, without trailing spaces."""
     return ["\n".join(map(str.rstrip, "".join(cell["source"]).split("\n"))).strip() for cell in cells]
 
 
 def _same(results):
-    """What is the same beyond what the course handed out: its kind, in which files, and who has it."""
+    """Find what students share beyond what was handed out: its kind, the files, the students."""
     works = [(result.name, *work) for result in results for work in result.works]
     has = Counter(text for _, kind, _, content in works if kind == TEXT for text in set(content[1]))
     having = {kind: defaultdict(list) for kind in (FILE, TEXT, CELLS)}
@@ -295,15 +283,3 @@ def _same(results):
             if len(who) > 1 and content:
                 found.setdefault((", ".join(names), *who), kind)
     return [(kind, names, who) for (names, *who), kind in found.items()]
-
-
-def _cells_of(path):
-    """Formulas and numbers of a workbook, without how they look; "" where it is no .xlsx."""
-    cell = re.compile(rb'<c r="(\w+)"[^>]*>(?:<f[^>]*>([^<]*)</f>)?(?:<v>([^<]*)</v>)?')
-    try:
-        with zipfile.ZipFile(path) as parts:
-            names = sorted(name for name in parts.namelist() if re.fullmatch(r"xl/worksheets/\w+\.xml", name))
-            cells = [cell.findall(parts.read(name)) for name in names]
-    except (zipfile.BadZipFile, OSError):
-        return ""
-    return hashlib.sha256(repr(cells).encode()).hexdigest() if any(cells) else ""

@@ -1,8 +1,7 @@
 """The report on a class as a page, `grade_page.html`, and as a table, in English or Chinese.
 
-The Chinese stands by the English text in `chinese.toml`, and in `exercises.toml` for the slips of its exercises.
-Everything that a student wrote is escaped: a file's name or an answer cannot become part of the page, nor a formula
-of the spreadsheet program that opens the table.
+The Chinese is looked up by the English text, in `chinese.toml` or, for slips, in `exercises.toml`. Everything a
+student wrote is escaped: no file name or answer can become markup, or a formula in a spreadsheet.
 """
 
 import re
@@ -19,18 +18,18 @@ from mathpost.workbook.folder import CHINESE as CAUSES
 from mathpost.workbook.report import csv_table
 
 LANGUAGES = ("en", "zh")
-ENGLISH = {OPEN: "open"}  # where the report says something else than its programs
+ENGLISH = {OPEN: "open"}  # where the report says it differently
 EDITED = "verdict differs from its answer: the file was edited, or saved with another edition of the course"
 STYLES = {RIGHT: "right", WRONG: "wrong", OPEN: "open"}
 
 
 def say(language, text):
-    """A word of the report, or a cause that the check of workbooks names."""
+    """A phrase of the report, or a cause named by the workbook check, in the language."""
     return ENGLISH.get(text, text) if language == "en" else sections()["report"].get(text) or CAUSES.get(text, text)
 
 
 def mixup(language, name, sentence):
-    """The sentence that names a mix-up, in its own words if there are no Chinese ones."""
+    """The sentence of a mix-up; as it is if there is no Chinese for it."""
     return (language == "zh" and chinese(name, sentence)) or sentence
 
 
@@ -40,16 +39,15 @@ def why(language, verdict):
 
 
 def to_csv(graded, language="en"):
-    """Return the table of students and exercises as CSV, with a mark that tells spreadsheet programs the encoding.
+    """Return the table of students and exercises as CSV, with a byte order mark for spreadsheet programs.
 
-    The columns ``student_id``, ``score`` and ``max_score`` are those of nbgrader's export, ``percent_correct`` is
-    otter's.
+    The columns ``student_id``, ``score`` and ``max_score`` are nbgrader's, ``percent_correct`` is otter's.
     """
     head = ["student_id", *graded.exercises, "score", "max_score", "workbooks_right", "first_wrong_cell", "cause"]
     rows = [[*head, "percent_correct", "edited", "same_as", "trouble"]]
     for result in graded.results:
         statuses = [say(language, result.status(name) or "not handed in") for name in graded.exercises]
-        wrong = [each for each in result.workbooks if each.cell]
+        wrong = [fault for book in result.workbooks for fault in book.faults[:1] if fault.cell]
         mark = graded.mark(result)
         same = {name for _, _, who in graded.same if result.name in who for name in who} - {result.name}
         row = [result.name, *statuses, *graded.points(result)]
@@ -60,7 +58,7 @@ def to_csv(graded, language="en"):
 
 
 def to_html(graded, language="en"):
-    """Return the report as a page of its own, without scripts."""
+    """Return the report as an HTML page without scripts."""
     books = [(result.name, book) for result in graded.results for book in result.workbooks]
     functions = {function.__name__: partial(function, language) for function in (say, mixup, why)}
     template = read_text(Path(__file__).with_suffix(".html"))
@@ -71,7 +69,7 @@ def to_html(graded, language="en"):
         look=list(_attention(graded, language)),
         lacking=language == "zh" and not all(chinese(*each[:2]) for each in graded.mixups()),
         books=books,
-        causes=Counter(say(language, book.cause) for _, book in books if book.cause).most_common(),
+        causes=Counter(say(language, each.cause) for _, book in books for each in book.faults[:1] if each.cause),
         marks={status: (style, MARKS[status]) for status, style in STYLES.items()},
         edited=EDITED,
         mark=partial(_mark, graded),
@@ -80,14 +78,14 @@ def to_html(graded, language="en"):
 
 
 def _mark(graded, result):
-    """The mark in whole per cent, with a question mark where a file that was not read may have held more."""
+    """The mark in whole per cent, with a question mark if a file could not be read or judged."""
     mark = graded.mark(result)
     doubt = result.trouble or any(book.verdict == "unclear" for book in result.workbooks)
     return "" if mark is None else f"{mark:.0f}{' ?' if doubt else ''}"
 
 
 def _attention(graded, language):
-    """What a person should look at: student, file or exercise, kind, why."""
+    """Yield what a teacher should look at: student, file or exercise, kind, why."""
     for result in graded.results:
         for file, trouble in result.trouble:
             yield result.name, file, "not read", trouble
@@ -101,12 +99,12 @@ def _attention(graded, language):
             yield result.name, name, "different when the notebook is run", say(language, status)
         for book in result.workbooks:
             if book.verdict == "unclear":
-                yield result.name, book.file, "workbook not judged to the end", f"{book.checked}/{book.total}"
+                yield result.name, book.path.name, "workbook not judged to the end", f"{book.checked}/{book.total}"
 
 
 @cache
 def chinese(name, sentence):
-    """What is said of a mix-up of an exercise; "" if that has no Chinese, as in a teacher's own exercise."""
+    """The Chinese of a mix-up; "" if there is none, as in a teacher's own exercise."""
     for pattern, wording in (*_patterns(name), *_patterns("any")):
         if found := pattern.fullmatch(sentence):
             return wording.format(*(chinese(name, part) or part for part in found.groups()))
@@ -120,7 +118,7 @@ def chinese(name, sentence):
 
 @cache
 def sections():
-    """The Chinese by section: those of the file, and one for each exercise of the lessons."""
+    """The Chinese by section: those of `chinese.toml`, and one per exercise."""
     found = dict(toml("chinese"))
     for name, words in toml("exercises").items():
         slips = {sentence: entry["zh"] for sentence, entry in words.get("slips", {}).items()}
@@ -130,7 +128,7 @@ def sections():
 
 @cache
 def _patterns(section):
-    """The entries of a section, the keys as patterns; the parts of a detective's sentence differ in a word each."""
+    """The entries of a section, keys as patterns; in the detective's, a gap is one word."""
     blank, ignore = (r"(\S+?)", re.IGNORECASE) if section == "detective" else ("(.+?)", 0)
     entries = sections().get(section, {}).items()
     return [(re.compile(re.escape(key).replace(r"\{\}", blank), ignore), wording) for key, wording in entries]

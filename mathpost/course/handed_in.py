@@ -1,8 +1,8 @@
-"""What a class handed in: whose notebooks and workbooks lie in a folder, and what could not be taken.
+"""What a class handed in: each student's notebooks and workbooks in a folder, and what was refused.
 
-Four ways of handing in are known: a folder for each student, a zip for each student, files that carry the student's
-name (``王小明_05_inverse.ipynb``), and nbgrader's folders (``submitted/NAME/ASSIGNMENT`` and the exchange's
-``inbound/NAME+ASSIGNMENT+TIME``). Nothing is run, and nothing outside the folder is read: links are not followed.
+Each student has a folder, a zip, or files with the name in theirs (``王小明_05_inverse.ipynb``); or the folder is
+nbgrader's (``submitted/NAME/ASSIGNMENT``, or the exchange's ``inbound/NAME+ASSIGNMENT+TIME``). Nothing is run, and
+nothing outside the folder is read: links are not followed.
 """
 
 import re
@@ -30,13 +30,13 @@ class Student:
     name: str
     notebooks: list = field(default_factory=list)  # of Path
     workbooks: list = field(default_factory=list)
-    refused: list = field(default_factory=list)  # a file as it was handed in, and why it was not opened
+    refused: list = field(default_factory=list)  # (file, why it was not opened)
 
 
 def collect(folder, unpacked, lessons=()):
-    """Return the students, by name, of a folder or a zip of what was handed in; zips go to the folder `unpacked`.
+    """Return the students in a folder or zip, sorted by name; zips are unpacked into the folder `unpacked`.
 
-    `lessons` are the stems of the lessons' file names, which are no part of a student's name.
+    `lessons` are the stems of the lessons' file names, which are not part of a student's name.
     """
     folder, unpacked = Path(folder), Path(unpacked)
     if zipfile.is_zipfile(folder):
@@ -55,7 +55,7 @@ def collect(folder, unpacked, lessons=()):
 
 
 def unzip(path, target):
-    """Unpack a zip; raise `InputError` if it is none, leads out of the target, holds links, or is too large."""
+    """Unpack a zip; raise `InputError` if it is broken, leads out of `target`, holds links, or is too large."""
     try:
         with zipfile.ZipFile(path) as packed:
             members = [each for each in packed.infolist() if not each.is_dir()]
@@ -72,13 +72,13 @@ def unzip(path, target):
                     raise InputError(str(path), "files", f"a link, {name!r}")
                 place = target.joinpath(*parts)
                 place.parent.mkdir(parents=True, exist_ok=True)
-                place.write_bytes(packed.read(member))  # no more than the zip's list of contents declares
+                place.write_bytes(packed.read(member))  # at most the size that the zip declares
     except (zipfile.BadZipFile, OSError, EOFError, RuntimeError, NotImplementedError, zipfile.zlib.error) as error:
         raise InputError(str(path), "a zip that can be unpacked", str(error) or type(error).__name__) from None
 
 
 def _said(member):
-    """The name of a file in a zip, also where it was packed with a Chinese code page and does not say so."""
+    """The name of a file in a zip, which may be in a Chinese code page without saying so."""
     if not member.flag_bits & 0x800:
         for encoding in ("utf-8", "gb18030"):
             with suppress(UnicodeDecodeError):
@@ -87,16 +87,16 @@ def _said(member):
 
 
 def _whose(folder, lessons):
-    """Yield the name of a student and a file or folder of theirs, whichever way was chosen."""
-    for inner in (folder, folder / "submitted", folder / "inbound"):
-        if inner.name == "submitted" and inner.is_dir():
-            yield from ((path.name, path) for path in _entries(inner) if path.is_dir())
-            return
-        if inner.name == "inbound" and inner.is_dir():
-            stamped = (path for path in _entries(inner) if "+" in path.name)  # NAME+ASSIGNMENT+TIME, latest last
-            latest = {tuple(path.name.split("+")[:2]): path for path in stamped}
-            yield from ((name, path) for (name, _), path in latest.items())
-            return
+    """Yield the name of a student and a file or folder of theirs."""
+    submitted, inbound = (folder if folder.name == name else folder / name for name in ("submitted", "inbound"))
+    if submitted.is_dir():
+        yield from ((path.name, path) for path in _entries(submitted) if path.is_dir())
+        return
+    if inbound.is_dir():
+        stamped = (path for path in _entries(inbound) if "+" in path.name)  # NAME+ASSIGNMENT+TIME, latest last
+        latest = {tuple(path.name.split("+")[:2]): path for path in stamped}
+        yield from ((name, path) for (name, _), path in latest.items())
+        return
     entries, named = _entries(folder), {}
     for path in entries:
         if path.is_dir() or path.is_symlink():

@@ -1,4 +1,4 @@
-"""What the exercises and views of the lessons load: data of the course, from any folder below it, once."""
+"""The data that lessons, exercises and views load, each once, from any folder below the course."""
 
 import os
 from dataclasses import replace
@@ -12,11 +12,11 @@ from mathpost.errors import data_file
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl, selection
 
-SWING = 90.0  # degrees of C from one record to the next: more is a swing
+SWING = 90.0  # degrees of C between two records; more is a swing
 
 
 def data(path):
-    """Return the path of a file of the course's data: above the working folder, or what came with the package."""
+    """Return the path of a data file: from a folder `data` above the working folder, or from the package."""
     for folder in (Path.cwd(), *Path.cwd().parents):
         if (found := folder / "data" / path).exists():
             return Path(os.path.relpath(found))
@@ -25,7 +25,7 @@ def data(path):
 
 @cache
 def load(name):
-    """The kinematics of a machine of the course by the name of its file."""
+    """The kinematics of a machine of the course, by its file name."""
     return Kinematics(machine.load(data(f"machines/{name}.toml")))
 
 

@@ -1,7 +1,7 @@
-"""Run lessons anew, and say which of their numbers and pictures changed before anything is written.
+"""Rerun lessons, and list the numbers and pictures that changed before anything is written.
 
-The texts of two runs are the same if their words are the same and their numbers agree to 1e-9; a picture is
-compared by what it says in numbers (`mathpost.draw.described`).
+Two outputs are the same if their words are equal and their numbers agree to 1e-9; a picture is compared by its
+description in numbers (`mathpost.draw.described`).
 """
 
 import math
@@ -29,14 +29,14 @@ def same(text, other):
 
 
 def without_views(text):
-    """Return HTML without the program and the PNG of its views: what a view shows is compared as its plain text."""
+    """Return HTML without its views, which are compared by their plain text."""
     return VIEW.sub("a view that moves", text)
 
 
 def rerun(path, *, accept=False):
-    """Run a notebook anew and return a line for each change; `accept` writes the new outputs to the file.
+    """Rerun a notebook and return a line for each change; `accept` writes the new outputs to the file.
 
-    If a cell raises, there is a `MathpostError`, and nothing is written.
+    If a cell raises an error, so does this (`MathpostError`), and nothing is written.
     """
     path = Path(path)
     try:
@@ -57,7 +57,7 @@ def rerun(path, *, accept=False):
 
 
 def _text(cell):
-    """All that a cell prints and shows, as text."""
+    """The text of all outputs of a cell."""
     texts = []
     for output in cell.outputs:
         data = output.get("data", {})
@@ -66,7 +66,7 @@ def _text(cell):
 
 
 def _differences(old, new):
-    """Pairs of what stands in the one text and in the other: numbers where only these differ, lines otherwise."""
+    """Pairs (old, new) of what differs: numbers where only these differ, lines otherwise."""
     old, new, pairs = old.splitlines(), new.splitlines(), []
     for _, a, b, c, d in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
         gone, come = old[a:b], new[c:d]

@@ -1,7 +1,7 @@
-"""A machine as one page that stands alone: it moves, and it says in words what each axis does.
+"""A machine as one standalone page: it moves, and says in words what each axis does.
 
-A wrong sign of an axis is the first error that every shop makes. The words are computed from its chain and axes: a
-person in front of the machine compares them with what the machine does.
+A wrong sign of an axis is the first error that every shop makes. The words are computed from the chain; somebody in
+front of the machine compares them with what it does.
 """
 
 import html
@@ -14,7 +14,7 @@ from mathpost.post.singular import from_pole
 from mathpost.rotation import unit
 
 DIRECTIONS = (("to the left", "to the right"), ("to the front", "to the back"), ("down", "up"))
-LEAST = 0.2  # a component of a direction that is worth a word
+LEAST = 0.2  # the smallest component of a direction that is mentioned
 ARRANGEMENTS = {
     "table-table": "Both rotary axes carry the workpiece.",
     "head-table": "One rotary axis carries the workpiece, the other the tool.",
@@ -27,9 +27,9 @@ p, table { font-size: 14px }</style>"""
 
 
 def words(kin):
-    """What the positive direction of each joint does, sentences by joint name, such as "X+ moves the tool up.".
+    """Return what the positive direction of each joint does, a dict of sentences such as "X+ moves the tool up.".
 
-    Seen by a person in front of the machine, at rotary zero: the front is towards −Y, the right side towards +X.
+    Seen from in front of the machine, at rotary zero: the front is towards −Y, the right side towards +X.
     """
     places, said = placing(kin.machine), {}
     at_zero = places(np.zeros(5))
@@ -43,7 +43,7 @@ def words(kin):
 
 
 def reach(kin):
-    """Return what tool axes the machine reaches, as sentences."""
+    """Return sentences that say which tool axes the machine reaches."""
     derived, (near, far) = kin.inverse_symbolic, np.degrees(kin.reach)
     direction = " ".join(f"{float(x):z.3f}" for x in derived.pole)
     joint = kin.symbols.index(derived.inner)
@@ -64,7 +64,7 @@ def reach(kin):
 
 
 def page(kin):
-    """Return the page, HTML."""
+    """Return the page as HTML."""
     machine, rows = kin.machine, []
     limits = zip(machine.limits * view_machine.DEGREES[:, None], ["mm"] * 3 + ["°"] * 2, strict=True)
     for (name, said), ((low, high), unit_of) in zip(words(kin).items(), limits, strict=True):
@@ -88,7 +88,7 @@ def _ways(direction):
 
 
 def _seen(rotary, turn, tool_axis):
-    """What a person sees of a table or a head that turns right-handed about `turn`."""
+    """What one sees of a table or a head that turns right-handed about `turn`."""
     if rotary.carries == "workpiece":
         sides = zip(("front", "right side"), turn, strict=False)
         seen = [f"its {side} {'sinks' if along > 0 else 'rises'}" for side, along in sides if abs(along) > LEAST]
@@ -101,7 +101,7 @@ def _seen(rotary, turn, tool_axis):
 
 
 def _iso(rotary, turn):
-    """ISO 841: A, B, C positive turn the tool, relative to the workpiece, right-handed about +X, +Y, +Z."""
+    """Whether the sign is that of ISO 841: A, B, C turn the tool right-handed about +X, +Y, +Z of the workpiece."""
     if rotary.name[0] not in "ABC":
         return "ISO 841 gives it no sign"
     along = turn["ABC".index(rotary.name[0])] * (-1 if rotary.carries == "workpiece" else 1)

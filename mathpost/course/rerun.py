@@ -1,8 +1,8 @@
-"""Run a student's notebook where it can do little harm: little time and memory, no network, another account.
+"""Run a student's notebook in a sandbox: bounded time and memory, no network, a different account.
 
-Only who asks for it needs this: answers are judged anew without running anything. What runs here is a stranger's
-program. On Linux, started as root, it gets an account that owns nothing, a network and processes of its own; what
-could not be bounded is said in `Place.open`, and nothing is ever run as root.
+This is optional: answers are judged without running anything. A notebook is a stranger's program. On Linux, started
+as root, it gets an account that owns nothing, its own network and its own processes; `Place.open` says what could
+not be bounded, and nothing is ever run as root.
 """
 
 import os
@@ -18,11 +18,12 @@ from mathpost.errors import InputError, data_file
 
 UID = 199_999  # an account number that owns nothing, below those of the students on a hub
 SECONDS = 300  # for a notebook
-MEMORY, FILE, PROCESSES = 2 * 2**30, 64 * 2**20, 200  # bytes of each process and file; how many processes
+BOUNDS = ["prlimit", f"--data={2 * 2**30}", f"--fsize={64 * 2**20}", "--core=0", "--nofile=512"]  # bytes, files
+PROCESSES = "--nproc=200"  # counts all of an account, so only where it is one of its own
 ALONE = ["unshare", "--net", "--pid", "--fork", "--kill-child"]
 ACCOUNT = ["setpriv", f"--reuid={UID}", f"--regid={UID}", "--clear-groups", "--no-new-privs"]
 ACCOUNT += ["--bounding-set=-all", "--inh-caps=-all"]
-# The environment has nothing of the caller's: no secrets, no settings.
+# The environment: nothing of the caller's, so no secrets.
 SETTINGS = {"PYTHONDONTWRITEBYTECODE": "1", "MPLBACKEND": "agg", "LANG": "C.UTF-8", "OPENBLAS_NUM_THREADS": "1"}
 SETTINGS["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.defpath])
 
@@ -34,36 +35,34 @@ assert os.getuid() and not subprocess.call([sys.executable, "-c", "import ipyker
 
 
 class Place:
-    """Where notebooks are run, each within so many seconds, in a folder of its own that is removed afterwards.
+    """A sandbox: each notebook runs for at most `seconds`, in a folder of its own that is removed afterwards.
 
-    The attribute `open` is a list of what could not be bounded here, in sentences. If the only way would be to run
-    students' code as root, there is an `InputError`.
+    The attribute `open` lists, in sentences, what cannot be bounded here. If students' code could only be run as
+    root, there is an `InputError`.
     """
 
     def __init__(self, seconds=SECONDS):
-        if os.name != "posix":
-            raise InputError("--rerun", "Linux or macOS, whose processes can be bounded", os.name)
-        self.seconds, self.root = seconds, os.getuid() == 0
-        account = ACCOUNT if self.root else []
-        alone = [*ALONE, *account] if self.root else [*ALONE, "--user", "--map-current-user"]
-        self.open, self.command = [], None
+        if sys.platform != "linux":
+            raise InputError("--rerun", "Linux, whose processes can be bounded", sys.platform)
+        self.seconds, self.root, self.open, self.command = seconds, os.getuid() == 0, [], None
+        bounds = [*BOUNDS, f"--cpu={seconds}"]
+        account = [*bounds, PROCESSES, *ACCOUNT] if self.root else bounds
+        alone = [*ALONE, *account] if self.root else [*ALONE, "--user", "--map-current-user", *bounds]
         for way in (alone, account):
-            with suppress(OSError, subprocess.SubprocessError):
+            with suppress(OSError):  # there is no such command
                 if self.command is None and self._run(way, PROBE, subprocess.DEVNULL) == 0:
                     self.command = way
         if self.command is None:
             found = "none: start this from an ordinary account, or install Python where every account may run it"
-            raise InputError("--rerun", "an account other than root that can run this Python", found)
+            raise InputError("--rerun", "prlimit, and an account other than root that can run this Python", found)
         if "unshare" not in self.command:
             self.open += ["The network was open.", "A process that left its session may have gone on."]
         if not self.root:
             self.open += ["Students' code ran with your own account: it could read and write your files."]
             self.open += ["The number of processes was bounded by time only."]
-        if sys.platform != "linux":
-            self.open.append("Memory may not have been bounded: that works on Linux.")
 
     def __call__(self, path):
-        """Run a notebook within the bounds; return the path of the executed one, valid until the next call."""
+        """Run a notebook; return the path of the result, which is valid until the next call."""
         self._kept = tempfile.TemporaryDirectory()
         executed = Path(self._kept.name) / Path(path).name
         with executed.open("wb") as said:
@@ -76,7 +75,7 @@ class Place:
         return executed
 
     def _run(self, way, code, output, notebook=None):
-        """Run Python code in the bounds; return its status, None if time ran out."""
+        """Run Python code in the sandbox; return its status, None if time ran out."""
         with tempfile.TemporaryDirectory(prefix="rerun-", ignore_cleanup_errors=True) as folder:
             work = Path(folder) / "notebooks"
             work.mkdir()
@@ -88,7 +87,7 @@ class Place:
                     os.chown(each, UID, UID)
             modules = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)])
             own = {"HOME": folder, "TMPDIR": folder, "JUPYTER_RUNTIME_DIR": f"{folder}/run", "PYTHONPATH": modules}
-            where = {"cwd": work, "env": SETTINGS | own, "start_new_session": True, "preexec_fn": self._bound}
+            where = {"cwd": work, "env": SETTINGS | own, "start_new_session": True}
             said = {"stdin": subprocess.DEVNULL, "stdout": output, "stderr": subprocess.DEVNULL}
             process = subprocess.Popen([*way, sys.executable, "-c", code], **where, **said)
             try:
@@ -100,22 +99,9 @@ class Place:
                     os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
 
-    def _bound(self):
-        """In the child: limits that none of its processes can lift again."""
-        import resource
-
-        limits = {"DATA": MEMORY, "CPU": self.seconds, "FSIZE": FILE, "CORE": 0, "NOFILE": 512}
-        if self.root:
-            limits["NPROC"] = PROCESSES  # counts all processes of an account, so only where it is one of its own
-        for name, limit in limits.items():
-            kind = getattr(resource, f"RLIMIT_{name}")
-            hard = resource.getrlimit(kind)[1]
-            limit = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
-            resource.setrlimit(kind, (limit, limit))
-
 
 def inside():
-    """In the bounds: run notebook.ipynb and write it to standard output, which the kernel does not get."""
+    """In the sandbox: run notebook.ipynb and write it to standard output, out of the kernel's reach."""
     import nbformat
     from jupyter_client import AsyncKernelManager
     from nbclient import NotebookClient

@@ -1,7 +1,7 @@
-"""One exercise: its solution, the mix-ups that give a wrong answer, all of them computed, and the verdict.
+"""One exercise: its solution, the mix-ups that lead to wrong answers, all computed, and the verdict on an answer.
 
-The exercises of the lessons stand in `mathpost.course.exercises_rotation` and its neighbours, their words in
-`exercises.toml`; the learner meets them through `mathpost.course.exercise`, and so does a teacher who writes one.
+The exercises of the lessons are in `mathpost.course.exercises_rotation` and its neighbours, their words in
+`exercises.toml`. Learners, and teachers who write exercises, use them through `mathpost.course.exercise`.
 """
 
 import ast
@@ -21,22 +21,22 @@ from mathpost.machine import read_toml
 
 EXERCISES = {}
 OPEN, WRONG, RIGHT = "not attempted yet", "not yet", "right"
-MIME = "application/vnd.mathpost+json"  # the answer as data, beside the verdict in a saved notebook
+MIME = "application/vnd.mathpost+json"  # of the answer stored beside its verdict in a saved notebook
 UNREADABLE = "unreadable"
 NO_MIXUP = "None of the usual mix-ups gives this."
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is said of an answer."""
+    """The verdict on an answer."""
 
     name: str  # of the exercise
     status: str  # OPEN, WRONG or RIGHT
     why: str = ""
-    answer: object = None  # as JSON holds it; a dict with what was found in its place if it could not be read
-    edited: bool = False  # whether the saved notebook said something else of this answer
-    mixup: str = ""  # the sentence that names the mix-up, where one gives the answer
-    student: str = ""  # whose numbers it was judged by; "" for those that stand in the lesson
+    answer: object = None  # as in JSON; if it could not be read, a dict that says what was found instead
+    edited: bool = False  # whether the saved notebook gave a different verdict
+    mixup: str = ""  # the sentence that names the mix-up, if one gives this answer
+    student: str = ""  # whose numbers it was judged by; "" for those of the lesson
 
     def __str__(self):
         return f"{self.name} · {self.status}." + (f" {self.why}" if self.why else "")
@@ -48,40 +48,38 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Exercise:
-    """An exercise, made by `define`. What belongs to it gets the arguments of the solution that it names."""
+    """An exercise, made by `define`. Its functions may name arguments of the solution, and are called with them."""
 
-    name: str  # not one of the lessons'
-    kind: object  # what is asked for: one of `mathpost.course.answers`, such as ``Angle(decimals=2)``
-    solve: Callable  # its docstring says what the exercise teaches; its source is shown
-    slips: dict = field(default_factory=dict)  # sentence → function that computes the answer; see `slip`
-    hint: str = ""  # what to say if no mix-up gives the answer
-    complaint: Callable | None = None  # where there are many solutions: what is wrong with an answer, or ""
-    detective: Callable | None = None  # an `Explanation` of an answer that no slip gives; see mathpost.detective
+    name: str  # one that no other exercise has
+    kind: object  # of answer, from `mathpost.course.answers`, such as ``Angle(decimals=2)``
+    solve: Callable  # its docstring says why the answer is right; its source is shown
+    slips: dict = field(default_factory=dict)  # sentence → the other arguments of `slip`, a dict
+    hint: str = ""  # said if no mix-up gives the answer
+    complaint: Callable | None = None  # if there are many solutions: what is wrong with an answer, or ""
+    detective: Callable | None = None  # returns an `Explanation` of an answer that no slip gives
     given: Callable | None = None  # what the question hands out, such as a program with an error in it
-    drawn: Callable | None = None  # ``drawn(rng)``: arguments of the solution, drawn for one student, as a dict
-    student: str = ""  # for whom its numbers were drawn; "" where they are those of the lesson
+    drawn: Callable | None = None  # ``drawn(rng)``: arguments drawn for one student, a dict
+    student: str = ""  # for whom the numbers were drawn; "" for those of the lesson
 
     @cached_property
     def of(self):
-        """The exercise with a student's own numbers, remembered; itself if all have the same."""
+        """The exercise with a student's own numbers, cached; itself if it draws none."""
         return cache(lambda student: replace(self, student=student) if student and self.drawn else self)
 
     @cached_property
     def arguments(self):
-        """The arguments of the solution: as it states them, or as they are drawn for the student."""
+        """The arguments of the solution: its defaults, or those drawn for the student."""
         stated = inspect.signature(self.solve).parameters.items()
         found = {name: each.default for name, each in stated if each.default is not each.empty}
         return found | (self.drawn(random.Random(f"{self.name} {self.student}")) if self.student else {})
 
     def with_arguments(self, function, *values):
-        """Call what belongs to the exercise with the arguments of the solution that it names."""
-        named = inspect.signature(function).parameters
-        every = any(each.kind is each.VAR_KEYWORD for each in named.values())
-        taken = list(named)[len(values) :]
-        return function(*values, **{key: value for key, value in self.arguments.items() if every or key in taken})
+        """Call a function with `values` and those arguments of the solution that it names."""
+        named = list(inspect.signature(function).parameters)[len(values) :]
+        return function(*values, **{key: value for key, value in self.arguments.items() if key in named})
 
     def read(self, answer):
-        """The answer as data, or an `InputError`."""
+        """Return the answer as data, or raise `InputError`."""
         try:
             return self.kind.read(answer)
         except (TypeError, ValueError, LookupError, AttributeError, OverflowError) as error:
@@ -90,7 +88,7 @@ class Exercise:
 
     @cached_property
     def solution(self):
-        """The solution as data, computed once, and right in its own eyes."""
+        """The solution as data, computed once and checked by its own `complaint`."""
         value = self.read(self.with_arguments(self.solve))
         if self.complaint and (why := self.with_arguments(self.complaint, value)):
             raise InputError(f"exercise {self.name}", "a solution that has nothing wrong", f"{value}: {why}")
@@ -98,22 +96,27 @@ class Exercise:
 
     @cached_property
     def mixed_up(self):
-        """What each slip gives, as data: pairs of a sentence and a value."""
-        found = [(said, self.read(self.with_arguments(slip))) for said, slip in self.slips.items()]
+        """Pairs of the sentence of each slip and the answer that it gives, as data."""
+        found = [(said, self.read(self._slipped(**slip))) for said, slip in self.slips.items()]
         for said, value in found if not self.complaint else ():
             if self.kind.same(value, self.solution):
                 raise InputError(f"exercise {self.name}", "a slip that gives a wrong answer", f"{value}: {said}")
         return found
 
+    def _slipped(self, answer=None, **changed):
+        if answer is None:
+            return self.solve(**self.arguments | changed)
+        return self.with_arguments(answer) if callable(answer) else answer
+
     @cached_property
     def common(self):
-        """What the mix-ups give that any answer of its kind can suffer."""
+        """The same for the mix-ups that are common to its kind of answer."""
         found = self.kind.mixups(self.solution)
         return [(sentence, value) for sentence, value in found if not self.kind.same(value, self.solution)]
 
     @property
     def source(self):
-        """The function that solves it, without decorator and docstring, as text."""
+        """The source of the solution, without decorators and docstring."""
         lines = textwrap.dedent(inspect.getsource(self.solve)).splitlines()
         function = ast.parse("\n".join(lines)).body[0]
         described, *rest = function.body
@@ -127,20 +130,20 @@ class Exercise:
 
     @property
     def shown_solution(self):
-        """The lines that solve it, and what they give."""
+        """The source of the solution, and its result."""
         own = "".join(f"\n# {name} = {self.arguments[name]}" for name in self.arguments if self.student)
         return f"{self.source}{own}\n# gives {self.kind.show(self.solution)}"
 
     def verdict(self, answer):
-        """Judge an answer, also one that was stored.
+        """Judge an answer, which may be a stored one.
 
-        Whatever the answer is, nothing is raised; what the exercise itself cannot compute raises its own error.
+        No answer raises an error; only an exercise that cannot compute its own solution does.
         """
         say = partial(Verdict, self.name, student=self.student)
         parts = answer if isinstance(answer, (list, tuple)) else [answer]
         if answer is ... or any(each is None for each in parts):
             return say(OPEN, f"Answer with {self.kind.asked}.")
-        _ = self.solution, self.mixed_up  # what fails here is not the answer's fault
+        _ = self.solution, self.mixed_up  # an error here is not the learner's
         try:
             if isinstance(answer, dict) and UNREADABLE in answer:
                 raise InputError("answer", self.kind.asked, answer[UNREADABLE])
@@ -158,11 +161,11 @@ class Exercise:
 
     @cached_property
     def anew(self):
-        """The verdict on an answer as JSON text, remembered: a class gives few different answers."""
+        """The verdict on an answer given as JSON text, cached: a class gives few different answers."""
         return cache(lambda text: self.verdict(json.loads(text)))
 
     def _mixup(self, value):
-        """None if the value is right, or the sentence of the first mix-up: named, of the detective, or common."""
+        """None if the value is right, else the first mix-up: a slip, the detective's, or a common one; or ""."""
         if self.complaint:
             return self.with_arguments(self.complaint, value) or None
         if self.kind.same(value, self.solution):
@@ -181,12 +184,12 @@ class Exercise:
 
 
 def define(name, kind, **how):
-    """Enter the decorated function as the solution of an `Exercise`; `how` are more of its attributes.
+    """Make the decorated function the solution of a new `Exercise`; `how` are more of its attributes.
 
-    Those of the lessons have their words in `exercises.toml`; where these have choices, `kind` is a class.
+    The exercises of the lessons have their words in `exercises.toml`; if these list choices, `kind` is a class.
 
-    Running the cell anew replaces it; a name that a different file or notebook has taken is an `InputError`. A
-    number that is drawn stands in the question as ``<!--drawn:01-sign:angle-->90<!--/drawn-->``.
+    Running the cell again replaces the exercise; a name used by a different file or notebook is an `InputError`.
+    In the question a drawn number is written ``<!--drawn:01-sign:angle-->90<!--/drawn-->``.
 
     Examples
     --------
@@ -211,8 +214,8 @@ def define(name, kind, **how):
             raise InputError("exercise", "a name of its own", f"{name!r}, which {there} has")
         named, slips, words = dict(getattr(solve, "slips", {})), {}, toml("exercises").get(name, {})
         for sentence, entry in words.get("slips", {}).items():
-            changed = {key: value for key, value in entry.items() if key not in ("zh", "by")}
-            slips[sentence] = named.pop(entry["by"]) if "by" in entry else _leads_to(solve, **changed)
+            changed = {key: value for key, value in entry.items() if key != "zh"}
+            slips[sentence] = named.pop(entry["by"]) if "by" in entry else changed
         if words and named:
             raise InputError(f"exercises.toml, {name}", f"a slip by {' and '.join(named)}", "none")
         about = [words["about"].get] if "about" in words else []
@@ -225,25 +228,19 @@ def define(name, kind, **how):
 
 @cache
 def toml(name):
-    """A file of this folder as it stands."""
+    """A TOML file of this folder, parsed."""
     return read_toml(Path(__file__).with_name(f"{name}.toml"))
 
 
 def slip(sentence, answer=None, **changed):
-    """Name a mix-up of the exercise that is defined above: what is said of an answer that it leads to.
+    """Add a mix-up to the exercise: the sentence to say if it leads to the learner's answer.
 
-    `answer` is that answer, or a function that computes it from the arguments of the solution that it names. Else
-    the keywords are the arguments with which the *solution* gives the answer.
+    `answer` is the wrong answer, or a function that computes it from arguments of the solution. Without it, the
+    solution is called with the keywords `changed` and gives the wrong answer.
     """
 
     def enter(solve):
-        solve.slips = {sentence: _leads_to(solve, answer, **changed)} | getattr(solve, "slips", {})
+        solve.slips = {sentence: {"answer": answer, **changed}} | getattr(solve, "slips", {})
         return solve
 
     return enter
-
-
-def _leads_to(solve, answer=None, **changed):
-    if answer is None:
-        return lambda **arguments: solve(**arguments | changed)
-    return answer if callable(answer) else lambda: answer

@@ -5,12 +5,12 @@ import sympy as sp
 
 from mathpost.compensate.compensation import total_differential
 from mathpost.draw import plot
-from mathpost.draw.moving import Moving, printed, recorded, slider, subplots
+from mathpost.draw.live import Moving, printed, recorded, slider, subplots
 from mathpost.measure import horizontal_head, rotary_axis, spline, work_offset
 
 
 def datum_after_rotation(centre_a, centre_b, point):
-    """Turn A and B and see where a point of the part goes: both stack orders, and one centre for both axes."""
+    """Where A and B take a point of the part, for both stack orders, and for one common centre."""
     tables = {order: work_offset.ab_table(centre_a, centre_b, order=order) for order in ("AB", "BA")}
     common = (centre_b[0], centre_a[1], centre_b[2])
     tables["AB, one centre"] = work_offset.ab_table(common, common, order="AB")
@@ -40,7 +40,7 @@ def datum_after_rotation(centre_a, centre_b, point):
 
 
 def five_face_head(fitted):
-    """Turn a horizontal head, seen from above: its frame, its vector, and what the printed program would take."""
+    """A horizontal head seen from above: its frame, its vector, and the error of the printed program."""
     table = fitted.head()
     figure, axes = subplots(size=(6.0, 5.0))
     reach = 1.5 * np.linalg.norm(table.vectors[0, :2])
@@ -68,11 +68,11 @@ def five_face_head(fitted):
 
 
 def _fit(measurement, errors, at, sigma):
-    """Return noisy readings, and to first order the errors found from them with one deviation of each.
+    """Return noisy readings, the errors found from them to first order, and their standard deviations.
 
-    The first step of a fit from zero: for errors of some hundredths of a mm the steps after it change less than
-    0.01 µm. `errors` are what the unknowns are set to, `at` the settings of each reading, `sigma` its deviation, as
-    sympy expressions, mm and radians.
+    This is the first step of a fit from zero; for errors of some hundredths of a mm the next steps change less than
+    0.01 µm. `errors` are the true values of the unknowns, `at` the settings of each reading, `sigma` its standard
+    deviation, all sympy expressions in mm and radians.
     """
     random, unknowns, zero = np.random.default_rng(1), measurement.unknowns, dict.fromkeys(measurement.unknowns, 0)
     read, noise, slopes = [], [], []
@@ -90,7 +90,7 @@ def _fit(measurement, errors, at, sigma):
 
 
 def rotation_centre(rotary):
-    """Give a C axis errors, let a ball on its table be followed over a turn, and recover them from the readings."""
+    """A C axis with errors: a ball on its table is measured over a turn, and the errors are recovered."""
     radius, heights = 150.0, (50.0, 350.0)
     ball = rotary_axis.ball(rotary)
     names, symbols = [str(symbol) for symbol in ball.unknowns], (*ball.unknowns, sp.Symbol("noise", real=True))
@@ -122,7 +122,7 @@ def rotation_centre(rotary):
 
 
 def rtcp_zero():
-    """Give a head a wrong zero and pivot, tilt it to ±ψ with two tools, recover them, and see the source err."""
+    """A head with a wrong zero and pivot: tilted to ±ψ with two tools, they are recovered; the source errs."""
     tip, arcsec, lengths = rotary_axis.rtcp_zero(), 3600 * 180 / sp.pi, (500.0, 700.0)
     symbols = alpha, dy, dl, psi, noise = sp.symbols("alpha dy dL psi noise", real=True)
     true = (alpha / arcsec, dy / 1000, dl / 1000)
@@ -148,7 +148,7 @@ def rtcp_zero():
 
 
 def knot_choice(measured):
-    """A slider over the number of knots of `spline.Points`: chosen adaptively, and equally far apart."""
+    """Splines through `spline.Points` with a slider for the number of knots: adaptive, and equally spaced."""
     order = spline.adaptive(measured, np.finfo(float).tiny).knots
     closed = measured.period is not None  # then the last knot is the first
     fewest, gaps = 2 + closed, len(measured.at) - 1 + closed
@@ -180,9 +180,9 @@ def knot_choice(measured):
 
 
 def towards_the_pole(compensator, joints, tilt):
-    """A slider that takes joint number `tilt` of `joints` (radians) to zero: one step there, whole and limited.
+    """One compensation step, whole and limited, as a slider takes joint number `tilt` of `joints` to zero.
 
-    `compensator` is a `Compensator`; the slider is the logarithm of the tilt in degrees.
+    `joints` are in mm and radians; the slider is the logarithm of the tilt in degrees.
     """
     degrees = np.logspace(1.5, -3, 181)
     path = np.tile(joints, (len(degrees), 1))

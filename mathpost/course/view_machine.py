@@ -1,6 +1,5 @@
-"""Views of a moving machine: five joints by hand, one tool axis with both solutions, a walk along a program."""
+"""Views of a moving machine: its five joints, both solutions for one tool axis, a walk along a program."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -8,36 +7,33 @@ import numpy as np
 from mathpost import codegen
 from mathpost.draw import plot, scene
 from mathpost.draw.arrangement import placing
-from mathpost.draw.live import Live
-from mathpost.draw.moving import slider
+from mathpost.draw.live import Live, slider
 from mathpost.draw.scene import Line, Scene
 from mathpost.draw.solid import Turned, across, ring
 from mathpost.post import selection
 from mathpost.post.singular import distance, from_pole, regions
 
-DEGREES = np.array([1, 1, 1, *np.degrees([1, 1])])  # times joints in mm and radians they are in mm and degrees
+DEGREES = np.array([1, 1, 1, *np.degrees([1, 1])])  # factors from mm and radians to mm and degrees
 CONE = np.radians(1.0)  # about the singular tool axes
 BRANCHES = ("first branch", "second branch")
-SHOWN = 600  # blocks of a program that a walk goes through at most
 
 
 def machine(kin):
-    """A machine with a slider for each joint, mm and degrees; out of travel is said, not forbidden.
+    """A machine with a slider for each joint, mm and degrees; out of travel is reported, not forbidden.
 
-    The buttons keep the tip where it is: to the pole, to the limits of the tilting axis, to the other solution of
-    the same pose.
+    Buttons, with the tip kept in place: the pole, the limits of the tilting axis, the other solution.
     """
     drawn, made = scene.machine(kin)
     start, drawn = scene.best(kin, drawn, scene.turned(kin, made))
     sliders = _joint_sliders(kin, made, start)
     state = {"kind": "machine", "about": _about(kin), "home": made.home.tolist(), "sliders": sliders}
-    return _live(state, [kin], pose_text(kin, start), [drawn])
+    return Live(state, [codegen.body(kin, jacobian=False)], pose_text(kin, start), [drawn])
 
 
 def tool_axis(kin):
-    """One tool axis and both solutions of it: sliders tilt, the angle from the pole, and direction about it.
+    """Both solutions for one tool axis: sliders tilt, the angle from the pole, and direction about it.
 
-    The singular cone on the sphere has a half angle of 5 degrees; dashed is the edge of reach.
+    The singular cone on the sphere has a half angle of 5 degrees; the edge of reach is dashed.
     """
     about, (near, far) = _about(kin), np.degrees(kin.reach)
     drawn, made = scene.machine(kin)
@@ -62,24 +58,21 @@ def tool_axis(kin):
     state = {"kind": "both", "about": about, "tip": tip.tolist(), "sliders": sliders, "places": places}
     text = "; ".join(f"{name}: {_words(kin, joints)}" for name, joints in zip(BRANCHES, both, strict=True))
     text, scenes = f"tool axis {_list(axis, 4)}; {text}", [_sphere(kin, axis), *pair]
-    return _live(state, [kin], text, scenes, height=470, layout="column")
+    return Live(state, [codegen.body(kin, jacobian=False)], text, scenes, height=470, layout="column")
 
 
 def walk(kin, cl, joints=None, *, place=None, second=None):
     """Walk along a program by a slider: the machine, and both branches of both rotary axes with a cursor.
 
-    Between two blocks all joints move linearly; where the tip then leaves the CL path, its true way is drawn. Of a
-    long program every n-th block is shown, and the step is n. `joints`, shape (m, 5), mm and radians, are the
-    blocks, by default one for each record, as `mathpost.post.selection.choose` finds them; `place`, shape (m,), is
-    where each ends on the CL path, as in `mathpost.post.Result`. `second` is the `Kinematics` of a different
-    machine, shown beside the first on the same CL data, with its own choice of solutions.
+    Between blocks all joints move linearly, and the true path of the tip is drawn. `joints`, shape (m, 5), mm and
+    radians, are the blocks, by default one per record, as chosen by `mathpost.post.selection.choose`; `place`,
+    shape (m,), is where each ends on the CL path, as in `mathpost.post.Result`. `second`, the `Kinematics` of a
+    different machine, is shown beside the first.
     """
     chosen = selection.choose(kin, cl).joints if joints is None else np.asarray(joints, dtype=float)
     runs = [(kin, chosen, np.arange(len(chosen)) if place is None else np.asarray(place))]
     if second is not None:
         runs.append((second, selection.choose(second, cl).joints, np.arange(len(cl))))
-    every = max(1, -(-len(cl) // SHOWN))
-    records = np.arange(0, len(cl), every)
     scenes, state_runs, said = [], [], []
     for each, blocks, ends in runs:
         drawn, _ = scene.machine(each, cl, title=each.machine.name if second else "")
@@ -89,27 +82,20 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
         near = [[first + 1, last + 1] for first, last in regions(each, cl, at_records, cone=CONE)]
         if not scenes:  # the buttons are for the first machine
             places = _sights(kin, cl, at_records)
-        if every > 1:
-            blocks, ends = at_records[records], records
-        state_runs.append({"about": _about(each), "joints": blocks, "place": ends / every, "singular": near})
+        run = {"about": _about(each), "joints": blocks.tolist(), "place": ends.tolist(), "singular": near}
+        state_runs.append(run)
         scenes.append(drawn)
         said.append(f"record 1: {pose_text(each, blocks[0])}")
-    poses = np.concatenate([cl.points, cl.axes], axis=1)[records].round(9)
-    step = float(every) if len(cl) > 30 else 0.05
-    sliders = [slider("record", 1.0, float(1 + records[-1]), 1.0, step=step, unit="")]
-    state = {"kind": "walk", "cl": poses, "runs": state_runs, "first": 1, "every": every, "places": places}
-    kins = [each for each, _, _ in runs]
-    return _live(state | {"sliders": sliders}, kins, "; ".join(said), scenes, height=520, layout="column")
-
-
-def _live(state, kins, *shown, **options):
-    """Put a state and printed machines together."""
-    state = json.loads(json.dumps(state, default=lambda array: array.tolist()))
-    return Live(state, [codegen.body(kin, jacobian=False) for kin in kins], *shown, **options)
+    poses = np.concatenate([cl.points, cl.axes], axis=1).round(9).tolist()
+    step = 1.0 if len(cl) > 30 else 0.05
+    sliders = [slider("record", 1.0, float(len(cl)), 1.0, step=step, unit="")]
+    state = {"kind": "walk", "cl": poses, "runs": state_runs, "places": places, "sliders": sliders}
+    printed = [codegen.body(each, jacobian=False) for each, _, _ in runs]
+    return Live(state, printed, "; ".join(said), scenes, height=520, layout="column")
 
 
 def _about(kin):
-    """What the browser must know of a machine besides its printed functions."""
+    """What the browser needs of a machine besides its printed functions."""
     derived, limits = kin.inverse_symbolic, (kin.machine.limits * DEGREES[:, None]).round(9).tolist()
     limits = [[x if np.isfinite(x) else None for x in pair] for pair in limits]
     about = {"title": kin.machine.name, "names": list(kin.machine.joint_names), "limits": limits}
@@ -118,7 +104,7 @@ def _about(kin):
 
 
 def _joint_sliders(kin, made, start):
-    """Ranges that hold every pose with the tip over the workpiece; degrees for the rotary joints."""
+    """Sliders wide enough for every pose with the tip over the workpiece; rotary joints in degrees."""
     limits = np.degrees(kin.machine.limits[3:])
     limits = np.where(np.isfinite(limits), limits, 0.0).clip(-360, 360)
     low, high = np.minimum(limits[:, 0], -180), np.maximum(limits[:, 1], 180)
@@ -152,7 +138,7 @@ def _circle(pole, angle):
 
 
 def _sights(kin, cl, joints):
-    """Buttons of a walk: nearest to the pole, nearest to a limit, where the branch changes or an axis swings."""
+    """Buttons of a walk: nearest to the pole or to a limit, a change of branch, the largest swing."""
     places = {"pole": int(np.nanargmin(distance(kin, cl.axes))) + 1.0}
     room = np.abs(joints[:, 3:, None] - kin.machine.limits[3:]).min(axis=(1, 2))
     if np.isfinite(room).any():
@@ -179,7 +165,7 @@ def _words(kin, joints):
 
 
 def pose_text(kin, joints):
-    """The numbers of a pose, as a view says them: NC words, tip, tool axis, distance from a singular one."""
+    """A pose as a view reports it: NC words, tip, tool axis, distance from singular."""
     tip, axis = kin.forward(joints)
     pole = np.degrees(distance(kin, axis))
     return f"{_words(kin, joints)}; tip {_list(tip, 3)}, tool axis {_list(axis, 4)}, {pole:.2f}° from singular"

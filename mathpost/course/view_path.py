@@ -1,21 +1,21 @@
-"""Views with sliders for lessons 05 to 07: paths past the pole, the pole on a globe, the spline of source 002."""
+"""Views with sliders for lessons 05 to 06b: paths past the pole, the pole on a globe, the spline of source 002."""
 
 import numpy as np
 import sympy as sp
 
 from mathpost.course.lesson_data import with_travel
 from mathpost.draw import plot
-from mathpost.draw.moving import Moving, formula, printed, recorded, slider, subplots
+from mathpost.draw.live import Moving, formula, printed, recorded, slider, subplots
 from mathpost.draw.scene import DARK, Label, Line, Scene
 from mathpost.post import selection, yu_dan
 from mathpost.post.between_blocks import Motion
 from mathpost.post.proof import strays
 from mathpost.rotation import ACTIVE
 
-KEPT = np.radians(0.05)  # from the pole: where the branch may change if the tool axis is to be kept
+KEPT = np.radians(0.05)  # from the pole, where the branch may change with the tool axis kept
 TILT, DISTANCE, SPEED = sp.symbols("t d omega", real=True)
 RADIUS = 100.0  # of the globe
-# A tool axis that tilts over in a plane at an angle from the pole Z, and its longitude.
+# A tool axis that tilts in a plane at a distance from the pole Z, and its longitude.
 AXIS = sp.Matrix([sp.sin(TILT), sp.cos(TILT) * sp.sin(DISTANCE), sp.cos(TILT) * sp.cos(DISTANCE)])
 LONGITUDE = sp.atan2(AXIS[1], AXIS[0])
 
@@ -23,7 +23,7 @@ LONGITUDE = sp.atan2(AXIS[1], AXIS[0])
 def inner_and_outer(kin):
     """One tool axis seen from the side and along the outer axis, which is Z: sliders outer and inner angle.
 
-    From the side one sees what the inner angle alone decides, along the axis what the outer angle does.
+    The side view shows what the inner angle alone decides, the other what the outer angle does.
     """
     inner, outer, n = kin.inverse_symbolic.inner, kin.inverse_symbolic.outer, kin.forward_symbolic()[:3, 2]
     w = n.subs(outer, 0)
@@ -53,7 +53,7 @@ def inner_and_outer(kin):
 
 
 def past_the_pole(kin):
-    """A tool that tilts over in a plane at a distance from the pole: both branches of both rotary axes."""
+    """A tool that tilts in a plane at a distance from the pole: both branches of both rotary axes."""
     tilts = np.sort(np.r_[20 * np.linspace(-1, 1, 41) ** 3, -0.5, 0.5])  # dense where the outer axis turns
     pole, names = np.array(kin.inverse_symbolic.pole, dtype=float), kin.machine.joint_names[3:]
     side = np.eye(3)[np.abs(pole).argmin()]
@@ -84,10 +84,10 @@ def past_the_pole(kin):
 
 
 def travel_limit(kin, cl, records, high):
-    """What each strategy chooses if the tilting axis, the first one, may go down to a slider's angle.
+    """What each strategy chooses if the tilting axis, the first one, has a lower limit set by a slider.
 
-    The tool may lean between two records, except on the way "kept", the best that keeps the tool axis. `high` is
-    the other limit, degrees.
+    Between records the tool axis may sway, except in "kept", the best way that keeps it. `high` is the other limit,
+    degrees.
     """
     both = np.degrees(kin.inverse(cl.points, cl.axes)[:, :, 3])
     ways = {way: (way, np.inf) for way in selection.STRATEGIES} | {"kept": ("optimal", KEPT)}
@@ -124,7 +124,7 @@ def travel_limit(kin, cl, records, high):
 
 
 def globe():
-    """Tool axes as points of a globe, the outer axis C as its axis: sliders for distance, tilt and speed."""
+    """Tool axes as points on a globe whose axis is C: sliders for distance, tilt and speed."""
     meridian = [np.array([np.sin(a), 0, np.cos(a)]) * RADIUS for a in np.linspace(0, np.pi / 3, 41)]
     scene = Scene(title="tool axes on a globe, its axis is C", azimuth=-62.0, elevation=38.0)
     turn = np.linspace(0, 2 * np.pi, 73)
@@ -154,7 +154,7 @@ def globe():
 
 
 def pass_by(limit):
-    """The same pass over time: longitude and its speed; `limit` is the greatest rate of C, degrees per second."""
+    """The same pass over time: longitude and its speed; `limit` is the maximum rate of C in degrees per second."""
     tilts = np.round(25 * np.linspace(-1, 1, 61) ** 3, 4)
 
     figure, (above, below) = subplots(2, 1, size=(7.0, 4.6), sharex=True)
@@ -203,7 +203,7 @@ def clamped(rows):
 
 
 def smoothed(kin, cl, joints, region, *, most=60):
-    """Figure 5 of source 002 with n points: slider n. The tip and the tool axis between the blocks."""
+    """Figure 5 of source 002 with n points, slider n, and the errors of tip and tool axis between the blocks."""
     name = kin.machine.joint_names[outer := kin.symbols.index(kin.inverse_symbolic.outer)]
     counts = np.arange(1, most + 1)
     ways = [yu_dan.smooth(kin, cl, joints, region, n) for n in counts]
@@ -235,9 +235,9 @@ def smoothed(kin, cl, joints, region, *, most=60):
 
 
 def moved_aside(crossing, *, most=6.0):
-    """The tool axis moved aside by up to a slider's degrees: a map about the pole, and the outer axis over time."""
+    """The tool axis moved aside by a slider's degrees: a map about the pole, and the outer axis over time."""
     direct, kin = crossing.way("direct"), crossing.kin
-    name = kin.machine.joint_names[crossing.outer]
+    name = kin.machine.joint_names[crossing.kin.outer]
 
     figure, (chart, over_time) = subplots(1, 2, size=(8.5, 4.2))
     plot.pole_map(chart, kin, crossing.cl.axes, role="workpiece", label="records")
@@ -246,7 +246,7 @@ def moved_aside(crossing, *, most=6.0):
     chart.set(xlim=(-18, 10), ylim=(-14, 14))
     chart.legend(loc="upper left")
     seconds = np.linspace(0, direct.time, 80)
-    plot.along(over_time, seconds, np.degrees(direct.law.at(seconds)[:, crossing.outer]), "direct")
+    plot.along(over_time, seconds, np.degrees(direct.law.at(seconds)[:, crossing.kin.outer]), "direct")
     (line,) = over_time.plot([], [], plot.STYLE["aside"], color=plot.COLOUR["aside"], linewidth=2)
     over_time.set(xlabel="time, s", ylabel=f"{name}, degrees")
 
@@ -257,7 +257,7 @@ def moved_aside(crossing, *, most=6.0):
         _, axes = kin.forward(way.joints[:: max(1, len(way.joints) // 60)])
         moved.set_data(*plot.on_pole_map(kin, axes))
         seconds = np.linspace(0, way.time, 80)
-        line.set_data(seconds, np.degrees(way.law.at(seconds)[:, crossing.outer]))
+        line.set_data(seconds, np.degrees(way.law.at(seconds)[:, crossing.kin.outer]))
         peaks = f"C up to {np.degrees(way.peak_speed):.0f}°/s and {np.degrees(way.peak_acceleration):.0f}°/s²"
         return [f"{way.time:.2f} s, {peaks}, tool axis off by {np.degrees(way.axis_error):.2f}°"]
 

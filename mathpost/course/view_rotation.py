@@ -1,4 +1,4 @@
-"""Views with sliders for lessons 01 to 04 and 14: rotations, frames, tilted planes, machines beside each other."""
+"""Views with sliders for lessons 01 to 04 and 14: rotations, frames, tilted planes, several machines."""
 
 import numpy as np
 import sympy as sp
@@ -7,7 +7,7 @@ from mathpost import angles as euler
 from mathpost import chain
 from mathpost.detective.misreadings import COMMON
 from mathpost.draw import plot, scene
-from mathpost.draw.moving import Moving, formula, printed, slider, subplots
+from mathpost.draw.live import Moving, formula, printed, slider, subplots
 from mathpost.draw.scene import Label, Line, Scene, clearest
 from mathpost.draw.solid import Hull, block
 from mathpost.plane import positioning
@@ -16,7 +16,7 @@ from mathpost.plane.tilted_plane import NOTATIONS, Plane
 from mathpost.rotation import ACTIVE, PASSIVE, zxz_right, zxz_steps
 
 _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
-_AXIS, _NODES = plot.COLOUR["first branch"], plot.COLOUR["second branch"]  # of a turn; where two planes meet
+_AXIS, _NODES = plot.COLOUR["first branch"], plot.COLOUR["second branch"]  # of rotation; line of nodes
 _UNIT = dict(zip("XYZ", np.eye(3, dtype=int).tolist(), strict=True))
 _DEGREES = 180 / sp.pi
 _NAMES = ("X", "Y", "Z", "X'", "Y'", "Z'")
@@ -24,7 +24,7 @@ STEPS = ("start", "turn I", "turn J", "turn K")
 
 
 def turned_point(point):
-    """A point in the initial frame and in the one that ZXZ angles turn: sliders alpha, beta, gamma in degrees."""
+    """A point in the initial frame and in one turned by ZXZ angles: sliders alpha, beta, gamma in degrees."""
     symbols, size = sp.symbols("alpha beta gamma", real=True), 0.75 * float(np.linalg.norm(point))
     turned = zxz_right(*symbols)
     x, y, z = new = turned * sp.Matrix(point)
@@ -44,7 +44,7 @@ def turned_point(point):
 
 
 def _frames_and_point(point, size, extent):
-    """A point in the frame that stays, and the frame that turns."""
+    """A point, the frame that stays, and the frame that turns."""
     scene = Scene(extent=extent)
     scene.triad("bed", "XYZ", length=size, colour=_MACHINE)
     scene.triad("turned", _NAMES[3:], length=size, colour=_WORKPIECE, width=3)
@@ -54,9 +54,9 @@ def _frames_and_point(point, size, extent):
 
 
 def turns(point, angles):
-    """A point that stays and a frame that makes three turns, one after the other: a slider from 0 to 3 that plays.
+    """A fixed point and a frame that makes three turns one after the other: a slider from 0 to 3 that plays.
 
-    The angles are those of ZXZ in degrees; dashed is the axis of the present turn.
+    The angles are those of ZXZ in degrees; the axis of the current turn is dashed.
     """
     s, size = sp.Symbol("s", real=True), 0.75 * float(np.linalg.norm(point))
     done = [sp.Rational(round(1e9 * t), 10**9) * sp.Min(1, sp.Max(0, s - n)) for n, t in enumerate(angles)]
@@ -76,7 +76,7 @@ def turns(point, angles):
 def notations(angles=(135.0, 54.7356, -90.0)):
     """One frame in many notations: sliders I, J, K, the ZXZ angles in degrees.
 
-    Dashed is the axis of the single turn that makes the frame; pink is the line of nodes, where XY and xy meet.
+    The axis of the one turn that makes the frame is dashed; the line of nodes, where XY and xy meet, is pink.
     """
     symbols = sp.symbols("I J K", real=True)
     F, node = euler.matrix("ZXZ", symbols), sp.Matrix([sp.cos(symbols[0]), sp.sin(symbols[0]), 0])
@@ -107,10 +107,10 @@ def notations(angles=(135.0, 54.7356, -90.0)):
 
 
 def cut_corner(frame, final):
-    """A cube, its zero in the middle of the top face, with the corner (+, +, top) cut off, and a frame on the face.
+    """A cube with its zero in the middle of the top face and the corner (+, +, top) cut off, and a frame there.
 
-    The origin of `frame`, that of the face, carries the frame that the sliders I, J, K turn, ZXZ. They start at the
-    `final` angles, degrees; buttons go there turn by turn.
+    Sliders I, J, K (ZXZ) turn a frame at the origin of `frame`, that of the face. They start at the `final` angles,
+    degrees; buttons go there turn by turn.
     """
     side, cut, symbols = 60.0, 45.0, sp.symbols("I J K", real=True)
     half = side / 2
@@ -137,7 +137,7 @@ def cut_corner(frame, final):
 
 
 def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.02):
-    """Looking along Z onto a tilted plane: what the third angle, slider K, does to a boring bar and to a probe.
+    """What the third angle, slider K, does to a boring bar and a probe, seen along Z of a tilted plane.
 
     The spindle stops with the bar's tip along its own X, and the control retracts by `retract` against the
     feature's X; a stylus runs out by `run_out` along the spindle's X, and the control corrects along the
@@ -177,11 +177,10 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
 
 
 def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
-    """Machines beside each other, turned together by two sliders, outer and inner; their tips stay where they are.
+    """Several machines, turned together by two sliders, outer and inner; their tips stay in place.
 
-    The outer axis is next to the workpiece in the chain, the inner one next to the tool; degrees. With `senses`
-    there are buttons for the sense: with −1 both axes turn against their programmed angles, as a table does that is
-    taken for a head, or a head for a table.
+    The outer axis is next to the workpiece in the chain, the inner one next to the tool; degrees. `senses` adds
+    buttons for the sense: with −1 both axes turn against their programmed angles, as a table taken for a head does.
     """
     symbols, places, drawn, text = sp.symbols("outer inner sense", real=True), {}, [], []
     for number, kin in enumerate(kinematics):
@@ -213,10 +212,10 @@ def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
 
 
 def misreadings_apart(point, names):
-    """How far common misreadings carry a point from the right place, as sliders move the three Euler angles.
+    """How far common misreadings take a point from the right place: sliders for the three Euler angles.
 
-    `point` has shape (3,); `names` are those of `mathpost.detective.misreadings.COMMON`. A bar that vanishes is a
-    misreading that these angles cannot show.
+    `point` has shape (3,); `names` are those of `mathpost.detective.misreadings.COMMON`. Where a bar vanishes, the
+    angles cannot reveal that misreading.
     """
     symbols, point = sp.symbols("alpha beta gamma", real=True), sp.Matrix([sp.Float(x) for x in point])
     figure, panel = subplots()

@@ -66,7 +66,8 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None
     if values.shape != (3,):
         raise InputError("angles", "shape (3,)", f"shape {values.shape}")
     points = np.eye(3) if point is None else as_array(point, 3, "point")
-    if not points.any():
+    centre = as_array((0, 0, 0) if origin is None else origin, 3, "origin")
+    if not (points - centre).any():
         raise InputError("point", "a point that a rotation moves", "the origin")
     target = as_array(answer, 3, "answer")
     if target.shape != points.shape or points.ndim > 2:
@@ -74,7 +75,7 @@ def explain(angles, point, answer, *, decimals=None, sequence="ZXZ", origin=None
     is_matrix = point is None
     placings = (Factors(sequence, point="" if is_matrix else "p"),)
     if origin is not None and not is_matrix:
-        placings = _about(as_array(origin, 3, "origin"), sequence)
+        placings = _about(centre, sequence)
     case = _Case(
         angles=values,
         points=np.atleast_2d(points),

@@ -1,9 +1,9 @@
 """The bodies of a machine as simple solids, for any arrangement of its two rotary axes.
 
-A machine file holds axes, not castings. The solids are made up around them: going from the workpiece down to the
+A machine file holds axes, not castings, so the solids are made up around the axes: from the workpiece down to the
 bed, and from the tool up to the slides, each body is the hull between the bearing that carries it and those that it
-carries. A bearing stands square to its axis, on both sides where the axis lies across (trunnion, fork) and on one
-side where it does not (turntable, nutating head).
+carries. A bearing is square to its axis: one on both sides where the axis lies across (trunnion, fork), otherwise
+one on one side (turntable, nutating head).
 """
 
 from dataclasses import dataclass, field
@@ -20,8 +20,7 @@ from mathpost.rotation import numeric, unit
 
 UP = np.array([0.0, 0.0, 1.0])
 ACROSS = 0.5  # an axis at more than 60 degrees from what it carries gets a bearing on both sides
-RING, LEVELS = 24, 9  # points of a blade's outline, and outlines that it is drawn by
-BLADE = [(0.0, 0.07), (0.5, 0.055), (0.93, 0.035), (0.98, 0.025)]  # height and half width of one that is made up
+BLADE = [(0.0, 0.07), (0.5, 0.055), (0.93, 0.035), (0.98, 0.025)]  # height and half width of a blade
 # Profiles in shares of radius and height: a round table with a bevel and two grooves, a holder from half the tool's
 # length to the spindle's face with cone, groove and flange, a spindle.
 TABLE = [(0, 0), (0.94, 0), (1, 0.25), (1, 0.92), (0.98, 1), (0.86, 1), (0.86, 0.85), (0.82, 0.85), (0.82, 1)]
@@ -41,13 +40,13 @@ GREYS = {  # the machine's role, one shade a body
 
 @dataclass
 class Arrangement:
-    """The solids of a machine, each in the coordinates of its body, and the lines of its rotary axes."""
+    """The solids of a machine, each in its body's coordinates, and the lines of its rotary axes."""
 
-    size: float  # mm, what everything is measured by
-    home: np.ndarray  # the joints (5,) that the solids were laid out at: rotary zero, the tool above the workpiece
-    into: dict  # for each body the 4×4 matrix from the machine's coordinates, in which it is laid out, to its own
+    size: float  # mm, the unit of all proportions
+    home: np.ndarray  # joints (5,) of the layout: rotary zero, the tool above the workpiece
+    into: dict  # body → 4×4 matrix from the machine's coordinates to its own
     solids: list = field(default_factory=list)  # of Turned, Hull and Lofted
-    lines: dict = field(default_factory=dict)  # joint to the ends of its axis (2, 3), in its body's coordinates
+    lines: dict = field(default_factory=dict)  # joint → ends of its axis (2, 3), in its body's coordinates
     plate: np.ndarray = None  # the bed's corners (8, 3)
 
     def hull(self, body, shade, *corners):
@@ -60,27 +59,27 @@ class Arrangement:
         self.solids.append(Turned(body, GREYS.get(shade, shade), scaled, put(into, origin), into[:3, :3] @ axis))
 
     def disc(self, body, middle, axis, radius):
-        """Add a dark disc, as stands for a bearing."""
+        """Add a dark disc: a bearing."""
         height, bevel = 0.12 * self.size, 0.08 * radius
         rim = [(radius - bevel, 0), (radius, bevel), (radius, height - bevel), (radius - bevel, height)]
         self.lathe(body, "bearing", [(0, 0), *rim, (0, height)], 1, 1, middle - height / 2 * axis, axis)
 
     def turns(self, body, bearings, axis, radius):
-        """Show the axis of a body: its line, and a disc through every bearing; return the bearings."""
+        """Show the axis of a body by a line, and a disc at every bearing; return the bearings."""
         for bearing in bearings:
             self.disc(body, bearing.mean(axis=0), axis, radius)
         self.line(body, bearings, axis)
         return bearings
 
     def line(self, body, bearings, axis):
-        """Set the line of a rotary axis, from beyond the first bearing to beyond the last."""
+        """Set the line of a rotary axis, a little longer than its bearings."""
         points = np.concatenate(bearings)
         along, foot = points @ axis, points.mean(axis=0)
         ends = np.array([[along.min() - 0.3 * self.size], [along.max() + 0.3 * self.size]])
         self.lines[body] = put(self.into[body], foot - foot @ axis * axis + ends * axis)
 
     def join(self, body, shade, carried, bearings):
-        """Add the hulls between every ring carried and every ring that carries."""
+        """Add the hull of every carried ring and every bearing."""
         for pair in product(carried, bearings):
             self.hull(body, shade, *pair)
 
@@ -109,8 +108,8 @@ def arrange(kin, cl=None):
     made = Arrangement(size, home, {name: np.linalg.inv(at) for name, at in placing(machine)(home).items()})
     stock = block(origin + low, origin + high)
     made.hull("workpiece", COLOUR["workpiece"], stock)
-    if cl is not None and len(rings := _blade(size, cl, high[2])):
-        rings = [put(made.into["workpiece"], origin + ring) for ring in rings]
+    if cl is not None and _is_point(size, cl):
+        rings = [put(made.into["workpiece"], origin + ring) for ring in _blade(size, cl, high[2])]
         made.solids.append(Lofted("workpiece", BLADE_COLOUR, rings))
     _workpiece_side(made, machine, stock)
     _tool_side(made, machine, origin + tip, tool_axis)
@@ -118,7 +117,7 @@ def arrange(kin, cl=None):
 
 
 def _size(machine, cl):
-    """A length that fits tool, offsets and path."""
+    """The size of a machine: a length that suits its tool, offsets and path."""
     lengths, origin = [80.0, 0.9 * machine.tool_length], np.array(machine.origin)
     for each in machine.rotary:
         if each.carries == "workpiece":
@@ -131,7 +130,7 @@ def _size(machine, cl):
 
 
 def _workpiece(size, cl):
-    """Opposite corners of the workpiece in its own frame: a path lies on its top, a blade stands on it."""
+    """Opposite corners of the workpiece in its own frame; a path lies on its top, a blade stands on it."""
     if cl is None:
         return size * np.array([-0.5, -0.35, -0.4]), size * np.array([0.5, 0.35, 0.0])
     low, high = cl.points.min(axis=0), cl.points.max(axis=0)
@@ -145,32 +144,16 @@ def _is_point(size, cl):
 
 
 def _blade(size, cl, root):
-    """The rings of what stands on the block at the height `root`: the outlines of a path, level by level.
-
-    Over a path that is a point the tool fans: a blade is made up, as high as the tip, its edge square to the fan.
-    """
-    turn = np.linspace(0, 2 * np.pi, RING, endpoint=False)
-    around = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    if _is_point(size, cl):
-        tip, fan = cl.points.mean(axis=0), np.ptp(cl.axes[:, :2], axis=0)
-        across = unit(fan) if np.hypot(*fan) > 1e-9 else np.array([1.0, 0.0])
-        along = np.array([-across[1], across[0]])
-        rings, camber = [], 0.06 * size * around[:, 1:] ** 2
-        for height, width in BLADE:
-            flat = (width * around[:, :1] * size + camber) * across + 0.3 * size * around[:, 1:] * along
-            level = np.full(RING, root + height * (tip[2] - root))
-            rings.append(np.column_stack([tip[:2] + flat, level]))
-        return [*rings, tip[None]]
-    levels = np.linspace(root, cl.points[:, 2].max(), LEVELS)
-    if levels[-1] - levels[0] < 0.3 * size:
-        return []
+    """The rings of a blade under a path that is a point, where the tool fans; `root` is the lowest height."""
+    turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)[:, None]
+    tip, fan = cl.points.mean(axis=0), np.ptp(cl.axes[:, :2], axis=0)
+    across = unit(fan) if np.hypot(*fan) > 1e-9 else np.array([1.0, 0.0])
+    along, camber = np.array([-across[1], across[0]]), 0.06 * size * np.sin(turn) ** 2
     rings = []
-    for level in levels:
-        near = cl.points[np.abs(cl.points[:, 2] - level) <= (levels[1] - levels[0]) / 2]
-        if len(near):
-            outline = near[(near[:, :2] @ around.T).argmax(axis=0), :2]
-            rings.append(np.column_stack([outline, np.full(RING, level)]))
-    return [*rings, rings[-1].mean(axis=0)[None]] if rings else []
+    for height, width in BLADE:
+        flat = (width * np.cos(turn) * size + camber) * across + 0.3 * size * np.sin(turn) * along
+        rings.append(np.column_stack([tip[:2] + flat, np.full(len(turn), root + height * (tip[2] - root))]))
+    return [*rings, tip[None]]
 
 
 def _workpiece_side(made, machine, stock):

@@ -1,7 +1,7 @@
-"""A picture in numbers: what every artist of a figure shows, as text.
+"""A picture in numbers: a text that says what every artist of a figure shows.
 
-The text stands beside the picture in a lesson's saved outputs, so that a wrong curve fails a comparison of outputs
-as a wrong printed number does; it is also what a screen reader reads.
+The text is saved beside the picture in a lesson, so a wrong curve fails the comparison of outputs as a wrong number
+does. Screen readers read it, too.
 """
 
 from itertools import groupby
@@ -12,16 +12,16 @@ from matplotlib.text import Text
 
 from mathpost.draw.solid import put
 
-PLACES = 5  # an artist is told at so many places, from its first point to its last
+PLACES = 5  # points quoted of an artist, from its first to its last
 DIGITS = 10
 
 
 def describe(figure):
-    """Return what a figure shows: a line for every axes, with its labels, and one for every artist in it.
+    """Return what a figure shows: a line for each axes, with its labels, and one for each artist in it.
 
-    An artist is told by its label and colour, how many points it has, the range of each coordinate, and its points
-    at a few places, in the units of the axes. Artists in a row that have no label, one type, one colour and the
-    same number of points are told together.
+    That line has the artist's label, colour, number of points, the range of each coordinate and a few of its
+    points, in the units of the axes. Consecutive artists without labels, of one type, colour and number of points,
+    share it.
     """
     lines = []
     for axes in figure.axes:
@@ -42,7 +42,7 @@ def describe(figure):
 
 
 def describe_scene(scene):
-    """Return what a `Scene` shows: solids by the box that they fill, lines by points."""
+    """Return what a `Scene` shows: solids by their bounding boxes, lines by points."""
 
     def placed(body, points):
         points = put(scene.places[body], points)
@@ -64,13 +64,13 @@ def describe_scene(scene):
 
 
 def describe_values(name, values):
-    """Return a line that tells lists of numbers, of which some may be missing, as an artist's points are told."""
+    """Return a line on lists of numbers, some of them None, in the form of an artist's points."""
     points = np.concatenate(values).astype(float)[:, None]
     return f"  {name}: {_numbers(points, len(points))}"
 
 
 def _told(artist, axes):
-    """Type, label, colour, number of points and the points (n, 2 or 3); None of an artist that shows nothing."""
+    """Type, label, colour, number of points and the points (n, 2 or 3); None if the artist shows nothing."""
     label = artist.get_text() if isinstance(artist, Text) else str(artist.get_label() or "")
     points = places(artist, axes)
     if not len(points) or not artist.get_visible():
@@ -79,7 +79,7 @@ def _told(artist, axes):
 
 
 def _colour(artist):
-    """A blank and the colour of an artist, the first if it has several; nothing if it has none, as an image."""
+    """A space and the (first) colour of an artist; "" if it has none, as an image."""
     for name in ("get_color", "get_facecolor", "get_edgecolor"):
         found = to_rgba_array(getattr(artist, name, list)())
         if len(found) and found[0, 3]:
@@ -88,7 +88,7 @@ def _colour(artist):
 
 
 def places(artist, axes):
-    """Return the points (n, 2 or 3) of an artist, in the units of its axes; of an image its pixels and values."""
+    """Return the points (n, 2 or 3) of an artist in the units of its axes; for an image, pixels and values."""
     if hasattr(artist, "get_position"):
         place = getattr(artist, "get_position_3d", artist.get_position)()
         return np.atleast_2d(np.asarray(place, dtype=float))
@@ -133,5 +133,5 @@ def _scale(points):
 
 
 def _number(value, scale):
-    """A number to so many digits; what is noise beside `scale` is 0, so that it is the same on every machine."""
+    """A number as text; noise relative to `scale` is 0, so that every computer writes the same."""
     return "0" if abs(value) <= 1e-12 * scale else f"{value:.{DIGITS}g}"

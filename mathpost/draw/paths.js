@@ -94,19 +94,18 @@ Object.assign(KINDS, {
                 return old = x + turn;
             }); };
             const curves = [{ values: chosen, colour: "#7f7f7f88", width: 6, dash: [] }, { values: branch(0), colour: "#009e73", width: 2, dash: [] }, { values: branch(1), colour: "#cc79a7", width: 2, dash: [6, 4] }];
-            return new Curves({ title: `${about.names[joint]}, degrees, over the records`, records: cl.map((_, i) => state.first + i * state.every), limits: about.limits[joint], singular, curves }, ui.plots());
+            return new Curves({ title: `${about.names[joint]}, degrees, over the records`, records: cl.map((_, i) => i + 1), limits: about.limits[joint], singular, curves }, ui.plots());
         });
         const controls = ui.controls(state.sliders, () => update());
         ui.buttons(ui.places(controls), runs.map((run) => run.scene));
         ui.player(controls, 0);
         function update() {
-            // Of a long program only the blocks that are here are known; between them the true way is not.
-            const { low, high } = state.sliders[0], typed = max(low, min(high, controls.values[0]));
-            const record = controls.values[0] = state.every > 1 ? 1 + state.every * round((typed - 1) / state.every) : typed, at = (record - 1) / state.every, k = min(cl.length - 1, floor(at)), next = cl[min(cl.length - 1, k + 1)], t = at - k;
+            const { low, high } = state.sliders[0], record = controls.values[0] = max(low, min(high, controls.values[0]));
+            const at = record - 1, k = min(cl.length - 1, floor(at)), next = cl[min(cl.length - 1, k + 1)], t = at - k;
             const wanted = cl[k].map((x, i) => x + t * (next[i] - x)), turned = angle(cl[k].slice(3), next.slice(3));
             const axis = turned < 1e-9 ? cl[k].slice(3) : [3, 4, 5].map((i) => (sin((1 - t) * turned) * cl[k][i] + sin(t * turned) * next[i]) / sin(turned));
             controls.show();
-            const said = state.every > 1 ? [`every ${state.every}th record is shown`] : [], out = [];
+            const said = [], out = [];
             for (const { m, about, joints, place, scene } of runs) {
                 const q = interpolate(joints, place, at), [tip, tool] = pose(m, q);
                 scene.show(m.places(q));

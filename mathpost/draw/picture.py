@@ -1,4 +1,4 @@
-"""A still picture of a scene in space, for readers whose page runs no scripts: what `live.js` draws, in NumPy."""
+"""A still picture of a scene, for pages that run no scripts: what `live.js` draws, in NumPy."""
 
 import io
 from itertools import pairwise
@@ -8,22 +8,16 @@ from PIL import Image, ImageColor, ImageDraw, ImageFont
 
 from mathpost.draw.solid import put
 
-FINE = 2  # pixels drawn for one pixel shown, each way
-HIDDEN = 0.35  # how strong a line is behind a solid
+FINE = 2  # oversampling
+HIDDEN = 0.35  # opacity of a line behind a solid
 
 
-class Camera:
-    """A parallel projection from `azimuth` and `elevation` (degrees), Z upwards."""
-
-    def __init__(self, azimuth, elevation):
-        a, e = np.radians([azimuth, elevation])
-        self.right = np.array([-np.sin(a), np.cos(a), 0.0])
-        self.up = np.array([-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)])
-        self.towards = np.array([np.cos(a) * np.cos(e), np.sin(a) * np.cos(e), np.sin(e)])
-
-    def project(self, points):
-        """Return where points (..., 3) are seen, shape (..., 2)."""
-        return np.asarray(points) @ np.stack([self.right, self.up], axis=-1)
+def camera(azimuth, elevation):
+    """A parallel projection from there, degrees, Z upwards: the unit vectors right, up and towards the viewer."""
+    a, e = np.radians([azimuth, elevation])
+    right = [-np.sin(a), np.cos(a), 0.0]
+    up = [-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)]
+    return np.array([right, up, [np.cos(a) * np.cos(e), np.sin(a) * np.cos(e), np.sin(e)]])
 
 
 class View:
@@ -31,17 +25,16 @@ class View:
 
     def __init__(self, scene, size):
         self.scene, self.size = scene, np.array(size)
-        self.camera = Camera(scene.azimuth, scene.elevation)
+        self.camera = camera(scene.azimuth, scene.elevation)
         self.scale = 0.5 * min(size) / scene.radius
 
     def pixels(self, body, points):
-        """Return pixels right, pixels down and depth towards the viewer of points (..., 3) of a body."""
+        """Return points (..., 3) of a body as pixels to the right, pixels down, and depth towards the viewer."""
         away = put(self.scene.places[body], np.asarray(points)) - self.scene.middle
-        flat = self.camera.project(away) * [self.scale, -self.scale] + self.size / 2
-        return np.concatenate([flat, (away @ self.camera.towards)[..., None]], axis=-1)
+        return away @ self.camera.T * [self.scale, -self.scale, 1] + [*self.size / 2, 0]
 
     def seen(self):
-        """Return which solid is seen in each pixel (−1: none), how light it is there, and its depth."""
+        """Return the number of the solid seen in each pixel (−1: none), its lightness and its depth."""
         width, height = self.size
         depth, light = np.full((height, width), -np.inf), np.zeros((height, width))
         solid = np.full((height, width), -1)
@@ -49,7 +42,7 @@ class View:
         for number, each in enumerate(self.scene.solids):
             triangles, normals = each.surface
             corners = self.pixels(each.body, triangles)
-            shade = _light(normals @ self.scene.places[each.body][:3, :3].T, self.camera)
+            shade = _light(normals @ self.scene.places[each.body][:3, :3].T @ self.camera.T)
             (x0, y0, _), (x1, y1, _), (x2, y2, _) = np.moveaxis(corners, (1, 2), (0, 1))
             area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
             low = np.clip(np.ceil(corners[..., :2].min(axis=1) - 0.5), 0, self.size).astype(int)
@@ -88,7 +81,7 @@ class View:
     def _stroke(self, ink, line, points, depth):
         colour = np.array(ImageColor.getrgb(line.colour))
         shown, faint = colour.tolist(), (255 - HIDDEN * (255 - colour)).astype(int).tolist()
-        pieces = []  # ends, and whether nothing stands before it
+        pieces = []  # ends, and whether it is unobstructed
         for start, end in pairwise(points):
             count = max(1, int(np.hypot(*(end - start)[:2]) / (8 * FINE)))
             for a, b in pairwise(start + np.linspace(0, 1, count + 1)[:, None] * (end - start)):
@@ -110,9 +103,9 @@ class View:
             ink.text(tuple(at), label.text, label.colour, font, anchor="mm", **halo)
 
 
-def _light(normals, camera):
-    """How light a corner is, 1 to 254: soft light from above, a little from the right, a highlight."""
-    right, up, near = (normals @ axis for axis in (camera.right, camera.up, camera.towards))
+def _light(normals):
+    """Lightness, 1 to 254, by normals in the camera's view: soft from above, some from the right, a highlight."""
+    right, up, near = np.moveaxis(normals, -1, 0)
     light = np.maximum(-0.45 * right + 0.7 * up + 0.55 * near, 0)
     back = np.maximum(0.8 * right - 0.2 * up, 0)
     gloss = np.maximum(-0.26 * right + 0.48 * up + 0.84 * near, 0) ** 24
@@ -120,7 +113,7 @@ def _light(normals, camera):
 
 
 def png(scenes, size, columns):
-    """Return the pictures of several scenes, `columns` beside each other, as a small PNG file, bytes."""
+    """Return several scenes, in so many columns, as a small PNG file, bytes."""
     width, height = size
     whole = Image.new("RGB", (FINE * width * columns, FINE * height * -(-len(scenes) // columns)), "white")
     for number, scene in enumerate(scenes):
@@ -134,7 +127,7 @@ def png(scenes, size, columns):
 
 
 def spread(positions, gap, rounds=12):
-    """Return positions, shape (n, 2), moved apart until no two are nearer than `gap`, each as little as can be."""
+    """Return positions, shape (n, 2), pushed apart until no two are closer than `gap`."""
     positions = np.array(positions, dtype=float)
     for _ in range(rounds):
         for i in range(len(positions)):

@@ -43,7 +43,7 @@ def figure(rows=1, columns=1, *, size=(7.0, 4.2), three_d=False):
 
 
 def show():
-    """Show the pictures that are open, each with what it shows in numbers, and leave none open behind a cell."""
+    """Show all open figures, each with its description in numbers, and close them."""
     for number in plt.get_fignums():
         drawn = plt.figure(number)
         png = io.BytesIO()
@@ -68,7 +68,7 @@ def along(axes, place, values, role, label=None, *, points=False):
 
 
 def travel(axes, low, high):
-    """Shade what is outside the travel of an axis, within the limits that the axes show at present."""
+    """Shade what is outside the travel of an axis, within the current limits of `axes`."""
     bottom, top = axes.get_ylim()
     for start, end in ((bottom, max(low, bottom)), (min(high, top), top)):
         if end > start:
@@ -77,11 +77,11 @@ def travel(axes, low, high):
 
 
 def trellis(axes, records, words, inside, seconds, ways=None):
-    """Draw the candidates of records, n of m each, and what the moves between them cost.
+    """Draw m candidates for each of n records, and the costs of the moves between them.
 
-    `words`, n lists of m, stand at the candidates, first and second branch in turn; those that are not `inside`
-    travel, shape (n, m), are open, and no move leads there. `seconds` has shape (n - 1, m, m). `ways` is a dict
-    from a role, one of `COLOUR`, to the number of the candidate at each record.
+    `words`, n lists of m, label the candidates, first and second branch in turn. Those not `inside` travel, shape
+    (n, m), are open circles that no move leads to. `seconds`, the costs, has shape (n - 1, m, m). `ways` maps a
+    role, one of `COLOUR`, to the number of the candidate at each record.
     """
     for (at, row), fits in np.ndenumerate(inside):
         colour = COLOUR[("first branch", "second branch")[row % 2]]
@@ -102,9 +102,9 @@ def trellis(axes, records, words, inside, seconds, ways=None):
 
 
 def pole_map(axes, kin, tool_axes, *, cone=None, role="tool", label=None):
-    """Draw tool axes (n, 3) as seen along the outer axis: distance from the middle is the angle from the pole.
+    """Draw tool axes (n, 3) as seen along the outer axis, at their angle from the pole, which is in the middle.
 
-    The pole is the middle; the singular cone of half angle `cone` (radians) is shaded.
+    The singular cone of half angle `cone` (radians) is shaded.
     """
     line = axes.plot(*on_pole_map(kin, tool_axes), "o-", color=COLOUR[role], label=label)
     if cone is not None:
@@ -125,16 +125,16 @@ def on_pole_map(kin, tool_axes):
 
 
 def tip_path(axes, kin, joints, *, role, label):
-    """Draw, seen from above, where the tip really goes when all joints move linearly from row to row."""
+    """Draw, seen from above, the true path of the tip when all joints move linearly from row to row."""
     tip = true_tip(kin, joints, samples=40)
     axes.plot(tip[:, 0], tip[:, 1], color=COLOUR[role], linestyle=STYLE[role], label=label)
     axes.set(xlabel="x in the workpiece, mm", ylabel="y, mm", aspect="equal")
 
 
 def turned_point(axes, path, centre, *, names):
-    """Draw the way of a point about an axis seen end on, from a ring to a dot, with the radius at both ends.
+    """Draw the path of a point about an axis seen end on, from a ring to a dot, with the radius at both ends.
 
-    `path` has shape (n, 2), `centre` is a point of the axis; `names` label the plane's two axes.
+    `path` has shape (n, 2), `centre` is where the axis is seen; `names` label the two axes of the plane.
     """
     path, centre = np.asarray(path), np.asarray(centre)
     axes.plot(*np.array([path[0], centre, path[-1]]).T, color=COLOUR["machine"], linewidth=0.8)
@@ -192,7 +192,7 @@ def knots(axes, fitted):
 
 
 def costs(axes, position, priced, *, label):
-    """Draw what the six dearest errors cost along a path; `priced` is from `Compensator.costs`."""
+    """Draw the costs of the six worst errors along a path; `priced` is from `Compensator.costs`."""
     lines = ("-", "--", "-.", ":", "-", "--")
     for index, (line, (name, cost)) in enumerate(zip(lines, priced.items(), strict=False)):
         axes.plot(position, 1e3 * cost, line, color=f"C{index}", label=name)
@@ -215,7 +215,7 @@ def space(axes, radius, *, centre=(0.0, 0.0, 0.0)):
 
 
 def worksheet(axes, report):
-    """Draw the cells of the first sheet judged, in green, red and amber, the first wrong one of all framed."""
+    """Draw the judged cells of the first sheet in green, red and amber; the first wrong one has a frame."""
     from openpyxl.utils import get_column_letter  # slow to import, and all but one lesson draw no sheet
 
     from mathpost.workbook.report import STATUS_COLOUR

@@ -1,7 +1,7 @@
-"""What a picture in space is made of: solids, lines and letters on bodies that move, and where it is seen from.
+"""A scene: solids, lines and letters on bodies that move, and the camera that sees them.
 
-`machine` makes the scene of a machine of any arrangement; `best` finds joints and a camera at which nothing
-that matters is hidden and no two axes fall together.
+`machine` makes the scene of a machine of any arrangement; `best` finds joints and a camera that hide nothing
+important and let no two axes coincide.
 """
 
 from dataclasses import dataclass, field, replace
@@ -10,7 +10,7 @@ from itertools import combinations, product
 import numpy as np
 
 from mathpost.draw.arrangement import arrange, placing
-from mathpost.draw.picture import Camera, View
+from mathpost.draw.picture import View, camera
 from mathpost.draw.plot import COLOUR
 from mathpost.draw.solid import put
 from mathpost.rotation import unit
@@ -19,14 +19,14 @@ DARK = "#333b41"
 # Azimuth and elevation, degrees.
 CAMERAS = [(-58, 22), (-35, 22), (-70, 32), (-125, 22), (-20, 30), (-48, 35), (-110, 35)]
 STARTS = [(30, 30), (30, 60), (-30, 30), (30, -60), (-30, -60), (40, 110)]  # inner and outer angle, degrees
-SHORT = 0.3  # an axis that looks shorter than this share of its length points at the viewer
-APART = np.radians(12)  # two axes nearer than this on the screen look like one
-SHOWN = {"workpiece": 0.35, "tool": 0.5}  # share of a body that must be in sight
+SHORT = 0.3  # an axis seen at less than this share of its length points at the viewer
+APART = np.radians(12)  # two axes closer than this on the screen look like one
+SHOWN = {"workpiece": 0.35, "tool": 0.5}  # share of a body that must be visible
 
 
 @dataclass
 class Line:
-    """Polylines on a body; `over` shows them through solids, `points` in symbols move one (see `moving`)."""
+    """Polylines on a body; `over` shows them through solids, symbolic `points` move one (see `live`)."""
 
     body: str
     parts: list
@@ -54,8 +54,8 @@ class Label:
 class Scene:
     """A picture in space. Lengths in mm, `azimuth` and `elevation` of the camera in degrees.
 
-    `places` are 4×4 matrices of all bodies by name, the bed's first. `extent` are points, shape (n, 3), that the
-    picture must hold; `frame` finds its middle and half its height.
+    `places` are the 4×4 matrices of all bodies by name, the bed first. `extent` are points, shape (n, 3), that must
+    be in the picture; `frame` finds its `middle` and half its height, `radius`.
     """
 
     solids: list = field(default_factory=list)
@@ -71,7 +71,7 @@ class Scene:
     colour: str = DARK
 
     def triad(self, body, letters, *, length, colour, origin=(0, 0, 0), width=2.0):
-        """Add a frame: three axes with their letters, which show through solids."""
+        """Add a frame: three axes with their letters, seen through solids."""
         origin = np.asarray(origin, dtype=float)
         arms = [[origin, origin + length * e] for e in np.eye(3)]
         self.lines.append(Line(body, arms, colour, width, halo=True, over=True))
@@ -79,17 +79,15 @@ class Scene:
         self.labels += [Label(body, origin + 1.16 * length * e, letter, colour) for e, letter in ends]
 
     def frame(self, azimuth, elevation, *, aspect=1.2):
-        """Return the scene from this direction, its `extent` just inside of a window of that width to height."""
-        camera = Camera(azimuth, elevation)
-        flat = camera.project(self.extent)
-        low, high = flat.min(axis=0), flat.max(axis=0)
-        depth = np.mean(self.extent @ camera.towards)
-        middle = np.array([camera.right, camera.up, camera.towards]).T @ [*(low + high) / 2, depth]
+        """Return the scene seen from there, its `extent` just inside a window of this aspect (width to height)."""
+        seen = self.extent @ camera(azimuth, elevation).T
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        middle = [*(low + high)[:2] / 2, seen[:, 2].mean()] @ camera(azimuth, elevation)
         radius = 0.53 * max(high[1] - low[1], (high[0] - low[0]) / aspect)
         return replace(self, azimuth=azimuth, elevation=elevation, middle=middle, radius=radius)
 
     def state(self):
-        """The scene as the browser has it, ready for JSON."""
+        """The scene for the browser, ready for JSON."""
         number = {name: index for index, name in enumerate(self.places)}
         solids = [{"body": number[s.body], "colour": s.colour} | s.state() for s in self.solids]
         lines = []
@@ -104,7 +102,7 @@ class Scene:
 
 
 def machine(kin, cl=None, *, title=""):
-    """Return the scene of a machine and the joints that it was laid out at, shape (5,), mm and radians.
+    """Return the scene of a machine, and its `Arrangement`.
 
     With CL data the workpiece is fitted to them, and the path of the tip and some tool axes are drawn.
     """
@@ -132,7 +130,7 @@ def machine(kin, cl=None, *, title=""):
 
 
 def _extent(kin, made):
-    """Points that hold plate, table and head, also when they turn by 45 and 90 degrees."""
+    """The points of plate, table and head, also when turned by 45 and 90 degrees."""
     still = ("bed", *kin.machine.joint_names[:3])
     moving = [(solid.body, solid.triangles().reshape(-1, 3)) for solid in made.solids if solid.body not in still]
     points = []
@@ -143,12 +141,13 @@ def _extent(kin, made):
 
 
 def best(kin, scene, tries, *, aspect=1.2):
-    """Return the first of these joints (n, 5), and the scene from the first of `CAMERAS`, in which nothing is
-    `crossed` or `covered`, or those with the least.
+    """Return joints, one of `tries` (n, 5), and the scene with them, from one of `CAMERAS`.
+
+    It is the first pair in which nothing is `crossed` or `covered`, or the one with the least of both.
     """
     found = []
-    for joints, camera in product(tries, CAMERAS):
-        seen = replace(scene.frame(*camera, aspect=aspect), places=placing(kin.machine)(joints))
+    for joints, angles in product(tries, CAMERAS):
+        seen = replace(scene.frame(*angles, aspect=aspect), places=placing(kin.machine)(joints))
         found.append((crossed(kin, seen) or covered(seen), joints, seen))
         if not found[-1][0]:
             break
@@ -156,23 +155,23 @@ def best(kin, scene, tries, *, aspect=1.2):
 
 
 def turned(kin, made, angles=STARTS):
-    """Joints (n, 5) at these inner and outer angles (n, 2), degrees, clipped to travel, the tip as laid out."""
+    """Joints (n, 5) with these inner and outer angles (n, 2), degrees, within travel, the tip as laid out."""
     inner = kin.symbols.index(kin.inverse_symbolic.inner) - 3
     rotary = np.radians(angles)[:, [inner, 1 - inner]]
     return kin.close(kin.forward(made.home)[0], np.clip(rotary, *kin.machine.limits[3:].T))
 
 
 def crossed(kin, scene):
-    """Return which axes of the machine or of the workpiece fall together on the screen."""
-    places, camera = scene.places, Camera(scene.azimuth, scene.elevation)
+    """Return, as sentences, which axes of the machine or the workpiece coincide on the screen."""
+    places, view = scene.places, camera(scene.azimuth, scene.elevation)
     axes = {"the tool axis": places["tool"][:3, 2]}
     for rotary in kin.machine.rotary:
         axes[rotary.name] = places[rotary.name][:3, :3] @ unit(np.array(rotary.axis))
-    return together(axes, camera) + together(dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), camera)
+    return together(axes, view) + together(dict(zip("xyz", places["workpiece"][:3, :3].T, strict=True)), view)
 
 
 def covered(scene):
-    """Return which of the bodies that matter are behind others."""
+    """Return, as sentences, which important bodies are behind others."""
     size, said = (150, 110), []
     seen, _, _ = View(scene, size).seen()
     for body, share in SHOWN.items():
@@ -184,9 +183,9 @@ def covered(scene):
     return said
 
 
-def together(directions, camera):
-    """Return which of these directions, unit vectors by name, look like one or like a point from there."""
-    flat = {name: camera.project(direction) for name, direction in directions.items()}
+def together(directions, view):
+    """Return, as sentences, which unit vectors, a dict by name, look like one or a point to a `camera`."""
+    flat = {name: view[:2] @ direction for name, direction in directions.items()}
     said = [f"{name} points at the viewer" for name, seen in flat.items() if np.hypot(*seen) < SHORT]
     for first, second in combinations(flat, 2):
         a, b = flat[first], flat[second]
@@ -198,6 +197,6 @@ def together(directions, camera):
 
 
 def clearest(directions):
-    """Return the azimuth and elevation from which the fewest of these directions, a dict by name, fall together."""
+    """Return the azimuth and elevation from which the fewest of these unit vectors coincide."""
     azimuths, elevations = [-60, -50, -40, -30, -70, -20, -80, -100, -115, -130], [22, 30, 15, 38]
-    return min(product(azimuths, elevations), key=lambda seen: len(together(directions, Camera(*seen))))
+    return min(product(azimuths, elevations), key=lambda seen: len(together(directions, camera(*seen))))

@@ -1,7 +1,7 @@
-"""Solids of a picture in space, small enough to travel with it: turned profiles, joined rings, convex hulls.
+"""Solids that a page can hold in few numbers: turned profiles, joined rings, convex hulls.
 
-A solid is in the coordinates of the body that it belongs to. Each kind has `triangles`, shape (n, 3, 3),
-counterclockwise seen from outside, the same that the module in the browser makes, and `state`, for the browser.
+A solid is in the coordinates of its body. Each kind has `state`, for the browser, and `triangles`, shape (n, 3, 3),
+counterclockwise seen from outside, the same that the browser makes of it.
 """
 
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ class Turned(Solid):
 
 @dataclass
 class Lofted(Solid):
-    """A solid through `rings`, shape (n, 3), counterclockwise seen from the last one; a ring may be one point."""
+    """A solid through `rings`, (n, 3) each, counterclockwise seen from the last; a ring may be a single point."""
 
     body: str
     colour: str
@@ -69,7 +69,7 @@ class Hull(Solid):
     points: np.ndarray
 
     def faces(self):
-        """Return the corners that count, shape (m, 3), and triangles of their numbers, shape (n, 3)."""
+        """Return the vertices of the hull, shape (m, 3), and its triangles as their numbers, shape (n, 3)."""
         hull = scipy.spatial.ConvexHull(self.points)
         a, b, c = np.moveaxis(self.points[hull.simplices], 1, 0)
         inwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
@@ -86,24 +86,20 @@ class Hull(Solid):
 
 
 def smooth(triangles):
-    """Return the normal of every corner, shape (n, 3, 3): the mean over faces that meet there without an edge."""
+    """Return the normal at every corner, shape (n, 3, 3): the mean of faces that meet there smoothly."""
     a, b, c = np.moveaxis(triangles, 1, 0)
     flat = np.cross(b - a, c - a)
     flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
     _, place = np.unique(triangles.reshape(-1, 3).round(2), axis=0, return_inverse=True)
-    place, owner = place.ravel(), np.repeat(np.arange(len(flat)), 3)
-    normals, count = np.empty((len(place), 3)), np.bincount(place)
-    order = np.argsort(place, kind="stable")
-    for many in np.unique(count):  # all places where so many faces meet at once
-        corners = order[np.repeat(count, count) == many].reshape(-1, many)
-        meeting = flat[owner[corners]]
-        near = meeting @ np.swapaxes(meeting, 1, 2) > CREASE
-        normals[corners] = near @ meeting
+    order, normals = np.argsort(place.ravel(), kind="stable"), np.empty((len(place.ravel()), 3))
+    for corners in np.split(order, np.cumsum(np.bincount(place.ravel()))[:-1]):
+        meeting = flat[corners // 3]
+        normals[corners] = (meeting @ meeting.T > CREASE) @ meeting
     return (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)).reshape(-1, 3, 3)
 
 
 def put(matrix, points):
-    """Return points (..., 3) of a body where the 4×4 `matrix` puts it."""
+    """Transform points (..., 3) by a 4×4 matrix."""
     return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
@@ -128,7 +124,7 @@ def _between(rings):
 
 
 def across(axis):
-    """Two unit vectors square to a unit vector."""
+    """Two unit vectors perpendicular to a unit vector and to each other."""
     x = unit(np.cross(axis, [1.0, 0, 0] if abs(axis[0]) < 0.6 else [0, 1.0, 0]))
     return x, np.cross(axis, x)
 

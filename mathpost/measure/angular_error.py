@@ -74,6 +74,7 @@ def read_runs(path):
     most = max(np.abs(read[name]).max() for name in names)
     if 0 < most < SMALLEST and "unit" not in read.settings:
         raise InputError(read.where(0, "up1"), "a unit, in a line such as # unit = deg", f"{most:g}″ at most")
+    read.obey_units(["angle"])
     read.check_angles("angle")
     read.check_increasing("angle")
     up, down = (np.column_stack([read[name] for name in names[side::2]]) for side in (0, 1))

@@ -64,7 +64,7 @@ def siemens(axis, step, error, error_down=None, *, unit=DEGREES):
     return "\n".join(["%_N_NC_CEC_INI", "CHANDATA(1)", note, *lines, "M17"]) + "\n"
 
 
-def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=0):
+def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=None):
     """Return parameters and points of a Fanuc's pitch error compensation as text.
 
     Each point holds what the correction grows by from the point before it: whole detection units, −7 to 7, times a
@@ -73,8 +73,8 @@ def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=0):
     from memory: the text asks for a trial.
 
     `axis` is the number of the controlled axis, from 1, `detection` the detection unit, degrees or mm, `reference`
-    the number of the reference position's point; the rest is as in `siemens`. Whole steps lie between machine
-    coordinate 0 and the ends of the travel, which includes it.
+    the number of the reference position's point, by default the smallest with which no number is negative; the rest
+    is as in `siemens`. Whole steps lie between machine coordinate 0 and the ends of the travel, which includes it.
     """
     at, endless = entries(error, step), error.points.period is not None
     sections = at / step
@@ -82,11 +82,14 @@ def fanuc(axis, step, error, *, unit=DEGREES, detection=0.001, reference=0):
     if not 0 <= first < len(at) or np.abs(sections - np.round(sections)).max() > 1e-6:
         found = f"{at[0]:g} to {at[-1]:g} every {step:g}"
         raise InputError("step", "a travel with machine coordinate 0, whole steps from its ends", found)
+    if not 0 < detection < np.inf:
+        raise InputError("detection", "a detection unit above 0", f"{detection}")
     wanted = (error(0.0) - error(at)) * unit / detection
     magnification = 1
     while np.abs(np.diff(np.round(wanted / magnification))).max() > LARGEST:
         magnification += 1
     sums = np.round(wanted / magnification)
+    reference = first if reference is None else reference
     points = dict(enumerate(np.diff(sums).astype(int).tolist(), reference - first + 1))
     if endless:
         points = {reference: points[max(points)], **points}

@@ -9,7 +9,8 @@ reading to a line::
     0,16,4,table warm
 
 Files are read as programs write them: with a byte order mark, in UTF-8, GBK or the letters of Windows, with commas,
-or with semicolons or tabs and decimal commas; a column of remarks is left out.
+or with semicolons or tabs and decimal commas; a column of remarks is left out. A unit may stand behind a column's
+name, ``x (µm)``.
 """
 
 import csv
@@ -78,7 +79,7 @@ class Table(dict):
 
     def numbers(self, key, count):
         """Return the `count` numbers of a setting."""
-        said = str(self.settings.get(key, ""))
+        said = self.settings.get(key, "")
         try:
             return as_array([float(word) for word in re.split(r"[\s,;]+", said.strip())], count, key)
         except ValueError:
@@ -120,11 +121,26 @@ class Table(dict):
         expected = f"its unit, in a line such as # unit = {units.split(', ')[1]}: one of {units}"
         if kind == "length":
             expected += ", or the size of a dial's division, # unit = 0.002 mm"
-        size, word = re.fullmatch(rf"({NUMBER})?\s*(.*)", (stated or "").strip()).groups()
-        for words, (measures, factor) in UNITS.items():
-            if word.strip().casefold() in words and measures == kind and (size is None or float(size) > 0):
-                return factor * float(size or 1)
-        raise InputError(self.where(0, name), expected, "none" if stated is None else repr(stated))
+        measures, size = _measure(stated or "")
+        if measures != kind:
+            raise InputError(self.where(0, name), expected, "none" if stated is None else repr(stated))
+        return size
+
+    def obey_units(self, names):
+        """Bring columns to mm or degrees from a unit that stands behind their names."""
+        for name in names:
+            measures, size = _measure(self.settings.get(f"unit {name}", ""))
+            if measures:
+                self[name] *= size if measures == "length" else math.degrees(size)
+
+
+def _measure(stated):
+    """What a unit, or a number of units, measures, and its size in mm or radians; None for other words."""
+    count, word = re.fullmatch(rf"({NUMBER})?\s*(.*)", stated.strip()).groups()
+    for words, (measures, size) in UNITS.items():
+        if word.strip().casefold() in words and float(count or 1) > 0:
+            return measures, size * float(count or 1)
+    return None, 0.0
 
 
 def read(path, columns, *, optional=(), text=(), also=None):
@@ -139,8 +155,8 @@ def read(path, columns, *, optional=(), text=(), also=None):
     for number, line in enumerate(_text(path).splitlines(), 1):
         if line.lstrip(' "').startswith("#"):
             key, _, value = (part.strip() for part in line.strip(' "#\t;,').partition("="))
-            if key in KNOWN and value:
-                table.settings[key] = value
+            if key in KNOWN and value and table.settings.setdefault(key, value) != value:
+                raise InputError(f"{path}, line {number}", f"one line # {key} = …", f"a different one, {value!r}")
             continue
         if not rows:
             delimiter = max(",;\t", key=lambda mark: (line.count(mark), mark == ","))

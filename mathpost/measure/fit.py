@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 import sympy as sp
 
-from mathpost.errors import InputError
+from mathpost.errors import InputError, as_array
 from mathpost.measure import csv_table
 from mathpost.rotation import numeric
 
@@ -125,6 +125,7 @@ class Measurement:
         columns = csv_table.read(path, [angle, *others], optional=[*self.readings, "run"], also=also)
         if not (read := [name for name in self.readings if name in columns]):
             columns.refuse(f"a column of readings: {', '.join(self.readings)}")
+        columns.obey_units([angle, *others])
         columns.check_angles(angle)
         for name in read:
             columns[name] = columns.unit(name, "length", default="mm") * columns[name]
@@ -195,7 +196,7 @@ class Measurement:
         names = list(map(str, self.unknowns))
         for name in set(values) - set(names):
             raise InputError(self.name, f"unknowns among {', '.join(names)}", repr(name))
-        return [values.get(name, 0.0) for name in names]
+        return as_array([values.get(name, 0.0) for name in names], len(names), f"{self.name}, values")
 
     def _settings(self, data, degrees, length=None):
         names = list(map(str, self.settings))

@@ -70,6 +70,7 @@ def read_head(path, *, sense=-1, zero=0.0):
     does not point along Z′: the table is vertical minus horizontal, or the head turns the other way.
     """
     columns = csv_table.read(path, ["angle", "x", "y", "z"])
+    columns.obey_units(columns)
     columns.check_angles("angle")
     columns.check_increasing("angle")
     angles, vectors = columns["angle"], np.column_stack([columns[name] for name in "xyz"])
@@ -167,10 +168,10 @@ class FittedHead:
 
     def head(self, step=2.5):
         """Return a `Head` with the predicted vectors of every index position, `step` degrees apart."""
-        count = round(360 / step)
-        if not count >= 1 or abs(360 / step - count) > 1e-9:
+        count = 360 / step if step > 0 else 0.5
+        if round(count) < 1 or abs(count - round(count)) > 1e-9:
             raise InputError("step", "a whole fraction of 360°", f"{step:g}")
-        angles = np.arange(count) * step
+        angles = np.arange(round(count)) * step
         turning = turning_arm(self.measured.sense, self.measured.zero)
         predicted = turning.predict(self.estimate.values, {"CPOS": angles}, degrees=True)
         vectors = np.column_stack([predicted[name] for name in "xyz"])

@@ -145,7 +145,7 @@ def p9795(table, offset, *, S=None, current=None, shift="machine", **arguments):
     after = moved(before + turned, table, start, end, degrees=True) + along
 
     code = offset.code if S is None else S
-    store = re.fullmatch(r"G?(5[4-9])|G?54\.1 ?P(\d+)", str(code).strip().upper())
+    store = re.fullmatch(r"G?(5[4-9])|G?54\.1 ?P([1-9]\d*)", str(code).strip().upper())
     if not store:
         raise InputError("S", "54 to 59, or 54.1 P and a number", repr(code))
     place = f"L2 P{int(store[1]) - 53}" if store[1] else f"L20 P{store[2]}"
@@ -175,5 +175,6 @@ def read_call(block):
             raise InputError(where, f"each of {' '.join(ADDRESSES)} at most once", found)
         if letter != "S" and "." not in number and float(number) != 0:
             raise InputError(f"{where}, {letter}", f"a decimal point, {letter}{number}.", letter + number)
-        arguments[letter] = int(float(number)) if letter == "S" else float(number)
+        value = float(number)
+        arguments[letter] = int(value) if letter == "S" and value.is_integer() else value
     return arguments

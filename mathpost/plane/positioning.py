@@ -1,19 +1,18 @@
 """The rotary angles that bring the tool onto a tilted plane, and which of the two positions a control takes.
 
 `align` finds both positions, and what is then left between feature and machine. Each control's documented rule
-takes the `Alignment` and where the rotary axes stand, shape (2,), and returns a `Choice`; it raises `ReachError`
-where no position is within travel, with the limits. Positions are rotary angles in degrees, in the order of the
-machine file. Of an angle and its whole turns a control is taken to go to the one nearest to where the axis stands,
-within travel; an endless axis then shows it in (−180, 180], which is the same place.
+takes the `Alignment` and where the rotary axes stand, shape (2,), and returns the `Solution` where they go; it
+raises `ReachError` where no position is within travel, with the limits. Positions are rotary angles in degrees, in
+the order of the machine file. Of an angle and its whole turns a control is taken to go to the one nearest to where
+the axis stands, within travel; an endless axis then shows it in (−180, 180], which is the same place.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from mathpost import angles as euler
-from mathpost import chain
 from mathpost.errors import InputError, ReachError, as_array
 from mathpost.frame import Frame, machine_frames
 from mathpost.kinematics import Kinematics
@@ -39,6 +38,7 @@ class Solution:
     rho: float  # degrees about the feature's Z from the spindle's X to the feature's X: F = spindle·Rz(ρ)
     feature: Frame  # in the workpiece
     reason: str = ""  # the limit that keeps the machine from this position; empty if it is within travel
+    why: str = ""  # the clause of a control's rule that chose it
 
     @property
     def parallel(self):
@@ -101,9 +101,9 @@ def align(feature, machine):
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> from mathpost.plane.tilted_plane import Plane
-    >>> found = align(Plane("G68.2", [135, 54.7356103172, 0]).frame, machine.load("bc_table"))
+    >>> import mathpost
+    >>> plane = mathpost.Plane("G68.2", [135, 54.7356103172, 0])
+    >>> found = align(plane.frame, mathpost.load_machine("bc_table"))
     >>> [solution.angles.round(4).tolist() for solution in found.solutions]
     [[54.7356, 45.0], [-54.7356, -135.0]]
     >>> round(found.solutions[0].rho, 6), round(found.solutions[0].third_angle(), 6)
@@ -115,7 +115,8 @@ def align(feature, machine):
     machine = kinematics.machine
     if np.shape(feature.rotation) != (3, 3):
         raise InputError("feature", "one frame", f"frames of shape {np.shape(feature.rotation)[:-2]}")
-    (outer, *_), (inner, *_) = chain.between(machine)
+    places = kinematics.outer - 3, kinematics.inner - 3
+    outer, inner = (machine.rotary[place] for place in places)
     joints, axis = kinematics.inverse(feature.origin, feature.z, degrees=True), unit(np.array(outer.axis))
     if np.isnan(joints).any():
         low, high = np.degrees(kinematics.reach)
@@ -123,7 +124,7 @@ def align(feature, machine):
         stands = f"the feature's Z stands {angle:.4f} degrees from axis {outer.name}"
         raise ReachError(f"{machine.name}: {stands}, which {inner.name} allows only from {low:.4f} to {high:.4f}")
     free = bool(np.linalg.norm(np.cross(axis, feature.z)) < PARALLEL)
-    return Alignment(feature, machine, joints[:, 3:], *map(machine.rotary.index, (outer, inner)), free)
+    return Alignment(feature, machine, joints[:, 3:], *places, free)
 
 
 def beyond_travel(machine, angles):
@@ -142,16 +143,6 @@ def _turn(direction, feature):
     return float(wrap(np.degrees(np.arctan2(across @ feature.x, direction @ feature.x))))
 
 
-@dataclass(frozen=True, eq=False)
-class Choice:
-    """What a control does with a tilted plane."""
-
-    solution: int  # index into `Alignment.solutions`
-    angles: np.ndarray  # where the two rotary axes go, degrees
-    rho: float  # the angle then left from the spindle's X to the feature's X, degrees
-    why: str  # the clause of the rule that decided
-
-
 def fanuc(alignment, present, *, master=None):
     """Choose as Fanuc's G53.1 does (Series 16i/18i-MB).
 
@@ -161,9 +152,8 @@ def fanuc(alignment, present, *, master=None):
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> from mathpost.plane.tilted_plane import Plane
-    >>> tilted = align(Plane("PLANE SPATIAL", [0, 45, 0]).frame, machine.load("ac_table"))
+    >>> import mathpost
+    >>> tilted = align(mathpost.Plane("PLANE SPATIAL", [0, 45, 0]).frame, mathpost.load_machine("ac_table"))
     >>> fanuc(tilted, [20, -60]).angles.round(6), fanuc(tilted, [20, -60], master="C").angles.round(6)
     (array([45., 90.]), array([-45., -90.]))
     """
@@ -223,11 +213,11 @@ def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table
     `clauses` are words and what they measure, of the angles and how far they are from `present`; `alone` says why,
     if nothing else is left to choose from.
     """
-    present = as_array(present, 2, "present")
+    present, rotary = as_array(present, 2, "present"), alignment.machine.rotary
     if present.ndim != 1:
         raise InputError("present", "two rotary angles", f"shape {present.shape}")
-    left, reasons = {}, []
-    for index, solution in enumerate(alignment.solutions):
+    left, reasons = [], []
+    for solution in alignment.solutions:
         angles = solution.angles.copy()
         if alignment.free:  # it stays where it stands, or turns until ρ is 0: one degree shows which way ρ goes
             angles[alignment.outer] = 1.0
@@ -236,20 +226,18 @@ def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table
         if reason := refuse(angles) or beyond_travel(alignment.machine, angles):
             reasons.append(reason)
         else:
-            turned = zip(alignment.machine.rotary, angles, present, strict=True)
-            left[index] = np.array([rotary.nearest_turn(angle, now) for rotary, angle, now in turned])
+            turned = zip(rotary, angles, present, strict=True)
+            left.append(np.array([joint.nearest_turn(angle, now) for joint, angle, now in turned]))
     if not left:
         raise ReachError(f"{alignment.machine.name}: entered angle not permitted ({'; '.join(reasons)})")
     why = alone
     for clause, measure in clauses.items():
         if len(left) > 1:
-            measured = {index: measure(angles, angles - present) for index, angles in left.items()}
-            nearest = {n: angles for n, angles in left.items() if measured[n] <= min(measured.values()) + TIE}
-            why, left = clause if len(nearest) < len(left) else "both are one position", nearest
-    index = min(left)
-    endless = [np.isinf(rotary.limits).all() for rotary in alignment.machine.rotary]
-    angles = np.where(endless, wrap(left[index]), left[index])
-    return Choice(index, angles, alignment.at(angles).rho, why)
+            measured = [measure(angles, angles - present) for angles in left]
+            least = [angles for angles, size in zip(left, measured, strict=True) if size <= min(measured) + TIE]
+            why, left = clause if len(least) < len(left) else "both are one position", least
+    endless = [np.isinf(joint.limits).all() for joint in rotary]
+    return replace(alignment.at(np.where(endless, wrap(left[0]), left[0])), why=why)
 
 
 def _joint(alignment, name):

@@ -24,9 +24,8 @@ from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, refuse_nonse
 from mathpost.post.ways import Crossing, comparison, through_the_records, unbroken
 from mathpost.rotation import slices
 
-TOLERANCE = 0.01  # mm
+TOLERANCE = 0.01  # mm; travel between the blocks is never looked at more coarsely
 CONE = np.radians(1.0)  # about the singular tool axes
-TRAVEL_TOLERANCE = 0.01  # mm; between the blocks travel is looked at to this, whatever the tolerance of the tip
 # Radians; how far the printed digits of both rotary axes may turn the tool axis, and what samples miss.
 AXIS_DIGITS = np.radians(10.0**-program.DECIMALS) + proof.AXIS_RESOLUTION
 
@@ -134,9 +133,8 @@ def run(
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> from mathpost.post import cl as cldata
-    >>> result = run(cldata.read("data/cl/blade.cl"), machine.load("data/machines/dmu50v.toml"))
+    >>> import mathpost
+    >>> result = run(mathpost.read_cl("data/cl/blade.cl"), mathpost.load_machine("dmu50v"))
     >>> print("\\n".join(result.program.splitlines()[:4]))
     0 BEGIN PGM BLADE MM
     1 ; MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT
@@ -200,13 +198,12 @@ def run(
         for each in plans:
             for first, last in each.regions:
                 through[each.first + first, each.first + last] = each.crossing((first, last)).compare(**lifting)
-    speeds = np.max([each.law.peak_speeds for each in plans], axis=0) * UNITS
-    accelerations = np.max([each.law.peak_accelerations for each in plans], axis=0) * UNITS
+    peaks = np.max([each.law.peaks for each in plans], axis=0) * UNITS
     report = Report(
         **vars(proof.worst_of(proofs)),
         settings=dict(_settings(cl, machine, plans, singular, tolerances, blocks)),
         time=sum(each.law.seconds[-1] for each in plans),
-        peaks={name: pair for name, *pair in zip(machine.joint_names, speeds, accelerations, strict=True)},
+        peaks=dict(zip(machine.joint_names, peaks.T, strict=True)),
         slowest=max((each.slowest for each in plans if each.slowest), key=lambda at: at[2] - at[1], default=None),
         warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
         uncompensated=proof.worst_of(before) if before else None,
@@ -257,7 +254,7 @@ def _plan(kin, cl, first, chosen, found, way, lifting, tolerances, tcp, real):
     block, keep = f"{cl.name}, block", _left_for_the_tip(kin, cl, going, tolerance, tcp)
     keep = between_blocks.in_the_air(going, keep, lifting["clearance"])
     divided = linearize(kin, going, keep, name=block)
-    between = divided if tolerance <= TRAVEL_TOLERANCE else linearize(kin, going, TRAVEL_TOLERANCE, name=block)
+    between = divided if tolerance <= TOLERANCE else linearize(kin, going, TOLERANCE, name=block)
     _refuse_out_of_travel(kin.machine, cl, between)
     going, before, cautions = going if tcp else divided, None, ()
     if real is not None:

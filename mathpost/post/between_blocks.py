@@ -121,9 +121,7 @@ def _cuts(kin, start, end, start_axis, end_axis, still):
 
 def _pose(kin, cl, place, beside):
     """Joints on the CL path, on the branch and in the windings of those beside them."""
-    derived = kin.inverse_symbolic
-    inner = beside[:, kin.symbols.index(derived.inner)]
-    second = np.sin(inner - float(sum(derived.solutions) / 2)) < 0
+    second = np.sin(beside[:, kin.inner] - float(sum(kin.inverse_symbolic.solutions) / 2)) < 0
     joints = kin.inverse(*cl.at(place))[np.arange(len(place)), second.astype(int)]
     if (lost := np.isnan(joints).any(axis=1)).any():
         raise ReachError(f"{cl.where(place[lost.argmax()])}: on its way there the tool axis is out of reach")
@@ -201,8 +199,7 @@ class TimeLaw:
     asked: np.ndarray  # shape (m - 1,), seconds that each move would take at w = 1
     ramp: np.ndarray  # how fast w changes in it, 1/s, up and down again (∞: at once)
     highest: np.ndarray  # and its greatest w, between
-    peak_speeds: np.ndarray  # shape (5,), of each axis, mm or radians per s,
-    peak_accelerations: np.ndarray  # and s²; NaN for one that states none
+    peaks: np.ndarray  # shape (2, 5), of each axis: speed, mm or radians per s, and acceleration, NaN without limit
 
     def at(self, seconds):
         """Return the joints, shape (..., 5), at times from 0 to ``seconds[-1]``."""
@@ -232,10 +229,9 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     --------
     Half a turn of C at 36°/s, with 200°/s² to speed up and to slow down: 180/36 + 36/200 seconds.
 
-    >>> from mathpost import machine
-    >>> dmu50v = machine.load("data/machines/dmu50v.toml")
-    >>> law = time_law(dmu50v, [[0, 0, 0, 0, 0], [0, 0, 0, 0, np.pi]], [5.0])
-    >>> law.seconds
+    >>> import mathpost
+    >>> half_a_turn = [[0, 0, 0, 0, 0], [0, 0, 0, 0, np.pi]]
+    >>> time_law(mathpost.load_machine("dmu50v"), half_a_turn, [5.0]).seconds
     array([0.  , 5.18])
     """
     joints, asked = np.asarray(joints, dtype=float), np.asarray(asked, dtype=float)
@@ -251,7 +247,7 @@ def time_law(machine, joints, asked, *, settle=SETTLE):
     seconds = np.r_[0.0, np.cumsum(durations)]
     if len(moving) < len(asked):
         joints = joints[np.r_[0, moving + 1]]
-    return TimeLaw(joints, seconds, np.sqrt(squares), lengths, ramp, highest, *peaks)
+    return TimeLaw(joints, seconds, np.sqrt(squares), lengths, ramp, highest, peaks)
 
 
 def block_times(machine, joints, tip, feeds, in_cut):
@@ -264,8 +260,7 @@ def block_times(machine, joints, tip, feeds, in_cut):
     if no_rates := np.isnan(rates).all():
         rates = 1 / UNITS
     for column, rate in zip(joints.T, rates, strict=True):
-        if not np.isnan(rate):
-            np.maximum(by_axis, np.abs(np.diff(column)) / rate, out=by_axis)
+        by_axis = np.fmax(by_axis, np.abs(np.diff(column)) / rate)
     if no_rates:
         by_axis = np.nan_to_num(60 * by_axis / feeds)
     return np.fmax(by_axis, np.where(in_cut, feed_times(tip, feeds), 0))

@@ -6,7 +6,6 @@ chosen. What its statements mean is said in `mathpost.post.cl_words`.
 
 import codecs
 import math
-from bisect import bisect_left
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from operator import itemgetter
@@ -52,9 +51,8 @@ class CLData:
 
     def part(self, start, stop):
         """Return records `start` to `stop` (exclusive), and the remarks before them, as `CLData` without a copy."""
-        first, last = (bisect_left(self.remarks, record, key=itemgetter(0)) for record in (start, stop))
-        remarks = self.remarks[first : last if stop < len(self) else None]  # the last part has what follows it, too
-        remarks = tuple((record - start, text) for record, text in remarks)
+        end = stop if stop < len(self) else stop + 1  # the last part has what follows it, too
+        remarks = tuple((record - start, text) for record, text in self.remarks if start <= record < end)
         arrays = {name: array[start:stop] for name, array in vars(self).items() if isinstance(array, np.ndarray)}
         return replace(self, **arrays, remarks=remarks, first=self.first + start)
 
@@ -150,7 +148,7 @@ def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
     statements.take_file(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
     remarks = sorted(statements.remarks, key=itemgetter(0))
     records, remarks = _turned_over(statements.records(), remarks, statements.counts)
-    notes = [f"{what} {detail}: {count}".replace(" :", ":") for (what, detail), count in statements.counts.items()]
+    notes = [f"{what}: {count}" for what, count in statements.counts.items()]
     made = _made(*records, tuple(remarks), name, tuple(notes))
     if not statements.normals:
         return made
@@ -169,7 +167,7 @@ def _turned_over(records, remarks, counts):
     over = np.setdiff1d(over, changes)  # the new tool comes from elsewhere
     if not over.size:
         return records, remarks
-    counts["rapid moves that turn the tool by 180°, with a record half way", ""] += len(over)
+    counts["rapid moves that turn the tool by 180°, with a record half way"] += len(over)
     before = axes[:, over]
     up = np.where(np.abs(before[2]) < 0.9, [[0], [0], [1]], [[1], [0], [0]])  # or X, where the tool points up
     across = unit((up - (up * before).sum(axis=0) * before).T).T

@@ -18,7 +18,7 @@ REAL = re.compile(rf"{NUMBER}(?:[eE][-+]?\d+)?")
 BETWEEN_NUMBERS = re.compile(r"[\d.]\s+$")
 TIP, AXIS = [text.Item(",", "number")], [text.Item(",", "number", optional=True)]
 # One record of three or six numbers, and nothing else: most lines of most files.
-PLAIN = text.Pattern([text.Item("GOTO"), text.Item("/", "number"), *TIP * 2, *AXIS * 3], relaxed=True)
+PLAIN = text.Pattern([text.Item("GOTO"), text.Item("/", "number"), *TIP * 2, *AXIS * 3], blanks=True)
 
 
 def need(holds, expected, found=None):

@@ -17,7 +17,7 @@ import numpy as np
 from mathpost.errors import InputError
 from mathpost.post.arcs import SAME_RADIUS, Cycle, arc
 from mathpost.post.cl_lines import REAL, UNIT_TOLERANCE, Lines, need
-from mathpost.rotation import about, wrap
+from mathpost.rotation import about
 
 MM_PER_INCH = 25.4
 LEAST_FEED = 0.001  # mm/min, which programs print
@@ -33,16 +33,12 @@ INERT = frozenset([*FREE_TEXT.split(), *NAMES, *SETTINGS.split()])
 INERT_FAMILIES = ("CSI_",)  # beginnings of words
 ALIASES = {"SET": "MODE", "UNIT": "UNITS", "GOFWD": "TLON", "OPSTOP": "STOP", "DWELL": "DELAY"}
 HAZARDS = {
-    "ROTHED": "it turns the head itself; let the CAM system write tool axes instead (multi-axis output)",
-    "ROTATE": "it turns an axis itself; let the CAM system write tool axes instead (multi-axis output)",
-    "TRANS": "it shifts the coordinates; let the CAM system write them shifted",
-    "TRACUT": "it transforms the coordinates; let the CAM system write them transformed",
+    **dict.fromkeys(["ROTHED", "ROTATE"], "it turns an axis; let the CAM system write tool axes instead"),
+    **dict.fromkeys(["TRANS", "TRACUT"], "it moves the coordinates; let the CAM system write them moved"),
     "COPY": "it repeats moves; let the CAM system write all of them",
-    "CALSUB": "it calls moves that are not in this file; let the CAM system write them",
-    "CALLSUB": "it calls moves that are not in this file; let the CAM system write them",
-    "PREFUN": "it puts a G code into the program",
-    "AUXFUN": "it puts an M code into the program",
-    "PPWORD": "it puts words into the program",
+    **dict.fromkeys(["CALSUB", "CALLSUB"], "it calls moves that are elsewhere; let the CAM system write them"),
+    "MOVARC": "it is an arc of ISO 4343; let the CAM system write CIRCLE, or points",
+    **dict.fromkeys(["PREFUN", "AUXFUN", "PPWORD"], "it puts G codes, M codes or words into the program"),
     "RETRCT": "it moves the tool to a plane that another post-processor knows",
 }
 FEED_UNITS = {"MMPM": 1.0, "IPM": MM_PER_INCH, "PERMIN": None, "MMPR": 1.0, "IPR": MM_PER_INCH, "PERREV": None}
@@ -99,7 +95,7 @@ class Statements(Lines):
             self.arc_before = None
         modelled = getattr(self, f"on_{ALIASES.get(word, word).lower()}", None)
         if word in self.ignored:
-            self.counts["ignored as asked", word] += 1
+            self.counts[f"ignored as asked {word}"] += 1
             self.remark()
         elif word in INERT or word.startswith(INERT_FAMILIES):
             self.remark()
@@ -141,11 +137,8 @@ class Statements(Lines):
             point = self.shifted(point)
         arc_before, self.arc_before = self.arc_before, None
         if self.circle is not None:
-            centre, normal, turns, goes_on, angle = self.circle
-            self.circle = None
+            (centre, normal, turns, goes_on), self.circle = self.circle, None
             need(self.point, "an arc in the coordinate system of its start", "a different one")
-            if angle is not None:
-                normal = self.sense(point, centre, normal, angle)
             self.sweep(point, axis, centre, normal, turns)
             self.arc_before = (centre, normal) if goes_on else None
         elif arc_before is not None and self.may_go_on(point, *arc_before):
@@ -217,29 +210,10 @@ class Statements(Lines):
         here = self.point and not self.incremental and not self.cycle
         need(here, "CIRCLE after a move, in absolute coordinates and outside a cycle")
         centre, sign = self.mm(values[:3]), turned or (-1 if len(values) == 11 else 1)
-        self.circle = centre, [sign * value for value in values[3:6]], int(turns) - 1, len(values) == 7, None
+        self.circle = centre, [sign * value for value in values[3:6]], int(turns) - 1, len(values) == 7
         radius = math.dist(*(np.cross(values[3:6], each) for each in (self.point, centre)))
         for stated in self.mm(values[6:7]):
             need(abs(radius - stated) <= SAME_RADIUS, f"a start {stated:g} mm from the centre", f"{radius:.4f}")
-
-    def on_movarc(self, words):
-        """The arc of ISO 4343, as Autodesk writes it: centre, axis, radius, ANGLE and how far it turns."""
-        need(words[7:-1] == ["ANGLE"], "MOVARC/ 7 numbers, ANGLE and a number")
-        self.numbers(words[:7], 7)
-        self.on_circle(words[:7])
-        angle = self.number(words[8])
-        centre, normal, *_ = self.circle
-        self.circle = centre, normal, int(max(angle - 1e-3, 0) // 360), False, angle
-
-    def sense(self, point, centre, normal, angle):
-        """The axis about which the tool turns right-handed by `angle` (degrees) from where it is to a point."""
-        start, end = np.array(self.point) - centre, np.array(point) - centre
-        across, along = np.cross(start, end) @ normal, np.cross(normal, start) @ np.cross(normal, end)
-        turned = math.degrees(math.atan2(across, along))
-        for sign in (1, -1):
-            if abs(wrap(sign * turned - angle)) < 0.1:
-                return [sign * component for component in normal]
-        raise InputError("", f"an arc of {angle:g} degrees to its end", f"{turned % 360:.3f}")
 
     def may_go_on(self, point, centre, normal):
         """Whether a point is on the circle of the arc that ended, and a chord to it would not do."""
@@ -277,7 +251,7 @@ class Statements(Lines):
         need(not self.rapid, "an arc at a feed", "RAPID")
         need(np.allclose(axis, self.axis, atol=1e-6), "a tool axis that stands still on an arc", "one that turns")
         self.go(arc(self.point, point, centre, normal, self.tolerance, turns), axis)
-        self.counts["arcs as chords", f"{self.tolerance:g} mm"] += 1
+        self.counts[f"arcs as chords {self.tolerance:g} mm"] += 1
 
     # Holes
 
@@ -330,8 +304,8 @@ class Statements(Lines):
             for record, sense in ((after, BACK[self.turning]), (after + 1, self.turning)):
                 said = f"SPINDL/{self.turns:g},RPM,{sense}"
                 self.command("spindle", self.turns, sense, statement=said, record=record)
-            self.counts["holes tapped as moves: a floating holder is needed", ""] += 1
-        self.counts["holes of drilling cycles as moves", ""] += 1
+            self.counts["holes tapped as moves: a floating holder is needed"] += 1
+        self.counts["holes of drilling cycles as moves"] += 1
 
     # Units and coordinate systems
 
@@ -358,7 +332,7 @@ class Statements(Lines):
             need(not self.count, "the first coordinate system before the first move", "moves before it")
             self.first_system = self.system = system
         if not np.allclose(system, self.system, atol=1e-9):
-            self.counts["changes of the coordinate system, brought into the first", ""] += 1
+            self.counts["changes of the coordinate system, brought into the first"] += 1
             self.point = None  # nobody has said it in these coordinates
         self.system = self.first_system if np.allclose(system, self.first_system, atol=1e-9) else system
 
@@ -401,13 +375,11 @@ class Statements(Lines):
         self.unconfirmed = False
 
     def on_trntyp(self, words):
-        unmoved = words[:1] == ["WORLD"] and not any(self.numbers(words[1:]))
-        need(unmoved, "TRNTYP/WORLD,0,0,0, which changes nothing")
-        self.remark()
+        need(words[:1] == ["WORLD"], "TRNTYP/WORLD,0,0,0")
+        self.on_origin(words[1:])
 
     def on_origin(self, words):
-        unmoved = not any(self.numbers(words))
-        need(unmoved, "ORIGIN/0,0,0, which changes nothing; let the CAM system write it shifted")
+        need(not any(self.numbers(words)), "zeros, which change nothing; let the CAM system write it shifted")
         self.remark()
 
     # Feeds, and what the control shall do
@@ -470,7 +442,7 @@ class Statements(Lines):
         kind = words[0] if words else ""
         need(kind in ("ON", "FLOOD", "MIST", "THRU", "AIR", "OFF"), "COOLNT/ON, FLOOD, MIST, THRU, AIR or OFF")
         if kind in ("THRU", "AIR"):  # every machine has its own M word for it
-            self.counts["coolant that stays off: a comment tells which", kind] += 1
+            self.counts[f"coolant that stays off: a comment tells which {kind}"] += 1
             self.remark()
         else:
             self.command("coolant", "FLOOD" if kind == "ON" else kind)
@@ -489,8 +461,5 @@ class Statements(Lines):
     def on_delay(self, words):
         turns = words[1:] == ["REV"]
         need(len(words) == 1 + turns, "DELAY/ seconds, or DELAY/ turns,REV")
-        seconds = self.number(words[0])
-        if turns:
-            need(self.turns, "SPINDL with turns per minute before a delay in turns", "none")
-            seconds *= 60 / self.turns
-        self.command("dwell", seconds)
+        need(self.turns or not turns, "SPINDL with turns per minute before a delay in turns", "none")
+        self.command("dwell", self.number(words[0]) * (60 / self.turns if turns else 1))

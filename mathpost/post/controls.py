@@ -1,7 +1,5 @@
 """The words of three controls, in one table."""
 
-from dataclasses import dataclass
-
 # For a `Command`: lines by its kind, or by its kind and what it switches to; {0} is its first value, {tool} the
 # number of the tool, {name} the name of the program.
 TABLE = {
@@ -12,7 +10,8 @@ TABLE = {
         ("; {name}", "G710 G17 G40 G90 G94"),
     ),
     "foot": (("END PGM {name} MM",), ("M30", "%"), ("M30",)),
-    "block": ("", "N", "N"),  # the letter before its number
+    "block": ("", "N", "N"),  # the letter before its number,
+    "unnumbered": ((), ("%", "O", ";", "("), ("%", "O", ";", "(")),  # and how lines without one begin
     "plus": ("+", "", ""),  # before a number that is not negative
     "comment": ("; {0}", "({0})", "; {0}"),
     "TCP on": ("M128", "G43.4 H{tool}", "TRAORI"),
@@ -43,19 +42,13 @@ TABLE = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Control:
-    """The words of a control: one column of the table."""
-
-    words: dict
-
-    def lines(self, command):
-        """Return the lines of a `Command` that needs no move."""
-        lines = [line.format(*command.values) for line in self.words[command.kind] if command.values[:1] != (None,)]
-        if command.kind in ("spindle", "coolant"):
-            lines += self.words[f"{command.kind} {command.values[-1]}"]
-        return lines
+HEIDENHAIN, FANUC, SIEMENS = ({key: row[n] for key, row in TABLE.items()} for n in range(3))
+DIALECTS = {control["control"]: control for control in (HEIDENHAIN, FANUC, SIEMENS)}
 
 
-HEIDENHAIN, FANUC, SIEMENS = (Control({key: row[n] for key, row in TABLE.items()}) for n in range(3))
-DIALECTS = {control.words["control"]: control for control in (HEIDENHAIN, FANUC, SIEMENS)}
+def said(control, command):
+    """Return the lines of a `Command` that needs no move."""
+    lines = [line.format(*command.values) for line in control[command.kind] if command.values[:1] != (None,)]
+    if command.kind in ("spindle", "coolant"):
+        lines += control[f"{command.kind} {command.values[-1]}"]
+    return lines

@@ -15,7 +15,7 @@ from mathpost.errors import NUMBER, InputError
 from mathpost.post import text as bulk
 from mathpost.post.between_blocks import block_times
 from mathpost.post.cl import commands, feed_times
-from mathpost.post.controls import DIALECTS, FANUC, HEIDENHAIN
+from mathpost.post.controls import DIALECTS, FANUC, HEIDENHAIN, said
 from mathpost.post.text import Column, Item, Pattern
 
 DECIMALS = 4
@@ -56,7 +56,7 @@ class Blocks:
 
 
 def control_for(machine, dialect):
-    """Return the `Control` called `dialect`; refuse an unknown one, or one that cannot name the machine's axes."""
+    """Return the words of a control; refuse an unknown one, or one that cannot name the machine's axes."""
     if dialect not in DIALECTS:
         raise InputError("dialect", " or ".join(DIALECTS), repr(dialect))
     for axis in machine.joint_names[3:]:
@@ -139,12 +139,12 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
     rows, own = len(blocks.words), machine.program_head
     if not own and not machine.program_foot:
         own = [_comment(control, MOTION_ONLY)]
-    between[0][:0] = [line.replace("{name}", name) for line in (*control.words["head"], *own)]
-    foot = [line.replace("{name}", name) for line in (*machine.program_foot, *control.words["foot"])]
-    between[rows] += [control.words["TCP off"]] * blocks.tcp + foot
+    between[0][:0] = [line.replace("{name}", name) for line in (*control["head"], *own)]
+    foot = [line.replace("{name}", name) for line in (*machine.program_foot, *control["foot"])]
+    between[rows] += [control["TCP off"]] * blocks.tcp + foot
     numbered = np.zeros(rows + 1, int)  # how many lines before each move, besides the moves
     for row, lines in between.items():
-        numbered[row] = sum(_takes_number(control, line) for line in lines)
+        numbered[row] = sum(not line.startswith(control["unnumbered"]) for line in lines)
     before = np.cumsum(numbered) + np.arange(rows + 1)
     columns = _columns(control, machine.joint_names, blocks, before[:-1], changes, switches)
     texts, at = [], 0
@@ -152,8 +152,8 @@ def write(blocks, machine, dialect="heidenhain", *, name="MATHPOST"):
         texts += bulk.lines(columns, at, row)
         count, at = before[row] - numbered[row], row
         for line in lines:
-            if _takes_number(control, line):
-                line, count = f"{control.words['block']}{_number(control, count)} {line}", count + 1
+            if not line.startswith(control["unnumbered"]):
+                line, count = f"{control['block']}{_number(control, count)} {line}", count + 1
             texts.append(f"{line}\n")
     return "".join(texts)
 
@@ -174,27 +174,23 @@ def _between(control, machine, blocks):
             if kind == "comment":
                 lines.append(_comment(control, remark))
             elif kind == "compensation":
-                switches[row] = control.words[f"{kind} {remark.values[0]}"].format(tool=tool)
+                switches[row] = control[f"{kind} {remark.values[0]}"].format(tool=tool)
             elif kind == "tool":
-                lines += [control.words["TCP off"]] * tcp
+                lines += [control["TCP off"]] * tcp
                 tool, tcp = remark.values[0], False
                 lines += [line.replace("{tool}", str(tool)) for line in machine.tool_change]
                 if not machine.tool_change:
-                    lines += control.lines(remark)
+                    lines += said(control, remark)
                     if machine.programmed_point == "tip" and not blocks.tcp:
-                        lines += [line.format(tool) for line in control.words["tip"]]
+                        lines += [line.format(tool) for line in control["tip"]]
                 changes.append(row)
             else:
-                lines += control.lines(remark)
+                lines += said(control, remark)
         if blocks.tcp and not tcp and row < rows:
-            lines.append(control.words["TCP on"].format(tool=tool))
+            lines.append(control["TCP on"].format(tool=tool))
             tcp = True
         between[row] = lines
     return between, [row for row in changes if row < rows], switches
-
-
-def _takes_number(control, line):
-    return control is HEIDENHAIN or not line.startswith(("%", "O", ";", "("))
 
 
 def _number(control, count):
@@ -220,7 +216,7 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     for axis, column in zip(axes, blocks.words.T, strict=True):
         shown = _changes(values := printed(np.array(column)))
         shown[changes] = True  # nobody knows where the machine went for its tool
-        positions.append(Column(axis_word(axis), values, DECIMALS, control.words["plus"], shown))
+        positions.append(Column(axis_word(axis), values, DECIMALS, control["plus"], shown))
     switched = [Column(word, shown=rows == row) for row, word in switches.items()]
     moved = [*positions, *switched] if heidenhain else [*switched, *positions]
     # An ISO control that has been told times has forgotten the feed.
@@ -257,7 +253,7 @@ def _comment(control, remark):
     comment = " ".join(remark.split())
     if control is FANUC:
         comment = comment.replace("(", "[").replace(")", "]")
-    return control.words["comment"].format(comment)
+    return control["comment"].format(comment)
 
 
 def read(text, machine, dialect="heidenhain", *, name="program"):
@@ -277,8 +273,8 @@ class _Lines(bulk.Reader):
         self.control, self.names, self.name = control_for(machine, dialect), machine.joint_names, name
         letters = "|".join(re.escape(axis) for axis in sorted(self.names, key=len, reverse=True))
         self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})")
-        self.codes = re.compile(self.control.words["codes"] + r"(?![\d.])")
-        self.pattern = _plain(self.control, self.names)
+        self.codes = re.compile(self.control["codes"] + r"(?![\d.])")
+        self.pattern = _plain(self.control is HEIDENHAIN, self.names)
         self.passed_over = _templates((*machine.program_head, *machine.program_foot))
         self.tool_change = _templates(machine.tool_change)
         self.line = 1
@@ -310,7 +306,7 @@ class _Lines(bulk.Reader):
         """Take one line, word by word."""
         line = raw.decode("utf-8", "surrogatepass").strip()
         body = re.sub(r"\([^()]*\)" if self.control is FANUC else ";.*", " ", line).strip()
-        body = re.sub(rf"^{self.control.words['block']}\d+\s*", "", body)
+        body = re.sub(rf"^{self.control['block']}\d+\s*", "", body)
         if self.control is HEIDENHAIN:
             body = "" if re.fullmatch(r"(BEGIN|END) PGM \w+ MM", body) else re.sub(r"^L(\s+|$)", "", body)
         template = re.sub(r"^N?\d+\s*", "", line)
@@ -335,7 +331,7 @@ class _Lines(bulk.Reader):
             elif match := self.codes.match(body):
                 self.take_code(match[0])
             else:
-                raise self.error(f"a word of a {self.control.words['control']} program", repr(body.split()[0]))
+                raise self.error(f"a word of a {self.control['control']} program", repr(body.split()[0]))
             body = body[match.end() :].lstrip()
         if words:
             column = np.array([[words.get(name, np.nan)] for name in self.names])
@@ -362,8 +358,8 @@ class _Lines(bulk.Reader):
     def take_code(self, code):
         if re.fullmatch(r"TOOL CALL \d+(?: Z)?|M0?6", code):
             self.forget()
-        if code in (self.control.words["TCP on"].split()[0], self.control.words["TCP off"]):
-            self.tcp = code != self.control.words["TCP off"]
+        if code in (self.control["TCP on"].split()[0], self.control["TCP off"]):
+            self.tcp = code != self.control["TCP off"]
 
     def move(self, words, feeds, seconds, rapid):
         """Take n moves: words, shape (5, n), feeds and seconds, NaN where a line does not say."""
@@ -394,10 +390,10 @@ def _templates(lines):
 
 
 @cache
-def _plain(control, names):
+def _plain(heidenhain, names):
     """The pattern of a line that moves axes and changes no mode but its feed."""
     start, ends = [Item("N", "count")], [Item(FEED, "number", optional=True)]
-    if control is HEIDENHAIN:
+    if heidenhain:
         start = [Item("", "count"), Item(" L")]
         ends = [Item(RAPID, optional=True), Item(TIME, "number", optional=True), *ends]
     return Pattern([*start, *(Item(axis_word(name), "number", optional=True) for name in names), *ends])

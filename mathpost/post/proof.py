@@ -6,7 +6,7 @@ joints move linearly from block to block (nonlinear error, 非线性误差).
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -21,27 +21,26 @@ LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no th
 FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to three decimals
 
 
-def deviation(kin, start, end, *, tips=None, axes=None, samples=None):
+def deviation(kin, start, end, *, tips=None, axes=None, least=2):
     """Return how far the tip (mm) and the tool axis (radians) stray when all joints move linearly, shape (m,) each.
 
     `start` and `end`, shape (m, 5), are the joints at both ends of m moves, mm and radians; `tips` and `axes`, (2,
     m, 3), the ends of the segments and great circles that they should follow, by default where the joints at both
-    ends have them. `samples` are intervals per move, by default as many as it takes to miss no more than
-    `RESOLUTION` where the move is taken for a parabola between them.
+    ends have them. A move is sampled in intervals, at `least` so many, that miss no more than `RESOLUTION` where it
+    is taken for a parabola between them.
 
     Examples
     --------
     Half a turn of C about a tip 77 mm from its axis: the tip cuts straight across.
 
-    >>> from mathpost import machine
-    >>> from mathpost.kinematics import Kinematics
-    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
+    >>> import mathpost
+    >>> kin = mathpost.Kinematics(mathpost.load_machine("dmu50v"))
     >>> ends = kin.close([77.0, 0, 0], [[0, 0], [0, np.pi]])
     >>> tip, axis = deviation(kin, ends[:1], ends[1:])
     >>> f"{tip[0]:.3f} mm"
     '77.000 mm'
     """
-    return tuple(stray(kind, kin, start, end, path, samples) for kind, path in enumerate((tips, axes)))
+    return tuple(stray(kind, kin, start, end, path, least) for kind, path in enumerate((tips, axes)))
 
 
 def strays(kin, cl, motion, moves=slice(None)):
@@ -51,19 +50,19 @@ def strays(kin, cl, motion, moves=slice(None)):
     return deviation(kin, starts.joints, ends.joints, tips=tips, axes=axes)
 
 
-def stray(kind, kin, start, end, path=None, samples=None, least=2):
+def stray(kind, kin, start, end, path=None, least=2):
     """One half of `deviation`: that of the tip (`kind` 0) or of the tool axis (1)."""
     error = np.zeros(len(start))
-    for moves, _, *tool in sampled(kin, start, end, samples, least):
+    for moves, _, *tool in sampled(kin, start, end, least):
         ends = tool[kind][[0, -1]] if path is None else (path[0][moves], path[1][moves])
         error[moves] = peak((from_segment, from_arc)[kind](tool[kind], *ends))
     return error
 
 
-def sampled(kin, start, end, samples=None, least=2):
+def sampled(kin, start, end, least=2):
     """Yield k moves at a time: their numbers (k,), t from 0 to 1 (intervals + 1, 1), tips and axes (…, k, 3)."""
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    intervals = np.full(len(start), samples) if samples else _intervals(kin.machine, start, end, least)
+    intervals = _intervals(kin.machine, start, end, least)
     for count in np.unique(intervals).tolist():
         t = np.linspace(0, 1, count + 1)[:, None]
         alike = np.flatnonzero(intervals == count)
@@ -86,18 +85,13 @@ def largest(kind, kin, joints, path, most, *, least=2):
     """
     if not len(most):
         return 0.0, -1
-    found, bound = np.zeros(len(most)), np.maximum(most, 0)
-
-    def look(moves):
+    found, bound, few = np.zeros(len(most)), np.maximum(most, 0), len(most) // FIRST + 1
+    promising = most >= np.partition(most, -few)[-few]
+    for some in (promising, ~promising):
+        moves = np.flatnonzero(some & (most > found.max()))
         ends = path[moves], path[moves + 1]
-        strayed = stray(kind, kin, joints[moves], joints[moves + 1], ends, least=least)
+        strayed = stray(kind, kin, joints[moves], joints[moves + 1], ends, least)
         found[moves] = np.minimum(strayed, bound[moves])
-
-    few = len(most) // FIRST + 1
-    promising = np.argpartition(most, -few)[-few:]
-    look(promising[most[promising] >= 0])
-    most[promising] = -1
-    look(np.flatnonzero(most > found.max()))
     error = min(found.max() + (RESOLUTION, AXIS_RESOLUTION)[kind], bound.max())
     return float(error), int(found.argmax())
 
@@ -123,13 +117,10 @@ def derivative(machine, start, end, order):
 
     A point at most r from the lines that it is turned about, by Ω, and moved by v has at most Ωⁿ·r + n·Ωⁿ⁻¹·v.
     """
-    result, offsets = np.empty(len(start)), levers(machine)
-    for rows in slices(result.shape):
-        step = np.abs(end[rows] - start[rows])
-        turn, travel = step[:, 3:].sum(axis=1), step[:, :3].sum(axis=1)
-        lever = offsets + np.maximum(*(np.abs(at[rows, :3]).sum(axis=1) for at in (start, end)))
-        result[rows] = turn ** (order - 1) * (turn * np.maximum(lever, LEVER) + order * travel)
-    return result
+    step = np.abs(end - start)
+    turn, travel = step[:, 3:].sum(axis=1), step[:, :3].sum(axis=1)
+    lever = levers(machine) + np.maximum(*(np.abs(at[:, :3]).sum(axis=1) for at in (start, end)))
+    return turn ** (order - 1) * (turn * np.maximum(lever, LEVER) + order * travel)
 
 
 def levers(machine):
@@ -259,9 +250,8 @@ def measured(kin, cl, blocks, motion, *, real=None):
 
 def worst_of(proofs):
     """Return the `Proof` that says the worst of several."""
-    farthest = max(proofs, key=lambda proof: proof.path_tip_error)
-    names = ("tip_error", "axis_error", "path_tip_error", "path_axis_error")
-    return Proof(*(max(getattr(proof, name) for proof in proofs) for name in names), farthest.worst_record)
+    *errors, _ = zip(*map(astuple, proofs), strict=True)
+    return Proof(*map(max, errors), max(proofs, key=lambda proof: proof.path_tip_error).worst_record)
 
 
 def _joints(kin, blocks):
@@ -288,17 +278,15 @@ def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
 
 def _refuse_other_feeds(cl, blocks, motion):
     """Rapid where the CL data are, and at their feed elsewhere, if no time is stated instead."""
-    for rows in slices(motion.place.shape):
-        record, block = motion[rows].record, blocks[rows]
-        feeds, rapid = cl.feeds[record], cl.rapid[record]
-        by_feed = ~rapid & np.isnan(block.seconds) & ~np.isnan(feeds)
-        as_it_is = (block.feeds <= feeds + 1e-9) & (block.feeds >= feeds - FEED_DIGITS)
-        wrong = (block.rapid != rapid) | (by_feed & ~as_it_is)
-        if wrong.any():
-            at = int(wrong.argmax())
-            found = "rapid" if block.rapid[at] else f"feed {block.feeds[at]:g}"
-            expected = "rapid" if rapid[at] else f"feed {feeds[at]:g}"
-            raise MathpostError(f"{cl.where(record[at])}: the CL data have {expected} and the program {found}")
+    feeds, rapid = cl.feeds[motion.record], cl.rapid[motion.record]
+    by_feed = ~rapid & np.isnan(blocks.seconds) & ~np.isnan(feeds)
+    as_it_is = (blocks.feeds <= feeds + 1e-9) & (blocks.feeds >= feeds - FEED_DIGITS)
+    wrong = (blocks.rapid != rapid) | (by_feed & ~as_it_is)
+    if wrong.any():
+        at = int(wrong.argmax())
+        found = "rapid" if blocks.rapid[at] else f"feed {blocks.feeds[at]:g}"
+        expected = "rapid" if rapid[at] else f"feed {feeds[at]:g}"
+        raise MathpostError(f"{cl.where(motion.record[at])}: the CL data have {expected} and the program {found}")
 
 
 def _refuse_too_fast(machine, cl, blocks, motion):

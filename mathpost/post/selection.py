@@ -73,10 +73,9 @@ def candidates(kin, tip, axis):
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> from mathpost.kinematics import Kinematics
-    >>> found = candidates(Kinematics(machine.load("data/machines/ac_head.toml")), [[0, 0, 0]], [[0.6, 0, 0.8]])
-    >>> for branch, joints, _, reason in found.table(0):
+    >>> import mathpost
+    >>> kin = mathpost.Kinematics(mathpost.load_machine("ac_head"))
+    >>> for branch, joints, _, reason in candidates(kin, [[0, 0, 0]], [[0.6, 0, 0.8]]).table(0):
     ...     print(branch, joints[3:].round(2), reason or "inside travel")
     0 [90.   36.87] inside travel
     0 [-270.     36.87] inside travel
@@ -119,11 +118,9 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> from mathpost.post import cl as cldata
-    >>> from mathpost.kinematics import Kinematics
-    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
-    >>> np.rad2deg(choose(kin, cldata.read("data/cl/blade.cl")).joints[:, 3:]).round(3)
+    >>> import mathpost
+    >>> kin = mathpost.Kinematics(mathpost.load_machine("dmu50v"))
+    >>> np.rad2deg(choose(kin, mathpost.read_cl("data/cl/blade.cl")).joints[:, 3:]).round(3)
     array([[ 11.817, 175.815],
            [  4.717, 178.332],
            [  2.334,  -0.825],
@@ -134,10 +131,10 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
         raise InputError("strategy", " or ".join(STRATEGIES), repr(strategy))
     if prefer not in (None, 1, -1):
         raise InputError("prefer", "1 or -1", repr(prefer))
-    machine, derived = kin.machine, kin.inverse_symbolic
+    machine, outer = kin.machine, kin.outer
     start = None if start is None else as_array(start, 5, "start")
     if prefer is None:  # the longer side of travel from the middle of the two solutions
-        low, high = machine.limits[kin.symbols.index(derived.inner)] - float(sum(derived.solutions) / 2)
+        low, high = machine.limits[kin.inner] - float(sum(kin.inverse_symbolic.solutions) / 2)
         prefer = 1 if np.isinf(high) or high >= -low else -1
     options = {"start": start, "split": split, "prefer": prefer, "sway": sway}
     if strategy == "paper":
@@ -151,8 +148,8 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
         if machine.within(chosen.joints).all():  # the best way without a limit, and inside it
             return chosen
 
-    solved, turns, outer = _solutions(kin, cl.points, cl.axes), _turns(machine), kin.symbols.index(derived.outer)
-    beyond = _beyond_the_short_way(kin, cl, solved, outer, singular.STILL * sway)
+    solved, turns = _solutions(kin, cl.points, cl.axes), _turns(machine)
+    beyond = _beyond_the_short_way(kin, cl, solved, singular.STILL * sway)
     first = _explained(kin, solved[..., :1])
     if start is None:
         beginning = TIE * np.abs((first.joints[0] * UNITS)[:, 3:]).sum(axis=1)
@@ -176,9 +173,8 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
             f"{cl.where(stuck)}: the path breaks here, {reason}; split it, with a retract and an unwind"
         )
     (solution, winding), records = np.divmod(picks, turns.shape[1]), np.arange(len(cl))
-    joints = np.empty((5, len(cl))).T  # joint by joint is read fastest
-    for joint in range(5):
-        joints[:, joint] = solved[joint, solution, records] + turns[joint, winding]
+    columns = [angle[solution, records] + turn[winding] for angle, turn in zip(solved, turns, strict=True)]
+    joints = np.array(columns).T  # joint by joint is read fastest
     further = np.where(np.diff(solution, prepend=-1) == 0, beyond[solution, records], 0)
     for joint in np.flatnonzero(machine.endless):  # goes on the short way, and the outer one `further` turns
         turned = np.diff(joints[:, joint], prepend=0.0 if start is None else start[joint])
@@ -194,10 +190,9 @@ def _solutions(kin, tip, axis):
     of each branch. It can then be turned where that costs nothing of the tool axis.
     """
     joints, tip = kin.inverse(tip, axis), np.asarray(tip, dtype=float)
-    inner, outer = (kin.symbols.index(each) for each in (kin.inverse_symbolic.inner, kin.inverse_symbolic.outer))
     at_pole = np.zeros(len(joints), dtype=bool)
     if kin.reach[0] == 0:  # there the two solutions meet at the pole
-        at_pole = np.abs(joints[:, 0, inner] - joints[:, 1, inner]) < 2 * POLE
+        at_pole = np.abs(joints[:, 0, kin.inner] - joints[:, 1, kin.inner]) < 2 * POLE
     elsewhere = np.flatnonzero(~at_pole)
     if not at_pole.any() or not elsewhere.size:
         return joints.T
@@ -206,21 +201,21 @@ def _solutions(kin, tip, axis):
     after = np.searchsorted(elsewhere, np.flatnonzero(at_pole))
     for first, neighbour in ((2, after - 1), (4, after)):
         rotary = joints[at_pole, :, 3:]
-        rotary[..., outer - 3] = joints[elsewhere[np.clip(neighbour, 0, len(elsewhere) - 1)], :, outer]
+        rotary[..., kin.outer - 3] = joints[elsewhere[np.clip(neighbour, 0, len(elsewhere) - 1)], :, kin.outer]
         solved[:, first : first + 2, at_pole] = kin.close(tip[at_pole, None], rotary).T
     return solved
 
 
-def _beyond_the_short_way(kin, cl, solved, outer, still):
+def _beyond_the_short_way(kin, cl, solved, still):
     """How many whole turns the outer axis makes beyond its short way to each record in cut, shape (k, n)."""
     # Where the rotary axes are not at right angles, a great circle that passes beside the pole can take it a little
     # more than half a turn. One that passes as near as `still` may go either way.
-    beyond, angles = np.zeros(solved.shape[1:], np.int8), solved[outer, :2]
+    beyond, angles = np.zeros(solved.shape[1:], np.int8), solved[kin.outer, :2]
     steps = nearest(np.diff(angles))
     moves = np.flatnonzero((np.abs(steps) > np.pi / 2).any(axis=0) & ~cl.rapid[1:])
     t, away = singular.nearest(kin, cl.axes[moves], cl.axes[moves + 1], singular.from_pole)
     moves, t = moves[away > still], t[away > still]
-    middle = kin.inverse(*cl.at(moves + t))[..., outer].T
+    middle = kin.inverse(*cl.at(moves + t))[..., kin.outer].T
     turned = nearest(middle - angles[:, moves]) + nearest(angles[:, moves + 1] - middle)
     beyond[:2, moves + 1] = np.nan_to_num(np.rint((turned - steps[:, moves]) / TURN))
     return beyond
@@ -297,8 +292,8 @@ def move_costs(machine, steps):
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> move_costs(machine.load("data/machines/dmu50v.toml"), [[0, 0, 100, 0, np.pi]])
+    >>> import mathpost
+    >>> move_costs(mathpost.load_machine("dmu50v"), [[0, 0, 100, 0, np.pi]])
     array([5.])
     """
     return cost(np.moveaxis(np.asarray(steps, dtype=float), -1, 0), *prices(machine))

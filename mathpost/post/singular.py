@@ -28,9 +28,8 @@ def measure(kin):
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> from mathpost.kinematics import Kinematics
-    >>> measure(Kinematics(machine.load("data/machines/dmu50v.toml")))
+    >>> import mathpost
+    >>> measure(mathpost.Kinematics(mathpost.load_machine("dmu50v")))
     sin(B)/2
     """
     data = chain.Geometry.numbers(kin.machine)

@@ -1,9 +1,9 @@
 r"""Many decimal numbers at once, between text and arrays: what reading and writing large files rests on.
 
 A `Pattern` says what the plain lines of a language look like, and takes the numbers of all of them as columns; any
-other line is left to the caller, who reads it with care. `lines` puts lines together from `Column`s. Both are
-exact: what is read is what `float` reads, what is written is what formatting writes. The loops over the characters
-are plain Python; for a large text they are compiled, where Numba is installed.
+other line is left to the caller, who reads it with care. What is read is what `float` reads. `lines` puts lines
+together from `Column`s. The loops over the characters are plain Python; for a large text they are compiled, where
+Numba is installed.
 """
 
 import math
@@ -13,6 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from mathpost.errors import InputError
 from mathpost.post.compiled import compiled
 
 BLOCK = 2**19  # bytes that are read at once: what is made of them fits the processor's cache
@@ -23,10 +24,8 @@ NEWLINE, RETURN, BLANK, POINT, MINUS, PLUS, ZERO, NINE = b"\n\r .-+09"
 MOST_DIGITS = 18  # of a number that is read: its digits without the point are below 2**63
 POWERS = np.array([10.0**power for power in range(MOST_DIGITS + 1)])  # exact, as all up to 10**22 are
 EXACT = 2**53  # integers below are exact as floats, and so is one division of theirs by an exact power
-LARGEST = 1e15  # last digits in a number that is written
+LARGEST = 1e15  # of numbers that are written, in units of their last digits
 TEN, NAUGHT = np.uint64(10), np.uint64(ZERO)  # without a sign: half of the time of a division with one
-
-KINDS = ("", "number", "count")  # what an item of a line holds behind its literal
 
 
 @dataclass(frozen=True)
@@ -34,14 +33,14 @@ class Item:
     """A part of a plain line: an ASCII literal, and what it holds behind it."""
 
     literal: str
-    holds: str = ""  # nothing; "number", decimal, with or without a sign and a point; or "count", digits
+    holds: str = ""  # "number", decimal, with or without a sign and a point; "count", digits; or nothing
     optional: bool = False
 
 
 class Pattern:
     r"""What a plain line looks like: items in their order, and the end of the line, LF or CRLF.
 
-    If `relaxed`, letters may be of either case, and blanks stand before and behind numbers and behind literals.
+    With `blanks` these may stand before and behind numbers and behind literals.
 
     Examples
     --------
@@ -52,13 +51,11 @@ class Pattern:
            [  2.  ,    nan]]), array([ True,  True, False]))
     """
 
-    def __init__(self, items, *, relaxed=False):
+    def __init__(self, items, *, blanks=False):
         self.literals = [item.literal for item in items]
-        cases = (str.upper, str.lower) if relaxed else (str, str)
-        (upper, sizes), (lower, _) = (_characters(map(case, self.literals)) for case in cases)
-        kinds = np.array([KINDS.index(item.holds) for item in items])
+        kinds = np.array([("", "count", "number").index(item.holds) for item in items])
         optional = np.array([item.optional for item in items])
-        self.arrays = upper, lower, sizes, kinds, optional, relaxed
+        self.arrays = *_characters(self.literals), kinds, optional, blanks
 
     def match(self, block):
         """Read the numbers of the plain lines among whole lines of bytes, of which the last must end, too.
@@ -113,18 +110,10 @@ class Column:
     """What n lines hold: an ASCII literal, and a number behind it."""
 
     literal: str
-    values: np.ndarray | None = None
+    values: np.ndarray | None = None  # rounded to their `decimals`
     decimals: int = 0
     plus: str = ""  # the sign of a number that is not negative
     shown: np.ndarray | None = None  # which lines hold it; by default all
-
-    def text(self, row):
-        """What stands in one line."""
-        if self.shown is not None and not self.shown[row]:
-            return ""
-        if self.values is None:
-            return self.literal
-        return f"{self.literal}{self.values[row]:{'+' if self.plus else ''}.{self.decimals}f}"
 
 
 def lines(columns, first, stop):
@@ -143,22 +132,14 @@ def lines(columns, first, stop):
                 shown[n] = column.shown[rows]
             if column.values is not None:
                 values[n] = column.values[rows]
-        line = 0
-        while start + line < rows.stop:
-            with np.errstate(over="ignore"):  # of a number too large for the loop
-                line, end = write(out, *literals, shown, values, decimals, plus, line)
-            yield out[:end].tobytes().decode("ascii")
-            if start + line < rows.stop:  # one that is better written with care
-                yield from (column.text(start + line) for column in columns)
-                line += 1
+        if not (end := write(out, *literals, shown, values, decimals, plus)):
+            raise InputError("lines", f"numbers of less than {LARGEST:g} last digits", "a larger one")
+        yield out[:end].tobytes().decode("ascii")
 
 
 def held(values, before):
     """Replace NaN by the last number before it, or by `before`."""
-    missing = np.isnan(values)
-    if not missing.any():
-        return values
-    last = np.maximum.accumulate(np.where(missing, 0, np.arange(1, len(values) + 1)))
+    last = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(1, len(values) + 1)))
     return np.concatenate([[before], values])[last]
 
 
@@ -181,18 +162,18 @@ def _compiled():
     return compiled(_match, _skipped, _number), compiled(_write, _written)
 
 
-def _match(text, upper, lower, sizes, kinds, optional, blanks, values, plain):
+def _match(text, literals, sizes, kinds, optional, blanks, values, plain):
     """Put the numbers of the lines of `text` that fit a pattern into `values`, and which lines fit into `plain`."""
     at = 0
     for line in range(len(plain)):
         fits = True
         for item in range(len(sizes)):
             here, size, value = _skipped(text, at, blanks and item > 0), 0, 0.0
-            while size < sizes[item] and (text[here] == upper[item, size] or text[here] == lower[item, size]):
+            while size < sizes[item] and text[here] == literals[item, size]:
                 here, size = here + 1, size + 1
             found = size == sizes[item]
             if found and kinds[item] > 0:
-                here, value = _number(text, _skipped(text, here, blanks), kinds[item] == 1)
+                here, value = _number(text, _skipped(text, here, blanks), kinds[item] == 2)
                 found = here > 0
             values[item, line] = value if found else math.nan
             if found:
@@ -236,15 +217,13 @@ def _number(text, at, with_sign_and_point):
     return at, -size if negative else size
 
 
-def _write(out, literals, sizes, shown, values, decimals, plus, first):
-    """Write lines into `out`, from number `first` on; return the number of the next line, and where `out` ends.
+def _write(out, literals, sizes, shown, values, decimals, plus):
+    """Write lines into `out`, and return where they end, or 0 if a number is too large.
 
-    `plus` is the sign of a number that is not negative, or 0. Stops before a line with a number that is not finite,
-    too large, or in doubt as to its rounding.
+    `plus` is the sign of a number that is not negative, or 0.
     """
     at = 0
-    for line in range(first, shown.shape[1]):
-        start = at
+    for line in range(shown.shape[1]):
         for item in range(len(sizes)):
             if not shown[item, line]:
                 continue
@@ -256,16 +235,13 @@ def _write(out, literals, sizes, shown, values, decimals, plus, first):
             value = values[item, line]
             last = abs(value) * POWERS[decimals[item]]  # in units of the last digit
             if not last < LARGEST:
-                return line, start
-            whole = round(last)
-            if abs(last - whole) == 0.5:  # the product is rounded, but never past a tie: only onto one
-                return line, start
+                return 0
             sign = MINUS if math.copysign(1.0, value) < 0 else plus[item]
             if sign:
                 out[at] = sign
                 at += 1
-            at = _written(out, at, np.uint64(whole), decimals[item])
-    return shown.shape[1], at
+            at = _written(out, at, np.uint64(round(last)), decimals[item])
+    return at
 
 
 def _written(out, at, whole, decimals):

@@ -61,7 +61,6 @@ class Crossing:
         if not 0 <= self.first < self.last < len(self.joints):
             raise InputError("region", f"two records from 0 to {len(self.joints) - 1}", repr(tuple(region)))
         self.records = np.arange(self.first, self.last + 1)
-        self.outer = kin.symbols.index(kin.inverse_symbolic.outer)
 
     def compare(self, **options):
         """Return all ways as a list of `Way`; one that is not possible says why."""
@@ -97,13 +96,13 @@ class Crossing:
             motion = getattr(self, "_" + name.replace(" ", "_"))(*given.get(name, ()))
             if name in self.FOLLOWING:
                 motion = follow(self.kin, self.cl, motion, self.axis_tolerance)
+            if name in self.SAFE:
                 motion = linearize(self.kin, motion, in_the_air(motion, self.tolerance, clearance))
         except MathpostError as error:
             return Way(**vars(Motion.on_part(np.empty((0, 5)), [])), name=name, reason=str(error))
         law, (tip, axis) = self._law(motion), strays(self.kin, self.cl, motion)
-        peaks = law.peak_speeds[self.outer], law.peak_accelerations[self.outer]
         largest = tip[motion.in_cut].max(initial=0), axis[motion.at_feed(self.cl)].max(initial=0)
-        return Way(*vars(motion).values(), name, law, *peaks, *largest)
+        return Way(*vars(motion).values(), name, law, *law.peaks[:, self.kin.outer], *largest)
 
     def _direct(self):
         return Motion.on_part(self.joints[self.records], self.records)
@@ -132,7 +131,7 @@ class Crossing:
         span, swing = self.last - self.first, np.ptp(self.joints[[self.first, self.last], 3:], axis=0).max()
         n = (int(np.ceil(swing / STEP / span)) + 1) * span - 1  # a point at each record, and others evenly between
         place, joints = yu_dan.smooth(self.kin, self.cl, self.joints, (self.first, self.last), n)
-        return linearize(self.kin, Motion.on_part(joints, place), self.tolerance)
+        return Motion.on_part(joints, place)
 
     def _aside(self, lean):
         place = np.unique(np.r_[np.linspace(self.first, self.last, ASIDE_NODES), self.records])
@@ -175,13 +174,12 @@ class Crossing:
         return self._paper_cubic(points, yu_dan.paper_clamped)
 
     def _with_tip_kept(self, place, rotary):
-        """Close the loop at each node and divide the moves until the tip keeps the tolerance."""
-        joints = self.kin.close(self.cl.at(place)[0], rotary)
-        return linearize(self.kin, Motion.on_part(joints, place), self.tolerance)
+        """Close the loop at each node."""
+        return Motion.on_part(self.kin.close(self.cl.at(place)[0], rotary), place)
 
     def _largest_swing(self):
         """The record that the outer axis swings from."""
-        return self.first + int(np.abs(np.diff(self.joints[self.records, self.outer])).argmax())
+        return self.first + int(np.abs(np.diff(self.joints[self.records, self.kin.outer])).argmax())
 
     def _law(self, motion):
         """The time law of a motion with the records about it."""

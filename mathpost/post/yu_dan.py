@@ -60,22 +60,19 @@ def cases(kin, cl, prefer):
 
     Examples
     --------
-    >>> from mathpost import machine
-    >>> from mathpost.kinematics import Kinematics
-    >>> from mathpost.post import cl
-    >>> kin = Kinematics(machine.load("data/machines/dmu50v.toml"))
-    >>> print(cases(kin, cl.read("data/cl/blade.cl"), 1)[0])
+    >>> import mathpost
+    >>> kin = mathpost.Kinematics(mathpost.load_machine("dmu50v"))
+    >>> print(cases(kin, mathpost.read_cl("data/cl/blade.cl"), 1)[0])
     case (2): κ = 0, 11.817°
     """
     derived = kin.inverse_symbolic
     if derived.solutions[0] != -derived.solutions[1]:
         found = f"{kin.machine.name}, where it is elsewhere"
         raise InputError("strategy 'paper'", f"a machine whose two solutions are ±{derived.inner}", found)
-    tilting = kin.symbols.index(derived.inner)
-    near, far = np.sort(np.abs(kin.machine.limits[tilting])) + TRAVEL_TOLERANCE
+    near, far = np.sort(np.abs(kin.machine.limits[kin.inner])) + TRAVEL_TOLERANCE
     dominant = 0 if prefer > 0 else 1
     found, before = [], 0.0
-    for size in np.abs(kin.inverse(cl.points, cl.axes)[:, 0, tilting]).tolist():
+    for size in np.abs(kin.inverse(cl.points, cl.axes)[:, 0, kin.inner]).tolist():
         case, steps = Case(1, size, None), (abs(size - before), abs(-size - before))
         if size <= near:
             case = Case(3, size, min((dominant, 1 - dominant), key=lambda kappa: steps[kappa]), steps)
@@ -108,8 +105,7 @@ def choose(kin, cl, prefer):
             raise ReachError(f"{cl.where(record)}: {kin.inverse_symbolic.inner}: {case}")
     branch = np.array([case.kappa for case in found])  # the first branch is the positive one
     joints = kin.inverse(cl.points, cl.axes)[np.arange(len(branch)), branch]
-    outer = kin.symbols.index(kin.inverse_symbolic.outer)
-    joints[1:-1, outer] = [turn.taken for turn in turns(joints[:, outer])]
+    joints[1:-1, kin.outer] = [turn.taken for turn in turns(joints[:, kin.outer])]
     out = np.flatnonzero(~kin.machine.within(joints).all(axis=1))
     if out.size:
         raise ReachError(f"{cl.where(int(out[0]))}: {'; '.join(kin.machine.out_of_travel(joints[out[0]]))}")

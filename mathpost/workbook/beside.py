@@ -11,11 +11,13 @@ from mathpost import angles as euler
 from mathpost.detective.misreadings import written_decimals
 from mathpost.rotation import wrap
 from mathpost.workbook.calculation import SAMPLES, Turn
-from mathpost.workbook.edits import as_around
-from mathpost.workbook.formula import heads, unrounded
-from mathpost.workbook.graph import CLOSE, same
+from mathpost.workbook.edits import as_around, edits
+from mathpost.workbook.formula import heads, text_of, unrounded
+from mathpost.workbook.given import runs
+from mathpost.workbook.graph import CLOSE, beside, same
 
 MOST = 20  # points of which each two are compared
+CORNERS = 6  # points of which each two edges are
 
 
 class Beside:
@@ -31,11 +33,15 @@ class Beside:
         self.pairs, self.off, self.lengths = [], [], []
         self.vectors = self._known_vectors()
         self.places, rest = self._scope()
-        rest -= self._judge_vectors(rest)
         self.numbers, self.angles = self._known_numbers()
+        rest -= self._judge_vectors(rest)
         composed = {p for p in self.found.composed if not (self._is_degrees_and_minutes(p) or self._goes_on(p))}
+        composed -= {p for p in composed if self._are_wrong_minutes(p)}
         typed = self.found.typed - self.found.composed
-        self.unjudged = {p for p in rest - self.found.composed if p in typed or not self._is_known(p)} | composed
+        unknown = {p for p in rest - self.found.composed if p in typed or not self._is_known(p)}
+        for place in sorted(unknown - typed, key=judge.graph.calculation_order):
+            unknown -= {place} if self._is_known(place) or self._is_unlike(place, unknown) else set()
+        self.unjudged = unknown | composed | self._computed_points()
 
     def _scope(self):
         """The cells to judge, and those of them that no result needs."""
@@ -51,16 +57,27 @@ class Beside:
         results = (p for c in found.calculations if c not in judge.unexplained for p in c.results)
         rest = set(places) - (graph.upstream(results, judge.inputs) - judge.inputs.keys()) | judge.unsure
         given = graph.upstream(p for c in found.calculations for p in (*c.given, *c.results))
-        given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
         leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in rest}
-        other = {p for p, used in leaves.items() if given and used & found.typed and given.isdisjoint(used)}
+        # The number of a point, copied beside what became of it.
+        other = {p for p in rest - graph.used.keys() if graph.tree(p)[0] == "area" and given.isdisjoint(leaves[p])}
+        given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
+        other |= {p for p, used in leaves.items() if given and used & found.typed and given.isdisjoint(used)}
         return [p for p in places if p not in other], rest - other
+
+    def _computed_points(self):
+        """Formulas that make points or origins of other numbers, which the task does not say; but for means."""
+        graph, judge = self.graph, self.judge
+        points = {places for turn in self.turns for places in (turn.point, turn.origin)} - {()}
+        points = [p for p in points if not any(same(judge.block(p), known) for known in self.combined)]
+        up = graph.upstream((p for places in points for p in places), judge.targets)
+        up -= judge.targets.keys() | judge.inputs.keys()
+        return {p for p in up & graph.trees.keys() if graph.trees[p][0] != "area" and graph.uses[p]}
 
     def _known_vectors(self):
         """Points and what became of them, their sums, means, extremes, and the differences of each two."""
         graph, judge, lists, everywhere, found = self.graph, self.judge, {}, {}, []
         for turn in self.turns:
-            found += [*turn.known.get(3, ())]
+            found += [*turn.known.get(3, ()), *_axes(turn)]
             result = np.array([*turn.targets.values()])
             if not turn.point or len(result) > 4:
                 continue
@@ -78,7 +95,7 @@ class Beside:
                 found += [off, -off, self.off[-1]]
                 for n, vector in ((3, off), (4, -off)):
                     lists.setdefault((id(graph.component[turn.results[0]]), n), {})[turn.results] = vector
-        every = [*lists.values(), *everywhere.values()]
+        every, single = [*lists.values(), *everywhere.values()], len(found)
         for vectors in (np.array([*each.values()]) for each in every if len(each) > 1):
             statistics = np.sum, np.mean, np.max, np.min, np.ptp, np.std, _of_a_sample
             found += [statistic(vectors, axis=0) for statistic in statistics]
@@ -87,6 +104,9 @@ class Beside:
             for a, b in combinations(vectors.values(), 2) if len(vectors) <= MOST else ():
                 found += [a - b, b - a, a + b, (a + b) / 2]
                 self.pairs.append((a, b))
+            edges = [b - a for a, b in combinations(vectors.values(), 2) if len(vectors) <= CORNERS]
+            self.pairs += [(sign * a, b) for a, b in combinations(edges, 2) for sign in (1, -1)]
+        self.combined = np.array(found[single:]).reshape(-1, 3, SAMPLES)
         return np.array(found).reshape(-1, 3, SAMPLES)
 
     def _expected(self, results):
@@ -105,7 +125,10 @@ class Beside:
     def _judge_vectors(self, rest):
         """Return the cells of known vectors; a vector with a single wrong cell becomes a fault."""
         judged, judge = set(), self.judge
-        for triple in self.found.beside:
+        others = [
+            line for line in runs(rest) if len(line) == 3 and not (judge.unexplained or line in self.found.beside)
+        ]
+        for triple in (*self.found.beside, *others):
             if not rest.issuperset(triple[:3]) or judged.intersection(triple):
                 continue
             off = self.vectors - judge.block(triple[:3])
@@ -115,10 +138,25 @@ class Beside:
                 continue
             for n in np.flatnonzero(fits.sum(axis=-1) == 2)[:1]:
                 (k,) = np.flatnonzero(~fits[n])
-                if fault := judge.repaired_alone(triple[k], self.vectors[n, k]):
+                known = triple in others and self._is_known(triple[k])
+                if not known and (fault := judge.repaired_alone(triple[k], self.vectors[n, k])):
                     judge.faults.append(fault)
                     judged.update(triple)
+            if judged.isdisjoint(triple) and (faults := self._turned_back(triple[:3])):
+                judge.faults += faults
+                judged.update(triple)
         return judged
+
+    def _turned_back(self, triple):
+        """The faults of a result that is turned back, to the point, by a matrix that should be transposed."""
+        up = self.graph.upstream(triple)
+        for turn in self.turns:
+            if turn.point and up.issuperset(turn.results):
+                option = dict(zip(triple, self.judge.block(turn.point), strict=True))
+                if block := self.judge.why.of_the_block(turn, triple, option):
+                    self.judge.put(option)
+                    return [self.judge.fault(p, *block[:2]) for p in triple]
+        return []
 
     def _known_numbers(self):
         """What may stand in one cell, each of shape (samples,), and pairs of angles of which it may be either."""
@@ -141,6 +179,7 @@ class Beside:
             if not turn.axis:
                 both = np.stack([turn.radians, euler.twin(turn.sequence.upper(), turn.radians)], axis=1)
                 angles += [*both.T]
+        angles = np.array(angles).reshape(-1, 2, SAMPLES)
         return np.array([np.broadcast_to(number, SAMPLES) for number in numbers]), angles
 
     def _is_known(self, place):
@@ -149,23 +188,43 @@ class Beside:
             return False
         tree = self.graph.trees[place]
         value, functions = self.judge.calculate(place, unrounded(tree)), heads(tree)
-        if not any(np.abs(self.judge.now(source)).max() > 0 for source in self.graph.uses[place]):
+        if self.graph.component.keys().isdisjoint(self.graph.uses[place]):
             return False  # something empty was taken
         for radians in (value, np.deg2rad(value)) if functions & {"ATAN2", "ACOS", "ASIN", "DEGREES"} else ():
-            off = [np.abs(wrap(radians - pair, 2 * np.pi)).min(axis=0)[1:].max() for pair in self.angles]
-            if any(each < 1e-6 for each in off):
+            off = np.abs(wrap(radians - self.angles, 2 * np.pi)).min(axis=1)
+            if (off[:, 1:].max(axis=1) < 1e-6).any():
                 return True
         known = self.numbers[:1] if "MDETERM" in functions else self.numbers
         fits = np.abs(value - known) <= CLOSE * (1 + np.abs(known))
         fits[:, 0] |= ~np.isfinite(value + known)[:, 0]
         return bool(fits.all(axis=1).any())
 
-    def _is_degrees_and_minutes(self, place):
+    def _is_unlike(self, place, unknown):
+        """Whether a wrong reference keeps a cell from what one beside it is, as a length that is kept: a fault."""
+        form = self.graph.form(place)
+        for near in beside(place) if form and not self.judge.unexplained else ():
+            if near not in unknown and self.graph.form(near) == form and np.ptp(self.judge.now(near)) > CLOSE:
+                fault = self.judge.repaired_alone(place, self.judge.now(near))
+                if fault and fault.cause == "wrong reference":
+                    self.judge.faults.append(fault)
+                    return True
+        return False
+
+    def _are_wrong_minutes(self, place):
+        """Whether one repair makes a cell an angle of degrees and minutes, which is a fault then."""
+        for cause, old, new, tree in edits(self.graph, place):
+            if self._is_degrees_and_minutes(place, tree):
+                text = f"{self.graph.short(place)}: {text_of(old)} should be {text_of(new)}"
+                self.judge.faults.append(self.judge.fault(place, cause, text))
+                return True
+        return False
+
+    def _is_degrees_and_minutes(self, place, tree=None):
         """Whether a cell makes an angle of degrees and minutes, and seconds, of the sign of the degrees."""
         parts = self.graph.uses[place]
         sign = -1 if self.graph.own[parts[0]] < 0 else 1
         numbers, whole = np.array([[sign * 35.0], [20.0], [48.0]]), (35, 35 + 20 / 60, 35 + 20 / 60 + 48 / 3600)
-        made = self.graph.cell(place, dict(zip(parts, numbers, strict=False)))
+        made = self.graph.cell(place, dict(zip(parts, numbers, strict=False)), tree)
         in_line = 1 in (len({p[1] for p in parts}), len({p[2] for p in parts}))
         return in_line and len(parts) in (2, 3) and same(made, np.array([sign * whole[len(parts) - 1]]))
 
@@ -173,6 +232,14 @@ class Beside:
         """Whether an angle is made of the one before as all around it are, as in a table of steps."""
         mates = [p for p in self.graph.component[place] if p in self.found.composed]
         return len(mates) > 2 and as_around(self.graph, place) == self.graph.trees[place]
+
+
+def _axes(turn):
+    """Of the whole rotation, either way: the unit vector along its axis, and what R less its transpose makes."""
+    m = turn.whole
+    vector = np.array([m[7] - m[5], m[2] - m[6], m[3] - m[1]])
+    unit = vector / np.linalg.norm(vector, axis=0)
+    return unit, -unit, vector, -vector
 
 
 def _of_a_sample(vectors, axis):

@@ -106,7 +106,7 @@ class Turn(Calculation):
             16: [_cells(m, 4) for m in (*matrices, *places)],
             2: [np.array(each) for c, s in pairs for each in ((c, s), (s, c), (c, -s), (-s, c))],
         }
-        target = moved[1]
+        target, self.whole = moved[1], _cells(ends[0], 3)
         if self.point:
             point = np.concatenate([look(values, self.point), np.ones((SAMPLES, 1))], axis=1)[..., None]
             vectors = [*(matrix @ point for matrix in moved), point]

@@ -9,7 +9,7 @@ import numpy as np
 
 from mathpost.rotation import wrap
 from mathpost.workbook.formula import ROUNDING, Area, area_of, areas, put, text_of, unrounded, walk, with_areas
-from mathpost.workbook.graph import at, same
+from mathpost.workbook.graph import at, beside, same
 
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
@@ -64,13 +64,16 @@ def edits(graph, place, inputs=(), windows=()):
             yield "wrong value", part, new, put(tree, path, new)
     if tree[0] in ("+", "-") and tree[2][0] == "number":
         yield "offset", tree, tree[1], tree[1]
-    for step in (-1, 1):  # as the cell above or below has it
-        near = place[0], place[1] + step, place[2]
-        moved = [area if area.fixed[0] else area.moved(-step, 0) for area in areas(graph.tree(near))]
-        alike = graph.form(near) == graph.form(place)
-        if all(moved) and (alike or len(moved) > len(references)):
-            new = with_areas(graph.tree(near), moved)
-            yield "wrong reference" if alike else "missing term", tree, new, new
+    unlike = []
+    for near in beside(place):  # filled from there
+        filled = [area.filled(place[1] - near[1], place[2] - near[2]) for area in areas(graph.tree(near))]
+        if all(filled) and len(filled) >= len(references) > 0:
+            new = with_areas(graph.tree(near), filled)
+            if graph.form(near) == graph.form(place) or len(filled) > len(references):
+                cause = "missing term" if len(filled) > len(references) else "wrong reference"
+                yield cause, tree, new, new
+            else:
+                unlike.append(new)
     for factor in ("*", "/"):
         new = (factor, tree, ("number", 2.0))
         yield "half angle", tree, new, new
@@ -78,6 +81,7 @@ def edits(graph, place, inputs=(), windows=()):
         if part[0] in ("*", "/"):
             new = (OTHER[part[0]], *part[1:])
             yield "wrong value", part, new, put(tree, path, new)
+    yield from (("wrong value", tree, new, new) for new in unlike)
     meant = [("area", Area(*p, *p[1:])) for p in inputs]
     own = [path for path, area in references if area.shape == (1, 1) and area.places[0] in inputs]
     for (path, second), (a, b) in product(combinations(own, 2), product(meant, repeat=2)):
@@ -92,6 +96,7 @@ def _elsewhere(graph, place, references, inputs, windows):
     for reach in (1, 2, 3, 4):
         span = range(-reach, reach + 1)
         steps = [(down, right) for down in span for right in span if reach in (abs(down), abs(right))]
+        steps.sort(key=lambda step: sum(map(abs, step)))
         yield from ((path, area, area.moved(*step)) for (path, area), step in product(references, steps))
     for path, area in references:  # a range that is a row or a column short, or too long
         for side, step in product(("top", "left", "bottom", "right"), (1, -1)) if area.shape != (1, 1) else ():
@@ -188,8 +193,8 @@ def as_around(graph, place):
             steps = Counter(_step(around[p][k], around[q][k]) for p, q in pairs if q in around)
             for step, _ in steps.most_common(1):
                 for sign in (1, -1):
-                    beside = around.get((sheet, row - sign * down, column - sign * right))
-                    votes[beside and beside[k].moved(sign * step[0], sign * step[1])] += beside is not None
+                    there = around.get((sheet, row - sign * down, column - sign * right))
+                    votes[there and there[k].moved(sign * step[0], sign * step[1])] += there is not None
         best = votes.most_common(1)
         if not best or best[0][0] is None:
             return None

@@ -49,6 +49,10 @@ class Area:
         corners = self.top + rows, self.left + columns, self.bottom + rows, self.right + columns
         return Area(self.sheet, *corners, self.fixed) if min(corners) > 0 else None
 
+    def filled(self, rows, columns):
+        """Return the area in a formula filled so far down and to the right; None if it leaves the sheet."""
+        return self.moved(rows * (not self.fixed[0]), columns * (not self.fixed[1]))
+
     def __str__(self):
         first, last = f"{get_column_letter(self.left)}{self.top}", f"{get_column_letter(self.right)}{self.bottom}"
         return first if first == last else f"{first}:{last}"
@@ -202,8 +206,8 @@ def text_of(tree, sheet=None):
 
 
 def unrounded(tree):
-    """The tree without the last rounding of what it gives, to two decimals or more."""
-    if tree[0] in ROUNDING and len(tree) == 3 and tree[2][0] == "number" and tree[2][1] >= 2:
+    """The tree without the last rounding of what it gives, to two decimals or more, or of a copy of a cell."""
+    if tree[0] in ROUNDING and (tree[1][0] == "area" or (tree[2:] and tree[2][0] == "number" and tree[2][1] >= 2)):
         return tree[1]
     if tree[0] == "IF":
         return (*tree[:2], *map(unrounded, tree[2:]))

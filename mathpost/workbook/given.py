@@ -85,7 +85,8 @@ class Given:
             sources = graph.uses.get(place, ())
             if sources and {head for head in heads(graph.trees[place]) if head.isupper()} <= PASSED_ON:
                 zeros = [graph.cell(place, {**own, p: np.zeros(1)})[0] for p in sources]
-                if len(sources) <= 2 and any(not abs(zero) > 0 for zero in zeros):
+                converts = len(sources) == 1 or (len(sources) == 2 and any(map(self._converts, sources)))
+                if converts and any(not abs(zero) > 0 for zero in zeros):
                     stack += sources
                     continue
             above = graph.upstream(sources) & graph.trees.keys()
@@ -97,8 +98,9 @@ class Given:
         return found, composed
 
     def _converts(self, place):
-        """Whether a typed number is π, 180 or one such as π/180."""
-        near = np.abs(self.graph.own[place] - CONVERSIONS) < 1e-4 * CONVERSIONS
+        """Whether a number that is given is 1, π, 180 or one such as π/180, or minus that."""
+        factors = np.array([1.0, *CONVERSIONS])
+        near = np.abs(abs(self.graph.own.get(place) or 0.0) - factors) < 1e-4 * factors
         return place in self.typed and bool(near.any())
 
     def never_moved(self):
@@ -119,7 +121,8 @@ class Given:
             formulas = [p for p in whole if p in graph.trees and p not in self.typed]
             homogeneous = len(whole) == 4 and formulas and graph.own[whole[-1]] == 1
             if homogeneous or any(not self.turning.isdisjoint(graph.upstream([p])) for p in formulas):
-                found |= {p for p in whole if p in self.typed - found and not self._in_typed_line(p, whole)}
+                typed = self.typed - self.composed - found
+                found |= {p for p in whole if p in typed and not self._in_typed_line(p, whole)}
         return found
 
     def _in_typed_line(self, place, whole):

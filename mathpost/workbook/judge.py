@@ -101,6 +101,11 @@ class Judge:
         """The values with all that was put in, and `more`."""
         return self.graph.run({**self.inputs, **self.fixed, **dict(more)}, only and self.values, only)
 
+    def put(self, option):
+        """Put values into some places, for good."""
+        self.fixed.update(option)
+        self.values = self._run()
+
     def calculate(self, place, tree):
         """What a cell would hold with another formula."""
         return np.broadcast_to(self.graph.cell(place, self.values, tree), SAMPLES)
@@ -212,12 +217,10 @@ class Judge:
                     place, cause = min(bad, key=self.graph.calculation_order), "wrong value"
                     text = "the result is not what the task asks for, and no single change makes it so"
                 self.faults.append(self.fault(place, cause, text))
-                self.fixed.update({p: targets[p] for p in bad})
-                self.values = self._run()
+                self.put({p: targets[p] for p in bad})
             if found is None:
                 break
-            self.fixed.update(found)
-            self.values = self._run()
+            self.put(found)
         self.faults[first:] = _one_convention(self.faults[first:])
 
     def _choose(self, last):
@@ -251,8 +254,7 @@ class Judge:
             if made:
                 targets = dict(zip(made[0].results, last.targets.values(), strict=False))
                 self.faults += [self.fault(p, "offset", f"{self.graph.short(p)}: {text}") for p in targets]
-                self.fixed.update(targets)
-                self.values = self._run()
+                self.put(targets)
                 self.unexplained.remove(last)
                 return
 
@@ -276,8 +278,7 @@ class Judge:
         if place in self.graph.trees and (found := repaired(self.graph, {place: value}, self.values)):
             cause, sentence, other = found
             cause = self.why.reference_kind(place, other) if cause == "wrong reference" else cause
-            self.fixed[place] = value
-            self.values = self._run()
+            self.put({place: value})
             return self.fault(place, cause, f"{self.graph.short(place)}: {sentence}")
         return None
 

@@ -142,7 +142,7 @@ def _table(graph, kinematics, columns):
     """The `Table` in some columns, or None."""
     count = len(columns[0].places)
     sample = np.unique(np.linspace(0, count - 1, min(count, LOOKED_AT)).astype(int))
-    roles = _Roles(columns, kinematics, sample).find()
+    roles = _Roles(graph, columns, kinematics, sample).find()
     if roles is None:
         return None
     tip, axis, words = *(_sources(graph, columns, roles[part]) for part in ("tip", "axis")), roles["words"]
@@ -189,8 +189,8 @@ def _sources(graph, columns, chosen):
 class _Roles:
     """The search for the numbers of the columns of tip, axis and words."""
 
-    def __init__(self, columns, kinematics, sample):
-        self.columns, self.kinematics = columns, kinematics
+    def __init__(self, graph, columns, kinematics, sample):
+        self.graph, self.columns, self.kinematics = graph, columns, kinematics
         self.values = np.array([column.values[sample] for column in columns])
         self.names = [name[0].lower() for name in kinematics.machine.joint_names]
 
@@ -205,6 +205,8 @@ class _Roles:
         if list(words.values()).count(None) > 1:
             return None
         tips = [t for t in self.triples("xyz") if not {*axis, *words.values()}.intersection(t)]
+        after = {p for n in words.values() if n is not None for p in self.columns[n].places[:1]}
+        tips = [t for t in tips if after.isdisjoint(self.graph.upstream(self.columns[n].places[0] for n in t))]
         choices = [n for n in range(len(self.columns)) if n not in (*axis, *words.values())]
         lost = next((k for k in words if words[k] is None), None)
         best = 0.3 if lost is None else 2.9, None, None  # a lost one is told by X Y Z

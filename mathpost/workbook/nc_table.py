@@ -220,8 +220,8 @@ def looked_at(rows, values):
     steps = np.abs(np.diff(own[:, 3:], axis=0))
     for n in np.flatnonzero((steps > FLIP).any(axis=1)):
         jumps = zip(machine.joint_names[3:], steps[n], strict=True)
-        jump = " and ".join(f"{name} by {step:.4g}" for name, step in jumps if step > FLIP)
-        yield f"between {what}s {lines[n]} and {lines[n + 1]} jumps {jump} degrees: another branch?"
+        jump = " and ".join(f"{name} jumps by {step:.4g}°" for name, step in jumps if step > FLIP)
+        yield f"between {what}s {lines[n]} and {lines[n + 1]} {jump}: a different branch?"
     tilts = own[:, 3 + rows[0].tilting]
     if (tilts > 0).any() and (tilts < 0).any():
-        yield f"the tilting axis changes its sign between {what}s: another branch?"
+        yield f"the tilting axis changes its sign between {what}s: a different branch?"

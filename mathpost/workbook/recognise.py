@@ -258,7 +258,9 @@ class Recognised(Given):
             means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]
             means = [t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1]
             plus = means or plus
-        point = self._as_labelled(next(iter((*plus[::-1], *lines)), ())) or self._made_by_formulas(triple)
+        used = [line for line in lines if moving.issuperset(line)]
+        may = *plus[::-1], *used, self._made_by_formulas(triple), *lines
+        point = self._as_labelled(next(filter(None, may), ()))
         origin = next((line for line in minus if set(line).isdisjoint(point)), ())
         return point, origin, [line for line in lines if set(line).isdisjoint((*point, *origin))]
 
@@ -302,13 +304,19 @@ class Recognised(Given):
         return _apart((*own[:1], *self.lines(set(cells), 2)))
 
     def _by_name(self, triple):
-        """The angles α, β, γ: in reading order, unless their labels say otherwise."""
-        labels = [self.label(p) for p in triple]
-        # Which of φ, θ, ψ comes first is not the same everywhere.
-        roles = [read_label(label) for label in labels if not re.search("phi|psi|theta|[φψθ]", label, re.I)]
-        named = [role.word for role in roles if role and role.kind == "angle"]
-        ordered = sorted(zip(named, triple, strict=False))
-        return tuple(p for _, p in ordered) if len(set(named)) == 3 else self.sorted(triple)
+        """The angles α, β, γ: as labels say, or in the order in which they, or what they turn by, are read."""
+        graph, ends = self.graph, triple
+        if not any(len({(p[0], p[n]) for p in triple}) == 1 for n in (1, 2)):
+            ends = [max(self.turning & graph.downstream([p]), key=graph.calculation_order) for p in triple]
+        for places in (triple, ends):
+            # Which of φ, θ, ψ comes first is not the same everywhere.
+            labels = [
+                label for label in map(self.label, places) if not re.search("phi|psi|theta|[φψθ]", label, re.I)
+            ]
+            named = [role.word for role in map(read_label, labels) if role and role.kind == "angle"]
+            if len(set(named)) == 3:
+                return tuple(p for _, p in sorted(zip(named, triple, strict=True)))
+        return tuple(p for _, p in sorted(zip(map(graph.reading_order, ends), triple, strict=True)))
 
     def _as_the_caller_says(self, cells):
         """Take angles, point, origin and result from where the caller says that they stand."""

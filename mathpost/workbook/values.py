@@ -142,7 +142,11 @@ def _by_threes(graph, found, blocks, implied):
     origins = [t.places for t in threes.threes if _is_origin(found, threes.look(t.places), t.places[0])]
     operators += [op._replace(origin=origin) for op, origin in product(operators, origins)]
     operators += [Operator(np.eye(3), (), origin) for origin in origins]
-    done = implied.keys() | {p for role, places in (*blocks, *more) if role.kind == "angle" for p in places}
+    done = (
+        told.keys()
+        | {p for role, places in (*blocks, *more) if role.kind == "angle" for p in places}
+        | implied.keys()
+    )
     threes.link(operators, done)
     if not threes.links and angles:  # all turned the other way, which the right matrix in the sheet does not say
         right = [*known.values()][-1]

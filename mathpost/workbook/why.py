@@ -30,7 +30,7 @@ class Why:
             places.sort(key=lambda p: abs(option[p][0] - graph.value(p)) < 1e-9)
         elements = self.judge.elements(calculation) if isinstance(calculation, Turn) else {}
         is_block = len(unit) in SIZES and unit not in elements and (in_window or len(places) > 1)
-        block = self._of_the_block(calculation, unit, option) if is_block else None
+        block = self.of_the_block(calculation, unit, option) if is_block else None
         for place in places:
             if place not in done:
                 array = graph.array(place)
@@ -121,7 +121,7 @@ class Why:
                 return text_of(reduce(lambda a, b: ("*", a, b), ([*factors.values()][k] for k in chosen[n])))
         return None
 
-    def _of_the_block(self, calculation, unit, option):
+    def of_the_block(self, calculation, unit, option):
         """Why a matrix or vector is wrong, with the cost: it or a factor is transposed, or a product reversed."""
         size, square = SIZES[len(unit)], len(unit) > 4
 
@@ -137,8 +137,10 @@ class Why:
             known |= any(same(w, wanted) for w in windows.values())
             known |= any(same(v @ w, now) for v, w in product(windows.values(), repeat=2))
             return "transposed", "the matrix should be transposed", UNLIKELY * (known and not copy)
-        vectors = {c: matrix(c) for c in self.graph.components if len(c) == size and c != unit}
-        for (a, left), (b, right) in product(windows.items(), (windows if square else vectors).items()):
+        lines = {p for c in self.judge.live for p in (c.point, c.results)}.union(self.graph.components)
+        others = windows if square else {c: matrix(c) for c in lines if len(c) == size and c != unit}
+        turned = [] if square else [(w, _turned(each)) for w, each in windows.items()]
+        for (a, left), (b, right) in product((*windows.items(), *turned), others.items()):
             if same(left @ right, wanted):
                 order = f"the order is {self.graph.range(a)} times {self.graph.range(b)}"
                 slips = [("transposed", "a factor of the product is transposed", _turned(left) @ right)]

@@ -9,7 +9,7 @@ import pytest
 from mathpost import __main__ as shell
 from mathpost import machine as machines
 from mathpost.compensate import handover, readings
-from mathpost.compensate.calibrate import calibrate
+from mathpost.compensate.calibrate import calibrate, corrected
 from mathpost.compensate.compensation import Compensator
 from mathpost.compensate.model import constant_errors, read_errors
 from mathpost.errors import InputError
@@ -336,6 +336,7 @@ def comma(rows, head):
 WITH_REMARKS = text("angle,R,dial,remark", *DIAL, **SAID)
 MICROMETRES = ("0,100,42.3,", "90,100,-7.7,", "180,100,-18.2,", "270,100,31.8,")
 DIVISIONS = ("0,100,21.15,", "90,100,-3.85,", "180,100,-9.1,", "270,100,15.9,")
+ABROAD = ("0,10,0.0423", "1.5707963268,10,-0.0077", "3.1415926536,10,-0.0182", "4.7123889804,10,0.0318")
 WORDS = ("0,100,0.0423", "-90,100,-0.0077", "-180,100,-0.0182", "-270,100,0.0318")
 
 
@@ -353,12 +354,18 @@ WORDS = ("0,100,0.0423", "-90,100,-0.0077", "-180,100,-0.0182", "-270,100,0.0318
         (text("angle,R,dial (µm),remark", *MICROMETRES, **SAID), "cp1252"),
         (text("angle,R,dial,remark", *DIVISIONS, **SAID | {"unit": "0.002 mm"}), "utf-8"),
         (text("angle,R,dial,remark", *DIAL[::-1], DIAL[0].replace("0,", "360,", 1), **SAID), "utf-8"),
+        (text("angle [rad],R (10 mm),dial", *ABROAD, **SAID), "utf-8"),
         (text("C,R,dial", *WORDS, **SAID), "utf-8"),
     ],
 )
 def test_the_same_readings_in_other_clothes(content, encoding, write):
     found = calibrate(machines.load("ac_table"), [write(content, encoding)])
     assert [found[name].value for name in ("EX0C", "EY0C")] == pytest.approx([-0.03025, 0.01975], abs=1e-9)
+
+
+def test_a_stated_sigma_is_in_the_unit_of_the_readings(write):
+    path = write(text("angle,R,dial (µm),remark", *MICROMETRES, **SAID, sigma=0.5))
+    assert calibrate(machines.load("ac_table"), [path]).noise[str(path)] == (pytest.approx(0.5e-3), np.inf)
 
 
 FOUR = ("angle,R,dial", "0,100,4.23")
@@ -417,6 +424,14 @@ def test_what_is_unclear_is_asked_for_with_the_line(content, message, write):
     with pytest.raises(InputError) as error:
         calibrate(machines.load("ac_table"), [path])
     assert str(path) in str(error.value) and message in str(error.value)
+
+
+def test_words_that_nobody_knows_are_refused():
+    machine, path = machines.load("ac_table"), machines.data_file("measurements/ball_c_axis.csv")
+    with pytest.raises(InputError, match="sigam: expected settings among unit, method"):
+        calibrate(machine, [path], sigam=0.001)
+    with pytest.raises(InputError, match="unknowns among .*, found 'XOC'"):
+        corrected(machine, {"XOC": 0.01})
 
 
 @pytest.mark.parametrize(("head", "axis"), [("C,R,dial", {}), ("angle,R,dial", {"axis": "C"})])

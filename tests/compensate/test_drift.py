@@ -124,7 +124,7 @@ def test_poses_that_cannot_tell(trunnion, names, poses, message):
 
 
 def test_settings_that_are_refused(trunnion):
-    for settings in ({"forgetting": 0}, {"forgetting": 1.1}, {"sigma": 0}, {"expected": -1}):
+    for settings in ({"forgetting": 0}, {"forgetting": 1.1}, {"sigma": 0}, {"expected": -1}, {"gate": np.nan}):
         with pytest.raises(InputError):
             tracker(trunnion, **settings)
     with pytest.raises(InputError, match="'EXQ'"):

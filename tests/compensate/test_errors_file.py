@@ -25,6 +25,9 @@ def load(tmp_path, trunnion):
     return load
 
 
+C_ENDLESS = '[[table]]\njoint = "C"\nfile = "axis.csv"\nendless = true\n'
+
+
 def value(errors, name, joints):
     return errors.at(joints)[..., error_names(errors.machine).index(name)]
 
@@ -61,6 +64,13 @@ def test_every_file_in_the_repository_belongs_to_a_machine():
     assert np.count_nonzero(errors.constant) == 11 and {index // 6 for index, _ in errors.curves} == {0, 3, 4}
 
 
+def test_a_unit_behind_a_name_is_obeyed(load):
+    errors = load(C_ENDLESS, "position (rad),ECC (arcsec),EZC (mm)\n0,10,0.1\n1,20,0.2\n2,30,0\n")
+    joints = [0, 0, 0, 0, 1]
+    assert value(errors, "ECC", joints) == pytest.approx(np.radians(20 / 3600))
+    assert value(errors, "EZC", joints) == pytest.approx(0.2)
+
+
 @pytest.mark.parametrize(
     ("toml", "csv", "message"),
     [
@@ -79,6 +89,8 @@ def test_every_file_in_the_repository_belongs_to_a_machine():
         ('[[table]]\njoint = "B"\nfile = "axis.csv"\n', "position,EBB\n0,1\n0,2\n", r"line 3.*a duplicate"),
         ('[[table]]\njoint = "B"\nfile = "axis.csv"\n', "position,EBB\n9,1\n0,2\n", r"line 3.*out of order"),
         ('[[table]]\njoint = "B"\nfile = "axis.csv"\n', "position,EBB\n0,1\n9,99999\n", r"line 3.*urad within"),
+        (C_ENDLESS, "position,ECC\n0,1\n360,2\n", r"axis.csv, line 1: .* at least 3 different ones, found 1"),
+        (C_ENDLESS, "# unit = mm\nposition,ECC\n0,1\n90,2\n180,3\n", r"line 3, column 'ECC': .*found 'mm'"),
         ("constant = 3\n", "", r"\[constant\]"),
     ],
 )
@@ -90,3 +102,5 @@ def test_files_that_are_refused(load, toml, csv, message):
 def test_constants_by_name(trunnion):
     with pytest.raises(InputError, match="'EXA'"):
         constant_errors(trunnion, {"EXA": 0.01})
+    with pytest.raises(InputError, match="finite numbers"):
+        constant_errors(trunnion, {"EXC": np.nan})

@@ -58,6 +58,17 @@ BY_HAND = {
     "13-ecc": -58.18,
     "14-post": -90,
 }
+# By hand, too, from the numbers in the order in which the question states them.
+STATED = {
+    "05-reach": lambda _, slant, __: 2 * slant,
+    "06-speed": lambda tool, rate: np.degrees(np.arcsin(tool / rate)),
+    "06-yardstick": lambda radius, _, __, ___, turn, *____: radius * (1 - np.cos(np.radians(turn / 2))),
+    "06b-slopes": lambda a, b, c, d, _, __, first, second: [(b - a) / first, (d - c) / second],
+    "06b-seconds": lambda rate, a, long, short: [long / rate + rate / a, 2 * np.sqrt(short / a)],
+    "06b-corner": lambda before, after, a, settle: a * settle / (after - before),
+    "11-factor": lambda psi: 1 / np.sin(np.radians(psi)),
+    "11b-stock": lambda old, new, slope: 500 * (old - new) * (1 - np.cos(np.radians(slope))),
+}
 AS_WRITTEN = [  # right, in words that a learner may choose
     ("01-still", "z'"),
     ("01-still", "the newest z axis"),
@@ -115,6 +126,7 @@ JUDGED = [  # exercises with many solutions: an answer, and what is said of it
     ("07-alone", flank(np.arange(11), singular="retract"), RIGHT),
     ("07-alone", "HELLO", "cannot be used: your program, line 1"),
     ("07-alone", 5, "found something else"),
+    ("11b-gouge", (Cutter.ball(10), Cutter(8, 1)), "the dome above"),
     ("11b-gouge", (Cutter.ball(12), Cutter.ball(11.8)), "does not gouge"),
     ("11b-gouge", (Cutter.ball(10), Cutter.flat(12)), "is not smaller"),
     ("11b-gouge", ((10, 9), (8, 1)), "cannot be used: cutter: expected a diameter above 0"),
@@ -208,6 +220,14 @@ def test_right_in_every_form_also_when_judged_anew(each):
 @pytest.mark.parametrize("name", BY_HAND)
 def test_right_by_hand(name):
     assert str(exercise.judge(name, BY_HAND[name])).startswith(f"{name} · {RIGHT}.")
+
+
+@pytest.mark.parametrize("name", STATED)
+def test_right_from_the_numbers_of_the_question(name):
+    sources = ["".join(cell["source"]) for path in LESSONS for cell in exercise.notebook(path)["cells"]]
+    question = next(source for source in sources if source.startswith(f"**{name}**")).partition("** ")[2]
+    stated = re.findall(r"(?<![\w.])-?\d+(?:\.\d+)?", question.replace("−", "-"))
+    assert exercise.judge(name, STATED[name](*map(float, stated))).status == RIGHT
 
 
 @pytest.mark.parametrize(("name", "answer"), AS_WRITTEN)
@@ -416,7 +436,7 @@ def test_five_joints_are_compared_by_tip_and_axis(dmu50v):
 
 def test_the_detective_is_asked_after_named_slips_and_before_common_ones():
     found = Explanation((Misreading("the sign of α is reversed", "M", ("sign",), np.array(0), (), 1.0),), 0.1, 1)
-    each = of(Number(), 5.0, slips={"Named.": lambda: 7}, detective=lambda answer: found)
+    each = of(Number(), 5.0, slips={"Named.": {"answer": 7}}, detective=lambda answer: found)
     assert each.verdict(7).why == "Named."
     assert each.verdict(-5).why == "The sign of α is reversed: M."
     silent = of(Number(), 5.0, detective=lambda answer: Explanation((), 0.1, 1))

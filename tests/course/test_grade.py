@@ -273,7 +273,7 @@ def test_workbooks_beside_notebooks(tmp_path):
     graded = grade(folder, Rules(exercises=("01-sign",), workbooks=3.0), progress=lambda *step: said.append(step))
     found = by_name(graded)
     (wrong,) = found["李雷"].workbooks
-    assert (wrong.verdict, wrong.cause) == ("wrong", "transposed") and "!" in wrong.cell
+    assert (wrong.verdict, wrong.faults[0].cause) == ("wrong", "transposed") and "!" in wrong.faults[0].cell
     assert graded.same == [(CELLS, "作业.xlsx", ["李雷", "韩梅梅"])]
     assert not found["course"].workbooks, "the course's own workbook is nobody's work"
     assert found["坏"].workbooks[0].verdict == "not read" and found["坏"].trouble

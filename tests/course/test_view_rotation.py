@@ -8,7 +8,7 @@ from mathpost import angles as euler
 from mathpost.course import view_rotation
 from mathpost.course.lesson_data import load
 from mathpost.draw import scene
-from mathpost.draw.picture import Camera
+from mathpost.draw.picture import camera
 from mathpost.frame import Frame
 from mathpost.plane.tilted_plane import Plane
 
@@ -68,9 +68,9 @@ def test_the_frame_starts_on_the_face_of_the_cut():
     (cube,) = view.scenes[0].solids
     height = (cube.faces()[0] - face.origin) @ face.z
     assert height.max() == pytest.approx(0) and (abs(height) < 1e-9).sum() == 3
-    camera = Camera(view.scenes[0].azimuth, view.scenes[0].elevation)
-    assert scene.together(dict(zip("xyz", face.rotation.T, strict=True)), camera) == []
-    assert scene.together(dict(zip("XYZ", np.eye(3), strict=True)), camera) == []
+    seen = camera(view.scenes[0].azimuth, view.scenes[0].elevation)
+    assert scene.together(dict(zip("xyz", face.rotation.T, strict=True)), seen) == []
+    assert scene.together(dict(zip("XYZ", np.eye(3), strict=True)), seen) == []
 
 
 def test_the_gallery_turns_every_machine_by_its_own_chain():
@@ -90,8 +90,8 @@ def test_the_gallery_turns_every_machine_by_its_own_chain():
         assert seen[:3, 3] == pytest.approx(kin.forward(home)[0], abs=1e-9), "the tip stays where it is"
         drawn = view.scenes[number]
         assert {part.body for part in drawn.solids} <= {"bed", *places}
-        camera = Camera(drawn.azimuth, drawn.elevation)
-        assert scene.together(dict(zip("xyz", own["workpiece"][:3, :3].T, strict=True)), camera) == []
+        seen = camera(drawn.azimuth, drawn.elevation)
+        assert scene.together(dict(zip("xyz", own["workpiece"][:3, :3].T, strict=True)), seen) == []
 
 
 def test_the_sense_turns_both_axes_round():

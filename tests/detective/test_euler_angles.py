@@ -175,6 +175,11 @@ def test_bad_input(arguments, where):
     assert raised.value.where == where
 
 
+def test_a_point_at_the_origin_tells_nothing():
+    with pytest.raises(InputError, match="a point that a rotation moves"):
+        explain(SOMEWHERE, POINT, (0, 0, 0), origin=POINT)
+
+
 def test_bad_sequence():
     with pytest.raises(InputError, match="ZZX"):
         explain(SOMEWHERE, POINT, POINT, sequence="ZZX")

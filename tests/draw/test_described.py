@@ -7,7 +7,7 @@ from IPython.lib.pretty import pretty
 
 from mathpost.draw import plot
 from mathpost.draw.described import describe
-from mathpost.draw.moving import formula, printed, recorded, slider, subplots
+from mathpost.draw.live import formula, printed, recorded, slider, subplots
 from mathpost.draw.scene import Scene
 from mathpost.draw.solid import Hull, block
 from mathpost.rotation import ACTIVE

@@ -90,6 +90,21 @@ def test_fanuc_numbers_the_points_of_a_slide_as_the_manual_does():
     ) == pytest.approx(800 - 0.02)
 
 
+def test_fanuc_numbers_no_point_below_0():
+    error = spline.through_all(spline.points([-60.0, -30, 0, 30], [3.0, 1, 0, -2]))
+    text = control_table.fanuc(4, 30, error)
+    said = numbers(text)
+    assert (said[3620], said[3621], said[3622]) == (2, 1, 3) and list(points(text)) == [1, 2, 3]
+    assert position(text, -60, 0.001) == pytest.approx(-60 - 0.001) and position(text, 30, 0.001) == 30 + 0.001
+
+
+@pytest.mark.parametrize("detection", [0, -0.001, np.nan])
+def test_a_detection_unit_is_above_0(detection):
+    error = spline.through_all(spline.points([0.0, 30, 60], [0.0, 1, 3]))
+    with pytest.raises(InputError, match="detection"):
+        control_table.fanuc(4, 30, error, detection=detection)
+
+
 def test_fanuc_wants_the_reference_among_the_points():
     for at in ([10.0, 20, 30], [-25.0, 0, 25, 50, 75]):
         error = spline.through_all(spline.points(at, np.arange(len(at))))

@@ -51,6 +51,25 @@ def test_faults_name_file_line_and_column(write, text, message):
     assert str(path) in str(error.value) and message in str(error.value)
 
 
+def test_a_unit_behind_a_name_is_obeyed(tmp_path):
+    path = tmp_path / "units.csv"
+    path.write_text("# unit = µm\nangle (rad),x (in),dial (0.002 mm),y,z (front)\n0.5,2,10,7,1\n")
+    read = csv_table.read(path, ["angle", "x", "dial", "y", "z"])
+    assert [read.unit(name, "length") for name in ("x", "dial", "y")] == [25.4, 0.002, 1e-3]
+    for name in ("angle", "z"):
+        with pytest.raises(InputError, match=f"'{name}': expected its unit.*found '(rad|front)'"):
+            read.unit(name, "length")
+    read.obey_units(["angle", "x", "z"])
+    assert read["angle"] == np.degrees(0.5) and read["x"] == 50.8 and read["z"] == 1 and read["y"] == 7
+
+
+def test_a_file_that_contradicts_itself(tmp_path):
+    path = tmp_path / "two_units.csv"
+    path.write_text("# unit = µm\n# unit = µm\n# unit = mm\nangle,x\n0,1\n")
+    with pytest.raises(InputError, match="two_units.csv, line 3: expected one line # unit = …, found"):
+        csv_table.read(path, ["angle", "x"])
+
+
 @pytest.mark.parametrize(
     ("angles", "message"),
     [

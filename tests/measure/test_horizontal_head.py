@@ -152,5 +152,6 @@ def test_the_same_table_counted_anticlockwise_loads_with_its_sense(tmp_path):
 
 
 def test_step_must_divide_the_turn(head):
-    with pytest.raises(InputError, match="step: expected a whole fraction of 360°, found 7"):
-        horizontal_head.fit_head(head).head(step=7)
+    for step in (7, 0, -2.5, 721, np.nan):
+        with pytest.raises(InputError, match=f"step: expected a whole fraction of 360°, found {step}"):
+            horizontal_head.fit_head(head).head(step)

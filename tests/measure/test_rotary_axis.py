@@ -354,6 +354,7 @@ def test_files_of_readings_are_checked(tmp_path, text, message):
         ({"angle": [0, 1, 2], "R": 100, "dial": ["a", 1, 2]}, {}, "expected numbers"),
         ({"angle": [0, 1, 2], "R": 100, "dial": [0, 1, 2]}, {"sigma": 0}, "above 0"),
         ({"angle": [0, 1, 2], "R": 100, "dial": [0, 1, 2]}, {"known": {"ez": 0}}, "unknowns among ex, ey, zero"),
+        ({"angle": [0, 1, 2], "R": 100, "dial": [0, 1, 2]}, {"known": {"ex": np.nan}}, "values: expected finite"),
         ({"angle": [0], "R": 1, "dial": [0]}, {"known": {"ex": 0, "ey": 0, "zero": 0}}, "something sought"),
     ],
 )

@@ -151,6 +151,8 @@ def test_arrays_broadcast():
         ({"X": "0", "Y": 0, "Z": 0, "A": 0, "B": 0, "D": 1, "E": 2}, "X: expected a number, found '0'"),
         ({"X": 0, "Y": 0, "Z": 0, "A": 0, "B": 0, "D": 1, "E": np.nan}, "E: expected a number, found nan"),
         ({"X": 0, "Y": 0, "Z": 0, "A": 0, "B": 0, "D": 1, "E": 2, "S": 53}, "S: expected 54 to 59"),
+        ({"X": 0, "Y": 0, "Z": 0, "A": 0, "B": 0, "D": 1, "E": 2, "S": "54.1 P0"}, "S: expected 54 to 59"),
+        (work_offset.read_call("G65P9795X0Y0Z0A0B0D1.E2.S54.1"), "S: expected 54 to 59, or 54.1 P and a number"),
         ({"X": 0, "Y": 0, "Z": 0, "A": 0, "B": 0, "D": 1, "E": 2, "shift": "tool"}, "shift: expected"),
     ],
 )

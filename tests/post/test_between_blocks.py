@@ -49,7 +49,7 @@ def test_pure_turn_has_the_sagitta(dmu50v, turn):
 
 def test_default_sampling_misses_no_more_than_its_resolution(kin):
     start, end = moves(kin, 400, seed=1)
-    (tip, axis), (dense_tip, dense_axis) = deviation(kin, start, end), deviation(kin, start, end, samples=1024)
+    (tip, axis), (dense_tip, dense_axis) = deviation(kin, start, end), deviation(kin, start, end, least=1024)
     np.testing.assert_allclose(tip, dense_tip, rtol=0, atol=RESOLUTION)
     np.testing.assert_allclose(axis, dense_axis, rtol=0, atol=RESOLUTION / 100)
 
@@ -206,7 +206,7 @@ def test_linearized_path_keeps_the_tolerance_in_dense_sampling(kin):
     rng = np.random.default_rng(2)
     joints = np.cumsum(rng.normal(size=(30, 5)) * [5, 5, 5, 0.1, 0.1], axis=0)
     found = linearize(kin, joints, 0.01)
-    assert deviation(kin, found.joints[:-1], found.joints[1:], samples=160)[0].max() <= 0.01 * 1.01
+    assert deviation(kin, found.joints[:-1], found.joints[1:], least=256)[0].max() <= 0.01 * 1.01
     np.testing.assert_array_equal(found.joints[found.place % 1 == 0], joints)
     tip, corners = kin.forward(found.joints)[0], kin.forward(joints)[0]
     expected = np.stack([np.interp(found.place, np.arange(30), column) for column in corners.T], axis=1)

@@ -200,7 +200,7 @@ def test_ordinary_records_are_read_together(monkeypatch):
     """No line of a run is left to the way line by line, unless it must be."""
     taken = []
     monkeypatch.setattr(cl_words.Statements, "take_line", lambda self, raw: taken.append(raw))
-    runs = "goto/1.5,-2,+3.,.5,0,0.8660254\nGOTO/1,2,3\n" * 30 + "GOTO / -10.123456789 , 2, 3,0,0,1 \r\n" * 30
+    runs = "GOTO/1.5,-2,+3.,.5,0,0.8660254\nGOTO/1,2,3\n" * 30 + "GOTO / -10.123456789 , 2, 3,0,0,1 \r\n" * 30
     with machine_code(True):
         assert len(cldata.parse("FEDRAT/1\n".join([runs] * 3))) == 270 and taken == [b"FEDRAT/1"] * 2
 

@@ -324,15 +324,25 @@ def test_lines_of_a_heidenhain_program_are_all_numbered():
     assert [int(line.split()[0]) for line in text.splitlines()] == list(range(12_000 + 6))
 
 
+@pytest.mark.parametrize("dialect", ["fanuc", "siemens"])
+def test_comments_and_names_of_programs_take_no_number(dialect):
+    head = ("%", "O0007", "(BY HAND)", "; BY HAND", "M8")
+    lines = program.write(blocks(), replace(DMU, program_head=head), dialect).splitlines()
+    assert {*head[:4]} < {*lines} and "M8" not in lines
+
+
 @pytest.mark.parametrize("used", [True, False])
-def test_numbers_of_any_size_are_written(used):
-    words = np.array([[1e9, -2.5, 0, 0, 0], [1e13, 123456789.12346, 0, 0, 1], [-1e300, 0.00004, 0, -0.00004, -1]])
+def test_numbers_of_any_size_are_written_or_refused(used):
+    words = np.array([[1e9, -2.5, 0, 0, 0], [9e10, 123456789.12346, 0, 0, 1], [-9e10, 0.00004, 0, -0.00004, -1]])
     nan = np.full(3, np.nan)
     with machine_code(used):
         lines = program.write(program.Blocks(words, nan, nan, np.zeros(3, bool)), DMU).splitlines()
     assert lines[2] == "2 L X+1000000000.0000 Y-2.5000 Z+0.0000 B+0.0000 C+0.0000"
-    assert lines[3] == "3 L X+10000000000000.0000 Y+123456789.1235 C+1.0000"
-    assert lines[4] == f"4 L X{-1e300:.4f} Y+0.0000 C-1.0000"
+    assert lines[3] == "3 L X+90000000000.0000 Y+123456789.1235 C+1.0000"
+    assert lines[4] == "4 L X-90000000000.0000 Y+0.0000 C-1.0000"
+    words[2, 0] = -1e300
+    with machine_code(used), pytest.raises(InputError, match="last digits"):
+        program.write(program.Blocks(words, nan, nan, np.zeros(3, bool)), DMU)
 
 
 def test_words_lie_axis_by_axis():

@@ -200,7 +200,7 @@ def test_any_machine_any_path(any_machine, seed, step, tcp, singular, granted, r
     if not tcp:
         tips, axes = cl.at(result.place)
         ends = {"tips": (tips[:-1], tips[1:]), "axes": (axes[:-1], axes[1:])}
-        tip, axis = deviation(kin, blocks.joints[:-1], blocks.joints[1:], **ends, samples=400)
+        tip, axis = deviation(kin, blocks.joints[:-1], blocks.joints[1:], **ends, least=512)
         assert tip.max(initial=0) <= result.report.path_tip_error + 1e-12
         at_feed = ~cl.rapid[np.ceil(result.place[1:]).astype(int)]
         assert np.degrees(axis[at_feed].max(initial=0)) <= result.report.path_axis_error + 1e-9

@@ -158,7 +158,7 @@ def test_ways_through(crossing, name):
     if name == "retract":
         assert way.lifted.any() and np.linalg.norm(tip - tips, axis=1)[way.lifted].min() > 9.9
     if name == "cubic":  # smooth into and out of the region
-        outer = crossing.outer
+        outer = crossing.kin.outer
         slope = np.diff(way.joints[:, outer]) / np.diff(way.place)
         before = np.diff(crossing.joints[:, outer])[crossing.first - 1]
         assert abs(slope[0] - before) < 0.2 * np.abs(slope).max()

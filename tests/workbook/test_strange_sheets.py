@@ -137,7 +137,7 @@ def test_degrees_minutes_and_seconds(tmp_path):
         }
     assert _check(tmp_path, cells).verdict == "right"
     report = _check(tmp_path, cells | {"B2": "=F2+G2/60+H2/60"})
-    assert (report.verdict, report.not_checked) == ("unclear", ["Sheet!B2"])
+    assert (report.verdict, report.faults[0].cell) == ("wrong", "Sheet!B2"), report
 
 
 def test_an_angle_that_is_computed_is_no_fault_and_not_passed(tmp_path):
@@ -372,3 +372,41 @@ def test_a_mean_leaves_out_empty_rows_and_texts(tmp_path):
     cells |= {f"{c}12": cells.pop(f"{c}9") for c in "STU"} | {address: text for address, text in gap.items()}
     cells |= {f"{c}14": f"=AVERAGE({c}6:{c}12)" for c in "VWX"} | {"W10": "second set"}
     assert _check(tmp_path, cells).verdict == "right"
+
+
+def test_turned_back_by_a_matrix_that_is_not_transposed(tmp_path):
+    back = {f"O{6 + n}": f"=I{6 + n}*M6+J{6 + n}*M7+K{6 + n}*M8" for n in range(3)}
+    report = _check(tmp_path, _sheet() | back)
+    assert {(f.cell, f.cause) for f in report.faults} == {(f"Sheet!O{n}", "transposed") for n in (6, 7, 8)}, report
+
+
+def test_angles_here_and_there_are_in_the_order_in_which_they_turn(tmp_path):
+    cells = _sheet() | {"B1": "=S9", "B2": "=S2", "B3": "=T5"}
+    assert _check(tmp_path, cells | {"S9": 135, "S2": 54.7356, "T5": -90}).verdict == "right"
+
+
+def test_an_angle_that_is_a_share_of_a_turn_is_computed(tmp_path):
+    """It is listed, and what turns by it is judged."""
+    shared = _sheet() | {"F1": 7, "G1": 2, "B1": "=360/F1*G1"}
+    report = _check(tmp_path, shared)
+    assert (report.verdict, report.not_checked) == ("unclear", ["Sheet!B1"]), report
+    assert _check(tmp_path, shared | {"F7": "=A11*B6+B11*A7+C11*B8"}).verdict == "wrong"
+
+
+def test_a_point_that_is_computed_is_listed(tmp_path):
+    cells = _sheet() | {"F1": 5, "D1": "=F1*COS(RADIANS(30))", "D2": "=F1*SIN(RADIANS(30))"}
+    report = _check(tmp_path, cells)
+    assert (report.verdict, report.not_checked) == ("unclear", ["Sheet!D1:D2"]), report
+
+
+def test_the_axis_of_the_whole_turn(tmp_path):
+    angle = "SIN(ACOS((I6+J7+K8-1)/2))"
+    axis = {"O6": f"=(K7-J8)/2/{angle}", "O7": f"=(I8-K6)/2/{angle}", "O8": f"=(J6-I7)/2/{angle}"}
+    assert _check(tmp_path, _sheet() | axis).verdict == "right"
+    report = _check(tmp_path, _sheet() | axis | {"O8": axis["O8"].replace("J6-I7", "J6+I7")})
+    assert (report.faults[0].cell, report.faults[0].cause) == ("Sheet!O8", "sign"), report
+
+
+def test_rounded_copies_and_numbers_of_points_beside_the_results(tmp_path):
+    shown = {f"O{n}": f"=ROUND(M{n},1)" for n in (6, 7, 8)}
+    assert _check(tmp_path, _sheet() | shown | {"S1": 1, "S2": 2, "T1": "=S1", "T2": "=S2"}).verdict == "right"
