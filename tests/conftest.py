@@ -43,7 +43,7 @@ def pytest_xdist_auto_num_workers(config):
 
 def pytest_collection_modifyitems(config, items):
     """What takes longest begins first. With the profile "many" random examples are `MANY` times as many."""
-    long = ("test_browser", "test_class", "test_planted", "test_workbook", "13b_")
+    long = ("test_browser.py", "test_class", "test_planted", "test_workbook", "13b_")
     items.sort(key=lambda item: next((n for n, name in enumerate(long) if name in item.nodeid), len(long)))
     if config.getoption("--hypothesis-profile") == "many":
         for test in {item.obj for item in items if hasattr(getattr(item, "obj", None), "hypothesis")}:

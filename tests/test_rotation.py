@@ -118,6 +118,7 @@ def test_wrap_keeps_the_upper_end_and_moves_the_lower():
     np.testing.assert_allclose(found, [180, 180, -180 + 1e-6, -180 + 1e-6, 180, 1, 0, 0], atol=1e-12)
     assert not np.signbit(found[-2:]).any()  # atan2 and a printed word would show the sign of −0
     assert rotation.wrap(-180 - 1e-11) == pytest.approx(180) and rotation.wrap(-180 + 1e-11) == pytest.approx(180)
+    assert rotation.wrap(-180 + 1e-9) == pytest.approx(-180), "further than 1e-12 turns above the end"
     np.testing.assert_allclose(rotation.wrap([3.5, -3.5], 2 * np.pi), [3.5 - 2 * np.pi, 2 * np.pi - 3.5])
 
 
@@ -149,6 +150,16 @@ def test_slices_cover_the_first_axis_once_and_are_of_the_size_stated():
         )
         size = int(np.prod(shape[1:]))
         assert all(len(range(shape[0])[part]) * size <= max(rotation.SLICE, size) for part in parts)
+
+
+def test_what_formulas_have_in_common_is_computed_once():
+    x, y = sp.symbols("x y")
+    pairs, entries = rotation.shared([sp.sin(x * y) + 1, y * sp.sin(x * y), sp.cos(y)])
+    ((common, value),) = pairs
+    assert value == sp.sin(x * y)
+    assert [entry.doit() for entry in entries] == [common + 1, y * common, sp.cos(y)]
+    ((common, value),), entries = rotation.shared([sp.sin(sp.cos(x * y)), sp.exp(x * y)])
+    assert value == x * y and entries == [sp.sin(sp.cos(common)), sp.exp(common)]
 
 
 def test_whole_numbers_stay_whole_until_a_double_cannot_hold_them():
