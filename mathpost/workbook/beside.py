@@ -160,7 +160,9 @@ class Beside:
 
     def _has_one_slip(self, triple):
         """Whether one slip in all three cells keeps them from a sum, mean or difference of points: three faults."""
-        if self.judge.unexplained or any(map(self._is_known, triple)):
+        points = {p for turn in self.turns for p in (*turn.point, *turn.results)}
+        of_points = not points.isdisjoint(self.graph.upstream(triple))
+        if self.judge.unexplained or not of_points or any(map(self._is_known, triple)):
             return False
         judge, fits, tried = self.judge, np.ones(len(self.combined), dtype=bool), []
         for k, place in enumerate(triple):

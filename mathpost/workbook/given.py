@@ -169,7 +169,9 @@ class Given:
         cells = self.graph.cells
         left = [cells[p] for n in (1, 2) if (p := offset(place, 0, -n)) in cells][:1]
         above = takewhile(lambda cell: cell, (cells.get(offset(place, -n, 0)) for n in range(1, 60)))
-        texts = [cell.value for cell in (*left, *above) if isinstance(cell.value, str) and not cell.formula]
+        along = takewhile(lambda cell: cell, (cells.get(offset(place, 0, -n)) for n in range(2, 60)))
+        near = (*left, *above, *along)
+        texts = [cell.value for cell in near if isinstance(cell.value, str) and not cell.formula]
         return next(filter(read_label, texts), next(iter(texts), ""))
 
 
