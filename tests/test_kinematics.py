@@ -37,6 +37,12 @@ def test_forward_of_inverse_on_any_machine(any_machine):
     assert_round_trip(kin, random_joints(kin, 400, seed=2))
 
 
+def test_arrays_of_any_shape_are_solved_as_their_poses_one_by_one(kin):
+    tip, axis = kin.forward(random_joints(kin, 24, seed=9))
+    solved = kin.inverse(tip.reshape(2, 3, 4, 3), axis.reshape(2, 3, 4, 3))
+    np.testing.assert_array_equal(solved.reshape(24, 2, 5), kin.inverse(tip, axis))
+
+
 def test_both_branches_differ_and_the_first_tilts_up(kin):
     joints = random_joints(kin, 200, seed=3)[50:]
     branches = kin.inverse(*kin.forward(joints))
