@@ -17,7 +17,7 @@ import numpy as np
 from mathpost.errors import InputError
 from mathpost.post.arcs import SAME_RADIUS, Cycle, arc
 from mathpost.post.cl_lines import REAL, UNIT_TOLERANCE, Lines, need
-from mathpost.rotation import about
+from mathpost.rotation import about, wrap
 
 MM_PER_INCH = 25.4
 LEAST_FEED = 0.001  # mm/min, which programs print
@@ -37,7 +37,6 @@ HAZARDS = {
     **dict.fromkeys(["TRANS", "TRACUT"], "it moves the coordinates; let the CAM system write them moved"),
     "COPY": "it repeats moves; let the CAM system write all of them",
     **dict.fromkeys(["CALSUB", "CALLSUB"], "it calls moves that are elsewhere; let the CAM system write them"),
-    "MOVARC": "it is an arc of ISO 4343; let the CAM system write CIRCLE, or points",
     **dict.fromkeys(["PREFUN", "AUXFUN", "PPWORD"], "it puts G codes, M codes or words into the program"),
     "RETRCT": "it moves the tool to a plane that another post-processor knows",
 }
@@ -137,8 +136,11 @@ class Statements(Lines):
             point = self.shifted(point)
         arc_before, self.arc_before = self.arc_before, None
         if self.circle is not None:
-            (centre, normal, turns, goes_on), self.circle = self.circle, None
+            centre, normal, turns, goes_on, angle = self.circle
+            self.circle = None
             need(self.point, "an arc in the coordinate system of its start", "a different one")
+            if angle is not None:
+                normal = self.sense(point, centre, normal, angle)
             self.sweep(point, axis, centre, normal, turns)
             self.arc_before = (centre, normal) if goes_on else None
         elif arc_before is not None and self.may_go_on(point, *arc_before):
@@ -210,10 +212,29 @@ class Statements(Lines):
         here = self.point and not self.incremental and not self.cycle
         need(here, "CIRCLE after a move, in absolute coordinates and outside a cycle")
         centre, sign = self.mm(values[:3]), turned or (-1 if len(values) == 11 else 1)
-        self.circle = centre, [sign * value for value in values[3:6]], int(turns) - 1, len(values) == 7
+        self.circle = centre, [sign * value for value in values[3:6]], int(turns) - 1, len(values) == 7, None
         radius = math.dist(*(np.cross(values[3:6], each) for each in (self.point, centre)))
         for stated in self.mm(values[6:7]):
             need(abs(radius - stated) <= SAME_RADIUS, f"a start {stated:g} mm from the centre", f"{radius:.4f}")
+
+    def on_movarc(self, words):
+        """The arc of ISO 4343, as Autodesk writes it: centre, axis, radius, ANGLE and how far it turns."""
+        need(words[7:-1] == ["ANGLE"], "MOVARC/ 7 numbers, ANGLE and a number")
+        self.numbers(words[:7], 7)
+        self.on_circle(words[:7])
+        angle = self.number(words[8])
+        centre, normal, *_ = self.circle
+        self.circle = centre, normal, int(max(angle - 1e-3, 0) // 360), False, angle
+
+    def sense(self, point, centre, normal, angle):
+        """The axis about which the tool turns right-handed by `angle` (degrees) from where it is to a point."""
+        start, end = np.array(self.point) - centre, np.array(point) - centre
+        across, along = np.cross(start, end) @ normal, np.cross(normal, start) @ np.cross(normal, end)
+        turned = math.degrees(math.atan2(across, along))
+        for sign in (1, -1):
+            if abs(wrap(sign * turned - angle)) < 0.1:
+                return [sign * component for component in normal]
+        raise InputError("", f"an arc of {angle:g} degrees to its end", f"{turned % 360:.3f}")
 
     def may_go_on(self, point, centre, normal):
         """Whether a point is on the circle of the arc that ended, and a chord to it would not do."""
@@ -461,5 +482,6 @@ class Statements(Lines):
     def on_delay(self, words):
         turns = words[1:] == ["REV"]
         need(len(words) == 1 + turns, "DELAY/ seconds, or DELAY/ turns,REV")
+        number = self.number(words[0])
         need(self.turns or not turns, "SPINDL with turns per minute before a delay in turns", "none")
-        self.command("dwell", self.number(words[0]) * (60 / self.turns if turns else 1))
+        self.command("dwell", number * 60 / self.turns if turns else number)

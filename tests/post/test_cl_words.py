@@ -173,7 +173,7 @@ def test_inert_words_are_comments(text):
         ("RAPID/MODAL", "RAPID"),
         ("MODE/TURN", "INCR, ABSOL or MILL"),
         ("ORIGIN/0,0,5", "change nothing"),
-        ("GOTO/5,0,0\nMOVARC/0,0,0,0,0,1,5,ANGLE,90\nGOTO/0,5,0", "CIRCLE, or points"),
+        ("GOTO/5,0,0\nMOVARC/0,0,0,0,0,1,5,ANGLE,80\nGOTO/0,5,0", "an arc of 80 degrees"),
         ("NONSENSE/1", "known"),
         ("CALSUB/1", "moves that are elsewhere"),
         ("PPWORD/G91", "words into the program"),
@@ -246,6 +246,15 @@ def test_turns_of_a_table_in_degrees(axis, sense, form):
     points = lean.apply(whole.apply([[1, 2, 3], [3, 2, 1]]))
     np.testing.assert_allclose(cl.points[1:] - [5, 6, 7], points, atol=1e-9)
     np.testing.assert_allclose(cl.axes[1:], lean.apply([[i, j, k]] * 2), atol=1e-9)
+
+
+@pytest.mark.parametrize(("axis", "angle"), [(1, 90), (-1, 270), (1, 450), (1, 270), (-1, 90)])
+def test_arcs_of_autodesk(axis, angle):
+    """MOVARC: of the two ways to the end the one that is as long as it says, whatever way the axis points."""
+    cl = read(f"MODE/MILL\nORIGIN/0,0,0\nGOTO/5,0,2\nMOVARC/0,0,2,0,0,{axis},5,ANGLE,{angle}\nGOTO/0,5,2")
+    np.testing.assert_allclose(np.hypot(*cl.points.T[:2]), 5, atol=1e-12)
+    turned = np.unwrap(np.arctan2(cl.points[:, 1], cl.points[:, 0]))
+    assert abs(np.degrees(turned[-1] - turned[0])) == pytest.approx(angle) and (np.abs(np.diff(turned)) < 1).all()
 
 
 def test_coolant_without_a_common_word_is_a_comment_and_said():
