@@ -36,7 +36,7 @@ class Beside:
         self.numbers, self.angles = self._known_numbers()
         rest -= self._judge_vectors(rest)
         composed = {p for p in self.found.composed if not (self._is_degrees_and_minutes(p) or self._goes_on(p))}
-        composed -= {p for p in composed if self._are_wrong_minutes(p)}
+        composed -= {p for p in judge.found.sorted(composed) if self._are_wrong_minutes(p)}
         typed = self.found.typed - self.found.composed
         unknown = {p for p in rest - self.found.composed if p in typed or not self._is_known(p)}
         for place in sorted(unknown - typed, key=judge.graph.calculation_order):
@@ -99,7 +99,7 @@ class Beside:
         for vectors in (np.array([*each.values()]) for each in every if len(each) > 1):
             statistics = np.sum, np.mean, np.max, np.min, np.ptp, np.std, _of_a_sample
             found += [statistic(vectors, axis=0) for statistic in statistics]
-            self.lengths.append(np.linalg.norm(vectors, axis=1))
+            self.lengths += [np.linalg.norm(each, axis=1) for each in (vectors, vectors - vectors.mean(axis=0))]
         for vectors in everywhere.values():
             for a, b in combinations(vectors.values(), 2) if len(vectors) <= MOST else ():
                 found += [a - b, b - a, a + b, (a + b) / 2]
@@ -125,9 +125,9 @@ class Beside:
     def _judge_vectors(self, rest):
         """Return the cells of known vectors; a vector with a single wrong cell becomes a fault."""
         judged, judge = set(), self.judge
-        others = [
-            line for line in runs(rest) if len(line) == 3 and not (judge.unexplained or line in self.found.beside)
-        ]
+        lines = [line for line in runs(rest) if len(line) in (3, 4, 5)] * (not judge.unexplained)
+        others = [line[n : n + 3] for line in lines for n in range(len(line) - 2)]
+        others = [line for line in others if line not in self.found.beside]
         for triple in (*self.found.beside, *others):
             if not rest.issuperset(triple[:3]) or judged.intersection(triple):
                 continue
@@ -142,21 +142,44 @@ class Beside:
                 if not known and (fault := judge.repaired_alone(triple[k], self.vectors[n, k])):
                     judge.faults.append(fault)
                     judged.update(triple)
-            if judged.isdisjoint(triple) and (faults := self._turned_back(triple[:3])):
-                judge.faults += faults
+            if judged.isdisjoint(triple) and (self._is_turned_back(triple[:3]) or self._has_one_slip(triple[:3])):
                 judged.update(triple)
         return judged
 
-    def _turned_back(self, triple):
-        """The faults of a result that is turned back, to the point, by a matrix that should be transposed."""
-        up = self.graph.upstream(triple)
+    def _is_turned_back(self, triple):
+        """Whether a result is turned back, to the point, by a matrix that should be transposed: three faults."""
+        up, judge = self.graph.upstream(triple), self.judge
         for turn in self.turns:
             if turn.point and up.issuperset(turn.results):
-                option = dict(zip(triple, self.judge.block(turn.point), strict=True))
-                if block := self.judge.why.of_the_block(turn, triple, option):
-                    self.judge.put(option)
-                    return [self.judge.fault(p, *block[:2]) for p in triple]
-        return []
+                option = dict(zip(triple, judge.block(turn.point), strict=True))
+                if block := judge.why.of_the_block(turn, triple, option):
+                    judge.put(option)
+                    judge.faults += [judge.fault(p, *block[:2]) for p in triple]
+                    return True
+        return False
+
+    def _has_one_slip(self, triple):
+        """Whether one slip in all three cells keeps them from a sum, mean or difference of points: three faults."""
+        if self.judge.unexplained or any(map(self._is_known, triple)):
+            return False
+        judge, fits, tried = self.judge, np.ones(len(self.combined), dtype=bool), []
+        for k, place in enumerate(triple):
+            repairs = [*edits(self.graph, place)] if place in self.graph.trees else []
+            made = np.array([judge.calculate(place, tree) for *_, tree in repairs]).reshape(-1, 1, SAMPLES)
+            wanted = self.combined[:, k]
+            tried.append(
+                (repairs, (np.abs(made - wanted)[..., 1:] <= CLOSE * (1 + np.abs(wanted))[:, 1:]).all(axis=2))
+            )
+            fits &= tried[-1][1].any(axis=0)
+        for n in np.flatnonzero(fits)[:1]:
+            found = [repairs[int(good[:, n].argmax())] for repairs, good in tried]
+            if len({cause for cause, *_ in found}) == 1:
+                judge.put(dict(zip(triple, self.combined[n], strict=True)))
+                for place, (cause, old, new, _) in zip(triple, found, strict=True):
+                    text = f"{self.graph.short(place)}: {text_of(old)} should be {text_of(new)}"
+                    judge.faults.append(judge.fault(place, cause, text))
+                return True
+        return False
 
     def _known_numbers(self):
         """What may stand in one cell, each of shape (samples,), and pairs of angles of which it may be either."""
@@ -166,7 +189,9 @@ class Beside:
         numbers += [each.max(axis=0) for each in self.vectors]
         if self.off:
             numbers += [np.max(self.off, axis=(0, 1)), np.linalg.norm(self.off, axis=1).max(axis=0)]
-        numbers += [reduce(each, axis=0) for each in self.lengths for reduce in (np.sum, np.mean, np.max, np.min)]
+        for each in self.lengths:
+            numbers += [*each, np.sqrt((each**2).mean(axis=0))]
+            numbers += [statistic(each, axis=0) for statistic in (np.sum, np.mean, np.max, np.min)]
         products = [(a * b).sum(axis=0) for a, b in self.pairs]
         between = [
             np.arctan2(np.linalg.norm(np.cross(a, b, axis=0), axis=0), (a * b).sum(axis=0)) for a, b in self.pairs
@@ -230,8 +255,9 @@ class Beside:
 
     def _goes_on(self, place):
         """Whether an angle is made of the one before as all around it are, as in a table of steps."""
-        mates = [p for p in self.graph.component[place] if p in self.found.composed]
-        return len(mates) > 2 and as_around(self.graph, place) == self.graph.trees[place]
+        mates = {p for p in self.graph.component[place] if p in self.found.angles}
+        on = len(mates) > 2 and not mates.isdisjoint(self.graph.uses[place])
+        return on and as_around(self.graph, place) == self.graph.trees[place]
 
 
 def _axes(turn):

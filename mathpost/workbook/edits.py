@@ -14,7 +14,7 @@ from mathpost.workbook.graph import at, beside, same
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
 CONVERSIONS = np.array([np.pi, np.pi / 180, 180 / np.pi, 180.0, 2 * np.pi, 200 / np.pi])
-HALF_TURNS = {("number", 180.0): ("number", 200.0), ("number", 200.0): ("number", 180.0)}  # degrees and gon
+UNITS = {180.0: 200.0, 200.0: 180.0, 100.0: 60.0, 60.0: 3600.0, 3600.0: 60.0}  # degrees and gon, minutes, seconds
 OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
 TO_RADIANS, TO_DEGREES = ("degrees for radians", "RADIANS"), ("radians for degrees", "DEGREES")
 
@@ -59,8 +59,8 @@ def edits(graph, place, inputs=(), windows=()):
     for path, part in parts.items():
         for new in _exact(part):
             yield "rounded early", part, new, put(tree, path, new)
-        if part in HALF_TURNS:
-            new = HALF_TURNS[part]
+        if part[0] == "number" and part[1] in UNITS:
+            new = "number", UNITS[part[1]]
             yield "wrong value", part, new, put(tree, path, new)
     if tree[0] in ("+", "-") and tree[2][0] == "number":
         yield "offset", tree, tree[1], tree[1]

@@ -247,9 +247,10 @@ def _total(reduce, each=lambda value: value):
 def _index(area, row, column=None):
     row = int(row.flat[0])
     row, column = (row, int(column.flat[0])) if column is not None else (1, row) if len(area[0]) == 1 else (row, 1)
-    if not (1 <= row <= area.shape[1] and 1 <= column <= area.shape[2]):
+    if not (0 <= row <= area.shape[1] and 0 <= column <= area.shape[2]):
         raise IndexError
-    return area[:, row - 1 : row, column - 1 : column]
+    area = area[:, row - 1 : row] if row else area  # 0 is all of them
+    return area[:, :, column - 1 : column] if column else area
 
 
 def _sum_of_products(*values):
@@ -262,7 +263,7 @@ COMPARISONS = {
     **{"=": np.equal, "<>": np.not_equal, "<": np.less},
     **{">": np.greater, "<=": np.less_equal, ">=": np.greater_equal},
 }
-STATISTICS = {"SUM", "PRODUCT", "AVERAGE", "MAX", "MIN", "SUMSQ", "STDEV", "STDEV.S", "STDEVP", "STDEV.P"}
+STATISTICS = {"COUNT", "SUM", "PRODUCT", "AVERAGE", "MAX", "MIN", "SUMSQ", "STDEV", "STDEV.S", "STDEVP", "STDEV.P"}
 FUNCTIONS = {
     **COMPARISONS,
     **{"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "^": np.power, "POWER": np.power},
@@ -275,7 +276,12 @@ FUNCTIONS = {
     **{"INT": np.floor, "LN": np.log, "MOD": lambda x, n: x - n * np.floor(x / n)},
     **{"ROUND": _rounded(lambda x: np.floor(x + 0.5)), "ROUNDUP": _rounded(np.ceil)},
     **{name: _rounded(np.floor) for name in ("ROUNDDOWN", "TRUNC")},
-    **{"SUM": _total(np.sum), "PRODUCT": _total(np.prod), "AVERAGE": _total(np.mean)},
+    **{
+        "COUNT": _total(lambda x, axis: np.isfinite(x).sum(axis=axis)),
+        "SUM": _total(np.sum),
+        "PRODUCT": _total(np.prod),
+        "AVERAGE": _total(np.mean),
+    },
     **{"MAX": _total(np.max), "MIN": _total(np.min), "SUMSQ": _total(np.sum, np.square)},
     **{name: _total(lambda x, axis: np.std(x, axis=axis, ddof=1)) for name in ("STDEV", "STDEV.S")},
     **{name: _total(np.std) for name in ("STDEVP", "STDEV.P")},

@@ -8,6 +8,7 @@ import numpy as np
 
 from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY
 from mathpost.workbook.formula import areas, heads
+from mathpost.workbook.label import read_label
 
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
 
@@ -59,7 +60,7 @@ class Given:
             numbers = [graph.value(p) for p in window if p not in graph.trees]
             # A matrix has formulas, or else numbers such as cosines and sines make: it is no table of points.
             typed = len(numbers) == len(window) and None not in numbers
-            table = typed and (sum(abs(n) > 1 for n in numbers) > 1 or all(n % 1 == 0 for n in numbers))
+            table = typed and (all(n % 1 == 0 for n in numbers) or not may_turn(numbers))
             typed = {p for p in window if p in self.typed and abs(graph.own[p]) > 1}
             table |= any(len({p[n] for p in typed}) == 1 for n in (1, 2)) and len(typed) > 2
             numbers = [graph.own.get(p) for p in window]
@@ -127,6 +128,10 @@ class Given:
 
     def _in_typed_line(self, place, whole):
         """Whether a typed number among formulas is given, not typed over one: three of its kind stand in line."""
+        for n in (1, 2):  # three rows or columns side by side hold numbers only, as those of points
+            typed = {p[n] for p in whole} - {p[n] for p in whole if p not in self.typed}
+            if any(typed.issuperset(range(first, first + 3)) for first in range(place[n] - 2, place[n] + 1)):
+                return True
         for down, right in ((1, 0), (0, 1)):
             line = [place]
             for sign in (1, -1):
@@ -160,12 +165,18 @@ class Given:
         return sorted(found, key=found.get)
 
     def label(self, place):
-        """The text to the left of a cell or above it, empty if there is none."""
+        """The text to the left of a cell or above it, the first that names something; empty if there is none."""
         cells = self.graph.cells
         left = [cells[p] for n in (1, 2) if (p := offset(place, 0, -n)) in cells][:1]
         above = takewhile(lambda cell: cell, (cells.get(offset(place, -n, 0)) for n in range(1, 60)))
-        texts = (cell.value for cell in (*left, *above) if isinstance(cell.value, str) and not cell.formula)
-        return next(texts, "")
+        texts = [cell.value for cell in (*left, *above) if isinstance(cell.value, str) and not cell.formula]
+        return next(filter(read_label, texts), next(iter(texts), ""))
+
+
+def may_turn(numbers):
+    """Whether nine or sixteen numbers may be a rotation with a mistake: two of its rows are nearly unit vectors."""
+    rows = np.reshape(numbers, (3 if len(numbers) == 9 else 4, -1))[:3, :3]
+    return (np.abs(np.linalg.norm(rows, axis=1) - 1) < 0.05).sum() > 1
 
 
 def offset(place, down, right):

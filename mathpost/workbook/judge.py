@@ -327,7 +327,7 @@ class Judge:
                 cost, faults = self.why.explain(calculation, unit, option)
                 own = (*min(map(self.graph.calculation_order, option)), order[-1])
                 best = min(best or (99,), (cost, max(order, own), option, faults), key=lambda b: b[:2])
-        if best is None or (best[0] >= UNEXPLAINED and len(bad) == len(calculation.targets)):
+        if best is None or (best[0] >= UNEXPLAINED and not len(bad) == 1 < len(calculation.targets)):
             return None
         self.faults += best[3]
         return best[2]

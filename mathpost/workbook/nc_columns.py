@@ -205,7 +205,7 @@ class _Roles:
         if list(words.values()).count(None) > 1:
             return None
         tips = [t for t in self.triples("xyz") if not {*axis, *words.values()}.intersection(t)]
-        after = {p for n in words.values() if n is not None for p in self.columns[n].places[:1]}
+        after = {self.columns[n].places[0] for n in (*axis, *words.values()) if n is not None}
         tips = [t for t in tips if after.isdisjoint(self.graph.upstream(self.columns[n].places[0] for n in t))]
         choices = [n for n in range(len(self.columns)) if n not in (*axis, *words.values())]
         lost = next((k for k in words if words[k] is None), None)

@@ -158,6 +158,8 @@ def find_planes(found):
         for place, (down, right), k in product(angles - taken, ((step, 0), (0, step)), range(size)):
             line = tuple((place[0], place[1] + (n - k) * down, place[2] + (n - k) * right) for n in range(size))
             others = [p for p in line if p not in angles]
+            if len({_origin(graph, p) for p in line}) < size:  # one is made of another one
+                continue
             if line in planes or not taken.isdisjoint(line) or len(others) > size - 2:
                 continue
             if all(_is_given(found, p, angles) for p in others):
@@ -181,6 +183,13 @@ def _angles(graph):
             angles.add(place)
             converted.update(graph.uses[place])
     return angles - converted
+
+
+def _origin(graph, place):
+    """The cell from which an angle is only taken over, converted or negated."""
+    while len(graph.uses.get(place, ())) == 1 and not heads(graph.trees[place]) & INVERSE:
+        (place,) = graph.uses[place]
+    return place
 
 
 def _is_given(found, place, angles):

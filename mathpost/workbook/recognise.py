@@ -295,7 +295,8 @@ class Recognised(Given):
         lines = self.lines(set(cells), min(len(cells), 2))
         if len(cells) == 3:  # which may be one of two others and a wrong one
             may = self.angles | (self.typed - self.graph.used.keys())
-            return next((line for line in lines if may.issuperset(line)), tuple(cells))
+            near = (line for line in lines if sum(b - a for a, b in zip(line[0][1:], line[1][1:], strict=True)) < 3)
+            return next((line for line in near if may.issuperset(line)), tuple(cells))
         return lines[0] if lines else None
 
     def _vectors(self, cells, row):

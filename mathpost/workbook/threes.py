@@ -157,7 +157,7 @@ class Threes:
         found = defaultdict(list)
         for i, j in zip(*np.nonzero(fits & (np.count_nonzero(self.values, axis=1) > 1)[:, None]), strict=True):
             a, b = self.threes[i], self.threes[j]
-            if a.strip[1] == b.strip[1] and set(a.places).isdisjoint(b.places):
+            if set(a.places).isdisjoint(b.places):
                 found[a.strip, b.strip, b.index - a.index].append(a.index)
         return found
 

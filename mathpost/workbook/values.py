@@ -16,6 +16,7 @@ from mathpost.detective.misreadings import elementary, written_decimals
 from mathpost.rotation import PASSIVE
 from mathpost.workbook.edits import edits
 from mathpost.workbook.formula import Area, area_of
+from mathpost.workbook.given import may_turn
 from mathpost.workbook.graph import Graph
 from mathpost.workbook.label import SINGLE, UNIT_WORDS, Role, read_label
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, Fault
@@ -136,7 +137,7 @@ def _by_threes(graph, found, blocks, implied):
                 told |= {p: (f"={_ref((q,))}", ()) for p, q in zip(places, hidden[role.word].places, strict=True)}
     shown = [b for b in (*blocks, *more) if b.role.kind in MATRICES]
     shown = [b for b in shown if b.role.kind == "matrix" or len(b.role.word) in (0, 3)]
-    shown = [b for b in shown if np.isfinite(n := threes.look(b.places)).all() and _may_turn(n)]
+    shown = [b for b in shown if np.isfinite(n := threes.look(b.places)).all() and may_turn(n)]
     operators = [Operator(n.reshape(3, 3), p, (), _half(n)) for _, p in shown for n in [threes.look(p)]]
     operators += hidden.values()
     origins = [t.places for t in threes.threes if _is_origin(found, threes.look(t.places), t.places[0])]
@@ -312,7 +313,8 @@ def _labelled(cells):
     labels, taken, runs = {place: role for place, text in texts.items() if (role := read_label(text))}, set(), {}
     for place, role in labels.items():
         nine = _nine(cells, place, labels, taken) if role.kind in (*MATRICES, "angle") else None
-        if nine and (role.kind != "angle" or _may_turn([cells[p].number if p in cells else None for p in nine])):
+        numbers = [cells[p].number if p in cells else None for p in nine or ()]
+        if nine and (role.kind != "angle" or None in numbers or may_turn(numbers)):
             taken.update(nine)
             yield Block(Role(role.kind.replace("angle", "matrix"), role.word), nine)
     for place, role in labels.items():
@@ -323,13 +325,6 @@ def _labelled(cells):
         ways = [[_next(cells, place, *step, labels) for place, _ in run] for step in ((0, 1), (1, 0))]
         right, down = (sum(p is not None and p not in taken for p in way) for way in ways)
         yield from (Block(r, (p,)) for (_, r), p in zip(run, ways[right < down], strict=True) if p is not None)
-
-
-def _may_turn(numbers):
-    """Whether nine numbers may be a rotation with a mistake: two of its rows are unit vectors, or nearly."""
-    if None in numbers:
-        return True
-    return (np.abs(np.linalg.norm(np.reshape(numbers, (3, 3)), axis=1) - 1) < 0.05).sum() > 1
 
 
 def _next(cells, place, down, right, labels):

@@ -410,3 +410,77 @@ def test_the_axis_of_the_whole_turn(tmp_path):
 def test_rounded_copies_and_numbers_of_points_beside_the_results(tmp_path):
     shown = {f"O{n}": f"=ROUND(M{n},1)" for n in (6, 7, 8)}
     assert _check(tmp_path, _sheet() | shown | {"S1": 1, "S2": 2, "T1": "=S1", "T2": "=S2"}).verdict == "right"
+
+
+def test_rows_of_a_matrix_by_index(tmp_path):
+    cells = _sheet() | {f"M{5 + n}": f"=SUMPRODUCT(INDEX(I6:K8,{n},0),F20:H20)" for n in (1, 2, 3)}
+    cells |= {"F20": "=D1", "G20": "=D2", "H20": "=D3"}
+    assert _check(tmp_path, cells).verdict == "right"
+
+
+def test_points_of_zeros_and_ones_and_vectors_along_the_axes_are_given(tmp_path):
+    sheet = _sheet()
+    del sheet["M6"], sheet["M7"], sheet["M8"]
+    columns = {f"{c}{10 + n}": 0.3 * (n == k) for k, c in enumerate("MNO") for n in range(3)}
+    cells = sheet | columns | _product("M14", "I6", "M10")
+    assert _check(tmp_path, cells).verdict == "right"
+    corners = {f"{c}{10 + n}": (1, -1)[n >> k & 1] for k, c in enumerate("MNO") for n in range(4)}
+    turned = {
+        f"{c}{10 + n}": f"=SUMPRODUCT($I${r}:$K${r},$M{10 + n}:$O{10 + n})"
+        for c, r in zip("PQR", (6, 7, 8), strict=True)
+        for n in range(4)
+    }
+    assert _check(tmp_path, sheet | corners | turned).verdict == "right"
+    report = _check(tmp_path, sheet | corners | turned | {"B7": "=SIN(RADIANS(B1))"})
+    assert (report.verdict, report.faults[0].cell) == ("wrong", "Sheet!B7"), report
+
+
+def test_seconds_by_60_in_every_angle(tmp_path):
+    cells = _sheet()
+    for n, numbers in enumerate(((35, 15, 50), (62, 40, 12), (118, 5, 27)), 1):
+        cells |= dict(zip((f"F{n}", f"G{n}", f"H{n}"), numbers, strict=True)) | {f"B{n}": f"=F{n}+G{n}/60+H{n}/60"}
+    report = _check(tmp_path, cells)
+    assert [fault.cell for fault in report.faults] == ["Sheet!B1", "Sheet!B2", "Sheet!B3"], report
+
+
+def test_a_mean_that_is_a_row_short_in_all_columns(tmp_path):
+    mean = {f"{c}11": f"=AVERAGE({c}6:{c}9)" for c in "VWX"}
+    spread = {f"Y{n}": f"=SQRT((V{n}-V$11)^2+(W{n}-W$11)^2+(X{n}-X$11)^2)" for n in range(6, 10)}
+    spread |= {"Y12": "=SQRT(SUMSQ(Y6:Y9)/COUNT(Y6:Y9))"}
+    assert _check(tmp_path, _points() | mean | spread).verdict == "right"
+    short = {place: formula.replace("9)", "8)") for place, formula in mean.items()}
+    report = _check(tmp_path, _points() | short | spread)
+    assert [fault.cell for fault in report.faults] == ["Sheet!V11", "Sheet!W11", "Sheet!X11"], report
+
+
+def test_the_angle_at_a_corner_before_and_after(tmp_path):
+    angle = "=DEGREES(ACOS(SUMPRODUCT({0}7:{1}7-{0}6:{1}6,{0}8:{1}8-{0}6:{1}6)/S14/S15))"
+    cells = _points() | {"S13": angle.format("S", "U"), "T13": angle.format("V", "X")}
+    cells |= {"S14": "=SQRT(SUMXMY2(S6:U6,S7:U7))", "S15": "=SQRT(SUMXMY2(S6:U6,S8:U8))"}
+    assert _check(tmp_path, cells).verdict == "right"
+    report = _check(tmp_path, cells | {"T13": cells["T13"].replace("8:X8", "9:X9")})
+    assert (report.faults[0].cell, report.faults[0].cause) == ("Sheet!T13", "wrong reference"), report
+
+
+def test_a_swept_angle_and_two_that_stand(tmp_path):
+    """A row for each β; beside γ stands a remark."""
+    cells = {"A3": 40, "B3": "see below", "C3": -15, "E3": 12, "F3": 30, "G3": 5, "A2": "alpha", "C2": "gamma"}
+    cells |= {"A5": "beta", "A6": 0}
+    turn = "COS(RADIANS({0}))", "SIN(RADIANS({0}))"
+    (ca, sa), (cg, sg) = ([part.format(angle) for part in turn] for angle in ("$A$3", "$C$3"))
+    for n in range(6, 12):
+        cb, sb = (part.format(f"A{n}") for part in turn)
+        cells |= {f"A{n}": f"=A{n - 1}+10"} if n > 6 else {}
+        cells |= {
+            f"B{n}": f"=$E$3*{ca}+$F$3*{sa}",
+            f"C{n}": f"=$F$3*{ca}-$E$3*{sa}",
+            f"D{n}": f"=C{n}*{cb}+$G$3*{sb}",
+        }
+        cells |= {
+            f"E{n}": f"=B{n}*{cg}+D{n}*{sg}",
+            f"F{n}": f"=D{n}*{cg}-B{n}*{sg}",
+            f"G{n}": f"=$G$3*{cb}-C{n}*{sb}",
+        }
+    assert _check(tmp_path, cells).verdict == "right"
+    report = _check(tmp_path, cells | {"D9": 19.3})
+    assert (report.faults[0].cell, report.faults[0].cause) == ("Sheet!D9", "typed over formula"), report
