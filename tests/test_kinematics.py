@@ -129,6 +129,16 @@ def test_below_and_above_are_r_minus_d_and_r_plus_d(kin):
         assert float((derived.above - (r + d)).subs(values)) == pytest.approx(0, abs=1e-14)
 
 
+@pytest.mark.parametrize("tool", [(0, 0, 1), (0, 0, -1), (2, -1, -2)])
+def test_the_tool_frame_is_a_rotation_with_the_tool_axis_as_its_third(tool):
+    frame = np.array(
+        chain.links(machine.from_dict(content((1, 0, 0), (0, 0, 1), tool=tool)))[-1].matrix, dtype=float
+    )
+    np.testing.assert_allclose(frame[:3, :3] @ frame[:3, :3].T, np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(frame[:3, 2], rotation.unit(np.array(tool, dtype=float)), atol=1e-15)
+    assert np.linalg.det(frame[:3, :3]) == pytest.approx(1)
+
+
 def test_links_hold_numbers_unless_asked_for_symbols(kin):
     for links, free in (
         (kin.links(), set(kin.symbols)),
