@@ -37,6 +37,12 @@ def test_forward_of_inverse_on_any_machine(any_machine):
     assert_round_trip(kin, random_joints(kin, 400, seed=2))
 
 
+def test_arrays_of_any_shape_are_solved_as_their_poses_one_by_one(kin):
+    tip, axis = kin.forward(random_joints(kin, 24, seed=9))
+    solved = kin.inverse(tip.reshape(2, 3, 4, 3), axis.reshape(2, 3, 4, 3))
+    np.testing.assert_array_equal(solved.reshape(24, 2, 5), kin.inverse(tip, axis))
+
+
 def test_both_branches_differ_and_the_first_tilts_up(kin):
     joints = random_joints(kin, 200, seed=3)[50:]
     branches = kin.inverse(*kin.forward(joints))
@@ -121,6 +127,16 @@ def test_below_and_above_are_r_minus_d_and_r_plus_d(kin):
         values = dict(zip(derived.axis, map(sp.Float, axis), strict=True))
         assert float((derived.below - (r - d)).subs(values)) == pytest.approx(0, abs=1e-14)
         assert float((derived.above - (r + d)).subs(values)) == pytest.approx(0, abs=1e-14)
+
+
+@pytest.mark.parametrize("tool", [(0, 0, 1), (0, 0, -1), (2, -1, -2)])
+def test_the_tool_frame_is_a_rotation_with_the_tool_axis_as_its_third(tool):
+    frame = np.array(
+        chain.links(machine.from_dict(content((1, 0, 0), (0, 0, 1), tool=tool)))[-1].matrix, dtype=float
+    )
+    np.testing.assert_allclose(frame[:3, :3] @ frame[:3, :3].T, np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(frame[:3, 2], rotation.unit(np.array(tool, dtype=float)), atol=1e-15)
+    assert np.linalg.det(frame[:3, :3]) == pytest.approx(1)
 
 
 def test_links_hold_numbers_unless_asked_for_symbols(kin):

@@ -80,6 +80,14 @@ def test_optimal_equals_brute_force(name, rates):
                 selection.choose(kin, cl, sway=np.inf)
 
 
+def test_the_branch_is_changed_in_cut_within_a_twentieth_of_a_degree_of_the_pole(dmu50v_both_ways):
+    t = np.linspace(-0.3, 0.3, 20)  # the pole is passed between two records
+    for degrees, branches in ((0.04, {0, 1}), (0.06, {0})):
+        axes = np.stack([t, np.full(20, np.tan(np.radians(degrees))), np.ones(20)], axis=-1)
+        cl = cldata.from_arrays(np.outer(t, [100, 0, 0]), axes)
+        assert set(selection.choose(dmu50v_both_ways, cl).branch.tolist()) == branches
+
+
 def test_chosen_joints_reach_the_poses_inside_travel(kin):
     rng = np.random.default_rng(8)
     joints = np.cumsum(rng.normal(size=(60, 5)) * [1, 1, 1, 0.03, 0.03], axis=0)

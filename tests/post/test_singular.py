@@ -101,6 +101,14 @@ def test_regions_by_rate_whatever_way_the_axis_turns(dmu50v):
     assert found == [(len(cl) - 1 - last, len(cl) - 1 - first)]
 
 
+def test_a_move_at_the_very_rate_of_an_axis_is_no_region(dmu50v):
+    cl = cldata.from_arrays([[0, 0, 0], [1, 0, 0]], [[0, 0, 1]] * 2, feed=600)  # 0.1 s
+    for more, found in ((0, []), (1e-9, [(0, 1)])):
+        joints = np.zeros((2, 5))
+        joints[1, 4] = 0.1 * dmu50v.machine.max_rates[4] + more
+        assert singular.regions(dmu50v, cl, joints) == found
+
+
 def test_nearest_is_what_dense_sampling_finds(kin):
     """Great circles of any length, by either end of reach; and nearest to the outer axis."""
     start, end = kin.forward(random_joints(kin, 240, seed=3)[:200])[1].reshape(2, 100, 3)
@@ -197,3 +205,16 @@ def test_wrong_names_are_refused(dmu50v, blade):
         Crossing(dmu50v, blade, joints, (2, 5))
     with pytest.raises(InputError, match="'over'"):
         Crossing(dmu50v, blade, joints, (1, 2)).way("over")
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "expected"),
+    [
+        *(("lean", value, "above 0 and below π/2") for value in (0.0, np.pi / 2, 2.0)),
+        *(("clearance", value, "mm above 0") for value in (0.0, np.inf)),
+    ],
+)
+def test_a_way_that_leads_nowhere_is_refused(dmu50v, blade, option, value, expected):
+    crossing = Crossing(dmu50v, blade, selection.choose(dmu50v, blade).joints, (1, 2))
+    with pytest.raises(InputError, match=expected):
+        crossing.way("aside", **{option: value})
