@@ -157,7 +157,7 @@ class Crossing:
                 continue
             if np.abs(joints[-1] - self.joints[self.last])[3:].max() < 1e-6:
                 return self._with_tip_kept(place, joints[:, 3:])
-            reasons.append("it comes out on another branch or winding")
+            reasons.append("it comes out on a different branch or winding")
         raise MathpostError("; ".join(dict.fromkeys(reasons)))
 
     def _retract(self, clearance):
