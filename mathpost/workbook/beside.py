@@ -58,8 +58,10 @@ class Beside:
         rest = set(places) - (graph.upstream(results, judge.inputs) - judge.inputs.keys()) | judge.unsure
         given = graph.upstream(p for c in found.calculations for p in (*c.given, *c.results))
         leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in rest}
-        # The number of a point, copied beside what became of it.
-        other = {p for p in rest - graph.used.keys() if graph.tree(p)[0] == "area" and given.isdisjoint(leaves[p])}
+        # The numbers of points, 1, 2, 3, copied beside what became of them.
+        copies = {p for p in rest - graph.used.keys() if graph.tree(p)[0] == "area" and given.isdisjoint(leaves[p])}
+        own = {p: graph.own[p] for p in copies if graph.own[p] is not None}
+        other = {p for p in own for q in beside(p) if q in own and abs(own[q] - own[p]) == 1}
         given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
         other |= {p for p, used in leaves.items() if given and used & found.typed and given.isdisjoint(used)}
         return [p for p in places if p not in other], rest - other
@@ -257,7 +259,7 @@ class Beside:
 
     def _goes_on(self, place):
         """Whether an angle is made of the one before as all around it are, as in a table of steps."""
-        mates = {p for p in self.graph.component[place] if p in self.found.angles}
+        mates = {p for p in self.graph.component[place] if p in self.found.turning}
         on = len(mates) > 2 and not mates.isdisjoint(self.graph.uses[place])
         return on and as_around(self.graph, place) == self.graph.trees[place]
 

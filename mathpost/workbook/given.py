@@ -53,7 +53,8 @@ class Given:
                     found[tile] = 99
         for component in graph.components:  # nine elements in one line
             for line in runs([p for p in component if p in graph.trees or graph.value(p) in (0, 1)]):
-                if len(line) == 9 and any(p in graph.trees for p in line):
+                numbers = [graph.own.get(p) for p in line] if len(line) == 9 else [None]
+                if any(p in graph.trees for p in line) and None not in numbers and may_turn(numbers):
                     found[line] = 1
         for window, votes in list(found.items()):
             others = [o for o in found if o != window and found[o] >= votes and found[o] > 1]
@@ -62,6 +63,7 @@ class Given:
             typed = len(numbers) == len(window) and None not in numbers
             table = typed and (all(n % 1 == 0 for n in numbers) or not may_turn(numbers))
             typed = {p for p in window if p in self.typed and abs(graph.own[p]) > 1}
+            table |= len(typed) > (1 if len(window) == 9 else 3)
             table |= any(len({p[n] for p in typed}) == 1 for n in (1, 2)) and len(typed) > 2
             numbers = [graph.own.get(p) for p in window]
             table |= len(window) == 16 and [0, 0, 0, 1] not in (numbers[12:], numbers[3::4])

@@ -69,6 +69,9 @@ class Recognised(Given):
             # One of which but a cell depends on angles was turned back.
             turned = sum(bool(self.turned_by([p])) for p in triple) > 1
             turned |= any(up & self.typed >= set(w) for w in self.windows)
+            # One coordinate of each of three points is no vector.
+            lengths = [self.lengths.intersection(self.depends.get(p, ())) for p in triple]
+            turned &= any(a & b for a, b in combinations(lengths, 2))
             (finals if turned and not difference else self.beside).append(triple)
         for triple in finals[:]:
             if self._is_combined(triple, finals):
@@ -294,7 +297,7 @@ class Recognised(Given):
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
         lines = self.lines(set(cells), min(len(cells), 2))
         if len(cells) == 3:  # which may be one of two others and a wrong one
-            may = self.angles | (self.typed - self.graph.used.keys())
+            may = self.angles | (self.typed - self.graph.used.keys()) if self.composed.isdisjoint(cells) else set()
             near = (line for line in lines if sum(b - a for a, b in zip(line[0][1:], line[1][1:], strict=True)) < 3)
             return next((line for line in near if may.issuperset(line)), tuple(cells))
         return lines[0] if lines else None
@@ -306,18 +309,19 @@ class Recognised(Given):
 
     def _by_name(self, triple):
         """The angles α, β, γ: as labels say, or in the order in which they, or what they turn by, are read."""
-        graph, ends = self.graph, triple
-        if not any(len({(p[0], p[n]) for p in triple}) == 1 for n in (1, 2)):
-            ends = [max(self.turning & graph.downstream([p]), key=graph.calculation_order) for p in triple]
+        graph, in_line = self.graph, any(len({(p[0], p[n]) for p in triple}) == 1 for n in (1, 2))
+        ends = [max(self.turning & graph.downstream([p]), key=graph.calculation_order, default=p) for p in triple]
         for places in (triple, ends):
             # Which of φ, θ, ψ comes first is not the same everywhere.
             labels = [
                 label for label in map(self.label, places) if not re.search("phi|psi|theta|[φψθ]", label, re.I)
             ]
-            named = [role.word for role in map(read_label, labels) if role and role.kind == "angle"]
+            roles = [role for role in map(read_label, labels) if role and role.kind in ("angle", "radians")]
+            named = [role.word for role in roles]
             if len(set(named)) == 3:
                 return tuple(p for _, p in sorted(zip(named, triple, strict=True)))
-        return tuple(p for _, p in sorted(zip(map(graph.reading_order, ends), triple, strict=True)))
+        read = map(graph.reading_order, triple if in_line else ends)
+        return tuple(p for _, p in sorted(zip(read, triple, strict=True)))
 
     def _as_the_caller_says(self, cells):
         """Take angles, point, origin and result from where the caller says that they stand."""

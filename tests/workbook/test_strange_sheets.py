@@ -409,7 +409,10 @@ def test_the_axis_of_the_whole_turn(tmp_path):
 
 def test_rounded_copies_and_numbers_of_points_beside_the_results(tmp_path):
     shown = {f"O{n}": f"=ROUND(M{n},1)" for n in (6, 7, 8)}
-    assert _check(tmp_path, _sheet() | shown | {"S1": 1, "S2": 2, "T1": "=S1", "T2": "=S2"}).verdict == "right"
+    cells = _sheet() | shown | {"E1": 1, "E2": 2, "T1": "=E1", "T2": "=E2"}
+    assert _check(tmp_path, cells).verdict == "right"
+    report = _check(tmp_path, cells | {"E1": 7.5, "E2": 9.5})
+    assert (report.verdict, report.not_checked) == ("unclear", ["Sheet!T1:T2"]), report
 
 
 def test_rows_of_a_matrix_by_index(tmp_path):
@@ -484,3 +487,14 @@ def test_a_swept_angle_and_two_that_stand(tmp_path):
     assert _check(tmp_path, cells).verdict == "right"
     report = _check(tmp_path, cells | {"D9": 19.3})
     assert (report.faults[0].cell, report.faults[0].cause) == ("Sheet!D9", "typed over formula"), report
+
+
+def test_a_column_of_one_coordinate_rounded_is_no_vector(tmp_path):
+    shown = {f"Y{n}": f"=ROUND(W{n},2)" for n in range(6, 9)}
+    assert _check(tmp_path, _points() | shown).verdict == "right"
+
+
+def test_a_mean_below_points_of_which_some_are_whole_numbers(tmp_path):
+    cells = _points(((1, 0, 0), (2, 3, 1), (-5, 4, 2.5), (0, -6, 7), (8, 8, -8)))
+    cells |= {f"{c}11": f"=AVERAGE({c}6:{c}10)" for c in "STUVWX"}
+    assert _check(tmp_path, cells).verdict == "right"
