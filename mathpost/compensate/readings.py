@@ -142,7 +142,7 @@ def read(path, machine, **settings):
     names = dict.fromkeys(name for columns in known.values() for name in columns)
     table = csv_table.read(path, [], optional=tuple(names), text=["face"])
     for key in set(settings) - set(csv_table.KNOWN):
-        raise InputError(key, f"settings among {', '.join(csv_table.KNOWN)}", "another")
+        raise InputError(key, f"settings among {', '.join(csv_table.KNOWN)}", "none of them")
     table.settings = {key: str(value) for key, value in settings.items()} | table.settings
     method = table.settings.get("method", "").casefold()
     if method not in METHODS:

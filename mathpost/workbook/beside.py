@@ -11,8 +11,8 @@ from mathpost import angles as euler
 from mathpost.detective.misreadings import written_decimals
 from mathpost.rotation import wrap
 from mathpost.workbook.calculation import SAMPLES, Turn
-from mathpost.workbook.edits import as_around, edits
-from mathpost.workbook.formula import heads, text_of, unrounded
+from mathpost.workbook.edits import as_around, edits, said
+from mathpost.workbook.formula import heads, unrounded
 from mathpost.workbook.given import runs
 from mathpost.workbook.graph import CLOSE, beside, same
 
@@ -133,8 +133,7 @@ class Beside:
         for triple in (*self.found.beside, *others):
             if not rest.issuperset(triple[:3]) or judged.intersection(triple):
                 continue
-            off = self.vectors - judge.block(triple[:3])
-            fits = (np.abs(off)[..., 1:] <= CLOSE * (1 + np.abs(self.vectors[..., 1:]))).all(axis=-1)
+            fits = _agree(judge.block(triple[:3]), self.vectors)
             if fits.all(axis=-1).any():
                 judged.update(triple)
                 continue
@@ -170,17 +169,14 @@ class Beside:
         for k, place in enumerate(triple):
             repairs = [*edits(self.graph, place)] if place in self.graph.trees else []
             made = np.array([judge.calculate(place, tree) for *_, tree in repairs]).reshape(-1, 1, SAMPLES)
-            wanted = self.combined[:, k]
-            tried.append(
-                (repairs, (np.abs(made - wanted)[..., 1:] <= CLOSE * (1 + np.abs(wanted))[:, 1:]).all(axis=2))
-            )
+            tried.append((repairs, _agree(made, self.combined[:, k])))
             fits &= tried[-1][1].any(axis=0)
         for n in np.flatnonzero(fits)[:1]:
             found = [repairs[int(good[:, n].argmax())] for repairs, good in tried]
             if len({cause for cause, *_ in found}) == 1:
                 judge.put(dict(zip(triple, self.combined[n], strict=True)))
                 for place, (cause, old, new, _) in zip(triple, found, strict=True):
-                    text = f"{self.graph.short(place)}: {text_of(old)} should be {text_of(new)}"
+                    text = f"{self.graph.short(place)}: {said(place, old, new)}"
                     judge.faults.append(judge.fault(place, cause, text))
                 return True
         return False
@@ -232,18 +228,19 @@ class Beside:
         """Whether a wrong reference keeps a cell from what one beside it is, as a length that is kept: a fault."""
         form = self.graph.form(place)
         for near in beside(place) if form and not self.judge.unexplained else ():
-            if near not in unknown and self.graph.form(near) == form and np.ptp(self.judge.now(near)) > CLOSE:
-                fault = self.judge.repaired_alone(place, self.judge.now(near))
-                if fault and fault.cause == "wrong reference":
-                    self.judge.faults.append(fault)
-                    return True
+            wanted = self.judge.now(near)
+            if near in unknown or self.graph.form(near) != form or np.ptp(wanted) <= CLOSE:
+                continue
+            if fault := self.judge.repaired_alone(place, wanted, "wrong reference"):
+                self.judge.faults.append(fault)
+                return True
         return False
 
     def _are_wrong_minutes(self, place):
         """Whether one repair makes a cell an angle of degrees and minutes, which is a fault then."""
         for cause, old, new, tree in edits(self.graph, place):
             if self._is_degrees_and_minutes(place, tree):
-                text = f"{self.graph.short(place)}: {text_of(old)} should be {text_of(new)}"
+                text = f"{self.graph.short(place)}: {said(place, old, new)}"
                 self.judge.faults.append(self.judge.fault(place, cause, text))
                 return True
         return False
@@ -262,6 +259,11 @@ class Beside:
         mates = {p for p in self.graph.component[place] if p in self.found.turning}
         on = len(mates) > 2 and not mates.isdisjoint(self.graph.uses[place])
         return on and as_around(self.graph, place) == self.graph.trees[place]
+
+
+def _agree(values, known):
+    """Whether values are what is known, at all samples but the sheet's own."""
+    return (np.abs(values - known)[..., 1:] <= CLOSE * (1 + np.abs(known[..., 1:]))).all(axis=-1)
 
 
 def _axes(turn):

@@ -32,8 +32,13 @@ def repaired(graph, wanted, values, inputs=(), windows=(), period=None):
         off = ((at(made, graph.part.get(p, (0, 0))) - value, value) for p, value in wanted.items())
         fits = all(same(value + (wrap(each, period) if period else each), value) for each, value in off)
         if fits and (cause != "wrong reference" or after.isdisjoint(graph.used_by(tree))):
-            return cause, f"{text_of(old, place[0])} should be {text_of(new, place[0])}", tree
+            return cause, said(place, old, new), tree
     return None
+
+
+def said(place, old, new):
+    """A repair of a part of the formula in `place`, in words."""
+    return f"{text_of(old, place[0])} should be {text_of(new, place[0])}"
 
 
 def edits(graph, place, inputs=(), windows=()):

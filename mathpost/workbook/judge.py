@@ -273,11 +273,16 @@ class Judge:
             self.faults, self.unexplained = before
         self.targets = targets | last.targets
 
-    def repaired_alone(self, place, value):
-        """The fault of a cell beside the calculations that ought to hold `value`; None if no repair makes it so."""
+    def repaired_alone(self, place, value, only=None):
+        """The fault of a cell beside the calculations that ought to hold `value`; None if no repair makes it so.
+
+        With `only` it is a repair of that cause.
+        """
         if place in self.graph.trees and (found := repaired(self.graph, {place: value}, self.values)):
             cause, sentence, other = found
             cause = self.why.reference_kind(place, other) if cause == "wrong reference" else cause
+            if only not in (None, cause):
+                return None
             self.put({place: value})
             return self.fault(place, cause, f"{self.graph.short(place)}: {sentence}")
         return None
