@@ -8,7 +8,6 @@ from itertools import combinations, product
 import numpy as np
 
 from mathpost import angles as euler
-from mathpost.detective.misreadings import written_decimals
 from mathpost.rotation import wrap
 from mathpost.workbook.calculation import SAMPLES, Turn
 from mathpost.workbook.edits import as_around, edits, said
@@ -37,9 +36,8 @@ class Beside:
         rest -= self._judge_vectors(rest)
         composed = {p for p in self.found.composed if not (self._is_degrees_and_minutes(p) or self._goes_on(p))}
         composed -= {p for p in judge.found.sorted(composed) if self._are_wrong_minutes(p)}
-        typed = self.found.typed - self.found.composed
-        unknown = {p for p in rest - self.found.composed if p in typed or not self._is_known(p)}
-        for place in sorted(unknown - typed, key=judge.graph.calculation_order):
+        unknown = {p for p in rest - self.found.composed if not self._is_known(p)}
+        for place in sorted(unknown, key=judge.graph.calculation_order):
             unknown -= {place} if self._is_known(place) or self._is_unlike(place, unknown) else set()
         self.unjudged = unknown | composed | self._computed_points()
 
@@ -48,19 +46,14 @@ class Beside:
         judge, graph, found = self.judge, self.graph, self.found
         messages = graph.messages | ({p for c in judge.live for p in c.aside} - graph.downstream(judge.inputs))
         formulas = [p for p in graph.trees if p not in found.typed - found.composed] + [*graph.unread]
-        # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
-        typed = {p for p in found.typed - graph.trees.keys() if messages.issuperset(graph.used.get(p, "-"))}
-        typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
-        results = np.array([target[0] for target in judge.targets.values()])
-        typed = {p for p in typed if not (np.abs(results - graph.value(p)) <= _half_digit(graph.value(p))).any()}
-        places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
+        places = [p for p in formulas if p not in messages]
         results = (p for c in found.calculations if c not in judge.unexplained for p in c.results)
         rest = set(places) - (graph.upstream(results, judge.inputs) - judge.inputs.keys()) | judge.unsure
         given = graph.upstream(p for c in found.calculations for p in (*c.given, *c.results))
         leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in rest}
         # The numbers of points, 1, 2, 3, copied beside what became of them.
         copies = {p for p in rest - graph.used.keys() if graph.tree(p)[0] == "area" and given.isdisjoint(leaves[p])}
-        own = {p: graph.own[p] for p in copies if graph.own[p] is not None}
+        own = {p: graph.own[p] for p in copies}
         other = {p for p in own for q in beside(p) if q in own and abs(own[q] - own[p]) == 1}
         given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
         other |= {p for p, used in leaves.items() if given and used & found.typed and given.isdisjoint(used)}
@@ -276,7 +269,3 @@ def _axes(turn):
 
 def _of_a_sample(vectors, axis):
     return np.std(vectors, axis=axis, ddof=1)
-
-
-def _half_digit(number):
-    return 0.51 * 10.0 ** -written_decimals(number)

@@ -49,8 +49,6 @@ def check_file(path, task=None):
     """
     task = task or Task()
     graph = Graph(read(path))
-    if task.machine is None and not any(graph.uses.values()):
-        return _by_values(graph, Recognised(graph, task))
     graph.unround()
     found = Recognised(graph, task)
     judge = Judge(graph, found).run()
@@ -110,7 +108,7 @@ def _unlike_the_text(graph, found):
     given = {places: tuple(graph.own[p] for p in places) for places in given if found.typed.issuperset(places)}
     for text, (places, numbers) in product(said - {*given.values()}, given.items()):
         alike = [abs(a - b) < 1e-6 for a, b in zip(text, numbers, strict=True)]
-        if sum(alike) == 2 and any(same for same, number in zip(alike, numbers, strict=True) if number):
+        if sum(alike) == 2:
             yield f"{graph.range(places)} is {_three(numbers)}, and a text says {_three(text)}"
 
 
@@ -122,8 +120,6 @@ def _by_values(graph, found):
     statuses, faults, seen = check_values(graph, found)
     if statuses:  # a formula is not looked at there
         statuses = dict.fromkeys(graph.trees.keys() - graph.messages, UNCLEAR) | statuses
-    else:
-        seen = ["no angles, point or matrices by their labels", _ready_cells(graph)]
     return _report(graph, statuses, faults, seen, [LUCKY])
 
 

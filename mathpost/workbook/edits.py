@@ -26,12 +26,10 @@ def repaired(graph, wanted, values, inputs=(), windows=(), period=None):
     they stand. What differs by `period` is the same.
     """
     place = next(iter(wanted))
-    after = graph.downstream(wanted)
-    for cause, old, new, tree in edits(graph, place, inputs, windows) if place in graph.trees else ():
+    for cause, old, new, tree in edits(graph, place, inputs, windows):
         made = graph.calculate(tree, values)
         off = ((at(made, graph.part.get(p, (0, 0))) - value, value) for p, value in wanted.items())
-        fits = all(same(value + (wrap(each, period) if period else each), value) for each, value in off)
-        if fits and (cause != "wrong reference" or after.isdisjoint(graph.used_by(tree))):
+        if all(same(value + (wrap(each, period) if period else each), value) for each, value in off):
             return cause, said(place, old, new), tree
     return None
 
@@ -124,7 +122,7 @@ def _functions(part, path):
     """Units, and one function for another."""
     name, *inner = part
     for (cause, function), back in ((TO_RADIANS, "DEGREES"), (TO_DEGREES, "RADIANS")):
-        if name in TRIGONOMETRY or name == "TAN":
+        if name in TRIGONOMETRY:
             yield cause, (name, (function, *inner))
         if name == back:
             yield cause, inner[0]
@@ -137,7 +135,6 @@ def _functions(part, path):
     if name == "ATAN" and inner[0][0] == "/":
         _, y, x = inner[0]
         yield "atan for atan2", ("ATAN2", x, y)
-        yield "atan for atan2", ("ATAN2", ("minus", x), ("minus", y))
     if name in ("TRANSPOSE", "MINVERSE"):
         yield "transposed", inner[0]
     if name == "MMULT":

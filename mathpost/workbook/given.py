@@ -25,7 +25,7 @@ class Given:
         texts = [c.value for c in graph.cells.values() if isinstance(c.value, str) and not c.formula]
         self.text = "\n".join(texts)
         self.typed = {p for p in graph.component if p not in graph.trees and graph.value(p) is not None}
-        self.typed |= {p for p in graph.trees if not graph.uses[p] and p not in graph.part}
+        self.typed |= {p for p in graph.trees if not graph.uses[p]}
         self.turning, composed = self._turning()
         self.composed = composed if with_formulas else set()
         self.typed |= self.composed
@@ -64,7 +64,6 @@ class Given:
             table = typed and (all(n % 1 == 0 for n in numbers) or not may_turn(numbers))
             typed = {p for p in window if p in self.typed and abs(graph.own[p]) > 1}
             table |= len(typed) > (1 if len(window) == 9 else 3)
-            table |= any(len({p[n] for p in typed}) == 1 for n in (1, 2)) and len(typed) > 2
             numbers = [graph.own.get(p) for p in window]
             table |= len(window) == 16 and [0, 0, 0, 1] not in (numbers[12:], numbers[3::4])
             overlaps = any(not set(window).isdisjoint(other) for other in others)
@@ -88,7 +87,7 @@ class Given:
             sources = graph.uses.get(place, ())
             if sources and {head for head in heads(graph.trees[place]) if head.isupper()} <= PASSED_ON:
                 zeros = [graph.cell(place, {**own, p: np.zeros(1)})[0] for p in sources]
-                converts = len(sources) == 1 or (len(sources) == 2 and any(map(self._converts, sources)))
+                converts = len(sources) == 1 or any(map(self._converts, sources))
                 if converts and any(not abs(zero) > 0 for zero in zeros):
                     stack += sources
                     continue
@@ -149,8 +148,6 @@ class Given:
             if typed >= 3 and (units < 6 or any(own.get(p, 0) not in (0, 1) for p in line)):
                 # A quaternion of a turn about one axis has two zeros.
                 return not (len(line) == 4 > typed and sum(own.get(p) == 0 for p in line) >= 2)
-            if len(line) in (3, 4) and sum(p in self.turning and p not in self.typed for p in line) >= 2:
-                return False
         return place in self.turning
 
     def lines(self, cells, least):
@@ -173,7 +170,7 @@ class Given:
         above = takewhile(lambda cell: cell, (cells.get(offset(place, -n, 0)) for n in range(1, 60)))
         along = takewhile(lambda cell: cell, (cells.get(offset(place, 0, -n)) for n in range(2, 60)))
         near = (*left, *above, *along)
-        texts = [cell.value for cell in near if isinstance(cell.value, str) and not cell.formula]
+        texts = [cell.value for cell in near if isinstance(cell.value, str)]
         return next(filter(read_label, texts), next(iter(texts), ""))
 
 

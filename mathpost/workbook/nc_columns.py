@@ -117,7 +117,7 @@ def _column(graph, sheet, lines, number, along):
     texts = []
     for line in range(lines[0] - 1, 0, -1):
         cell = graph.cells.get(place(line))
-        if cell and isinstance(cell.value, str) and not cell.formula and len(texts) < 3:
+        if cell and isinstance(cell.value, str) and len(texts) < 3:
             texts.append(unicodedata.normalize("NFKC", cell.value).strip().lower())
     letters = next(filter(None, map(_letters, texts)), {})
     places = tuple(map(place, lines))
@@ -151,7 +151,6 @@ def _table(graph, kinematics, columns):
     if any(not columns[n].typed and graph.upstream(columns[n].places).isdisjoint(given) for n in words):
         return None
     kept = [sum(c.typed != (c.places[row] in graph.trees) for c in source) >= 3 for row in range(count)]
-    kept = [keep and sum(c.places[row] in graph.component for c in source) >= 3 for row, keep in enumerate(kept)]
     cells = [[columns[n].places for n in part] for part in (tip, axis, words)]
     rows = [tuple(tuple(places[row] for places in part) for part in cells) for row in range(count) if kept[row]]
     left = [(columns[0].places[row], columns[-1].places[row]) for row in range(count) if not kept[row]]
@@ -222,16 +221,7 @@ class _Roles:
         fits = self.linear(tip)
         for k in range(3):
             words[k] = self.choose(k, fits[k], {*tip, *axis, *words.values()})
-        for k, n in product(range(3), repeat=2):  # one that is all wrong stands between the others, or beside them
-            free = set(range(len(self.columns))) - {*tip, *axis, *words.values()}
-            if words[k] is None and words[n] is not None and words[n] + k - n in free:
-                words[k] = words[n] + k - n
-        if None in words.values() or len(set(words.values())) < 5:
-            return None
-        fits = [*fits, *(self.turning(self.demanded[..., k]) for k in (0, 1))]
-        fitting = sum(fits[k][n] >= 0.5 for k, n in words.items())
-        headed = sum(self.names[k] in self.columns[n].letters for k, n in words.items())
-        if fitting < 3 and headed < 5:  # a coincidence
+        if None in words.values():
             return None
         return {"tip": tip, "axis": axis, "words": [words[k] for k in range(5)]}
 

@@ -13,7 +13,7 @@ import numpy as np
 from mathpost import angles as euler
 from mathpost.detective.misreadings import elementary
 from mathpost.workbook.calculation import Calculation, look, nearest
-from mathpost.workbook.edits import CONVERSIONS, INVERSE, TRIGONOMETRY, take_unrounded
+from mathpost.workbook.edits import INVERSE, TRIGONOMETRY, take_unrounded
 from mathpost.workbook.formula import heads
 from mathpost.workbook.graph import SAMPLES
 
@@ -88,7 +88,7 @@ class Plane(Calculation):
         else:
             vectors[self.z][0] /= lengths[self.z]
         for places, vector in vectors.items():
-            length = lengths[places] if abs(lengths[places] - 1) > ROUNDED and places != self.y else 1.0
+            length = lengths[places] if abs(lengths[places] - 1) > ROUNDED else 1.0
             inputs.update(zip(places, (vector * length).T, strict=True))
 
     def prepare(self, values, units):
@@ -160,9 +160,9 @@ def find_planes(found):
             others = [p for p in line if p not in angles]
             if len({_origin(graph, p) for p in line}) < size:  # one is made of another one
                 continue
-            if line in planes or not taken.isdisjoint(line) or len(others) > size - 2:
+            if line in planes or len(others) > size - 2:
                 continue
-            if all(_is_given(found, p, angles) for p in others):
+            if all(_is_given(found, p) for p in others):
                 planes[line] = _best(found, line, others)
         order = sorted(planes.items(), key=lambda p: (*(-n for n in p[1][0]), graph.reading_order(p[0][0])))
         for line, (_, plane) in order:
@@ -192,20 +192,19 @@ def _origin(graph, place):
     return place
 
 
-def _is_given(found, place, angles):
+def _is_given(found, place):
     """Whether an angle is typed, or taken over from where it is."""
     graph = found.graph
     up = graph.upstream([place])
     functions = {head for p in up & graph.trees.keys() for head in heads(graph.trees[p]) if head.isupper()}
     typed = {p for p in up - graph.trees.keys() if p in found.typed}
-    return functions <= CONVERTING and len(typed) == 1 and up.isdisjoint(angles)
+    return functions <= CONVERTING and len(typed) == 1
 
 
 def _best(found, line, others):
     """How good the best reading of two or three cells is, and the `Plane`; None if they are none."""
     graph = found.graph
     used = graph.upstream(line) & found.typed - graph.trees.keys() - graph.upstream(others)
-    used = {p for p in used if (np.abs(graph.own[p] - CONVERSIONS) > 1e-4 * CONVERSIONS).all()}
     line = _named(found, line)
     calculated = tuple(p for p in line if p not in others)
     third = found.sorted(graph.upstream(others) & found.typed)

@@ -36,14 +36,13 @@ class Recognised(Given):
         self.calculations, self.steps, self.beside, self.depends = [], [], [], {}
         self.sequence, self.active, self.by = reading(task, self.text)
         self.planes = [] if task.machine is not None or task.cells else [*find_planes(self)]
-        given = {p for plane in self.planes for p in plane.given}
-        self.windows = [w for w in self.matrices() if given.isdisjoint(w)]
-        self.constants = self.never_moved() - given
+        self.windows = self.matrices()
+        self.constants = self.never_moved()
         inputs = {p for p in self.typed if not self.composed.issuperset(graph.used.get(p, ()))} - self.constants
         self.angles, self.lengths = inputs & self.turning, inputs - self.turning
         if task.machine is not None:
             self.calculations, self.problems = rows_of(graph, task.machine, task.cells)
-        elif task.cells and "result" in task.cells:
+        elif task.cells:
             self._as_the_caller_says(task.cells)
         elif self.angles:
             self._find_calculations()
@@ -203,9 +202,7 @@ class Recognised(Given):
         return max(steps.values(), default=0)
 
     def _add_turn(self, triple, calculations):
-        angles, in_row = self._of(triple, self.angles), triple[0][1] == triple[1][1]
-        own = tuple(p for p in angles if p[:2] == triple[0][:2])
-        angles = own if in_row and len(own) >= 2 and len(angles) > 3 else angles
+        angles = self._of(triple, self.angles)
         plane = next((p for p in self.planes if self.graph.upstream(p.line) & set(angles)), None)
         back = plane or re.search(INVERSE, self.text, re.I)
         shift = self._shift(triple) if back else ()
@@ -220,8 +217,7 @@ class Recognised(Given):
         chosen = self._three(angles) or self._three(self.sorted(self.angles))
         if chosen is None or not point:
             what = "three angles" if chosen is None else "a point"
-            if calculations is self.calculations:
-                self.problems.append(f"{self.graph.range(triple)}: {what} not found among its inputs")
+            self.problems.append(f"{self.graph.range(triple)}: {what} not found among its inputs")
             return
         self._tell(Turn(triple, self._by_name(chosen), point, origin, shift=shift), calculations)
 
@@ -235,9 +231,7 @@ class Recognised(Given):
     def _shift(self, triple):
         """What is added to a vector after it is turned, as the origin of a plane is."""
         unmoved = [self.unmoved.get(p, set()) for p in triple[:3]]
-        lines = self.lines(set().union(*unmoved), 2)
-        fits = (line for line in lines if sum(p in each for p, each in zip(line, unmoved, strict=True)) > 1)
-        return next(fits, ())
+        return next(iter(self.lines(set().union(*unmoved), 2)), ())
 
     def _moved(self, triple, shift=()):
         """The point and the origin of a vector, and other triples of its lengths.
@@ -287,7 +281,7 @@ class Recognised(Given):
         cells = self.graph.cells
         for down, right in ((0, -1), (-1, 0)):
             before = (cells.get(offset(place, n * down, n * right)) for n in range(1, 60))
-            texts = (c.value for c in before if c and isinstance(c.value, str) and not c.formula)
+            texts = (c.value for c in before if c and isinstance(c.value, str))
             role = read_label(next(texts, ""))
             if role and role.kind == "coordinate":
                 return role.word
@@ -304,7 +298,7 @@ class Recognised(Given):
 
     def _vectors(self, cells, row):
         """The triples of lengths that a result depends on; that in the row of a table first."""
-        own = [line for line in self.lines({p for p in cells if p[:2] == row}, 2) if line[0][1] == line[1][1]]
+        own = self.lines({p for p in cells if p[:2] == row}, 2)
         return _apart((*own[:1], *self.lines(set(cells), 2)))
 
     def _by_name(self, triple):

@@ -64,8 +64,7 @@ class Why:
             if cell.number is None:
                 return "wrong value", f"{short} holds {cell.value!r} where a number belongs", 0.0
             if np.ptp(value[1:]) < 1e-9:
-                cost = 0.0 if np.abs(value[1] - [0, 1]).min() < 1e-9 else UNLIKELY
-                return "wrong value", f"{short} is {cell.number:g}, should be {value[1]:g}", cost
+                return "wrong value", f"{short} is {cell.number:g}, should be {value[1]:g}", 0.0
             known |= not abs(value[0] - cell.number) > 5e-3
             cost = 0.0 if known and cell.number not in (0, 1, -1) else UNLIKELY * 1.1
             text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
@@ -106,7 +105,7 @@ class Why:
         pool = dict.fromkeys([*pool, *(near for s in graph.uses[place] for near in beside(s))])
         factors = [("number", float(lacking[1])), *(("area", Area(*p, *p[1:])) for p in pool if p in graph.cells)]
         parts = [part for p in around for _, part in walk(graph.tree(p))]
-        factors += [part for part in parts if part[0] in TRIGONOMETRY or part[:2] == ("-", ("number", 1.0))]
+        factors += [part for part in parts if part[0] in TRIGONOMETRY]
         factors = {text_of(tree): tree for tree in factors}
         values = [
             np.broadcast_to(graph.calculate(t, self.judge.values)[:, 0, 0], SAMPLES) for t in factors.values()
@@ -132,11 +131,7 @@ class Why:
         windows = {w: matrix(w) for w in self.found.windows if len(w) == size * size and w != unit}
         if square and same(now, _turned(wanted)):
             copy = all(self.graph.tree(p)[0] == "area" for p in unit)
-            copy &= any(same(w, now) for w in windows.values())
-            known = self.judge.stands(calculation, unit)
-            known |= any(same(w, wanted) for w in windows.values())
-            known |= any(same(v @ w, now) for v, w in product(windows.values(), repeat=2))
-            return "transposed", "the matrix should be transposed", UNLIKELY * (known and not copy)
+            return "transposed", "the matrix should be transposed", UNLIKELY * (not copy)
         lines = {p for c in self.judge.live for p in (c.point, c.results)}.union(self.graph.components)
         others = windows if square else {c: matrix(c) for c in lines if len(c) == size and c != unit}
         turned = [] if square else [(w, _turned(each)) for w, each in windows.items()]
