@@ -45,7 +45,6 @@ class Table:
     rows: list
     units: tuple
     counters: tuple = ()
-    source: tuple = ()  # the columns of tip and axis
     left: tuple = ()  # rows in between that are not of the table
     others: tuple = ()  # columns of numbers that are none of these, and that nobody uses
 
@@ -70,8 +69,7 @@ def find_tables(graph, kinematics):
         found = {n: table for n, block in enumerate(blocks) if (table := _table(graph, kinematics, block))}
         for a, b in permutations(range(len(blocks)), 2):
             if b not in found and len(blocks[a][0].places) == len(blocks[b][0].places):
-                source = list(found[a].source) if a in found else blocks[a]
-                table = _table(graph, kinematics, source + blocks[b])
+                table = _table(graph, kinematics, blocks[a] + blocks[b])
                 found |= {a: found.get(a, table), b: table} if table else {}
         if found:
             tables = list(dict.fromkeys(found.values()))
@@ -159,7 +157,7 @@ def _table(graph, kinematics, columns):
     others = [(places[0], places[-1]) for places in others if graph.used.keys().isdisjoint(places)]
     units = tuple(columns[n].unit for n in words[3:])
     counters = tuple(p for c in columns if not c.typed and _is_count(c.values) for p in c.places)
-    return Table(rows, units, counters, tuple(source), tuple(left), tuple(others))
+    return Table(rows, units, counters, tuple(left), tuple(others))
 
 
 def _is_count(values):
@@ -196,7 +194,7 @@ class _Roles:
     def find(self):
         """The columns by "tip", "axis", "words"; None if there are not all."""
         axis = max(self.triples("ijk", "uvw", "xyz"), key=self.axis_score, default=None)
-        if axis is None or self.axis_score(axis) < 0.5:
+        if axis is None:
             return None
         self.demanded, words = self.inverse(axis), {}
         for k in (3, 4):
@@ -276,8 +274,7 @@ class _Roles:
     def tip_score(self, tip, axis):
         others = [n for n in range(len(self.columns)) if n not in (*tip, *axis)]
         fit = self.linear(tip)[:, others].max(axis=1, initial=0).sum()
-        together = 0.2 * (tip[2] - tip[0] == 2) + 0.1 * (tip[2] + 1 == axis[0])
-        return fit + self.headed(tip, "xyz") + self.typed(tip) + together
+        return fit + self.headed(tip, "xyz") + self.typed(tip)
 
     def headed(self, triple, *groups):
         return 0.3 * any(

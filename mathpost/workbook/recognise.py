@@ -250,11 +250,6 @@ class Recognised(Given):
         plus, minus = _apart([shift, *plus] if shift else plus)[bool(shift) :], _apart(minus)
         asked = [line for line in plus if tuple(self.graph.own[p] for p in line) == tuple(self.task.origin or ())]
         plus, minus = [line for line in plus if line not in asked], [*minus, *asked]  # one that is added by mistake
-        if len(plus) != 1 or weighed:
-            up = self.graph.upstream(triple)
-            means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]
-            means = [t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1]
-            plus = means or plus
         used = [line for line in lines if moving.issuperset(line)]
         may = *plus[::-1], *used, self._made_by_formulas(triple), *lines
         point = self._as_labelled(next(filter(None, may), ()))
@@ -264,7 +259,6 @@ class Recognised(Given):
     def _made_by_formulas(self, triple):
         """A point that is calculated, or is 0 without being moved: three in line that all cells of a vector use."""
         used = set.intersection(*(set(self.graph.uses.get(p, ())) for p in triple[:3])) - self.turning
-        used -= {p for window in self.windows for p in window}
         return next((line for line in runs(used) if len(line) == 3), ())
 
     def _as_labelled(self, point):

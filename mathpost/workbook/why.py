@@ -8,7 +8,7 @@ import numpy as np
 
 from mathpost.workbook.calculation import Turn
 from mathpost.workbook.edits import TRIGONOMETRY, as_around, repaired
-from mathpost.workbook.formula import Area, areas, heads, text_of, walk
+from mathpost.workbook.formula import Area, areas, text_of, walk
 from mathpost.workbook.graph import SAMPLES, beside, same
 
 UNLIKELY, UNEXPLAINED = 2.0, 3.0  # what a repair costs that an odd change of the formula explains, or none
@@ -45,12 +45,8 @@ class Why:
         if unit in elements and len(places) == 2:  # do the others turn the same way?
             senses = [sense for sense, _ in elements.values()]
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
-        elif elements and len(places) == 1 and len(self.judge.elements(calculation, option)) > len(elements):
-            cost = 0.0  # an elementary matrix but for this cell
         elif len(unit) == 1 and any(self.judge.stands(calculation, w) for w in within):
             cost += UNLIKELY  # it may stand there as it is, alone or in a matrix
-        elif not block:
-            cost += min(0.25 * (len(faults) - 1), 0.5)
         return cost, faults
 
     def _cause(self, calculation, wanted):
@@ -65,7 +61,6 @@ class Why:
                 return "wrong value", f"{short} holds {cell.value!r} where a number belongs", 0.0
             if np.ptp(value[1:]) < 1e-9:
                 return "wrong value", f"{short} is {cell.number:g}, should be {value[1]:g}", 0.0
-            known |= not abs(value[0] - cell.number) > 5e-3
             cost = 0.0 if known and cell.number not in (0, 1, -1) else UNLIKELY * 1.1
             text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
             return "typed over formula", text, cost
@@ -73,8 +68,7 @@ class Why:
         period = self.judge.periods.get(place)
         if found := repaired(graph, wanted, self.judge.values, calculation.given, self.found.windows, period):
             cause, sentence, other = found
-            plain = tree[0] in ("+", "-") or ("minus" not in heads(tree) and tree[0] != "area")
-            odd = as_around(graph, place) == tree or (plain and other == ("minus", tree))
+            odd = as_around(graph, place) == tree or other == ("minus", tree)
             cause = self.reference_kind(place, other) if cause == "wrong reference" else cause
             return cause, f"{short}: {sentence}", UNLIKELY * (cause == "sign" and odd)
         if term := self._missing(calculation, place, value):
