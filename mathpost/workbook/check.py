@@ -91,6 +91,7 @@ def check_file(path, task=None):
         text = "is not what the task asks for, and no single change makes it so"
         found.problems.append(f"{graph.range(calculation.results)} {text}")
     unlike = [*_unlike_the_text(graph, found)]
+    found.problems += [text for triple, text in found.doubts.items() if not beside.unjudged.isdisjoint(triple)]
     unclear = not found.calculations or found.problems or judge.reading
     if unclear and not (judge.faults or judge.reading or task.machine):
         found.problems.append(_ready_cells(graph, found.turning))
