@@ -1,7 +1,7 @@
 """The check of one file: its formulas as functions, or, where there are none, its values."""
 
 import re
-from itertools import groupby, product
+from itertools import product
 
 from mathpost.workbook.beside import Beside
 from mathpost.workbook.edits import as_around
@@ -73,8 +73,7 @@ def check_file(path, task=None):
         warnings.append(f"stored values are not what the formulas give: {', '.join(graph.ranges(stale[:6]))}")
     warnings += [LUCKY] * bool(typed)
     if task.machine is not None:
-        for _, table in groupby(found.calculations, lambda row: row.table):
-            warnings += looked_at(list(table), graph.own)
+        warnings += looked_at(found.calculations, graph.own)
     elif not judge.faults:
         warnings += _lucky_references(graph, judge)
     seen = [c.said if task.machine else f"{graph.range(c.results)}: {c.said}" for c in found.calculations if c.said]
@@ -90,6 +89,7 @@ def check_file(path, task=None):
         text = "is not what the task asks for, and no single change makes it so"
         found.problems.append(f"{graph.range(calculation.results)} {text}")
     unlike = [*_unlike_the_text(graph, found)]
+    found.problems += [text for triple, text in found.doubts.items() if not beside.unjudged.isdisjoint(triple)]
     unclear = not found.calculations or found.problems or judge.reading
     if unclear and not (judge.faults or judge.reading or task.machine):
         found.problems.append(_ready_cells(graph, found.turning))

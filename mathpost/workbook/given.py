@@ -72,7 +72,6 @@ class Given:
         And the `composed` of these: angles that a formula makes of other numbers, as of degrees and minutes.
         """
         graph, found, composed = self.graph, set(), set()
-        own = {p: np.array([number + 0.37]) for p, number in graph.own.items() if number is not None}
         stack = [p for _, part in graph.parts if part[0] in (*TRIGONOMETRY, "TAN") for p in graph.used_by(part)]
         while stack:
             place = stack.pop()
@@ -81,9 +80,8 @@ class Given:
             found.add(place)
             sources = graph.uses.get(place, ())
             if sources and {head for head in heads(graph.trees[place]) if head.isupper()} <= PASSED_ON:
-                zeros = [graph.cell(place, {**own, p: np.zeros(1)})[0] for p in sources]
-                converts = len(sources) == 1 or any(map(self._converts, sources))
-                if converts and any(not abs(zero) > 0 for zero in zeros):
+                only = len(sources) == 1 or any(map(self._converts, sources))
+                if only and any(self._passes_on(place, p) for p in sources):
                     stack += sources
                     continue
             above = graph.upstream(sources) & graph.trees.keys()
@@ -92,7 +90,16 @@ class Given:
         for place in found:  # an angle that is made by a formula and then negated
             if graph.tree(place)[0] == "minus" and composed.issuperset(graph.uses[place]):
                 composed = composed - set(graph.uses[place]) | {place}
+        if len(found & self.typed) > 2:  # half the sum of two angles, as a quaternion takes it, is none of its own
+            composed = {p for p in composed if len(graph.uses[p]) == 1 or not found.issuperset(graph.uses[p])}
         return found, composed
+
+    def _passes_on(self, place, source):
+        """Whether a formula gives a number that it uses, but for its sign, its unit and a factor of two."""
+        own = {p: np.full(2, number) for p, number in self.graph.own.items() if number is not None}
+        zero, one = self.graph.cell(place, own | {source: np.array([0.0, 1.0])}) * np.ones(2)
+        factors = np.outer((0.5, 1, 2), (1.0, *CONVERSIONS, *(1 / CONVERSIONS)))
+        return abs(zero) < 1e-9 and bool((abs(abs(one) - factors) < 0.02 * factors).any())
 
     def _converts(self, place):
         """Whether a number that is given is 1, π, 180 or one such as π/180, or minus that."""

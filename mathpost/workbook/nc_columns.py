@@ -218,7 +218,14 @@ class _Roles:
         self.turn_by(words)
         fits = self.linear(tip)
         for k in range(3):
-            words[k] = self.choose(k, fits[k], {*tip, *axis, *words.values()})
+            words[k] = self.choose(k, fits[k], {*tip, *axis, *words.values()}, 2 * AMONG_OTHERS)
+        for k, n in product(range(3), repeat=2):  # one that is all wrong stands between the others, or beside them
+            free = set(range(len(self.columns))) - {*tip, *axis, *words.values()}
+            if words[k] is None and words[n] is not None and words[n] + k - n in free:
+                words[k] = words[n] + k - n
+        for k in range(3):
+            if words[k] is None:
+                words[k] = self.choose(k, fits[k], {*tip, *axis, *words.values()})
         if None in words.values():
             return None
         return {"tip": tip, "axis": axis, "words": [words[k] for k in range(5)]}
@@ -285,13 +292,13 @@ class _Roles:
     def typed(self, triple):
         return 0.2 * all(self.columns[n].typed for n in triple)
 
-    def choose(self, joint, fits, taken):
+    def choose(self, joint, fits, taken, least=AMONG_OTHERS):
         """The column of a word: the one with its letter over it, if there is one, that fits best."""
         letter = self.names[joint]
         left = {n: c for n, c in enumerate(self.columns) if n not in taken}
         value = {n: fits[n] + c.letters.get(letter, -c.more) + c.more for n, c in left.items()}
         best = max(value, key=lambda n: (value[n], n), default=None)
-        headed = [n for n, c in left.items() if letter in c.letters]
-        if best is None or value[best] < AMONG_OTHERS or (headed and best not in headed):
+        headed = any(c.letters.get(letter) == PLAIN for c in left.values())
+        if best is None or value[best] < least or (headed and letter not in left[best].letters):
             return None  # what has the heading is not it, and another that has none is: who knows
         return best

@@ -203,9 +203,9 @@ def looked_at(rows, values):
     own = np.array([[values.get(p) for p in row.results] for row in rows], dtype=float)
     own[:, 3:] *= [row.units for row in rows]
     low, high = np.where(np.arange(5) > 2, np.rad2deg(machine.limits.T), machine.limits.T)
-    lines, what = [row.results[0][1] for row in rows], "row"
-    if len(set(lines)) < len(lines):
-        lines, what = [get_column_letter(row.results[0][2]) for row in rows], "column"
+    in_rows = rows[0].results[3][1] == rows[0].results[4][1]
+    lines = [row.results[3][1] if in_rows else get_column_letter(row.results[3][2]) for row in rows]
+    what = "row" if in_rows else "column"
     for k, name in enumerate(machine.joint_names):
         outside = (own[:, k] < low[k] - 1e-6) | (own[:, k] > high[k] + 1e-6)
         beyond = [row for row, out in zip(lines, outside, strict=True) if out]

@@ -38,6 +38,7 @@ class Plane(Calculation):
     y: tuple = ()
     z: tuple = ()
     corner: tuple = ()
+    frame: np.ndarray | None = None  # X, Y, Z in columns, shape (samples, 3, 3), once prepared from two directions
 
     @property
     def given(self):
@@ -70,9 +71,13 @@ class Plane(Calculation):
 
     def unround(self, inputs):
         """Square the frame of the sheet if it is one but for its last digits; else draw others as it is."""
-        if not self.z:
-            return
         vectors = {each: np.stack([inputs[p] for p in each], axis=-1) for each in (self.x, self.y, self.z) if each}
+        if not self.z:
+            x, y = vectors[self.x], vectors[self.y]
+            along = x * ((x * y).sum(axis=1) / (x * x).sum(axis=1))[:, None]
+            if not self.corner and np.linalg.norm(along[0]) < ROUNDED * np.linalg.norm(y[0]):  # given as square
+                inputs.update(zip(self.y, (y - along).T, strict=True))
+            return
         lengths = {each: np.linalg.norm(vector[0]) for each, vector in vectors.items()}
         if self.x:
             own_x, own_z = vectors[self.x][0], vectors[self.z][0]
@@ -97,7 +102,7 @@ class Plane(Calculation):
         now = np.pad(now, ((0, 0), (0, 3 - len(self.line))))
         with_x = len(self.results) == len(self.line) == 3
         if with_x:
-            frame = _frame(x, across)
+            frame = self.frame = _frame(x, across)
             first = euler.angles(self.sequence, frame)
             both = np.stack([first, euler.twin(self.sequence, first)], axis=1)
         else:

@@ -26,13 +26,13 @@ class Recognised(Given):
     """What is what in a workbook.
 
     Given numbers that others use are `angles`, `lengths` or `constants`; `vectors` depend on lengths. `steps` would
-    be calculations if no other cells used them, and the vectors `beside` are none. `by` says who names the reading:
-    the task, the text, or source 000.
+    be calculations if no other cells used them, and the vectors `beside` are none; `doubts` says of some why not.
+    `by` says who names the reading: the task, the text, or source 000.
     """
 
     def __init__(self, graph, task):
         super().__init__(graph, with_formulas=task.machine is None)
-        self.task, self.problems, self.vectors = task, [], set()
+        self.task, self.problems, self.doubts, self.vectors = task, [], {}, set()
         self.calculations, self.steps, self.beside, self.depends = [], [], [], {}
         self.sequence, self.active, self.by = reading(task, self.text)
         self.planes = [] if task.machine is not None or task.cells else [*find_planes(self)]
@@ -80,7 +80,7 @@ class Recognised(Given):
         for triple in finals:
             self._add_turn(triple, self.steps if used.issuperset(triple) else self.calculations)
         most = max((len(self._of(w, self.angles)) for w in self.windows), default=0)
-        for window in self.windows if not self.calculations and not self.problems else ():
+        for window in self.windows if not (self.calculations or self.doubts) else ():
             plane = next((p for p in self.planes if graph.upstream(p.line) & self.turned_by(window)), None)
             own, after = self._of(window, self.angles), graph.downstream(window) - set(window)
             last = all(after.isdisjoint(w) for w in self.windows if w != window)
@@ -96,9 +96,9 @@ class Recognised(Given):
 
     def _is_combined(self, triple, finals):
         """Whether a vector is made of several that go back to different points, as a mean is."""
-        up = self.graph.upstream(triple)
+        up, own = self.graph.upstream(triple), {s for p in triple for s in self.depends.get(p, ())} & self.lengths
         parts = [s for s in finals if s != triple and up.issuperset(s)]
-        points = [self.lengths.intersection(*(self.depends.get(p, ()) for p in s)) for s in parts]
+        points = [own.intersection(*(self.depends.get(p, ()) for p in s)) for s in parts]
         return any(a - b and b - a for a, b in combinations(points, 2))
 
     def _respond(self):
@@ -217,7 +217,9 @@ class Recognised(Given):
         chosen = self._three(angles) or self._three(self.sorted(self.angles))
         if chosen is None or not point:
             what = "three angles" if chosen is None else "a point"
-            self.problems.append(f"{self.graph.range(triple)}: {what} not found among its inputs")
+            if calculations is self.calculations:
+                self.beside.append(triple)
+                self.doubts[triple] = f"{self.graph.range(triple)}: {what} not found among its inputs"
             return
         self._tell(Turn(triple, self._by_name(chosen), point, origin, shift=shift), calculations)
 

@@ -43,7 +43,8 @@ class Why:
         if len(unit) > 16:  # all matrices at once
             return UNLIKELY + 0.5, faults
         if unit in elements and len(places) == 2:  # do the others turn the same way?
-            senses = [sense for sense, _ in elements.values()]
+            near = graph.upstream(calculation.results)
+            senses = [sense for window, (sense, _) in elements.items() if not near.isdisjoint(window)]
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
         elif len(unit) == 1 and any(self.judge.stands(calculation, w) for w in within):
             cost += UNLIKELY  # it may stand there as it is, alone or in a matrix
@@ -80,9 +81,11 @@ class Why:
         """Name a wrong reference: a missing $, a different angle, a different point, or just a different cell."""
         pairs = zip(areas(self.graph.trees[place]), areas(other), strict=True)
         old, new = next((a, b) for a, b in pairs if a != b)
-        above = areas(self.graph.tree((place[0], place[1] - 1, place[2])))
-        table = len(self.graph.component[place]) > 9
-        if table and old.top > new.top and not old.fixed[0] and str(new) in map(str, above):
+        above = place[0], place[1] - 1, place[2]
+        filled_down = self.graph.form(above) == self.graph.form(place) and str(new) in map(
+            str, areas(self.graph.tree(above))
+        )
+        if filled_down and old.top > new.top and not old.fixed[0]:
             return "missing $"
         if new.places[0] in self.found.angles:
             return "wrong angle"
