@@ -80,7 +80,7 @@ class Given:
             found.add(place)
             sources = graph.uses.get(place, ())
             if sources and {head for head in heads(graph.trees[place]) if head.isupper()} <= PASSED_ON:
-                only = len(sources) == 1 or any(map(self._converts, sources))
+                only = len(sources) == 1 or (len(sources) == 2 and any(map(self._converts, sources)))
                 if only and any(self._passes_on(place, p) for p in sources):
                     stack += sources
                     continue

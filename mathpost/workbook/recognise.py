@@ -252,6 +252,11 @@ class Recognised(Given):
         plus, minus = _apart([shift, *plus] if shift else plus)[bool(shift) :], _apart(minus)
         asked = [line for line in plus if tuple(self.graph.own[p] for p in line) == tuple(self.task.origin or ())]
         plus, minus = [line for line in plus if line not in asked], [*minus, *asked]  # one that is added by mistake
+        if len(plus) != 1 or weighed:
+            up = self.graph.upstream(triple)
+            means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]
+            means = [t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1]
+            plus = means or plus
         used = [line for line in lines if moving.issuperset(line)]
         may = *plus[::-1], *used, self._made_by_formulas(triple), *lines
         point = self._as_labelled(next(filter(None, may), ()))

@@ -8,7 +8,7 @@ import numpy as np
 
 from mathpost.workbook.calculation import Turn
 from mathpost.workbook.edits import TRIGONOMETRY, as_around, repaired
-from mathpost.workbook.formula import Area, areas, text_of, walk
+from mathpost.workbook.formula import Area, areas, heads, text_of, walk
 from mathpost.workbook.graph import SAMPLES, beside, same
 
 UNLIKELY, UNEXPLAINED = 2.0, 3.0  # what a repair costs that an odd change of the formula explains, or none
@@ -46,6 +46,8 @@ class Why:
             near = graph.upstream(calculation.results)
             senses = [sense for window, (sense, _) in elements.items() if not near.isdisjoint(window)]
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
+        elif elements and len(places) == 1 and len(self.judge.elements(calculation, option)) > len(elements):
+            cost = 0.0  # an elementary matrix but for this cell
         elif len(unit) == 1 and any(self.judge.stands(calculation, w) for w in within):
             cost += UNLIKELY  # it may stand there as it is, alone or in a matrix
         return cost, faults
@@ -69,7 +71,8 @@ class Why:
         period = self.judge.periods.get(place)
         if found := repaired(graph, wanted, self.judge.values, calculation.given, self.found.windows, period):
             cause, sentence, other = found
-            odd = as_around(graph, place) == tree or other == ("minus", tree)
+            plain = tree[0] in ("+", "-") or ("minus" not in heads(tree) and tree[0] != "area")
+            odd = as_around(graph, place) == tree or (plain and other == ("minus", tree))
             cause = self.reference_kind(place, other) if cause == "wrong reference" else cause
             return cause, f"{short}: {sentence}", UNLIKELY * (cause == "sign" and odd)
         if term := self._missing(calculation, place, value):
