@@ -161,6 +161,9 @@ class Given:
             triple = tuple(offset(place, (n - k) * down, (n - k) * right) for n in range(3))
             count = sum(p in cells for p in triple)
             if count >= least and self.typed.issuperset(triple):
+                within = [offset(triple[0], n * (down > 0), n * (right > 0)) for n in range(1, 2 * (down + right))]
+                # A number within that nobody uses tells that the formula which did is lost.
+                count -= any(p in self.typed and p not in self.graph.used for p in within if p not in triple)
                 found[triple] = (-count, down + right, self.graph.reading_order(triple[0]))
         return sorted(found, key=found.get)
 
