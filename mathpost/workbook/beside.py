@@ -18,6 +18,7 @@ from mathpost.workbook.plane_angles import Plane
 
 MOST = 20  # points of which each two are compared
 CORNERS = 6  # points of which each two edges are
+TURNED = "transposed", "the matrix should be transposed"
 
 
 class Beside:
@@ -37,7 +38,7 @@ class Beside:
         rest -= self._judge_vectors(rest)
         composed = {p for p in self.found.composed if not (self._is_degrees_and_minutes(p) or self._goes_on(p))}
         composed -= {p for p in judge.found.sorted(composed) if self._are_wrong_minutes(p)}
-        unknown = {p for p in rest - self.found.composed if not self._is_known(p)}
+        unknown = {p for p in rest - self.found.composed - judge.fixed.keys() if not self._is_known(p)}
         for place in sorted(unknown, key=judge.graph.calculation_order):
             unknown -= {place} if self._is_known(place) or self._is_unlike(place, unknown) else set()
         self.unjudged = unknown | composed | self._computed_points()
@@ -147,39 +148,54 @@ class Beside:
                 known = triple in others and self._is_known(triple[k])
                 place, wanted, fault = triple[k], self.vectors[n, k], None
                 if not known:
-                    fault = self._repaired_before(place, wanted, rest) or judge.repaired_alone(place, wanted)
+                    fault = self._repaired_before({place: wanted}, rest) or judge.repaired_alone(place, wanted)
                 if fault:
                     judge.faults.append(fault)
                     judged.update(triple)
-            if judged.isdisjoint(triple) and (self._is_turned_back(triple[:3]) or self._has_one_slip(triple[:3])):
+            if judged.isdisjoint(triple) and (
+                self._is_turned_back(triple[:3], rest) or self._has_one_slip(triple[:3])
+            ):
                 judged.update(triple)
         return judged
 
-    def _repaired_before(self, place, wanted, rest):
-        """The fault of an earlier cell of `rest` that is nothing known, if one repair of it makes `place` right."""
+    def _repaired_before(self, wanted, rest):
+        """The fault of an earlier cell of `rest`, nothing known, if one repair of it makes all `wanted` right."""
         graph, judge = self.graph, self.judge
-        earlier = [p for p in graph.upstream([place]) & rest - {place} if not self._is_known(p)]
+        earlier = [p for p in graph.upstream(wanted) & rest - wanted.keys() if not self._is_known(p)]
         for first in sorted(earlier, key=graph.calculation_order):
             for cause, old, new, tree in edits(graph, first) if first in graph.trees else ():
-                option = {first: judge.calculate(first, tree)}
-                if same(judge.values_with(option).get(place), wanted):
+                option = {p: judge.calculate(p, tree) for p in graph.array(first)}
+                values = judge.values_with(option)
+                if all(same(values.get(p, np.nan), value) for p, value in wanted.items()):
                     judge.put(option)
-                    return self._fault(first, cause, old, new)
+                    return self._fault(min(option, key=graph.reading_order), cause, old, new)
         return None
 
     def _fault(self, place, cause, old, new):
         return self.judge.fault(place, cause, f"{self.graph.short(place)}: {said(place, old, new)}")
 
-    def _is_turned_back(self, triple):
-        """Whether a result is turned back, to the point, by a matrix that should be transposed: three faults."""
+    def _is_turned_back(self, triple, rest):
+        """Whether a result is turned back, to the point, by a matrix with a slip, or that should be transposed."""
         up, judge = self.graph.upstream(triple), self.judge
         for turn in self.turns:
-            if turn.point and up.issuperset(turn.results):
-                option = dict(zip(triple, judge.block(turn.point), strict=True))
-                if block := judge.why.of_the_block(turn, triple, option):
-                    judge.put(option)
-                    judge.faults += [judge.fault(p, *block[:2]) for p in triple]
+            if not turn.point or not up.issuperset(turn.results):
+                continue
+            option = dict(zip(triple, judge.block(turn.point), strict=True))
+            if fault := self._repaired_before(option, rest):
+                judge.faults.append(fault)
+                return True
+            for window in (w for w in self.found.windows if len(w) == 9 and (up & rest).issuperset(w)):
+                other = judge.block(window).reshape(3, 3, -1).swapaxes(0, 1).reshape(9, -1)
+                other = {p: new for p, new in zip(window, other, strict=True) if not same(judge.now(p), new)}
+                values = judge.values_with(other)
+                if all(same(values[p], value) for p, value in option.items()):
+                    judge.put(other)
+                    judge.faults += [judge.fault(p, *TURNED) for p in other]
                     return True
+            if block := judge.why.of_the_block(turn, triple, option):
+                judge.put(option)
+                judge.faults += [judge.fault(p, *block[:2]) for p in triple]
+                return True
         return False
 
     def _has_one_slip(self, triple):

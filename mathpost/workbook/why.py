@@ -84,11 +84,10 @@ class Why:
         """Name a wrong reference: a missing $, a different angle, a different point, or just a different cell."""
         pairs = zip(areas(self.graph.trees[place]), areas(other), strict=True)
         old, new = next((a, b) for a, b in pairs if a != b)
-        above = place[0], place[1] - 1, place[2]
-        filled_down = self.graph.form(above) == self.graph.form(place) and str(new) in map(
-            str, areas(self.graph.tree(above))
-        )
-        if filled_down and old.top > new.top and not old.fixed[0]:
+        above, is_table = (place[0], place[1] - 1, place[2]), len(self.graph.component[place]) > 9
+        is_table &= self.graph.form(above) == self.graph.form(place)
+        there = map(str, areas(self.graph.tree(above)))
+        if is_table and old.top > new.top and not old.fixed[0] and str(new) in there:
             return "missing $"
         if new.places[0] in self.found.angles:
             return "wrong angle"
