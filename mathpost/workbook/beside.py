@@ -8,12 +8,13 @@ from itertools import combinations, product
 import numpy as np
 
 from mathpost import angles as euler
+from mathpost.detective.misreadings import written_decimals
 from mathpost.rotation import wrap
 from mathpost.workbook.calculation import SAMPLES, Turn
 from mathpost.workbook.edits import as_around, edits, said
 from mathpost.workbook.formula import heads, unrounded, walk
 from mathpost.workbook.given import runs
-from mathpost.workbook.graph import CLOSE, beside, same
+from mathpost.workbook.graph import CLOSE, at, beside, same
 from mathpost.workbook.plane_angles import Plane
 
 MOST = 20  # points of which each two are compared
@@ -31,15 +32,18 @@ class Beside:
     def __init__(self, judge):
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
         self.turns = [c for c in judge.live if isinstance(c, Turn)]
-        self.pairs, self.off, self.lengths = [], [], []
+        self.pairs, self.off, self.lengths, self.tried = [], [], [], set()
         self.vectors = self._known_vectors()
         self.places, rest = self._scope()
         self.numbers, self.angles = self._known_numbers()
         rest -= self._judge_vectors(rest)
         composed = {p for p in self.found.composed if not (self._is_degrees_and_minutes(p) or self._goes_on(p))}
         composed -= {p for p in judge.found.sorted(composed) if self._are_wrong_minutes(p)}
-        unknown = {p for p in rest - self.found.composed - judge.fixed.keys() if not self._is_known(p)}
-        for place in sorted(unknown, key=judge.graph.calculation_order):
+        typed = self.found.typed - self.found.composed
+        unknown = {
+            p for p in rest - self.found.composed - judge.fixed.keys() if p in typed or not self._is_known(p)
+        }
+        for place in sorted(unknown - typed, key=judge.graph.calculation_order):
             unknown -= {place} if self._is_known(place) or self._is_unlike(place, unknown) else set()
         self.unjudged = unknown | composed | self._computed_points()
 
@@ -48,14 +52,19 @@ class Beside:
         judge, graph, found = self.judge, self.graph, self.found
         messages = graph.messages | ({p for c in judge.live for p in c.aside} - graph.downstream(judge.inputs))
         formulas = [p for p in graph.trees if p not in found.typed - found.composed] + [*graph.unread]
-        places = [p for p in formulas if p not in messages]
+        # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
+        typed = {p for p in found.typed - graph.trees.keys() if messages.issuperset(graph.used.get(p, "-"))}
+        typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
+        results = np.array([target[0] for target in judge.targets.values()])
+        typed = {p for p in typed if not (np.abs(results - graph.value(p)) <= _half_digit(graph.value(p))).any()}
+        places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
         results = (p for c in found.calculations if c not in judge.unexplained for p in c.results)
         rest = set(places) - (graph.upstream(results, judge.inputs) - judge.inputs.keys()) | judge.unsure
         given = graph.upstream(p for c in found.calculations for p in (*c.given, *c.results))
         leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in rest}
         # The numbers of points, 1, 2, 3, copied beside what became of them.
         copies = {p for p in rest - graph.used.keys() if graph.tree(p)[0] == "area" and given.isdisjoint(leaves[p])}
-        own = {p: graph.own[p] for p in copies}
+        own = {p: graph.own[p] for p in copies if graph.own[p] is not None}
         other = {p for p in own for q in beside(p) if q in own and abs(own[q] - own[p]) == 1}
         given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
         other |= {p for p, used in leaves.items() if given and used & found.typed and given.isdisjoint(used)}
@@ -161,14 +170,19 @@ class Beside:
     def _repaired_before(self, wanted, rest):
         """The fault of an earlier cell of `rest`, nothing known, if one repair of it makes all `wanted` right."""
         graph, judge = self.graph, self.judge
-        earlier = [p for p in graph.upstream(wanted) & rest - wanted.keys() if not self._is_known(p)]
+        earlier = graph.upstream(wanted) & rest & graph.trees.keys() - wanted.keys() - self.tried
         for first in sorted(earlier, key=graph.calculation_order):
-            for cause, old, new, tree in edits(graph, first) if first in graph.trees else ():
-                option = {p: judge.calculate(p, tree) for p in graph.array(first)}
+            if first in self.tried or self._is_known(first):
+                continue
+            array = graph.array(first)
+            self.tried.update(array)  # what does not make these right is not the cause of others either
+            for cause, old, new, tree in edits(graph, first):
+                made = graph.calculate(tree, judge.values)
+                option = {p: np.broadcast_to(at(made, graph.part.get(p, (0, 0))), SAMPLES) for p in array}
                 values = judge.values_with(option)
                 if all(same(values.get(p, np.nan), value) for p, value in wanted.items()):
                     judge.put(option)
-                    return self._fault(min(option, key=graph.reading_order), cause, old, new)
+                    return self._fault(min(array, key=graph.reading_order), cause, old, new)
         return None
 
     def _fault(self, place, cause, old, new):
@@ -315,3 +329,7 @@ def _axes(turn):
 
 def _of_a_sample(vectors, axis):
     return np.std(vectors, axis=axis, ddof=1)
+
+
+def _half_digit(number):
+    return 0.51 * 10.0 ** -written_decimals(number)

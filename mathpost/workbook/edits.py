@@ -26,10 +26,12 @@ def repaired(graph, wanted, values, inputs=(), windows=(), period=None):
     they stand. What differs by `period` is the same.
     """
     place = next(iter(wanted))
+    after = graph.downstream(wanted)
     for cause, old, new, tree in edits(graph, place, inputs, windows):
         made = graph.calculate(tree, values)
         off = ((at(made, graph.part.get(p, (0, 0))) - value, value) for p, value in wanted.items())
-        if all(same(value + (wrap(each, period) if period else each), value) for each, value in off):
+        fits = all(same(value + (wrap(each, period) if period else each), value) for each, value in off)
+        if fits and (cause != "wrong reference" or after.isdisjoint(graph.used_by(tree))):  # in no circle
             return cause, said(place, old, new), tree
     return None
 
@@ -144,6 +146,7 @@ def _functions(part, path):
     if name == "ATAN" and inner[0][0] == "/":
         _, y, x = inner[0]
         yield "atan for atan2", ("ATAN2", x, y)
+        yield "atan for atan2", ("ATAN2", ("minus", x), ("minus", y))
     if name in ("TRANSPOSE", "MINVERSE"):
         yield "transposed", inner[0]
     if name == "MMULT":

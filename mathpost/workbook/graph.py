@@ -285,7 +285,8 @@ class Graph:
     def constants(self):
         """Place of a cell that is not calculated → what it holds, shape (1,), NaN for text."""
         held = {p: None if p in self.trees else n for p, n in self.meant.items()}
-        return {p: np.full(1, np.nan if n is None else n) for p, n in held.items()}
+        empty = {p for p, cell in self.cells.items() if cell.value is None and not cell.formula}
+        return {p: np.full(1, np.nan if n is None else n) for p, n in held.items() if p not in empty}
 
 
 def _reached(places, links):

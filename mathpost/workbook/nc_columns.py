@@ -194,7 +194,7 @@ class _Roles:
     def find(self):
         """The columns by "tip", "axis", "words"; None if there are not all."""
         axis = max(self.triples("ijk", "uvw", "xyz"), key=self.axis_score, default=None)
-        if axis is None:
+        if axis is None or self.axis_score(axis) < 0.5:
             return None
         self.demanded, words = self.inverse(axis), {}
         for k in (3, 4):
@@ -226,7 +226,12 @@ class _Roles:
         for k in range(3):
             if words[k] is None:
                 words[k] = self.choose(k, fits[k], {*tip, *axis, *words.values()})
-        if None in words.values():
+        if None in words.values() or len(set(words.values())) < 5:
+            return None
+        fits = [*fits, *(self.turning(self.demanded[..., k]) for k in (0, 1))]
+        fitting = sum(fits[k][n] >= 0.5 for k, n in words.items())
+        headed = sum(self.names[k] in self.columns[n].letters for k, n in words.items())
+        if fitting < 3 and headed < 5:  # a coincidence
             return None
         return {"tip": tip, "axis": axis, "words": [words[k] for k in range(5)]}
 

@@ -165,7 +165,7 @@ def judge_numbers(rows, values):
     slack = spread.max(axis=1) + case.half_digit
     demanded, _ = nearest(words[:, 3:], both, slack=slack[:, None])
     off = (words[:, 3:] - demanded + 180) % 360 - 180
-    right = np.abs(off) <= slack
+    right = (np.abs(off) <= slack) | case.makes_the_axis()[:, None]
     demanded = words[:, 3:] - np.where(right, 0, off)
     linear, from_words = (kinematics.close(tip, np.deg2rad(angles))[:, :3] for angles in (demanded, words[:, 3:]))
     reach = np.linalg.norm(from_words, axis=1, keepdims=True) + np.linalg.norm(tip, axis=1, keepdims=True)
@@ -182,6 +182,7 @@ def judge_numbers(rows, values):
             if k > 2 and not right[r, k - 3]:
                 least, should = slack[r, k - 3], demanded[r, k - 3]
                 cause = "sign" if abs(word + should) <= 2 * least else cause
+                cause = "atan for atan2" if abs(abs(off[r, k - 3]) - 180) <= least else cause
                 yield row.results[k], cause, f"{name} is {word:.6g}, the tool axis demands {should:.6g}"
 
 

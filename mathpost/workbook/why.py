@@ -7,7 +7,7 @@ from math import comb
 import numpy as np
 
 from mathpost.workbook.calculation import Turn
-from mathpost.workbook.edits import TRIGONOMETRY, as_around, repaired
+from mathpost.workbook.edits import INVERSE, TRIGONOMETRY, as_around, repaired
 from mathpost.workbook.formula import Area, areas, heads, text_of, walk
 from mathpost.workbook.graph import SAMPLES, beside, same
 
@@ -48,9 +48,20 @@ class Why:
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
         elif elements and len(places) == 1 and len(self.judge.elements(calculation, option)) > len(elements):
             cost = 0.0  # an elementary matrix but for this cell
-        elif len(unit) == 1 and any(self.judge.stands(calculation, w) for w in within):
-            cost += UNLIKELY  # it may stand there as it is, alone or in a matrix
+        elif len(unit) == 1 and (
+            any(self.judge.stands(calculation, w) for w in within) or self._spoils(calculation, option)
+        ):
+            cost += UNLIKELY  # it may stand there as it is, alone or in a matrix, or what follows from it may
         return cost, faults
+
+    def _spoils(self, calculation, option):
+        """Whether a repair changes what may stand there as it is in one cell on the way to the results."""
+        after = self.graph.downstream(option) - option.keys() - self.judge.targets.keys()
+        right = [
+            p for p in after & self.graph.upstream(calculation.results) if self.judge.stands(calculation, (p,))
+        ]
+        values = self.judge.values_with(option) if right else {}
+        return any(not same(values[p], self.judge.now(p)) for p in right)
 
     def _cause(self, calculation, wanted):
         """Cause, sentence and cost of one wrong cell, or of an array formula."""
@@ -71,7 +82,7 @@ class Why:
         period = self.judge.periods.get(place)
         if found := repaired(graph, wanted, self.judge.values, calculation.given, self.found.windows, period):
             cause, sentence, other = found
-            plain = tree[0] in ("+", "-") or ("minus" not in heads(tree) and tree[0] != "area")
+            plain = tree[0] in ("+", "-") or (heads(tree).isdisjoint({"minus", *INVERSE}) and tree[0] != "area")
             odd = as_around(graph, place) == tree or (plain and other == ("minus", tree))
             cause = self.reference_kind(place, other) if cause == "wrong reference" else cause
             return cause, f"{short}: {sentence}", UNLIKELY * (cause == "sign" and odd)
