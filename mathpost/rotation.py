@@ -221,14 +221,15 @@ def numeric(expression, arguments):
 
     def evaluate(*values):
         values = [np.asarray(value, dtype=float) for value in values]
-        if any(value.shape != values[0].shape for value in values):
+        if len({value.shape for value in values if value.ndim}) > 1:
             values = np.broadcast_arrays(*values)
-        flat = [value.reshape(-1) for value in values]
-        result = np.empty((len(entries), flat[0].size))
-        for rows in slices(flat[0].shape):
-            for index, entry in enumerate(compiled(*(value[rows] for value in flat))):
+        over = max((value.shape for value in values), key=len)  # a single number among arrays stays one
+        flat = [value.reshape(-1) if value.ndim else value for value in values]
+        result = np.empty((len(entries), math.prod(over)))
+        for rows in slices(result.shape[1:]):
+            for index, entry in enumerate(compiled(*(value[rows] if value.ndim else value for value in flat))):
                 result[index, rows] = entry
-        return np.moveaxis(result, 0, -1).reshape(*values[0].shape, *shape)
+        return result.T.reshape(*over, *shape)
 
     return evaluate
 
