@@ -204,8 +204,8 @@ def numeric(expression, arguments, named=()):
     """Compile a sympy expression into a function of NumPy arrays: the one place that does, and remembers it.
 
     `expression` is one expression, an ImmutableMatrix or a tuple of expressions, `arguments` a tuple of symbols,
-    `named` pairs of a further symbol and what it stands for. The function takes numbers or arrays, broadcast against
-    each other to shape ``(...)``, and returns a float array of shape ``(...)``, ``(..., rows, columns)`` or
+    `named` pairs of a further symbol and what it stands for. The function takes numbers or arrays, broadcast
+    against each other to shape ``(...)``, and returns a float array of shape ``(...)``, ``(..., rows, columns)`` or
     ``(..., len(tuple))``. What the entries have in common is computed once. Large arrays go through in pieces of
     `SLICE` elements, so that the intermediate results stay in the processor's cache.
 
