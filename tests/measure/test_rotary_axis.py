@@ -344,6 +344,23 @@ def test_files_of_readings_are_checked(tmp_path, text, message):
 
 
 @pytest.mark.parametrize(
+    ("measurement", "head"),
+    [
+        (rotary_axis.dial_circle(), "angle,R,dial\n0,100,"),
+        (rotary_axis.ball(AXES["C ISO"]), "angle,x,y,z,ex\n0,100,0,0,"),
+        (rotary_axis.rtcp_zero(), "angle,L,axial\n0,100,"),
+    ],
+    ids=["dial", "ball", "rtcp"],
+)
+def test_readings_beyond_five_millimetres_are_in_another_unit(tmp_path, measurement, head):
+    (tmp_path / "small.csv").write_text(f"{head}5\n", encoding="utf-8")
+    assert measurement.read(tmp_path / "small.csv")
+    (tmp_path / "large.csv").write_text(f"{head}5.1\n", encoding="utf-8")
+    with pytest.raises(InputError, match="within ±5"):
+        measurement.read(tmp_path / "large.csv")
+
+
+@pytest.mark.parametrize(
     ("data", "options", "message"),
     [
         ({"angle": [0, 1, 2], "R": 100, "dial": [0, 1]}, {}, "angle: expected 2 numbers"),
