@@ -137,6 +137,19 @@ def test_the_source_takes_the_reading_for_the_error():
 # Any axis, any error
 
 
+@pytest.mark.parametrize(
+    ("axis", "nearest"), [((1, 8, 9), [1, 0, 0]), ((8, -1, 9), [0, 1, 0]), ((8, 9, 1), [0, 0, 1])]
+)
+def test_errors_of_an_oblique_axis_count_from_the_machine_axis_nearest_to_square(axis, nearest):
+    names, plane = rotary_axis.square_to(Rotary("B", "workpiece", axis, (0, 0, 0)))
+    first, second = np.array(plane, dtype=float).T
+    axis = np.array(axis) / np.linalg.norm(axis)
+    expected = nearest - axis * (axis @ nearest)
+    np.testing.assert_allclose(first, expected / np.linalg.norm(expected), atol=1e-12)
+    np.testing.assert_allclose(np.cross(axis, first), second, atol=1e-12)
+    assert names == ["1", "2"]
+
+
 @axes
 @settings(deadline=None, max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1))
