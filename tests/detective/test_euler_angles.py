@@ -129,6 +129,13 @@ def test_two_angles_left_out_and_an_answer_in_the_wrong_order(angle):
     alone = turned_frame(SOMEWHERE * (np.arange(3) == angle)).T @ POINT
     found = explain(SOMEWHERE, POINT, alone[[1, 0, 2]].round(9), decimals=9)
     assert found.misreadings[0].kinds == ("left out", "copied")
+    assert f"{' and '.join(np.delete(['α', 'β', 'γ'], angle))} are left out" in found.misreadings[0].sentence
+
+
+def test_a_matrix_is_not_copied_in_the_wrong_order():
+    """Two of its rows exchanged are no rotation, and no answer whose x and y are exchanged."""
+    found = explain(SOMEWHERE, None, turned_frame(SOMEWHERE).T[[1, 0, 2]].round(9), decimals=9)
+    assert not any("copied" in each.kinds for each in found.misreadings)
 
 
 def test_nothing_is_made_up():
