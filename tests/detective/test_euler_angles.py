@@ -146,6 +146,8 @@ def test_nothing_is_made_up():
         found = explain(SOMEWHERE, POINT, answer.round(5))
         assert not found.explained and "other angles" in found.note
     assert "No rotation gives it: the answer has the length" in explain(SOMEWHERE, POINT, (1, 2, 3.123)).note
+    rounded_up = 4.2069, -4.1982, -3.8312  # all three of them by nearly half a digit, and so is the length by more
+    assert "other angles" in explain(SOMEWHERE, POINT, rounded_up).note
     assert not explain(SOMEWHERE, POINT, (1.3, -2.6, 6.4)).explained  # so coarse that many fit by accident
     off = turned_frame(SOMEWHERE).T @ POINT + [0, 0, 0.5]
     assert "Only z is off" in explain(SOMEWHERE, POINT, off.round(4)).note
