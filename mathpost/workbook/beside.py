@@ -8,16 +8,17 @@ from itertools import combinations, product
 import numpy as np
 
 from mathpost import angles as euler
-from mathpost.detective.misreadings import written_decimals
 from mathpost.rotation import wrap
 from mathpost.workbook.calculation import SAMPLES, Turn
 from mathpost.workbook.edits import as_around, edits, said
-from mathpost.workbook.formula import heads, unrounded
+from mathpost.workbook.formula import heads, unrounded, walk
 from mathpost.workbook.given import runs
 from mathpost.workbook.graph import CLOSE, beside, same
+from mathpost.workbook.plane_angles import Plane
 
 MOST = 20  # points of which each two are compared
 CORNERS = 6  # points of which each two edges are
+TURNED = "transposed", "the matrix should be transposed"
 
 
 class Beside:
@@ -37,9 +38,8 @@ class Beside:
         rest -= self._judge_vectors(rest)
         composed = {p for p in self.found.composed if not (self._is_degrees_and_minutes(p) or self._goes_on(p))}
         composed -= {p for p in judge.found.sorted(composed) if self._are_wrong_minutes(p)}
-        typed = self.found.typed - self.found.composed
-        unknown = {p for p in rest - self.found.composed if p in typed or not self._is_known(p)}
-        for place in sorted(unknown - typed, key=judge.graph.calculation_order):
+        unknown = {p for p in rest - self.found.composed - judge.fixed.keys() if not self._is_known(p)}
+        for place in sorted(unknown, key=judge.graph.calculation_order):
             unknown -= {place} if self._is_known(place) or self._is_unlike(place, unknown) else set()
         self.unjudged = unknown | composed | self._computed_points()
 
@@ -48,19 +48,14 @@ class Beside:
         judge, graph, found = self.judge, self.graph, self.found
         messages = graph.messages | ({p for c in judge.live for p in c.aside} - graph.downstream(judge.inputs))
         formulas = [p for p in graph.trees if p not in found.typed - found.composed] + [*graph.unread]
-        # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
-        typed = {p for p in found.typed - graph.trees.keys() if messages.issuperset(graph.used.get(p, "-"))}
-        typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
-        results = np.array([target[0] for target in judge.targets.values()])
-        typed = {p for p in typed if not (np.abs(results - graph.value(p)) <= _half_digit(graph.value(p))).any()}
-        places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
+        places = [p for p in formulas if p not in messages]
         results = (p for c in found.calculations if c not in judge.unexplained for p in c.results)
         rest = set(places) - (graph.upstream(results, judge.inputs) - judge.inputs.keys()) | judge.unsure
         given = graph.upstream(p for c in found.calculations for p in (*c.given, *c.results))
         leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in rest}
         # The numbers of points, 1, 2, 3, copied beside what became of them.
         copies = {p for p in rest - graph.used.keys() if graph.tree(p)[0] == "area" and given.isdisjoint(leaves[p])}
-        own = {p: graph.own[p] for p in copies if graph.own[p] is not None}
+        own = {p: graph.own[p] for p in copies}
         other = {p for p in own for q in beside(p) if q in own and abs(own[q] - own[p]) == 1}
         given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
         other |= {p for p, used in leaves.items() if given and used & found.typed and given.isdisjoint(used)}
@@ -77,7 +72,7 @@ class Beside:
 
     def _known_vectors(self):
         """Points and what became of them, their sums, means, extremes, and the differences of each two."""
-        graph, judge, lists, everywhere, found = self.graph, self.judge, {}, {}, []
+        graph, judge, lists, everywhere, found = self.graph, self.judge, {}, {}, self._in_planes()
         for turn in self.turns:
             found += [*turn.known.get(3, ()), *_axes(turn)]
             result = np.array([*turn.targets.values()])
@@ -111,6 +106,16 @@ class Beside:
         self.combined = np.array(found[single:]).reshape(-1, 3, SAMPLES)
         return np.array(found).reshape(-1, 3, SAMPLES)
 
+    def _in_planes(self):
+        """Points in the frame of a plane, from any other point: of sheets that turn them without the angles."""
+        found, judge = [], self.judge
+        for plane in (c for c in judge.live if isinstance(c, Plane) and c.frame is not None):
+            points = [line for line in runs(self.found.lengths.difference(plane.given)) if len(line) == 3][:MOST]
+            points = [judge.block(line) for line in points]
+            for point, origin in product(points, (0, *points, *(judge.block(p) for p in [plane.corner] if p))):
+                found.append(np.einsum("sji,js->is", plane.frame, point - origin))
+        return found
+
     def _expected(self, results):
         """Numbers in threes with which a result may be compared: apart, or where a difference is made."""
         given = {p for turn in self.turns for p in turn.given}
@@ -130,7 +135,8 @@ class Beside:
         lines = [line for line in runs(rest) if len(line) in (3, 4, 5)] * (not judge.unexplained)
         others = [line[n : n + 3] for line in lines for n in range(len(line) - 2)]
         others = [line for line in others if line not in self.found.beside]
-        for triple in (*self.found.beside, *others):
+        first = sorted(self.found.beside, key=lambda line: self.graph.calculation_order(line[0]))
+        for triple in (*first, *others):
             if not rest.issuperset(triple[:3]) or judged.intersection(triple):
                 continue
             fits = _agree(judge.block(triple[:3]), self.vectors)
@@ -140,23 +146,56 @@ class Beside:
             for n in np.flatnonzero(fits.sum(axis=-1) == 2)[:1]:
                 (k,) = np.flatnonzero(~fits[n])
                 known = triple in others and self._is_known(triple[k])
-                if not known and (fault := judge.repaired_alone(triple[k], self.vectors[n, k])):
+                place, wanted, fault = triple[k], self.vectors[n, k], None
+                if not known:
+                    fault = self._repaired_before({place: wanted}, rest) or judge.repaired_alone(place, wanted)
+                if fault:
                     judge.faults.append(fault)
                     judged.update(triple)
-            if judged.isdisjoint(triple) and (self._is_turned_back(triple[:3]) or self._has_one_slip(triple[:3])):
+            if judged.isdisjoint(triple) and (
+                self._is_turned_back(triple[:3], rest) or self._has_one_slip(triple[:3])
+            ):
                 judged.update(triple)
         return judged
 
-    def _is_turned_back(self, triple):
-        """Whether a result is turned back, to the point, by a matrix that should be transposed: three faults."""
+    def _repaired_before(self, wanted, rest):
+        """The fault of an earlier cell of `rest`, nothing known, if one repair of it makes all `wanted` right."""
+        graph, judge = self.graph, self.judge
+        earlier = [p for p in graph.upstream(wanted) & rest - wanted.keys() if not self._is_known(p)]
+        for first in sorted(earlier, key=graph.calculation_order):
+            for cause, old, new, tree in edits(graph, first) if first in graph.trees else ():
+                option = {p: judge.calculate(p, tree) for p in graph.array(first)}
+                values = judge.values_with(option)
+                if all(same(values.get(p, np.nan), value) for p, value in wanted.items()):
+                    judge.put(option)
+                    return self._fault(min(option, key=graph.reading_order), cause, old, new)
+        return None
+
+    def _fault(self, place, cause, old, new):
+        return self.judge.fault(place, cause, f"{self.graph.short(place)}: {said(place, old, new)}")
+
+    def _is_turned_back(self, triple, rest):
+        """Whether a result is turned back, to the point, by a matrix with a slip, or that should be transposed."""
         up, judge = self.graph.upstream(triple), self.judge
         for turn in self.turns:
-            if turn.point and up.issuperset(turn.results):
-                option = dict(zip(triple, judge.block(turn.point), strict=True))
-                if block := judge.why.of_the_block(turn, triple, option):
-                    judge.put(option)
-                    judge.faults += [judge.fault(p, *block[:2]) for p in triple]
+            if not turn.point or not up.issuperset(turn.results):
+                continue
+            option = dict(zip(triple, judge.block(turn.point), strict=True))
+            if fault := self._repaired_before(option, rest):
+                judge.faults.append(fault)
+                return True
+            for window in (w for w in self.found.windows if len(w) == 9 and (up & rest).issuperset(w)):
+                other = judge.block(window).reshape(3, 3, -1).swapaxes(0, 1).reshape(9, -1)
+                other = {p: new for p, new in zip(window, other, strict=True) if not same(judge.now(p), new)}
+                values = judge.values_with(other)
+                if all(same(values[p], value) for p, value in option.items()):
+                    judge.put(other)
+                    judge.faults += [judge.fault(p, *TURNED) for p in other]
                     return True
+            if block := judge.why.of_the_block(turn, triple, option):
+                judge.put(option)
+                judge.faults += [judge.fault(p, *block[:2]) for p in triple]
+                return True
         return False
 
     def _has_one_slip(self, triple):
@@ -176,8 +215,7 @@ class Beside:
             if len({cause for cause, *_ in found}) == 1:
                 judge.put(dict(zip(triple, self.combined[n], strict=True)))
                 for place, (cause, old, new, _) in zip(triple, found, strict=True):
-                    text = f"{self.graph.short(place)}: {said(place, old, new)}"
-                    judge.faults.append(judge.fault(place, cause, text))
+                    judge.faults.append(self._fault(place, cause, old, new))
                 return True
         return False
 
@@ -200,7 +238,7 @@ class Beside:
         for turn in self.turns:
             traces = [matrix[0] + matrix[4] + matrix[8] for matrix in turn.known[9]]
             numbers += traces
-            angles += [np.array([angle, angle]) for angle in np.arccos(np.clip((np.array(traces) - 1) / 2, -1, 1))]
+            angles += [np.array([angle, -angle]) for angle in np.arccos(np.clip((np.array(traces) - 1) / 2, -1, 1))]
             if not turn.axis:
                 both = np.stack([turn.radians, euler.twin(turn.sequence.upper(), turn.radians)], axis=1)
                 angles += [*both.T]
@@ -226,10 +264,10 @@ class Beside:
 
     def _is_unlike(self, place, unknown):
         """Whether a wrong reference keeps a cell from what one beside it is, as a length that is kept: a fault."""
-        form = self.graph.form(place)
-        for near in beside(place) if form and not self.judge.unexplained else ():
-            wanted = self.judge.now(near)
-            if near in unknown or self.graph.form(near) != form or np.ptp(wanted) <= CLOSE:
+        form = [part[0] for _, part in walk(self.graph.tree(place))]
+        for near in beside(place) if not self.judge.unexplained else ():
+            wanted, like = self.judge.now(near), [part[0] for _, part in walk(self.graph.tree(near))]
+            if near in unknown or like != form or np.ptp(wanted) <= CLOSE:
                 continue
             if fault := self.judge.repaired_alone(place, wanted, "wrong reference"):
                 self.judge.faults.append(fault)
@@ -240,8 +278,7 @@ class Beside:
         """Whether one repair makes a cell an angle of degrees and minutes, which is a fault then."""
         for cause, old, new, tree in edits(self.graph, place):
             if self._is_degrees_and_minutes(place, tree):
-                text = f"{self.graph.short(place)}: {said(place, old, new)}"
-                self.judge.faults.append(self.judge.fault(place, cause, text))
+                self.judge.faults.append(self._fault(place, cause, old, new))
                 return True
         return False
 
@@ -270,13 +307,11 @@ def _axes(turn):
     """Of the whole rotation, either way: the unit vector along its axis, and what R less its transpose makes."""
     m = turn.whole
     vector = np.array([m[7] - m[5], m[2] - m[6], m[3] - m[1]])
-    unit = vector / np.linalg.norm(vector, axis=0)
-    return unit, -unit, vector, -vector
+    vectors = [vector, *(q[1:] for q in turn.quaternions()[2:])]
+    with np.errstate(invalid="ignore"):  # nothing is turned
+        vectors += [each / np.linalg.norm(each, axis=0) for each in vectors]
+    return [sign * each for each in vectors for sign in (1, -1)]
 
 
 def _of_a_sample(vectors, axis):
     return np.std(vectors, axis=axis, ddof=1)
-
-
-def _half_digit(number):
-    return 0.51 * 10.0 ** -written_decimals(number)

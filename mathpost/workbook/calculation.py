@@ -138,14 +138,18 @@ class Turn(Calculation):
         """What may stand in one cell: cosine and sine of an angle and of its half, entries of quaternions."""
         pairs = [np.array([np.cos(a), np.sin(a)]) for a in (*self.radians.T, *self.radians.T / 2)]
         yield from (entry for pair in pairs for entry in pair)
+        yield from (entry for product in self.quaternions() for entry in product)
+
+    def quaternions(self):
+        """Of the turns by the first two angles, the last two, and all three; none about an axis."""
         if self.axis:
-            return
+            return []
         letters = ["XYZ".index(letter) + 1 for letter in self.sequence.upper()]
-        turns = [{0: c, n: s} for n, (c, s) in zip(letters, pairs[3:], strict=True)]
+        pairs = [np.array([np.cos(a), np.sin(a)]) for a in self.radians.T / 2]
+        turns = [{0: c, n: s} for n, (c, s) in zip(letters, pairs, strict=True)]
         turns = [np.array([turn.get(k, np.zeros(SAMPLES)) for k in range(4)]) for turn in turns]
         a, b, c = turns if self.sequence.isupper() else turns[::-1]
-        for product in (_hamilton(a, b), _hamilton(b, c), _hamilton(_hamilton(a, b), c)):
-            yield from product
+        return [_hamilton(a, b), _hamilton(b, c), _hamilton(_hamilton(a, b), c)]
 
 
 def look(values, places):

@@ -1,7 +1,7 @@
 """The check of one file: its formulas as functions, or, where there are none, its values."""
 
 import re
-from itertools import groupby, product
+from itertools import product
 
 from mathpost.workbook.beside import Beside
 from mathpost.workbook.edits import as_around
@@ -49,8 +49,6 @@ def check_file(path, task=None):
     """
     task = task or Task()
     graph = Graph(read(path))
-    if task.machine is None and not any(graph.uses.values()):
-        return _by_values(graph, Recognised(graph, task))
     graph.unround()
     found = Recognised(graph, task)
     judge = Judge(graph, found).run()
@@ -75,8 +73,7 @@ def check_file(path, task=None):
         warnings.append(f"stored values are not what the formulas give: {', '.join(graph.ranges(stale[:6]))}")
     warnings += [LUCKY] * bool(typed)
     if task.machine is not None:
-        for _, table in groupby(found.calculations, lambda row: row.table):
-            warnings += looked_at(list(table), graph.own)
+        warnings += looked_at(found.calculations, graph.own)
     elif not judge.faults:
         warnings += _lucky_references(graph, judge)
     seen = [c.said if task.machine else f"{graph.range(c.results)}: {c.said}" for c in found.calculations if c.said]
@@ -92,6 +89,7 @@ def check_file(path, task=None):
         text = "is not what the task asks for, and no single change makes it so"
         found.problems.append(f"{graph.range(calculation.results)} {text}")
     unlike = [*_unlike_the_text(graph, found)]
+    found.problems += [text for triple, text in found.doubts.items() if not beside.unjudged.isdisjoint(triple)]
     unclear = not found.calculations or found.problems or judge.reading
     if unclear and not (judge.faults or judge.reading or task.machine):
         found.problems.append(_ready_cells(graph, found.turning))
@@ -110,7 +108,7 @@ def _unlike_the_text(graph, found):
     given = {places: tuple(graph.own[p] for p in places) for places in given if found.typed.issuperset(places)}
     for text, (places, numbers) in product(said - {*given.values()}, given.items()):
         alike = [abs(a - b) < 1e-6 for a, b in zip(text, numbers, strict=True)]
-        if sum(alike) == 2 and any(same for same, number in zip(alike, numbers, strict=True) if number):
+        if sum(alike) == 2:
             yield f"{graph.range(places)} is {_three(numbers)}, and a text says {_three(text)}"
 
 
@@ -122,8 +120,6 @@ def _by_values(graph, found):
     statuses, faults, seen = check_values(graph, found)
     if statuses:  # a formula is not looked at there
         statuses = dict.fromkeys(graph.trees.keys() - graph.messages, UNCLEAR) | statuses
-    else:
-        seen = ["no angles, point or matrices by their labels", _ready_cells(graph)]
     return _report(graph, statuses, faults, seen, [LUCKY])
 
 

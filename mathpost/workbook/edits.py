@@ -26,12 +26,10 @@ def repaired(graph, wanted, values, inputs=(), windows=(), period=None):
     they stand. What differs by `period` is the same.
     """
     place = next(iter(wanted))
-    after = graph.downstream(wanted)
-    for cause, old, new, tree in edits(graph, place, inputs, windows) if place in graph.trees else ():
+    for cause, old, new, tree in edits(graph, place, inputs, windows):
         made = graph.calculate(tree, values)
         off = ((at(made, graph.part.get(p, (0, 0))) - value, value) for p, value in wanted.items())
-        fits = all(same(value + (wrap(each, period) if period else each), value) for each, value in off)
-        if fits and (cause != "wrong reference" or after.isdisjoint(graph.used_by(tree))):
+        if all(same(value + (wrap(each, period) if period else each), value) for each, value in off):
             return cause, said(place, old, new), tree
     return None
 
@@ -61,6 +59,11 @@ def edits(graph, place, inputs=(), windows=()):
     for path, area, other in _elsewhere(graph, place, references, inputs, windows):
         if other and other != area and place not in other.places:
             yield "wrong reference", parts[path], ("area", other), put(tree, path, ("area", other))
+    for longer in zip(*(_longer(area) for _, area in references if area.shape != (1, 1)), strict=True):
+        if len(longer) > 1 and all(longer):
+            longer = iter(longer)
+            new = with_areas(tree, [area if area.shape == (1, 1) else next(longer) for _, area in references])
+            yield "wrong reference", tree, new, new
     for path, part in parts.items():
         for new in _exact(part):
             yield "rounded early", part, new, put(tree, path, new)
@@ -103,15 +106,19 @@ def _elsewhere(graph, place, references, inputs, windows):
         steps = [(down, right) for down in span for right in span if reach in (abs(down), abs(right))]
         steps.sort(key=lambda step: sum(map(abs, step)))
         yield from ((path, area, area.moved(*step)) for (path, area), step in product(references, steps))
-    for path, area in references:  # a range that is a row or a column short, or too long
-        for side, step in product(("top", "left", "bottom", "right"), (1, -1)) if area.shape != (1, 1) else ():
-            other = replace(area, **{side: getattr(area, side) + step})
-            if min(*other.shape, other.top, other.left) > 0:
-                yield path, area, other
+    for path, area in references:
+        yield from ((path, area, other) for other in _longer(area))
     for path, area in references:
         meant = [area_of(places) for places in (*((p,) for p in inputs), *windows)]
         yield from ((path, area, other) for other in meant if other.shape == area.shape)
         yield from ((path, area, area.moved(-up, 0)) for up in range(5, 60) if not area.fixed[0])
+
+
+def _longer(area):
+    """A range with a row or a column more, or less, at each side; None where there is none."""
+    for side, step in product(("top", "left", "bottom", "right"), (1, -1)) if area.shape != (1, 1) else ():
+        other = replace(area, **{side: getattr(area, side) + step})
+        yield other if min(*other.shape, other.top, other.left) > 0 else None
 
 
 def converted(tree, function):
@@ -124,7 +131,7 @@ def _functions(part, path):
     """Units, and one function for another."""
     name, *inner = part
     for (cause, function), back in ((TO_RADIANS, "DEGREES"), (TO_DEGREES, "RADIANS")):
-        if name in TRIGONOMETRY or name == "TAN":
+        if name in TRIGONOMETRY:
             yield cause, (name, (function, *inner))
         if name == back:
             yield cause, inner[0]
@@ -137,7 +144,6 @@ def _functions(part, path):
     if name == "ATAN" and inner[0][0] == "/":
         _, y, x = inner[0]
         yield "atan for atan2", ("ATAN2", x, y)
-        yield "atan for atan2", ("ATAN2", ("minus", x), ("minus", y))
     if name in ("TRANSPOSE", "MINVERSE"):
         yield "transposed", inner[0]
     if name == "MMULT":

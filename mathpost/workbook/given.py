@@ -1,7 +1,6 @@
 """Which cells of a sheet are given, and which are matrices with their zeros and ones: told by who uses them."""
 
 import re
-from collections import Counter
 from itertools import product, takewhile
 
 import numpy as np
@@ -25,7 +24,7 @@ class Given:
         texts = [c.value for c in graph.cells.values() if isinstance(c.value, str) and not c.formula]
         self.text = "\n".join(texts)
         self.typed = {p for p in graph.component if p not in graph.trees and graph.value(p) is not None}
-        self.typed |= {p for p in graph.trees if not graph.uses[p] and p not in graph.part}
+        self.typed |= {p for p in graph.trees if not graph.uses[p]}
         self.turning, composed = self._turning()
         self.composed = composed if with_formulas else set()
         self.typed |= self.composed
@@ -35,7 +34,7 @@ class Given:
         return tuple(sorted(places, key=self.graph.reading_order))
 
     def matrices(self):
-        graph, found = self.graph, Counter()
+        graph, found = self.graph, set()
         for _, part in graph.parts:
             if part[0] in ("MMULT", "TRANSPOSE", "MDETERM", "MINVERSE"):
                 found.update(tuple(a.places) for a in areas(part) if a.shape in ((3, 3), (4, 4)))
@@ -50,26 +49,21 @@ class Given:
                 # Three points in rows use numbers typed in their own row; a matrix does not.
                 own = [any(s[1] == p[1] and s in self.typed for s in graph.uses.get(p, [p])) for p in tile]
                 if max(sides) == size or (len(uses) >= 2 and not all(own)):
-                    found[tile] = 99
+                    found.add(tile)
         for component in graph.components:  # nine elements in one line
             for line in runs([p for p in component if p in graph.trees or graph.value(p) in (0, 1)]):
                 numbers = [graph.own.get(p) for p in line] if len(line) == 9 else [None]
                 if any(p in graph.trees for p in line) and None not in numbers and may_turn(numbers):
-                    found[line] = 1
-        for window, votes in list(found.items()):
-            others = [o for o in found if o != window and found[o] >= votes and found[o] > 1]
+                    found.add(line)
+        for window in list(found):
             numbers = [graph.value(p) for p in window if p not in graph.trees]
             # A matrix has formulas, or else numbers such as cosines and sines make: it is no table of points.
             typed = len(numbers) == len(window) and None not in numbers
             table = typed and (all(n % 1 == 0 for n in numbers) or not may_turn(numbers))
             typed = {p for p in window if p in self.typed and abs(graph.own[p]) > 1}
             table |= len(typed) > (1 if len(window) == 9 else 3)
-            table |= any(len({p[n] for p in typed}) == 1 for n in (1, 2)) and len(typed) > 2
-            numbers = [graph.own.get(p) for p in window]
-            table |= len(window) == 16 and [0, 0, 0, 1] not in (numbers[12:], numbers[3::4])
-            overlaps = any(not set(window).isdisjoint(other) for other in others)
-            if table or overlaps or self.turning & set(window) or not graph.component.keys() >= set(window):
-                del found[window]
+            if table or self.turning & set(window) or not graph.component.keys() >= set(window):
+                found.remove(window)
         return sorted(found, key=lambda w: graph.reading_order(w[0]))
 
     def _turning(self):
@@ -78,7 +72,6 @@ class Given:
         And the `composed` of these: angles that a formula makes of other numbers, as of degrees and minutes.
         """
         graph, found, composed = self.graph, set(), set()
-        own = {p: np.array([number + 0.37]) for p, number in graph.own.items() if number is not None}
         stack = [p for _, part in graph.parts if part[0] in (*TRIGONOMETRY, "TAN") for p in graph.used_by(part)]
         while stack:
             place = stack.pop()
@@ -87,9 +80,8 @@ class Given:
             found.add(place)
             sources = graph.uses.get(place, ())
             if sources and {head for head in heads(graph.trees[place]) if head.isupper()} <= PASSED_ON:
-                zeros = [graph.cell(place, {**own, p: np.zeros(1)})[0] for p in sources]
-                converts = len(sources) == 1 or (len(sources) == 2 and any(map(self._converts, sources)))
-                if converts and any(not abs(zero) > 0 for zero in zeros):
+                only = len(sources) == 1 or (len(sources) == 2 and any(map(self._converts, sources)))
+                if only and any(self._passes_on(place, p) for p in sources):
                     stack += sources
                     continue
             above = graph.upstream(sources) & graph.trees.keys()
@@ -98,7 +90,16 @@ class Given:
         for place in found:  # an angle that is made by a formula and then negated
             if graph.tree(place)[0] == "minus" and composed.issuperset(graph.uses[place]):
                 composed = composed - set(graph.uses[place]) | {place}
+        if len(found & self.typed) > 2:  # half the sum of two angles, as a quaternion takes it, is none of its own
+            composed = {p for p in composed if len(graph.uses[p]) == 1 or not found.issuperset(graph.uses[p])}
         return found, composed
+
+    def _passes_on(self, place, source):
+        """Whether a formula gives a number that it uses, but for its sign, its unit and a factor of two."""
+        own = {p: np.full(2, number) for p, number in self.graph.own.items() if number is not None}
+        zero, one = self.graph.cell(place, own | {source: np.array([0.0, 1.0])}) * np.ones(2)
+        factors = np.outer((0.5, 1, 2), (1.0, *CONVERSIONS, *(1 / CONVERSIONS)))
+        return abs(zero) < 1e-9 and bool((abs(abs(one) - factors) < 0.02 * factors).any())
 
     def _converts(self, place):
         """Whether a number that is given is 1, π, 180 or one such as π/180, or minus that."""
@@ -173,7 +174,7 @@ class Given:
         above = takewhile(lambda cell: cell, (cells.get(offset(place, -n, 0)) for n in range(1, 60)))
         along = takewhile(lambda cell: cell, (cells.get(offset(place, 0, -n)) for n in range(2, 60)))
         near = (*left, *above, *along)
-        texts = [cell.value for cell in near if isinstance(cell.value, str) and not cell.formula]
+        texts = [cell.value for cell in near if isinstance(cell.value, str)]
         return next(filter(read_label, texts), next(iter(texts), ""))
 
 

@@ -4,7 +4,6 @@ import re
 from dataclasses import replace
 from functools import cached_property, partial
 from graphlib import CycleError, TopologicalSorter
-from itertools import pairwise
 
 import numpy as np
 
@@ -103,7 +102,7 @@ class Graph:
         """The cells of the array formula that a cell is of, itself first; or the cell alone."""
         anchor = self.cells[place].anchor if place in self.part else None
         mates = [p for p in self.part if anchor and p[0] == place[0] and self.cells[p].anchor == anchor]
-        return [place, *(p for p in mates if p != place and self.trees.get(p) is self.trees.get(place))]
+        return [place, *(p for p in mates if p != place)]
 
     def is_array(self, places):
         """Whether some cells are of one array formula."""
@@ -176,9 +175,7 @@ class Graph:
             try:
                 return list(TopologicalSorter(links).static_order())
             except CycleError as error:
-                circle = error.args[1]
-                order = self.reading_order
-                source, user = next((s, u) for s, u in pairwise(circle) if order(s) >= order(u))
+                source, user = error.args[1][:2]
                 links[user] = [each for each in links[user] if each != source]
                 self.circular.add(user)
 
@@ -288,8 +285,7 @@ class Graph:
     def constants(self):
         """Place of a cell that is not calculated → what it holds, shape (1,), NaN for text."""
         held = {p: None if p in self.trees else n for p, n in self.meant.items()}
-        empty = {p for p, cell in self.cells.items() if cell.value is None and not cell.formula}
-        return {p: np.full(1, np.nan if n is None else n) for p, n in held.items() if p not in empty}
+        return {p: np.full(1, np.nan if n is None else n) for p, n in held.items()}
 
 
 def _reached(places, links):

@@ -101,6 +101,10 @@ class Judge:
         """The values with all that was put in, and `more`."""
         return self.graph.run({**self.inputs, **self.fixed, **dict(more)}, only and self.values, only)
 
+    def values_with(self, option):
+        """The values with `option` put in, for once."""
+        return self._run(option, self.graph.downstream(option))
+
     def put(self, option):
         """Put values into some places, for good."""
         self.fixed.update(option)
@@ -227,10 +231,12 @@ class Judge:
         """Take vectors on the way that are right, but for one cell, in place of what only follows from them."""
         steps = self._steps(last)
         self._prepare(steps)
-        right = [s for s in steps if len(self.bad(s.targets)) <= 1 and s not in self.live]
+        right = [s for s in steps if len(self.bad(s.targets)) <= 1]
         if right and len(self.bad(last.targets)) > 1:
+            right = [s for s in right if s not in self.live]
             self.live = [c for c in self.live if c is not last] + right
             self.found.calculations = [c for c in self.found.calculations if c is not last] + right
+            self.found.beside.append(last.results)
 
     def _drop_if_partial(self, calculation):
         """Set aside a vector that only some of the angles turn, if it is a step to another calculation's result."""
@@ -278,7 +284,8 @@ class Judge:
 
         With `only` it is a repair of that cause.
         """
-        if place in self.graph.trees and (found := repaired(self.graph, {place: value}, self.values)):
+        wanted = {p: self.now(p) for p in self.graph.array(place)} | {place: value}
+        if place in self.graph.trees and (found := repaired(self.graph, wanted, self.values)):
             cause, sentence, other = found
             cause = self.why.reference_kind(place, other) if cause == "wrong reference" else cause
             if only not in (None, cause):

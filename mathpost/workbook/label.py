@@ -75,6 +75,6 @@ def read_label(text):
     letters = re.sub(r"^(.+)\1$", r"\1", letters)
     if (not said and re.search("矩阵|matrix|转置|transpos", text)) or re.fullmatch("[rm]t?", said):
         return Role(kind)
-    known = re.fullmatch(r"(?:[emr]?[xyz]?-?[αβγ])+[t']?", said) and len(text) <= 40
-    single = len(letters) <= 3 and len(set(letters)) == len(letters)
+    known = re.fullmatch(r"(?:[emr]?[xyz]?-?[αβγ])+[t']?", said)
+    single = len(set(letters)) == len(letters)
     return Role(kind, tuple(map("αβγ".index, letters))) if known and single else None

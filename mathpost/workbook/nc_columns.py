@@ -45,7 +45,6 @@ class Table:
     rows: list
     units: tuple
     counters: tuple = ()
-    source: tuple = ()  # the columns of tip and axis
     left: tuple = ()  # rows in between that are not of the table
     others: tuple = ()  # columns of numbers that are none of these, and that nobody uses
 
@@ -70,8 +69,7 @@ def find_tables(graph, kinematics):
         found = {n: table for n, block in enumerate(blocks) if (table := _table(graph, kinematics, block))}
         for a, b in permutations(range(len(blocks)), 2):
             if b not in found and len(blocks[a][0].places) == len(blocks[b][0].places):
-                source = list(found[a].source) if a in found else blocks[a]
-                table = _table(graph, kinematics, source + blocks[b])
+                table = _table(graph, kinematics, blocks[a] + blocks[b])
                 found |= {a: found.get(a, table), b: table} if table else {}
         if found:
             tables = list(dict.fromkeys(found.values()))
@@ -117,7 +115,7 @@ def _column(graph, sheet, lines, number, along):
     texts = []
     for line in range(lines[0] - 1, 0, -1):
         cell = graph.cells.get(place(line))
-        if cell and isinstance(cell.value, str) and not cell.formula and len(texts) < 3:
+        if cell and isinstance(cell.value, str) and len(texts) < 3:
             texts.append(unicodedata.normalize("NFKC", cell.value).strip().lower())
     letters = next(filter(None, map(_letters, texts)), {})
     places = tuple(map(place, lines))
@@ -151,7 +149,6 @@ def _table(graph, kinematics, columns):
     if any(not columns[n].typed and graph.upstream(columns[n].places).isdisjoint(given) for n in words):
         return None
     kept = [sum(c.typed != (c.places[row] in graph.trees) for c in source) >= 3 for row in range(count)]
-    kept = [keep and sum(c.places[row] in graph.component for c in source) >= 3 for row, keep in enumerate(kept)]
     cells = [[columns[n].places for n in part] for part in (tip, axis, words)]
     rows = [tuple(tuple(places[row] for places in part) for part in cells) for row in range(count) if kept[row]]
     left = [(columns[0].places[row], columns[-1].places[row]) for row in range(count) if not kept[row]]
@@ -160,7 +157,7 @@ def _table(graph, kinematics, columns):
     others = [(places[0], places[-1]) for places in others if graph.used.keys().isdisjoint(places)]
     units = tuple(columns[n].unit for n in words[3:])
     counters = tuple(p for c in columns if not c.typed and _is_count(c.values) for p in c.places)
-    return Table(rows, units, counters, tuple(source), tuple(left), tuple(others))
+    return Table(rows, units, counters, tuple(left), tuple(others))
 
 
 def _is_count(values):
@@ -197,7 +194,7 @@ class _Roles:
     def find(self):
         """The columns by "tip", "axis", "words"; None if there are not all."""
         axis = max(self.triples("ijk", "uvw", "xyz"), key=self.axis_score, default=None)
-        if axis is None or self.axis_score(axis) < 0.5:
+        if axis is None:
             return None
         self.demanded, words = self.inverse(axis), {}
         for k in (3, 4):
@@ -221,17 +218,15 @@ class _Roles:
         self.turn_by(words)
         fits = self.linear(tip)
         for k in range(3):
-            words[k] = self.choose(k, fits[k], {*tip, *axis, *words.values()})
+            words[k] = self.choose(k, fits[k], {*tip, *axis, *words.values()}, 2 * AMONG_OTHERS)
         for k, n in product(range(3), repeat=2):  # one that is all wrong stands between the others, or beside them
             free = set(range(len(self.columns))) - {*tip, *axis, *words.values()}
             if words[k] is None and words[n] is not None and words[n] + k - n in free:
                 words[k] = words[n] + k - n
-        if None in words.values() or len(set(words.values())) < 5:
-            return None
-        fits = [*fits, *(self.turning(self.demanded[..., k]) for k in (0, 1))]
-        fitting = sum(fits[k][n] >= 0.5 for k, n in words.items())
-        headed = sum(self.names[k] in self.columns[n].letters for k, n in words.items())
-        if fitting < 3 and headed < 5:  # a coincidence
+        for k in range(3):
+            if words[k] is None:
+                words[k] = self.choose(k, fits[k], {*tip, *axis, *words.values()})
+        if None in words.values():
             return None
         return {"tip": tip, "axis": axis, "words": [words[k] for k in range(5)]}
 
@@ -286,8 +281,7 @@ class _Roles:
     def tip_score(self, tip, axis):
         others = [n for n in range(len(self.columns)) if n not in (*tip, *axis)]
         fit = self.linear(tip)[:, others].max(axis=1, initial=0).sum()
-        together = 0.2 * (tip[2] - tip[0] == 2) + 0.1 * (tip[2] + 1 == axis[0])
-        return fit + self.headed(tip, "xyz") + self.typed(tip) + together
+        return fit + self.headed(tip, "xyz") + self.typed(tip)
 
     def headed(self, triple, *groups):
         return 0.3 * any(
@@ -298,13 +292,13 @@ class _Roles:
     def typed(self, triple):
         return 0.2 * all(self.columns[n].typed for n in triple)
 
-    def choose(self, joint, fits, taken):
+    def choose(self, joint, fits, taken, least=AMONG_OTHERS):
         """The column of a word: the one with its letter over it, if there is one, that fits best."""
         letter = self.names[joint]
         left = {n: c for n, c in enumerate(self.columns) if n not in taken}
         value = {n: fits[n] + c.letters.get(letter, -c.more) + c.more for n, c in left.items()}
         best = max(value, key=lambda n: (value[n], n), default=None)
-        headed = [n for n, c in left.items() if letter in c.letters]
-        if best is None or value[best] < AMONG_OTHERS or (headed and best not in headed):
+        headed = any(c.letters.get(letter) == PLAIN for c in left.values())
+        if best is None or value[best] < least or (headed and letter not in left[best].letters):
             return None  # what has the heading is not it, and another that has none is: who knows
         return best

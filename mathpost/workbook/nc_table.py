@@ -165,7 +165,7 @@ def judge_numbers(rows, values):
     slack = spread.max(axis=1) + case.half_digit
     demanded, _ = nearest(words[:, 3:], both, slack=slack[:, None])
     off = (words[:, 3:] - demanded + 180) % 360 - 180
-    right = (np.abs(off) <= slack) | case.makes_the_axis()[:, None]
+    right = np.abs(off) <= slack
     demanded = words[:, 3:] - np.where(right, 0, off)
     linear, from_words = (kinematics.close(tip, np.deg2rad(angles))[:, :3] for angles in (demanded, words[:, 3:]))
     reach = np.linalg.norm(from_words, axis=1, keepdims=True) + np.linalg.norm(tip, axis=1, keepdims=True)
@@ -182,7 +182,6 @@ def judge_numbers(rows, values):
             if k > 2 and not right[r, k - 3]:
                 least, should = slack[r, k - 3], demanded[r, k - 3]
                 cause = "sign" if abs(word + should) <= 2 * least else cause
-                cause = "atan for atan2" if abs(abs(off[r, k - 3]) - 180) <= least else cause
                 yield row.results[k], cause, f"{name} is {word:.6g}, the tool axis demands {should:.6g}"
 
 
@@ -204,9 +203,9 @@ def looked_at(rows, values):
     own = np.array([[values.get(p) for p in row.results] for row in rows], dtype=float)
     own[:, 3:] *= [row.units for row in rows]
     low, high = np.where(np.arange(5) > 2, np.rad2deg(machine.limits.T), machine.limits.T)
-    lines, what = [row.results[0][1] for row in rows], "row"
-    if len(set(lines)) < len(lines):
-        lines, what = [get_column_letter(row.results[0][2]) for row in rows], "column"
+    in_rows = rows[0].results[3][1] == rows[0].results[4][1]
+    lines = [row.results[3][1] if in_rows else get_column_letter(row.results[3][2]) for row in rows]
+    what = "row" if in_rows else "column"
     for k, name in enumerate(machine.joint_names):
         outside = (own[:, k] < low[k] - 1e-6) | (own[:, k] > high[k] + 1e-6)
         beyond = [row for row, out in zip(lines, outside, strict=True) if out]

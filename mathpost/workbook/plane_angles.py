@@ -1,7 +1,7 @@
 """The angles of a tilted plane, from directions of its axes or points on it: what they must be, where they stand.
 
-Which cells are angles and which are directions is told by the formulas; which direction is which by labels, or
-else by what gives the most of the angles that are there. The sequence is the one that a text or the task names.
+Which cells are angles and which are directions is told by the formulas; which direction is which by what gives the
+most of the angles that are there. The sequence is the one that a text or the task names.
 """
 
 import re
@@ -11,9 +11,8 @@ from itertools import chain, permutations, product
 import numpy as np
 
 from mathpost import angles as euler
-from mathpost.detective.misreadings import elementary
 from mathpost.workbook.calculation import Calculation, look, nearest
-from mathpost.workbook.edits import CONVERSIONS, INVERSE, TRIGONOMETRY, take_unrounded
+from mathpost.workbook.edits import INVERSE, TRIGONOMETRY, take_unrounded
 from mathpost.workbook.formula import heads
 from mathpost.workbook.graph import SAMPLES
 
@@ -21,8 +20,6 @@ ROUNDED = 2e-3  # what the directions of a frame are off that are written to thr
 CONVERTING = {"DEGREES", "PI", "ROUND", "MOD", "IF"}
 SPATIAL = r"SPATIAL|\bSPA\b|空间角|raumwinkel|G68\.2 *P1|roll"
 EULER = r"G68\.2|EULER|EULPR|欧拉|ZXZ"
-NORMAL = r"^z|normal|法"
-NAMED = (("i", "j", "k"), ("a", "b", "c"), ("eulpr", "eulnu", "eulrot"), ("spa", "spb", "spc"))
 
 
 @dataclass(eq=False)
@@ -41,6 +38,7 @@ class Plane(Calculation):
     y: tuple = ()
     z: tuple = ()
     corner: tuple = ()
+    frame: np.ndarray | None = None  # X, Y, Z in columns, shape (samples, 3, 3), once prepared from two directions
 
     @property
     def given(self):
@@ -59,8 +57,7 @@ class Plane(Calculation):
 
     def is_possible(self):
         """Whether the angles follow: from two directions, or from a normal but for the angle about it."""
-        about_it = self.sequence[2] == "Z" or (self.sequence.islower() and self.sequence[0] != "z")
-        return bool(self.x) if len(self.results) == 3 else about_it
+        return bool(self.x) if len(self.results) == 3 else self.sequence[2] == "Z"
 
     def draw(self, rng, units):
         """Place → samples: of frames at random, or of two directions or three points where these make the frame."""
@@ -74,9 +71,13 @@ class Plane(Calculation):
 
     def unround(self, inputs):
         """Square the frame of the sheet if it is one but for its last digits; else draw others as it is."""
-        if not self.z:
-            return
         vectors = {each: np.stack([inputs[p] for p in each], axis=-1) for each in (self.x, self.y, self.z) if each}
+        if not self.z:
+            x, y = vectors[self.x], vectors[self.y]
+            along = x * ((x * y).sum(axis=1) / (x * x).sum(axis=1))[:, None]
+            if not self.corner and np.linalg.norm(along[0]) < ROUNDED * np.linalg.norm(y[0]):  # given as square
+                inputs.update(zip(self.y, (y - along).T, strict=True))
+            return
         lengths = {each: np.linalg.norm(vector[0]) for each, vector in vectors.items()}
         if self.x:
             own_x, own_z = vectors[self.x][0], vectors[self.z][0]
@@ -88,7 +89,7 @@ class Plane(Calculation):
         else:
             vectors[self.z][0] /= lengths[self.z]
         for places, vector in vectors.items():
-            length = lengths[places] if abs(lengths[places] - 1) > ROUNDED and places != self.y else 1.0
+            length = lengths[places] if abs(lengths[places] - 1) > ROUNDED else 1.0
             inputs.update(zip(places, (vector * length).T, strict=True))
 
     def prepare(self, values, units):
@@ -101,7 +102,7 @@ class Plane(Calculation):
         now = np.pad(now, ((0, 0), (0, 3 - len(self.line))))
         with_x = len(self.results) == len(self.line) == 3
         if with_x:
-            frame = _frame(x, across)
+            frame = self.frame = _frame(x, across)
             first = euler.angles(self.sequence, frame)
             both = np.stack([first, euler.twin(self.sequence, first)], axis=1)
         else:
@@ -136,16 +137,12 @@ def _frame(x, z):
 
 
 def _from_normal(sequence, normal, third):
-    """Both solutions of the first two angles, as written, that make a Z of `normal`, shape (samples, 2, 3).
+    """Both solutions of the first two angles, about turned axes, that make a Z of `normal`, shape (samples, 2, 3).
 
-    About turned axes of which the last is Z the third angle changes nothing; about fixed axes it comes last.
+    The last axis is Z: the third angle changes nothing.
     """
-    letters = sequence.upper() if sequence.isupper() else sequence[1::-1].upper() + "Z"
-    if sequence.islower():  # undo the last turn: what is left are two about turned axes
-        normal = (elementary(sequence[2].upper(), third) @ normal[..., None])[..., 0]
-    first = euler.from_direction(letters, normal)
-    both = np.stack([first, euler.twin(letters, first)], axis=1)[..., :2]
-    both = both if sequence.isupper() else both[..., ::-1]
+    first = euler.from_direction(sequence, normal)
+    both = np.stack([first, euler.twin(sequence, first)], axis=1)[..., :2]
     return np.concatenate([both, np.broadcast_to(third[:, None, None], (*both.shape[:2], 1))], axis=-1)
 
 
@@ -158,11 +155,9 @@ def find_planes(found):
         for place, (down, right), k in product(angles - taken, ((step, 0), (0, step)), range(size)):
             line = tuple((place[0], place[1] + (n - k) * down, place[2] + (n - k) * right) for n in range(size))
             others = [p for p in line if p not in angles]
-            if len({_origin(graph, p) for p in line}) < size:  # one is made of another one
+            if line in planes or len(others) > size - 2:
                 continue
-            if line in planes or not taken.isdisjoint(line) or len(others) > size - 2:
-                continue
-            if all(_is_given(found, p, angles) for p in others):
+            if all(_is_given(found, p) for p in others):
                 planes[line] = _best(found, line, others)
         order = sorted(planes.items(), key=lambda p: (*(-n for n in p[1][0]), graph.reading_order(p[0][0])))
         for line, (_, plane) in order:
@@ -185,28 +180,19 @@ def _angles(graph):
     return angles - converted
 
 
-def _origin(graph, place):
-    """The cell from which an angle is only taken over, converted or negated."""
-    while len(graph.uses.get(place, ())) == 1 and not heads(graph.trees[place]) & INVERSE:
-        (place,) = graph.uses[place]
-    return place
-
-
-def _is_given(found, place, angles):
+def _is_given(found, place):
     """Whether an angle is typed, or taken over from where it is."""
     graph = found.graph
     up = graph.upstream([place])
     functions = {head for p in up & graph.trees.keys() for head in heads(graph.trees[p]) if head.isupper()}
     typed = {p for p in up - graph.trees.keys() if p in found.typed}
-    return functions <= CONVERTING and len(typed) == 1 and up.isdisjoint(angles)
+    return functions <= CONVERTING and len(typed) == 1
 
 
 def _best(found, line, others):
     """How good the best reading of two or three cells is, and the `Plane`; None if they are none."""
     graph = found.graph
     used = graph.upstream(line) & found.typed - graph.trees.keys() - graph.upstream(others)
-    used = {p for p in used if (np.abs(graph.own[p] - CONVERSIONS) > 1e-4 * CONVERSIONS).all()}
-    line = _named(found, line)
     calculated = tuple(p for p in line if p not in others)
     third = found.sorted(graph.upstream(others) & found.typed)
     # An angle that is 0, or that a cell elsewhere holds, is given; another number may be typed over a formula.
@@ -214,7 +200,7 @@ def _best(found, line, others):
     judged = [line] * (not given) + [calculated] * (len(line) == 3 > len(calculated) and line[2] in others)
     best = (0, 0, 0), None
     for along, sequence, results in product((1, 2), _sequences(found), judged):
-        for directions in chain(*(_readings(found, v) for v in _directions(found, used, set(line), along))):
+        for directions in chain(*(_readings(v) for v in _directions(found, used, set(line), along))):
             for degrees in (True, False):
                 plane = Plane(
                     results,
@@ -242,15 +228,13 @@ def _sequences(found):
     return tuple(sorted(said.union(name for name, match in named.items() if match))) or ("ZXZ", "xyz")
 
 
-def _readings(found, vectors):
+def _readings(vectors):
     """Yield which of some directions, or points, may be what."""
     if len(vectors) == 1:
         yield {"z": vectors[0]}
-    normals = [v for v in vectors if re.search(NORMAL, found.label(v[0]), re.I)]
-    for order in (*permutations(vectors), *permutations(vectors[:2])) if len(vectors) > 1 else ():
+    for order in permutations(vectors) if len(vectors) > 1 else ():
         x, *y, z = order
-        if len(normals) != 1 or z == normals[0]:
-            yield {"x": x, "y": y[0] if y else (), "z": z}
+        yield {"x": x, "y": y[0] if y else (), "z": z}
         yield {"corner": y[0] if y else (), "x": x, "y": z}
 
 
@@ -264,13 +248,6 @@ def _directions(found, used, line, along):
             vectors.append(each)
     if len(used.difference(*vectors)) <= 1:  # one cell may be used by mistake
         yield vectors
-    if len(vectors) == 1:  # the angle that uses the other one is lost: the nearest that is not turned by the angles
-        (first,), turned = vectors, found.graph.downstream(line)
-        others = [each for each in found.lines(found.typed - line, 3) if each[0][along] != each[1][along]]
-        others = [each for each in others if set(each).isdisjoint(first) and each[0][0] == first[0][0]]
-        others = [each for each in others if turned.isdisjoint(found.graph.downstream(each))]
-        others.sort(key=lambda each: abs(each[0][1] - first[0][1]) + abs(each[0][2] - first[0][2]))
-        yield vectors + others[:1]
 
 
 def _fits(graph, plane):
@@ -289,10 +266,3 @@ def _fits(graph, plane):
     angles = sum(each < (0.1 if plane.degrees else 0.002) for each in off)
     others = sum(each < ROUNDED for each in others)
     return (angles, len(plane.results), others) if angles or others else (0, 0, 0)
-
-
-def _named(found, line):
-    """The cells in the order of the angles that their labels name."""
-    names = [re.sub(r"[^a-z].*", "", found.label(place).lower()) for place in line]
-    order = next((group for group in NAMED if sorted(names) == sorted(group)), names)
-    return tuple(line[names.index(name)] for name in order) if order is not names else line

@@ -26,24 +26,23 @@ class Recognised(Given):
     """What is what in a workbook.
 
     Given numbers that others use are `angles`, `lengths` or `constants`; `vectors` depend on lengths. `steps` would
-    be calculations if no other cells used them, and the vectors `beside` are none. `by` says who names the reading:
-    the task, the text, or source 000.
+    be calculations if no other cells used them, and the vectors `beside` are none; `doubts` says of some why not.
+    `by` says who names the reading: the task, the text, or source 000.
     """
 
     def __init__(self, graph, task):
         super().__init__(graph, with_formulas=task.machine is None)
-        self.task, self.problems, self.vectors = task, [], set()
+        self.task, self.problems, self.doubts, self.vectors = task, [], {}, set()
         self.calculations, self.steps, self.beside, self.depends = [], [], [], {}
         self.sequence, self.active, self.by = reading(task, self.text)
         self.planes = [] if task.machine is not None or task.cells else [*find_planes(self)]
-        given = {p for plane in self.planes for p in plane.given}
-        self.windows = [w for w in self.matrices() if given.isdisjoint(w)]
-        self.constants = self.never_moved() - given
+        self.windows = self.matrices()
+        self.constants = self.never_moved()
         inputs = {p for p in self.typed if not self.composed.issuperset(graph.used.get(p, ()))} - self.constants
         self.angles, self.lengths = inputs & self.turning, inputs - self.turning
         if task.machine is not None:
             self.calculations, self.problems = rows_of(graph, task.machine, task.cells)
-        elif task.cells and "result" in task.cells:
+        elif task.cells:
             self._as_the_caller_says(task.cells)
         elif self.angles:
             self._find_calculations()
@@ -81,7 +80,7 @@ class Recognised(Given):
         for triple in finals:
             self._add_turn(triple, self.steps if used.issuperset(triple) else self.calculations)
         most = max((len(self._of(w, self.angles)) for w in self.windows), default=0)
-        for window in self.windows if not self.calculations and not self.problems else ():
+        for window in self.windows if not (self.calculations or self.doubts) else ():
             plane = next((p for p in self.planes if graph.upstream(p.line) & self.turned_by(window)), None)
             own, after = self._of(window, self.angles), graph.downstream(window) - set(window)
             last = all(after.isdisjoint(w) for w in self.windows if w != window)
@@ -97,9 +96,9 @@ class Recognised(Given):
 
     def _is_combined(self, triple, finals):
         """Whether a vector is made of several that go back to different points, as a mean is."""
-        up = self.graph.upstream(triple)
+        up, own = self.graph.upstream(triple), {s for p in triple for s in self.depends.get(p, ())} & self.lengths
         parts = [s for s in finals if s != triple and up.issuperset(s)]
-        points = [self.lengths.intersection(*(self.depends.get(p, ()) for p in s)) for s in parts]
+        points = [own.intersection(*(self.depends.get(p, ()) for p in s)) for s in parts]
         return any(a - b and b - a for a, b in combinations(points, 2))
 
     def _respond(self):
@@ -203,9 +202,7 @@ class Recognised(Given):
         return max(steps.values(), default=0)
 
     def _add_turn(self, triple, calculations):
-        angles, in_row = self._of(triple, self.angles), triple[0][1] == triple[1][1]
-        own = tuple(p for p in angles if p[:2] == triple[0][:2])
-        angles = own if in_row and len(own) >= 2 and len(angles) > 3 else angles
+        angles = self._of(triple, self.angles)
         plane = next((p for p in self.planes if self.graph.upstream(p.line) & set(angles)), None)
         back = plane or re.search(INVERSE, self.text, re.I)
         shift = self._shift(triple) if back else ()
@@ -221,7 +218,8 @@ class Recognised(Given):
         if chosen is None or not point:
             what = "three angles" if chosen is None else "a point"
             if calculations is self.calculations:
-                self.problems.append(f"{self.graph.range(triple)}: {what} not found among its inputs")
+                self.beside.append(triple)
+                self.doubts[triple] = f"{self.graph.range(triple)}: {what} not found among its inputs"
             return
         self._tell(Turn(triple, self._by_name(chosen), point, origin, shift=shift), calculations)
 
@@ -235,9 +233,7 @@ class Recognised(Given):
     def _shift(self, triple):
         """What is added to a vector after it is turned, as the origin of a plane is."""
         unmoved = [self.unmoved.get(p, set()) for p in triple[:3]]
-        lines = self.lines(set().union(*unmoved), 2)
-        fits = (line for line in lines if sum(p in each for p, each in zip(line, unmoved, strict=True)) > 1)
-        return next(fits, ())
+        return next(iter(self.lines(set().union(*unmoved), 2)), ())
 
     def _moved(self, triple, shift=()):
         """The point and the origin of a vector, and other triples of its lengths.
@@ -270,7 +266,6 @@ class Recognised(Given):
     def _made_by_formulas(self, triple):
         """A point that is calculated, or is 0 without being moved: three in line that all cells of a vector use."""
         used = set.intersection(*(set(self.graph.uses.get(p, ())) for p in triple[:3])) - self.turning
-        used -= {p for window in self.windows for p in window}
         return next((line for line in runs(used) if len(line) == 3), ())
 
     def _as_labelled(self, point):
@@ -287,7 +282,7 @@ class Recognised(Given):
         cells = self.graph.cells
         for down, right in ((0, -1), (-1, 0)):
             before = (cells.get(offset(place, n * down, n * right)) for n in range(1, 60))
-            texts = (c.value for c in before if c and isinstance(c.value, str) and not c.formula)
+            texts = (c.value for c in before if c and isinstance(c.value, str))
             role = read_label(next(texts, ""))
             if role and role.kind == "coordinate":
                 return role.word
@@ -304,7 +299,7 @@ class Recognised(Given):
 
     def _vectors(self, cells, row):
         """The triples of lengths that a result depends on; that in the row of a table first."""
-        own = [line for line in self.lines({p for p in cells if p[:2] == row}, 2) if line[0][1] == line[1][1]]
+        own = self.lines({p for p in cells if p[:2] == row}, 2)
         return _apart((*own[:1], *self.lines(set(cells), 2)))
 
     def _by_name(self, triple):

@@ -67,6 +67,7 @@ class Threes:
             if left.issuperset(places) and len(self.threes) < MOST:
                 self.threes.append(Three(places, (place[0], along, place[3 - along]), place[along]))
         self.values = np.array([self.look(three.places) for three in self.threes]).reshape(-1, 3)
+        self.telling = np.count_nonzero(self.values, axis=1) > 1  # a vector along an axis agrees by luck
         self.decimals, self.half = np.zeros(len(self.threes)), np.ones(len(self.threes))
         self.strips, alike = defaultdict(dict), defaultdict(list)
         for n, three in enumerate(self.threes):
@@ -97,7 +98,7 @@ class Threes:
                 made = self.values @ matrix.T
                 off, nearest = tree.query(made, p=np.inf)
                 fits = (off <= self.half[nearest]) & self._may_follow(slice(None), nearest)
-                fits &= (np.abs(made - self.values).max(axis=1) > 0.1) & (np.count_nonzero(self.values, axis=1) > 1)
+                fits &= (np.abs(made - self.values).max(axis=1) > 0.1) & self.telling
                 count = int(fits.sum()) + 3 * bool((tree.query(matrix, p=np.inf)[0] < NEAR).all())
                 best = max(best, (count, (cells, radians)), key=lambda each: each[0])
         return best[1] if named or best[0] > 1 or len(self.threes) <= FEW else None
@@ -136,7 +137,8 @@ class Threes:
             pairs = [(i, j) for i, j in pairs if j is not None]
             results = {p for _, j in pairs for p in self.threes[j].places}
             single = len(pairs) == 1 and self.decimals[pairs[0][1]] > LEAST
-            if 2 * len(rows) <= len(pairs) or not (len(rows) > 1 or single) or done.issuperset(results):
+            most = 2 * len(rows) > sum(self.values[i].any() for i, _ in pairs)
+            if not (most and (len(rows) > 1 or single)) or done.issuperset(results):
                 continue
             for i, j in pairs:
                 if done.isdisjoint(self.threes[j].places):
@@ -155,11 +157,11 @@ class Threes:
         each = np.arange(len(made))
         fits = (off <= slack) & changed[:, None] & self._may_follow(each[:, None], each)
         found = defaultdict(list)
-        for i, j in zip(*np.nonzero(fits & (np.count_nonzero(self.values, axis=1) > 1)[:, None]), strict=True):
+        for i, j in zip(*np.nonzero(fits), strict=True):
             a, b = self.threes[i], self.threes[j]
             if set(a.places).isdisjoint(b.places):
                 found[a.strip, b.strip, b.index - a.index].append(a.index)
-        return found
+        return {key: rows for key, rows in found.items() if any(self.telling[self.strips[key[0]][k]] for k in rows)}
 
     def link_rows(self):
         """(Angles, their radians of 1, point, result) of each row, where every row has angles of its own."""

@@ -43,14 +43,13 @@ class Why:
         if len(unit) > 16:  # all matrices at once
             return UNLIKELY + 0.5, faults
         if unit in elements and len(places) == 2:  # do the others turn the same way?
-            senses = [sense for sense, _ in elements.values()]
+            near = graph.upstream(calculation.results)
+            senses = [sense for window, (sense, _) in elements.items() if not near.isdisjoint(window)]
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
         elif elements and len(places) == 1 and len(self.judge.elements(calculation, option)) > len(elements):
             cost = 0.0  # an elementary matrix but for this cell
         elif len(unit) == 1 and any(self.judge.stands(calculation, w) for w in within):
             cost += UNLIKELY  # it may stand there as it is, alone or in a matrix
-        elif not block:
-            cost += min(0.25 * (len(faults) - 1), 0.5)
         return cost, faults
 
     def _cause(self, calculation, wanted):
@@ -64,9 +63,7 @@ class Why:
             if cell.number is None:
                 return "wrong value", f"{short} holds {cell.value!r} where a number belongs", 0.0
             if np.ptp(value[1:]) < 1e-9:
-                cost = 0.0 if np.abs(value[1] - [0, 1]).min() < 1e-9 else UNLIKELY
-                return "wrong value", f"{short} is {cell.number:g}, should be {value[1]:g}", cost
-            known |= not abs(value[0] - cell.number) > 5e-3
+                return "wrong value", f"{short} is {cell.number:g}, should be {value[1]:g}", 0.0
             cost = 0.0 if known and cell.number not in (0, 1, -1) else UNLIKELY * 1.1
             text = f"{short} is a number, {cell.number:g}, typed where a formula belongs"
             return "typed over formula", text, cost
@@ -87,9 +84,10 @@ class Why:
         """Name a wrong reference: a missing $, a different angle, a different point, or just a different cell."""
         pairs = zip(areas(self.graph.trees[place]), areas(other), strict=True)
         old, new = next((a, b) for a, b in pairs if a != b)
-        above = areas(self.graph.tree((place[0], place[1] - 1, place[2])))
-        table = len(self.graph.component[place]) > 9
-        if table and old.top > new.top and not old.fixed[0] and str(new) in map(str, above):
+        above, is_table = (place[0], place[1] - 1, place[2]), len(self.graph.component[place]) > 9
+        is_table &= self.graph.form(above) == self.graph.form(place)
+        there = map(str, areas(self.graph.tree(above)))
+        if is_table and old.top > new.top and not old.fixed[0] and str(new) in there:
             return "missing $"
         if new.places[0] in self.found.angles:
             return "wrong angle"
@@ -106,7 +104,7 @@ class Why:
         pool = dict.fromkeys([*pool, *(near for s in graph.uses[place] for near in beside(s))])
         factors = [("number", float(lacking[1])), *(("area", Area(*p, *p[1:])) for p in pool if p in graph.cells)]
         parts = [part for p in around for _, part in walk(graph.tree(p))]
-        factors += [part for part in parts if part[0] in TRIGONOMETRY or part[:2] == ("-", ("number", 1.0))]
+        factors += [part for part in parts if part[0] in TRIGONOMETRY]
         factors = {text_of(tree): tree for tree in factors}
         values = [
             np.broadcast_to(graph.calculate(t, self.judge.values)[:, 0, 0], SAMPLES) for t in factors.values()
@@ -132,11 +130,7 @@ class Why:
         windows = {w: matrix(w) for w in self.found.windows if len(w) == size * size and w != unit}
         if square and same(now, _turned(wanted)):
             copy = all(self.graph.tree(p)[0] == "area" for p in unit)
-            copy &= any(same(w, now) for w in windows.values())
-            known = self.judge.stands(calculation, unit)
-            known |= any(same(w, wanted) for w in windows.values())
-            known |= any(same(v @ w, now) for v, w in product(windows.values(), repeat=2))
-            return "transposed", "the matrix should be transposed", UNLIKELY * (known and not copy)
+            return "transposed", "the matrix should be transposed", UNLIKELY * (not copy)
         lines = {p for c in self.judge.live for p in (c.point, c.results)}.union(self.graph.components)
         others = windows if square else {c: matrix(c) for c in lines if len(c) == size and c != unit}
         turned = [] if square else [(w, _turned(each)) for w, each in windows.items()]
