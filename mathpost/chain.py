@@ -83,7 +83,7 @@ def between(machine):
     return [*reversed(tables), *heads]
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def links(machine, parameters=False):
     """Return the chain from the workpiece to the tool as a tuple of `Link`.
 
@@ -110,7 +110,13 @@ def links(machine, parameters=False):
     )
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
+def workpiece_from_tool(machine, parameters=False):
+    """The product of the `links`, a 4×4 matrix."""
+    return product(link.matrix for link in links(machine, parameters))
+
+
+@lru_cache(maxsize=256)
 def bodies(machine):
     """Return where each body of the machine stands: pairs of its name and the 4×4 matrix machine_from_body.
 
@@ -129,20 +135,20 @@ def bodies(machine):
     symbols = dict(zip(machine.joint_names, joint_symbols(machine), strict=True))
     cut = [link.name for link in rest].index("linear")
     slides, *heads = rest[cut:]
-    standing = dict.fromkeys((symbols[name] for name in machine.slide_order), 0)
+    standing = dict.fromkeys((symbols[name] for name in machine.slide_order), sp.S.Zero)
     found, place = [], sp.ImmutableMatrix(sp.eye(4))
     for name in machine.slides_that_carry("workpiece"):  # the word X+ moves the workpiece towards X-
         direction = sp.Matrix([int(name == letter) for letter in LETTERS])
         place = product((place, homogeneous(sp.eye(3), -symbols[name] * direction)))
         found.append((name, place))
     for link in reversed(rest[:cut]):  # a turn run through backwards is the turn by minus the angle
-        place = product((place, link.matrix.subs({symbols[link.name]: -symbols[link.name]})))
+        place = product((place, link.matrix.xreplace({symbols[link.name]: -symbols[link.name]})))
         found.append((link.name, place))
     found.append(("workpiece", product((place, first.matrix.inv()))))
-    place = slides.matrix.subs(standing)
+    place = slides.matrix.xreplace(standing)
     for name in machine.slides_that_carry("tool"):
         del standing[symbols[name]]
-        place = slides.matrix.subs(standing)
+        place = slides.matrix.xreplace(standing)
         found.append((name, place))
     for link in heads:
         place = product((place, link.matrix))

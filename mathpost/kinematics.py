@@ -44,7 +44,7 @@ class Inverse:
     reach: tuple  # smallest and greatest angle between the tool axis and the pole
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def derive(machine):
     """Derive the inverse of a machine as an `Inverse`."""
     data = chain.Geometry.numbers(machine)
@@ -55,7 +55,7 @@ def derive(machine):
     # 1. The inner angle. The chain says n = Rot(u, ±outer)·w with w = Rot(v, ±inner)·t. A rotation about u keeps
     # the component along u, hence u·n = u·w, which is linear in the cosine and the sine of the inner angle.
     w = about(data.axis[inner.name], inner_sign * inner_angle) * data.tool_axis
-    along = sp.expand(u.dot(w))
+    along = sp.expand_mul(u.dot(w))
     a, b = along.coeff(sp.cos(inner_angle)), along.coeff(sp.sin(inner_angle))
     if (a, b) < (0, 0):  # look along the other end of the outer axis, so that θ = atan2(B, A) is near zero
         u, outer_sign, along, a, b = -u, -outer_sign, -along, -a, -b
@@ -94,10 +94,10 @@ def _close_the_loop(machine, data, tip):
     slides = [link.name for link in links].index("linear")
     from_workpiece = sp.Matrix([*(data.origin + sp.Matrix(tip)), 1])
     for link in links[1:slides]:  # a table's turn run through forwards
-        turned = link.matrix.subs({angle: -angle for angle in symbols[3:]})
+        turned = link.matrix.xreplace({angle: -angle for angle in symbols[3:]})
         from_workpiece = chain.product((turned, from_workpiece))
     from_tool = chain.product(link.matrix for link in links[slides:])[:, 3]
-    return tuple((from_workpiece - from_tool.subs(dict.fromkeys(symbols[:3], 0)))[:3])
+    return tuple((from_workpiece - from_tool.xreplace(dict.fromkeys(symbols[:3], sp.S.Zero)))[:3])
 
 
 class Kinematics:
@@ -132,7 +132,7 @@ class Kinematics:
         Its last column is the tool tip, its third the tool axis. With `parameters` the machine's offsets and
         directions are kept as symbols too (directions stand for unit vectors), those of `mathpost.chain.Geometry`.
         """
-        return chain.product(link.matrix for link in self.links(parameters))
+        return chain.workpiece_from_tool(self.machine, parameters)
 
     @cached_property
     def inverse_symbolic(self):
@@ -230,22 +230,29 @@ class Kinematics:
 
     @cached_property
     def _both_branches(self):
-        """For each branch the five joints and the sum of the squares of `Inverse.turn`, which is 0 at the pole.
+        return _solved(self.inverse_symbolic, self.symbols[3:])
 
-        The cosines and sines of both angles are algebraic in what the angles come from: none is computed from an
-        angle.
-        """
-        derived, entries = self.inverse_symbolic, []
-        for solution in derived.solutions:
-            values = {f(derived.inner): sp.expand_trig(f(solution)) for f in (sp.cos, sp.sin)}
-            rise, run = (term.xreplace(values) for term in derived.turn)
-            squared = rise**2 + run**2
-            length = sp.sqrt(squared)
-            values |= {sp.cos(derived.outer): run / length, sp.sin(derived.outer): rise / length}
-            angles = {derived.inner: solution, derived.outer: sp.atan2(rise, run)}
-            linear = [coordinate.xreplace(values) for coordinate in derived.linear]
-            entries += [*linear, *(angles[joint] for joint in self.symbols[3:]), squared]
-        return numeric(tuple(entries), (*derived.tip, *derived.axis, BELOW, ABOVE))
+
+@lru_cache(maxsize=256)
+def _solved(derived, rotary):
+    """For each branch the five joints and the sum of the squares of `Inverse.turn`, which is 0 at the pole.
+
+    The cosines and sines of both angles are algebraic in what the angles come from: none is computed from an angle.
+    """
+    entries, named = [], {}  # of a symbol sympy knows that it is real; of what it stands for it would ask at length
+    for branch, solution in enumerate(derived.solutions):
+        cosine, sine, rise, run = sp.symbols([f"{name}_{branch}" for name in ("c", "s", "rise", "run")], real=True)
+        squared = sp.Symbol(f"squared_{branch}", positive=True)
+        length = sp.sqrt(squared)
+        named |= {cosine: sp.expand_trig(sp.cos(solution)), sine: sp.expand_trig(sp.sin(solution))}
+        values = {sp.cos(derived.inner): cosine, sp.sin(derived.inner): sine}
+        named |= dict(zip((rise, run), (term.xreplace(values) for term in derived.turn), strict=True))
+        named[squared] = rise**2 + run**2
+        values |= {sp.cos(derived.outer): run / length, sp.sin(derived.outer): rise / length}
+        angles = {derived.inner: solution, derived.outer: sp.atan2(rise, run)}
+        linear = [coordinate.xreplace(values) for coordinate in derived.linear]
+        entries += [*linear, *(angles[joint] for joint in rotary), squared]
+    return numeric(tuple(entries), (*derived.tip, *derived.axis, BELOW, ABOVE), tuple(named.items()))
 
 
 def _perpendicular(u):

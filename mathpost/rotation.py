@@ -8,11 +8,12 @@ matrices are sympy's own, so that no rotation matrix is typed here.
 import math
 from collections import Counter
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 import sympy as sp
 from sympy.matrices import rot_axis1, rot_axis2, rot_axis3, rot_ccw_axis1, rot_ccw_axis2, rot_ccw_axis3
+from sympy.printing.numpy import NumPyPrinter
 
 from mathpost.errors import InputError, as_array
 
@@ -199,14 +200,14 @@ def _built(build, count):
 
 
 @lru_cache(maxsize=512)
-def numeric(expression, arguments):
+def numeric(expression, arguments, named=()):
     """Compile a sympy expression into a function of NumPy arrays: the one place that does, and remembers it.
 
-    `expression` is one expression, an ImmutableMatrix or a tuple of expressions, `arguments` a tuple of symbols.
-    The function takes numbers or arrays, broadcast against each other to shape ``(...)``, and returns a float array
-    of shape ``(...)``, ``(..., rows, columns)`` or ``(..., len(tuple))``. What the entries have in common is
-    computed once. Large arrays go through in pieces of `SLICE` elements, so that the intermediate results stay in
-    the processor's cache.
+    `expression` is one expression, an ImmutableMatrix or a tuple of expressions, `arguments` a tuple of symbols,
+    `named` pairs of a further symbol and what it stands for. The function takes numbers or arrays, broadcast
+    against each other to shape ``(...)``, and returns a float array of shape ``(...)``, ``(..., rows, columns)`` or
+    ``(..., len(tuple))``. What the entries have in common is computed once. Large arrays go through in pieces of
+    `SLICE` elements, so that the intermediate results stay in the processor's cache.
 
     Examples
     --------
@@ -217,18 +218,22 @@ def numeric(expression, arguments):
     """
     shape = (len(expression),) if isinstance(expression, tuple) else getattr(expression, "shape", ())
     entries = list(expression if shape else [expression])
-    compiled = sp.lambdify(arguments, entries, "numpy", cse=shared, use_imps=False)
+    # To sort the terms, and to print the whole once more as a docstring, takes as long as all else.
+    printer = NumPyPrinter({"fully_qualified_modules": False, "inline": True, "order": "none"})
+    common = partial(shared, named=named)
+    compiled = sp.lambdify(arguments, entries, "numpy", printer, cse=common, use_imps=False, docstring_limit=0)
 
     def evaluate(*values):
         values = [np.asarray(value, dtype=float) for value in values]
-        if any(value.shape != values[0].shape for value in values):
+        if len({value.shape for value in values if value.ndim}) > 1:
             values = np.broadcast_arrays(*values)
-        flat = [value.reshape(-1) for value in values]
-        result = np.empty((len(entries), flat[0].size))
-        for rows in slices(flat[0].shape):
-            for index, entry in enumerate(compiled(*(value[rows] for value in flat))):
+        over = max((value.shape for value in values), key=len)  # a single number among arrays stays one
+        flat = [value.reshape(-1) if value.ndim else value for value in values]
+        result = np.empty((len(entries), math.prod(over)))
+        for rows in slices(result.shape[1:]):
+            for index, entry in enumerate(compiled(*(value[rows] if value.ndim else value for value in flat))):
                 result[index, rows] = entry
-        return np.moveaxis(result, 0, -1).reshape(*values[0].shape, *shape)
+        return result.T.reshape(*over, *shape)
 
     return evaluate
 
@@ -240,24 +245,30 @@ def slices(shape):
         yield slice(start, start + step)
 
 
-def shared(expressions, symbols=None):
+def shared(expressions, symbols=None, named=()):
     """Take apart what expressions have in common: pairs of a symbol and its value, and the expressions in these.
 
     Exact constants (√2/2, long fractions) are evaluated, exponents left alone. Unlike `sympy.cse` it looks for
-    equal parts only, and lets sympy simplify nothing again, which takes most of the time there.
+    equal parts only, and lets sympy simplify nothing again, which takes most of the time there. Symbols that are
+    `named`, pairs of a symbol and its meaning, give way to that.
     """
-    expressions = [sp.sympify(entry) for entry in expressions]
+    meaning = dict(named)
+
+    def parts(expression):
+        return [meaning.get(part, part) for part in _parts(expression)]
+
+    expressions = [meaning.get(entry, entry) for entry in map(sp.sympify, expressions)]
     symbols = symbols or sp.numbered_symbols("common")
     uses, left, built, pairs = Counter(expressions), [*dict.fromkeys(expressions)], {}, []
     while left:
-        for part in _parts(left.pop()):
+        for part in parts(left.pop()):
             uses[part] += 1
             if uses[part] == 1:
                 left.append(part)
 
     def build(part):
         if part not in built:
-            built[part] = new = _put_together(part, [build(each) for each in _parts(part)])
+            built[part] = new = _put_together(part, [build(each) for each in parts(part)])
             if uses[part] > 1 and new.args and isinstance(new, sp.Expr):  # no condition, no case of a Piecewise
                 built[part] = next(symbols)
                 pairs.append((built[part], new))

@@ -195,3 +195,22 @@ def test_arrays_broadcast():
 def test_bad_input(call, message):
     with pytest.raises(InputError, match=message):
         call()
+
+
+def test_names_give_way_to_what_they_stand_for():
+    """A name in a name, alone, in a power and in a product."""
+    x, square, more = sp.symbols("x square more", positive=True)
+    named = ((square, x**2 + 1), (more, 3 * square))
+    found = rotation.numeric((more, x / sp.sqrt(square), 2 * more * x), (x,), named)(np.array([1.0, 2.0]))
+    np.testing.assert_allclose(found, [[6, 1 / np.sqrt(2), 12], [15, 2 / np.sqrt(5), 60]])
+
+
+def test_numbers_among_arrays_of_any_shape():
+    x, y, z = sp.symbols("x y z")
+    compiled = rotation.numeric((x + y, x * z), (x, y, z))
+    assert compiled(1, 2, 3).tolist() == [3, 3]
+    assert compiled([1, 2], 2, [3, 4]).tolist() == [[3, 3], [4, 8]]
+    assert compiled(5, np.empty(0), 1).shape == (0, 2)
+    assert compiled([[1], [2]], [1, 2, 3], 7)[1, 2].tolist() == [5, 14]
+    many = np.arange(2.5 * rotation.SLICE)
+    np.testing.assert_array_equal(compiled(2, many, 3), np.stack([many + 2, np.full(len(many), 6.0)], axis=-1))

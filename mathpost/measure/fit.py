@@ -5,7 +5,7 @@ least-squares estimate, its covariance, and the diagnosis when readings are too 
 """
 
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 import scipy
@@ -98,6 +98,11 @@ class Measurement:
     more: dict = field(default_factory=dict)
     largest: float = np.inf
 
+    @cached_property
+    def depends(self):
+        """The symbols that each reading depends on."""
+        return {name: expression.free_symbols for name, expression in self.readings.items()}
+
     def predict(self, values, settings, *, degrees=False):
         """Return what would be read, without noise: reading to an array.
 
@@ -120,7 +125,7 @@ class Measurement:
         Degrees, and mm unless the file names a unit. `InputError` also for suspected units, and if the angle does
         not increase while the other settings, and a column ``run``, stay the same.
         """
-        angle, *others = map(str, self.settings)
+        angle, *others = (s.name for s in self.settings)
         also = dict.fromkeys("ABC", angle)
         columns = csv_table.read(path, [angle, *others], optional=[*self.readings, "run"], also=also)
         if not (read := [name for name in self.readings if name in columns]):
@@ -152,16 +157,17 @@ class Measurement:
         length = max((np.size(data[name]) for name in used), default=0)
         if not length:
             raise InputError(where, f"readings: {', '.join(used or self.readings)}", "none")
-        appearing = set().union(*(expression.free_symbols for expression in used.values()))
-        sought = tuple(s for s in self.unknowns if s in appearing and str(s) not in known)
-        if not sought:
-            raise InputError(where, f"something sought among {', '.join(map(str, self.unknowns))}", "nothing")
+        appearing = set().union(*(self.depends[name] for name in used))
+        sought = tuple(s for s in self.unknowns if s in appearing and s.name not in known)
+        names = [s.name for s in sought]
+        if not names:
+            raise InputError(where, f"something sought among {', '.join(s.name for s in self.unknowns)}", "nothing")
         readings = np.stack([np.broadcast_to(self._array(data, n, length), length) for n in used], axis=-1)
         settings = [np.broadcast_to(s, length) for s in self._settings(data, degrees or from_file, length)]
         predict, derive = self._compiled(used, sought)
 
         def evaluate(x):
-            arguments = *self._all(dict(zip(map(str, sought), x, strict=True)) | known), *settings
+            arguments = *self._all(dict(zip(names, x, strict=True)) | known), *settings
             return predict(*arguments).ravel(), derive(*arguments).reshape(-1, len(sought))
 
         def rows(expressions):
@@ -175,13 +181,13 @@ class Measurement:
         further |= {words: partial(changed, changes) for words, changes in self.more.items()}
         start, found = np.zeros(len(sought)), f"{readings.size} of {', '.join(used)}"
         otherwise = " together with ".join(further) or "more of them"
-        check_told_apart(evaluate(start)[1], list(map(str, sought)), further, where, "readings", found, otherwise)
+        check_told_apart(evaluate(start)[1], names, further, where, "readings", found, otherwise)
         sigmas = np.full(readings.size, sigma or 1.0)
         x, covariance, residuals, _ = least_squares(evaluate, readings.ravel(), sigmas, start, where)
         spare = readings.size - len(sought)
         noise = float(np.linalg.norm(residuals / sigmas) / np.sqrt(spare)) if spare else np.nan
         return Estimate(
-            dict(zip(map(str, sought), x.tolist(), strict=True)),
+            dict(zip(names, x.tolist(), strict=True)),
             covariance * (noise**2 if sigma is None else 1.0),
             dict(zip(used, residuals.reshape(readings.shape).T, strict=True)),
             spare,
@@ -193,13 +199,13 @@ class Measurement:
         return _compiled(tuple(readings.values()), sought, (*self.unknowns, *self.settings))
 
     def _all(self, values):
-        names = list(map(str, self.unknowns))
+        names = [s.name for s in self.unknowns]
         for name in set(values) - set(names):
             raise InputError(self.name, f"unknowns among {', '.join(names)}", repr(name))
         return as_array([values.get(name, 0.0) for name in names], len(names), f"{self.name}, values")
 
     def _settings(self, data, degrees, length=None):
-        names = list(map(str, self.settings))
+        names = [s.name for s in self.settings]
         if missing := [name for name in names if name not in data]:
             raise InputError(self.name, f"the settings {', '.join(names)}", f"no {missing[0]!r}")
         angle, *others = (self._array(data, name, length) for name in names)

@@ -93,7 +93,7 @@ class Lines(text.Reader):
     def add(self, lines, numbers, *, feed=None, rapid=None):
         """Add records, shape (6, n), in mm; `rapid` and `feed` are those that hold unless given."""
         self.point, self.axis = numbers[:3, -1].tolist(), numbers[3:, -1].tolist()
-        rapid = np.broadcast_to(self.rapid if rapid is None else rapid, len(lines))
+        rapid = np.full(len(lines), self.rapid if rapid is None else rapid)
         feeds = np.where(rapid, math.nan, self.feed if feed is None else feed)
         self.runs.append((lines, self.placed(numbers), feeds, rapid))
         self.count, self.rapid = self.count + len(lines), False
@@ -109,9 +109,10 @@ class Lines(text.Reader):
 
     def go(self, points, axis, **options):
         """Add records at points, shape (n, 3), with one tool axis."""
-        points = np.reshape(points, (-1, 3)).T
-        axes = np.broadcast_to(np.reshape(axis, (3, 1)), points.shape)
-        self.add(np.full(points.shape[1], self.start), np.concatenate([points, axes]).astype(float), **options)
+        points = np.reshape(points, (-1, 3))
+        numbers = np.empty((6, len(points)))
+        numbers[:3], numbers[3:] = points.T, np.reshape(axis, (3, 1))
+        self.add(np.full(len(points), self.start), numbers, **options)
 
     def records(self):
         """Return points and axes, shape (3, n), feeds, rapid and lines, or refuse a file with problems."""

@@ -384,8 +384,7 @@ class Statements(Lines):
 
     def confirm_turn(self, axis):
         """Refuse a move after ROTABL if its tool axis does not say which way the table has turned."""
-        turned = ~np.isclose(self.table, 0, atol=UNIT_TOLERANCE)
-        if self.unconfirmed and turned.any():
+        if self.unconfirmed and (turned := np.abs(self.table) > UNIT_TOLERANCE).any():
             z, said = self.turned[:, 2], self.turned @ axis
             one = "one axis of the table turned by ROTABL: nothing says which carries which"
             need(turned.sum() == 1, one, "several")

@@ -238,7 +238,8 @@ def _rounded(how):
 def _total(reduce, each=lambda value: value):
     def function(*values):
         samples = max(map(len, values))
-        parts = [np.broadcast_to(v.reshape(len(v), -1), (samples, v[0].size)) for v in map(each, values)]
+        parts = [v.reshape(len(v), -1) for v in map(each, values)]
+        parts = [v if len(v) == samples else np.repeat(v, samples, axis=0) for v in parts]
         return reduce(np.concatenate(parts, axis=1), axis=1)[:, None, None]
 
     return function

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mathpost import machine
-from mathpost.compensate.compensation import CalibratedKinematics, Compensator, total_differential
+from mathpost.compensate.compensation import CalibratedKinematics, Compensator, PoseError, total_differential
 from mathpost.compensate.model import ErrorModel, MachineErrors, constant_errors, read_errors
 from mathpost.kinematics import Kinematics
 from tests.machines import with_slides
@@ -34,6 +34,12 @@ def away_from_the_pole(seed, kin, count=40):
     inner = 3 + [symbol.name for symbol in kin.symbols[3:]].index(kin.inverse_symbolic.inner.name)
     joints[:, inner] = rng.uniform(0.5, 1.2, count)
     return joints
+
+
+def test_what_is_missed_is_said_in_micrometres_and_arc_seconds():
+    missed = PoseError(np.array([0.001, 0.003]), np.radians([1 / 3600, 2 / 3600]))
+    tip, axis = "tip 2.000 µm on average, 3.000 µm at most", "tool axis 1.50 arcsec on average, 2.00 arcsec at most"
+    assert str(missed) == f"{tip}; {axis}"
 
 
 def test_the_pose_of_the_example(two_tables):

@@ -105,11 +105,37 @@ def test_an_answer_in_the_wrong_order():
     assert explain(SOMEWHERE, POINT, right[[1, 0, 2]].round(5)).misreadings[0].kinds == ("copied",)
 
 
+@pytest.mark.parametrize(
+    ("copied", "phrase"),
+    [
+        (lambda x, y, z: (y, x, z), "the answer's x and y are exchanged"),
+        (lambda x, y, z: (z, y, x), "the answer's x and z are exchanged"),
+        (lambda x, y, z: (x, z, y), "the answer's y and z are exchanged"),
+        (lambda x, y, z: (-x, y, z), "the sign of the answer's x is lost"),
+        (lambda x, y, z: (x, -y, z), "the sign of the answer's y is lost"),
+        (lambda x, y, z: (x, y, -z), "the sign of the answer's z is lost"),
+        (lambda x, y, z: (-x, -y, -z), "the whole answer has the opposite sign"),
+    ],
+)
+def test_an_answer_copied_wrongly(copied, phrase):
+    answer = np.array(copied(*turned_frame(SOMEWHERE).T @ POINT))
+    found = explain(SOMEWHERE, POINT, answer.round(9), decimals=9).misreadings[0]
+    assert found.kinds == ("copied",) and phrase in found.sentence
+    np.testing.assert_allclose(found.value, answer, atol=1e-8)
+
+
 @pytest.mark.parametrize("angle", [0, 1, 2])
 def test_two_angles_left_out_and_an_answer_in_the_wrong_order(angle):
     alone = turned_frame(SOMEWHERE * (np.arange(3) == angle)).T @ POINT
     found = explain(SOMEWHERE, POINT, alone[[1, 0, 2]].round(9), decimals=9)
     assert found.misreadings[0].kinds == ("left out", "copied")
+    assert f"{' and '.join(np.delete(['α', 'β', 'γ'], angle))} are left out" in found.misreadings[0].sentence
+
+
+def test_a_matrix_is_not_copied_in_the_wrong_order():
+    """Two of its rows exchanged are no rotation, and no answer whose x and y are exchanged."""
+    found = explain(SOMEWHERE, None, turned_frame(SOMEWHERE).T[[1, 0, 2]].round(9), decimals=9)
+    assert not any("copied" in each.kinds for each in found.misreadings)
 
 
 def test_nothing_is_made_up():
@@ -119,7 +145,9 @@ def test_nothing_is_made_up():
         answer = direction / np.linalg.norm(direction) * np.linalg.norm(POINT)
         found = explain(SOMEWHERE, POINT, answer.round(5))
         assert not found.explained and "other angles" in found.note
-    assert "length" in explain(SOMEWHERE, POINT, (1, 2, 3.123)).note
+    assert "No rotation gives it: the answer has the length" in explain(SOMEWHERE, POINT, (1, 2, 3.123)).note
+    rounded_up = 4.2069, -4.1982, -3.8312  # all three of them by nearly half a digit, and so is the length by more
+    assert "other angles" in explain(SOMEWHERE, POINT, rounded_up).note
     assert not explain(SOMEWHERE, POINT, (1.3, -2.6, 6.4)).explained  # so coarse that many fit by accident
     off = turned_frame(SOMEWHERE).T @ POINT + [0, 0, 0.5]
     assert "Only z is off" in explain(SOMEWHERE, POINT, off.round(4)).note

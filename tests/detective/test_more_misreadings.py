@@ -136,6 +136,9 @@ def test_names_of_the_trade():
         for rotation in (frame, frame.inv()):
             found = explain(ANGLES, POINT, rotation.apply(POINT).round(6))
             assert name in found.misreadings[0].sentence, str(found)
+    for other in ([b, a, c], [-a, b, c]):  # nobody's: two angles exchanged, one sign reversed
+        found = explain(ANGLES, POINT, Rotation.from_euler("ZYX", other, degrees=True).apply(POINT).round(6))
+        assert "KUKA" not in str(found.misreadings[0])
     assert "left-handed" in explain(ANGLES, POINT, (passive(-ANGLES) @ POINT).round(6)).misreadings[0].sentence
     twice = explain(ANGLES, POINT, (passive(np.deg2rad(ANGLES)) @ POINT).round(6)).misreadings[0]
     assert "converted to radians twice" in twice.sentence

@@ -137,6 +137,19 @@ def test_the_source_takes_the_reading_for_the_error():
 # Any axis, any error
 
 
+@pytest.mark.parametrize(
+    ("axis", "nearest"), [((1, 8, 9), [1, 0, 0]), ((8, -1, 9), [0, 1, 0]), ((8, 9, 1), [0, 0, 1])]
+)
+def test_errors_of_an_oblique_axis_count_from_the_machine_axis_nearest_to_square(axis, nearest):
+    names, plane = rotary_axis.square_to(Rotary("B", "workpiece", axis, (0, 0, 0)))
+    first, second = np.array(plane, dtype=float).T
+    axis = np.array(axis) / np.linalg.norm(axis)
+    expected = nearest - axis * (axis @ nearest)
+    np.testing.assert_allclose(first, expected / np.linalg.norm(expected), atol=1e-12)
+    np.testing.assert_allclose(np.cross(axis, first), second, atol=1e-12)
+    assert names == ["1", "2"]
+
+
 @axes
 @settings(deadline=None, max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1))
@@ -341,6 +354,23 @@ def test_files_of_readings_are_checked(tmp_path, text, message):
     with pytest.raises(InputError) as error:
         dial.identify(dial.read(path))
     assert str(path) in str(error.value) and message in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("measurement", "head"),
+    [
+        (rotary_axis.dial_circle(), "angle,R,dial\n0,100,"),
+        (rotary_axis.ball(AXES["C ISO"]), "angle,x,y,z,ex\n0,100,0,0,"),
+        (rotary_axis.rtcp_zero(), "angle,L,axial\n0,100,"),
+    ],
+    ids=["dial", "ball", "rtcp"],
+)
+def test_readings_beyond_five_millimetres_are_in_another_unit(tmp_path, measurement, head):
+    (tmp_path / "small.csv").write_text(f"{head}5\n", encoding="utf-8")
+    assert measurement.read(tmp_path / "small.csv")
+    (tmp_path / "large.csv").write_text(f"{head}5.1\n", encoding="utf-8")
+    with pytest.raises(InputError, match="within ±5"):
+        measurement.read(tmp_path / "large.csv")
 
 
 @pytest.mark.parametrize(

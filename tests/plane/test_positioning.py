@@ -226,6 +226,17 @@ def test_free_axis_stays_where_it_stands():
         np.testing.assert_allclose(choose(plane, (0, 77)).angles, (0, 77), atol=1e-9)
 
 
+def test_where_both_solutions_are_one_position_it_is_said():
+    plane = align(Plane("PLANE SPATIAL", [0, 0, 30]).frame, AC)
+    for choose in (fanuc, heidenhain, lambda *arguments: siemens(*arguments, direction=1)):
+        assert choose(plane, (0, 77)).why == "both are one position"
+
+
+@pytest.mark.parametrize(("tilt", "free"), [(0.9e-9, True), (1.1e-9, False)])
+def test_an_axis_is_free_if_the_plane_is_square_to_it(tilt, free):
+    assert align(Plane("PLANE SPATIAL", np.degrees([tilt, 0, 0])).frame, AC).free == free
+
+
 def test_table_rot_turns_the_free_axis_of_every_machine(kin):
     outer = align(Frame(np.eye(3)), kin).outer
     axis = np.array(kin.machine.rotary[outer].axis)

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation, Slerp
 from mathpost import machine
 from mathpost.errors import ReachError
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl
+from mathpost.post import cl, singular
 from mathpost.post import proof as module
-from mathpost.post.between_blocks import axis_lag, linearize, subdivide
+from mathpost.post.between_blocks import Motion, axis_lag, follow, linearize, subdivide
 from mathpost.post.proof import (
     AXIS_RESOLUTION,
     RESOLUTION,
@@ -212,6 +212,42 @@ def test_linearized_path_keeps_the_tolerance_in_dense_sampling(kin):
     expected = np.stack([np.interp(found.place, np.arange(30), column) for column in corners.T], axis=1)
     np.testing.assert_allclose(tip, expected, atol=1e-9)
     assert len(linearize(kin, joints, 1e9).joints) == 30
+
+
+LEANING = content((1, 0, 0), (0, 0, 1), tool=(0, -1, 2))  # whose two solutions do not meet at inner zero
+
+
+@pytest.mark.parametrize("turns", [-2, 0, 3])
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("file", [content((1, 0, 0), (0, 0, 1)), LEANING], ids=["upright", "leaning"])
+def test_a_divided_move_stays_on_its_branch_and_in_its_winding(file, side, turns):
+    kin = Kinematics(machine.from_dict(file))
+    joints = np.zeros((2, 5))
+    joints[:, kin.inner] = float(sum(kin.inverse_symbolic.solutions) / 2) + side * np.array([0.3, 0.4])
+    joints[:, kin.outer] = 2 * np.pi * turns + np.array([0.5, 1.7])
+    path = cl.from_arrays(*kin.forward(joints))
+    found = follow(kin, path, Motion.on_part(joints, [0, 1]), 1e-3)
+    assert len(found.joints) > 8
+    np.testing.assert_array_equal(found.joints[[0, -1]], joints)
+    np.testing.assert_allclose(kin.forward(found.joints), path.at(found.place), atol=1e-9)
+    assert np.abs(np.diff(found.joints[:, 3:], axis=0)).max() < 0.3
+
+
+def test_past_a_singular_axis_two_poses_stand_close_beside_it(kin):
+    """The inner axis stands on both sides of it alike, and the outer one by half a turn apart."""
+    if kin.reach[0] > 0:
+        pytest.skip("does not apply: the pole is out of reach")
+    joints, tolerance = np.zeros((2, 5)), 1e-3
+    joints[:, kin.inner] = float(sum(kin.inverse_symbolic.solutions) / 2) + 0.2
+    joints[1, kin.outer] = np.pi
+    path = cl.from_arrays(*kin.forward(joints))
+    found = follow(kin, path, Motion.on_part(joints, [0, 1]), tolerance)
+    poses = kin.forward(found.joints)[1]
+    before = np.abs(np.diff(found.joints[:, kin.outer])).argmax()
+    away = singular.distance(kin, poses[before : before + 2])
+    np.testing.assert_allclose(away, 2 * singular.STILL * tolerance, rtol=1e-2)
+    lag = axis_lag(kin, path, found.joints[:-1], found.joints[1:], found.place[:-1], found.place[1:])
+    assert lag.max() <= tolerance
 
 
 def test_subdivide(kin):

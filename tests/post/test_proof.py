@@ -73,6 +73,22 @@ def test_an_axis_too_far(dmu50v, by_the_pole, program_of):
     proof.prove(dmu50v, by_the_pole, replace(free, seconds=np.full(len(words), 99.0)), along, 1e3, 0.01)
 
 
+def test_a_machine_with_measured_errors_is_looked_at_between_the_middle_and_the_ends(dmu50v):
+    """A slide that leaves its line four times on its way, and is on it in the middle: no derivative tells of it."""
+
+    class Wavy:
+        machine = dmu50v.machine
+
+        def forward(self, joints):
+            tip, axis = dmu50v.forward(joints)
+            return tip + 0.02 * np.sin(np.pi * joints[..., :1] / 25) * [0, 0, 1], axis
+
+    cl = cldata.from_arrays([[0, 0, 0], [100, 0, 0]], [[0, 0, 1]] * 2)
+    result = post.run(cl, dmu50v.machine)
+    found = proof.measured(dmu50v, cl, result.blocks, on_path(result), real=Wavy())
+    assert found.tip_error < 1e-9 and found.path_tip_error == pytest.approx(0.02, rel=1e-2)
+
+
 def test_a_block_too_few(dmu50v, by_the_pole, program_of):
     result = program_of(dmu50v.machine)
     columns = {name: getattr(result.blocks, name)[1:] for name in ("words", "feeds", "seconds", "rapid")}

@@ -142,6 +142,14 @@ def test_a_limited_axis_breaks_with_the_record_and_is_split():
     assert np.flatnonzero(over).tolist() == [split.breaks[0] - 1]
 
 
+def test_how_far_the_machine_comes_counts_from_the_first_record():
+    """From 170° it can only go on to 240°; from the record behind it −120° would be nearer to zero."""
+    kin = limited("ac_table", outer=(-180, 250), inner=(0, 90))
+    joints = np.radians([[0, 0, 0, 30, angle] for angle in (170, 200, 240, 280)])
+    with pytest.raises(ReachError, match=r"record 4: the path breaks here, .*so far A 30.000° C 240.000°"):
+        selection.choose(kin, cldata.from_arrays(*kin.forward(joints)))
+
+
 def test_an_unreachable_record_counts_before_a_break():
     kin = limited("ac_table", outer=(-360, 360), inner=(-50, 50))
     cl = turning(3, count=61)
@@ -276,6 +284,16 @@ def test_without_a_start_the_first_record_is_near_rotary_zero():
     kin = limited("dmu50v", outer=(-700, 700), inner=(0, 100))
     cl = cldata.from_arrays(*kin.forward(np.radians([[0, 0, 0, 30, 100], [0, 0, 0, 30, 101]])))
     np.testing.assert_allclose(np.degrees(selection.choose(kin, cl).joints[:, 4]), [100, 101])
+
+
+@pytest.mark.parametrize("name", ["ac_table", "ac_head"])
+def test_without_a_start_it_is_the_first_record_that_is_near_zero_not_the_last(name):
+    """From 170° to 190°, not from −190° to −170°; of one C is the second rotary axis, of the other the first."""
+    kin = limited(name, outer=(-700, 700), inner=(0, 90))
+    joints = np.zeros((2, 5))
+    joints[:, kin.inner], joints[:, kin.outer] = np.radians(30), np.radians([170, 190])
+    found = selection.choose(kin, cldata.from_arrays(*kin.forward(joints)))
+    np.testing.assert_allclose(np.degrees(found.joints[:, kin.outer]), [170, 190])
 
 
 @pytest.mark.parametrize(("start", "expected"), [(430, 460), (-250, -260), (90, 100)])

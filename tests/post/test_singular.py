@@ -1,6 +1,7 @@
 """The singularity measure, the regions, and every way through them."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -101,12 +102,15 @@ def test_regions_by_rate_whatever_way_the_axis_turns(dmu50v):
     assert found == [(len(cl) - 1 - last, len(cl) - 1 - first)]
 
 
-def test_a_move_at_the_very_rate_of_an_axis_is_no_region(dmu50v):
+@pytest.mark.parametrize("axis", [3, 4])
+def test_a_move_at_the_very_rate_of_an_axis_is_no_region(dmu50v, axis):
+    rotary = [replace(each, max_rate=rate) for each, rate in zip(dmu50v.machine.rotary, (0.5, 0.7), strict=True)]
+    kin = Kinematics(replace(dmu50v.machine, rotary=tuple(rotary)))
     cl = cldata.from_arrays([[0, 0, 0], [1, 0, 0]], [[0, 0, 1]] * 2, feed=600)  # 0.1 s
     for more, found in ((0, []), (1e-9, [(0, 1)])):
         joints = np.zeros((2, 5))
-        joints[1, 4] = 0.1 * dmu50v.machine.max_rates[4] + more
-        assert singular.regions(dmu50v, cl, joints) == found
+        joints[1, axis] = 0.1 * kin.machine.max_rates[axis] + more
+        assert singular.regions(kin, cl, joints) == found
 
 
 def test_nearest_is_what_dense_sampling_finds(kin):
