@@ -11,7 +11,7 @@ from mathpost import angles as euler
 from mathpost.detective.misreadings import written_decimals
 from mathpost.rotation import wrap
 from mathpost.workbook.calculation import SAMPLES, Turn
-from mathpost.workbook.edits import as_around, edits, said
+from mathpost.workbook.edits import INVERSE, as_around, edits, said
 from mathpost.workbook.formula import heads, unrounded, walk
 from mathpost.workbook.given import runs
 from mathpost.workbook.graph import CLOSE, at, beside, same
@@ -44,7 +44,11 @@ class Beside:
             p for p in rest - self.found.composed - judge.fixed.keys() if p in typed or not self._is_known(p)
         }
         for place in sorted(unknown - typed, key=judge.graph.calculation_order):
-            unknown -= {place} if self._is_known(place) or self._is_unlike(place, unknown) else set()
+            follows = self.graph.upstream([place]) & unknown != {place}
+            told = self._is_known(place) or (
+                not follows and (self._is_unlike(place, unknown) or self._is_wrong_angle(place))
+            )
+            unknown -= {place} if told else set()
         self.unjudged = unknown | composed | self._computed_points()
 
     def _scope(self):
@@ -198,6 +202,12 @@ class Beside:
             if fault := self._repaired_before(option, rest):
                 judge.faults.append(fault)
                 return True
+            wrong = [p for p, value in option.items() if not same(judge.now(p), value)]
+            if len(wrong) == 1:
+                judge.put(option)
+                text = f"{self.graph.short(wrong[0])} does not lead back to the point, as the two others do"
+                judge.faults.append(judge.fault(wrong[0], "wrong value", text))
+                return True
             for window in (w for w in self.found.windows if len(w) == 9 and (up & rest).issuperset(w)):
                 other = judge.block(window).reshape(3, 3, -1).swapaxes(0, 1).reshape(9, -1)
                 other = {p: new for p, new in zip(window, other, strict=True) if not same(judge.now(p), new)}
@@ -255,19 +265,21 @@ class Beside:
             angles += [np.array([angle, -angle]) for angle in np.arccos(np.clip((np.array(traces) - 1) / 2, -1, 1))]
             if not turn.axis:
                 both = np.stack([turn.radians, euler.twin(turn.sequence.upper(), turn.radians)], axis=1)
-                angles += [*both.T]
+                angles += [*both.T, *(both - turn.radians[:, None]).T]
         angles = np.array(angles).reshape(-1, 2, SAMPLES)
         return np.array([np.broadcast_to(number, SAMPLES) for number in numbers]), angles
 
-    def _is_known(self, place):
-        """Whether a formula is a determinant, a length, a difference, an angle computed back."""
+    def _is_known(self, place, tree=None):
+        """Whether a formula, or another in its place, is a determinant, a length, an angle computed back."""
         if place not in self.graph.trees:
             return False
-        tree = self.graph.trees[place]
+        tree = tree or self.graph.trees[place]
         value, functions = self.judge.calculate(place, unrounded(tree)), heads(tree)
+        is_angle = not functions.isdisjoint({*INVERSE, "DEGREES"})
+        is_angle |= tree[0] == "-" and not self.found.turning.isdisjoint(self.graph.uses[place])
         if self.graph.component.keys().isdisjoint(self.graph.uses[place]):
             return False  # something empty was taken
-        for radians in (value, np.deg2rad(value)) if functions & {"ATAN2", "ACOS", "ASIN", "DEGREES"} else ():
+        for radians in (value, np.deg2rad(value)) if is_angle else ():
             off = np.abs(wrap(radians - self.angles, 2 * np.pi)).min(axis=1)
             if (off[:, 1:].max(axis=1) < 1e-6).any():
                 return True
@@ -285,6 +297,16 @@ class Beside:
                 continue
             if fault := self.judge.repaired_alone(place, wanted, "wrong reference"):
                 self.judge.faults.append(fault)
+                return True
+        return False
+
+    def _is_wrong_angle(self, place):
+        """Whether one repair makes a cell an angle computed back, which is a fault then."""
+        tried = edits(self.graph, place) if heads(self.graph.tree(place)) & INVERSE else ()
+        for cause, old, new, tree in () if self.judge.unexplained else tried:
+            if self._is_known(place, tree):
+                self.judge.put({place: self.judge.calculate(place, tree)})
+                self.judge.faults.append(self._fault(place, cause, old, new))
                 return True
         return False
 

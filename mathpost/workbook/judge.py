@@ -215,12 +215,12 @@ class Judge:
             elif found is None and (strange or not calculation.is_wrong(self.now)):
                 self.unsure.update(bad)  # right as it stands; other tool axes may not be what it is made for
             elif found is None:
-                place, cause = self._typed_over(bad), "typed over formula"
-                text = f"{place and self.graph.short(place)} is a number, typed where a formula belongs"
-                if place is None:
-                    place, cause = min(bad, key=self.graph.calculation_order), "wrong value"
-                    text = "the result is not what the task asks for, and no single change makes it so"
-                self.faults.append(self.fault(place, cause, text))
+                place, text = (
+                    min(bad, key=self.graph.calculation_order),
+                    "no single change makes it what is asked for",
+                )
+                over = self._typed_over(bad)
+                self.faults.append(self._a_typed_number(over) if over else self.fault(place, "wrong value", text))
                 self.put({p: targets[p] for p in bad})
             if found is None:
                 break
@@ -294,6 +294,10 @@ class Judge:
             return self.fault(place, cause, f"{self.graph.short(place)}: {sentence}")
         return None
 
+    def _a_typed_number(self, place):
+        text = f"{self.graph.short(place)} is a number, typed where a formula belongs"
+        return self.fault(place, "typed over formula", text)
+
     def _typed_over(self, bad):
         """The first number on the way to a wrong result that is no input, nor a constant such as 0, 1 or π."""
         odd = self.graph.upstream(bad) & self.found.typed - self.graph.trees.keys()
@@ -341,6 +345,9 @@ class Judge:
                 best = min(best or (99,), (cost, max(order, own), option, faults), key=lambda b: b[:2])
         if best is None or (best[0] >= UNEXPLAINED and not len(bad) == 1 < len(calculation.targets)):
             return None
+        if best[0] >= UNEXPLAINED and (place := self._typed_over(bad)):
+            self.faults.append(self._a_typed_number(place))
+            return {p: targets[p] for p in bad}
         self.faults += best[3]
         return best[2]
 

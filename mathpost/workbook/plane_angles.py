@@ -222,7 +222,8 @@ def _best(found, line, others):
     judged = [line] * (not given) + [calculated] * (len(line) == 3 > len(calculated) and line[2] in others)
     best = (0, 0, 0), None
     for along, sequence, results in product((1, 2), _sequences(found), judged):
-        for directions in chain(*(_readings(found, v) for v in _directions(found, used, set(line), along))):
+        ways = chain(*(_readings(found, v) for v in _directions(found, used, set(line), along)))
+        for directions in (way for way in ways if not (others and "projected" in way)):
             for degrees in (True, False):
                 plane = Plane(
                     results,
