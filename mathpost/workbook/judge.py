@@ -206,9 +206,9 @@ class Judge:
         """Put in the right things, one after the other, until the results are right."""
         first, said = len(self.faults), said if said.keys() >= calculation.targets.keys() else {}
         while bad := self.bad(calculation.targets):
-            missed = set(self.bad(self.targets)) - calculation.targets.keys()
+            missed = {p: self.targets[p] for p in self.bad(self.targets) if p not in calculation.targets}
             targets = {p: t for p, t in self.targets.items() if p not in missed}
-            found = self._by_labels(calculation, said, bad) or self._earliest(calculation, targets, bad)
+            found = self._by_labels(calculation, said, bad) or self._earliest(calculation, targets, bad, missed)
             strange = not self.graph.upstream(bad).isdisjoint(self.graph.not_evaluated)
             if found is None and not isinstance(calculation, Words):
                 self.unexplained.append(calculation)
@@ -233,7 +233,9 @@ class Judge:
         self._prepare(steps)
         right = [s for s in steps if len(self.bad(s.targets)) <= 1]
         if right and len(self.bad(last.targets)) > 1:
-            right = [s for s in right if s not in self.live]
+            before = {p for s in steps for p in self.graph.upstream(s.results) - set(s.results)}
+            ends = [s for s in steps if not before.issuperset(s.results)]  # two recipes, of which one is wrong
+            right = [s for s in steps if s in right + ends and s not in self.live]
             self.live = [c for c in self.live if c is not last] + right
             self.found.calculations = [c for c in self.found.calculations if c is not last] + right
             self.found.beside.append(last.results)
@@ -333,14 +335,19 @@ class Judge:
 
     # Where.
 
-    def _earliest(self, calculation, targets, bad):
-        """The earliest repair, recorded; returns what it puts where."""
+    def _earliest(self, calculation, targets, bad, missed):
+        """The earliest repair, recorded; returns what it puts where.
+
+        One that changes what other calculations `missed`, and does not mend it, is less likely.
+        """
         best, candidates = None, self._candidates(calculation, targets, bad)
         for order, unit, options in sorted(candidates, key=lambda candidate: candidate[0]):
             if best and best[0] == 0 and order > best[1]:
                 break
             for option in options:
                 cost, faults = self.why.explain(calculation, unit, option)
+                others = {p: missed[p] for p in self.graph.downstream(option) & missed.keys()}
+                cost += 0.1 * bool(others and not self.met(others, self.values_with(option)))
                 own = (*min(map(self.graph.calculation_order, option)), order[-1])
                 best = min(best or (99,), (cost, max(order, own), option, faults), key=lambda b: b[:2])
         if best is None or (best[0] >= UNEXPLAINED and not len(bad) == 1 < len(calculation.targets)):
