@@ -113,7 +113,8 @@ def _elsewhere(graph, place, references, inputs, windows):
     for path, area in references:
         meant = [area_of(places) for places in (*((p,) for p in inputs), *windows)]
         yield from ((path, area, other) for other in meant if other.shape == area.shape)
-        yield from ((path, area, area.moved(-up, 0)) for up in range(5, 60) if not area.fixed[0])
+        far = range(5, 60 if not area.fixed[0] else 5)
+        yield from ((path, area, area.moved(sign * rows, 0)) for sign in (-1, 1) for rows in far)
 
 
 def _longer(area):

@@ -326,6 +326,9 @@ class Judge:
         wrong = {p for p in scope if not same(self.now(p), said[p])}
         first = [p for p in wrong if len(self.graph.upstream([p]) & wrong) == 1]
         for place in sorted(first, key=self.graph.calculation_order)[:1]:
+            before = self.graph.upstream([place]) - {place, *said, *self.found.turning, *self.found.typed}
+            if not all(any(same(self.now(p), entry) for entry in calculation.entries) for p in before):
+                return None  # the cause may be a cell without a label
             units = [*self.found.windows, *self._lines(calculation, scope), (place,)]
             unit = next(unit for unit in units if place in unit)
             option = {p: said[p] for p in unit if p in wrong}
