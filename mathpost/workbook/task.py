@@ -17,7 +17,7 @@ ONE_AXIS = r"(?:about|around|\bum|autour de|绕)(?:\s|\(|the|die|der|den|l'axe|n
 FIXED = r"fixed axes|extrins|feste[nr]? achsen|固定(坐标)?轴|外旋|static axes"
 OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵))"  # active matrices may make a passive rotation
 ACTIVE, PASSIVE = (rf"(?:{word}){OF_MATRICES}" for word in (r"\bactive|aktiv|主动", r"passiv|被动"))
-TRANSPOSED = r"transpo|转置|[)^][Tᵀ]\b|ᵀ"
+TRANSPOSED = r"transpo|转置|(?:\)|active|aktiv)\^?[Tᵀ]\b|ᵀ"
 
 
 @dataclass(frozen=True)
