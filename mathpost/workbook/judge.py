@@ -141,7 +141,11 @@ class Judge:
         said = self._as_the_labels_say() if not self.met(self.targets) else {}
         if not (said or self.met(self.targets)) and self.found.by == "source 000":
             self.reading = self._other_reading(self.live, euler.SEQUENCES[1:])
+        unsure = {*self.unexplained}  # what turns by the angles of a plane that may be none is not repaired
         for calculation in () if self.reading else [c for c in self.live if c not in planes]:
+            if getattr(calculation, "plane", None) in unsure and self.bad(calculation.targets):
+                self.unexplained.append(calculation)
+                continue
             self._repair(calculation, said)
         for calculation in self.unexplained[:]:
             self._as_a_mistake(calculation)

@@ -168,6 +168,8 @@ class Recognised(Given):
             if len(whole) == 4 and fourth and 1 in (len({p[n] for p in whole}) for n in (1, 2)):
                 line = whole
             inside, apart = left.intersection(line), right > 1
+            if not graph.messages.isdisjoint(line):
+                continue
             if apart and (len(inside) < 3 or not left.isdisjoint(offset(line[0], 0, n) for n in range(1, right))):
                 continue
             if len(inside) >= 2 and (apart or all(self.graph.component.get(p) is whole for p in line)):
