@@ -1,6 +1,7 @@
 """Which cells of a sheet are given, and which are matrices with their zeros and ones: told by who uses them."""
 
 import re
+from collections import Counter
 from itertools import product, takewhile
 
 import numpy as np
@@ -34,7 +35,7 @@ class Given:
         return tuple(sorted(places, key=self.graph.reading_order))
 
     def matrices(self):
-        graph, found = self.graph, set()
+        graph, found = self.graph, Counter()
         for _, part in graph.parts:
             if part[0] in ("MMULT", "TRANSPOSE", "MDETERM", "MINVERSE"):
                 found.update(tuple(a.places) for a in areas(part) if a.shape in ((3, 3), (4, 4)))
@@ -49,21 +50,26 @@ class Given:
                 # Three points in rows use numbers typed in their own row; a matrix does not.
                 own = [any(s[1] == p[1] and s in self.typed for s in graph.uses.get(p, [p])) for p in tile]
                 if max(sides) == size or (len(uses) >= 2 and not all(own)):
-                    found.add(tile)
+                    found[tile] = 99
         for component in graph.components:  # nine elements in one line
             for line in runs([p for p in component if p in graph.trees or graph.value(p) in (0, 1)]):
                 numbers = [graph.own.get(p) for p in line] if len(line) == 9 else [None]
                 if any(p in graph.trees for p in line) and None not in numbers and may_turn(numbers):
-                    found.add(line)
-        for window in list(found):
+                    found[line] = 1
+        for window, votes in list(found.items()):
+            others = [o for o in found if o != window and found[o] >= votes and found[o] > 1]
             numbers = [graph.value(p) for p in window if p not in graph.trees]
             # A matrix has formulas, or else numbers such as cosines and sines make: it is no table of points.
             typed = len(numbers) == len(window) and None not in numbers
             table = typed and (all(n % 1 == 0 for n in numbers) or not may_turn(numbers))
             typed = {p for p in window if p in self.typed and abs(graph.own[p]) > 1}
             table |= len(typed) > (1 if len(window) == 9 else 3)
-            if table or self.turning & set(window) or not graph.component.keys() >= set(window):
-                found.remove(window)
+            table |= any(len({p[n] for p in typed}) == 1 for n in (1, 2)) and len(typed) > 2
+            numbers = [graph.own.get(p) for p in window]
+            table |= len(window) == 16 and [0, 0, 0, 1] not in (numbers[12:], numbers[3::4])
+            overlaps = any(not set(window).isdisjoint(other) for other in others)
+            if table or overlaps or self.turning & set(window) or not graph.component.keys() >= set(window):
+                del found[window]
         return sorted(found, key=lambda w: graph.reading_order(w[0]))
 
     def _turning(self):

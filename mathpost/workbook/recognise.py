@@ -93,6 +93,21 @@ class Recognised(Given):
             for row in rows:
                 row.origin = Counter(each.origin for each in rows).most_common(1)[0][0]
                 row.shift = Counter(each.shift for each in rows).most_common(1)[0][0]
+            self._give_points(rows)
+
+    def _give_points(self, rows):
+        """Give a row of a table the point that stands in it as those of the others do, and that no formula uses."""
+        apart = Counter(
+            tuple(a - b for a, b in zip(row.point[0][1:], row.results[0][1:], strict=True))
+            for row in rows
+            if row.point
+        )
+        for (down, right), votes in apart.most_common(1):
+            for row in rows if votes > 2 else ():
+                _, top, left = row.results[0]
+                own = [offset(p, top + down - row.point[0][1], left + right - row.point[0][2]) for p in row.point]
+                if self.typed.issuperset(own) and self.graph.used.keys().isdisjoint(own):
+                    row.point = tuple(own)
 
     def _is_combined(self, triple, finals):
         """Whether a vector is made of several that go back to different points, as a mean is."""
@@ -268,6 +283,7 @@ class Recognised(Given):
     def _made_by_formulas(self, triple):
         """A point that is calculated, or is 0 without being moved: three in line that all cells of a vector use."""
         used = set.intersection(*(set(self.graph.uses.get(p, ())) for p in triple[:3])) - self.turning
+        used -= {p for window in self.windows for p in window}
         return next((line for line in runs(used) if len(line) == 3), ())
 
     def _as_labelled(self, point):
