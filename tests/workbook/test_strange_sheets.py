@@ -498,3 +498,27 @@ def test_a_mean_below_points_of_which_some_are_whole_numbers(tmp_path):
     cells = _points(((1, 0, 0), (2, 3, 1), (-5, 4, 2.5), (0, -6, 7), (8, 8, -8)))
     cells |= {f"{c}11": f"=AVERAGE({c}6:{c}10)" for c in "STUVWX"}
     assert _check(tmp_path, cells).verdict == "right"
+
+
+def test_a_row_that_takes_the_point_of_the_next_one(tmp_path):
+    """Its own result is then right for another point, and no number differs from one that is right."""
+    points = ((1, 2, 3), (2, 3, 1), (-5, 4, 2.5), (3, -6, 7), (8, 9, -8))
+    cells = _points(points)
+    assert _check(tmp_path, cells).verdict == "right"
+    cells |= {f"{c}8": re.sub(r"(?<=[STU])8", "9", cells[f"{c}8"]) for c in "VWX"}
+    report = _check(tmp_path, cells)
+    assert (report.faults[0].cell, report.verdict) == ("Sheet!V8", "wrong"), report
+
+
+def test_an_angle_computed_back_with_its_arguments_exchanged(tmp_path):
+    cells = _sheet() | {"B20": "=DEGREES(ATAN2(I8,-J8))", "B21": "=B20-B1"}
+    report = _check(tmp_path, cells)
+    assert (report.faults[0].cell, report.faults[0].cause) == ("Sheet!B20", "atan2 order"), report
+    assert _check(tmp_path, cells | {"B20": "=DEGREES(ATAN2(-J8,I8))"}).verdict == "right"
+
+
+def test_a_typed_element_that_fits_one_of_three_points_is_not_blamed_for_another(tmp_path):
+    """Each number in a row of a matrix can make one point right; only the one that is wrong makes all right."""
+    cells = _points(((1, 2, 3), (2, 3, 1), (-5, 4, 2.5))) | {"C11": 0.8}
+    report = _check(tmp_path, cells)
+    assert [fault.cell for fault in report.faults] == ["Sheet!C11"], report
