@@ -16,10 +16,10 @@ from mathpost.workbook.formula import heads, unrounded, walk
 from mathpost.workbook.given import runs
 from mathpost.workbook.graph import CLOSE, at, beside, same
 from mathpost.workbook.plane_angles import Plane
+from mathpost.workbook.why import TRANSPOSED
 
 MOST = 20  # points of which each two are compared
 CORNERS = 6  # points of which each two edges are
-TURNED = "transposed", "the matrix should be transposed"
 
 
 class Beside:
@@ -214,7 +214,7 @@ class Beside:
                 values = judge.values_with(other)
                 if all(same(values[p], value) for p, value in option.items()):
                     judge.put(other)
-                    judge.faults += [judge.fault(p, *TURNED) for p in other]
+                    judge.faults += [judge.fault(p, *TRANSPOSED) for p in other]
                     return True
             if block := judge.why.of_the_block(turn, triple, option):
                 judge.put(option)

@@ -108,7 +108,7 @@ def _unlike_the_text(graph, found):
     given = {places: tuple(graph.own[p] for p in places) for places in given if found.typed.issuperset(places)}
     for text, (places, numbers) in product(said - {*given.values()}, given.items()):
         alike = [abs(a - b) < 1e-6 for a, b in zip(text, numbers, strict=True)]
-        if sum(alike) == 2:
+        if sum(alike) == 2 and any(same for same, number in zip(alike, numbers, strict=True) if number):
             yield f"{graph.range(places)} is {_three(numbers)}, and a text says {_three(text)}"
 
 

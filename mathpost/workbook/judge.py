@@ -219,12 +219,10 @@ class Judge:
             elif found is None and (strange or not calculation.is_wrong(self.now)):
                 self.unsure.update(bad)  # right as it stands; other tool axes may not be what it is made for
             elif found is None:
-                place, text = (
-                    min(bad, key=self.graph.calculation_order),
-                    "no single change makes it what is asked for",
-                )
+                place = min(bad, key=self.graph.calculation_order)
+                fault = self.fault(place, "wrong value", "no single change makes the result what is asked for")
                 over = self._typed_over(bad)
-                self.faults.append(self._a_typed_number(over) if over else self.fault(place, "wrong value", text))
+                self.faults.append(self._a_typed_number(over) if over else fault)
                 self.put({p: targets[p] for p in bad})
             if found is None:
                 break

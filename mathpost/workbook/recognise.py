@@ -36,8 +36,9 @@ class Recognised(Given):
         self.calculations, self.steps, self.beside, self.depends = [], [], [], {}
         self.sequence, self.active, self.by = reading(task, self.text)
         self.planes = [] if task.machine is not None or task.cells else [*find_planes(self)]
-        self.windows = self.matrices()
-        self.constants = self.never_moved()
+        given = {p for plane in self.planes for p in plane.given}
+        self.windows = [w for w in self.matrices() if given.isdisjoint(w)]
+        self.constants = self.never_moved() - given
         inputs = {p for p in self.typed if not self.composed.issuperset(graph.used.get(p, ()))} - self.constants
         self.angles, self.lengths = inputs & self.turning, inputs - self.turning
         if task.machine is not None:
@@ -340,7 +341,7 @@ class Recognised(Given):
         """Take angles, point, origin and result from where the caller says that they stand."""
         given = {name: tuple(self.graph.named(name, text).places) for name, text in cells.items()}
         sizes = {"angles": (3,), "result": (3, 4, 9, 16), "origin": (0, 3)}
-        sizes["point"] = (0, 3) if len(given["result"]) > 4 else (3,)
+        sizes["point"] = (0, 3) if len(given.get("result", ())) > 4 else (3,)
         for name, allowed in sizes.items():
             places = given.setdefault(name, ())
             if len(places) not in allowed:

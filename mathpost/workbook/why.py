@@ -12,6 +12,7 @@ from mathpost.workbook.formula import Area, areas, heads, text_of, walk
 from mathpost.workbook.graph import SAMPLES, beside, same
 
 UNLIKELY, UNEXPLAINED = 2.0, 3.0  # what a repair costs that an odd change of the formula explains, or none
+TRANSPOSED = "transposed", "the matrix should be transposed"  # cause and sentence
 SIZES = {9: 3, 16: 4, 3: 3, 4: 4}  # rows of so many cells
 
 
@@ -141,7 +142,7 @@ class Why:
         windows = {w: matrix(w) for w in self.found.windows if len(w) == size * size and w != unit}
         if square and same(now, _turned(wanted)):
             copy = all(self.graph.tree(p)[0] == "area" for p in unit)
-            return "transposed", "the matrix should be transposed", UNLIKELY * (not copy)
+            return *TRANSPOSED, UNLIKELY * (not copy)
         lines = {p for c in self.judge.live for p in (c.point, c.results)}.union(self.graph.components)
         others = windows if square else {c: matrix(c) for c in lines if len(c) == size and c != unit}
         turned = [] if square else [(w, _turned(each)) for w, each in windows.items()]

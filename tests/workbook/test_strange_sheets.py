@@ -522,3 +522,9 @@ def test_a_typed_element_that_fits_one_of_three_points_is_not_blamed_for_another
     cells = _points(((1, 2, 3), (2, 3, 1), (-5, 4, 2.5))) | {"C11": 0.8}
     report = _check(tmp_path, cells)
     assert [fault.cell for fault in report.faults] == ["Sheet!C11"], report
+
+
+def test_a_text_that_has_only_zeros_in_common_with_a_point_is_no_typing_error(tmp_path):
+    cells = _sheet(point=(0, 0, 5))
+    assert _check(tmp_path, cells | {"F1": "clamp at (0, 0, 30)"}).verdict == "right"
+    assert _check(tmp_path, _sheet(point=(7, 0, 5)) | {"F1": "given: (7, 0, 50)"}).verdict == "unclear"

@@ -204,6 +204,8 @@ def test_cells_that_the_caller_names(tmp_path):
     for bad in ({"angles": "A1:A4"}, {"angles": "there"}, {"angles": "No!A1:A3"}):
         with pytest.raises(InputError):
             check_file(path, Task(cells={**named, **bad}))
+    with pytest.raises(InputError, match="no result"):
+        check_file(path, Task(cells={"angles": named["angles"], "point": named["point"]}))
 
 
 def test_an_input_that_is_not_the_tasks_is_wrong():
