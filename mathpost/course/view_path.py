@@ -72,7 +72,7 @@ def past_the_pole(kin):
         plane = np.cos(np.radians(distance)) * pole + np.sin(np.radians(distance)) * across
         axes = np.outer(np.cos(np.radians(tilts)), plane) + np.outer(np.sin(np.radians(tilts)), side)
         angles = np.degrees(np.unwrap(kin.inverse([0, 0, 0], axes)[..., 3:], axis=0))
-        angles -= 360 * np.rint(angles[len(tilts) // 2] / 360)
+        angles -= 360 * np.rint(angles[len(tilts) // 2] / 360 - 1e-9)  # at ±180 always the same
         for (axis, branch), line in lines.items():
             line.set_ydata(angles[:, branch, axis])
         turned = np.abs(np.diff(angles[:, 0, 1 - inner]))
