@@ -146,8 +146,8 @@ def globe():
     text = "longitude {:2}°; per degree of tilt it turns by {:2}°: C has to turn at {:1}°/s"
     text = [(text, sp.deg(LONGITUDE), rate, rate * SPEED)]
     text.append(("at the nearest point by {:2}°: at {:1}°/s", rate.subs(TILT, 0), rate.subs(TILT, 0) * SPEED))
-    sliders = [slider("distance from the pole", 0.2, 30, 4, step=0.1), slider("tilt", -50, 50, -12)]
-    sliders.append(slider("speed of the tool", 1, 60, 10, unit="°/s"))
+    sliders = [slider("distance", 0.2, 30, 4, step=0.1), slider("tilt", -50, 50, -12)]
+    sliders.append(slider("tool speed", 1, 60, 10, unit="°/s"))
     symbols, places = (DISTANCE, TILT, SPEED), {"C": ACTIVE["Z"](LONGITUDE)}
     buttons = [("through it", [0.2, None, None]), ("nearest point", [None, 0, None])]
     return formula([scene], symbols, sliders, places, text, buttons=buttons)
@@ -166,8 +166,8 @@ def pass_by(limit):
     above.set(ylabel="C, degrees", ylim=(-95, 95), xlim=(-2, 2))
     below.set(ylabel="speed of C, °/s", ylim=(0, 600), xlabel="time, s")
     below.legend(loc="upper right")
-    sliders = [slider("distance from the pole", 0.2, 20, 4, step=0.1)]
-    sliders.append(slider("speed of the tool", 2, 60, 20, unit="°/s"))
+    sliders = [slider("distance", 0.2, 20, 4, step=0.1)]
+    sliders.append(slider("tool speed", 2, 60, 20, unit="°/s"))
     text, follows = "C has to reach {:0}°/s; it can follow from {:2}° on", sp.deg(sp.asin(SPEED / limit))
     return printed(figure, moving, (DISTANCE, SPEED), sliders, [(text, rate.subs(TILT, 0), follows)], height=520)
 
