@@ -192,7 +192,7 @@ def clamped(rows):
     moving.line(below, "cubic", [(2 + at, slope.subs(t, at)) for at in places])
     moving.line(below, "cubic", [(2 + t, slope)], "o")
     above.set(ylabel="C, degrees", ylim=(-70, 250))
-    below.set(ylabel="slope, ° per record", ylim=(-420, 60), xlim=(1.8, 3.2), xlabel="virtual time, records")
+    below.set(ylabel="slope, ° per record", ylim=(-420, 140), xlim=(1.8, 3.2), xlabel="virtual time, records")
     above.legend(loc="upper right")
     sliders = [slider("t", 0, 1, 0.3, step=0.01, unit="")]
     sliders += [slider(name, 0.02, 2, 1, step=0.01, unit="") for name in ("Δt₁", "Δt₂")]
