@@ -201,7 +201,6 @@ def towards_the_pole(compensator, joints, tilt):
         axes.loglog(degrees, 1e3 * np.maximum(tip, 1e-8), style, color=plot.COLOUR[role], label=name)
     marks = [axes.plot([], [], "o", color=plot.COLOUR[role])[0] for role, _ in curves.values()]
     axes.set(xlabel="tilt, deg", ylabel="error at the tip, µm")
-    axes.invert_xaxis()
     axes.legend()
 
     def update(log_tilt):
@@ -212,4 +211,4 @@ def towards_the_pole(compensator, joints, tilt):
         said = "; ".join(f"{name} {1e3 * tip[at]:.3f} µm" for name, (_, tip) in curves.items())
         return [f"tilt {degrees[at]:.4f} deg: {said}; the whole step turns {turn:.4f} deg"]
 
-    return recorded(figure, update, slider("log tilt", -3, 1.5, 1.5, step=0.025, unit=""))
+    return recorded(figure, update, slider("log tilt", -3, 1.5, -2, step=0.025, unit=""))
