@@ -105,7 +105,7 @@ def rotation_centre(rotary):
     for marker, height, rows in zip("ox", heights, (slice(12), slice(12, 24)), strict=True):
         dots = [(1000 * x, 1000 * y) for x, y in zip(read[0][rows], read[1][rows], strict=True)]
         moving.line(left, "tool", dots, marker, label=f"z = {height:.0f}")
-    left.set(xlim=(-90, 90), ylim=(-90, 90), xlabel="e_x (µm)", ylabel="e_y (µm)", aspect="equal")
+    left.set(xlim=(-130, 130), ylim=(-130, 130), xlabel="e_x (µm)", ylabel="e_y (µm)", aspect="equal")
     moving.line(right, "published", list(enumerate(symbols[:4])), "_", markersize=24, label="true")
     moving.line(right, "workpiece", list(enumerate(got)), "o", label="recovered, ±3σ")
     for place, (value, half) in enumerate(zip(got, spread, strict=True)):
@@ -114,7 +114,7 @@ def rotation_centre(rotary):
     for axes in (left, right):
         axes.legend(fontsize=8)
     rows = list(zip(names, (10, -6, -30, 40), ("µm", "µm", "µrad", "µrad"), strict=True))
-    sliders = [slider(name, -60, 60, start, unit=unit) for name, start, unit in rows]
+    sliders = [slider(name, -50, 50, start, unit=unit) for name, start, unit in rows]
     sliders.append(slider("noise", 0, 10, 1, step=0.5, unit="µm"))
     text = ", ".join(f"{name} {{:1}} ± {{:1}} {unit}" for name, _, unit in rows)
     numbers = [number for pair in zip(got, spread, strict=True) for number in pair]
