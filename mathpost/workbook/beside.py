@@ -37,6 +37,8 @@ class Beside:
         self.places, rest = self._scope()
         self.numbers, self.angles = self._known_numbers()
         rest -= self._judge_vectors(rest)
+        self._compare_copies(rest)
+        self._compare_solutions(rest)
         composed = {p for p in self.found.composed if not (self._is_degrees_and_minutes(p) or self._goes_on(p))}
         composed -= {p for p in judge.found.sorted(composed) if self._are_wrong_minutes(p)}
         typed = self.found.typed - self.found.composed
@@ -171,6 +173,46 @@ class Beside:
                 judged.update(triple)
         return judged
 
+    def _compare_copies(self, rest):
+        """Record copies of a result's three cells in another order than theirs, and than their labels say."""
+        copies = {p: s for p in rest if (s := self._copied(p)) != p}
+        for turn in self.turns:
+            mine = [p for p in self.found.sorted(copies) if copies[p] in turn.results[:3]]
+            for line in {tuple(p for p in mine if (p[0], p[n]) == (q[0], q[n])) for q in mine for n in (1, 2)}:
+                said = [self.found.coordinate(p) for p in line]
+                order = [word[0] for word in said] if len({*said} - {None}) == 3 else [0, 1, 2]
+                for place, k in zip(line, order, strict=True) if len(line) == 3 else ():
+                    if copies[place] != turn.results[k]:
+                        text = f"{self.graph.short(copies[place])} should be {self.graph.short(turn.results[k])}"
+                        text = f"{self.graph.short(place)}: {text}"
+                        self.judge.faults.append(self.judge.fault(place, "wrong reference", text))
+
+    def _compare_solutions(self, rest):
+        """Record an angle computed back that is of the other solution than those beside it."""
+        judge = self.judge
+        inverse = [p for p in self.found.sorted(rest) if heads(self.graph.tree(p)) & INVERSE]
+        for turn in {turn.angles: turn for turn in self.turns if not turn.axis}.values():
+            found, (_, *both) = {}, _solutions(turn)
+            for place, (k, angle) in product(inverse, enumerate(np.transpose(both, (2, 0, 1)))):
+                for unit in (1.0, np.pi / 180):
+                    off = np.abs(wrap(judge.now(place) * unit - angle, 2 * np.pi))[:, 1:]
+                    fits = off.max(axis=1) < 1e-6
+                    if fits.any():
+                        found.setdefault(k, []).append((place, fits, angle / unit))
+            votes = np.sum([fits for each in found.values() for _, fits, _ in each], axis=0)
+            for ((place, fits, angles),) in found.values() if {*map(len, found.values())} == {1} else ():
+                if not fits[votes.argmax()]:
+                    fault = judge.repaired_alone(place, angles[votes.argmax()])
+                    text = f"{self.graph.short(place)} is of the other solution than the angles beside it"
+                    judge.faults.append(fault or judge.fault(place, "branch", text))
+
+    def _copied(self, place):
+        """The cell of which a cell is a copy, or a copy of a copy."""
+        graph = self.graph
+        while graph.tree(place)[0] == "area" and len(graph.uses[place]) == 1 and place not in graph.circular:
+            (place,) = graph.uses[place]
+        return place
+
     def _repaired_before(self, wanted, rest):
         """The fault of an earlier cell of `rest`, nothing known, if one repair of it makes all `wanted` right."""
         graph, judge = self.graph, self.judge
@@ -264,8 +306,8 @@ class Beside:
             numbers += traces
             angles += [np.array([angle, -angle]) for angle in np.arccos(np.clip((np.array(traces) - 1) / 2, -1, 1))]
             if not turn.axis:
-                both = np.stack([turn.radians, euler.twin(turn.sequence.upper(), turn.radians)], axis=1)
-                angles += [*both.T, *(both - turn.radians[:, None]).T]
+                for solution in _solutions(turn):
+                    angles += [[each, each] for each in (*solution.T, *(solution - turn.radians).T)]
         angles = np.array(angles).reshape(-1, 2, SAMPLES)
         return np.array([np.broadcast_to(number, SAMPLES) for number in numbers]), angles
 
@@ -347,6 +389,13 @@ def _axes(turn):
     with np.errstate(invalid="ignore"):  # nothing is turned
         vectors += [each / np.linalg.norm(each, axis=0) for each in vectors]
     return [sign * each for each in vectors for sign in (1, -1)]
+
+
+def _solutions(turn):
+    """Its angles as they are, and computed back: with the middle one in one half turn, or always in the other."""
+    own, twin = turn.radians, euler.twin(turn.sequence.upper(), turn.radians)
+    middle = (np.sin if turn.sequence[0] == turn.sequence[2] else np.cos)(own[:, 1:2]) > 0
+    return own, np.where(middle, own, twin), np.where(middle, twin, own)
 
 
 def _of_a_sample(vectors, axis):

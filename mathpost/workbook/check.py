@@ -88,7 +88,7 @@ def check_file(path, task=None):
     for calculation in judge.unexplained:
         text = "is not what the task asks for, and no single change makes it so"
         found.problems.append(f"{graph.range(calculation.results)} {text}")
-    unlike = [*_unlike_the_text(graph, found)]
+    unlike = [*_unlike_the_text(graph, found), *_typed_twice(graph, found)]
     found.problems += [text for triple, text in found.doubts.items() if not beside.unjudged.isdisjoint(triple)]
     unclear = not found.calculations or found.problems or judge.reading
     if unclear and not (judge.faults or judge.reading or task.machine):
@@ -110,6 +110,25 @@ def _unlike_the_text(graph, found):
         alike = [abs(a - b) < 1e-6 for a, b in zip(text, numbers, strict=True)]
         if sum(alike) == 2 and any(same for same, number in zip(alike, numbers, strict=True) if number):
             yield f"{graph.range(places)} is {_three(numbers)}, and a text says {_three(text)}"
+
+
+def _typed_twice(graph, found):
+    """Yield inputs that stand in two places, the same but for one number: a typing error?"""
+    own = graph.own
+    given = {(*c.angles, *c.point, *c.origin): c for c in found.calculations}
+    given = [places for places in given if found.typed.issuperset(places)]
+    unused = found.lines(found.typed - graph.used.keys(), 3)
+    threes = {c for each in found.calculations for c in (each.angles, each.point, each.origin) if len(c) == 3}
+    pairs = [*product((c for c in threes if found.typed.issuperset(c)), unused)]
+    if len(given) == 2 and len({graph.component[places[0]] for places in given}) == 2:
+        pairs.append(given)
+    for a, b in pairs:
+        if len(a) == len(b) and set(a).isdisjoint(b):
+            other = [(p, q) for p, q in zip(a, b, strict=True) if own[p] != own[q]]
+            same = {own[p] for p in a} & {own[q] for q in b} - {0}
+            if len(other) == 1 and len(same) > 1:
+                p, q = other[0]
+                yield f"{graph.address(p)} is {own[p]:g} and {graph.address(q)} {own[q]:g}, all else twice the same"
 
 
 def _three(numbers):

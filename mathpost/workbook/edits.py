@@ -166,8 +166,8 @@ def _factors(tree):
 
 
 def _reversed(part, path):
-    if part[0] == "-":
-        yield "sign", ("-", part[2], part[1])
+    if part[0] in ("-", "/"):
+        yield "sign" if part[0] == "-" else "wrong value", (part[0], part[2], part[1])
 
 
 def _signs(part, path):

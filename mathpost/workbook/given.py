@@ -7,7 +7,7 @@ from itertools import product, takewhile
 import numpy as np
 
 from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY
-from mathpost.workbook.formula import areas, heads
+from mathpost.workbook.formula import areas, heads, walk
 from mathpost.workbook.label import read_label
 
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
@@ -113,11 +113,16 @@ class Given:
         near = np.abs(abs(self.graph.own.get(place) or 0.0) - factors) < 1e-4 * factors
         return place in self.typed and bool(near.any())
 
+    def _scales(self, place, source):
+        """Whether a formula multiplies or divides by a cell."""
+        parts = (part for _, part in walk(self.graph.tree(place)) if part[0] in ("*", "/"))
+        return any(child[0] == "area" and source in child[1].places for _, *inner in parts for child in inner)
+
     def never_moved(self):
         """Typed numbers that are not given: zeros and ones of matrices, numbers over formulas, conversions."""
         graph, found = self.graph, self.typed & {p for window in self.windows for p in window}
         for place in self.turning & self.typed:  # 180 or π multiplies or divides several others
-            users = graph.used.get(place, ())
+            users = [p for p in graph.used.get(place, ()) if self._scales(p, place)]
             partners = {s for user in users for s in graph.uses[user]} - {place}
             found |= {place} if self._converts(place) and min(len(users), len(partners)) >= 2 else set()
         given = self.typed & graph.used.keys() - self.turning - found

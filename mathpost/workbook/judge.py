@@ -433,6 +433,8 @@ class Judge:
         if place in self.found.turning:
             for a in calculation.radians.T:
                 yield from (a, -a, np.rad2deg(a), -np.rad2deg(a), a / 2)
+        if place in self.found.constants:
+            yield from (np.full(SAMPLES, factor) for factor in CONVERSIONS)
         seen = [self.now(place)]
         for *_, tree in edits(self.graph, place) if place in self.graph.trees else ():
             value = self.calculate(place, tree)

@@ -59,8 +59,7 @@ class Recognised(Given):
         graph, finals = self.graph, []
         self._respond()
         inner = {w: w if len(w) == 9 else (*w[:3], *w[4:7], *w[8:11]) for w in self.windows}
-        moving = {p for p, depends in self.depends.items() if not self.lengths.isdisjoint(depends)}
-        self.windows = [w for w in self.windows if len(moving.intersection(inner[w])) < 4]
+        self.windows = [w for w in self.windows if len(self.vectors.intersection(inner[w])) < 4]
         for triple in self._triples():
             trees, up = [graph.trees.get(p, ("text",)) for p in triple], graph.upstream(triple)
             # A result less what was expected, or than another result, is a check and not a step.
@@ -180,7 +179,7 @@ class Recognised(Given):
             whole = self.graph.component[place]
             line = tuple(offset(place, (n - k) * down, (n - k) * right) for n in range(3))
             fourth = whole[-1] not in graph.messages and not abs(graph.own[whole[-1]] - 1) > 0  # 1, or an error
-            fourth |= graph.is_array((whole[0], whole[-1]))
+            fourth |= graph.is_array((whole[0], whole[-1])) or graph.form(whole[-1]) == graph.form(whole[0])
             if len(whole) == 4 and fourth and 1 in (len({p[n] for p in whole}) for n in (1, 2)):
                 line = whole
             inside, apart = left.intersection(line), right > 1
@@ -284,7 +283,7 @@ class Recognised(Given):
     def _made_by_formulas(self, triple):
         """A point that is calculated, or is 0 without being moved: three in line that all cells of a vector use."""
         used = set.intersection(*(set(self.graph.uses.get(p, ())) for p in triple[:3])) - self.turning
-        used -= {p for window in self.windows for p in window}
+        used = used.intersection(self.graph.component) - {p for window in self.windows for p in window}
         return next((line for line in runs(used) if len(line) == 3), ())
 
     def _as_labelled(self, point):
@@ -292,18 +291,18 @@ class Recognised(Given):
         for order in (1, -1) if point else ():
             _, near, end = point[::order]
             moved = (near, end, offset(end, end[1] - near[1], end[2] - near[2]))[::order]
-            if self.typed.issuperset(moved) and [*map(self._coordinate, moved)] == [(0,), (1,), (2,)]:
+            if self.typed.issuperset(moved) and [*map(self.coordinate, moved)] == [(0,), (1,), (2,)]:
                 return moved
         return point
 
-    def _coordinate(self, place):
+    def coordinate(self, place):
         """Which coordinate a text says that stands before a number, in its row or column."""
         cells = self.graph.cells
         for down, right in ((0, -1), (-1, 0)):
             before = (cells.get(offset(place, n * down, n * right)) for n in range(1, 60))
             texts = (c.value for c in before if c and isinstance(c.value, str))
             role = read_label(next(texts, ""))
-            if role and role.kind == "coordinate":
+            if role and role.kind in ("coordinate", "outcome"):
                 return role.word
         return None
 

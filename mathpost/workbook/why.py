@@ -114,7 +114,10 @@ class Why:
         around = around if len(around) <= 16 else [p for p in around if p[1] == place[1]]
         pool = [*(s for p in around for s in graph.uses.get(p, ())), *calculation.given]
         pool = dict.fromkeys([*pool, *(near for s in graph.uses[place] for near in beside(s))])
-        factors = [("number", float(lacking[1])), *(("area", Area(*p, *p[1:])) for p in pool if p in graph.cells)]
+        factors = [
+            ("number", float(lacking[1])),
+            *(("area", Area(*p, *p[1:])) for p in pool if p in graph.cells and p != place),
+        ]
         parts = [part for p in around for _, part in walk(graph.tree(p))]
         factors += [part for part in parts if part[0] in TRIGONOMETRY]
         factors = {text_of(tree): tree for tree in factors}

@@ -528,3 +528,57 @@ def test_a_text_that_has_only_zeros_in_common_with_a_point_is_no_typing_error(tm
     cells = _sheet(point=(0, 0, 5))
     assert _check(tmp_path, cells | {"F1": "clamp at (0, 0, 30)"}).verdict == "right"
     assert _check(tmp_path, _sheet(point=(7, 0, 5)) | {"F1": "given: (7, 0, 50)"}).verdict == "unclear"
+
+
+def test_copies_of_a_result_in_another_order(tmp_path):
+    summary = {"O6": "=M6", "O7": "=M7", "O8": "=M8"}
+    assert _check(tmp_path, _sheet() | summary).verdict == "right"
+    report = _check(tmp_path, _sheet() | summary | {"O6": "=M7", "O7": "=M6"})
+    said = [(fault.cell, fault.message) for fault in report.faults]
+    assert said == [("Sheet!O6", "O6: M7 should be M6"), ("Sheet!O7", "O7: M6 should be M7")], report
+    labelled = {"N6": "y'", "N7": "x'", "N8": "z'", "O6": "=M7", "O7": "=M6", "O8": "=M8"}
+    assert _check(tmp_path, _sheet() | labelled).verdict == "right"
+
+
+def test_inputs_typed_twice_that_differ_in_one_number(tmp_path):
+    again = {"R1": 135, "S1": 54.7356, "T1": -90}
+    assert _check(tmp_path, _sheet() | again).verdict == "right"
+    report = _check(tmp_path, _sheet() | again | {"S1": 45.7356})
+    assert report.verdict == "unclear", report
+    assert "Sheet!B2 is 54.7356 and Sheet!S1 45.7356, all else twice the same" in report.seen
+
+
+@pytest.mark.parametrize("inverse", ["=DEGREES(ATAN(I8/-J8))", "=DEGREES(ATAN2(J8,-I8))"])
+def test_an_angle_computed_back_in_the_wrong_half_turn(tmp_path, inverse):
+    back = {"B20": "=DEGREES(ATAN2(-J8,I8))", "B21": "=DEGREES(ATAN2(K8,SQRT(I8^2+J8^2)))"}
+    assert _check(tmp_path, _sheet() | back).verdict == "right"
+    report = _check(tmp_path, _sheet() | back | {"B20": inverse})
+    assert (report.verdict, report.first) != ("right", None), report
+
+
+@pytest.mark.parametrize("factor", ["=180/PI()", 57.29577951308232])
+def test_a_factor_between_units_that_is_upside_down(tmp_path, factor):
+    cells = _sheet(turn=("COS({}*F1)", "SIN({}*F1)"), angles=(35, 20, 50))
+    cells = {place: v.replace("F1", "$F$1") if isinstance(v, str) else v for place, v in cells.items()}
+    assert _check(tmp_path, cells | {"F1": "=PI()/180"}).verdict == "right"
+    report = _check(tmp_path, cells | {"F1": factor})
+    assert [fault.cell for fault in report.faults] == ["Sheet!F1"], report
+
+
+def test_an_angle_of_180_degrees_in_many_formulas_is_no_factor(tmp_path):
+    cells = _sheet(angles=(180, 25, 0)) | {"P1": 250, "P2": 0, "P3": -412.75}
+    moved = {f"R{n}": f"=D{n}-P{n}" for n in (1, 2, 3)} | {"R3": "=D3+P3"}
+    cells |= moved | _product("M6", "I6", "R1", 1)
+    report = _check(tmp_path, cells)
+    assert (report.faults[0].cell, report.faults[0].cause) == ("Sheet!R3", "sign"), report
+
+
+def test_a_range_that_begins_at_a_heading(tmp_path):
+    cells = _sheet() | {"D0": 0}
+    cells = {place: value for place, value in cells.items() if place != "D0"}
+    cells = {place: value for place, value in cells.items() if not place.startswith("M")}
+    cells |= {f"S{n + 5}": cells[f"D{n}"] for n in (1, 2, 3)} | {"S5": "P"}
+    rows = {f"M{n}": f"=SUMPRODUCT(I{n}:K{n},TRANSPOSE(S6:S8))" for n in (6, 7, 8)}
+    assert _check(tmp_path, cells | rows).verdict == "right"
+    report = _check(tmp_path, cells | {p: f.replace("S6:S8", "S5:S7") for p, f in rows.items()})
+    assert (report.verdict, report.faults[0].cell) == ("wrong", "Sheet!M6"), report
