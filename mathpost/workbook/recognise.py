@@ -260,11 +260,13 @@ class Recognised(Given):
         slopes, row = [self.unturned.get(p, {}) for p in triple[:3]], triple[0][:2]
         moving, weighed = {s for p in triple for s in self.depends.get(p, ())} & self.lengths, {}
         lines = self._vectors(moving.union(*slopes), row if triple[0][1] == triple[1][1] else None)
-        for line in self.lines(set().union(*slopes), 2):
-            weights = Counter(each.get(p) for each, p in zip(slopes, line, strict=True) if p in each)
-            weight, count = max(weights.items(), key=lambda w: w[1], default=(0, 0))
-            if count >= 2:
-                weighed.setdefault(weight, []).append((-count, line))
+        used = [line for line in lines if moving.issuperset(line)]
+        for least, all_lines in ((2, self.lines(set().union(*slopes), 2)), (1, used)):  # a slip may turn two away
+            for line in () if weighed else all_lines:
+                weights = Counter(each.get(p) for each, p in zip(slopes, line, strict=True) if p in each)
+                weight, count = max(weights.items(), key=lambda w: w[1], default=(0, 0))
+                if count >= least:
+                    weighed.setdefault(weight, []).append((-count, line))
         plus, minus = ([line for _, line in sorted(weighed.pop(w, []), key=lambda c: c[0])] for w in (1, -1))
         plus, minus = _apart([shift, *plus] if shift else plus)[bool(shift) :], _apart(minus)
         asked = [line for line in plus if tuple(self.graph.own[p] for p in line) == tuple(self.task.origin or ())]
@@ -274,7 +276,6 @@ class Recognised(Given):
             means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]
             means = [t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1]
             plus = means or plus
-        used = [line for line in lines if moving.issuperset(line)]
         may = *plus[::-1], *used, self._made_by_formulas(triple), *lines
         point = self._as_labelled(next(filter(None, may), ()))
         origin = next((line for line in minus if set(line).isdisjoint(point)), ())
