@@ -166,7 +166,7 @@ def _factors(tree):
 
 
 def _reversed(part, path):
-    if part[0] in ("-", "/"):
+    if part[0] in ("-", "/") and part[1][0] not in ("+", "-"):
         yield "sign" if part[0] == "-" else "wrong value", (part[0], part[2], part[1])
 
 

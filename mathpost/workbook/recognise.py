@@ -278,6 +278,8 @@ class Recognised(Given):
             plus = means or plus
         may = *plus[::-1], *used, self._made_by_formulas(triple), *lines
         point = self._as_labelled(next(filter(None, may), ()))
+        # In 4×4 an origin that moves nothing is in a matrix that is transposed by mistake.
+        minus += [line for line in used if len(triple) == 4 and not any(map(set(line).intersection, slopes))]
         origin = next((line for line in minus if set(line).isdisjoint(point)), ())
         return point, origin, [line for line in lines if set(line).isdisjoint((*point, *origin))]
 

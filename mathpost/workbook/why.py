@@ -42,7 +42,7 @@ class Why:
                 faults.append(self.judge.fault(place, *fault))
         within = [w for w in (unit, *self.found.windows) if unit[0] in w and unit[0] not in self.judge.targets]
         if len(unit) > 16:  # all matrices at once
-            return UNLIKELY + 0.5, faults
+            return UNLIKELY - 0.5, faults
         if unit in elements and len(places) == 2:  # do the others turn the same way?
             near = graph.upstream(calculation.results)
             senses = [sense for window, (sense, _) in elements.items() if not near.isdisjoint(window)]
@@ -85,6 +85,7 @@ class Why:
             cause, sentence, other = found
             plain = tree[0] in ("+", "-") or (heads(tree).isdisjoint({"minus", *INVERSE}) and tree[0] != "area")
             odd = as_around(graph, place) == tree or (plain and other == ("minus", tree))
+            odd |= tree[0] == "minus" and graph.form(place) in map(graph.form, beside(place))
             cause = self.reference_kind(place, other) if cause == "wrong reference" else cause
             return cause, f"{short}: {sentence}", UNLIKELY * (cause == "sign" and odd)
         if term := self._missing(calculation, place, value):
