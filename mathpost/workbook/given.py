@@ -102,10 +102,12 @@ class Given:
 
     def _passes_on(self, place, source):
         """Whether a formula gives a number that it uses, but for its sign, its unit and a factor of two."""
-        own = {p: np.full(2, number) for p, number in self.graph.own.items() if number is not None}
-        zero, one = self.graph.cell(place, own | {source: np.array([0.0, 1.0])}) * np.ones(2)
+        steps = np.array([0.0, 1.0, 300.0])  # one within a turn in radians, one beyond what is lost by rounding
+        own = {p: np.full(3, number) for p, number in self.graph.own.items() if number is not None}
+        zero, *others = self.graph.cell(place, own | {source: steps}) * np.ones(3)
         factors = np.outer((0.5, 1, 2), (1.0, *CONVERSIONS, *(1 / CONVERSIONS)))
-        return abs(zero) < 1e-9 and bool((abs(abs(one) - factors) < 0.02 * factors).any())
+        slopes = np.abs(others / steps[1:])[:, None, None]
+        return abs(zero) < 1e-9 and bool((abs(slopes - factors) < 0.02 * factors).any())
 
     def _converts(self, place):
         """Whether a number that is given is 1, π, 180 or one such as π/180, or minus that."""

@@ -191,7 +191,8 @@ class Recognised(Given):
                 sets = [self.lengths.intersection(self.depends[p]) for p in inside]
                 turned = [cells - self.unmoved.get(p, set()) for p, cells in zip(inside, sets, strict=True)]
                 sets = turned if all(turned) else sets  # but for what is added after the turn, each to its own
-                alike = len(set.intersection(*sets)) / len(set.union(*sets))
+                pairs = [(len(a & b), len(a | b)) for a, b in combinations(sets, 2)]
+                alike = all(both for both, _ in pairs) and max(both / either for both, either in pairs)
                 same = self._in_order([self.unturned.get(p, {}) for p in line[:3]])
                 along = 1 if line[0][1] < line[1][1] else 2
                 lost = {p for p in line if p in graph.trees and not self.depends[p]}  # by a slip
