@@ -3,6 +3,8 @@
 import re
 from itertools import product
 
+import numpy as np
+
 from mathpost.workbook.beside import Beside
 from mathpost.workbook.edits import as_around
 from mathpost.workbook.file import EMPTY, read
@@ -19,6 +21,7 @@ from mathpost.workbook.values import check_values
 LUCKY = "numbers without formulas: that they are right by luck cannot be excluded"
 
 
+@np.errstate(all="ignore")  # a cell may hold what is no number
 def check_file(path, task=None):
     """Check a spreadsheet by its formulas.
 

@@ -226,7 +226,10 @@ class Recognised(Given):
         shift = self._shift(triple) if back else ()
         point, origin, others = self._moved(triple, shift)
         if len(angles) == 1 and others and re.search(ABOUT_AN_AXIS, self.text, re.I):
-            self._tell(Turn(triple, angles, point, axis=others[0]), calculations)
+            lines, matrices = (point, *others), self.graph.upstream(p for w in self.windows for p in w)
+            axis = next((line for line in lines if matrices.issuperset(line)), others[0])
+            point = next(line for line in lines if line != axis)
+            self._tell(Turn(triple, angles, point, axis=axis), calculations)
             return
         if plane and point:
             turn = Turn(triple, self._angles_of(plane), point, origin, shift=shift)

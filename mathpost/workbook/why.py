@@ -120,7 +120,7 @@ class Why:
             *(("area", Area(*p, *p[1:])) for p in pool if p in graph.cells and p != place),
         ]
         parts = [part for p in around for _, part in walk(graph.tree(p))]
-        factors += [part for part in parts if part[0] in TRIGONOMETRY]
+        factors += [part for part in parts if part[0] in TRIGONOMETRY or part[:2] == ("-", ("number", 1.0))]
         factors = {text_of(tree): tree for tree in factors}
         values = [
             np.broadcast_to(graph.calculate(t, self.judge.values)[:, 0, 0], SAMPLES) for t in factors.values()
