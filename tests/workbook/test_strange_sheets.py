@@ -9,6 +9,7 @@ import openpyxl
 import pytest
 
 from mathpost.workbook import Task, check_file
+from mathpost.workbook.task import reading
 
 ELEMENTS = {  # of the passive elementary matrices, as formulas of cosine and sine
     "Z": ("={c}", "={s}", 0, "=-{s}", "={c}", 0, 0, 0, 1),
@@ -582,3 +583,32 @@ def test_a_range_that_begins_at_a_heading(tmp_path):
     assert _check(tmp_path, cells | rows).verdict == "right"
     report = _check(tmp_path, cells | {p: f.replace("S6:S8", "S5:S7") for p, f in rows.items()})
     assert (report.verdict, report.faults[0].cell) == ("wrong", "Sheet!M6"), report
+
+
+def test_roll_pitch_and_yaw_are_about_x_y_and_z_in_whatever_order_they_stand(tmp_path):
+    names = ("roll", "pitch", "yaw")
+    matrix = (  # of the new axes, from yaw, pitch and roll about turned axes
+        *("=cq*cw", "=cq*sw", "=-sq"),
+        *("=sp*sq*cw-cp*sw", "=sp*sq*sw+cp*cw", "=sp*cq"),
+        *("=cp*sq*cw+sp*sw", "=cp*sq*sw-sp*cw", "=cp*cq"),
+    )
+    for n, order in enumerate(([0, 1, 2], [2, 1, 0])):
+        rows = {k: 1 + order.index(k) for k in range(3)}
+        cells = {f"B{rows[k]}": angle for k, angle in enumerate((12, -7, 140))} | {"D1": 3, "D2": 4, "D3": 5}
+        texts = {f"A{rows[k]}": name for k, name in enumerate(names)} | {
+            "F1": "yaw about z, pitch about y, roll about x"
+        }
+        for place, entry in zip(_places("A6"), matrix, strict=True):
+            for k, letter in enumerate("pqw"):
+                entry = entry.replace(f"c{letter}", f"COS(RADIANS(B{rows[k]}))")
+                entry = entry.replace(f"s{letter}", f"SIN(RADIANS(B{rows[k]}))")
+            cells[place] = entry
+        cells |= _product("M6", "A6", "D1", 1)
+        report = _check(tmp_path, cells, texts)
+        assert report.verdict == "right", (n, report)
+
+
+def test_first_and_then_name_a_sequence_about_fixed_axes():
+    text = "Rotate a point about the FIXED axes: first X, then Y, then Z"
+    assert reading(Task(), text) == ("xyz", False, "the text")
+    assert reading(Task(), "Drehung: erst Z um a, dann X um b, dann Z um c")[0] == "ZXZ"
