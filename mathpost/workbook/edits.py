@@ -156,6 +156,8 @@ def _functions(part, path):
         for order in permutations(factors) if len(factors) < 5 else [factors[::-1]]:
             yield "order of product", reduce(lambda left, right: (name, left, right), order)
         yield from (("transposed", (name, *factors)) for factors in ((("TRANSPOSE", a), b), (a, ("TRANSPOSE", b))))
+    if not path and name in ("+", "SUM", "SUMSQ", "SUMPRODUCT"):
+        yield "wrong value", ("SQRT", part)
     if not path and name in ("MMULT", "TRANSPOSE"):
         yield "transposed", ("TRANSPOSE", part)
 

@@ -66,15 +66,18 @@ class Judge:
 
     def _unit(self, places, base):
         """The unit in radians, and whether all sines and cosines that use the places say so."""
-        own = {p: np.array([self.graph.own[p] + 0.3]) for p in places}
-        moved = self.graph.downstream(places)
-        after = [p for p in moved if heads(self.graph.tree(p)) & {"SIN", "COS"}]
-        turns = (0, 720, 4 * np.pi, 800)  # half angles turn half as fast
-        runs = [self.graph.run({p: n + turn for p, n in own.items()}, base, moved) for turn in turns]
-        votes = [sum(same(run[p], runs[0][p], 1e-9) for p in after) for run in runs[1:]]
+        own, votes, every = {p: np.array([self.graph.own[p] + 0.3]) for p in places}, np.zeros(3), 0
+        still = self.graph.run(own, base, self.graph.downstream(places))
+        for place in places:
+            moved = self.graph.downstream([place])
+            after = [p for p in moved if heads(self.graph.tree(p)) & {"SIN", "COS"}]
+            every += len(after)
+            for k, turn in enumerate((720, 4 * np.pi, 800)):  # half angles turn half as fast
+                run = self.graph.run({place: own[place] + turn}, still, moved)
+                votes[k] += sum(same(run[p], still[p], 1e-9) for p in after)
         beyond = any(abs(number) > LARGEST_RADIANS for number in own.values())
         unit = np.pi / 200 if votes[2] > max(votes[:2]) else np.pi / 180 if votes[0] > votes[1] or beyond else 1.0
-        return unit, max(votes) == len(after)
+        return unit, max(votes) == every
 
     def now(self, place):
         """What is in a cell at the samples."""

@@ -612,3 +612,18 @@ def test_first_and_then_name_a_sequence_about_fixed_axes():
     text = "Rotate a point about the FIXED axes: first X, then Y, then Z"
     assert reading(Task(), text) == ("xyz", False, "the text")
     assert reading(Task(), "Drehung: erst Z um a, dann X um b, dann Z um c")[0] == "ZXZ"
+
+
+def test_one_angle_in_degrees_among_gon_where_every_element_has_all_three(tmp_path):
+    cells = {"B1": 142.5, "B2": 60.25, "B3": -33} | {f"C{n}": f"=B{n}*PI()/200" for n in (1, 2, 3)}
+    cells |= {"D1": 3, "D2": 4, "D3": 5}
+    rows = (  # of the whole passive matrix, each coordinate at once
+        "(COS(C3)*COS(C1)-SIN(C3)*COS(C2)*SIN(C1))*D1+(COS(C3)*SIN(C1)+SIN(C3)*COS(C2)*COS(C1))*D2+SIN(C3)*SIN(C2)*D3",
+        "(-SIN(C3)*COS(C1)-COS(C3)*COS(C2)*SIN(C1))*D1+(COS(C3)*COS(C2)*COS(C1)-SIN(C3)*SIN(C1))*D2"
+        "+COS(C3)*SIN(C2)*D3",
+        "SIN(C2)*SIN(C1)*D1-SIN(C2)*COS(C1)*D2+COS(C2)*D3",
+    )
+    cells |= {f"M{6 + n}": f"={row}" for n, row in enumerate(rows)}
+    assert _check(tmp_path, cells).verdict == "right"
+    report = _check(tmp_path, cells | {"C2": "=B2*PI()/180"})
+    assert [fault.cell for fault in report.faults] == ["Sheet!C2"], report
