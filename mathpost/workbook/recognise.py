@@ -262,7 +262,9 @@ class Recognised(Given):
 
         With all angles at zero a vector is the point minus the origin, whatever formulas compute it.
         """
-        slopes, row = [self.unturned.get(p, {}) for p in triple[:3]], triple[0][:2]
+        slopes, row, up = [self.unturned.get(p, {}) for p in triple[:3]], triple[0][:2], self.graph.upstream(triple)
+        for before in (t for t in self.beside if up.issuperset(t) and not any(slopes)):  # no number, by a slip
+            slopes = [self.unturned.get(p, {}) for p in before[:3]]
         moving, weighed = {s for p in triple for s in self.depends.get(p, ())} & self.lengths, {}
         lines = self._vectors(moving.union(*slopes), row if triple[0][1] == triple[1][1] else None)
         used = [line for line in lines if moving.issuperset(line)]
@@ -277,7 +279,6 @@ class Recognised(Given):
         asked = [line for line in plus if tuple(self.graph.own[p] for p in line) == tuple(self.task.origin or ())]
         plus, minus = [line for line in plus if line not in asked], [*minus, *asked]  # one that is added by mistake
         if len(plus) != 1 or weighed:
-            up = self.graph.upstream(triple)
             means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]
             means = [t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1]
             plus = means or plus
