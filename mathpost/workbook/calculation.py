@@ -71,6 +71,7 @@ class Turn(Calculation):
     sequence: str = "ZXZ"
     active: bool | None = False  # None: whichever more results are of
     shift: tuple = ()  # what is added after the rotation
+    back: bool = False  # whether the point is turned back, from the turned frame
     plane: Calculation | None = None  # that has these angles
 
     @property

@@ -203,7 +203,7 @@ class Judge:
         readings = [(s, active) for n in sequences for s in (n, n.lower()) for active in (False, True)]
         for sequence, active in (*readings, (self.found.sequence, self.found.active)) if turns else ():
             for turn in turns:
-                turn.sequence, turn.active = sequence, active != bool(turn.shift)
+                turn.sequence, turn.active = sequence, active != turn.back
             self._prepare(turns)
             if all(self.met(turn.targets) for turn in turns):
                 return sequence, "active" if active else "passive"

@@ -365,9 +365,11 @@ class Recognised(Given):
         self._tell(Turn(*(given[name] for name in ("result", "angles", "point", "origin"))), self.calculations)
 
     def _tell(self, calculation, calculations, plane=None):
-        calculation.sequence, calculation.active = self.sequence, self.active != bool(calculation.shift)
+        given_primed = calculation.point and re.search("['′’]", self.label(calculation.point[0]))
+        calculation.back = bool(calculation.shift or (given_primed and re.search(INVERSE, self.text, re.I)))
+        calculation.sequence, calculation.active = self.sequence, self.active != calculation.back
         name = "a rotation about an axis" if calculation.axis else f"{self.sequence}, as {self.by} says"
-        back = ", turned back" * bool(calculation.shift)
+        back = ", turned back" * calculation.back
         calculation.said = f"{'active' if self.active else 'passive'} rotation, {name}{back}"
         if plane:  # into it less the origin, or out of it and to the origin, or who knows
             calculation.plane, calculation.sequence = plane, plane.sequence

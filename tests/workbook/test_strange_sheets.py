@@ -627,3 +627,23 @@ def test_one_angle_in_degrees_among_gon_where_every_element_has_all_three(tmp_pa
     assert _check(tmp_path, cells).verdict == "right"
     report = _check(tmp_path, cells | {"C2": "=B2*PI()/180"})
     assert [fault.cell for fault in report.faults] == ["Sheet!C2"], report
+
+
+def test_coordinates_in_the_turned_frame_are_turned_back(tmp_path):
+    texts = {"F1": "Inverse problem: from the turned frame back to the first", "C1": "x'", "C2": "y'", "C3": "z'"}
+    cells = _sheet()
+    back = {f"M{6 + k}": f"={c}6*D1+{c}7*D2+{c}8*D3" for k, c in enumerate("IJK")}
+    report = _check(tmp_path, cells | back, texts)
+    assert report.verdict == "right", report
+    report = _check(tmp_path, cells, texts)
+    assert (report.faults[0].cell, report.faults[0].cause) == ("Sheet!M6", "transposed"), report
+    assert _check(tmp_path, cells, {"F1": texts["F1"], "C1": "x", "C2": "y", "C3": "z"}).verdict == "right"
+
+
+def test_a_product_that_gives_no_number_has_its_point_and_origin(tmp_path):
+    cells = _sheet() | {"P1": 10, "P2": -20, "P3": 30} | {f"R{n}": f"=D{n}-P{n}" for n in (1, 2, 3)}
+    assert _check(tmp_path, cells | _product("M6", "I6", "R1", 1)).verdict == "right"
+    rows = {f"M{n}": f"=INDEX(MMULT(R1:R3,I6:K8),{n - 5},1)" for n in (6, 7, 8)}
+    report = _check(tmp_path, cells | rows)
+    assert report.verdict != "right" and report.faults, report
+    assert {fault.cause for fault in report.faults} == {"order of product"}, report
