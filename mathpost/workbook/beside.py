@@ -73,7 +73,8 @@ class Beside:
         own = {p: graph.own[p] for p in copies if graph.own[p] is not None}
         other = {p for p in own for q in beside(p) if q in own and abs(own[q] - own[p]) == 1}
         given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
-        other |= {p for p, used in leaves.items() if given and used & found.typed and given.isdisjoint(used)}
+        of_others = {p for p, used in leaves.items() if used & found.typed - {p} and given.isdisjoint(used)}
+        other |= of_others if given else set()
         return [p for p in places if p not in other], rest - other
 
     def _computed_points(self):

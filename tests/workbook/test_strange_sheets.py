@@ -647,3 +647,11 @@ def test_a_product_that_gives_no_number_has_its_point_and_origin(tmp_path):
     report = _check(tmp_path, cells | rows)
     assert report.verdict != "right" and report.faults, report
     assert {fault.cause for fault in report.faults} == {"order of product"}, report
+
+
+def test_a_largest_difference_that_is_typed_is_listed(tmp_path):
+    cells = _sheet() | {f"O{n}": n / 7 for n in (6, 7, 8)} | {f"P{n}": f"=M{n}-O{n}" for n in (6, 7, 8)}
+    cells |= {"R10": "=MAX(P6:P8)", "S12": '=IF(R10<0.001,"OK","?")'}
+    assert _check(tmp_path, cells).verdict == "right"
+    report = _check(tmp_path, cells | {"R10": 0})
+    assert (report.verdict, report.not_checked) == ("unclear", ["Sheet!R10"]), report
