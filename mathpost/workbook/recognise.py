@@ -19,7 +19,7 @@ from mathpost.workbook.task import reading
 
 MOVES = 1500  # inputs of one formula that are moved one by one
 INVERSE = r"inver|rück|zurück|\bback|retour|逆|反变换"
-NAMES = {"X": "roll|滚", "Y": "pitch|nick|俯仰", "Z": "yaw|heading|gier|偏航"}
+AXIS_NAMES = {"X": "roll|滚", "Y": "pitch|nick|俯仰", "Z": "yaw|heading|gier|偏航"}
 ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角"
 
 
@@ -332,9 +332,10 @@ class Recognised(Given):
     def _by_name(self, triple):
         """The angles α, β, γ: as labels say, or in the order in which they, or what they turn by, are read."""
         axes = [
-            "".join(axis for axis, name in NAMES.items() if re.search(name, self.label(p), re.I)) for p in triple
+            "".join(axis for axis, name in AXIS_NAMES.items() if re.search(name, self.label(p), re.I))
+            for p in triple
         ]
-        if sorted(axes) == sorted(self.sequence.upper()) == [*NAMES]:
+        if sorted(axes) == sorted(self.sequence.upper()) == [*AXIS_NAMES]:
             return tuple(triple[axes.index(axis)] for axis in self.sequence.upper())
         graph, in_line = self.graph, any(len({(p[0], p[n]) for p in triple}) == 1 for n in (1, 2))
         ends = [max(self.turning & graph.downstream([p]), key=graph.calculation_order, default=p) for p in triple]

@@ -16,6 +16,11 @@ ELEMENTS = {  # of the passive elementary matrices, as formulas of cosine and si
     "X": (1, 0, 0, 0, "={c}", "={s}", 0, "=-{s}", "={c}"),
 }
 ANGLES = ("COS(RADIANS({}))", "SIN(RADIANS({}))")
+WHOLE = (  # of the whole passive matrix, each coordinate at once, of C1:C3 in radians and the point D1:D3
+    "(COS(C3)*COS(C1)-SIN(C3)*COS(C2)*SIN(C1))*D1+(COS(C3)*SIN(C1)+SIN(C3)*COS(C2)*COS(C1))*D2+SIN(C3)*SIN(C2)*D3",
+    "(-SIN(C3)*COS(C1)-COS(C3)*COS(C2)*SIN(C1))*D1+(COS(C3)*COS(C2)*COS(C1)-SIN(C3)*SIN(C1))*D2+COS(C3)*SIN(C2)*D3",
+    "SIN(C2)*SIN(C1)*D1-SIN(C2)*COS(C1)*D2+COS(C2)*D3",
+)
 
 
 def _places(corner, rows=3, columns=3):
@@ -554,30 +559,32 @@ def test_an_angle_computed_back_in_the_wrong_half_turn(tmp_path, inverse):
     back = {"B20": "=DEGREES(ATAN2(-J8,I8))", "B21": "=DEGREES(ATAN2(K8,SQRT(I8^2+J8^2)))"}
     assert _check(tmp_path, _sheet() | back).verdict == "right"
     report = _check(tmp_path, _sheet() | back | {"B20": inverse})
-    assert (report.verdict, report.first) != ("right", None), report
+    assert [fault.cell for fault in report.faults] == ["Sheet!B20"], report
 
 
 @pytest.mark.parametrize("factor", ["=180/PI()", 57.29577951308232])
 def test_a_factor_between_units_that_is_upside_down(tmp_path, factor):
-    cells = _sheet(turn=("COS({}*F1)", "SIN({}*F1)"), angles=(35, 20, 50))
-    cells = {place: v.replace("F1", "$F$1") if isinstance(v, str) else v for place, v in cells.items()}
+    cells = _sheet(turn=("COS({}*$F$1)", "SIN({}*$F$1)"), angles=(35, 20, 50))
     assert _check(tmp_path, cells | {"F1": "=PI()/180"}).verdict == "right"
     report = _check(tmp_path, cells | {"F1": factor})
     assert [fault.cell for fault in report.faults] == ["Sheet!F1"], report
 
 
 def test_an_angle_of_180_degrees_in_many_formulas_is_no_factor(tmp_path):
-    cells = _sheet(angles=(180, 25, 0)) | {"P1": 250, "P2": 0, "P3": -412.75}
-    moved = {f"R{n}": f"=D{n}-P{n}" for n in (1, 2, 3)} | {"R3": "=D3+P3"}
-    cells |= moved | _product("M6", "I6", "R1", 1)
-    report = _check(tmp_path, cells)
-    assert (report.faults[0].cell, report.faults[0].cause) == ("Sheet!R3", "sign"), report
+    cells = {"B1": 180, "B2": 25, "B3": 0, "P1": 250, "P2": 0, "P3": -412.75}
+    cells |= {f"D{n}": number for n, number in enumerate((200.1, -30, -380.2), 1)}
+    turned = WHOLE
+    for n in (1, 2, 3):
+        turned = [re.sub(rf"\bC{n}\b", f"RADIANS(B{n})", row) for row in turned]
+    moved = [re.sub(r"\bD(\d)", r"(D\1-P\1)", row) for row in turned]
+    cells |= {f"M{6 + n}": f"={row}" for n, row in enumerate(moved)}
+    assert _check(tmp_path, cells).verdict == "right"
+    report = _check(tmp_path, cells | {"M8": cells["M8"].replace("D3-P3", "D3+P3")})
+    assert [(fault.cell, fault.cause) for fault in report.faults] == [("Sheet!M8", "sign")], report
 
 
 def test_a_range_that_begins_at_a_heading(tmp_path):
-    cells = _sheet() | {"D0": 0}
-    cells = {place: value for place, value in cells.items() if place != "D0"}
-    cells = {place: value for place, value in cells.items() if not place.startswith("M")}
+    cells = {place: value for place, value in _sheet().items() if not place.startswith("M")}
     cells |= {f"S{n + 5}": cells[f"D{n}"] for n in (1, 2, 3)} | {"S5": "P"}
     rows = {f"M{n}": f"=SUMPRODUCT(I{n}:K{n},TRANSPOSE(S6:S8))" for n in (6, 7, 8)}
     assert _check(tmp_path, cells | rows).verdict == "right"
@@ -617,13 +624,7 @@ def test_first_and_then_name_a_sequence_about_fixed_axes():
 def test_one_angle_in_degrees_among_gon_where_every_element_has_all_three(tmp_path):
     cells = {"B1": 142.5, "B2": 60.25, "B3": -33} | {f"C{n}": f"=B{n}*PI()/200" for n in (1, 2, 3)}
     cells |= {"D1": 3, "D2": 4, "D3": 5}
-    rows = (  # of the whole passive matrix, each coordinate at once
-        "(COS(C3)*COS(C1)-SIN(C3)*COS(C2)*SIN(C1))*D1+(COS(C3)*SIN(C1)+SIN(C3)*COS(C2)*COS(C1))*D2+SIN(C3)*SIN(C2)*D3",
-        "(-SIN(C3)*COS(C1)-COS(C3)*COS(C2)*SIN(C1))*D1+(COS(C3)*COS(C2)*COS(C1)-SIN(C3)*SIN(C1))*D2"
-        "+COS(C3)*SIN(C2)*D3",
-        "SIN(C2)*SIN(C1)*D1-SIN(C2)*COS(C1)*D2+COS(C2)*D3",
-    )
-    cells |= {f"M{6 + n}": f"={row}" for n, row in enumerate(rows)}
+    cells |= {f"M{6 + n}": f"={row}" for n, row in enumerate(WHOLE)}
     assert _check(tmp_path, cells).verdict == "right"
     report = _check(tmp_path, cells | {"C2": "=B2*PI()/180"})
     assert [fault.cell for fault in report.faults] == ["Sheet!C2"], report
@@ -655,3 +656,12 @@ def test_a_largest_difference_that_is_typed_is_listed(tmp_path):
     assert _check(tmp_path, cells).verdict == "right"
     report = _check(tmp_path, cells | {"R10": 0})
     assert (report.verdict, report.not_checked) == ("unclear", ["Sheet!R10"]), report
+
+
+def test_the_fourth_number_of_a_homogeneous_result_is_judged(tmp_path):
+    cells = {place: value for place, value in _sheet().items() if not place.startswith("M")} | {"D4": 1}
+    cells |= {f"L{n}": 0 for n in (6, 7, 8)} | dict(zip(("I9", "J9", "K9", "L9"), (0, 0, 0, 1), strict=True))
+    cells |= {f"N{n}": f"=I{n}*D$1+J{n}*D$2+K{n}*D$3+L{n}*D$4" for n in (6, 7, 8, 9)}
+    assert _check(tmp_path, cells).verdict == "right"
+    report = _check(tmp_path, cells | {"L9": 0})
+    assert (report.verdict, report.faults[0].cell) == ("wrong", "Sheet!L9"), report
