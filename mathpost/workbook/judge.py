@@ -212,9 +212,11 @@ class Judge:
     def _repair(self, calculation, said):
         """Put in the right things, one after the other, until the results are right."""
         first, said = len(self.faults), said if said.keys() >= calculation.targets.keys() else {}
+        after = self.graph.downstream(calculation.targets)
+        later = [c for c in self.live if c is not calculation and not after.isdisjoint(c.given)]
         while bad := self.bad(calculation.targets):
-            missed = {p: self.targets[p] for p in self.bad(self.targets) if p not in calculation.targets}
-            targets = {p: t for p, t in self.targets.items() if p not in missed}
+            targets = {p: t for p, t in self.targets.items() if not any(p in c.targets for c in later)}
+            missed = {p: targets.pop(p) for p in self.bad(targets) if p not in calculation.targets}
             found = self._by_labels(calculation, said, bad) or self._earliest(calculation, targets, bad, missed)
             strange = not self.graph.upstream(bad).isdisjoint(self.graph.not_evaluated)
             if found is None and not isinstance(calculation, Words):
@@ -230,6 +232,8 @@ class Judge:
             if found is None:
                 break
             self.put(found)
+            self._prepare(later)
+            self.targets.update(chain.from_iterable(c.targets.items() for c in later))
         self.faults[first:] = _one_convention(self.faults[first:])
 
     def _choose(self, last):
@@ -257,7 +261,9 @@ class Judge:
 
     def _steps(self, last):
         """The vectors on the way to a result."""
-        up = self.graph.upstream(last.results) if self.found.steps and isinstance(last, Turn) else set()
+        if not self.found.steps or not isinstance(last, Turn):
+            return []
+        up = self.graph.upstream(last.results, last.point) - set(last.point)
         return [s for s in self.found.steps if up.issuperset(s.results)]
 
     def _as_a_mistake(self, last):

@@ -77,9 +77,10 @@ class Recognised(Given):
             if self._is_combined(triple, finals):
                 finals.remove(triple)
                 self.beside.append(triple)
-        used = {p for t in finals for p in graph.upstream(t) - set(t)}
+        used, before = {p for t in finals for p in graph.upstream(t) - set(t)}, self._frames_before(finals)
         for triple in finals:
-            self._add_turn(triple, self.steps if used.issuperset(triple) else self.calculations)
+            on_the_way = used.issuperset(triple) and triple not in before.values()
+            self._add_turn(triple, self.steps if on_the_way else self.calculations, before.get(triple, ()))
         most = max((len(self._of(w, self.angles)) for w in self.windows), default=0)
         for window in self.windows if not (self.calculations or self.doubts) else ():
             plane = next((p for p in self.planes if graph.upstream(p.line) & self.turned_by(window)), None)
@@ -109,6 +110,16 @@ class Recognised(Given):
                 own = [offset(p, top + down - row.point[0][1], left + right - row.point[0][2]) for p in row.point]
                 if self.typed.issuperset(own) and self.graph.used.keys().isdisjoint(own):
                     row.point = tuple(own)
+
+    def _frames_before(self, finals):
+        """Vector → the vector that is its point, where one frame follows another: three angles more turn it."""
+        graph, found = self.graph, {}
+        turned_by = {t: self.angles & graph.upstream(t) for t in finals}
+        for last, before in product(finals, finals):
+            more = self.angles & graph.upstream(last, before)
+            if len(more) == 3 and len(turned_by[before]) > 2 and more.isdisjoint(turned_by[before]):
+                found[last] = before if graph.upstream(last).issuperset(before) else found.get(last)
+        return {last: before for last, before in found.items() if before}
 
     def _is_combined(self, triple, finals):
         """Whether a vector is made of several that go back to different points, as a mean is."""
@@ -220,12 +231,14 @@ class Recognised(Given):
             steps.update(step for step in apart if any(step[1:]) and not any(n % 1 for n in step[1:]))
         return max(steps.values(), default=0)
 
-    def _add_turn(self, triple, calculations):
+    def _add_turn(self, triple, calculations, before=()):
         angles = self._of(triple, self.angles)
+        if before:
+            angles = self.sorted(self.angles & self.graph.upstream(triple, before))
         plane = next((p for p in self.planes if self.graph.upstream(p.line) & set(angles)), None)
         back = plane or re.search(INVERSE, self.text, re.I)
         shift = self._shift(triple) if back else ()
-        point, origin, others = self._moved(triple, shift)
+        point, origin, others = self._moved(triple, shift, before)
         if len(angles) == 1 and others and re.search(ABOUT_AN_AXIS, self.text, re.I):
             lines, matrices = (point, *others), self.graph.upstream(p for w in self.windows for p in w)
             axis = next((line for line in lines if matrices.issuperset(line)), others[0])
@@ -257,15 +270,16 @@ class Recognised(Given):
         unmoved = [self.unmoved.get(p, set()) for p in triple[:3]]
         return next(iter(self.lines(set().union(*unmoved), 2)), ())
 
-    def _moved(self, triple, shift=()):
-        """The point and the origin of a vector, and other triples of its lengths.
+    def _moved(self, triple, shift, before):
+        """The point, or the vector `before`, and the origin of a vector, and other triples of its lengths.
 
         With all angles at zero a vector is the point minus the origin, whatever formulas compute it.
         """
-        slopes, row, up = [self.unturned.get(p, {}) for p in triple[:3]], triple[0][:2], self.graph.upstream(triple)
-        for before in (t for t in self.beside if up.issuperset(t) and not any(slopes)):  # no number, by a slip
-            slopes = [self.unturned.get(p, {}) for p in before[:3]]
-        moving, weighed = {s for p in triple for s in self.depends.get(p, ())} & self.lengths, {}
+        row, up = triple[0][:2], self.graph.upstream(triple, before)
+        slopes = [{s: slope for s, slope in self.unturned.get(p, {}).items() if s in up} for p in triple[:3]]
+        for step in (t for t in self.beside if up.issuperset(t) and not any(slopes)):  # no number, by a slip
+            slopes = [self.unturned.get(p, {}) for p in step[:3]]
+        moving, weighed = {s for p in triple for s in self.depends.get(p, ())} & self.lengths & up, {}
         lines = self._vectors(moving.union(*slopes), row if triple[0][1] == triple[1][1] else None)
         used = [line for line in lines if moving.issuperset(line)]
         for least, all_lines in ((2, self.lines(set().union(*slopes), 2)), (1, used)):  # a slip may turn two away
@@ -282,7 +296,7 @@ class Recognised(Given):
             means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]
             means = [t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1]
             plus = means or plus
-        may = *plus[::-1], *used, self._made_by_formulas(triple), *lines
+        may = before, *plus[::-1], *used, self._made_by_formulas(triple), *lines
         point = self._as_labelled(next(filter(None, may), ()))
         # In 4×4 an origin that moves nothing is in a matrix that is transposed by mistake.
         minus += [line for line in used if len(triple) == 4 and not any(map(set(line).intersection, slopes))]
