@@ -18,6 +18,8 @@ from mathpost.workbook.plane_angles import find_planes
 from mathpost.workbook.task import reading
 
 MOVES = 1500  # inputs of one formula that are moved one by one
+SHIFT = r"shift|translat|verschieb|décal|平移|^\W*t[xyz]?\b"  # what is added after the turn
+CENTRE = r"cent(?:re|er)|pivot|drehpunkt|mittelpunkt|中心"  # what is taken off before it
 INVERSE = r"inver|rück|zurück|\bback|retour|逆|反变换"
 AXIS_NAMES = {"X": "roll|滚", "Y": "pitch|nick|俯仰", "Z": "yaw|heading|gier|偏航"}
 ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角"
@@ -236,8 +238,8 @@ class Recognised(Given):
         if before:
             angles = self.sorted(self.angles & self.graph.upstream(triple, before))
         plane = next((p for p in self.planes if self.graph.upstream(p.line) & set(angles)), None)
-        back = plane or re.search(INVERSE, self.text, re.I)
-        shift = self._shift(triple) if back else ()
+        back = bool(re.search(INVERSE, self.text, re.I))
+        shift = self._shift(triple, back or plane)
         point, origin, others = self._moved(triple, shift, before)
         if len(angles) == 1 and others and re.search(ABOUT_AN_AXIS, self.text, re.I):
             lines, matrices = (point, *others), self.graph.upstream(p for w in self.windows for p in w)
@@ -265,10 +267,13 @@ class Recognised(Given):
         is_lost = len(turned_by) == 3 and self.graph.own[plane.line[2]] == 0 and turned_by[2] not in self.angles
         return tuple(turned_by[:2] if is_lost else turned_by)
 
-    def _shift(self, triple):
-        """What is added to a vector after it is turned, as the origin of a plane is."""
+    def _shift(self, triple, back):
+        """What is added to a vector after it is turned, as the origin of a plane is; an origin may be by mistake."""
         unmoved = [self.unmoved.get(p, set()) for p in triple[:3]]
-        return next(iter(self.lines(set().union(*unmoved), 2)), ())
+        shift = next(iter(self.lines(set().union(*unmoved), 2)), ())
+        label = self.label(shift[0]) if shift else ""
+        meant = back or re.search(SHIFT, label, re.I) or (self.active and not re.search(CENTRE, label, re.I))
+        return shift if meant else ()
 
     def _moved(self, triple, shift, before):
         """The point, or the vector `before`, and the origin of a vector, and other triples of its lengths.
@@ -380,8 +385,8 @@ class Recognised(Given):
         self._tell(Turn(*(given[name] for name in ("result", "angles", "point", "origin"))), self.calculations)
 
     def _tell(self, calculation, calculations, plane=None):
-        given_primed = calculation.point and re.search("['′’]", self.label(calculation.point[0]))
-        calculation.back = bool(calculation.shift or (given_primed and re.search(INVERSE, self.text, re.I)))
+        primed = calculation.point and re.search("['′’]", self.label(calculation.point[0]))
+        calculation.back = bool((calculation.shift or primed) and re.search(INVERSE, self.text, re.I))
         calculation.sequence, calculation.active = self.sequence, self.active != calculation.back
         name = "a rotation about an axis" if calculation.axis else f"{self.sequence}, as {self.by} says"
         back = ", turned back" * calculation.back
