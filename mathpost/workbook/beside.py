@@ -192,7 +192,7 @@ class Beside:
         """Record an angle computed back that is of the other solution than those beside it."""
         judge = self.judge
         inverse = [p for p in self.found.sorted(rest) if heads(self.graph.tree(p)) & INVERSE]
-        for turn in {turn.angles: turn for turn in self.turns if not turn.axis}.values():
+        for turn in {turn.angles: turn for turn in self.turns if _has_angles(turn)}.values():
             found, (_, *both) = {}, _solutions(turn)
             for place, (k, angle) in product(inverse, enumerate(np.transpose(both, (2, 0, 1)))):
                 for unit in (1.0, np.pi / 180):
@@ -306,7 +306,7 @@ class Beside:
             traces = [matrix[0] + matrix[4] + matrix[8] for matrix in turn.known[9]]
             numbers += traces
             angles += [np.array([angle, -angle]) for angle in np.arccos(np.clip((np.array(traces) - 1) / 2, -1, 1))]
-            if not turn.axis:
+            if _has_angles(turn):
                 for solution in _solutions(turn):
                     angles += [[each, each] for each in (*solution.T, *(solution - turn.radians).T)]
         angles = np.array(angles).reshape(-1, 2, SAMPLES)
@@ -390,6 +390,11 @@ def _axes(turn):
     with np.errstate(invalid="ignore"):  # nothing is turned
         vectors += [each / np.linalg.norm(each, axis=0) for each in vectors]
     return [sign * each for each in vectors for sign in (1, -1)]
+
+
+def _has_angles(turn):
+    """Whether a rotation is by three angles that are numbers."""
+    return not turn.axis and np.isfinite(turn.radians).all()
 
 
 def _solutions(turn):

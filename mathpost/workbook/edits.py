@@ -13,7 +13,7 @@ from mathpost.workbook.graph import at, beside, same
 
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
-CONVERSIONS = np.array([np.pi, np.pi / 180, 180 / np.pi, 180.0, 2 * np.pi, 200 / np.pi])
+CONVERSIONS = np.array([np.pi, np.pi / 180, 180 / np.pi, 180.0, 2 * np.pi, np.pi / 200, 200 / np.pi])
 UNITS = {180.0: 200.0, 200.0: 180.0, 100.0: 60.0, 60.0: 3600.0, 3600.0: 60.0}  # degrees and gon, minutes, seconds
 OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
 TO_RADIANS, TO_DEGREES = ("degrees for radians", "RADIANS"), ("radians for degrees", "DEGREES")

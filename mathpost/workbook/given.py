@@ -10,7 +10,7 @@ from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY
 from mathpost.workbook.formula import areas, heads, walk
 from mathpost.workbook.label import read_label
 
-PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND"}
+PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND", "ATAN"}  # 4·ATAN(1) is π
 
 
 class Given:

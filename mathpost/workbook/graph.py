@@ -20,6 +20,7 @@ from mathpost.workbook.formula import (
     unrounded,
     walk,
 )
+from mathpost.workbook.lookup import resolved
 
 SAMPLES = 8
 ZERO = np.zeros(1)
@@ -48,12 +49,18 @@ class Graph:
             key = place[0], cell.formula
             try:
                 if cell.formula:
-                    self.trees[place] = parsed.get(key) or parse(cell.formula, place[0], self.names, self.sheets)
-                    parsed[key] = self.trees[place]
+                    if key not in parsed:
+                        parsed[key] = resolved(parse(cell.formula, place[0], self.names, self.sheets), self._typed)
+                    self.trees[place] = parsed[key]
             except NotUnderstood as error:
                 self.unread[place] = str(error)
             if cell.anchor:
                 self.part[place] = place[1] - cell.anchor[0], place[2] - cell.anchor[1]
+
+    def _typed(self, place):
+        """The number or text that is typed in a cell; None for a formula."""
+        cell = self.cells.get(place, EMPTY)
+        return None if cell.formula else cell.value
 
     # Places.
 

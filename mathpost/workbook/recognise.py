@@ -62,7 +62,7 @@ class Recognised(Given):
         graph, finals = self.graph, []
         self._respond()
         inner = {w: w if len(w) == 9 else (*w[:3], *w[4:7], *w[8:11]) for w in self.windows}
-        self.windows = [w for w in self.windows if len(self.vectors.intersection(inner[w])) < 4]
+        self.windows = [w for w in self.windows if len(self.vectors.intersection(inner[w])) < 3]
         for triple in self._triples():
             trees, up = [graph.trees.get(p, ("text",)) for p in triple], graph.upstream(triple)
             # A result less what was expected, or than another result, is a check and not a step.
@@ -95,7 +95,8 @@ class Recognised(Given):
         for component in graph.components:  # the rows of a table have one origin, even if a $ is missing
             rows = [c for c in self.calculations if graph.component[c.results[0]] is component]
             for row in rows:
-                row.origin = Counter(each.origin for each in rows).most_common(1)[0][0]
+                most = Counter((each.origin, _between(each)) for each in rows).most_common(1)[0][0]
+                row.origin = row.origin if row.origin and _between(row) == most[1] else most[0]
                 row.shift = Counter(each.shift for each in rows).most_common(1)[0][0]
             self._give_points(rows)
 
@@ -128,6 +129,7 @@ class Recognised(Given):
         up, own = self.graph.upstream(triple), {s for p in triple for s in self.depends.get(p, ())} & self.lengths
         parts = [s for s in finals if s != triple and up.issuperset(s)]
         points = [own.intersection(*(self.depends.get(p, ()) for p in s)) for s in parts]
+        points = [point for point in points if len(point) > 2]  # not of the terms with x, with y and with z
         return any(a - b and b - a for a, b in combinations(points, 2))
 
     def _respond(self):
@@ -201,12 +203,13 @@ class Recognised(Given):
                 continue
             if apart and (len(inside) < 3 or not left.isdisjoint(offset(line[0], 0, n) for n in range(1, right))):
                 continue
-            if len(inside) >= 2 and (apart or all(self.graph.component.get(p) is whole for p in line)):
+            alone = len(whole) == 3 and len({*map(graph.form, line)}) == 1  # two that take empty cells by a slip
+            if len(inside) >= 2 - alone and (apart or all(self.graph.component.get(p) is whole for p in line)):
                 sets = [self.lengths.intersection(self.depends[p]) for p in inside]
                 turned = [cells - self.unmoved.get(p, set()) for p, cells in zip(inside, sets, strict=True)]
                 sets = turned if all(turned) else sets  # but for what is added after the turn, each to its own
                 pairs = [(len(a & b), len(a | b)) for a, b in combinations(sets, 2)]
-                alike = all(both for both, _ in pairs) and max(both / either for both, either in pairs)
+                alike = all(both for both, _ in pairs) and max((both / either for both, either in pairs), default=1)
                 same = self._in_order([self.unturned.get(p, {}) for p in line[:3]])
                 along = 1 if line[0][1] < line[1][1] else 2
                 lost = {p for p in line if p in graph.trees and not self.depends[p]}  # by a slip
@@ -337,6 +340,8 @@ class Recognised(Given):
     def _three(self, cells):
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
         lines = self.lines(set(cells), min(len(cells), 2))
+        lines = [line for line in lines if self.lengths.isdisjoint(line)]
+        lines.sort(key=lambda line: -len(self.angles.intersection(line)))
         if len(cells) == 3:  # which may be one of two others and a wrong one
             may = self.angles | (self.typed - self.graph.used.keys()) if self.composed.isdisjoint(cells) else set()
             near = (line for line in lines if sum(b - a for a, b in zip(line[0][1:], line[1][1:], strict=True)) < 3)
@@ -396,6 +401,12 @@ class Recognised(Given):
             calculation.active = bool(calculation.shift) if calculation.shift or calculation.origin else None
             calculation.said = f"points by these angles, {plane.sequence}"
         calculations.append(calculation)
+
+
+def _between(row):
+    """How far the origin of a row of a table is from its angles: the same where both are looked up."""
+    steps = zip(row.origin[:1], row.angles[:1], strict=False)
+    return tuple((p[0], p[1] - q[1], p[2] - q[2]) for p, q in steps)
 
 
 def _apart(lines):

@@ -14,10 +14,7 @@ PRIMED = re.compile(r"(?<![A-Za-z])([XYZ])[-–, ]*([XYZ])['’′][-–, ]*([XY
 NUMBERED = re.compile(r"(?<![\d.])([123])-([123])-([123])(?![\d.])")
 TURNS = r"euler|欧拉|rotat|dreh|turn|旋转|转|sequence|reihenfolge|顺序|axes|achsen|轴|trins|rpy|[ck]ardan|wrist"
 ONE_AXIS = r"(?:about|around|\bum|autour de|绕)(?:\s|\(|the|die|der|den|l'axe|new|neue\w?|新的?)*([xyz])(?![a-z])"
-THEN = r".*?(?:then|dann|danach|puis|再|然后|接着)\W*(?:about|um|绕)?\W*([xyz])(?![a-z])"
-FIRST_THEN = re.compile(
-    rf"(?:first|erst|zuerst|d'abord|先)\W*(?:about|um|绕)?\W*([xyz])(?![a-z]){THEN}{THEN}", re.I
-)
+AXIS_OR_THEN = re.compile(r"(?<![a-z])([xyz])(?![a-z])|(then|dann|danach|puis|再|然后|接着)", re.I)
 FIXED = r"fixed axes|extrins|raumfest|feste[nr]? achsen|固定(坐标)?轴|外旋|static axes"
 OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵))"  # active matrices may make a passive rotation
 ACTIVE, PASSIVE = (rf"(?:{word}){OF_MATRICES}" for word in (r"\bactive|aktiv|主动", r"passiv|被动"))
@@ -89,7 +86,8 @@ def reading(task, text):
     said |= {"".join("XYZ"[int(n) - 1] for n in f.groups()) for line in turns for f in NUMBERED.finditer(line)}
     in_words = [re.findall(ONE_AXIS, line, re.I) for line in text.splitlines()]
     said |= {"".join(axes).upper() for axes in in_words if len(axes) == 3}
-    said |= {"".join(f.groups()).upper() for line in turns for f in FIRST_THEN.finditer(line)}
+    parts = [[f[1] or ">" for f in AXIS_OR_THEN.finditer(line)] for line in turns]
+    said |= {"".join(part[::2]).upper() for part in parts if part[1::2] == [">", ">"]}
     said &= set(euler.SEQUENCES)
     by_task = task.sequence or ("ZXZ" if task.kind == "zxz" else "")
     by_text = "" if len(said) != 1 else said.pop()

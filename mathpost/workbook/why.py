@@ -68,6 +68,9 @@ class Why:
         """Cause, sentence and cost of one wrong cell, or of an array formula."""
         graph, (place, value) = self.graph, next(iter(wanted.items()))
         cell, short = graph.cells.get(place), graph.short(place)
+        if len(wanted) > 1:
+            array = sorted(wanted, key=graph.reading_order)
+            short += f", of the array {graph.short(array[0])}:{graph.short(array[-1])}"
         known = place in self.judge.targets or any(same(value, entry, 1e-7) for entry in calculation.entries)
         if cell is None:
             return "wrong value", f"{short} is empty", UNEXPLAINED

@@ -1,0 +1,100 @@
+"""Lookups as references: INDEX, MATCH, VLOOKUP and the like, with a key that is typed, name a cell of a table.
+
+The check looks at what that cell becomes; that a lookup finds another cell than it should is a wrong reference.
+"""
+
+from dataclasses import replace
+
+from mathpost.workbook.formula import Area
+
+
+def resolved(tree, held):
+    """Return a tree with a reference for every lookup that finds a cell; `held(place)` is what is typed there.
+
+    Examples
+    --------
+    >>> from mathpost.workbook.formula import parse, text_of
+    >>> held = {("S", 1, 1): "P1", ("S", 2, 1): "P2"}.get
+    >>> text_of(resolved(parse('=SIN(VLOOKUP("p2",A1:B9,2,FALSE))', "S", {}), held))
+    'SIN(B2)'
+    """
+    tree = tuple(resolved(part, held) if isinstance(part, tuple) else part for part in tree)
+    try:
+        return FOUND[tree[0]](held, *tree[1:]) or tree
+    except (AttributeError, KeyError, TypeError, ValueError, StopIteration):  # no lookup, or nothing is found
+        return tree
+
+
+def _held(held, tree):
+    """A number or a text, in lower case, that is typed in a formula or in the cell to which it refers."""
+    if tree[0] == "area" and tree[1].shape == (1, 1):
+        value = held(tree[1].places[0])
+    else:
+        value = {"number": tree[1], "text": tree[1]}[tree[0]]
+    return value.lower() if isinstance(value, str) else float(value)
+
+
+def _number(held, tree):
+    number = _held(held, tree)
+    return int(number) if isinstance(number, float) else None
+
+
+def _position(held, key, area, kind=1):
+    """From 0, where a key stands in a row or a column: itself with `kind` 0, else the last not beyond it."""
+    key, cells = _held(held, key), [held(place) for place in area.places]
+    values = [value.lower() if isinstance(value, str) else value and float(value) for value in cells]
+    if kind == 0:
+        return values.index(key)
+    alike = [n for n, value in enumerate(values) if type(value) is type(key)]
+    return next(n for n in alike[::-1] if (values[n] <= key if kind > 0 else values[n] >= key))
+
+
+def _match(held, key, table, kind=("number", 1.0)):
+    return "number", float(_position(held, key, table[1], _number(held, kind)) + 1)
+
+
+def _index(held, table, row, column=None):
+    area, row = table[1], _number(held, row)
+    if column is None:
+        row, column = (1, row) if area.shape[0] == 1 else (row, 1)
+    else:
+        column = _number(held, column)
+    if not (0 <= row <= area.shape[0] and 0 <= column <= area.shape[1]):
+        return None
+    rows = (area.top + row - 1,) * 2 if row else (area.top, area.bottom)
+    columns = (area.left + column - 1,) * 2 if column else (area.left, area.right)
+    return "area", Area(area.sheet, rows[0], columns[0], rows[1], columns[1])
+
+
+def _along(across):
+    """VLOOKUP, or HLOOKUP, `across` the table."""
+
+    def find(held, key, table, number, near=("number", 1.0)):
+        area, number = table[1], _number(held, number)
+        line = replace(area, **({"bottom": area.top} if across else {"right": area.left}))
+        where = _position(held, key, line, int(bool(_number(held, near)))) + 1
+        place = (number, where) if across else (where, number)
+        return _index(held, table, *(("number", float(n)) for n in place))
+
+    return find
+
+
+def _beside(kind):
+    """XLOOKUP, or LOOKUP, which takes the last that is not beyond the key: what stands beside it elsewhere."""
+
+    def find(held, key, keys, table, *_):
+        where, whole = ("number", _position(held, key, keys[1], kind) + 1.0), ("number", 0.0)
+        return _index(held, table, *((where, whole) if keys[1].shape[1] == 1 else (whole, where)))
+
+    return find
+
+
+FOUND = {
+    "MATCH": _match,
+    "INDEX": _index,
+    "VLOOKUP": _along(across=False),
+    "HLOOKUP": _along(across=True),
+    "XLOOKUP": _beside(0),
+    "LOOKUP": _beside(1),
+    "CHOOSE": lambda held, number, *values: values[_number(held, number) - 1],
+}
