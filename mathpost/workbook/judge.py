@@ -133,7 +133,7 @@ class Judge:
         self._prepare(self.live)
         rows = [row for row in self.live if isinstance(row, Words)]
         for row in rows:  # once more, on the branch that the table is on
-            row.preferred = int(np.argmax(sum(r.votes for r in rows)))
+            row.preferred = int(np.argmax(sum(r.votes for r in rows if r.table == row.table)))
         self._prepare(rows)
         for calculation in self.live[:]:
             self._drop_if_partial(calculation)

@@ -47,6 +47,8 @@ class Table:
     counters: tuple = ()
     left: tuple = ()  # rows in between that are not of the table
     others: tuple = ()  # columns of numbers that are none of these, and that nobody uses
+    source: tuple = ()  # the columns of tip and axis
+    words: tuple = ()
 
     def said(self, graph):
         """Where the columns stand."""
@@ -62,15 +64,29 @@ class Table:
 def find_tables(graph, kinematics):
     """Return the tables of a workbook, and the ranges of what may be one and is not understood.
 
-    Rows of one table may stand on two sheets, its words on several; points may stand in columns instead of rows.
+    Rows of one table may stand on two sheets, its words on several; points may stand in columns instead of rows,
+    or there may be one. Both solutions may stand beside each other: these are two tables.
     """
-    for along in (1, 2):  # points in rows, points in columns
-        blocks, left = _blocks(graph, along)
-        found = {n: table for n, block in enumerate(blocks) if (table := _table(graph, kinematics, block))}
-        for a, b in permutations(range(len(blocks)), 2):
+    for single, along in product((False, True), (1, 2)):  # points in rows, points in columns
+        blocks, left = _blocks(graph, along, single)
+        likely = _said_and_fitting if single else _said_or_fitting
+        found = {n: _table(graph, kinematics, block, likely) for n, block in enumerate(blocks)}
+        found = {n: table for n, table in found.items() if table}
+        for a, b in () if single else permutations(range(len(blocks)), 2):
             if b not in found and len(blocks[a][0].places) == len(blocks[b][0].places):
                 table = _table(graph, kinematics, blocks[a] + blocks[b])
                 found |= {a: found.get(a, table), b: table} if table else {}
+        for n, table in list(found.items()):  # the other solution, in what is left or beside it
+            for b, block in enumerate(blocks):
+                rest = [column for column in block if column not in (*table.source, *table.words)]
+                if (
+                    (b == n or b not in found)
+                    and len(rest) >= 5
+                    and len(rest[0].places) == len(table.words[0].places)
+                ):
+                    twin = _table(graph, kinematics, [*table.source, *rest], _fitting)
+                    twin = twin if twin and twin.source == table.source else None
+                    found |= {b if b not in found else (b, "twin"): twin} if twin else {}
         if found:
             tables = list(dict.fromkeys(found.values()))
             judged = graph.upstream(p for table in tables for *_, words in table.rows for p in words)
@@ -81,10 +97,11 @@ def find_tables(graph, kinematics):
     return [], []
 
 
-def _blocks(graph, along):
+def _blocks(graph, along, single):
     """Lists of columns: of rows of numbers without a gap; rows are counted by the place's number `along`.
 
-    And the first and last cells of rows that are left out, as those of a largest or a mean.
+    With `single` each row is alone. And the first and last cells of rows that are left out, as those of a largest or
+    a mean.
     """
     lines, blocks, left = {}, [], []
     for place in graph.component:
@@ -97,7 +114,7 @@ def _blocks(graph, along):
     while lines:
         sheet, first = min(lines, key=lambda line: (graph.numbers[line[0]], line[1]))
         run = []
-        while (sheet, first + len(run)) in lines:
+        while (sheet, first + len(run)) in lines and not (single and run):
             run.append(lines.pop((sheet, first + len(run))))
         counted = Counter(place[3 - along] for places in run for place in places)
         numbers = sorted(number for number, count in counted.items() if 2 * count > len(run))
@@ -136,11 +153,23 @@ def _letters(heading):
     return dict.fromkeys(named, PLAIN if MACHINE.search(said) else AMONG_OTHERS)
 
 
-def _table(graph, kinematics, columns):
-    """The `Table` in some columns, or None."""
+def _said_or_fitting(said, fitting):
+    return said == 5 or fitting >= 3
+
+
+def _said_and_fitting(said, fitting):
+    return said == 5 and fitting >= 3
+
+
+def _fitting(said, fitting):
+    return fitting >= 4
+
+
+def _table(graph, kinematics, columns, likely=_said_or_fitting):
+    """The `Table` in some columns, or None; `likely` is asked how many words have headings, and how many fit."""
     count = len(columns[0].places)
     sample = np.unique(np.linspace(0, count - 1, min(count, LOOKED_AT)).astype(int))
-    roles = _Roles(graph, columns, kinematics, sample).find()
+    roles = _Roles(graph, columns, kinematics, sample).find(likely)
     if roles is None:
         return None
     tip, axis, words = *(_sources(graph, columns, roles[part]) for part in ("tip", "axis")), roles["words"]
@@ -157,7 +186,8 @@ def _table(graph, kinematics, columns):
     others = [(places[0], places[-1]) for places in others if graph.used.keys().isdisjoint(places)]
     units = tuple(columns[n].unit for n in words[3:])
     counters = tuple(p for c in columns if not c.typed and _is_count(c.values) for p in c.places)
-    return Table(rows, units, counters, tuple(left), tuple(others))
+    columns = tuple(source), tuple(columns[n] for n in words)
+    return Table(rows, units, counters, tuple(left), tuple(others), *columns)
 
 
 def _is_count(values):
@@ -191,7 +221,7 @@ class _Roles:
         self.values = np.array([column.values[sample] for column in columns])
         self.names = [name[0].lower() for name in kinematics.machine.joint_names]
 
-    def find(self):
+    def find(self, likely):
         """The columns by "tip", "axis", "words"; None if there are not all."""
         axis = max(self.triples("ijk", "uvw", "xyz"), key=self.axis_score, default=None)
         if axis is None or self.axis_score(axis) < 0.5:
@@ -231,8 +261,8 @@ class _Roles:
         fits = [*fits, *(self.turning(self.demanded[..., k]) for k in (0, 1))]
         fitting = sum(fits[k][n] >= 0.5 for k, n in words.items())
         headed = sum(self.names[k] in self.columns[n].letters for k, n in words.items())
-        if fitting < 3 and headed < 5:  # a coincidence
-            return None
+        if not likely(headed, fitting):
+            return None  # a coincidence
         return {"tip": tip, "axis": axis, "words": [words[k] for k in range(5)]}
 
     def triples(self, *groups):
