@@ -100,8 +100,8 @@ def find_tables(graph, kinematics):
 def _blocks(graph, along, single):
     """Lists of columns: of rows of numbers without a gap; rows are counted by the place's number `along`.
 
-    With `single` each row is alone. And the first and last cells of rows that are left out, as those of a largest or
-    a mean.
+    With `single` each row is alone. And the first and last cells of rows that are left out, as of a largest or a
+    mean.
     """
     lines, blocks, left = {}, [], []
     for place in graph.component:

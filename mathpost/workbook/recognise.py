@@ -271,7 +271,7 @@ class Recognised(Given):
         return tuple(turned_by[:2] if is_lost else turned_by)
 
     def _shift(self, triple, back):
-        """What is added to a vector after it is turned, as the origin of a plane is; an origin may be by mistake."""
+        """What is added to a vector after it is turned, as a plane's origin is; another may be a mistake."""
         unmoved = [self.unmoved.get(p, set()) for p in triple[:3]]
         shift = next(iter(self.lines(set().union(*unmoved), 2)), ())
         label = self.label(shift[0]) if shift else ""
