@@ -4,8 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mathpost.angles import from_axis_angle
+from mathpost.angles import from_axis_angle, from_quaternion
 from mathpost.detective.misreadings import elementary
+from mathpost.rotation import unit
 from mathpost.workbook.graph import SAMPLES
 
 LARGEST_RADIANS = 6.3  # an angle beyond a turn in radians is in degrees
@@ -66,18 +67,29 @@ class Calculation:
 
 @dataclass(eq=False)
 class Turn(Calculation):
-    """A rotation of a point, about an origin where there is one, by three angles in sequence or about an axis."""
+    """A rotation of a point, about an origin where there is one, by three angles in sequence or about an axis.
+
+    An `axis` of four is a quaternion, scalar first.
+    """
 
     sequence: str = "ZXZ"
     active: bool | None = False  # None: whichever more results are of
     shift: tuple = ()  # what is added after the rotation
     back: bool = False  # whether the point is turned back, from the turned frame
     plane: Calculation | None = None  # that has these angles
+    of_length_one: bool = False  # whether the axis or quaternion is taken as it is, not divided by its length
 
     @property
     def given(self):
         """All inputs."""
         return (*super().given, *self.shift)
+
+    def draw(self, rng, units):
+        drawn = super().draw(rng, units)
+        if self.of_length_one:
+            length = np.linalg.norm([drawn[p] for p in self.axis], axis=0)
+            drawn |= {p: drawn[p] / length for p in self.axis}
+        return drawn
 
     def prepare(self, values, units):
         """Compute, for the samples in `values`, what may stand in the sheet: in 4×4, of which 3×3 are a part."""
@@ -112,6 +124,7 @@ class Turn(Calculation):
             point = np.concatenate([look(values, self.point), np.ones((SAMPLES, 1))], axis=1)[..., None]
             vectors = [*(matrix @ point for matrix in moved), point]
             self.known |= {n: [_cells(v, n) for v in vectors] for n in (3, 4)}
+            self.known[len(self.axis) or 3] += [unit(look(values, self.axis)).T] if self.axis else []
             target = vectors[1] if len(self.results) < 9 else target
             self._make_mistakes(ends[0], point, point - moved[0] @ point)
         self.should_be(self.results, _cells(target, 3 if len(self.results) in (3, 9) else 4))
@@ -128,7 +141,9 @@ class Turn(Calculation):
     def _elements(self, values):
         """The elementary matrices from left to right, each of shape (samples, 4, 4)."""
         sign = 1 if self.active else -1
-        if self.axis:
+        if len(self.axis) == 4:
+            order = [from_quaternion(look(values, self.axis) * [1, sign, sign, sign])]
+        elif self.axis:
             order = [from_axis_angle(look(values, self.axis), sign * self.radians[:, 0])]
         else:
             order = [elementary(*each) for each in zip(self.sequence.upper(), -sign * self.radians.T, strict=True)]
@@ -155,7 +170,7 @@ class Turn(Calculation):
 
 def look(values, places):
     """The values of some places, shape (samples, len(places))."""
-    return np.stack([np.broadcast_to(values[p], SAMPLES) for p in places], axis=-1)
+    return np.array([np.broadcast_to(values[p], SAMPLES) for p in places]).reshape(-1, SAMPLES).T
 
 
 def nearest(now, both, degrees=True, preferred=None, slack=1e-6):

@@ -62,6 +62,7 @@ class Given:
             # A matrix has formulas, or else numbers such as cosines and sines make: it is no table of points.
             typed = len(numbers) == len(window) and None not in numbers
             table = typed and (all(n % 1 == 0 for n in numbers) or not may_turn(numbers))
+            table &= numbers != [float(n % 4 == 0) for n in range(9)]  # the unit matrix
             typed = {p for p in window if p in self.typed and abs(graph.own[p]) > 1}
             table |= len(typed) > (1 if len(window) == 9 else 3)
             table |= any(len({p[n] for p in typed}) == 1 for n in (1, 2)) and len(typed) > 2

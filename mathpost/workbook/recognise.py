@@ -15,7 +15,7 @@ from mathpost.workbook.given import Given, offset, runs
 from mathpost.workbook.label import read_label
 from mathpost.workbook.nc_table import rows_of
 from mathpost.workbook.plane_angles import find_planes
-from mathpost.workbook.task import reading
+from mathpost.workbook.task import PASSIVE, reading
 
 MOVES = 1500  # inputs of one formula that are moved one by one
 SHIFT = r"shift|translat|verschieb|décal|平移|^\W*t[xyz]?\b"  # what is added after the turn
@@ -43,6 +43,8 @@ class Recognised(Given):
         self.windows = [w for w in self.matrices() if given.isdisjoint(w)]
         self.constants = self.never_moved() - given
         inputs = {p for p in self.typed if not self.composed.issuperset(graph.used.get(p, ()))} - self.constants
+        self.quaternions = self._quaternions(inputs)
+        self.turning |= {p for quaternion in self.quaternions for p in quaternion}
         self.angles, self.lengths = inputs & self.turning, inputs - self.turning
         if task.machine is not None:
             self.calculations, self.problems = rows_of(graph, task.machine, task.cells)
@@ -90,6 +92,8 @@ class Recognised(Given):
             last = all(after.isdisjoint(w) for w in self.windows if w != window)
             if last and plane:
                 self._tell(Turn(window, self._angles_of(plane)), self.calculations, plane)
+            elif last and (axis := self._quaternion_of(own, window[0])):
+                self._tell(Turn(window, (), axis=axis), self.calculations)
             elif last and len(own) == most > 0 and (angles := self._three(own)):
                 self._tell(Turn(window, self._by_name(angles)), self.calculations)
         for component in graph.components:  # the rows of a table have one origin, even if a $ is missing
@@ -139,7 +143,7 @@ class Recognised(Given):
         table needs no more runs than a short one.
         """
         graph, inputs = self.graph, (*self.sorted(self.angles), *self.sorted(self.lengths))
-        self.depends, self.reaches, self.unturned, self.unmoved = {}, {}, {}, {}
+        self.depends, self.reaches, self.unturned, self.unmoved, self.curved = {}, {}, {}, {}, {}
         together = {p: {p} for p in inputs}
         for place in graph.order:
             sources = graph.uses[place]
@@ -159,7 +163,8 @@ class Recognised(Given):
             n = turn[place]
             if place in self.angles:
                 moved[place][n] += 11.0
-                moved[place][2 * size :] = 1e-5  # all but nothing is turned
+                scalar = place in {quaternion[0] for quaternion in self.quaternions}
+                moved[place][2 * size :] = 1.0 if scalar else 1e-5  # all but nothing is turned
             else:
                 moved[place][[n, size + n, 2 * size + n]] += [step, 2 * step, step]
         values = graph.run(moved)
@@ -171,8 +176,9 @@ class Recognised(Given):
             else:
                 small = 1e-9 * (1 + abs(value[0]))
                 self.depends[place] = {p for p in reach if change[turn[p]] > small}
-                pairs = [(change[turn[p]], change[size + turn[p]]) for p in self.depends[place] & self.lengths]
-                linear = any(abs(second - 2 * first) <= 0.01 * first for first, second in pairs)
+                pairs = {p: (change[turn[p]], change[size + turn[p]]) for p in self.depends[place] & self.lengths}
+                straight = {p for p, (one, two) in pairs.items() if abs(two - 2 * one) <= 0.01 * one}
+                linear, self.curved[place] = bool(straight), pairs.keys() - straight
             if linear and self.depends[place] & self.lengths and place not in self.typed | graph.messages:
                 self.vectors.add(place)
                 slopes = {p: (value[2 * size + turn[p]] - value[2 * size]) / step for p in lengths}
@@ -244,11 +250,21 @@ class Recognised(Given):
         back = bool(re.search(INVERSE, self.text, re.I))
         shift = self._shift(triple, back or plane)
         point, origin, others = self._moved(triple, shift, before)
-        if len(angles) == 1 and others and re.search(ABOUT_AN_AXIS, self.text, re.I):
+        if axis := self._quaternion_of(angles, triple[0]):
+            self._tell(Turn(triple, (), point, origin, axis=axis, shift=shift), calculations)
+            return
+        still = [line for line in others if self._is_still(line, triple)]  # where nothing is turned
+        axes = [line for line in still if any(p in self.curved.get(t, ()) for p in line for t in triple)]
+        centres = [line for line in still if line not in axes]
+        centres += [origin] * (self.active and self._is_named(origin, CENTRE))
+        if centres and not shift:
+            origin = shift = centres[0]
+        if len(angles) == 1 and (axes or (others and re.search(ABOUT_AN_AXIS, self.text, re.I))):
             lines, matrices = (point, *others), self.graph.upstream(p for w in self.windows for p in w)
-            axis = next((line for line in lines if matrices.issuperset(line)), others[0])
-            point = next(line for line in lines if line != axis)
-            self._tell(Turn(triple, angles, point, axis=axis), calculations)
+            axis = next((line for line in axes or lines if matrices.issuperset(line)), (axes or others)[0])
+            point = point if axes else next(line for line in lines if line != axis)
+            origin = origin if axes else ()
+            self._tell(Turn(triple, angles, point, origin, axis=axis, shift=shift), calculations)
             return
         if plane and point:
             turn = Turn(triple, self._angles_of(plane), point, origin, shift=shift)
@@ -263,6 +279,35 @@ class Recognised(Given):
             return
         self._tell(Turn(triple, self._by_name(chosen), point, origin, shift=shift), calculations)
 
+    def _is_still(self, line, triple):
+        """Whether lengths do not move a vector where nothing is turned: those of an axis, or of a centre."""
+        return sum(not set(line).isdisjoint(self.unturned.get(p, ())) for p in triple[:3]) < 2
+
+    def _quaternions(self, inputs):
+        """Four given numbers in line, scalar first or last, in a sheet that speaks of quaternions."""
+        if not re.search(r"quaternion|四元数", self.text, re.I):
+            return []
+        lines = [line for line in runs(inputs - self.turning) if len(line) == 4]
+        first = [re.search(r"w|q?0|s", self.label(line[0]), re.I) for line in lines]
+        last = [re.search(r"\bq?[xi]\b|\bq?1\b", self.label(line[0]), re.I) for line in lines]
+        return [
+            line[-1:] + line[:-1] if end and not start else line
+            for line, start, end in zip(lines, first, last, strict=True)
+        ]
+
+    def _quaternion_of(self, cells, place):
+        """The quaternion that most of some cells are of, that in the row of a place first; None if there is none."""
+        count = {q: (len(set(q).intersection(cells)), q[0][:2] == place[:2]) for q in self.quaternions}
+        best = max(count, key=count.get, default=None)
+        return best if best and count[best][0] else None
+
+    def _is_of_length_one(self, axis):
+        """Whether an axis or quaternion has length one, and no formula makes its length."""
+        graph, given = self.graph, set(axis)
+        lengths = (graph.upstream([p]) - graph.trees.keys() for p in graph.downstream(axis) & graph.trees.keys())
+        is_one = abs(np.linalg.norm([graph.own[p] for p in axis]) - 1) < 2e-3
+        return bool(is_one) and given not in lengths
+
     def _angles_of(self, plane):
         """The cells of a plane's angles that are turned by; a third one that is 0 is used by no formula."""
         order = self.graph.calculation_order
@@ -274,9 +319,18 @@ class Recognised(Given):
         """What is added to a vector after it is turned, as a plane's origin is; another may be a mistake."""
         unmoved = [self.unmoved.get(p, set()) for p in triple[:3]]
         shift = next(iter(self.lines(set().union(*unmoved), 2)), ())
-        label = self.label(shift[0]) if shift else ""
-        meant = back or re.search(SHIFT, label, re.I) or (self.active and not re.search(CENTRE, label, re.I))
+        meant = back or self._is_named(shift, SHIFT) or (self.active and not self._is_named(shift, CENTRE))
         return shift if meant else ()
+
+    def _is_named(self, line, pattern):
+        """Whether the text before the first of some cells, or above it, is such a name."""
+        cells = self.graph.cells
+        for steps in (((0, -n) for n in (1, 2, 3)), ((-n, 0) for n in (1, 2, 3))) if line else ():
+            near = (cells.get(offset(line[0], *step)) for step in steps)
+            text = next((cell.value for cell in near if cell and isinstance(cell.value, str)), "")
+            if re.search(pattern, text, re.I):
+                return True
+        return False
 
     def _moved(self, triple, shift, before):
         """The point, or the vector `before`, and the origin of a vector, and other triples of its lengths.
@@ -392,10 +446,14 @@ class Recognised(Given):
     def _tell(self, calculation, calculations, plane=None):
         primed = calculation.point and re.search("['′’]", self.label(calculation.point[0]))
         calculation.back = bool((calculation.shift or primed) and re.search(INVERSE, self.text, re.I))
-        calculation.sequence, calculation.active = self.sequence, self.active != calculation.back
-        name = "a rotation about an axis" if calculation.axis else f"{self.sequence}, as {self.by} says"
+        active = self.active
+        if calculation.axis:  # what the field means by these, unless it is said
+            active |= not (self.task.convention or re.search(PASSIVE, self.text, re.I))
+            calculation.of_length_one = self._is_of_length_one(calculation.axis)
+        calculation.sequence, calculation.active = self.sequence, active != calculation.back
+        name = {0: f"{self.sequence}, as {self.by} says", 3: "about an axis", 4: "by a quaternion"}
         back = ", turned back" * calculation.back
-        calculation.said = f"{'active' if self.active else 'passive'} rotation, {name}{back}"
+        calculation.said = f"{'active' if active else 'passive'} rotation, {name[len(calculation.axis)]}{back}"
         if plane:  # into it less the origin, or out of it and to the origin, or who knows
             calculation.plane, calculation.sequence = plane, plane.sequence
             calculation.active = bool(calculation.shift) if calculation.shift or calculation.origin else None
