@@ -280,8 +280,9 @@ class Recognised(Given):
         self._tell(Turn(triple, self._by_name(chosen), point, origin, shift=shift), calculations)
 
     def _is_still(self, line, triple):
-        """Whether lengths do not move a vector where nothing is turned: those of an axis, or of a centre."""
-        return sum(not set(line).isdisjoint(self.unturned.get(p, ())) for p in triple[:3]) < 2
+        """Whether lengths move no vector where nothing is turned, as those of an axis or centre; but for a slip."""
+        counts = [len(set(line) & self.unturned.get(p, {}).keys()) for p in triple[:3]]
+        return counts.count(0) > 1 and sum(counts) < 3
 
     def _quaternions(self, inputs):
         """Four given numbers in line, scalar first or last, in a sheet that speaks of quaternions."""
@@ -296,7 +297,7 @@ class Recognised(Given):
         ]
 
     def _quaternion_of(self, cells, place):
-        """The quaternion that most of some cells are of, that in the row of a place first; None if there is none."""
+        """The quaternion that most of some cells are of, that in the row of a place first; None without one."""
         count = {q: (len(set(q).intersection(cells)), q[0][:2] == place[:2]) for q in self.quaternions}
         best = max(count, key=count.get, default=None)
         return best if best and count[best][0] else None
