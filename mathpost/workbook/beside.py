@@ -368,7 +368,8 @@ class Beside:
         numbers, whole = np.array([[sign * 35.0], [20.0], [48.0]]), (35, 35 + 20 / 60, 35 + 20 / 60 + 48 / 3600)
         made = self.graph.cell(place, dict(zip(parts, numbers, strict=False)), tree)
         in_line = 1 in (len({p[1] for p in parts}), len({p[2] for p in parts}))
-        return in_line and len(parts) in (2, 3) and same(made, np.array([sign * whole[len(parts) - 1]]))
+        wanted = [unit * sign * whole[len(parts) - 1] for unit in (1, np.pi / 180)] if len(parts) in (2, 3) else ()
+        return in_line and any(same(made, np.array([each])) for each in wanted)
 
     def _goes_on(self, place):
         """Whether an angle is made of the one before as all around it are, as in a table of steps."""

@@ -156,10 +156,14 @@ def _functions(part, path):
         for order in permutations(factors) if len(factors) < 5 else [factors[::-1]]:
             yield "order of product", reduce(lambda left, right: (name, left, right), order)
         yield from (("transposed", (name, *factors)) for factors in ((("TRANSPOSE", a), b), (a, ("TRANSPOSE", b))))
-    if not path and name in ("+", "SUM", "SUMSQ", "SUMPRODUCT"):
+    if name == "SUMSQ" or (name == "+" and _is_square(inner[1])) or (not path and name in ("+", "SUM", "SUMPRODUCT")):
         yield "wrong value", ("SQRT", part)
     if not path and name in ("MMULT", "TRANSPOSE"):
         yield "transposed", ("TRANSPOSE", part)
+
+
+def _is_square(tree):
+    return (tree[0] == "^" and tree[2] == ("number", 2.0)) or (tree[0] == "*" and tree[1] == tree[2])
 
 
 def _factors(tree):

@@ -71,11 +71,12 @@ class Recognised(Given):
             difference = all(t[0] == "-" and t[1][0] == t[2][0] == "area" for t in trees)
             difference &= any(s in self.vectors for p in triple for s in graph.uses.get(p, ()))
             # One of which but a cell depends on angles was turned back.
-            turned = sum(bool(self.turned_by([p])) for p in triple) > 1
+            lost = sum(not self.depends.get(p) for p in triple) == 2  # they take empty cells by a slip
+            turned = lost or sum(bool(self.turned_by([p])) for p in triple) > 1
             turned |= any(up & self.typed >= set(w) for w in self.windows)
             # One coordinate of each of three points is no vector.
             lengths = [self.lengths.intersection(self.depends.get(p, ())) for p in triple]
-            turned &= any(a & b for a, b in combinations(lengths, 2))
+            turned &= lost or any(a & b for a, b in combinations(lengths, 2))
             (finals if turned and not difference else self.beside).append(triple)
         for triple in finals[:]:
             if self._is_combined(triple, finals):
@@ -105,18 +106,15 @@ class Recognised(Given):
             self._give_points(rows)
 
     def _give_points(self, rows):
-        """Give a row of a table the point that stands in it as those of the others do, and that no formula uses."""
-        apart = Counter(
-            tuple(a - b for a, b in zip(row.point[0][1:], row.results[0][1:], strict=True))
-            for row in rows
-            if row.point
-        )
-        for (down, right), votes in apart.most_common(1):
+        """Give a row of a table the point that stands as those of the others do: all others, or no formula uses it."""
+        apart = Counter((row.point[0][0], *_step(row.results[0], row.point[0])) for row in rows if row.point)
+        for (sheet, down, right), votes in apart.most_common(1):
             for row in rows if votes > 2 else ():
-                _, top, left = row.results[0]
-                own = [offset(p, top + down - row.point[0][1], left + right - row.point[0][2]) for p in row.point]
-                if self.typed.issuperset(own) and self.graph.used.keys().isdisjoint(own):
-                    row.point = tuple(own)
+                _, top, left = offset(row.results[0], down, right)
+                own = tuple((sheet, top + n, left + k) for n, k in (_step(row.point[0], p) for p in row.point))
+                unused = self.typed.issuperset(own) and self.graph.used.keys().isdisjoint(own)
+                if unused or (votes == len(rows) - 1 and self.graph.component.keys() >= set(own)):
+                    row.point = own
 
     def _frames_before(self, finals):
         """Vector → the vector that is its point, where one frame follows another: three angles more turn it."""
@@ -271,6 +269,8 @@ class Recognised(Given):
             self._tell(turn, calculations, plane)
             return
         chosen = self._three(angles) or self._three(self.sorted(self.angles))
+        if min(len(self.depends[p] & self.angles) for p in triple[:3] if p in self.depends) > 4 and not before:
+            chosen = None  # turned more than once, and not by a vector in between
         if chosen is None or not point:
             what = "three angles" if chosen is None else "a point"
             if calculations is self.calculations:
@@ -387,7 +387,7 @@ class Recognised(Given):
         for down, right in ((0, -1), (-1, 0)):
             before = (cells.get(offset(place, n * down, n * right)) for n in range(1, 60))
             texts = (c.value for c in before if c and isinstance(c.value, str))
-            role = read_label(next(texts, ""))
+            role = next(filter(None, map(read_label, next(texts, "").split("=")[::-1])), None)  # "z2 = z'"
             if role and role.kind in ("coordinate", "outcome"):
                 return role.word
         return None
@@ -445,6 +445,9 @@ class Recognised(Given):
         self._tell(Turn(*(given[name] for name in ("result", "angles", "point", "origin"))), self.calculations)
 
     def _tell(self, calculation, calculations, plane=None):
+        said = [self.coordinate(p) for p in calculation.results]
+        if sorted(filter(None, said)) == [(0,), (1,), (2,)] and len(said) == 3:
+            calculation.results = tuple(calculation.results[said.index((n,))] for n in range(3))
         primed = calculation.point and re.search("['′’]", self.label(calculation.point[0]))
         calculation.back = bool((calculation.shift or primed) and re.search(INVERSE, self.text, re.I))
         active = self.active
@@ -460,6 +463,11 @@ class Recognised(Given):
             calculation.active = bool(calculation.shift) if calculation.shift or calculation.origin else None
             calculation.said = f"points by these angles, {plane.sequence}"
         calculations.append(calculation)
+
+
+def _step(a, b):
+    """How far it is from a place to another, down and to the right."""
+    return b[1] - a[1], b[2] - a[2]
 
 
 def _between(row):
