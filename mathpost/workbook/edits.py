@@ -156,7 +156,11 @@ def _functions(part, path):
         for order in permutations(factors) if len(factors) < 5 else [factors[::-1]]:
             yield "order of product", reduce(lambda left, right: (name, left, right), order)
         yield from (("transposed", (name, *factors)) for factors in ((("TRANSPOSE", a), b), (a, ("TRANSPOSE", b))))
-    if name == "SUMSQ" or (name == "+" and _is_square(inner[1])) or (not path and name in ("+", "SUM", "SUMPRODUCT")):
+    if (
+        name == "SUMSQ"
+        or (name == "+" and _is_square(inner[1]))
+        or (not path and name in ("+", "SUM", "SUMPRODUCT"))
+    ):
         yield "wrong value", ("SQRT", part)
     if not path and name in ("MMULT", "TRANSPOSE"):
         yield "transposed", ("TRANSPOSE", part)
@@ -181,7 +185,8 @@ def _signs(part, path):
         yield "sign", part[1]
     if part[0] in ("+", "-"):
         yield "sign", (OTHER[part[0]], *part[1:])
-    if part[0] == "area" or part[0].isupper() or not path:
+    is_long = sum(each[0] in ("+", "-") for _, each in walk(part)) > 2  # of which nobody turns the whole
+    if part[0] == "area" or part[0].isupper() or not (path or is_long):
         yield "sign", ("minus", part)
 
 

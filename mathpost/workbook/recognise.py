@@ -37,7 +37,9 @@ class Recognised(Given):
         super().__init__(graph, with_formulas=task.machine is None)
         self.task, self.problems, self.doubts, self.vectors = task, [], {}, set()
         self.calculations, self.steps, self.beside, self.depends = [], [], [], {}
-        self.sequence, self.active, self.by = reading(task, self.text)
+        self.sequence, self.active, self.by = reading(task, self.text, len(self.typed & self.turning))
+        self.has_two = len(self.sequence) == 2  # axes; the third angle is 0
+        self.sequence += self.sequence[0] * self.has_two
         self.planes = [] if task.machine is not None or task.cells else [*find_planes(self)]
         given = {p for plane in self.planes for p in plane.given}
         self.windows = [w for w in self.matrices() if given.isdisjoint(w)]
@@ -381,19 +383,21 @@ class Recognised(Given):
                 return moved
         return point
 
-    def coordinate(self, place):
+    def coordinate(self, place, kinds=("coordinate", "outcome")):
         """Which coordinate a text says that stands before a number, in its row or column."""
         cells = self.graph.cells
         for down, right in ((0, -1), (-1, 0)):
             before = (cells.get(offset(place, n * down, n * right)) for n in range(1, 60))
             texts = (c.value for c in before if c and isinstance(c.value, str))
             role = next(filter(None, map(read_label, next(texts, "").split("=")[::-1])), None)  # "z2 = z'"
-            if role and role.kind in ("coordinate", "outcome"):
+            if role and role.kind in kinds:
                 return role.word
         return None
 
     def _three(self, cells):
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
+        if self.has_two:
+            return self.sorted(self.angles)
         lines = self.lines(set(cells), min(len(cells), 2))
         lines = [line for line in lines if self.lengths.isdisjoint(line)]
         lines.sort(key=lambda line: -len(self.angles.intersection(line)))
@@ -445,7 +449,7 @@ class Recognised(Given):
         self._tell(Turn(*(given[name] for name in ("result", "angles", "point", "origin"))), self.calculations)
 
     def _tell(self, calculation, calculations, plane=None):
-        said = [self.coordinate(p) for p in calculation.results]
+        said = [self.coordinate(p, ("outcome",)) for p in calculation.results]
         if sorted(filter(None, said)) == [(0,), (1,), (2,)] and len(said) == 3:
             calculation.results = tuple(calculation.results[said.index((n,))] for n in range(3))
         primed = calculation.point and re.search("['′’]", self.label(calculation.point[0]))

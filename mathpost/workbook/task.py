@@ -78,8 +78,11 @@ def task_file(path):
     return given
 
 
-def reading(task, text):
-    """Sequence, whether it is active, and who says so: the task, else the texts of the sheet, else source 000."""
+def reading(task, text, count=3):
+    """Sequence, whether it is active, and who says so: the task, else the texts of the sheet, else source 000.
+
+    Of a sheet with `count` 2 angles the texts may name two axes; the third is the first once more.
+    """
     turns = [line for line in text.splitlines() if re.search(TURNS, line, re.I)]
     said = {"".join(f.groups()).upper() for f in PRIMED.finditer(text)}
     said |= {"".join(f.groups()).upper() for line in turns for f in SEQUENCE.finditer(line)}
@@ -89,6 +92,8 @@ def reading(task, text):
     parts = [[f[1] or ">" for f in AXIS_OR_THEN.finditer(line)] for line in turns]
     said |= {"".join(part[::2]).upper() for part in parts if part[1::2] == [">", ">"]}
     said &= set(euler.SEQUENCES)
+    if count == 2 and not said:
+        said = {"".join(axes).upper() for axes in in_words if len(axes) == 2 and len(set(axes)) == 2}
     by_task = task.sequence or ("ZXZ" if task.kind == "zxz" else "")
     by_text = "" if len(said) != 1 else said.pop()
     by_text = by_text.lower() if re.search(FIXED, text, re.I) else by_text
