@@ -8,7 +8,7 @@ import numpy as np
 from mathpost.workbook.beside import Beside
 from mathpost.workbook.edits import as_around
 from mathpost.workbook.file import EMPTY, read
-from mathpost.workbook.formula import areas
+from mathpost.workbook.formula import areas, heads
 from mathpost.workbook.graph import Graph, same
 from mathpost.workbook.judge import Judge
 from mathpost.workbook.label import read_label
@@ -95,6 +95,8 @@ def check_file(path, task=None):
     found.problems += [text for triple, text in found.doubts.items() if not beside.unjudged.isdisjoint(triple)]
     unclear = not found.calculations or found.problems or judge.reading
     if unclear and not (judge.faults or judge.reading or task.machine):
+        if not found.planes and any(heads(tree) & {"ACOS", "ATAN", "ATAN2"} for tree in graph.trees.values()):
+            found.problems.append("tool axes and the words of a machine are judged with --machine FILE")
         found.problems.append(_ready_cells(graph, found.turning))
     seen += [*found.problems, *unlike]
     return _report(graph, statuses, judge.faults, seen, warnings, unclear or unlike)

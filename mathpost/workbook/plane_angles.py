@@ -168,6 +168,8 @@ def find_planes(found):
             others = [p for p in line if p not in angles]
             if len({_origin(graph, p) for p in line}) < size:  # one is made of another one
                 continue
+            if all(_is_of_its_row(graph, p, 1 if down else 2) for p in line):  # a column of a table
+                continue
             if line in planes or not taken.isdisjoint(line) or len(others) > size - 2:
                 continue
             if all(_is_given(found, p, angles) for p in others):
@@ -198,6 +200,12 @@ def _origin(graph, place):
     while len(graph.uses.get(place, ())) == 1 and not heads(graph.trees[place]) & INVERSE:
         (place,) = graph.uses[place]
     return place
+
+
+def _is_of_its_row(graph, place, along):
+    """Whether all that an angle is made of, two numbers or more, stands in its row, or its column for `along` 2."""
+    leaves = graph.upstream([place]) - graph.trees.keys()
+    return len(leaves) > 1 and {(p[0], p[along]) for p in leaves} == {(place[0], place[along])}
 
 
 def _is_given(found, place, angles):

@@ -108,7 +108,7 @@ class Recognised(Given):
             self._give_points(rows)
 
     def _give_points(self, rows):
-        """Give a row of a table the point that stands as those of the others do: all others, or no formula uses it."""
+        """Give a row of a table the point that stands as those of all others do, or that no formula uses."""
         apart = Counter((row.point[0][0], *_step(row.results[0], row.point[0])) for row in rows if row.point)
         for (sheet, down, right), votes in apart.most_common(1):
             for row in rows if votes > 2 else ():
