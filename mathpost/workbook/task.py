@@ -18,6 +18,7 @@ AXIS_OR_THEN = re.compile(r"(?<![a-z])([xyz])(?![a-z])|(then|dann|danach|puis|�
 FIXED = r"fixed axes|extrins|raumfest|feste[nr]? achsen|固定(坐标)?轴|外旋|static axes"
 OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵))"  # active matrices may make a passive rotation
 ACTIVE, PASSIVE = (rf"(?:{word}){OF_MATRICES}" for word in (r"\bactive|aktiv|主动", r"passiv|被动"))
+TURNED = rf"active rotation{OF_MATRICES}|aktive drehung(?!en)|point is (?:turned|rotated)|主动旋转{OF_MATRICES}"
 TRANSPOSED = r"transpo|转置|(?:\)|active|aktiv)\^?[Tᵀ]\b|ᵀ"
 
 
@@ -98,6 +99,7 @@ def reading(task, text, count=3):
     by_text = "" if len(said) != 1 else said.pop()
     by_text = by_text.lower() if re.search(FIXED, text, re.I) else by_text
     said = [bool(re.search(pattern, text, re.I)) for pattern in (ACTIVE, PASSIVE, TRANSPOSED)]
-    active = task.convention == "active" if task.convention else said == [True, False, False]
+    active = said[:2] == [True, False] and (not said[2] or bool(re.search(TURNED, text, re.I)))
+    active = task.convention == "active" if task.convention else active
     by = "the task" if by_task else "the text" if by_text else "source 000"
     return by_task or by_text or "ZXZ", active, by
