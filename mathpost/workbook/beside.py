@@ -11,6 +11,7 @@ from mathpost import angles as euler
 from mathpost.detective.misreadings import written_decimals
 from mathpost.rotation import wrap
 from mathpost.workbook.calculation import SAMPLES, Turn
+from mathpost.workbook.conversion import Conversion
 from mathpost.workbook.edits import INVERSE, as_around, edits, said
 from mathpost.workbook.formula import heads, unrounded, walk
 from mathpost.workbook.given import runs
@@ -32,6 +33,7 @@ class Beside:
     def __init__(self, judge):
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
         self.turns = [c for c in judge.live if isinstance(c, Turn)]
+        self.turns += [c.turn for c in judge.live if isinstance(c, Conversion)]
         self.pairs, self.off, self.lengths, self.tried = [], [], [], set()
         self.vectors = self._known_vectors()
         self.places, rest = self._scope()

@@ -160,7 +160,9 @@ def _from_normal(sequence, normal, third):
 def find_planes(found):
     """Yield the `Plane`s of a `Recognised` workbook: angles in line by inverse functions, from directions."""
     graph, taken = found.graph, set()
-    angles = _angles(graph)
+    angles = computed_angles(
+        graph, graph.downstream(p for p, t in graph.trees.items() if heads(t) & TRIGONOMETRY.keys())
+    )
     for step, size in product((1, 2, 3, 4), (3, 2)):
         planes = {}
         for place, (down, right), k in product(angles - taken, ((step, 0), (0, step)), range(size)):
@@ -182,10 +184,9 @@ def find_planes(found):
                 yield plane
 
 
-def _angles(graph):
-    """The angles that come out of inverse functions, in the unit in which they are not converted further."""
-    turned = graph.downstream(p for p, tree in graph.trees.items() if heads(tree) & TRIGONOMETRY.keys())
-    angles = {p for p, tree in graph.trees.items() if heads(tree) & INVERSE} - turned
+def computed_angles(graph, others=()):
+    """The angles, but for others, that inverse functions make, in the unit that is not converted further."""
+    angles = {p for p, tree in graph.trees.items() if heads(tree) & INVERSE}.difference(others)
     converted = set()
     for place in graph.order:
         functions = {head for head in heads(graph.trees[place]) if head.isupper()}

@@ -11,6 +11,7 @@ import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.workbook.calculation import Turn
+from mathpost.workbook.conversion import find_conversions
 from mathpost.workbook.given import Given, offset, runs
 from mathpost.workbook.label import read_label
 from mathpost.workbook.nc_table import rows_of
@@ -57,6 +58,8 @@ class Recognised(Given):
         elif not self.planes:
             self.problems.append("no cell goes into a sine or cosine as an angle")
         self.calculations = [*self.planes, *self.calculations]
+        if task.machine is None and not (task.cells or self.planes):
+            self.calculations += find_conversions(self)
         made = self.composed & graph.upstream(p for plane in self.planes for p in plane.line)
         self.typed, self.composed, self.angles = self.typed - made, self.composed - made, self.angles - made
 
@@ -97,8 +100,8 @@ class Recognised(Given):
                 self._tell(Turn(window, self._angles_of(plane)), self.calculations, plane)
             elif last and (axis := self._quaternion_of(own, window[0])):
                 self._tell(Turn(window, (), axis=axis), self.calculations)
-            elif last and len(own) == most > 0 and (angles := self._three(own)):
-                self._tell(Turn(window, self._by_name(angles)), self.calculations)
+            elif last and len(own) == most > 0 and (angles := self.three(own)):
+                self._tell(Turn(window, self.by_name(angles)), self.calculations)
         for component in graph.components:  # the rows of a table have one origin, even if a $ is missing
             rows = [c for c in self.calculations if graph.component[c.results[0]] is component]
             for row in rows:
@@ -270,7 +273,7 @@ class Recognised(Given):
             turn = Turn(triple, self._angles_of(plane), point, origin, shift=shift)
             self._tell(turn, calculations, plane)
             return
-        chosen = self._three(angles) or self._three(self.sorted(self.angles))
+        chosen = self.three(angles) or self.three(self.sorted(self.angles))
         if min(len(self.depends[p] & self.angles) for p in triple[:3] if p in self.depends) > 4 and not before:
             chosen = None  # turned more than once, and not by a vector in between
         if chosen is None or not point:
@@ -279,7 +282,7 @@ class Recognised(Given):
                 self.beside.append(triple)
                 self.doubts[triple] = f"{self.graph.range(triple)}: {what} not found among its inputs"
             return
-        self._tell(Turn(triple, self._by_name(chosen), point, origin, shift=shift), calculations)
+        self._tell(Turn(triple, self.by_name(chosen), point, origin, shift=shift), calculations)
 
     def _is_still(self, line, triple):
         """Whether lengths move no vector where nothing is turned, as those of an axis or centre; but for a slip."""
@@ -394,7 +397,7 @@ class Recognised(Given):
                 return role.word
         return None
 
-    def _three(self, cells):
+    def three(self, cells):
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
         if self.has_two:
             return self.sorted(self.angles)
@@ -412,14 +415,15 @@ class Recognised(Given):
         own = self.lines({p for p in cells if p[:2] == row}, 2)
         return _apart((*own[:1], *self.lines(set(cells), 2)))
 
-    def _by_name(self, triple):
+    def by_name(self, triple, sequence=None):
         """The angles α, β, γ: as labels say, or in the order in which they, or what they turn by, are read."""
         axes = [
             "".join(axis for axis, name in AXIS_NAMES.items() if re.search(name, self.label(p), re.I))
             for p in triple
         ]
-        if sorted(axes) == sorted(self.sequence.upper()) == [*AXIS_NAMES]:
-            return tuple(triple[axes.index(axis)] for axis in self.sequence.upper())
+        letters = (sequence or self.sequence).upper()
+        if sorted(axes) == sorted(letters) == [*AXIS_NAMES]:
+            return tuple(triple[axes.index(axis)] for axis in letters)
         graph, in_line = self.graph, any(len({(p[0], p[n]) for p in triple}) == 1 for n in (1, 2))
         ends = [max(self.turning & graph.downstream([p]), key=graph.calculation_order, default=p) for p in triple]
         for places in (triple, ends):

@@ -1,0 +1,77 @@
+"""Angles made of other angles: three Euler angles converted into others, or computed back from a matrix."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from mathpost import angles as euler
+from mathpost.workbook.calculation import Calculation, Turn, look, nearest
+from mathpost.workbook.edits import take_unrounded
+from mathpost.workbook.formula import heads
+from mathpost.workbook.given import offset
+from mathpost.workbook.plane_angles import computed_angles
+from mathpost.workbook.task import FIXED, SEQUENCE, TURNS
+
+
+@dataclass(eq=False)
+class Conversion(Calculation):
+    """Three angles of the sequence `into` that are the rotation of three others, either solution."""
+
+    sequence: str = "ZXZ"
+    into: str = "ZXZ"
+    unit: float = 1.0  # degrees of 1 of a result
+
+    @property
+    def periods(self):
+        """Place of an angle → a turn."""
+        return dict.fromkeys(self.results, 360 / self.unit)
+
+    def prepare(self, values, units):
+        """Compute what must stand in the results at the samples, and what may stand on the way."""
+        self.turn = Turn((), self.angles, sequence=self.sequence)
+        self.turn.prepare(values, units)
+        self.radians, self.known = self.turn.radians, self.turn.known
+        first = euler.angles(self.into, euler.matrix(self.sequence, self.radians))
+        both = np.rad2deg(np.stack([first, euler.twin(self.into, first)], axis=1))
+        now = look(values, self.results)
+        self.should_be(self.results, nearest(now * self.unit, both)[0].T / self.unit)
+
+
+def find_conversions(found):
+    """Yield the `Conversion`s of a `Recognised` workbook: angles in line by inverse functions, of three others."""
+    graph, used, taken = found.graph, {c.angles for c in found.calculations}, set()
+    sequence, into = _sequences(found)
+    ends = computed_angles(graph, graph.messages)
+    for place in found.sorted(ends):
+        for down, right in ((0, 1), (1, 0), (0, 2)):
+            line = tuple(offset(place, n * down, n * right) for n in range(3))
+            of = [found.angles & graph.upstream([p]) for p in line]
+            if not ends.issuperset(line) or taken.intersection(line) or of[0].isdisjoint(of[1]):
+                continue
+            angles = found.three(found.sorted(set().union(*of)))
+            if angles is None or (found.by_name(angles, sequence) in used and into == sequence):
+                continue
+            taken.update(line)
+            take_unrounded(graph, line)
+            largest = max(abs(graph.own[p]) for p in line)
+            in_degrees = largest > 6.3 or any("DEGREES" in heads(graph.tree(p)) for p in line)
+            unit = 1.0 if in_degrees or any("180" in str(graph.tree(p)) for p in line) else float(np.rad2deg(1))
+            said = f"{sequence} angles converted into {into}"
+            angles, line = found.by_name(angles, sequence), found.by_name(line, into)
+            yield Conversion(line, angles, said=said, sequence=sequence, into=into, unit=unit)
+
+
+def _sequences(found):
+    """The sequence of the angles that are given, and of those that are made: as the texts name them, one by one."""
+    lines = [line for line in re.finditer(".+", found.text) if re.search(TURNS, line[0], re.I)]
+    matches = ((line.start() + f.start(), f) for line in lines for f in SEQUENCE.finditer(line[0]))
+    named = [(start, "".join(f.groups()).upper()) for start, f in matches]
+    named = [(start, sequence) for start, sequence in named if sequence in euler.SEQUENCES]
+    first = next(iter(named), (0, found.sequence))
+    then = next((each for each in named if each[1] != first[1]), None)
+    if found.by == "the task" or then is None:
+        return found.sequence, found.sequence
+    parts = found.text[: then[0]], found.text[then[0] :]
+    both = zip((first[1], then[1]), parts, strict=True)
+    return tuple(name.lower() if re.search(FIXED, part, re.I) else name for name, part in both)
