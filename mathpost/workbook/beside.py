@@ -3,6 +3,7 @@
 No task asks for these. Each is judged as what it is: one of the numbers and vectors that follow from right results.
 """
 
+import re
 from itertools import combinations, product
 
 import numpy as np
@@ -50,7 +51,8 @@ class Beside:
         for place in sorted(unknown - typed, key=judge.graph.calculation_order):
             follows = self.graph.upstream([place]) & unknown != {place}
             told = self._is_known(place) or (
-                not follows and (self._is_unlike(place, unknown) or self._is_wrong_angle(place))
+                not follows
+                and (self._is_unlike(place, unknown) or self._is_wrong_angle(place) or self._is_square(place))
             )
             unknown -= {place} if told else set()
         self.unjudged = unknown | composed | self._computed_points()
@@ -345,6 +347,17 @@ class Beside:
                 return True
         return False
 
+    def _is_square(self, place):
+        """Whether a cell that is said to be a length is the square of one, which is a fault then."""
+        tree = ("SQRT", self.graph.tree(place))
+        said = re.search(r"length|norm|\||betrag|länge|abstand|dist|radius|长|模|距", self.found.label(place), re.I)
+        squared = re.search(r"²|\^2|squar|quadrat|平方", self.found.label(place), re.I)
+        if self.judge.unexplained or not said or squared or not self._is_known(place, tree):
+            return False
+        self.judge.put({place: self.judge.calculate(place, tree)})
+        self.judge.faults.append(self._fault(place, "wrong value", self.graph.tree(place), tree))
+        return True
+
     def _is_wrong_angle(self, place):
         """Whether one repair makes a cell an angle computed back, which is a fault then."""
         tried = edits(self.graph, place) if heads(self.graph.tree(place)) & INVERSE else ()
@@ -365,7 +378,7 @@ class Beside:
 
     def _is_degrees_and_minutes(self, place, tree=None):
         """Whether a cell makes an angle of degrees and minutes, and seconds, of the sign of the degrees."""
-        parts = self.graph.uses[place]
+        parts = [p for p in self.graph.uses[place] if self.graph.own[p] is not None]
         sign = -1 if self.graph.own[parts[0]] < 0 else 1
         numbers, whole = np.array([[sign * 35.0], [20.0], [48.0]]), (35, 35 + 20 / 60, 35 + 20 / 60 + 48 / 3600)
         made = self.graph.cell(place, dict(zip(parts, numbers, strict=False)), tree)

@@ -94,8 +94,8 @@ class Turn(Calculation):
     def prepare(self, values, units):
         """Compute, for the samples in `values`, what may stand in the sheet: in 4×4, of which 3×3 are a part."""
         self.radians = look(values, self.angles) * [units[p] for p in self.angles]
-        if len(self.angles) == 2:  # the third is 0
-            self.radians = np.pad(self.radians, ((0, 0), (0, 1)))
+        if self.angles and not self.axis:  # others are 0
+            self.radians = np.pad(self.radians, ((0, 0), (0, 3 - len(self.angles))))
         self.elements, words, ends = self._elements(values), [], []
         for first in range(len(self.elements)):
             product = np.eye(4)

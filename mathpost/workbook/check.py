@@ -123,6 +123,8 @@ def _typed_twice(graph, found):
     given = {(*c.angles, *c.point, *c.origin): c for c in found.calculations}
     given = [places for places in given if found.typed.issuperset(places)]
     unused = found.lines(found.typed - graph.used.keys(), 3)
+    tables = {id(graph.component[p]) for p in graph.used if p in graph.component}
+    unused = [line for line in unused if id(graph.component[line[0]]) not in tables]
     threes = {c for each in found.calculations for c in (each.angles, each.point, each.origin) if len(c) == 3}
     pairs = [*product((c for c in threes if found.typed.issuperset(c)), unused)]
     if len(given) == 2 and len({graph.component[places[0]] for places in given}) == 2:

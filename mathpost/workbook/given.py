@@ -39,6 +39,10 @@ class Given:
         for _, part in graph.parts:
             if part[0] in ("MMULT", "TRANSPOSE", "MDETERM", "MINVERSE"):
                 found.update(tuple(a.places) for a in areas(part) if a.shape in ((3, 3), (4, 4)))
+        for anchor in {(p[0], *graph.cells[p].anchor) for p in graph.part}:
+            array = graph.array(anchor)
+            if len(array) in (9, 16) and len({p[1] for p in array}) == len({p[2] for p in array}):
+                found[tuple(self.sorted(array))] += 1
         for component in graph.components:
             sides = [len({p[n] for p in component}) for n in (1, 2)]
             size, along = min(sides), 1 if sides[0] > sides[1] else 2

@@ -13,6 +13,7 @@ from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
 from mathpost.workbook.edits import CONVERSIONS, TO_DEGREES, TO_RADIANS, edits, repaired
 from mathpost.workbook.file import EMPTY
 from mathpost.workbook.formula import ROUNDING, heads
+from mathpost.workbook.given import offset
 from mathpost.workbook.graph import SAMPLES, Graph, same
 from mathpost.workbook.nc_table import Words, judge_numbers
 from mathpost.workbook.plane_angles import Plane
@@ -21,6 +22,7 @@ from mathpost.workbook.values import read_labels
 from mathpost.workbook.why import UNEXPLAINED, Why
 
 TURNING = {"SIN", "COS", "TAN"}
+NAMED_UNITS = {"rad": 1.0, "gon": np.pi / 200, "deg": np.pi / 180, "°": np.pi / 180, "grad": np.pi / 180}
 
 
 class Judge:
@@ -33,6 +35,7 @@ class Judge:
     def __init__(self, graph, found):
         self.graph, self.found, self.inputs, self.units = graph, found, {}, {}
         self.faults, self.fixed, self.reading, self.unexplained, self.unsure = [], {}, None, [], set()
+        self.chained = []  # calculations from what another one may give
         self.live = [c for c in found.calculations if not c.typed]
         self.periods = {p: period for c in self.live for p, period in c.periods.items()}
         base = graph.run({})
@@ -60,9 +63,12 @@ class Judge:
         """
         unit, agreed = self._unit(places, base)
         self.units.update(dict.fromkeys(places, unit))
-        for place in () if agreed else self.graph.trees.keys() & places:
+        for place in () if agreed else places:
             own, agreed = self._unit((place,), base)
-            self.units.update({place: own} if agreed and own == 1.0 else {})
+            said = self.graph.cells.get(offset(place, 0, 1), EMPTY).value  # "gon", "rad" beside it
+            said = NAMED_UNITS.get(str(said).strip().lower())
+            is_own = agreed and (own == said or (own == 1.0 and place in self.graph.trees))
+            self.units.update({place: own} if is_own else {})
 
     def _unit(self, places, base):
         """The unit in radians, and whether all sines and cosines that use the places say so."""
@@ -139,6 +145,8 @@ class Judge:
             self._drop_if_partial(calculation)
             self._choose(calculation)
         self.targets |= {p: t for c in self.live for p, t in c.targets.items()}
+        made = self.graph.trees.keys() - self.inputs.keys()
+        self.chained = [c for c in self.live if not made.isdisjoint(c.given)]
         for calculation in [c for c in self.found.calculations if c not in planes][:1]:
             self._compare_the_inputs(calculation)
         said = self._as_the_labels_say() if not self.met(self.targets) else {}
@@ -212,8 +220,8 @@ class Judge:
     def _repair(self, calculation, said):
         """Put in the right things, one after the other, until the results are right."""
         first, said = len(self.faults), said if said.keys() >= calculation.targets.keys() else {}
-        after = self.graph.downstream(calculation.targets)
-        later = [c for c in self.live if c is not calculation and not after.isdisjoint(c.given)]
+        after = self.graph.downstream(calculation.targets) if self.chained else set()
+        later = [c for c in self.chained if c is not calculation and not after.isdisjoint(c.given)]
         while bad := self.bad(calculation.targets):
             targets = {p: t for p, t in self.targets.items() if not any(p in c.targets for c in later)}
             missed = {p: targets.pop(p) for p in self.bad(targets) if p not in calculation.targets}

@@ -89,7 +89,17 @@ def _beside(kind):
     return find
 
 
+def _if(held, test, yes, no=("number", 0.0)):
+    """The part of an IF that a typed text decides."""
+    operator, *both = test
+    texts = [_held(held, part) for part in both]
+    if operator not in ("=", "<>") or not any(isinstance(text, str) for text in texts):
+        return None
+    return yes if (texts[0] == texts[1]) == (operator == "=") else no
+
+
 FOUND = {
+    "IF": _if,
     "MATCH": _match,
     "INDEX": _index,
     "VLOOKUP": _along(across=False),

@@ -9,9 +9,12 @@ from itertools import combinations, count, product
 
 import numpy as np
 
+from mathpost import angles as euler
 from mathpost.errors import InputError
 from mathpost.workbook.calculation import Turn
 from mathpost.workbook.conversion import find_conversions
+from mathpost.workbook.edits import INVERSE as INVERSE_FUNCTIONS
+from mathpost.workbook.formula import heads
 from mathpost.workbook.given import Given, offset, runs
 from mathpost.workbook.label import read_label
 from mathpost.workbook.nc_table import rows_of
@@ -38,9 +41,12 @@ class Recognised(Given):
         super().__init__(graph, with_formulas=task.machine is None)
         self.task, self.problems, self.doubts, self.vectors = task, [], {}, set()
         self.calculations, self.steps, self.beside, self.depends = [], [], [], {}
-        self.sequence, self.active, self.by = reading(task, self.text, len(self.typed & self.turning))
-        self.has_two = len(self.sequence) == 2  # axes; the third angle is 0
-        self.sequence += self.sequence[0] * self.has_two
+        count = len(self.typed & self.turning)
+        self.sequence, self.active, self.by, several = reading(task, self.text, count)
+        self.is_whole = len(self.sequence) == 3  # else the last angles are 0
+        if not self.is_whole:
+            full = next(each for each in euler.SEQUENCES if each.startswith(self.sequence.upper()))
+            self.sequence = full if self.sequence.isupper() else full.lower()
         self.planes = [] if task.machine is not None or task.cells else [*find_planes(self)]
         given = {p for plane in self.planes for p in plane.given}
         self.windows = [w for w in self.matrices() if given.isdisjoint(w)]
@@ -60,6 +66,8 @@ class Recognised(Given):
         self.calculations = [*self.planes, *self.calculations]
         if task.machine is None and not (task.cells or self.planes):
             self.calculations += find_conversions(self)
+        if several and not any(heads(tree) & INVERSE_FUNCTIONS for tree in graph.trees.values()):
+            self.problems.append(f"the texts name {' and '.join(several)}: --sequence says which is asked for")
         made = self.composed & graph.upstream(p for plane in self.planes for p in plane.line)
         self.typed, self.composed, self.angles = self.typed - made, self.composed - made, self.angles - made
 
@@ -104,10 +112,12 @@ class Recognised(Given):
                 self._tell(Turn(window, self.by_name(angles)), self.calculations)
         for component in graph.components:  # the rows of a table have one origin, even if a $ is missing
             rows = [c for c in self.calculations if graph.component[c.results[0]] is component]
+            origins = Counter((row.origin, _between(row)) for row in rows).most_common(1)
+            shifts = Counter(row.shift for row in rows).most_common(1)
             for row in rows:
-                most = Counter((each.origin, _between(each)) for each in rows).most_common(1)[0][0]
-                row.origin = row.origin if row.origin and _between(row) == most[1] else most[0]
-                row.shift = Counter(each.shift for each in rows).most_common(1)[0][0]
+                ((origin, between), _), (shift, _) = *origins, *shifts
+                row.origin = row.origin if row.origin and _between(row) == between else origin
+                row.shift = shift
             self._give_points(rows)
 
     def _give_points(self, rows):
@@ -123,12 +133,14 @@ class Recognised(Given):
 
     def _frames_before(self, finals):
         """Vector → the vector that is its point, where one frame follows another: three angles more turn it."""
-        graph, found = self.graph, {}
+        graph, found, of = self.graph, {}, {p: t for t in finals for p in t}
         turned_by = {t: self.angles & graph.upstream(t) for t in finals}
-        for last, before in product(finals, finals):
-            more = self.angles & graph.upstream(last, before)
-            if len(more) == 3 and len(turned_by[before]) > 2 and more.isdisjoint(turned_by[before]):
-                found[last] = before if graph.upstream(last).issuperset(before) else found.get(last)
+        for last in (t for t in finals if len(turned_by[t]) > 5):
+            up = graph.upstream(last)
+            for before in {of[p] for p in up & of.keys()} - {last}:
+                more = self.angles & graph.upstream(last, before)
+                if len(more) == 3 and len(turned_by[before]) > 2 and more.isdisjoint(turned_by[before]):
+                    found[last] = before if up.issuperset(before) else found.get(last)
         return {last: before for last, before in found.items() if before}
 
     def _is_combined(self, triple, finals):
@@ -286,8 +298,9 @@ class Recognised(Given):
 
     def _is_still(self, line, triple):
         """Whether lengths move no vector where nothing is turned, as those of an axis or centre; but for a slip."""
-        counts = [len(set(line) & self.unturned.get(p, {}).keys()) for p in triple[:3]]
-        return counts.count(0) > 1 and sum(counts) < 3
+        slopes = [self.unturned.get(p, {}) for p in triple[:3]]
+        counts = [len(set(line).intersection(each)) for each in slopes]
+        return any(slopes) and counts.count(0) > 1 and sum(counts) < 3
 
     def _quaternions(self, inputs):
         """Four given numbers in line, scalar first or last, in a sheet that speaks of quaternions."""
@@ -399,7 +412,7 @@ class Recognised(Given):
 
     def three(self, cells):
         """The three inputs that belong together among `cells`, which may hold one too many or one too few."""
-        if self.has_two:
+        if not self.is_whole:
             return self.sorted(self.angles)
         lines = self.lines(set(cells), min(len(cells), 2))
         lines = [line for line in lines if self.lengths.isdisjoint(line)]
@@ -458,6 +471,9 @@ class Recognised(Given):
             calculation.results = tuple(calculation.results[said.index((n,))] for n in range(3))
         primed = calculation.point and re.search("['′’]", self.label(calculation.point[0]))
         calculation.back = bool((calculation.shift or primed) and re.search(INVERSE, self.text, re.I))
+        calculation.back &= not (
+            calculation.shift and self.active and not self.task.convention
+        )  # R·p' + p0 as it is
         active = self.active
         if calculation.axis:  # what the field means by these, unless it is said
             active |= not (self.task.convention or re.search(PASSIVE, self.text, re.I))

@@ -14,10 +14,15 @@ PRIMED = re.compile(r"(?<![A-Za-z])([XYZ])[-–, ]*([XYZ])['’′][-–, ]*([XY
 NUMBERED = re.compile(r"(?<![\d.])([123])-([123])-([123])(?![\d.])")
 TURNS = r"euler|欧拉|rotat|dreh|turn|旋转|转|sequence|reihenfolge|顺序|axes|achsen|轴|trins|rpy|[ck]ardan|wrist"
 ONE_AXIS = r"(?:about|around|\bum|autour de|绕)(?:\s|\(|the|die|der|den|l'axe|new|neue\w?|新的?)*([xyz])(?![a-z])"
-AXIS_OR_THEN = re.compile(r"(?<![a-z])([xyz])(?![a-z])|(then|dann|danach|puis|再|然后|接着)", re.I)
-FIXED = r"fixed axes|extrins|raumfest|feste[nr]? achsen|固定(坐标)?轴|外旋|static axes"
+AXIS_OR_THEN = re.compile(
+    r"(?<![a-z])([xyz])(?![a-z])|(then|dann|danach|puis|second|third|zweit|dritt|再|然后|接着|第[二三])", re.I
+)
+CHAIN = re.compile(r"\bR_?([xyz])\b[^+=;,]*?[*·×∙⋅]\s*R_?([xyz])\b[^+=;,]*?[*·×∙⋅]\s*R_?([xyz])\b", re.I)
+FIXED = r"fixed (?:axes|[xyz]\b)|extrins|raumfest|feste[nr]? achsen|固定(坐标)?轴|外旋|static axes"
 OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵))"  # active matrices may make a passive rotation
-ACTIVE, PASSIVE = (rf"(?:{word}){OF_MATRICES}" for word in (r"\bactive|aktiv|主动", r"passiv|被动"))
+ACTIVE, PASSIVE = (
+    rf"(?:{word}){OF_MATRICES}" for word in (r"\bactive|aktiv|主动|points? (?:are |is )?moved", r"passiv|被动")
+)
 TURNED = rf"active rotation{OF_MATRICES}|aktive drehung(?!en)|point is (?:turned|rotated)|主动旋转{OF_MATRICES}"
 TRANSPOSED = r"transpo|转置|(?:\)|active|aktiv)\^?[Tᵀ]\b|ᵀ"
 
@@ -82,7 +87,8 @@ def task_file(path):
 def reading(task, text, count=3):
     """Sequence, whether it is active, and who says so: the task, else the texts of the sheet, else source 000.
 
-    Of a sheet with `count` 2 angles the texts may name two axes; the third is the first once more.
+    And the sequences that the texts name if there are several, of which "XYZ" may be coordinates.
+    Of a sheet with one or two angles, `count`, the texts may name as many axes; the other angles are 0.
     """
     turns = [line for line in text.splitlines() if re.search(TURNS, line, re.I)]
     said = {"".join(f.groups()).upper() for f in PRIMED.finditer(text)}
@@ -90,16 +96,24 @@ def reading(task, text, count=3):
     said |= {"".join("XYZ"[int(n) - 1] for n in f.groups()) for line in turns for f in NUMBERED.finditer(line)}
     in_words = [re.findall(ONE_AXIS, line, re.I) for line in text.splitlines()]
     said |= {"".join(axes).upper() for axes in in_words if len(axes) == 3}
-    parts = [[f[1] or ">" for f in AXIS_OR_THEN.finditer(line)] for line in turns]
-    said |= {"".join(part[::2]).upper() for part in parts if part[1::2] == [">", ">"]}
+    parts = ([f[1] or ">" for f in AXIS_OR_THEN.finditer(line)] for line in turns)
+    parts = ["".join(part).upper() for part in parts if part.count(">") > 1 and part[0] != ">"]
+    said |= {axes for part in parts if len(axes := part.replace(">", "")) == 3}
     said &= set(euler.SEQUENCES)
     if count == 2 and not said:
         said = {"".join(axes).upper() for axes in in_words if len(axes) == 2 and len(set(axes)) == 2}
+    if count == 1 and not said:
+        said = {axis.upper() for axes in in_words for axis in axes}
     by_task = task.sequence or ("ZXZ" if task.kind == "zxz" else "")
-    by_text = "" if len(said) != 1 else said.pop()
+    by_text = next(iter(said)) if len(said) == 1 else ""
+    several = sorted(said - {"XYZ"}) if len(said - {"XYZ"}) > 1 and not by_task else []
     by_text = by_text.lower() if re.search(FIXED, text, re.I) else by_text
     said = [bool(re.search(pattern, text, re.I)) for pattern in (ACTIVE, PASSIVE, TRANSPOSED)]
     active = said[:2] == [True, False] and (not said[2] or bool(re.search(TURNED, text, re.I)))
     active = task.convention == "active" if task.convention else active
+    if not by_text and (
+        chains := {"".join(f.groups()).upper() for f in CHAIN.finditer(text)} & set(euler.SEQUENCES)
+    ):
+        by_text = chains.pop()[:: 1 if active else -1] if len(chains) == 1 else ""  # as matrices, left to right
     by = "the task" if by_task else "the text" if by_text else "source 000"
-    return by_task or by_text or "ZXZ", active, by
+    return by_task or by_text or "ZXZ", active, by, several
