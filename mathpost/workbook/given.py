@@ -182,7 +182,8 @@ class Given:
                 within = [offset(triple[0], n * (down > 0), n * (right > 0)) for n in range(1, 2 * (down + right))]
                 # A number within that nobody uses tells that the formula which did is lost.
                 count -= any(p in self.typed and p not in self.graph.used for p in within if p not in triple)
-                found[triple] = (-count, down + right, self.graph.reading_order(triple[0]))
+                ends = map(self.graph.reading_order, (triple[0], triple[-1]))
+                found[triple] = (-count, down + right, *ends)  # in rows first, whatever the order of sets
         return sorted(found, key=found.get)
 
     def label(self, place):

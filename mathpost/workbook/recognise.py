@@ -241,7 +241,7 @@ class Recognised(Given):
         for (_, same, inside, *_), run in found.values():
             aligned[run] += inside + same
         order = self.graph.reading_order
-        for line in sorted(found, key=lambda t: (found[t][0], aligned[found[t][1]], order(t[0]))):
+        for line in sorted(found, key=lambda t: (found[t][0], aligned[found[t][1]], order(t[0]), order(t[-1]))):
             if taken.isdisjoint(line):
                 taken.update(line)
                 chosen.append(line)
