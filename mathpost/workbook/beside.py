@@ -15,7 +15,7 @@ from mathpost.workbook.calculation import SAMPLES, Turn
 from mathpost.workbook.conversion import Conversion
 from mathpost.workbook.edits import INVERSE, as_around, edits, said
 from mathpost.workbook.formula import heads, unrounded, walk
-from mathpost.workbook.given import runs
+from mathpost.workbook.given import offset, runs
 from mathpost.workbook.graph import CLOSE, at, beside, same
 from mathpost.workbook.plane_angles import Plane
 from mathpost.workbook.why import TRANSPOSED
@@ -326,6 +326,10 @@ class Beside:
         is_angle |= tree[0] == "-" and not self.found.turning.isdisjoint(self.graph.uses[place])
         if self.graph.component.keys().isdisjoint(self.graph.uses[place]):
             return False  # something empty was taken
+        if tree[0] == "COUNT" and tree[1][0] == "area":  # of a whole column
+            column, rows = tree[1][1].places, self.graph.component
+            around = offset(column[0], -1, 0), offset(column[-1], 1, 0)
+            return rows.keys() >= set(column) and rows.keys().isdisjoint(around)
         for radians in (value, np.deg2rad(value)) if is_angle else ():
             off = np.abs(wrap(radians - self.angles, 2 * np.pi)).min(axis=1)
             if (off[:, 1:].max(axis=1) < 1e-6).any():

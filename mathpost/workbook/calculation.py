@@ -124,6 +124,8 @@ class Turn(Calculation):
             point = np.concatenate([look(values, self.point), np.ones((SAMPLES, 1))], axis=1)[..., None]
             vectors = [*(matrix @ point for matrix in moved), point]
             self.known |= {n: [_cells(v, n) for v in vectors] for n in (3, 4)}
+            terms = _cells(ends[0][:, :3, :3] * np.swapaxes(vectors[0][:, :3], 1, 2), 3)
+            self.known[1] = [term[None] for term in terms if np.ptp(term[1:])]
             self.known[len(self.axis) or 3] += [unit(look(values, self.axis)).T] if self.axis else []
             target = vectors[1] if len(self.results) < 9 else target
             self._make_mistakes(ends[0], point, point - moved[0] @ point)

@@ -24,6 +24,7 @@ from mathpost.workbook.task import PASSIVE, reading
 MOVES = 1500  # inputs of one formula that are moved one by one
 SHIFT = r"shift|translat|verschieb|décal|平移|^\W*t[xyz]?\b"  # what is added after the turn
 CENTRE = r"cent(?:re|er)|pivot|drehpunkt|mittelpunkt|中心"  # what is taken off before it
+ABOUT_A_CENTRE = rf"\b(?:about|um) [^.,;]{{0,20}}(?:{CENTRE})|绕.{{0,6}}中心"
 INVERSE = r"inver|rück|zurück|\bback|retour|逆|反变换"
 AXIS_NAMES = {"X": "roll|滚", "Y": "pitch|nick|俯仰", "Z": "yaw|heading|gier|偏航"}
 ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角"
@@ -235,10 +236,11 @@ class Recognised(Given):
                 along = 1 if line[0][1] < line[1][1] else 2
                 lost = {p for p in line if p in graph.trees and not self.depends[p]}  # by a slip
                 shape = not lost | inside >= set(line), apart, not graph.is_array(line)
-                rank = alike <= 0.4, -same, -len(inside), *shape
+                given = sum(p in self.lengths for p in line)  # what others are made of is no result
+                rank = given, alike <= 0.4, -same, -len(inside), *shape
                 found[line] = rank, (line[0][0], along, line[0][along])
         aligned, taken, chosen = Counter(), set(), []
-        for (_, same, inside, *_), run in found.values():
+        for (_, _, same, inside, *_), run in found.values():
             aligned[run] += inside + same
         order = self.graph.reading_order
         for line in sorted(found, key=lambda t: (found[t][0], aligned[found[t][1]], order(t[0]), order(t[-1]))):
@@ -271,7 +273,7 @@ class Recognised(Given):
         still = [line for line in others if self._is_still(line, triple)]  # where nothing is turned
         axes = [line for line in still if any(p in self.curved.get(t, ()) for p in line for t in triple)]
         centres = [line for line in still if line not in axes]
-        centres += [origin] * (self.active and self._is_named(origin, CENTRE))
+        centres += [origin] * bool(self.active and re.search(ABOUT_A_CENTRE, self.text, re.I))
         if centres and not shift:
             origin = shift = centres[0]
         if len(angles) == 1 and (axes or (others and re.search(ABOUT_AN_AXIS, self.text, re.I))):

@@ -23,8 +23,13 @@ OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵))"  # active matrices may make a pas
 ACTIVE, PASSIVE = (
     rf"(?:{word}){OF_MATRICES}" for word in (r"\bactive|aktiv|主动|points? (?:are |is )?moved", r"passiv|被动")
 )
-TURNED = rf"active rotation{OF_MATRICES}|aktive drehung(?!en)|point is (?:turned|rotated)|主动旋转{OF_MATRICES}"
-TRANSPOSED = r"transpo|转置|(?:\)|active|aktiv)\^?[Tᵀ]\b|ᵀ"
+TURNED = "|".join(  # by words that no transposed matrix takes back
+    (
+        r"\bactive,? \(?[xyz]['’′]*[-– ]|['’′\"],? \(?active\b",
+        rf"(?:active rotation|主动旋转){OF_MATRICES}|aktive drehung(?!en)|point is (?:turned|rotated)",
+    )
+)
+TRANSPOSED = r"transpo|转置|(?:\)|active|aktiv)\^?[Tᵀ]\b|(?<!R[·*×]R)ᵀ"
 
 
 @dataclass(frozen=True)
