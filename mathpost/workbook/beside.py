@@ -21,6 +21,7 @@ from mathpost.workbook.plane_angles import Plane
 from mathpost.workbook.why import TRANSPOSED
 
 MOST = 20  # points of which each two are compared
+COMPARED = r"max|diff|error|fehler|abweich|差|Δ"  # what stands beside such a word is made of others
 CORNERS = 6  # points of which each two edges are
 
 
@@ -63,7 +64,9 @@ class Beside:
         messages = graph.messages | ({p for c in judge.live for p in c.aside} - graph.downstream(judge.inputs))
         formulas = [p for p in graph.trees if p not in found.typed - found.composed] + [*graph.unread]
         # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
-        typed = {p for p in found.typed - graph.trees.keys() if messages.issuperset(graph.used.get(p, "-"))}
+        typed = found.typed - graph.trees.keys()
+        unused = {p for p in typed - graph.used.keys() if re.search(COMPARED, found.label(p), re.I)}
+        typed = {p for p in typed if messages.issuperset(graph.used.get(p, "-"))} | unused
         typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
         results = np.array([target[0] for target in judge.targets.values()])
         typed = {p for p in typed if not (np.abs(results - graph.value(p)) <= _half_digit(graph.value(p))).any()}
@@ -429,4 +432,4 @@ def _of_a_sample(vectors, axis):
 
 
 def _half_digit(number):
-    return 0.51 * 10.0 ** -written_decimals(number)
+    return 0.51 * 10.0 ** -written_decimals(number) if number else 1e-6

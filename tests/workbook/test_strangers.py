@@ -1,0 +1,77 @@
+"""Sheets written from the task's text alone, by authors who had not seen the check, each with what it must say.
+
+A line of strangers.jsonl is a workbook: its cells by sheet, array formulas in braces, and its author's verdict and
+first wrong cell, or several of which any may be named.
+"""
+
+import json
+import shlex
+from pathlib import Path
+
+import openpyxl
+import pytest
+from openpyxl.workbook.defined_name import DefinedName
+from openpyxl.worksheet.formula import ArrayFormula
+
+from mathpost.errors import InputError
+from mathpost.workbook import Task, check_file
+
+ROOT = Path(__file__).parents[2]
+LINES = (ROOT / "tests/workbook/strangers.jsonl").read_text(encoding="utf-8").splitlines()
+SHEETS = {sheet["name"]: sheet for sheet in map(json.loads, LINES)}
+# Not judged, or the fault is named elsewhere; never right for wrong, nor wrong for right.
+OPEN = set(
+    """
+    u011 u012 u013 u028 u034 u035 u036 u037 u038 u039 u040 v005 v024 v027 v030 v037 v040 w003 w009 w010
+    w014 w029 w035 w037 y015 z014 z027 z043 p006 p009 p010 p013 p016 p019 p020 p021 p022 p029 p030 p033
+    p037 p042 p044
+    """.split()
+)
+
+
+def task_of(options):
+    words = iter(shlex.split(options))
+    given = {word.removeprefix("--"): next(words) for word in words}
+    if "machine" in given:
+        given["machine"] = str(ROOT / given["machine"])
+    return Task(**given)
+
+
+def workbook(sheet):
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for title, cells in sheet["sheets"].items():
+        page = book.create_sheet(title)
+        for address, content in cells.items():
+            is_array = isinstance(content, str) and content.startswith("{=")
+            page[address.split(":")[0]] = ArrayFormula(address, content[1:-1]) if is_array else content
+    for name, text in sheet.get("names", {}).items():
+        book.defined_names[name] = DefinedName(name, attr_text=text)
+    return book
+
+
+def agrees(sheet, report):
+    """Whether a report says what the author says: the cell, or the array in which it stands."""
+    if sheet["verdict"] == "not right":
+        return report.verdict != "right" or bool(report.warnings)
+    if report.verdict != sheet["verdict"] or not report.faults:
+        return report.verdict == sheet["verdict"]
+    fault = report.faults[0]
+    return fault.cell.split("!")[-1] in sheet["first"] or any(
+        f"of the array {cell}:" in fault.message for cell in sheet["first"]
+    )
+
+
+@pytest.mark.parametrize("name", SHEETS)
+def test_a_strangers_sheet(name, tmp_path):
+    sheet = SHEETS[name]
+    path = tmp_path / f"{name}.xlsx"
+    workbook(sheet).save(path)
+    if sheet["verdict"] == "refused":
+        with pytest.raises(InputError):
+            check_file(path, task_of(sheet["options"]))
+        return
+    report = check_file(path, task_of(sheet["options"]))
+    false = {"right": "wrong", "wrong": "right"}.get(sheet["verdict"])
+    assert report.verdict != false or report.warnings, f"{sheet['first']}: {report}"
+    assert agrees(sheet, report) == (name not in OPEN), f"{sheet['verdict']} {sheet['first']}: {report}"
