@@ -148,7 +148,9 @@ class Beside:
         for users in product(*(self.graph.used.get(p, ()) for p in results)):
             given = [[s for s in self.graph.uses[p] if s in self.found.typed] for p in users]
             if [len(each) for each in given] == [1, 1, 1] and len(set(users)) == 3:
-                yield tuple(place for (place,) in given)
+                a, b, c = (place for (place,) in given)
+                if a != b and not np.ptp(np.diff([a[1:], b[1:], c[1:]], axis=0), axis=0).any():  # in line
+                    yield a, b, c
             elif len(given[0]) == 3 and len(set(users)) == 1:
                 yield tuple(given[0])
 
@@ -385,12 +387,14 @@ class Beside:
 
     def _is_degrees_and_minutes(self, place, tree=None):
         """Whether a cell makes an angle of degrees and minutes, and seconds, of the sign of the degrees."""
-        parts = [p for p in self.graph.uses[place] if self.graph.own[p] is not None]
+        parts = [p for p in self.graph.uses[place] if self.graph.own.get(p) is not None]
+        if len(parts) not in (2, 3):
+            return False
         sign = -1 if self.graph.own[parts[0]] < 0 else 1
         numbers, whole = np.array([[sign * 35.0], [20.0], [48.0]]), (35, 35 + 20 / 60, 35 + 20 / 60 + 48 / 3600)
         made = self.graph.cell(place, dict(zip(parts, numbers, strict=False)), tree)
         in_line = 1 in (len({p[1] for p in parts}), len({p[2] for p in parts}))
-        wanted = [unit * sign * whole[len(parts) - 1] for unit in (1, np.pi / 180)] if len(parts) in (2, 3) else ()
+        wanted = [unit * sign * whole[len(parts) - 1] for unit in (1, np.pi / 180)]
         return in_line and any(same(made, np.array([each])) for each in wanted)
 
     def _goes_on(self, place):

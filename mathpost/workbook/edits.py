@@ -72,6 +72,8 @@ def edits(graph, place, inputs=(), windows=()):
         if part[0] == "number" and part[1] in UNITS:
             new = "number", UNITS[part[1]]
             yield "wrong value", part, new, put(tree, path, new)
+        if part[0] in ("+", "-") and (new := _bracketed(part)):
+            yield "wrong value", part, new, put(tree, path, new)
     if tree[0] in ("+", "-") and tree[2][0] == "number":
         yield "offset", tree, tree[1], tree[1]
     unlike = []
@@ -164,6 +166,14 @@ def _functions(part, path):
         yield "wrong value", ("SQRT", part)
     if not path and name in ("MMULT", "TRANSPOSE"):
         yield "transposed", ("TRANSPOSE", part)
+
+
+def _bracketed(tree):
+    """A sum of which the last number belongs to a factor of the product before it: a·(b − c) for a·b − c."""
+    head, before, last = tree
+    if before[0] in ("+", "-") and before[2][0] == "*":
+        return (*before[:2], ("*", before[2][1], (head, before[2][2], last)))
+    return ("*", before[1], (head, before[2], last)) if before[0] == "*" else None
 
 
 def _is_square(tree):

@@ -238,12 +238,14 @@ class Recognised(Given):
                 shape = not lost | inside >= set(line), apart, not graph.is_array(line)
                 given = sum(p in self.lengths for p in line)  # what others are made of is no result
                 rank = given, alike <= 0.4, -same, -len(inside), *shape
-                found[line] = rank, (line[0][0], along, line[0][along])
+                found[line] = rank, (line[0][0], along, line[0][along]), -round(alike, 3)
         aligned, taken, chosen = Counter(), set(), []
-        for (_, _, same, inside, *_), run in found.values():
+        for (_, _, same, inside, *_), run, _ in found.values():
             aligned[run] += inside + same
         order = self.graph.reading_order
-        for line in sorted(found, key=lambda t: (found[t][0], aligned[found[t][1]], order(t[0]), order(t[-1]))):
+        for line in sorted(
+            found, key=lambda t: (found[t][0], aligned[found[t][1]], found[t][2], *map(order, (t[0], t[-1])))
+        ):
             if taken.isdisjoint(line):
                 taken.update(line)
                 chosen.append(line)

@@ -13,7 +13,8 @@ SEQUENCE = re.compile(rf"(?<![A-Za-z])([XYZ]){BETWEEN}([XYZ]){BETWEEN}([XYZ])['�
 PRIMED = re.compile(r"(?<![A-Za-z])([XYZ])[-–, ]*([XYZ])['’′][-–, ]*([XYZ])(?:['’′]{2}|[\"”″])", re.I)
 NUMBERED = re.compile(r"(?<![\d.])([123])-([123])-([123])(?![\d.])")
 TURNS = r"euler|欧拉|rotat|dreh|turn|旋转|转|sequence|reihenfolge|顺序|axes|achsen|轴|trins|rpy|[ck]ardan|wrist"
-ONE_AXIS = r"(?:about|around|\bum|autour de|绕)(?:\s|\(|the|die|der|den|l'axe|new|neue\w?|新的?)*([xyz])(?![a-z])"
+OF_THE = r"(?:\s|\(|the|its|die|der|den|l'axe|new|neue\w?|新的?)*"
+ONE_AXIS = rf"(?:about|around|\bum|autour de|绕){OF_THE}([xyz])(?![a-z])"
 AXIS_OR_THEN = re.compile(
     r"(?<![a-z])([xyz])(?![a-z])|(then|dann|danach|puis|second|third|zweit|dritt|再|然后|接着|第[二三])", re.I
 )

@@ -6,6 +6,8 @@ package.
 
 import pytest
 
+from mathpost.workbook import Task
+from mathpost.workbook.task import reading
 from tests.workbook.test_strange_sheets import WHOLE, _check, _matrix, _places, _product, _sheet
 
 ROWS = (6, 7, 8)
@@ -170,3 +172,30 @@ def test_a_slip_is_named(tmp_path, name, cell):
     assert slips[cell] != cells[cell]
     report = _check(tmp_path, cells | {cell: slips[cell]})
     assert report.verdict == "wrong" and report.faults[0].cell == f"Sheet!{cell}", report
+
+
+def test_a_difference_from_the_expected_number_of_another_coordinate_is_named(tmp_path):
+    cells = _sheet() | {f"P{n}": v for n, v in zip(ROWS, (-1.224744, 0.707107, 6.928203), strict=True)}
+    cells |= {f"R{n}": f"=M{n}-P{n}" for n in ROWS}
+    assert _check(tmp_path, cells).verdict == "right"
+    report = _check(tmp_path, cells | {"R8": "=M8-P7"})
+    assert [fault.cell for fault in report.faults] == ["Sheet!R8"], report
+
+
+def test_contradicting_texts_are_said(tmp_path):
+    texts = {"A20": "Euler angles Z-X'-Z'', passive", "A21": "turn the point about z, then y, then x"}
+    report = _check(tmp_path, _sheet(), texts)
+    assert report.verdict == "unclear" and any("ZXZ and ZYX" in line for line in report.seen), report
+
+
+def test_a_lookup_without_a_key_that_is_typed_is_not_judged(tmp_path):
+    report = _check(tmp_path, _lookups() | {"C2": "=RADIANS(VLOOKUP(A99,$F$21:$L$24,3,FALSE))"})
+    assert report.verdict == "unclear" and report.checked < report.total, report
+
+
+@pytest.mark.parametrize(
+    ("text", "sequence"),
+    [("R = Rz(A)·Ry(B)·Rx(C), active", "ZYX"), ("Roll (x) first, pitch (y) second, yaw (z) third: axes", "XYZ")],
+)
+def test_products_and_ordinals_name_a_sequence(text, sequence):
+    assert reading(Task(), text)[0] == sequence
