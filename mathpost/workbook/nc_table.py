@@ -40,11 +40,13 @@ class Words(Calculation):
 
     def unround(self, inputs):
         """Normalise the tool axis of the sheet, if it is one but for its last digits."""
+        if not inputs.keys() >= set(self.axis):  # a formula stands in place of a number
+            return
         length = np.linalg.norm([inputs[p][0] for p in self.axis])
-        self.is_unit = abs(length - 1) < UNIT_LENGTH
+        is_unit = abs(length - 1) < UNIT_LENGTH
         for place in self.axis:
-            inputs[place][0] /= length if self.is_unit else 1.0
-            inputs[place][1:] *= 1.0 if self.is_unit else length
+            inputs[place][0] /= length if is_unit else 1.0
+            inputs[place][1:] *= 1.0 if is_unit else length
 
     def prepare(self, values, units):
         """Compute the words at the samples in `values`, on the branch that those that are there now are on."""
@@ -146,7 +148,8 @@ def judge_numbers(rows, values):
     """Yield (place, cause, sentence) of the words that are wrong as numbers, place → number, to their digits."""
     kinematics = rows[0].kinematics
     for row in rows:
-        lacking = [p for p in (*row.given, *row.results) if values.get(p) is None]
+        numbers = {p: values.get(p) for p in (*row.given, *row.results)}
+        lacking = [p for p, number in numbers.items() if number is None or not np.isfinite(number)]
         yield from ((p, "wrong value", "a number belongs here") for p in lacking)
         row.complete = not lacking
     rows = [row for row in rows if row.complete]

@@ -216,7 +216,8 @@ class Recognised(Given):
         for place, (down, right), k in product(left, ((1, 0), (0, 1), (0, 2), (0, 3), (0, 4)), range(3)):
             whole = self.graph.component[place]
             line = tuple(offset(place, (n - k) * down, (n - k) * right) for n in range(3))
-            fourth = whole[-1] not in graph.messages and not abs(graph.own[whole[-1]] - 1) > 0  # 1, or an error
+            last = graph.own[whole[-1]]
+            fourth = whole[-1] not in graph.messages and (last in (1, None) or np.isnan(last))  # 1, or an error
             fourth |= graph.is_array((whole[0], whole[-1])) or graph.form(whole[-1]) == graph.form(whole[0])
             if len(whole) == 4 and fourth and 1 in (len({p[n] for p in whole}) for n in (1, 2)):
                 line = whole

@@ -28,7 +28,7 @@ class Why:
         in_window = unit in self.found.windows
         places = sorted(option, key=graph.reading_order if in_window else graph.calculation_order)
         if in_window and self.found.typed.issuperset(places):  # a typed matrix: what is wrong by its number first
-            places.sort(key=lambda p: abs(option[p][0] - graph.value(p)) < 1e-9)
+            places.sort(key=lambda p: graph.value(p) is not None and abs(option[p][0] - graph.value(p)) < 1e-9)
         elements = self.judge.elements(calculation) if isinstance(calculation, Turn) else {}
         is_block = len(unit) in SIZES and unit not in elements and (in_window or len(places) > 1)
         block = self.of_the_block(calculation, unit, option) if is_block else None

@@ -4,7 +4,9 @@ A line of strangers.jsonl is a workbook: its cells by sheet, array formulas in b
 first wrong cell, or several of which any may be named.
 """
 
+import contextlib
 import json
+import random
 import shlex
 from pathlib import Path
 
@@ -75,3 +77,20 @@ def test_a_strangers_sheet(name, tmp_path):
     false = {"right": "wrong", "wrong": "right"}.get(sheet["verdict"])
     assert report.verdict != false or report.warnings, f"{sheet['first']}: {report}"
     assert agrees(sheet, report) == (name not in OPEN), f"{sheet['verdict']} {sheet['first']}: {report}"
+
+
+SPOILT = ("text", "#REF!", "=1/0", "=A1:B3", "=SUM(", "=XYZ99999", "=FOO(1)", 0, 1e6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_spoilt_sheet_raises_nothing_but_errors_of_input(seed, tmp_path):
+    rng = random.Random(seed)
+    for name in rng.sample(sorted(SHEETS), 15):
+        sheet = SHEETS[name]
+        page = rng.choice([title for title, cells in sheet["sheets"].items() if cells])
+        cells = sheet["sheets"][page]
+        place = rng.choice([address for address in cells if ":" not in address])
+        pages = sheet["sheets"] | {page: cells | {place: rng.choice(SPOILT)}}
+        workbook(sheet | {"sheets": pages}).save(tmp_path / "spoilt.xlsx")
+        with contextlib.suppress(InputError):
+            check_file(tmp_path / "spoilt.xlsx", task_of(sheet["options"]))
