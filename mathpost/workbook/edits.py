@@ -90,6 +90,10 @@ def edits(graph, place, inputs=(), windows=()):
         new = (factor, tree, ("number", 2.0))
         yield "half angle", tree, new, new
     for path, part in parts.items():
+        if part[0] in TRIGONOMETRY:
+            new = (part[0], ("/", part[1], ("number", 2.0)))
+            yield "half angle", part, new, put(tree, path, new)
+    for path, part in parts.items():
         if part[0] in ("*", "/"):
             new = (OTHER[part[0]], *part[1:])
             yield "wrong value", part, new, put(tree, path, new)
