@@ -9,7 +9,7 @@ from mathpost import angles as euler
 from mathpost.workbook.calculation import Calculation, Turn, look, nearest
 from mathpost.workbook.edits import take_unrounded
 from mathpost.workbook.formula import heads
-from mathpost.workbook.given import offset
+from mathpost.workbook.given import offset, runs
 from mathpost.workbook.plane_angles import computed_angles
 from mathpost.workbook.task import FIXED, SEQUENCE, TURNS
 
@@ -36,6 +36,28 @@ class Conversion(Calculation):
         both = np.rad2deg(np.stack([first, euler.twin(self.into, first)], axis=1))
         now = look(values, self.results)
         self.should_be(self.results, nearest(now * self.unit, both)[0].T / self.unit)
+
+
+@dataclass(eq=False)
+class ToQuaternion(Turn):
+    """The quaternion of a rotation by three angles, scalar first, of either sign."""
+
+    def prepare(self, values, units):
+        """Compute the quaternion at the samples, of the sign that most of them have."""
+        super().prepare(values, units)
+        quaternion = self.quaternions()[2]
+        alike = (quaternion * look(values, self.results).T).sum(axis=0) >= 0
+        self.should_be(self.results, quaternion * (1 if 2 * alike.sum() >= len(alike) else -1))
+
+
+def find_quaternions(found):
+    """Yield four formulas in line, in a sheet that speaks of quaternions, that three angles make."""
+    known = {c.angles for c in found.calculations}
+    made = {p for p, inputs in found.depends.items() if len(inputs) == 3 and found.angles >= inputs}
+    for line in runs(made - found.turning):
+        angles = {tuple(found.sorted(found.depends[p])) for p in line}
+        if len(line) == 4 and len(angles) == 1 and found.by_name(*angles) not in known:
+            yield ToQuaternion(found.scalar_first(line), found.by_name(*angles))
 
 
 def find_conversions(found):

@@ -12,7 +12,7 @@ import numpy as np
 from mathpost import angles as euler
 from mathpost.errors import InputError
 from mathpost.workbook.calculation import Turn
-from mathpost.workbook.conversion import find_conversions
+from mathpost.workbook.conversion import find_conversions, find_quaternions
 from mathpost.workbook.edits import INVERSE as INVERSE_FUNCTIONS
 from mathpost.workbook.formula import heads
 from mathpost.workbook.given import Given, offset, runs
@@ -25,6 +25,7 @@ MOVES = 1500  # inputs of one formula that are moved one by one
 SHIFT = r"shift|translat|verschieb|décal|平移|^\W*t[xyz]?\b"  # what is added after the turn
 CENTRE = r"cent(?:re|er)|pivot|drehpunkt|mittelpunkt|中心"  # what is taken off before it
 ABOUT_A_CENTRE = rf"\b(?:about|um) [^.,;]{{0,20}}(?:{CENTRE})|绕.{{0,6}}中心"
+QUATERNION = "quaternion|四元数"
 INVERSE = r"inver|rück|zurück|\bback|retour|逆|反变换"
 AXIS_NAMES = {"X": "roll|滚", "Y": "pitch|nick|俯仰", "Z": "yaw|heading|gier|偏航"}
 ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角"
@@ -67,6 +68,9 @@ class Recognised(Given):
         self.calculations = [*self.planes, *self.calculations]
         if task.machine is None and not (task.cells or self.planes):
             self.calculations += find_conversions(self)
+            if re.search(QUATERNION, self.text, re.I):
+                for calculation in find_quaternions(self):
+                    self._tell(calculation, self.calculations)
         if several and not any(heads(tree) & INVERSE_FUNCTIONS for tree in graph.trees.values()):
             self.problems.append(f"the texts name {' and '.join(several)}: --sequence says which is asked for")
         made = self.composed & graph.upstream(p for plane in self.planes for p in plane.line)
@@ -309,15 +313,14 @@ class Recognised(Given):
 
     def _quaternions(self, inputs):
         """Four given numbers in line, scalar first or last, in a sheet that speaks of quaternions."""
-        if not re.search(r"quaternion|四元数", self.text, re.I):
+        if not re.search(QUATERNION, self.text, re.I):
             return []
-        lines = [line for line in runs(inputs - self.turning) if len(line) == 4]
-        first = [re.search(r"w|q?0|s", self.label(line[0]), re.I) for line in lines]
-        last = [re.search(r"\bq?[xi]\b|\bq?1\b", self.label(line[0]), re.I) for line in lines]
-        return [
-            line[-1:] + line[:-1] if end and not start else line
-            for line, start, end in zip(lines, first, last, strict=True)
-        ]
+        return [self.scalar_first(line) for line in runs(inputs - self.turning) if len(line) == 4]
+
+    def scalar_first(self, line):
+        """The cells of a quaternion, w before x, y and z, whichever the labels say is first."""
+        first, last = (re.search(name, self.label(line[0]), re.I) for name in (r"w|q?0|s", r"\bq?[xi]\b|\bq?1\b"))
+        return line[-1:] + line[:-1] if last and not first else line
 
     def _quaternion_of(self, cells, place):
         """The quaternion that most of some cells are of, that in the row of a place first; None without one."""

@@ -97,6 +97,15 @@ def _conversion():
     return cells | texts
 
 
+def _to_quaternion():
+    """The quaternion, x y z w, of yaw, pitch and roll in B1:B3."""
+    cells = {f"B{n}": v for n, v in _from_1((25, -10, 60))} | {"A10": "Euler angles Z-Y'-X'' to a quaternion"}
+    cells |= {f"{c}{n}": f"={f}(RADIANS(B{n}/2))" for c, f in (("D", "COS"), ("E", "SIN")) for n in (1, 2, 3)}
+    parts = ("E3*D2*D1-D3*E2*E1", "D3*E2*D1+E3*D2*E1", "D3*D2*E1-E3*E2*D1", "D3*D2*D1+E3*E2*E1")
+    cells |= {f"H{n}": f"={part}" for n, part in _from_1(parts)} | {f"G{n}": c for n, c in _from_1("xyzw")}
+    return cells | {"H6": "=SQRT(SUMSQ(H1:H4))"}
+
+
 def _two_axes():
     cells = _sheet() | {"A20": "Turned about Z, then about the new X"}
     return {p: v for p, v in cells.items() if p not in ("B3", *_places("A14"), *_places("I6"))} | _product(
@@ -153,6 +162,7 @@ SHEETS = {
         _conversion(),
         {"G3": "=DEGREES(ATAN2(E4,E5))", "G2": "=DEGREES(ASIN(E3))", "E4": "=COS(C3)*COS(C2)"},
     ),
+    "to a quaternion": (_to_quaternion(), {"H2": "=D3*E2*D1-E3*D2*E1", "E2": "=SIN(RADIANS(B2))"}),
     "two axes": (_two_axes(), {"C11": "=-SIN(RADIANS(B2))", "M7": "=E7*D1+F7*D2+G7*D2"}),
     "degrees, minutes, seconds": (_minutes(), {"B2": "=RADIANS(B22+C22/60+D22/360)", "M7": "=I7*P1+J7*P2+K7*P2"}),
     "sums of terms": (_terms(), {"Q7": "=J7*$D$1", "R9": "=SUM(R6:R7)"}),
