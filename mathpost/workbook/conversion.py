@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -40,14 +41,15 @@ class Conversion(Calculation):
 
 @dataclass(eq=False)
 class ToQuaternion(Turn):
-    """The quaternion of a rotation by three angles, scalar first, of either sign."""
+    """The quaternion of a rotation by three angles, or of the inverse, scalar first, of either sign."""
 
     def prepare(self, values, units):
-        """Compute the quaternion at the samples, of the sign that most of them have."""
+        """Compute the quaternion at the samples, of the signs that most cells have."""
         super().prepare(values, units)
-        quaternion = self.quaternions()[2]
-        alike = (quaternion * look(values, self.results).T).sum(axis=0) >= 0
-        self.should_be(self.results, quaternion * (1 if 2 * alike.sum() >= len(alike) else -1))
+        now = look(values, self.results).T
+        signs = product((1, -1), repeat=2)
+        both = [np.array([a, b, b, b])[:, None] * self.quaternions()[2] for a, b in signs]
+        self.should_be(self.results, max(both, key=lambda q: (np.abs(now - q) < 1e-6).sum()))
 
 
 def find_quaternions(found):

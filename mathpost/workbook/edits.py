@@ -8,7 +8,18 @@ from itertools import combinations, permutations, product
 import numpy as np
 
 from mathpost.rotation import wrap
-from mathpost.workbook.formula import ROUNDING, Area, area_of, areas, put, text_of, unrounded, walk, with_areas
+from mathpost.workbook.formula import (
+    ROUNDING,
+    Area,
+    area_of,
+    areas,
+    heads,
+    put,
+    text_of,
+    unrounded,
+    walk,
+    with_areas,
+)
 from mathpost.workbook.graph import at, beside, same
 
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
@@ -58,6 +69,10 @@ def edits(graph, place, inputs=(), windows=()):
         if area.shape != (1, 1):
             new = ("TRANSPOSE", parts[path])
             yield "transposed", parts[path], new, put(tree, path, new)
+    for a, b in combinations(dict.fromkeys(area for _, area in references if area.shape == (1, 1)), 2):
+        new = with_areas(tree, [{a: b, b: a}.get(area, area) for _, area in references])
+        pair = [heads(graph.tree(area.places[0])) & TRIGONOMETRY.keys() for area in (a, b)]
+        yield "sin and cos exchanged" if {"SIN"} in pair and {"COS"} in pair else "wrong reference", tree, new, new
     for path, area, other in _elsewhere(graph, place, references, inputs, windows):
         if other and other != area and place not in other.places:
             yield "wrong reference", parts[path], ("area", other), put(tree, path, ("area", other))
@@ -93,6 +108,9 @@ def edits(graph, place, inputs=(), windows=()):
         if part[0] in TRIGONOMETRY:
             new = (part[0], ("/", part[1], ("number", 2.0)))
             yield "half angle", part, new, put(tree, path, new)
+        if part[0] == "COS":
+            new = ("-", ("number", 1.0), part)
+            yield "missing term", part, new, put(tree, path, new)
     for path, part in parts.items():
         if part[0] in ("*", "/"):
             new = (OTHER[part[0]], *part[1:])

@@ -483,8 +483,10 @@ class Recognised(Given):
             calculation.shift and self.active and not self.task.convention
         )  # R·p' + p0 as it is
         active = self.active
-        if calculation.axis:  # what the field means by these, unless it is said
+        of_quaternion = not calculation.point and re.search(QUATERNION, self.text, re.I)
+        if calculation.axis or of_quaternion:  # what the field means by these, unless it is said
             active |= not (self.task.convention or re.search(PASSIVE, self.text, re.I))
+        if calculation.axis:
             calculation.of_length_one = self._is_of_length_one(calculation.axis)
         calculation.sequence, calculation.active = self.sequence, active != calculation.back
         name = {0: f"{self.sequence}, as {self.by} says", 3: "about an axis", 4: "by a quaternion"}

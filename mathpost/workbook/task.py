@@ -18,7 +18,8 @@ ONE_AXIS = rf"(?:about|around|\bum|autour de|绕){OF_THE}([xyz])(?![a-z])"
 AXIS_OR_THEN = re.compile(
     r"(?<![a-z])([xyz])(?![a-z])|(then|dann|danach|puis|second|third|zweit|dritt|再|然后|接着|第[二三])", re.I
 )
-CHAIN = re.compile(r"\bR_?([xyz])\b[^+=;,]*?[*·×∙⋅]\s*R_?([xyz])\b[^+=;,]*?[*·×∙⋅]\s*R_?([xyz])\b", re.I)
+FACTOR = r"\bR_?([xyz])\b\W?([^\s()*·×∙⋅+=;,]*)\W*?"
+CHAIN = re.compile(r"[*·×∙⋅]\s*".join([FACTOR] * 3), re.I)
 FIXED = r"fixed (?:axes|[xyz]\b)|extrins|raumfest|feste[nr]? achsen|固定(坐标)?轴|外旋|static axes"
 OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵))"  # active matrices may make a passive rotation
 ACTIVE, PASSIVE = (
@@ -117,9 +118,12 @@ def reading(task, text, count=3):
     said = [bool(re.search(pattern, text, re.I)) for pattern in (ACTIVE, PASSIVE, TRANSPOSED)]
     active = said[:2] == [True, False] and (not said[2] or bool(re.search(TURNED, text, re.I)))
     active = task.convention == "active" if task.convention else active
-    if not by_text and (
-        chains := {"".join(f.groups()).upper() for f in CHAIN.finditer(text)} & set(euler.SEQUENCES)
-    ):
-        by_text = chains.pop()[:: 1 if active else -1] if len(chains) == 1 else ""  # as matrices, left to right
+    for factors in CHAIN.finditer(text):  # R_z(α)·R_x(β)·R_z(γ) is active unless that is denied, the other way not
+        axes, angles = "".join(factors.groups()[::2]).upper(), [*factors.groups()[1::2]]
+        in_order = all(angles) and angles == sorted(set(angles))
+        in_order |= by_text == axes != axes[::-1]  # as the sequence is said
+        if axes in euler.SEQUENCES and by_text in ("", axes):
+            active = active or (in_order and not (any(said[1:]) or task.convention))
+            by_text = by_text or axes[:: 1 if active else -1]
     by = "the task" if by_task else "the text" if by_text else "source 000"
     return by_task or by_text or "ZXZ", active, by, several
