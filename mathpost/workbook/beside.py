@@ -80,6 +80,7 @@ class Beside:
         own = {p: graph.own[p] for p in copies if graph.own[p] is not None}
         other = {p for p in own for q in beside(p) if q in own and abs(own[q] - own[p]) == 1}
         given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
+        given |= found.angles  # what any angle turns is looked at, in a table that is not understood as well
         of_others = {p for p, used in leaves.items() if used & found.typed - {p} and given.isdisjoint(used)}
         other |= of_others if given else set()
         return [p for p in places if p not in other], rest - other

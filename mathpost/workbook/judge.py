@@ -412,7 +412,8 @@ class Judge:
         """Triples and quadruples of vector cells, the results among them."""
         vectors = self.found.vectors & scope
         lines = {c for p in vectors for c in [self.graph.component[p]] if len(c) in (3, 4)}
-        return {line for line in lines if len(vectors.intersection(line)) >= 2} | {calculation.results}
+        steps = {step.results for step in self._steps(calculation) if scope.issuperset(step.results)}
+        return {line for line in lines if len(vectors.intersection(line)) >= 2} | {calculation.results} | steps
 
     def _tried(self, options, targets, bad):
         """Of the options (place → value) what they change, of those that meet the targets."""

@@ -4,6 +4,8 @@ Each right sheet, and slips in it at which the first wrong cell must be named. N
 package.
 """
 
+import re
+
 import pytest
 
 from mathpost.workbook import Task
@@ -209,3 +211,17 @@ def test_a_lookup_without_a_key_that_is_typed_is_not_judged(tmp_path):
 )
 def test_products_and_ordinals_name_a_sequence(text, sequence):
     assert reading(Task(), text)[0] == sequence
+
+
+def _forty_rows_down(cell):
+    return re.sub(r"([A-Z])(\d+)", lambda found: f"{found[1]}{int(found[2]) + 40}", str(cell))
+
+
+def test_a_second_table_that_gives_no_number_is_listed(tmp_path):
+    first = _sheet()
+    second = {_forty_rows_down(p): _forty_rows_down(v) if isinstance(v, str) else v for p, v in first.items()}
+    formulas = _check(tmp_path, first).total
+    assert _check(tmp_path, first | second).checked == 2 * formulas
+    lost = {f"M{n}": f"=I{n}*C41+J{n}*C42+K{n}*C43" for n in (46, 47, 48)} | {"C41": "x", "C42": "y", "C43": "z"}
+    report = _check(tmp_path, first | second | lost)
+    assert report.verdict != "right" and report.total >= 2 * formulas - 1, report  # one is 0, whatever is given
