@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from mathpost.workbook.beside import Beside
-from mathpost.workbook.edits import as_around
+from mathpost.workbook.edits import INVERSE, as_around
 from mathpost.workbook.file import EMPTY, read
 from mathpost.workbook.formula import areas, heads
 from mathpost.workbook.graph import Graph, same
@@ -95,7 +95,7 @@ def check_file(path, task=None):
     found.problems += [text for triple, text in found.doubts.items() if not beside.unjudged.isdisjoint(triple)]
     unclear = not found.calculations or found.problems or judge.reading
     if unclear and not (judge.faults or judge.reading or task.machine):
-        if not found.planes and any(heads(tree) & {"ACOS", "ATAN", "ATAN2"} for tree in graph.trees.values()):
+        if not found.planes and any(heads(tree) & INVERSE for tree in graph.trees.values()):
             found.problems.append("tool axes and the words of a machine are judged with --machine FILE")
         found.problems.append(_ready_cells(graph, found.turning))
     seen += [*found.problems, *unlike]

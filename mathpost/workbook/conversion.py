@@ -7,9 +7,9 @@ from itertools import product
 import numpy as np
 
 from mathpost import angles as euler
-from mathpost.workbook.calculation import Calculation, Turn, look, nearest
+from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn, look, nearest
 from mathpost.workbook.edits import take_unrounded
-from mathpost.workbook.formula import heads
+from mathpost.workbook.formula import walk
 from mathpost.workbook.given import offset, runs
 from mathpost.workbook.plane_angles import computed_angles
 from mathpost.workbook.task import FIXED, SEQUENCE, TURNS
@@ -78,9 +78,10 @@ def find_conversions(found):
                 continue
             taken.update(line)
             take_unrounded(graph, line)
-            largest = max(abs(graph.own[p]) for p in line)
-            in_degrees = largest > 6.3 or any("DEGREES" in heads(graph.tree(p)) for p in line)
-            unit = 1.0 if in_degrees or any("180" in str(graph.tree(p)) for p in line) else float(np.rad2deg(1))
+            parts = [part for p in line for _, part in walk(graph.tree(p))]
+            in_degrees = any(part[0] == "DEGREES" or part == ("number", 180.0) for part in parts)
+            in_degrees |= any(abs(graph.own[p]) > LARGEST_RADIANS for p in line)
+            unit = 1.0 if in_degrees else float(np.rad2deg(1))
             said = f"{sequence} angles converted into {into}"
             angles, line = found.by_name(angles, sequence), found.by_name(line, into)
             yield Conversion(line, angles, said=said, sequence=sequence, into=into, unit=unit)

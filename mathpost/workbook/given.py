@@ -10,6 +10,7 @@ from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY
 from mathpost.workbook.formula import areas, heads, walk
 from mathpost.workbook.label import read_label
 
+QUATERNION = "quaternion|四元数"
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND", "ATAN"}  # 4·ATAN(1) is π
 
 
@@ -133,7 +134,7 @@ class Given:
             partners = {s for user in users for s in graph.uses[user]} - {place}
             found |= {place} if self._converts(place) and min(len(users), len(partners)) >= 2 else set()
         given = self.typed & graph.used.keys() - self.turning - found
-        quaternions = re.search("quaternion|四元数", self.text, re.I)
+        quaternions = re.search(QUATERNION, self.text, re.I)
         for place, (down, right) in product(given, ((1, 0), (0, 1))):  # (x, y, z, 1), or (0, x, y, z)
             line = [offset(place, n * down, n * right) for n in range(-1, 5)]
             if [p in given for p in line] == [False, True, True, True, True, False]:

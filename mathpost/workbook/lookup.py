@@ -106,5 +106,5 @@ FOUND = {
     "HLOOKUP": _along(across=True),
     "XLOOKUP": _beside(0),
     "LOOKUP": _beside(1),
-    "CHOOSE": lambda held, number, *values: values[_number(held, number) - 1],
+    "CHOOSE": lambda held, number, *values: dict(enumerate(values, 1))[_number(held, number)],
 }

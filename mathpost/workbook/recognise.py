@@ -15,7 +15,7 @@ from mathpost.workbook.calculation import Turn
 from mathpost.workbook.conversion import find_conversions, find_quaternions
 from mathpost.workbook.edits import INVERSE as INVERSE_FUNCTIONS
 from mathpost.workbook.formula import heads
-from mathpost.workbook.given import Given, offset, runs
+from mathpost.workbook.given import QUATERNION, Given, offset, runs
 from mathpost.workbook.label import read_label
 from mathpost.workbook.nc_table import rows_of
 from mathpost.workbook.plane_angles import find_planes
@@ -25,7 +25,6 @@ MOVES = 1500  # inputs of one formula that are moved one by one
 SHIFT = r"shift|translat|verschieb|décal|平移|^\W*t[xyz]?\b"  # what is added after the turn
 CENTRE = r"cent(?:re|er)|pivot|drehpunkt|mittelpunkt|中心"  # what is taken off before it
 ABOUT_A_CENTRE = rf"\b(?:about|um) [^.,;]{{0,20}}(?:{CENTRE})|绕.{{0,6}}中心"
-QUATERNION = "quaternion|四元数"
 INVERSE = r"inver|rück|zurück|\bback|retour|逆|反变换"
 AXIS_NAMES = {"X": "roll|滚", "Y": "pitch|nick|俯仰", "Z": "yaw|heading|gier|偏航"}
 ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角"
@@ -479,9 +478,8 @@ class Recognised(Given):
             calculation.results = tuple(calculation.results[said.index((n,))] for n in range(3))
         primed = calculation.point and re.search("['′’]", self.label(calculation.point[0]))
         calculation.back = bool((calculation.shift or primed) and re.search(INVERSE, self.text, re.I))
-        calculation.back &= not (
-            calculation.shift and self.active and not self.task.convention
-        )  # R·p' + p0 as it is
+        as_it_is = calculation.shift and self.active and not self.task.convention  # R·p' + p0
+        calculation.back &= not as_it_is
         active = self.active
         of_quaternion = not calculation.point and re.search(QUATERNION, self.text, re.I)
         if calculation.axis or of_quaternion:  # what the field means by these, unless it is said

@@ -225,3 +225,18 @@ def test_a_second_table_that_gives_no_number_is_listed(tmp_path):
     lost = {f"M{n}": f"=I{n}*C41+J{n}*C42+K{n}*C43" for n in (46, 47, 48)} | {"C41": "x", "C42": "y", "C43": "z"}
     report = _check(tmp_path, first | second | lost)
     assert report.verdict != "right" and report.total >= 2 * formulas - 1, report  # one is 0, whatever is given
+
+
+@pytest.mark.parametrize("number", [0, 3])
+def test_a_choice_that_is_not_there_is_listed(tmp_path, number):
+    cells = _sheet() | {f"M{n}": f"=CHOOSE(B20,M{n + 20},1)" for n in ROWS}
+    cells |= {f"M{n + 20}": f"=I{n}*D1+J{n}*D2+K{n}*D3" for n in ROWS}
+    assert _check(tmp_path, cells | {"B20": 1}).verdict == "right"
+    assert _check(tmp_path, cells | {"B20": number}).verdict == "unclear"
+
+
+def test_a_conversion_in_radians_whose_row_is_180(tmp_path):
+    cells = {p: v for p, v in _conversion().items() if p[0] != "G"}
+    cells |= {f"{column}180": f"=E{n}" for n, column in _from_1("KLMNO")}
+    cells |= {"Q180": "=ATAN2(K180,L180)", "R180": "=ASIN(-M180)", "S180": "=ATAN2(O180,N180)"}
+    assert _check(tmp_path, cells).verdict == "right"
