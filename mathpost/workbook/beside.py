@@ -14,7 +14,7 @@ from mathpost.rotation import wrap
 from mathpost.workbook.calculation import SAMPLES, Turn
 from mathpost.workbook.conversion import Conversion
 from mathpost.workbook.edits import INVERSE, as_around, edits, said
-from mathpost.workbook.formula import heads, unrounded, walk
+from mathpost.workbook.formula import STATISTICS, areas, heads, unrounded, walk
 from mathpost.workbook.given import offset, runs
 from mathpost.workbook.graph import CLOSE, at, beside, same
 from mathpost.workbook.plane_angles import Plane
@@ -80,9 +80,9 @@ class Beside:
         own = {p: graph.own[p] for p in copies if graph.own[p] is not None}
         other = {p for p in own for q in beside(p) if q in own and abs(own[q] - own[p]) == 1}
         given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
-        given |= found.angles  # what any angle turns is looked at, in a table that is not understood as well
-        of_others = {p for p, used in leaves.items() if used & found.typed - {p} and given.isdisjoint(used)}
-        other |= of_others if given else set()
+        other |= {
+            p for p, used in leaves.items() if used and given.isdisjoint(used) and _is_count_or_mean(graph.tree(p))
+        }
         return [p for p in places if p not in other], rest - other
 
     def _computed_points(self):
@@ -372,8 +372,9 @@ class Beside:
         """Whether one repair makes a cell an angle computed back, which is a fault then."""
         tried = edits(self.graph, place) if heads(self.graph.tree(place)) & INVERSE else ()
         for cause, old, new, tree in () if self.judge.unexplained else tried:
-            if self._is_known(place, tree):
-                self.judge.put({place: self.judge.calculate(place, tree)})
+            value = self.judge.calculate(place, tree)
+            if np.ptp(value[1:]) > CLOSE and self._is_known(place, tree):
+                self.judge.put({place: value})
                 self.judge.faults.append(self._fault(place, cause, old, new))
                 return True
         return False
@@ -403,6 +404,11 @@ class Beside:
         mates = {p for p in self.graph.component[place] if p in self.found.turning}
         on = len(mates) > 2 and not mates.isdisjoint(self.graph.uses[place])
         return on and as_around(self.graph, place) == self.graph.trees[place]
+
+
+def _is_count_or_mean(tree):
+    """Whether a formula only counts on, or sums up: no calculation of this field is made of such alone."""
+    return heads(tree) <= {*STATISTICS, "area", "number", "+", "-"} and len(areas(tree)) == 1
 
 
 def _agree(values, known):

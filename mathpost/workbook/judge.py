@@ -377,6 +377,8 @@ class Judge:
         if best[0] >= UNEXPLAINED and (place := self._typed_over(bad)):
             self.faults.append(self._a_typed_number(place))
             return {p: targets[p] for p in bad}
+        if best[0] >= UNEXPLAINED and isinstance(calculation, Words) and not calculation.is_wrong(self.now):
+            return None  # an arc sine of half the sphere
         self.faults += best[3]
         return best[2]
 

@@ -88,8 +88,10 @@ def find_tables(graph, kinematics):
                     twin = twin if twin and twin.source == table.source else None
                     found |= {b if b not in found else (b, "twin"): twin} if twin else {}
         if found:
-            tables = list(dict.fromkeys(found.values()))
-            judged = graph.upstream(p for table in tables for *_, words in table.rows for p in words)
+            cells = {table: {p for *_, words in table.rows for p in words} for table in found.values()}
+            before = {table: graph.upstream(words) - words for table, words in cells.items()}
+            tables = [t for t in cells if not any(up.issuperset(cells[t]) for up in before.values())]  # no steps
+            judged = graph.upstream(p for table in tables for p in cells[table])
             other = [block for n, block in enumerate(blocks) if n not in found]
             other = [block for block in other if not all(judged.issuperset(column.places) for column in block)]
             left += [(block[0].places[0], block[-1].places[-1]) for block in other]

@@ -16,6 +16,7 @@ from mathpost.workbook.calculation import Calculation, look, nearest
 from mathpost.workbook.edits import CONVERSIONS, INVERSE, TRIGONOMETRY, take_unrounded
 from mathpost.workbook.formula import heads
 from mathpost.workbook.graph import SAMPLES
+from mathpost.workbook.label import read_label
 
 ROUNDED = 2e-3  # what the directions of a frame are off that are written to three decimals
 CONVERTING = {"DEGREES", "PI", "ROUND", "MOD", "IF"}
@@ -163,16 +164,16 @@ def find_planes(found):
     angles = computed_angles(
         graph, graph.downstream(p for p, t in graph.trees.items() if heads(t) & TRIGONOMETRY.keys())
     )
-    for step, size in product((1, 2, 3, 4), (3, 2)):
-        planes = {}
-        for place, (down, right), k in product(angles - taken, ((step, 0), (0, step)), range(size)):
+    for step in (1, 2, 3, 4):
+        planes, left = {}, angles - taken
+        for size, place, (down, right), k in product((3, 2), left, ((step, 0), (0, step)), range(3)):
             line = tuple((place[0], place[1] + (n - k) * down, place[2] + (n - k) * right) for n in range(size))
             others = [p for p in line if p not in angles]
             if len({_origin(graph, p) for p in line}) < size:  # one is made of another one
                 continue
-            if all(_is_of_its_row(graph, p, 1 if down else 2) for p in line):  # a column of a table
+            if _is_of_a_table(graph, line, 1 if down else 2):
                 continue
-            if line in planes or not taken.isdisjoint(line) or len(others) > size - 2:
+            if line in planes or place not in line or not taken.isdisjoint(line) or len(others) > size - 2:
                 continue
             if all(_is_given(found, p, angles) for p in others):
                 planes[line] = _best(found, line, others)
@@ -203,10 +204,11 @@ def _origin(graph, place):
     return place
 
 
-def _is_of_its_row(graph, place, along):
-    """Whether all that an angle is made of, two numbers or more, stands in its row, or its column for `along` 2."""
-    leaves = graph.upstream([place]) - graph.trees.keys()
-    return len(leaves) > 1 and {(p[0], p[along]) for p in leaves} == {(place[0], place[along])}
+def _is_of_a_table(graph, line, along):
+    """Whether each of some angles is made of what stands in its row, or its column for `along` 2, as the next."""
+    leaves = {p: graph.upstream([p]) - graph.trees.keys() for p in line}
+    own = all({(q[0], q[along]) for q in found} == {(p[0], p[along])} for p, found in leaves.items())
+    return own and (len({*map(graph.form, line)}) == 1 or all(len(found) > 1 for found in leaves.values()))
 
 
 def _is_given(found, place, angles):
@@ -312,6 +314,11 @@ def _fits(graph, plane):
 
 def _named(found, line):
     """The cells in the order of the angles that their labels name."""
-    names = [re.sub(r"[^a-z].*", "", found.label(place).lower()) for place in line]
-    order = next((group for group in NAMED if sorted(names) == sorted(group)), names)
-    return tuple(line[names.index(name)] for name in order) if order is not names else line
+    labels = [*map(found.label, line)]
+    names = [re.sub(r"[^a-z].*", "", label.lower()) for label in labels]
+    order = next((group for group in NAMED if sorted(names) == sorted(group)), None)
+    if order is None:  # α and β, of which φ, θ and ψ do not say which is first
+        names = [re.sub("(?i)phi|psi|theta|[φψθ]", "", label) for label in labels]
+        names = [role and role.kind == "angle" and role.word for role in map(read_label, names)]
+        order = sorted(names) if all(names) and len({*names}) == len(names) else names
+    return tuple(line[names.index(name)] for name in order) if order != names else line

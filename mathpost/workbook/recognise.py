@@ -216,6 +216,11 @@ class Recognised(Given):
     def _triples(self):
         """Three cells, or four, in line that are a vector: they depend on the same lengths."""
         graph, left, found = self.graph, self.vectors - {p for window in self.windows for p in window}, {}
+        shared = {}  # component → the lengths that most of its vectors depend on, as on an origin
+        for whole in {id(graph.component[p]): graph.component[p] for p in left}.values():
+            inside = left.intersection(whole)
+            uses = Counter(s for p in inside for s in self.depends[p] & self.lengths)
+            shared[whole] = {s for s, count in uses.items() if 2 * count > len(inside)}
         for place, (down, right), k in product(left, ((1, 0), (0, 1), (0, 2), (0, 3), (0, 4)), range(3)):
             whole = self.graph.component[place]
             line = tuple(offset(place, (n - k) * down, (n - k) * right) for n in range(3))
@@ -233,7 +238,10 @@ class Recognised(Given):
             if len(inside) >= 2 - alone and (apart or all(self.graph.component.get(p) is whole for p in line)):
                 sets = [self.lengths.intersection(self.depends[p]) for p in inside]
                 turned = [cells - self.unmoved.get(p, set()) for p, cells in zip(inside, sets, strict=True)]
-                sets = turned if all(turned) else sets  # but for what is added after the turn, each to its own
+                own = [cells - shared[whole] for cells in turned]
+                sets = next(
+                    filter(all, (own, turned)), sets
+                )  # but for what is added after the turn, each to its own
                 pairs = [(len(a & b), len(a | b)) for a, b in combinations(sets, 2)]
                 alike = all(both for both, _ in pairs) and max((both / either for both, either in pairs), default=1)
                 same = self._in_order([self.unturned.get(p, {}) for p in line[:3]])

@@ -13,14 +13,15 @@ SEQUENCE = re.compile(rf"(?<![A-Za-z])([XYZ]){BETWEEN}([XYZ]){BETWEEN}([XYZ])['�
 PRIMED = re.compile(r"(?<![A-Za-z])([XYZ])[-–, ]*([XYZ])['’′][-–, ]*([XYZ])(?:['’′]{2}|[\"”″])", re.I)
 NUMBERED = re.compile(r"(?<![\d.])([123])-([123])-([123])(?![\d.])")
 TURNS = r"euler|欧拉|rotat|dreh|turn|旋转|转|sequence|reihenfolge|顺序|axes|achsen|轴|trins|rpy|[ck]ardan|wrist"
-OF_THE = r"(?:\s|\(|the|its|die|der|den|l'axe|new|neue\w?|新的?)*"
+OF_THE = r"(?:\s|\(|the|its|die|der|den|l'axe|new|neue\w?|新的?|fixed|fixe|(?:raum)?feste\w?|固定的?|轴)*"
 ONE_AXIS = rf"(?:about|around|\bum|autour de|绕){OF_THE}([xyz])(?![a-z])"
 AXIS_OR_THEN = re.compile(
     r"(?<![a-z])([xyz])(?![a-z])|(then|dann|danach|puis|second|third|zweit|dritt|再|然后|接着|第[二三])", re.I
 )
 FACTOR = r"\bR_?([xyz])\b\W?([^\s()*·×∙⋅+=;,]*)\W*?"
 CHAIN = re.compile(r"[*·×∙⋅]\s*".join([FACTOR] * 3), re.I)
-FIXED = r"fixed (?:axes|[xyz]\b)|extrins|raumfest|feste[nr]? achsen|固定(坐标)?轴|外旋|static axes"
+FIXED = r"fixed (?:axes|[xyz]\b)|extrins|raumfest|feste[nr]? achsen|axes? fixes?|固定(坐标)?轴|外旋|static axes"
+TURNING = r"intrins|mit(?:ge)?dreh|(?:turned|moving|body|new|neue) ax|mobiles|内旋|动轴|新的?[xyz]"
 OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵))"  # active matrices may make a passive rotation
 ACTIVE, PASSIVE = (
     rf"(?:{word}){OF_MATRICES}" for word in (r"\bactive|aktiv|主动|points? (?:are |is )?moved", r"passiv|被动")
@@ -118,6 +119,7 @@ def reading(task, text, count=3):
     said = [bool(re.search(pattern, text, re.I)) for pattern in (ACTIVE, PASSIVE, TRANSPOSED)]
     active = said[:2] == [True, False] and (not said[2] or bool(re.search(TURNED, text, re.I)))
     active = task.convention == "active" if task.convention else active
+    turning = re.search(TURNING, text, re.I) or PRIMED.search(text)
     for factors in CHAIN.finditer(text):  # R_z(α)·R_x(β)·R_z(γ) is active unless that is denied, the other way not
         axes, angles = "".join(factors.groups()[::2]).upper(), [*factors.groups()[1::2]]
         in_order = all(angles) and angles == sorted(set(angles))
@@ -125,5 +127,7 @@ def reading(task, text, count=3):
         if axes in euler.SEQUENCES and by_text in ("", axes):
             active = active or (in_order and not (any(said[1:]) or task.convention))
             by_text = by_text or axes[:: 1 if active else -1]
+        elif active and by_text == axes[::-1] != axes and not turning:  # active matrices, about fixed axes
+            by_text = by_text.lower()
     by = "the task" if by_task else "the text" if by_text else "source 000"
     return by_task or by_text or "ZXZ", active, by, several

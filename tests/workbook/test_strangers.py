@@ -25,8 +25,8 @@ SHEETS = {sheet["name"]: sheet for sheet in map(json.loads, LINES)}
 OPEN = set(
     """
     u012 u013 u028 u034 u035 u036 u037 u038 u039 u040 v005 v024 v027 v030 v037 v040 w003 w009 w010
-    w014 w029 w035 w037 y015 z014 z027 p006 p009 p010 p013 p020 p022 p029 p030 p033
-    p037 p042 p044 k006 k008 k018 k028 k029 k031
+    w014 w029 w035 w037 y015 z014 z027 p009 p013 p020 p022 p029 p030 p033
+    p037 p042 p044 k008 k018 k028 k029 k031
     """.split()
 )
 
