@@ -11,6 +11,7 @@ import numpy as np
 from mathpost import angles as euler
 from mathpost.detective.misreadings import written_decimals
 from mathpost.rotation import wrap
+from mathpost.workbook.around import Around
 from mathpost.workbook.calculation import SAMPLES, Turn
 from mathpost.workbook.conversion import Conversion
 from mathpost.workbook.edits import INVERSE, as_around, edits, said
@@ -40,6 +41,7 @@ class Beside:
         self.vectors = self._known_vectors()
         self.places, rest = self._scope()
         self.numbers, self.angles = self._known_numbers()
+        judge.faults += Around(judge, self._is_known).faults(rest)
         rest -= self._judge_vectors(rest)
         self._compare_copies(rest)
         self._compare_solutions(rest)
@@ -103,7 +105,9 @@ class Beside:
             if not turn.point or len(result) > 4:
                 continue
             point, result = judge.block(turn.point), result[:3]
+            self.pairs.append((point, result))
             found += [result - point, point - result]
+            found += [each / np.linalg.norm(each, axis=0) for each in (point, result)]
             points = [(turn.point, point), (turn.results, result)]
             if turn.origin:
                 points.append((turn.origin, point - judge.block(turn.origin)))
@@ -123,7 +127,7 @@ class Beside:
             self.lengths += [np.linalg.norm(each, axis=1) for each in (vectors, vectors - vectors.mean(axis=0))]
         for vectors in everywhere.values():
             for a, b in combinations(vectors.values(), 2) if len(vectors) <= MOST else ():
-                found += [a - b, b - a, a + b, (a + b) / 2]
+                found += [a - b, b - a, a + b, (a + b) / 2] * (not np.array_equal(a, b))
                 self.pairs.append((a, b))
             edges = [b - a for a, b in combinations(vectors.values(), 2) if len(vectors) <= CORNERS]
             self.pairs += [(sign * a, b) for a, b in combinations(edges, 2) for sign in (1, -1)]
@@ -281,7 +285,8 @@ class Beside:
         of_points = not points.isdisjoint(self.graph.upstream(triple))
         if self.judge.unexplained or not of_points or any(map(self._is_known, triple)):
             return False
-        judge, fits, tried = self.judge, np.ones(len(self.combined), dtype=bool), []
+        judge, tried = self.judge, []
+        fits = (np.ptp(self.combined[..., 1:], axis=-1) > CLOSE).all(axis=-1)  # no zeros, as of two that are equal
         for k, place in enumerate(triple):
             repairs = [*edits(self.graph, place)] if place in self.graph.trees else []
             made = np.array([judge.calculate(place, tree) for *_, tree in repairs]).reshape(-1, 1, SAMPLES)

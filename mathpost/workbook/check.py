@@ -121,7 +121,7 @@ def _typed_twice(graph, found):
     """Yield inputs that stand in two places, the same but for one number: a typing error?"""
     own = graph.own
     given = {(*c.angles, *c.point, *c.origin): c for c in found.calculations}
-    given = [places for places in given if found.typed.issuperset(places)]
+    given = [places for places in given if places and found.typed.issuperset(places)]
     unused = found.lines(found.typed - graph.used.keys(), 3)
     tables = {id(graph.component[p]) for p in graph.used if p in graph.component}
     unused = [line for line in unused if id(graph.component[line[0]]) not in tables]

@@ -140,6 +140,9 @@ class Given:
             if [p in given for p in line] == [False, True, True, True, True, False]:
                 found |= {line[4]} if graph.own[line[4]] == 1 else set()
                 found |= {place} if quaternions and graph.own[place] == 0 else set()
+        for area in {area for _, part in graph.parts if part[0] == "MMULT" for area in areas(part)}:
+            ends = {area.places[-1]} if sorted(area.shape) == [1, 4] else set()  # (x, y, z, 1) among others
+            found |= {p for p in ends & given if graph.own[p] == 1}
         for whole in graph.components:
             formulas = [p for p in whole if p in graph.trees and p not in self.typed]
             homogeneous = len(whole) == 4 and formulas and graph.own[whole[-1]] == 1

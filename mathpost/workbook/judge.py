@@ -12,7 +12,7 @@ from mathpost.rotation import wrap
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
 from mathpost.workbook.edits import CONVERSIONS, TO_DEGREES, TO_RADIANS, edits, repaired
 from mathpost.workbook.file import EMPTY
-from mathpost.workbook.formula import ROUNDING, heads
+from mathpost.workbook.formula import COMPARISONS, ROUNDING, heads, walk
 from mathpost.workbook.given import offset
 from mathpost.workbook.graph import SAMPLES, Graph, same
 from mathpost.workbook.nc_table import Words, judge_numbers
@@ -21,6 +21,7 @@ from mathpost.workbook.report import Fault
 from mathpost.workbook.values import read_labels
 from mathpost.workbook.why import UNEXPLAINED, Why
 
+MOST = 1e5  # mm: no more is a limit
 TURNING = {"SIN", "COS", "TAN"}
 NAMED_UNITS = {"rad": 1.0, "gon": np.pi / 200, "deg": np.pi / 180, "°": np.pi / 180, "grad": np.pi / 180}
 
@@ -43,8 +44,10 @@ class Judge:
             self._set_units(angles, base)
         spare = [] if found.task.machine else [Calculation((), tuple(found.angles), tuple(found.lengths))]
         rng = np.random.default_rng(20)
+        wide = self._wide()
         for calculation in (*spare, *self.live):
             drawn = calculation.draw(rng, self.units)
+            drawn |= {p: wide * drawn[p] for p in found.lengths.intersection(drawn) - {*calculation.axis}}
             self.inputs.update({p: drawn[p] for p in drawn if p in found.typed or p not in graph.trees})
         for place, numbers in self.inputs.items():
             if self.graph.own.get(place) is None:
@@ -55,6 +58,12 @@ class Judge:
             calculation.unround(self.inputs)
         self.values = self._run()
         self.why = Why(self)
+
+    def _wide(self):
+        """How much longer lengths must be for some to be beyond the limits that formulas set, as IF(B8>100,…)."""
+        limiting = [part for _, part in self.graph.parts if part[0] in {*COMPARISONS, "MIN", "MAX"}]
+        limits = [abs(inner[1]) for part in limiting for _, inner in walk(part) if inner[0] == "number"]
+        return max([1.0, *(limit / 20 for limit in limits if limit < MOST)])
 
     def _set_units(self, places, base):
         """Degrees, radians or gon: whole turns of which unit leave more sines and cosines as they are.
@@ -152,6 +161,8 @@ class Judge:
         said = self._as_the_labels_say() if not self.met(self.targets) else {}
         if not (said or self.met(self.targets)) and self.found.by == "source 000":
             self.reading = self._other_reading(self.live, euler.SEQUENCES[1:])
+            as_asked = self.found.sequence, "active" if self.found.active else "passive"
+            self.reading = None if self.reading == as_asked else self.reading
         unsure = {*self.unexplained}  # what turns by the angles of a plane that may be none is not repaired
         for calculation in () if self.reading else [c for c in self.live if c not in planes]:
             if getattr(calculation, "plane", None) in unsure and self.bad(calculation.targets):

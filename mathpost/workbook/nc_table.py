@@ -24,6 +24,7 @@ from mathpost.workbook.nc_columns import Table, find_tables
 COLUMNS = {"tip": 3, "axis": 3, "joints": 5}
 FLIP = 60.0  # degrees between two rows that are worth a look
 UNIT_LENGTH = 2e-3  # as near to 1 as the length of a unit vector of three decimals
+NEAR_THE_POLE = 0.02  # the sine of a tilt
 ROUNDED = 0.01  # mm, degrees: less may come from the rounding of what a word is calculated from
 
 
@@ -91,7 +92,10 @@ class Words(Calculation):
         good &= np.isfinite(angle).all(axis=1)
         good = np.flatnonzero(good & (np.abs(vectors[:, 2]) > 0.05) & (np.abs(vectors[:, 2]) < 0.98))
         good = good[np.argsort(turn[good])][np.linspace(0, len(good) - 1, SAMPLES).astype(int)]
-        found = dict(zip(self.axis, vectors[good].T, strict=True))
+        drawn = vectors[good]
+        drawn[1, :2] *= NEAR_THE_POLE / np.linalg.norm(drawn[1, :2])  # where a formula may make an exception
+        drawn[1, 2] = np.sqrt(1 - NEAR_THE_POLE**2)
+        found = dict(zip(self.axis, drawn.T, strict=True))
         return found | {p: rng.uniform(-60, 60, SAMPLES) for p in self.point}
 
     @property

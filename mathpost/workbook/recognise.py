@@ -150,7 +150,7 @@ class Recognised(Given):
     def _is_combined(self, triple, finals):
         """Whether a vector is made of several that go back to different points, as a mean is."""
         up, own = self.graph.upstream(triple), {s for p in triple for s in self.depends.get(p, ())} & self.lengths
-        parts = [s for s in finals if s != triple and up.issuperset(s)]
+        parts = [s for s in finals if s != triple and len(up.intersection(s)) > 1]
         points = [own.intersection(*(self.depends.get(p, ()) for p in s)) for s in parts]
         points = [point for point in points if len(point) > 2]  # not of the terms with x, with y and with z
         return any(a - b and b - a for a, b in combinations(points, 2))
