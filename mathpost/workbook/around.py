@@ -3,25 +3,86 @@
 A cell beside the calculations may be something that is known, and yet not what all around it are.
 """
 
+import re
 from itertools import pairwise
 
 import numpy as np
 
 from mathpost.detective.misreadings import written_decimals
 from mathpost.workbook.edits import repaired, said
-from mathpost.workbook.formula import STATISTICS, Area, areas, form_of, put, text_of, walk, with_areas
-from mathpost.workbook.given import offset
+from mathpost.workbook.formula import STATISTICS, Area, areas, form_of, put, text_of, unrounded, walk, with_areas
+from mathpost.workbook.given import may_turn, offset
 from mathpost.workbook.graph import CLOSE, SAMPLES, beside, same
+from mathpost.workbook.label import read_label
 
+TELLING = 3  # decimals
 WAYS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
+def typed_over(graph):
+    """Return place → formula of a number where those around go on that make it, or take what nobody else does."""
+    found, numbers = {}, graph.component.keys() - graph.trees.keys()
+    for place in numbers:
+        other, is_used = between(graph, place, 3), place in graph.used
+        sources = {p for area in areas(other or ("text",)) for p in area.places}
+        if is_used and sources & numbers - graph.used.keys() and graph.component.keys() >= sources:
+            found[place] = other
+        for tree in (other, *along(graph, place)):
+            if tree and _is_made(graph, place, tree, TELLING if is_used else 1):
+                found[place] = tree
+    return found
+
+
+def _is_made(graph, place, tree, least):
+    """Whether a formula makes the number that stands in a cell, of more digits than by luck."""
+    number, values = graph.own[place], {p: np.array([n]) for p, n in graph.own.items() if n is not None}
+    decimals = written_decimals(number)
+    sources = {p for area in areas(tree) for p in area.places}
+    if decimals < least or not graph.component.keys() >= sources:
+        return False
+    return abs(graph.cell(place, values, tree)[0] - number) <= 0.51 * 10.0**-decimals
+
+
+def filled(graph, near, place):
+    """The formula of a cell filled to a place; None if it has none, or is of an array."""
+    if near not in graph.trees or near in graph.part:
+        return None
+    moved = [area.filled(place[1] - near[1], place[2] - near[2]) for area in areas(graph.trees[near])]
+    return with_areas(graph.trees[near], moved) if moved and all(moved) else None
+
+
+def between(graph, place, least):
+    """The formula that those on both sides of a cell are filled from, in a line of `least` with the cell."""
+    for down, right in WAYS[:2]:
+        line = [offset(place, n * down, n * right) for n in (-2, -1, 1, 2)]
+        on = [_goes_on(graph, a, b) for a, b in pairwise(line)]
+        if on[1] and (least < 4 or on[0] or on[2]):
+            return filled(graph, line[1], place)
+    return None
+
+
+def along(graph, place):
+    """Yield the formulas of two cells before or after a cell, filled."""
+    for down, right in WAYS:
+        near, next_one = (offset(place, n * down, n * right) for n in (1, 2))
+        if _goes_on(graph, near, next_one) and (other := filled(graph, near, place)):
+            yield other
+
+
+def _goes_on(graph, a, b):
+    """Whether the formula of a cell is that of another one, filled."""
+    return (tree := filled(graph, a, b)) is not None and tree == graph.trees.get(b)
+
+
 class Around:
-    """The faults of cells of a `Judge` that are unlike those around them; `is_known(place, tree)` helps to tell."""
+    """The faults of cells that are unlike those around them, by a `Judge` and `is_known(place, tree)`.
+
+    After `faults`, `doubtful` are cells that are something known, but together, or by their label, are not right.
+    """
 
     def __init__(self, judge, is_known):
         self.judge, self.graph, self.found, self.is_known = judge, judge.graph, judge.found, is_known
-        graph, found = self.graph, self.found
+        graph, found, self.doubtful = self.graph, self.found, set()
         still = {p for window in found.windows for p in window} | judge.inputs.keys()
         moved = [p for p in found.typed - still if p in graph.used and graph.own[p] is not None]
         drawn = np.random.default_rng(4).uniform(0.3, 3, (len(moved), SAMPLES))
@@ -34,22 +95,27 @@ class Around:
             fault = self._short_range(place) if place in rest else None
             if fault := fault or self._unlike(place, place in rest):
                 yield fault
+        for window in self.found.windows:
+            formulas = graph.trees.keys() & set(window)
+            if len(window) == 9 and formulas and rest.issuperset(formulas):
+                yield from self._in_matrix(window)
+        for place in self.found.sorted(rest & graph.trees.keys()):
+            yield from self._unlike_its_label(place)
         for place in self.found.sorted(self.found.typed - graph.trees.keys()):
             if self._is_typed_over(place):
-                text = f"{graph.short(place)} is a number, {graph.own[place]:g}, typed where a formula belongs"
-                yield self.judge.fault(place, "typed over formula", text)
+                yield self.judge.typed_number(place)
 
     # A formula.
 
     def _unlike(self, place, is_rest):
         """The fault of a formula where those around it go on another way."""
         graph, judge, tree = self.graph, self.judge, self.graph.trees[place]
-        between = self._between(place, 4)
-        for other in (between, self._between(place, 3), *self._along(place)) if is_rest else (between,):
+        sure = between(graph, place, 4)
+        for other in (sure, between(graph, place, 3), *along(graph, place)) if is_rest else (sure,):
             if other in (None, tree) or _without_numbers(other) == _without_numbers(tree):
                 continue  # such as a matrix less that of zeros and ones
             alike = form_of(other) == graph.form(place) or areas(other) == areas(tree)
-            if other != between and not (alike and self.is_known(place, other)):
+            if other != sure and not (alike and self.is_known(place, other)):
                 continue
             made, shaken = judge.calculate(place, other), graph.cell(place, self.shaken, other)
             differs = not same(judge.now(place), made)
@@ -70,50 +136,43 @@ class Around:
         judge.put({place: made})
         return judge.fault(place, cause, f"{graph.short(place)}: {sentence}")
 
-    def _filled(self, near, place):
-        """The formula of a cell filled to a place; None if it has none."""
-        if near not in self.graph.trees or near in self.graph.part:
-            return None
-        down, right = place[1] - near[1], place[2] - near[2]
-        filled = [area.filled(down, right) for area in areas(self.graph.trees[near])]
-        return with_areas(self.graph.trees[near], filled) if all(filled) else None
+    # A matrix, and a label.
 
-    def _between(self, place, least):
-        """The formula that those on both sides of a cell are filled from, in a line of `least` with the cell."""
-        for down, right in WAYS[:2]:
-            line = [offset(place, n * down, n * right) for n in (-2, -1, 1, 2)]
-            goes_on = [self._goes_on(a, b) for a, b in pairwise(line)]
-            if goes_on[1] and (least < 4 or goes_on[0] or goes_on[2]):
-                return self._filled(line[1], place)
-        return None
+    def _in_matrix(self, window):
+        """The faults of a matrix beside the calculations, of which one or two cells keep it from a known one."""
+        judge, graph = self.judge, self.graph
+        now, unit = judge.block(window), np.repeat(np.eye(3).reshape(9, 1), SAMPLES, axis=1)
+        known = [unit, *(matrix for c in judge.live for matrix in c.known.get(9, ()))]
+        if not may_turn(now[:, 1]):
+            return
+        off = [[not same(a, b) for a, b in zip(now, matrix, strict=True)] for matrix in known]
+        best = min(range(len(known)), key=lambda n: sum(off[n]))
+        wrong = [(place, known[best][n]) for n, place in enumerate(window) if off[best][n]]
+        if len(wrong) > 2:
+            self.doubtful.update(window)
+        for place, value in wrong if len(wrong) < 3 else ():
+            text = f"{graph.short(place)} keeps {graph.range(window)} from being a matrix of the rotation"
+            yield judge.repaired_alone(place, value) or judge.fault(place, "wrong value", text)
 
-    def _goes_on(self, a, b):
-        """Whether the formula of a cell is that of another one, filled."""
-        return (filled := self._filled(a, b)) is not None and filled == self.graph.trees.get(b)
-
-    def _along(self, place):
-        """Yield the formulas of two cells before or after a cell, filled."""
-        for down, right in WAYS:
-            near, next_one = (offset(place, n * down, n * right) for n in (1, 2))
-            if self._goes_on(near, next_one):
-                yield self._filled(near, place)
+    def _unlike_its_label(self, place):
+        """The fault of a copy of another coordinate than its label says; lengths and angles may become doubtful."""
+        graph, judge = self.graph, self.judge
+        near = (graph.cells.get(p) for p in (offset(place, 0, -1), offset(place, -1, 0)))
+        label = next((cell.value for cell in near if cell and isinstance(cell.value, str) and not cell.formula), "")
+        role = read_label(re.sub(r"\([^()]*\)$", "", label))
+        copied = unrounded(graph.trees[place])
+        for turn in judge.live if role and role.kind == "outcome" and copied[0] == "area" else ():
+            (source, *more), said = copied[1].places, role.word[0]
+            if not more and source in turn.results[:3] and turn.results[said] != source:
+                text = f"{graph.short(source)} should be {graph.short(turn.results[said])}"
+                yield judge.fault(place, "wrong reference", f"{graph.short(place)}: {text}")
 
     # A number.
 
     def _is_typed_over(self, place):
-        """Whether a number stands where formulas go on: of what nobody else uses, or in a longer line."""
-        graph, number = self.graph, self.graph.own[place]
-        if place in graph.used:
-            other = self._between(place, 3)
-            sources = [p for area in areas(other or ("text",)) for p in area.places]
-            lost = [p for p in sources if p in self.found.typed and p not in graph.used]
-            return bool(lost) and graph.component.keys() >= set(sources)
-        others = [self._between(place, 4), *self._along(place)]
-        for n, other in enumerate(others):
-            made = self.judge.calculate(place, other)[0] if other else np.nan
-            if np.isfinite(made) and (n == 0 or abs(made - number) <= 0.51 * 10.0 ** -written_decimals(number)):
-                return written_decimals(number) > 0 or n == 0
-        return False
+        """Whether a number that nobody uses stands in a longer line of formulas."""
+        other = None if place in self.graph.used else between(self.graph, place, 4)
+        return other is not None and np.isfinite(self.judge.calculate(place, other)[0])
 
     # A range.
 

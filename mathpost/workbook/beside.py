@@ -22,7 +22,9 @@ from mathpost.workbook.plane_angles import Plane
 from mathpost.workbook.why import TRANSPOSED
 
 MOST = 20  # points of which each two are compared
-COMPARED = r"max|diff|error|fehler|abweich|差|Δ"  # what stands beside such a word is made of others
+COMPARED = (
+    r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet"  # what stands beside such a word is made of others
+)
 CORNERS = 6  # points of which each two edges are
 
 
@@ -41,7 +43,8 @@ class Beside:
         self.vectors = self._known_vectors()
         self.places, rest = self._scope()
         self.numbers, self.angles = self._known_numbers()
-        judge.faults += Around(judge, self._is_known).faults(rest)
+        around = Around(judge, self._is_known)
+        judge.faults += () if judge.unexplained else around.faults(rest)
         rest -= self._judge_vectors(rest)
         self._compare_copies(rest)
         self._compare_solutions(rest)
@@ -58,7 +61,7 @@ class Beside:
                 and (self._is_unlike(place, unknown) or self._is_wrong_angle(place) or self._is_square(place))
             )
             unknown -= {place} if told else set()
-        self.unjudged = unknown | composed | self._computed_points()
+        self.unjudged = unknown | around.doubtful | composed | self._computed_points()
 
     def _scope(self):
         """The cells to judge, and those of them that no result needs."""

@@ -5,6 +5,7 @@ from itertools import product
 
 import numpy as np
 
+from mathpost.workbook.around import typed_over
 from mathpost.workbook.beside import Beside
 from mathpost.workbook.edits import INVERSE, as_around
 from mathpost.workbook.file import EMPTY, read
@@ -52,14 +53,19 @@ def check_file(path, task=None):
     """
     task = task or Task()
     graph = Graph(read(path))
+    if lost := typed_over(graph):
+        graph = Graph(graph.book)
+        graph.trees |= lost  # as if they were not
     graph.unround()
     found = Recognised(graph, task)
     judge = Judge(graph, found).run()
+    judge.faults[:0] = [judge.typed_number(place) for place in found.sorted(lost)]
     if not found.calculations and (report := _by_values(graph, found)).cells:
         return report
     beside = Beside(judge)
-    typed = {p: RIGHT if c.complete else UNCLEAR for c in found.calculations if c.typed for p in c.results}
-    after = graph.downstream(judge.fixed)
+    typed = {p: c for c in found.calculations if c.typed for p in c.results}
+    typed = {p: UNCLEAR if p in graph.trees or not c.complete else RIGHT for p, c in typed.items()}
+    after = graph.downstream([*judge.fixed, *lost])
     statuses = {p: CONSEQUENCE if p in after else RIGHT for p in beside.places}
     statuses |= dict.fromkeys(beside.unjudged, UNCLEAR)
     # An input that is not the task's is wrong, though it is none of the cells that follow from the inputs.

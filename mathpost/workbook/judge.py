@@ -246,7 +246,7 @@ class Judge:
                 place = min(bad, key=self.graph.calculation_order)
                 fault = self.fault(place, "wrong value", "no single change makes the result what is asked for")
                 over = self._typed_over(bad)
-                self.faults.append(self._a_typed_number(over) if over else fault)
+                self.faults.append(self.typed_number(over) if over else fault)
                 self.put({p: targets[p] for p in bad})
             if found is None:
                 break
@@ -326,8 +326,10 @@ class Judge:
             return self.fault(place, cause, f"{self.graph.short(place)}: {sentence}")
         return None
 
-    def _a_typed_number(self, place):
-        text = f"{self.graph.short(place)} is a number, typed where a formula belongs"
+    def typed_number(self, place):
+        """The fault of a number where a formula belongs."""
+        number = self.graph.book.cells[place].meant
+        text = f"{self.graph.short(place)} is a number, {number:g}, typed where a formula belongs"
         return self.fault(place, "typed over formula", text)
 
     def _typed_over(self, bad):
@@ -386,7 +388,7 @@ class Judge:
         if best is None or (best[0] >= UNEXPLAINED and not len(bad) == 1 < len(calculation.targets)):
             return None
         if best[0] >= UNEXPLAINED and (place := self._typed_over(bad)):
-            self.faults.append(self._a_typed_number(place))
+            self.faults.append(self.typed_number(place))
             return {p: targets[p] for p in bad}
         if best[0] >= UNEXPLAINED and isinstance(calculation, Words) and not calculation.is_wrong(self.now):
             return None  # an arc sine of half the sphere
