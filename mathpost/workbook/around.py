@@ -20,9 +20,12 @@ WAYS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
 def typed_over(graph):
-    """Return place → formula of a number where those around go on that make it, or take what nobody else does."""
+    """Return place → formula of a number where those around go on that make it, or take what nobody else does.
+
+    A formula such as =RADIANS(20), which uses no cell, is a number.
+    """
     found, numbers = {}, graph.component.keys() - graph.trees.keys()
-    for place in numbers:
+    for place in numbers | {p for p, uses in graph.uses.items() if not uses and p not in graph.part}:
         other, is_used = between(graph, place, 3), place in graph.used
         sources = {p for area in areas(other or ("text",)) for p in area.places}
         if is_used and sources & numbers - graph.used.keys() and graph.component.keys() >= sources:
@@ -36,11 +39,11 @@ def typed_over(graph):
 def _is_made(graph, place, tree, least):
     """Whether a formula makes the number that stands in a cell, of more digits than by luck."""
     number, values = graph.own[place], {p: np.array([n]) for p, n in graph.own.items() if n is not None}
-    decimals = written_decimals(number)
+    decimals = written_decimals(number) if number is not None and np.isfinite(number) else 0
     sources = {p for area in areas(tree) for p in area.places}
     if decimals < least or not graph.component.keys() >= sources:
         return False
-    return abs(graph.cell(place, values, tree)[0] - number) <= 0.51 * 10.0**-decimals
+    return abs(graph.cell(place, values, tree)[0] - number) <= max(0.51 * 10.0**-decimals, 1e-9)
 
 
 def filled(graph, near, place):

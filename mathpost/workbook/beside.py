@@ -181,12 +181,15 @@ class Beside:
                 known = triple in others and self._is_known(triple[k])
                 place, wanted, fault = triple[k], self.vectors[n, k], None
                 if not known:
-                    fault = self._repaired_before({place: wanted}, rest) or judge.repaired_alone(place, wanted)
+                    before = None if judge.unexplained else self._repaired_before({place: wanted}, rest)
+                    fault = before or judge.repaired_alone(place, wanted)
                 if fault:
                     judge.faults.append(fault)
                     judged.update(triple)
-            if judged.isdisjoint(triple) and (
-                self._is_turned_back(triple[:3], rest) or self._has_one_slip(triple[:3])
+            if (
+                judged.isdisjoint(triple)
+                and not judge.unexplained
+                and (self._is_turned_back(triple[:3], rest) or self._has_one_slip(triple[:3]))
             ):
                 judged.update(triple)
         return judged

@@ -115,7 +115,8 @@ def edits(graph, place, inputs=(), windows=()):
         if part[0] in ("*", "/"):
             new = (OTHER[part[0]], *part[1:])
             yield "wrong value", part, new, put(tree, path, new)
-    yield from (("wrong value", tree, new, new) for new in unlike)
+    for new in unlike:
+        yield "missing term" if new[0] in ("+", "-") and new[1] == tree else "wrong value", tree, new, new
     meant = [("area", Area(*p, *p[1:])) for p in inputs]
     own = [path for path, area in references if area.shape == (1, 1) and area.places[0] in inputs]
     for (path, second), (a, b) in product(combinations(own, 2), product(meant, repeat=2)):

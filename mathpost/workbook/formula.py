@@ -185,6 +185,13 @@ def with_areas(tree, new):
     return tree
 
 
+def gives_text(tree):
+    """Whether a formula always gives a text, and no number."""
+    if tree[0] in ("IF", "IFERROR"):
+        return all(map(gives_text, tree[-2:] if len(tree) > 3 or tree[0] == "IFERROR" else tree[2:]))
+    return tree[0] in TEXTS
+
+
 def heads(tree):
     """Return the functions, operators and kinds of leaves in a tree."""
     return {part[0] for _, part in walk(tree)}
@@ -260,6 +267,7 @@ def _sum_of_products(*values):
     return np.prod(np.broadcast_arrays(*values), axis=0).sum(axis=(1, 2), keepdims=True)
 
 
+TEXTS = {"text", "&", "TEXT", "CONCAT", "CONCATENATE", "TEXTJOIN", "FIXED", "LEFT", "RIGHT", "MID", "REPT"}
 COMPARISONS = {
     **{"=": np.equal, "<>": np.not_equal, "<": np.less},
     **{">": np.greater, "<=": np.less_equal, ">=": np.greater_equal},
@@ -312,6 +320,9 @@ def evaluate(tree, look, functions=FUNCTIONS):
         return look(parts[0])
     if head in ("number", "text"):
         return np.array([[[parts[0] if head == "number" else np.nan]]])
+    if head in ("=", "<>") and [part[0] for part in parts].count("text") == 1:  # a number is no text
+        (number,) = (evaluate(part, look, functions) for part in parts if part[0] != "text")
+        return np.where(np.isfinite(number), float(head == "<>"), np.nan)
     if head not in functions or (head in COMPARISONS and any(part[0] == "text" for part in parts)):
         raise NotUnderstood(f"the operator {head}" if head in POWER else head)
     values = [

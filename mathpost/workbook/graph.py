@@ -15,6 +15,7 @@ from mathpost.workbook.formula import (
     areas,
     evaluate,
     form_of,
+    gives_text,
     heads,
     parse,
     unrounded,
@@ -163,7 +164,7 @@ class Graph:
         found = set()
         for place in (*self.trees, *self.unread):
             cell = self.cells[place]
-            unsaved = cell.value is None and "text" in heads(self.trees.get(place, ("number", 0)))
+            unsaved = cell.value is None and gives_text(self.trees.get(place, ("number", 0)))
             found |= {place} if unsaved or (isinstance(cell.value, str) and not cell.error) else set()
         return found
 

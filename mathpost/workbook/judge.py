@@ -126,7 +126,7 @@ class Judge:
     def put(self, option):
         """Put values into some places, for good."""
         self.fixed.update(option)
-        self.values = self._run()
+        self.values = self._run(only=self.graph.downstream(option))
 
     def calculate(self, place, tree):
         """What a cell would hold with another formula."""
@@ -165,7 +165,8 @@ class Judge:
             self.reading = None if self.reading == as_asked else self.reading
         unsure = {*self.unexplained}  # what turns by the angles of a plane that may be none is not repaired
         for calculation in () if self.reading else [c for c in self.live if c not in planes]:
-            if getattr(calculation, "plane", None) in unsure and self.bad(calculation.targets):
+            of_unsure = getattr(calculation, "plane", None) in unsure or self._is_of_a_table(calculation)
+            if of_unsure and self.bad(calculation.targets):
                 self.unexplained.append(calculation)
                 continue
             self._repair(calculation, said)
@@ -187,6 +188,13 @@ class Judge:
             text = f"{self.graph.short(place)} gives no number at this tool axis"
             self.faults.append(self.fault(place, "wrong value", text))
         return self
+
+    def _is_of_a_table(self, calculation):
+        """Whether another row of its table could not be explained."""
+        place = calculation.results[0]
+        rows = [c.results[0] for c in self.unexplained]
+        same_table = [p for p in rows if self.graph.component[p] is self.graph.component[place]]
+        return self.graph.form(place) in {self.graph.form(p) for p in same_table} - {None}
 
     def _choose_the_way(self, turns):
         """Take points into their plane or out of it, whichever more of them are."""
@@ -234,7 +242,9 @@ class Judge:
         after = self.graph.downstream(calculation.targets) if self.chained else set()
         later = [c for c in self.chained if c is not calculation and not after.isdisjoint(c.given)]
         while bad := self.bad(calculation.targets):
-            targets = {p: t for p, t in self.targets.items() if not any(p in c.targets for c in later)}
+            near = self.graph.downstream(self.graph.upstream(bad))
+            targets = {p: t for p, t in self.targets.items() if p in near}
+            targets = {p: t for p, t in targets.items() if not any(p in c.targets for c in later)}
             missed = {p: targets.pop(p) for p in self.bad(targets) if p not in calculation.targets}
             found = self._by_labels(calculation, said, bad) or self._earliest(calculation, targets, bad, missed)
             strange = not self.graph.upstream(bad).isdisjoint(self.graph.not_evaluated)
@@ -329,6 +339,7 @@ class Judge:
     def typed_number(self, place):
         """The fault of a number where a formula belongs."""
         number = self.graph.book.cells[place].meant
+        number = self.graph.own[place] if number is None else number
         text = f"{self.graph.short(place)} is a number, {number:g}, typed where a formula belongs"
         return self.fault(place, "typed over formula", text)
 
@@ -431,11 +442,17 @@ class Judge:
         return {line for line in lines if len(vectors.intersection(line)) >= 2} | {calculation.results} | steps
 
     def _tried(self, options, targets, bad):
-        """Of the options (place → value) what they change, of those that meet the targets."""
+        """Of the options (place → value) what they change, of those that meet the targets, one of `bad` first."""
+        first, before = bad[0], self.graph.upstream(bad[:1])
         for option in options:
             changed = {p: value for p, value in option.items() if not same(self.now(p), value)}
             affected = self.graph.downstream(changed)
-            if changed and affected.issuperset(bad) and self.met(targets, self._run(changed, affected)):
+            reached = {p: target for p, target in targets.items() if p in affected}
+            if (
+                affected.issuperset(bad)
+                and self.met({first: targets[first]}, self._run(changed, affected & before))
+                and self.met(reached, self._run(changed, affected))
+            ):
                 yield changed
 
     def _cell_options(self, calculation, place, targets, bad):
@@ -450,6 +467,8 @@ class Judge:
         runs = [self._run({place: now + step}, affected) for step in (0.0, 1.0, 2.0)]
         wanted, steepest, linear = np.array(now), np.full(SAMPLES, 1e-9), True
         for target, value in targets.items():
+            if target not in affected:
+                continue
             f0, f1, f2 = (run.get(target, self.now(target)) for run in runs)
             slope = np.broadcast_to(f1 - f0, SAMPLES)
             linear &= bool(np.isfinite(slope[1:]).all()) and same(f2 - f1, slope, 1e-7)
