@@ -16,6 +16,8 @@ from mathpost.workbook.graph import CLOSE, SAMPLES, beside, same
 from mathpost.workbook.label import read_label
 
 TELLING = 3  # decimals
+LENGTH = r"^\|[^|]*\|\W*$|\bnorm\b|\bbetrag\b|\blength\b|\blänge\b|模长|长度"
+OF_LENGTHS = r"²|\^2|squar|quadrat|diff|differenz|error|fehler|%|/|unit|einheit|差|Δ"
 WAYS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
@@ -78,13 +80,14 @@ def _goes_on(graph, a, b):
 
 
 class Around:
-    """The faults of cells that are unlike those around them, by a `Judge` and `is_known(place, tree)`.
+    """The faults of cells that are unlike those around them, by a `Judge`, `is_known(place, tree)` and all `norms`.
 
     After `faults`, `doubtful` are cells that are something known, but together, or by their label, are not right.
     """
 
-    def __init__(self, judge, is_known):
-        self.judge, self.graph, self.found, self.is_known = judge, judge.graph, judge.found, is_known
+    def __init__(self, judge, is_known, norms):
+        self.judge, self.graph, self.found = judge, judge.graph, judge.found
+        self.is_known, self.norms = is_known, norms
         graph, found, self.doubtful = self.graph, self.found, set()
         still = {p for window in found.windows for p in window} | judge.inputs.keys()
         moved = [p for p in found.typed - still if p in graph.used and graph.own[p] is not None]
@@ -158,11 +161,14 @@ class Around:
             yield judge.repaired_alone(place, value) or judge.fault(place, "wrong value", text)
 
     def _unlike_its_label(self, place):
-        """The fault of a copy of another coordinate than its label says; lengths and angles may become doubtful."""
+        """The fault of a copy of another coordinate than its label says; what is no length may become doubtful."""
         graph, judge = self.graph, self.judge
         near = (graph.cells.get(p) for p in (offset(place, 0, -1), offset(place, -1, 0)))
         label = next((cell.value for cell in near if cell and isinstance(cell.value, str) and not cell.formula), "")
-        role = read_label(re.sub(r"\([^()]*\)$", "", label))
+        is_length = re.search(LENGTH, label, re.I) and not re.search(OF_LENGTHS, label, re.I)
+        if is_length and not any(same(judge.now(place), norm) for norm in self.norms):
+            self.doubtful.add(place)
+        role = read_label(re.sub(r"\([^()]*\)$", "", label)) or read_label(label.split(" ")[0])
         copied = unrounded(graph.trees[place])
         for turn in judge.live if role and role.kind == "outcome" and copied[0] == "area" else ():
             (source, *more), said = copied[1].places, role.word[0]

@@ -4,6 +4,7 @@ No task asks for these. Each is judged as what it is: one of the numbers and vec
 """
 
 import re
+from collections import Counter
 from itertools import combinations, product
 
 import numpy as np
@@ -43,7 +44,8 @@ class Beside:
         self.vectors = self._known_vectors()
         self.places, rest = self._scope()
         self.numbers, self.angles = self._known_numbers()
-        around = Around(judge, self._is_known)
+        before = len(judge.faults)
+        around = Around(judge, self._is_known, self.norms)
         judge.faults += () if judge.unexplained else around.faults(rest)
         rest -= self._judge_vectors(rest)
         self._compare_copies(rest)
@@ -58,9 +60,11 @@ class Beside:
             follows = self.graph.upstream([place]) & unknown != {place}
             told = self._is_known(place) or (
                 not follows
-                and (self._is_unlike(place, unknown) or self._is_wrong_angle(place) or self._is_square(place))
+                and (self._is_unlike(place, unknown) or self._is_nearly_known(place) or self._is_square(place))
             )
             unknown -= {place} if told else set()
+        own = judge.faults[before:]
+        judge.faults[before:] = sorted(own, key=lambda fault: self.graph.calculation_order(fault.place))
         self.unjudged = unknown | around.doubtful | composed | self._computed_points()
 
     def _scope(self):
@@ -209,23 +213,44 @@ class Beside:
                         self.judge.faults.append(self.judge.fault(place, "wrong reference", text))
 
     def _compare_solutions(self, rest):
-        """Record an angle computed back that is of the other solution than those beside it."""
+        """Record an angle computed back that is of the other solution, or in the other unit, than those beside it.
+
+        Or that is another angle than its label says.
+        """
         judge = self.judge
         inverse = [p for p in self.found.sorted(rest) if heads(self.graph.tree(p)) & INVERSE]
         for turn in {turn.angles: turn for turn in self.turns if _has_angles(turn)}.values():
-            found, (_, *both) = {}, _solutions(turn)
+            found, (_, *both) = [], _solutions(turn)
             for place, (k, angle) in product(inverse, enumerate(np.transpose(both, (2, 0, 1)))):
                 for unit in (1.0, np.pi / 180):
                     off = np.abs(wrap(judge.now(place) * unit - angle, 2 * np.pi))[:, 1:]
                     fits = off.max(axis=1) < 1e-6
-                    if fits.any():
-                        found.setdefault(k, []).append((place, fits, angle / unit))
-            votes = np.sum([fits for each in found.values() for _, fits, _ in each], axis=0)
-            for ((place, fits, angles),) in found.values() if {*map(len, found.values())} == {1} else ():
-                if not fits[votes.argmax()]:
-                    fault = judge.repaired_alone(place, angles[votes.argmax()])
-                    text = f"{self.graph.short(place)} is of the other solution than the angles beside it"
-                    judge.faults.append(fault or judge.fault(place, "branch", text))
+                    found += [(place, k, fits, angle, unit)] if fits.any() else []
+            votes = np.sum([fits for _, _, fits, *_ in found], axis=0)
+            units, counts = Counter(unit for *_, unit in found), Counter(k for _, k, *_ in found)
+            for place, k, fits, angles, unit in found:
+                said, solution = self._angle_said(place), int(votes.argmax())
+                usual = max(units, key=units.get)
+                if said not in (None, k) and all(said != other for p, other, *_ in found if p == place):
+                    text = f"is {'αβγ'[k]}, and {'αβγ'[said]} belongs there"
+                    self._record(place, both[solution][:, said] / unit, "wrong angle", text)
+                elif not fits[solution] and {*counts.values()} == {1}:
+                    text = "is of the other solution than the angles beside it"
+                    self._record(place, angles[solution] / unit, "branch", text)
+                elif unit != usual and len(found) > 2 and units[unit] == 1:
+                    text = f"is in {'radians' if unit == 1 else 'degrees'}, the angles beside it are not"
+                    cause = "radians for degrees" if unit == 1 else "degrees for radians"
+                    self._record(place, angles[int(fits.argmax())] / usual, cause, text)
+
+    def _record(self, place, value, cause, text):
+        """Record the repair that makes a cell have a value, or else why it is wrong."""
+        fault = self.judge.repaired_alone(place, value)
+        self.judge.faults.append(fault or self.judge.fault(place, cause, f"{self.graph.short(place)} {text}"))
+
+    def _angle_said(self, place):
+        """Which angle the text before a cell names; None if it names none, or several."""
+        letters = {*re.findall("[αβγ]|alpha|beta|gamma", self.found.label(place).lower())}
+        return ("α", "β", "γ", "alpha", "beta", "gamma").index(*letters) % 3 if len(letters) == 1 else None
 
     def _copied(self, place):
         """The cell of which a cell is a copy, or a copy of a copy."""
@@ -311,13 +336,15 @@ class Beside:
         """What may stand in one cell, each of shape (samples,), and pairs of angles of which it may be either."""
         judge = self.judge
         numbers = [1.0, 0.0, 3.0, *(entry for c in judge.live for entry in c.entries)]  # 3: the trace of R·Rᵀ
-        numbers += [*self.vectors.reshape(-1, SAMPLES), *np.linalg.norm(self.vectors, axis=1)]
-        numbers += [each.max(axis=0) for each in self.vectors]
+        norms = [*np.linalg.norm(self.vectors, axis=1)]
         if self.off:
-            numbers += [np.max(self.off, axis=(0, 1)), np.linalg.norm(self.off, axis=1).max(axis=0)]
+            numbers.append(np.max(self.off, axis=(0, 1)))
+            norms.append(np.linalg.norm(self.off, axis=1).max(axis=0))
         for each in self.lengths:
-            numbers += [*each, np.sqrt((each**2).mean(axis=0))]
-            numbers += [statistic(each, axis=0) for statistic in (np.sum, np.mean, np.max, np.min)]
+            norms += [*each, np.sqrt((each**2).mean(axis=0))]
+            norms += [statistic(each, axis=0) for statistic in (np.sum, np.mean, np.max, np.min)]
+        self.norms = np.array([np.broadcast_to(each, SAMPLES) for each in (0.0, 1.0, *norms)])
+        numbers += [*self.vectors.reshape(-1, SAMPLES), *norms, *(each.max(axis=0) for each in self.vectors)]
         products = [(a * b).sum(axis=0) for a, b in self.pairs]
         between = [
             np.arctan2(np.linalg.norm(np.cross(a, b, axis=0), axis=0), (a * b).sum(axis=0)) for a, b in self.pairs
@@ -379,12 +406,14 @@ class Beside:
         self.judge.faults.append(self._fault(place, "wrong value", self.graph.tree(place), tree))
         return True
 
-    def _is_wrong_angle(self, place):
-        """Whether one repair makes a cell an angle computed back, which is a fault then."""
-        tried = edits(self.graph, place) if heads(self.graph.tree(place)) & INVERSE else ()
-        for cause, old, new, tree in () if self.judge.unexplained else tried:
+    def _is_nearly_known(self, place):
+        """Whether one repair makes a cell an angle computed back, or a determinant of 1, which is a fault then."""
+        is_angle, many = heads(self.graph.tree(place)) & INVERSE, len(self.graph.uses.get(place, ())) > 5
+        tried = edits(self.graph, place) if (is_angle or many) and not self.judge.unexplained else ()
+        for cause, old, new, tree in tried:
             value = self.judge.calculate(place, tree)
-            if np.ptp(value[1:]) > CLOSE and self._is_known(place, tree):
+            known = np.ptp(value[1:]) > CLOSE and self._is_known(place, tree) if is_angle else None
+            if known or (known is None and same(value, np.ones(SAMPLES))):
                 self.judge.put({place: value})
                 self.judge.faults.append(self._fault(place, cause, old, new))
                 return True

@@ -236,14 +236,7 @@ class Recognised(Given):
                 continue
             alone = len(whole) == 3 and len({*map(graph.form, line)}) == 1  # two that take empty cells by a slip
             if len(inside) >= 2 - alone and (apart or all(self.graph.component.get(p) is whole for p in line)):
-                sets = [self.lengths.intersection(self.depends[p]) for p in inside]
-                turned = [cells - self.unmoved.get(p, set()) for p, cells in zip(inside, sets, strict=True)]
-                own = [cells - shared[whole] for cells in turned]
-                sets = next(
-                    filter(all, (own, turned)), sets
-                )  # but for what is added after the turn, each to its own
-                pairs = [(len(a & b), len(a | b)) for a, b in combinations(sets, 2)]
-                alike = all(both for both, _ in pairs) and max((both / either for both, either in pairs), default=1)
+                alike = self._alike(inside, shared[whole])
                 same = self._in_order([self.unturned.get(p, {}) for p in line[:3]])
                 along = 1 if line[0][1] < line[1][1] else 2
                 lost = {p for p in line if p in graph.trees and not self.depends[p]}  # by a slip
@@ -262,6 +255,15 @@ class Recognised(Given):
                 taken.update(line)
                 chosen.append(line)
         return sorted(chosen, key=lambda t: order(t[0]))
+
+    def _alike(self, places, shared):
+        """How much alike the lengths are that two of some cells are made of, at most, but for those of the table."""
+        sets = [self.lengths.intersection(self.depends[p]) for p in places]
+        turned = [cells - self.unmoved.get(p, set()) for p, cells in zip(places, sets, strict=True)]
+        own = [cells - shared for cells in turned]
+        sets = next(filter(all, (own, turned)), sets)  # what is added after the turn is of each cell alone
+        pairs = [(len(a & b), len(a | b)) for a, b in combinations(sets, 2)]
+        return all(both for both, _ in pairs) and max((both / either for both, either in pairs), default=1)
 
     @staticmethod
     def _in_order(slopes):
