@@ -24,28 +24,36 @@ WAYS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 def typed_over(graph):
     """Return place → formula of a number where those around go on that make it, or take what nobody else does.
 
-    A formula such as =RADIANS(20), which uses no cell, is a number.
+    A formula such as =RADIANS(20), or with some numbers for references, is such a number.
     """
     found, numbers = {}, graph.component.keys() - graph.trees.keys()
-    for place in numbers | {p for p, uses in graph.uses.items() if not uses and p not in graph.part}:
-        other, is_used = between(graph, place, 3), place in graph.used
-        sources = {p for area in areas(other or ("text",)) for p in area.places}
-        if is_used and sources & numbers - graph.used.keys() and graph.component.keys() >= sources:
+    values = {p: np.array([number]) for p, number in graph.own.items() if number is not None}
+    for place in sorted(graph.component.keys() - graph.part.keys(), key=graph.reading_order):
+        other, is_used, own = between(graph, place, 3), place in graph.used, set(graph.uses.get(place, ()))
+        sources = set(graph.used_by(other or ("text",)))
+        lost = sources & numbers - graph.used.keys()
+        if not own and is_used and lost and graph.component.keys() >= sources:
             found[place] = other
         for tree in (other, *along(graph, place)):
-            if tree and _is_made(graph, place, tree, TELLING if is_used else 1):
-                found[place] = tree
+            fewer = tree and own < set(graph.used_by(tree))
+            if fewer and (place in numbers or _numbers(graph.tree(place)) > _numbers(tree)):
+                if _is_made(graph, place, tree, values, TELLING if is_used else 1):
+                    found[place] = tree
     return found
 
 
-def _is_made(graph, place, tree, least):
+def _is_made(graph, place, tree, values, least):
     """Whether a formula makes the number that stands in a cell, of more digits than by luck."""
-    number, values = graph.own[place], {p: np.array([n]) for p, n in graph.own.items() if n is not None}
+    number = graph.own[place]
     decimals = written_decimals(number) if number is not None and np.isfinite(number) else 0
-    sources = {p for area in areas(tree) for p in area.places}
-    if decimals < least or not graph.component.keys() >= sources:
+    if decimals < least or not graph.component.keys() >= set(graph.used_by(tree)):
         return False
     return abs(graph.cell(place, values, tree)[0] - number) <= max(0.51 * 10.0**-decimals, 1e-9)
+
+
+def _numbers(tree):
+    """How many numbers are typed in a formula."""
+    return sum(part[0] == "number" for _, part in walk(tree))
 
 
 def filled(graph, near, place):
@@ -134,11 +142,16 @@ class Around:
         return None
 
     def _fault(self, place, other, made):
-        graph, judge = self.graph, self.judge
+        """The fault of a cell that should hold another formula, said by the references or the part that differ."""
+        graph, judge, tree = self.graph, self.judge, self.graph.trees[place]
         found = repaired(graph, {place: made}, judge.values)
-        cause, sentence, tree = found or ("wrong value", said(place, graph.trees[place], other), other)
-        if tree != other and text_of(tree) != text_of(other):
-            cause, sentence = "wrong value", said(place, graph.trees[place], other)
+        cause, sentence, repair = found or ("wrong value", said(place, tree, other), other)
+        pairs = [each for each in zip(areas(tree), areas(other), strict=False) if each[0] != each[1]]
+        alike = len(areas(tree)) == len(areas(other))
+        if alike and len(pairs) == 1 and text_of(with_areas(tree, areas(other))) == text_of(other):
+            cause, sentence = "wrong reference", said(place, *(("area", area) for area in pairs[0]))
+        elif text_of(repair) != text_of(other):
+            cause, sentence = "wrong value", said(place, tree, other)
         judge.put({place: made})
         return judge.fault(place, cause, f"{graph.short(place)}: {sentence}")
 
@@ -196,7 +209,9 @@ class Around:
                 area, longer = child[1], self._whole(child[1], place)
                 if longer != area and not self._is_divided(place, part[0], area):
                     other = put(tree, (*path, *inner), ("area", longer))
-                    return self._fault(place, other, self.judge.calculate(place, other))
+                    self.judge.put({place: self.judge.calculate(place, other)})
+                    text = f"{self.graph.short(place)}: {said(place, child, ('area', longer))}"
+                    return self.judge.fault(place, "wrong reference", text)
         return None
 
     def _whole(self, area, place):

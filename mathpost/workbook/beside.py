@@ -60,7 +60,12 @@ class Beside:
             follows = self.graph.upstream([place]) & unknown != {place}
             told = self._is_known(place) or (
                 not follows
-                and (self._is_unlike(place, unknown) or self._is_nearly_known(place) or self._is_square(place))
+                and (
+                    self._is_made_of_known(place, unknown)
+                    or self._is_unlike(place, unknown)
+                    or self._is_nearly_known(place)
+                    or self._is_square(place)
+                )
             )
             unknown -= {place} if told else set()
         own = judge.faults[before:]
@@ -129,7 +134,7 @@ class Beside:
                     lists.setdefault((id(graph.component[turn.results[0]]), n), {})[turn.results] = vector
         every, single = [*lists.values(), *everywhere.values()], len(found)
         for vectors in (np.array([*each.values()]) for each in every if len(each) > 1):
-            statistics = np.sum, np.mean, np.max, np.min, np.ptp, np.std, _of_a_sample
+            statistics = np.sum, np.mean, np.max, np.min, np.ptp, np.std, _of_a_sample, _largest, _squares
             found += [statistic(vectors, axis=0) for statistic in statistics]
             self.lengths += [np.linalg.norm(each, axis=1) for each in (vectors, vectors - vectors.mean(axis=0))]
         for vectors in everywhere.values():
@@ -383,6 +388,17 @@ class Beside:
         fits[:, 0] |= ~np.isfinite(value + known)[:, 0]
         return bool(fits.all(axis=1).any())
 
+    def _is_made_of_known(self, place, unknown):
+        """Whether a cell is a sum, mean or extreme of known cells of one form, their square or difference."""
+        graph, tree = self.graph, unrounded(self.graph.tree(place))
+        tree = tree[1] if tree[0] == "SQRT" else tree
+        used = graph.used_by(tree)
+        alike = len({*map(graph.form, used)} - {None}) == 1 and all(map(graph.form, used))
+        of_one = tree[0] == "^" and tree[1][0] == "area" and tree[2] == ("number", 2.0)
+        of_two = tree[0] == "-" and tree[1][0] == tree[2][0] == "area" and len(used) == 2
+        of_many = tree[0] in STATISTICS - {"SUMSQ"} and len(tree) == 2 and tree[1][0] == "area" and len(used) > 1
+        return alike and (of_one or of_two or of_many) and {*self.places} >= set(used) and unknown.isdisjoint(used)
+
     def _is_unlike(self, place, unknown):
         """Whether a wrong reference keeps a cell from what one beside it is, as a length that is kept: a fault."""
         form = [part[0] for _, part in walk(self.graph.tree(place))]
@@ -480,6 +496,14 @@ def _solutions(turn):
 
 def _of_a_sample(vectors, axis):
     return np.std(vectors, axis=axis, ddof=1)
+
+
+def _largest(vectors, axis):
+    return np.abs(vectors).max(axis=axis)
+
+
+def _squares(vectors, axis):
+    return (vectors**2).sum(axis=axis)
 
 
 def _half_digit(number):

@@ -7,10 +7,11 @@ import numpy as np
 
 from mathpost.workbook.around import typed_over
 from mathpost.workbook.beside import Beside
+from mathpost.workbook.calculation import LARGEST_RADIANS
 from mathpost.workbook.edits import INVERSE, as_around
 from mathpost.workbook.file import EMPTY, read
 from mathpost.workbook.formula import areas, heads
-from mathpost.workbook.graph import Graph, same
+from mathpost.workbook.graph import Graph, beside, same
 from mathpost.workbook.judge import Judge
 from mathpost.workbook.label import read_label
 from mathpost.workbook.nc_table import looked_at
@@ -54,24 +55,26 @@ def check_file(path, task=None):
     task = task or Task()
     graph = Graph(read(path))
     if lost := typed_over(graph):
-        graph = Graph(graph.book)
+        before, graph = graph, Graph(graph.book)
         graph.trees |= lost  # as if they were not
     graph.unround()
     found = Recognised(graph, task)
     judge = Judge(graph, found).run()
-    judge.faults[:0] = [judge.typed_number(place) for place in found.sorted(lost)]
+    judge.faults[:0] = [judge.typed_number(place, before.tree(place)) for place in found.sorted(lost)]
     if not found.calculations and (report := _by_values(graph, found)).cells:
         return report
-    beside = Beside(judge)
+    others = Beside(judge)
     typed = {p: c for c in found.calculations if c.typed for p in c.results}
     typed = {p: UNCLEAR if p in graph.trees or not c.complete else RIGHT for p, c in typed.items()}
     after = graph.downstream([*judge.fixed, *lost])
-    statuses = {p: CONSEQUENCE if p in after else RIGHT for p in beside.places}
-    statuses |= dict.fromkeys(beside.unjudged, UNCLEAR)
+    statuses = {p: CONSEQUENCE if p in after else RIGHT for p in others.places}
+    statuses |= dict.fromkeys(others.unjudged, UNCLEAR)
     # An input that is not the task's is wrong, though it is none of the cells that follow from the inputs.
     statuses |= typed | {fault.place: WRONG for fault in judge.faults}
     warnings = [f"{graph.address(p)} depends on itself" for p in sorted(graph.circular, key=graph.reading_order)]
-    stored = {p: number for p in graph.order if (number := graph.cells[p].number) is not None}
+    after_lost = graph.downstream(lost)
+    stored = {p: graph.cells[p].number for p in graph.order if p not in after_lost}
+    stored = {p: number for p, number in stored.items() if number is not None}
     stale = [p for p, number in stored.items() if abs(graph.own[p] - number) > 1e-6 * (1 + abs(number))]
     angles = {graph.own[p] for c in found.calculations for p in c.angles}
     for place in found.sorted(found.typed - graph.used.keys()) if angles else ():
@@ -97,8 +100,8 @@ def check_file(path, task=None):
     for calculation in judge.unexplained:
         text = "is not what the task asks for, and no single change makes it so"
         found.problems.append(f"{graph.range(calculation.results)} {text}")
-    unlike = [*_unlike_the_text(graph, found), *_typed_twice(graph, found)]
-    found.problems += [text for triple, text in found.doubts.items() if not beside.unjudged.isdisjoint(triple)]
+    unlike = [*_unlike_the_text(graph, found), *_typed_twice(graph, found), *_not_converted(graph, found)]
+    found.problems += [text for triple, text in found.doubts.items() if not others.unjudged.isdisjoint(triple)]
     unclear = not found.calculations or found.problems or judge.reading
     if unclear and not (judge.faults or judge.reading or task.machine):
         if not found.planes and any(heads(tree) & INVERSE for tree in graph.trees.values()):
@@ -142,6 +145,17 @@ def _typed_twice(graph, found):
             if len(other) == 1 and len(same) > 1:
                 p, q = other[0]
                 yield f"{graph.address(p)} is {own[p]:g} and {graph.address(q)} {own[q]:g}, all else twice the same"
+
+
+def _not_converted(graph, found):
+    """Yield angles in degrees that no formula uses, beside what is not made of them but turns in their place."""
+    for place in found.sorted(found.typed - graph.used.keys() - graph.trees.keys()):
+        for near in found.angles.intersection(beside(place)):
+            degrees, own = graph.own[place], graph.own[near]
+            other = near in graph.trees or abs(np.rad2deg(own) - degrees) > 0.01 * abs(degrees)
+            if abs(own) < LARGEST_RADIANS < abs(degrees) <= 360 and other:
+                text = f"{graph.short(near)}, {own:g}, turns instead"
+                yield f"{graph.address(place)}, {degrees:g}, is not used; {text}"
 
 
 def _three(numbers):

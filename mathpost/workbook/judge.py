@@ -10,9 +10,9 @@ from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError
 from mathpost.rotation import wrap
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
-from mathpost.workbook.edits import CONVERSIONS, TO_DEGREES, TO_RADIANS, edits, repaired
+from mathpost.workbook.edits import CONVERSIONS, TO_DEGREES, TO_RADIANS, edits, repaired, said
 from mathpost.workbook.file import EMPTY
-from mathpost.workbook.formula import COMPARISONS, ROUNDING, heads, walk
+from mathpost.workbook.formula import COMPARISONS, ROUNDING, areas, heads, walk
 from mathpost.workbook.given import offset
 from mathpost.workbook.graph import SAMPLES, Graph, same
 from mathpost.workbook.nc_table import Words, judge_numbers
@@ -336,11 +336,13 @@ class Judge:
             return self.fault(place, cause, f"{self.graph.short(place)}: {sentence}")
         return None
 
-    def typed_number(self, place):
-        """The fault of a number where a formula belongs."""
-        number = self.graph.book.cells[place].meant
+    def typed_number(self, place, tree=None):
+        """The fault of a number where a formula belongs, or of a `tree` that has numbers for references."""
+        number, short = self.graph.book.cells[place].meant, self.graph.short(place)
         number = self.graph.own[place] if number is None else number
-        text = f"{self.graph.short(place)} is a number, {number:g}, typed where a formula belongs"
+        text = f"{short} is a number, {number:g}, typed where a formula belongs"
+        if tree and areas(tree):
+            text = f"{short}: {said(place, tree, self.graph.trees[place])}"
         return self.fault(place, "typed over formula", text)
 
     def _typed_over(self, bad):

@@ -257,7 +257,7 @@ class Recognised(Given):
         return sorted(chosen, key=lambda t: order(t[0]))
 
     def _alike(self, places, shared):
-        """How much alike the lengths are that two of some cells are made of, at most, but for those of the table."""
+        """How much alike the lengths are of which two of some cells at most are made, but for `shared` ones."""
         sets = [self.lengths.intersection(self.depends[p]) for p in places]
         turned = [cells - self.unmoved.get(p, set()) for p, cells in zip(places, sets, strict=True)]
         own = [cells - shared for cells in turned]

@@ -237,7 +237,10 @@ def _judged(graph, blocks, implied):
         allowed, written = EXACT * max(1, abs(local)) + slack[place], numbers.get(place)
         spoilt = any(statuses.get(s, RIGHT) != RIGHT for s in graph.uses[place])
         lost = graph.cells[place].error if written is None else not np.isfinite(local)
-        if written is not None and abs(written - float(ideal[place][0])) <= allowed + slack[place]:
+        right = float(ideal[place][0])
+        low, high = sorted((local, right)) if not spoilt else (right - slack[place], right + slack[place])
+        least = EXACT * max(1, abs(local)) + half.get(place, 0)  # of what was rounded before, or of what was not
+        if written is not None and low - least <= written <= high + least and high - low <= 2 * allowed:
             statuses[place] = RIGHT
         else:
             follows = written is not None and abs(written - local) <= allowed
