@@ -36,9 +36,9 @@ def typed_over(graph):
             found[place] = other
         for tree in (other, *along(graph, place)):
             fewer = tree and own < set(graph.used_by(tree))
-            if fewer and (place in numbers or _numbers(graph.tree(place)) > _numbers(tree)):
-                if _is_made(graph, place, tree, values, TELLING if is_used else 1):
-                    found[place] = tree
+            fewer = fewer and (place in numbers or _numbers(graph.tree(place)) > _numbers(tree))
+            if fewer and _is_made(graph, place, tree, values, TELLING if is_used else 1):
+                found[place] = tree
     return found
 
 
