@@ -97,8 +97,8 @@ class Around:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
         self.is_known, self.norms = is_known, norms
         graph, found, self.doubtful = self.graph, self.found, set()
-        still = {p for window in found.windows for p in window} | judge.inputs.keys()
-        moved = [p for p in found.typed - still if p in graph.used and graph.own[p] is not None]
+        self.still = {p for window in found.windows for p in window} | judge.inputs.keys()
+        moved = [p for p in found.typed - self.still if p in graph.used and graph.own[p] is not None]
         drawn = np.random.default_rng(4).uniform(0.3, 3, (len(moved), SAMPLES))
         self.shaken = graph.run(judge.inputs | judge.fixed | dict(zip(found.sorted(moved), drawn, strict=True)))
 
@@ -116,7 +116,9 @@ class Around:
         for place in self.found.sorted(rest & graph.trees.keys()):
             yield from self._unlike_its_label(place)
         for place in self.found.sorted(self.found.typed - graph.trees.keys()):
-            if self._is_typed_over(place):
+            other = between(graph, place, 4) if place not in self.still else None
+            if other and np.isfinite(made := self.judge.calculate(place, other)).all():
+                self.judge.put({place: made})
                 yield self.judge.typed_number(place)
 
     # A formula.
@@ -128,7 +130,7 @@ class Around:
         for other in (sure, between(graph, place, 3), *along(graph, place)) if is_rest else (sure,):
             if other in (None, tree) or _without_numbers(other) == _without_numbers(tree):
                 continue  # such as a matrix less that of zeros and ones
-            alike = form_of(other) == graph.form(place) or areas(other) == areas(tree)
+            alike = form_of(other) == graph.form(place)
             if other != sure and not (alike and self.is_known(place, other)):
                 continue
             made, shaken = judge.calculate(place, other), graph.cell(place, self.shaken, other)
@@ -188,13 +190,6 @@ class Around:
             if not more and source in turn.results[:3] and turn.results[said] != source:
                 text = f"{graph.short(source)} should be {graph.short(turn.results[said])}"
                 yield judge.fault(place, "wrong reference", f"{graph.short(place)}: {text}")
-
-    # A number.
-
-    def _is_typed_over(self, place):
-        """Whether a number that nobody uses stands in a longer line of formulas."""
-        other = None if place in self.graph.used else between(self.graph, place, 4)
-        return other is not None and np.isfinite(self.judge.calculate(place, other)[0])
 
     # A range.
 
