@@ -16,6 +16,7 @@ from mathpost.workbook.graph import CLOSE, SAMPLES, beside, same
 from mathpost.workbook.label import read_label
 
 TELLING = 3  # decimals
+OF_A_PART = r"first|last|ersten|letzten|without|ohne|only|nur|group|gruppe|P\d|mid|mitte|前|后|组|\d *[-–] *\d"
 LENGTH = r"^\|[^|]*\|\W*$|\bnorm\b|\bbetrag\b|\blength\b|\blänge\b|模长|长度"
 OF_LENGTHS = r"²|\^2|squar|quadrat|diff|differenz|error|fehler|%|/|unit|einheit|差|Δ"
 WAYS = ((1, 0), (0, 1), (-1, 0), (0, -1))
@@ -34,7 +35,7 @@ def typed_over(graph):
         lost = sources & numbers - graph.used.keys()
         if not own and is_used and lost and graph.component.keys() >= sources:
             found[place] = other
-        for tree in (other, *along(graph, place)):
+        for tree in (other, *(along(graph, place) if is_used else ())):
             fewer = tree and own < set(graph.used_by(tree))
             fewer = fewer and (place in numbers or _numbers(graph.tree(place)) > _numbers(tree))
             if fewer and _is_made(graph, place, tree, values, TELLING if is_used else 1):
@@ -118,6 +119,10 @@ class Around:
         for place in self.found.sorted(self.found.typed - graph.trees.keys()):
             other = between(graph, place, 4) if place not in self.still else None
             if other and np.isfinite(made := self.judge.calculate(place, other)).all():
+                number = graph.own[place]
+                if float(f"{number:.2g}") == number:  # it may be meant
+                    self.doubtful.add(place)
+                    continue
                 self.judge.put({place: made})
                 yield self.judge.typed_number(place)
 
@@ -127,6 +132,9 @@ class Around:
         """The fault of a formula where those around it go on another way."""
         graph, judge, tree = self.graph, self.judge, self.graph.trees[place]
         sure = between(graph, place, 4)
+        line = (p for p in graph.component.get(place, ()) if p != place and (p[1] == place[1] or p[2] == place[2]))
+        if sure and (tree[0] in STATISTICS or any(filled(graph, p, place) == tree for p in line)):
+            sure = None  # a row of means, or a sum that starts again
         for other in (sure, between(graph, place, 3), *along(graph, place)) if is_rest else (sure,):
             if other in (None, tree) or _without_numbers(other) == _without_numbers(tree):
                 continue  # such as a matrix less that of zeros and ones
@@ -183,7 +191,8 @@ class Around:
         is_length = re.search(LENGTH, label, re.I) and not re.search(OF_LENGTHS, label, re.I)
         if is_length and not any(same(judge.now(place), norm) for norm in self.norms):
             self.doubtful.add(place)
-        role = read_label(re.sub(r"\([^()]*\)$", "", label)) or read_label(label.split(" ")[0])
+        plain = re.sub(r"\([^()xyz]*\)$", "", label)
+        role = read_label(plain) or read_label(label.split(" ")[0]) if "=" not in label else None
         copied = unrounded(graph.trees[place])
         for turn in judge.live if role and role.kind == "outcome" and copied[0] == "area" else ():
             (source, *more), said = copied[1].places, role.word[0]
@@ -197,19 +206,20 @@ class Around:
         """The fault of a sum, mean or extreme of all but the first or the last cell of a line."""
         tree = self.graph.trees[place]
         parts = [(path, part) for path, part in walk(tree) if part[0] in STATISTICS - {"SUMSQ"}]
+        parts = [] if parts and self.is_of_a_part(place) else parts
         for path, part in parts:
             for inner, child in walk(part):
                 if child[0] != "area" or sorted(child[1].shape)[0] > 1 or child[1].shape == (1, 1):
                     continue
-                area, longer = child[1], self._whole(child[1], place)
-                if longer != area and not self._is_divided(place, part[0], area):
+                area, longer = child[1], self.whole(child[1], place)
+                if longer != area and self._is_alone(place, part[0], area, longer):
                     other = put(tree, (*path, *inner), ("area", longer))
                     self.judge.put({place: self.judge.calculate(place, other)})
                     text = f"{self.graph.short(place)}: {said(place, child, ('area', longer))}"
                     return self.judge.fault(place, "wrong reference", text)
         return None
 
-    def _whole(self, area, place):
+    def whole(self, area, place):
         """A range with what goes on at its ends: formulas of one form, or the same coordinate of further points."""
         graph, places = self.graph, area.places
         step = (0, 1) if area.shape[0] == 1 else (1, 0)
@@ -234,21 +244,25 @@ class Around:
             last = offset(last, *step)
         return Area(first[0], *first[1:], *last[1:], area.fixed)
 
+    def is_of_a_part(self, place):
+        """Whether a text in its row says that a cell is of some of the points only."""
+        texts = (cell.value for p, cell in self.graph.cells.items() if p[:2] == place[:2] and not cell.formula)
+        return any(re.search(OF_A_PART, text, re.I) for text in texts if isinstance(text, str))
+
     @property
     def _coordinates(self):
         """Place of a given number → which coordinate it is, of a point."""
         return {p: n for c in self.judge.live for n, p in enumerate(c.point)}
 
-    def _is_divided(self, place, head, area):
-        """Whether another cell takes the same of what is left, as of groups in a table."""
-        others = self._whole(area, place).places
-        left = set(others) - set(area.places)
+    def _is_alone(self, place, head, area, longer):
+        """Whether all others in its row, or column, that take the same of a line go as far as the longer one."""
+        along, found = (1 if area.shape[1] == 1 else 2), []
         for p, tree in self.graph.trees.items():
-            if p != place and any(part[0] == head for _, part in walk(tree)):
-                used = set(self.graph.uses[p])
-                if used & left and used.isdisjoint(area.places):
-                    return True
-        return False
+            if p != place and (p[0], p[along]) == (place[0], place[along]):
+                others = [part[1][1] for _, part in walk(tree) if part[0] == head and part[1][0] == "area"]
+                found += [other for other in others if (other.shape[1] == 1) == (along == 1)]
+        ends = longer.places[0][along], longer.places[-1][along]
+        return bool(found) and all((each.places[0][along], each.places[-1][along]) == ends for each in found)
 
 
 def _without_numbers(tree):

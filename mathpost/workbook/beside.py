@@ -15,7 +15,7 @@ from mathpost.rotation import wrap
 from mathpost.workbook.around import Around
 from mathpost.workbook.calculation import SAMPLES, Turn
 from mathpost.workbook.conversion import Conversion
-from mathpost.workbook.edits import INVERSE, as_around, edits, said
+from mathpost.workbook.edits import INVERSE, as_around, edits, repaired, said
 from mathpost.workbook.formula import STATISTICS, areas, heads, unrounded, walk
 from mathpost.workbook.given import offset, runs
 from mathpost.workbook.graph import CLOSE, at, beside, same
@@ -45,7 +45,7 @@ class Beside:
         self.places, rest = self._scope()
         self.numbers, self.angles = self._known_numbers()
         before = len(judge.faults)
-        around = Around(judge, self._is_known, self.norms)
+        around = self.around = Around(judge, self._is_known, self.norms)
         judge.faults += () if judge.unexplained else around.faults(rest)
         rest -= self._judge_vectors(rest)
         self._compare_copies(rest)
@@ -325,6 +325,11 @@ class Beside:
         fits = (np.ptp(self.combined[..., 1:], axis=-1) > CLOSE).all(axis=-1)  # no zeros, as of two that are equal
         for k, place in enumerate(triple):
             repairs = [*edits(self.graph, place)] if place in self.graph.trees else []
+            repairs = [each for each in repairs if self.graph.component.keys() >= {*self.graph.used_by(each[3])}]
+            own, part = areas(self.graph.tree(place)), self.around.is_of_a_part(place)
+            wholes = [] if part else [[self.around.whole(area, place) for area in own]]
+            sizes = [area.shape for area in own]
+            repairs = [e for e in repairs if areas(e[3]) in wholes or [a.shape for a in areas(e[3])] == sizes]
             made = np.array([judge.calculate(place, tree) for *_, tree in repairs]).reshape(-1, 1, SAMPLES)
             tried.append((repairs, _agree(made, self.combined[:, k])))
             fits &= tried[-1][1].any(axis=0)
@@ -401,13 +406,19 @@ class Beside:
 
     def _is_unlike(self, place, unknown):
         """Whether a wrong reference keeps a cell from what one beside it is, as a length that is kept: a fault."""
-        form = [part[0] for _, part in walk(self.graph.tree(place))]
-        for near in beside(place) if not self.judge.unexplained else ():
-            wanted, like = self.judge.now(near), [part[0] for _, part in walk(self.graph.tree(near))]
+        graph, judge = self.graph, self.judge
+        if place not in graph.trees:
+            return False
+        form = [part[0] for _, part in walk(graph.tree(place))]
+        chain = not set(beside(place)).isdisjoint(graph.uses.get(place, ()))  # as a sum that goes on
+        for near in beside(place) if not (judge.unexplained or chain) else ():
+            wanted, like = judge.now(near), [part[0] for _, part in walk(graph.tree(near))]
             if near in unknown or like != form or np.ptp(wanted) <= CLOSE:
                 continue
-            if fault := self.judge.repaired_alone(place, wanted, "wrong reference"):
-                self.judge.faults.append(fault)
+            cause, _, other = repaired(graph, {place: wanted}, judge.values) or (None, "", ("text", ""))
+            meant = cause == "wrong reference" and graph.component.keys() >= set(graph.used_by(other))
+            if meant and judge.why.reference_kind(place, other) == cause:
+                judge.faults += filter(None, [judge.repaired_alone(place, wanted)])
                 return True
         return False
 
@@ -428,7 +439,8 @@ class Beside:
         tried = edits(self.graph, place) if (is_angle or many) and not self.judge.unexplained else ()
         for cause, old, new, tree in tried:
             value = self.judge.calculate(place, tree)
-            known = np.ptp(value[1:]) > CLOSE and self._is_known(place, tree) if is_angle else None
+            known = heads(tree) & INVERSE and self._is_known(place, tree) if is_angle else None
+            known = known and np.ptp(value[1:]) > CLOSE
             if known or (known is None and same(value, np.ones(SAMPLES))):
                 self.judge.put({place: value})
                 self.judge.faults.append(self._fault(place, cause, old, new))

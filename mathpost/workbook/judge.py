@@ -1,5 +1,6 @@
 """Right or wrong, and where: the earliest place where putting in the right thing makes all that follows right."""
 
+import re
 from dataclasses import replace
 from itertools import chain, groupby, islice
 
@@ -23,6 +24,7 @@ from mathpost.workbook.why import UNEXPLAINED, Why
 
 MOST = 1e5  # mm: no more is a limit
 TURNING = {"SIN", "COS", "TAN"}
+IN_RADIANS = r"(?<![a-z])rad(?:ian[st]?)?(?![a-z])|弧度|bogenma"
 NAMED_UNITS = {"rad": 1.0, "gon": np.pi / 200, "deg": np.pi / 180, "°": np.pi / 180, "grad": np.pi / 180}
 
 
@@ -76,6 +78,7 @@ class Judge:
             own, agreed = self._unit((place,), base)
             said = self.graph.cells.get(offset(place, 0, 1), EMPTY).value  # "gon", "rad" beside it
             said = NAMED_UNITS.get(str(said).strip().lower())
+            said = 1.0 if re.search(IN_RADIANS, self.found.label(place), re.I) else said
             is_own = agreed and (own == said or (own == 1.0 and place in self.graph.trees))
             self.units.update({place: own} if is_own else {})
 
@@ -321,17 +324,12 @@ class Judge:
             self.faults, self.unexplained = before
         self.targets = targets | last.targets
 
-    def repaired_alone(self, place, value, only=None):
-        """The fault of a cell beside the calculations that ought to hold `value`; None if no repair makes it so.
-
-        With `only` it is a repair of that cause.
-        """
+    def repaired_alone(self, place, value):
+        """The fault of a cell beside the calculations that ought to hold `value`; None if no repair makes it so."""
         wanted = {p: self.now(p) for p in self.graph.array(place)} | {place: value}
         if place in self.graph.trees and (found := repaired(self.graph, wanted, self.values)):
             cause, sentence, other = found
             cause = self.why.reference_kind(place, other) if cause == "wrong reference" else cause
-            if only not in (None, cause):
-                return None
             self.put({place: value})
             return self.fault(place, cause, f"{self.graph.short(place)}: {sentence}")
         return None

@@ -51,7 +51,7 @@ SLIPS = {
     "the length of another row": ({"H10": "=SQRT(D9^2+E9^2+F9^2)"}, "H10", "wrong reference"),
     "half of a difference is lost": ({"I10": "=H10"}, "I10", None),
     "a range that is short": ({"E14": "=MAX(E8:E11)"}, "E14", "wrong reference"),
-    "a number over a length": ({"H11": 15.0}, "H11", "typed over formula"),
+    "a number over a length": ({"H11": 15.25}, "H11", "typed over formula"),
     "a number over a cosine": ({"C2": 0.819152}, "C2", "typed over formula"),
     "a formula of numbers": ({"C2": "=COS(RADIANS(35))"}, "C2", "typed over formula"),
     "a point typed in a formula": ({"D10": "=$F$2*-10+$G$2*3+$H$2*7"}, "D10", "typed over formula"),
@@ -70,6 +70,9 @@ RIGHT = {
         f"N{n}": f"=SQRT((D{n}-D{n - 1})^2+(E{n}-E{n - 1})^2+(F{n}-F{n - 1})^2)" for n in range(9, 13)
     },
     "largest deviations": {"I14": "=MAX(I8:I12,-MIN(I8:I12))", "G14": "=AVERAGE(G8:G12)"},
+    "a mean of some points, and said so": {"C15": "mean of the first three"}
+    | {f"{c}15": f"=AVERAGE({c}8:{c}10)" for c in "DEF"},
+    "axes of another name": {"N7": "X2 (= y')", "N8": "=E8"},
     "the angle to the point": {"N2": "=DEGREES(ACOS(SUMPRODUCT(A8:C8,D8:F8)/(G8*H8)))"},
 }
 
