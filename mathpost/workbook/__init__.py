@@ -2,7 +2,8 @@
 
 Read `check`, which calls the others in turn: `file` (with `safety`) reads cells, `graph` (with `formula`) evaluates
 them at many inputs at once, `task` says what was asked, `recognise` (with `given`) what is what, `calculation` what
-may stand where; `judge` (with `why` and `edits`) finds the first wrong cell, and `beside` judges the rest.
+may stand where; `judge` (with `why` and `edits`) finds the first wrong cell, and `beside` judges the rest, with
+`around`, by what stands around it.
 `nc_table` (with `nc_columns`), `plane_angles` and `conversion` are other calculations, `lookup` makes references of
 INDEX and VLOOKUP; `values` (with `label` and `threes`) knows sheets of numbers; `folder` checks a class, `symbolic`
 shows a sheet as sympy.
