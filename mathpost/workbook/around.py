@@ -15,7 +15,7 @@ from mathpost.workbook.given import may_turn, offset
 from mathpost.workbook.graph import CLOSE, SAMPLES, beside, same
 from mathpost.workbook.label import read_label
 
-TELLING = 3  # decimals
+TELLING = 3  # decimals, that a formula does not make by luck
 OF_A_PART = r"first|last|ersten|letzten|without|ohne|only|nur|group|gruppe|P\d|mid|mitte|前|后|组|\d *[-–] *\d"
 LENGTH = r"^\|[^|]*\|\W*$|\bnorm\b|\bbetrag\b|\blength\b|\blänge\b|模长|长度"
 OF_LENGTHS = r"²|\^2|squar|quadrat|diff|differenz|error|fehler|%|/|unit|einheit|差|Δ"
@@ -143,9 +143,9 @@ class Around:
                 continue
             made, shaken = judge.calculate(place, other), graph.cell(place, self.shaken, other)
             differs = not same(judge.now(place), made)
-            sources = {p for area in areas(other) for p in area.places}
+            sources = set(graph.used_by(other))
             telling = np.ptp(made[1:]) > CLOSE or any(same(judge.now(p), made) for p in beside(place))
-            if not telling or not graph.component.keys() >= sources or differs > is_rest:
+            if not telling or not graph.component.keys() >= sources or (differs and not is_rest):
                 continue  # what a result needs is judged elsewhere
             if differs or not same(self.shaken[place], shaken):
                 return self._fault(place, other, made)
@@ -259,7 +259,8 @@ class Around:
         along, found = (1 if area.shape[1] == 1 else 2), []
         for p, tree in self.graph.trees.items():
             if p != place and (p[0], p[along]) == (place[0], place[along]):
-                others = [part[1][1] for _, part in walk(tree) if part[0] == head and part[1][0] == "area"]
+                others = [child[1] for _, part in walk(tree) if part[0] == head for child in part[1:2]]
+                others = [other for other in others if isinstance(other, Area)]
                 found += [other for other in others if (other.shape[1] == 1) == (along == 1)]
         ends = longer.places[0][along], longer.places[-1][along]
         return bool(found) and all((each.places[0][along], each.places[-1][along]) == ends for each in found)

@@ -23,9 +23,8 @@ from mathpost.workbook.plane_angles import Plane
 from mathpost.workbook.why import TRANSPOSED
 
 MOST = 20  # points of which each two are compared
-COMPARED = (
-    r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet"  # what stands beside such a word is made of others
-)
+# What stands beside such a word is made of others.
+COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet"
 CORNERS = 6  # points of which each two edges are
 
 

@@ -7,6 +7,7 @@ or which gives the same numbers there. Every cell is judged, and the first wrong
 import pytest
 
 from mathpost.workbook import Task
+from mathpost.workbook.task import reading
 from tests.workbook.test_strange_sheets import _check
 
 ROWS = range(8, 13)
@@ -127,6 +128,4 @@ def test_an_angle_that_is_not_used_beside_a_number_that_is(tmp_path):
     ],
 )
 def test_products_about_fixed_axes(texts, expected):
-    from mathpost.workbook.task import reading
-
     assert reading(Task(), "\n".join(texts))[:2] == expected
