@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from mathpost.detective.misreadings import written_decimals
-from mathpost.workbook.edits import repaired, said
+from mathpost.workbook.edits import edits, repaired, said
 from mathpost.workbook.formula import STATISTICS, Area, areas, form_of, put, text_of, unrounded, walk, with_areas
 from mathpost.workbook.given import may_turn, offset
 from mathpost.workbook.graph import CLOSE, SAMPLES, beside, same
@@ -17,8 +17,10 @@ from mathpost.workbook.label import read_label
 
 TELLING = 3  # decimals, that a formula does not make by luck
 OF_A_PART = r"first|last|ersten|letzten|without|ohne|only|nur|group|gruppe|P\d|mid|mitte|前|后|组|\d *[-–] *\d"
-LENGTH = r"^\|[^|]*\|\W*$|\bnorm\b|\bbetrag\b|\blength\b|\blänge\b|模长|长度"
-OF_LENGTHS = r"²|\^2|squar|quadrat|diff|differenz|error|fehler|%|/|unit|einheit|差|Δ"
+LENGTH = r"^\|[^|]*\|\W*$|\bnorme?\b|\bbetrag\b|\blength\b|\blänge\b|\b3-?d\b|模长|长度"
+DISTANCE = r"length|norm|\||betrag|länge|abstand|dist|radius|长|模|距"
+OF_LENGTHS = r"²|\^2|squar|quadrat|平方|diff|differenz|error|fehler|%|/|unit|einheit|差|Δ"
+DETERMINANT = r"\bd[eé]t|行列式"
 WAYS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
@@ -184,13 +186,15 @@ class Around:
             yield judge.repaired_alone(place, value) or judge.fault(place, "wrong value", text)
 
     def _unlike_its_label(self, place):
-        """The fault of a copy of another coordinate than its label says; what is no length may become doubtful."""
+        """The fault of a determinant, length or copy that is not what its label says; a length may be doubtful."""
         graph, judge = self.graph, self.judge
+        said = next(iter(self.found.texts(place)), "")
+        if re.search(DETERMINANT, said, re.I):
+            yield from self._no_determinant(place)
+        elif not re.search(OF_LENGTHS, said, re.I):
+            yield from self._no_length(place, said)
         near = (graph.cells.get(p) for p in (offset(place, 0, -1), offset(place, -1, 0)))
         label = next((cell.value for cell in near if cell and isinstance(cell.value, str) and not cell.formula), "")
-        is_length = re.search(LENGTH, label, re.I) and not re.search(OF_LENGTHS, label, re.I)
-        if is_length and not any(same(judge.now(place), norm) for norm in self.norms):
-            self.doubtful.add(place)
         plain = re.sub(r"\([^()xyz]*\)$", "", label)
         role = read_label(plain) or read_label(label.split(" ")[0]) if "=" not in label else None
         copied = unrounded(graph.trees[place])
@@ -199,6 +203,40 @@ class Around:
             if not more and source in turn.results[:3] and turn.results[said] != source:
                 text = f"{graph.short(source)} should be {graph.short(turn.results[said])}"
                 yield judge.fault(place, "wrong reference", f"{graph.short(place)}: {text}")
+
+    def _no_determinant(self, place):
+        """The fault of a determinant, by its label, that is not that of the nine cells it uses."""
+        graph, judge, used = self.graph, self.judge, self.graph.uses[place]
+        rows, columns = sorted({p[:2] for p in used}), sorted({p[2] for p in used})
+        if (len(rows), len(columns)) == (3, 3) and len(used) > 6:
+            block = judge.block([(*row, column) for row in rows for column in columns]).reshape(3, 3, -1)
+            value = np.linalg.det(np.moveaxis(block, -1, 0))
+            if not any(same(judge.now(place), sign * value) for sign in (1, -1)):
+                text = f"{graph.short(place)} is not the determinant of the nine cells that it uses"
+                yield judge.repaired_alone(place, value) or judge.fault(place, "wrong value", text)
+
+    def _no_length(self, place, label):
+        """The fault of what is said to be a length, and is one but for a repair; without one it is doubtful."""
+        graph, judge, tree = self.graph, self.judge, self.graph.trees[place]
+        is_length, root = re.search(LENGTH, label, re.I), ("SQRT", tree)
+        repairs = [("wrong value", tree, root, root)] * bool(re.search(DISTANCE, label, re.I))
+        terms = [text_of(term) for _, part in walk(tree) if part[0] == "+" for term in part[1:] if term[0] != "+"]
+        twice = tree[0] == "SQRT" and len({*terms}) < len(terms)  # one coordinate is taken twice
+        if not (repairs or twice) or self._is_length(judge.now(place)):
+            return
+        for cause, old, new, other in (*repairs, *(edits(graph, place) if is_length or twice else ())):
+            made = judge.calculate(place, other)
+            is_other = cause == "wrong reference" and not twice  # the length of another vector, which is known
+            if not is_other and np.abs(made[1:]).max() > CLOSE and self._is_length(made):
+                judge.put({place: made})
+                yield judge.fault(place, cause, f"{graph.short(place)}: {said(place, old, new)}")
+                return
+        if is_length:
+            self.doubtful.add(place)
+
+    def _is_length(self, value):
+        off = np.abs(value - self.norms)[:, 1:] <= CLOSE * (1 + self.norms[:, 1:])
+        return bool(off.all(axis=1).any())
 
     # A range.
 

@@ -63,7 +63,6 @@ class Beside:
                     self._is_made_of_known(place, unknown)
                     or self._is_unlike(place, unknown)
                     or self._is_nearly_known(place)
-                    or self._is_square(place)
                 )
             )
             unknown -= {place} if told else set()
@@ -412,7 +411,9 @@ class Beside:
         chain = not set(beside(place)).isdisjoint(graph.uses.get(place, ()))  # as a sum that goes on
         for near in beside(place) if not (judge.unexplained or chain) else ():
             wanted, like = judge.now(near), [part[0] for _, part in walk(graph.tree(near))]
-            if near in unknown or like != form or np.ptp(wanted) <= CLOSE:
+            alike = [p for p in graph.component[place] if graph.form(p) == graph.form(near)]
+            once = np.ptp(wanted) <= CLOSE and sum(same(judge.now(p), wanted) for p in alike) < 2
+            if near in unknown or like != form or once:
                 continue
             cause, _, other = repaired(graph, {place: wanted}, judge.values) or (None, "", ("text", ""))
             meant = cause == "wrong reference" and graph.component.keys() >= set(graph.used_by(other))
@@ -420,17 +421,6 @@ class Beside:
                 judge.faults += filter(None, [judge.repaired_alone(place, wanted)])
                 return True
         return False
-
-    def _is_square(self, place):
-        """Whether a cell that is said to be a length is the square of one, which is a fault then."""
-        tree = ("SQRT", self.graph.tree(place))
-        said = re.search(r"length|norm|\||betrag|länge|abstand|dist|radius|长|模|距", self.found.label(place), re.I)
-        squared = re.search(r"²|\^2|squar|quadrat|平方", self.found.label(place), re.I)
-        if self.judge.unexplained or not said or squared or not self._is_known(place, tree):
-            return False
-        self.judge.put({place: self.judge.calculate(place, tree)})
-        self.judge.faults.append(self._fault(place, "wrong value", self.graph.tree(place), tree))
-        return True
 
     def _is_nearly_known(self, place):
         """Whether one repair makes a cell an angle computed back, or a determinant of 1, which is a fault then."""

@@ -13,6 +13,7 @@ from mathpost.workbook.formula import (
     Area,
     area_of,
     areas,
+    form_of,
     heads,
     put,
     text_of,
@@ -87,8 +88,8 @@ def edits(graph, place, inputs=(), windows=()):
         if part[0] == "number" and part[1] in UNITS:
             new = "number", UNITS[part[1]]
             yield "wrong value", part, new, put(tree, path, new)
-        if part[0] in ("+", "-") and (new := _bracketed(part)):
-            yield "wrong value", part, new, put(tree, path, new)
+        for cause, new in _sums(part):
+            yield cause, part, new, put(tree, path, new)
     if tree[0] in ("+", "-") and tree[2][0] == "number":
         yield "offset", tree, tree[1], tree[1]
     unlike = []
@@ -191,12 +192,22 @@ def _functions(part, path):
         yield "transposed", ("TRANSPOSE", part)
 
 
-def _bracketed(tree):
-    """A sum of which the last number belongs to a factor of the product before it: a·(b − c) for a·b − c."""
-    head, before, last = tree
-    if before[0] in ("+", "-") and before[2][0] == "*":
-        return (*before[:2], ("*", before[2][1], (head, before[2][2], last)))
-    return ("*", before[1], (head, before[2], last)) if before[0] == "*" else None
+def _sums(part):
+    """Yield a sum with a parenthesis, a square or a last term that was forgotten."""
+    if part[0] not in ("+", "-"):
+        return
+    head, before, last = part
+    if before[0] in ("+", "-") and before[2][0] == "*":  # a·(b − c) for a·b − c
+        yield "wrong value", (*before[:2], ("*", before[2][1], (head, before[2][2], last)))
+    elif before[0] == "*":
+        yield "wrong value", ("*", before[1], (head, before[2], last))
+    if last[0] == "area" and (_is_square(before) or (before[0] == "+" and _is_square(before[2]))):
+        yield "wrong value", (head, before, ("^", last, ("number", 2.0)))
+    one = before[2] if before[0] == head else before
+    if _is_square(last) and form_of(one) == form_of(last):
+        steps = [_step(a, b) for a, b in zip(areas(one), areas(last), strict=True)]
+        more = [area.moved(*step) for area, step in zip(areas(last), steps, strict=True)]
+        yield from [("missing term", (head, part, with_areas(last, more)))] * all(more)
 
 
 def _is_square(tree):

@@ -72,6 +72,8 @@ class Given:
             table |= len(typed) > (1 if len(window) == 9 else 3)
             table |= any(len({p[n] for p in typed}) == 1 for n in (1, 2)) and len(typed) > 2
             numbers = [graph.own.get(p) for p in window]
+            trees = [graph.tree(p) for p in window]  # differences of two matrices are none
+            table |= all(tree[0] == "-" and tree[1][0] == tree[2][0] == "area" for tree in trees)
             table |= len(window) == 16 and [0, 0, 0, 1] not in (numbers[12:], numbers[3::4])
             overlaps = any(not set(window).isdisjoint(other) for other in others)
             if table or overlaps or self.turning & set(window) or not graph.component.keys() >= set(window):
@@ -192,13 +194,17 @@ class Given:
 
     def label(self, place):
         """The text to the left of a cell or above it, the first that names something; empty if there is none."""
+        texts = self.texts(place)
+        return next(filter(read_label, texts), next(iter(texts), ""))
+
+    def texts(self, place):
+        """The texts to the left of a cell and above it, the nearest first."""
         cells = self.graph.cells
         left = [cells[p] for n in (1, 2) if (p := offset(place, 0, -n)) in cells][:1]
         above = takewhile(lambda cell: cell, (cells.get(offset(place, -n, 0)) for n in range(1, 60)))
         along = takewhile(lambda cell: cell, (cells.get(offset(place, 0, -n)) for n in range(2, 60)))
         near = (*left, *above, *along)
-        texts = [cell.value for cell in near if isinstance(cell.value, str)]
-        return next(filter(read_label, texts), next(iter(texts), ""))
+        return [cell.value for cell in near if isinstance(cell.value, str)]
 
 
 def may_turn(numbers):

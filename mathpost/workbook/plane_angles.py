@@ -298,8 +298,11 @@ def _fits(graph, plane):
     """How many of the angles that are there a reading gives, of how many, and of other cells; 0 if it is none."""
     formulas = graph.upstream(plane.results) & graph.trees.keys() - set(plane.results)
     own = {p: np.array(graph.own[p], dtype=float) for p in (*plane.read, *formulas)}
-    x, y, z = (np.array([own[p] for p in places]) for places in (plane.x, plane.y, plane.z))
-    if z.size and x.size and not np.linalg.norm(across := np.cross(z, x)) > 1e-6:
+    x, y, z, corner = (np.array([own[p] for p in places]) for places in (plane.x, plane.y, plane.z, plane.corner))
+    corner = corner if corner.size else np.zeros(3)
+    normal = z if z.size else np.cross(x - corner, y - corner)
+    across = np.cross(z, x) if z.size and x.size else normal
+    if not min(np.linalg.norm(normal), np.linalg.norm(across)) > 1e-6:
         return 0, 0, 0
     if z.size and y.size and not np.abs(across - y).max() < 0.01:
         return 0, 0, 0

@@ -185,7 +185,7 @@ class Recognised(Given):
                 scalar = place in {quaternion[0] for quaternion in self.quaternions}
                 moved[place][2 * size :] = 1.0 if scalar else 1e-5  # all but nothing is turned
             else:
-                moved[place][[n, size + n, 2 * size + n]] += [step, 2 * step, step]
+                moved[place][[n, size + n, 2 * size + n]] += [step, -step, step]
         values = graph.run(moved)
         for place in graph.order:
             reach, value = self.reaches[place], np.broadcast_to(values[place], 3 * size)
@@ -195,9 +195,10 @@ class Recognised(Given):
             else:
                 small = 1e-9 * (1 + abs(value[0]))
                 self.depends[place] = {p for p in reach if change[turn[p]] > small}
-                pairs = {p: (change[turn[p]], change[size + turn[p]]) for p in self.depends[place] & self.lengths}
-                straight = {p for p, (one, two) in pairs.items() if abs(two - 2 * one) <= 0.01 * one}
-                linear, self.curved[place] = bool(straight), pairs.keys() - straight
+                pairs = {p: (value[turn[p]], value[size + turn[p]]) for p in self.depends[place] & self.lengths}
+                straight = {p for p, (a, b) in pairs.items() if abs(a + b - 2 * value[0]) <= 0.005 * abs(a - b)}
+                self.curved[place] = pairs.keys() - straight
+                linear = len(straight) >= len(self.curved[place])
             if linear and self.depends[place] & self.lengths and place not in self.typed | graph.messages:
                 self.vectors.add(place)
                 slopes = {p: (value[2 * size + turn[p]] - value[2 * size]) / step for p in lengths}
@@ -244,13 +245,18 @@ class Recognised(Given):
                 given = sum(p in self.lengths for p in line)  # what others are made of is no result
                 rank = given, alike <= 0.4, -same, -len(inside), *shape
                 found[line] = rank, (line[0][0], along, line[0][along]), -round(alike, 3)
-        aligned, taken, chosen = Counter(), set(), []
-        for (_, _, same, inside, *_), run, _ in found.values():
+        aligned, ways, taken, chosen = Counter(), Counter(), set(), []
+        for line, ((_, is_unlike, same, inside, *_), run, _) in found.items():
             aligned[run] += inside + same
+            ways[graph.component[line[0]], run[1]] -= not is_unlike
         order = self.graph.reading_order
-        for line in sorted(
-            found, key=lambda t: (found[t][0], aligned[found[t][1]], found[t][2], *map(order, (t[0], t[-1])))
-        ):
+
+        def likeliest(line):
+            rank, run, alike = found[line]
+            way = ways[graph.component[line[0]], run[1]]
+            return rank, way, aligned[run], alike, *map(order, (line[0], line[-1]))
+
+        for line in sorted(found, key=likeliest):
             if taken.isdisjoint(line):
                 taken.update(line)
                 chosen.append(line)
@@ -259,7 +265,8 @@ class Recognised(Given):
     def _alike(self, places, shared):
         """How much alike the lengths are of which two of some cells at most are made, but for `shared` ones."""
         sets = [self.lengths.intersection(self.depends[p]) for p in places]
-        turned = [cells - self.unmoved.get(p, set()) for p, cells in zip(places, sets, strict=True)]
+        still = self.unmoved if self.turned_by(places) else {}
+        turned = [cells - still.get(p, set()) for p, cells in zip(places, sets, strict=True)]
         own = [cells - shared for cells in turned]
         sets = next(filter(all, (own, turned)), sets)  # what is added after the turn is of each cell alone
         pairs = [(len(a & b), len(a | b)) for a, b in combinations(sets, 2)]

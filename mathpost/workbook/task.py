@@ -22,10 +22,11 @@ FACTOR = r"\bR_?([xyz])\b\W?([^\s()*·×∙⋅+=;,]*)\W*?"
 CHAIN = re.compile(r"[*·×∙⋅]\s*".join([FACTOR] * 3), re.I)
 FIXED = r"fixed (?:axes|[xyz]\b)|extrins|raumfest|feste[nr]? achsen|axes? fixes?|固定(坐标)?轴|外旋|static axes"
 TURNING = r"intrins|mit(?:ge)?dreh|(?:turned|moving|body|new|neue) ax|mobiles|内旋|动轴|新的?[xyz]"
-OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵))"  # active matrices may make a passive rotation
+OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵|[xyz]\())"  # active matrices may make a passive rotation
 ACTIVE, PASSIVE = (
     rf"(?:{word}){OF_MATRICES}" for word in (r"\bactive|aktiv|主动|points? (?:are |is )?moved", r"passiv|被动")
 )
+PASSIVE += r"|in the (?:turned|rotated|new) frame|im (?:gedrehten|neuen) \w*system|dans le repère (?:tourné|mobile)"
 TURNED = "|".join(  # by words that no transposed matrix takes back
     (
         r"\bactive,? \(?[xyz]['’′]*[-– ]|['’′\"],? \(?active\b",

@@ -37,9 +37,10 @@ class Why:
                 array = graph.array(place)
                 done.update(array)
                 wanted = {p: option.get(p, self.judge.targets.get(p, self.judge.now(p))) for p in array}
-                *fault, more = block or self._cause(calculation, wanted)
+                cause, text, more = block or self._cause(calculation, wanted)
+                text = f"{self._named(array)}: {text}" if block and len(array) > 1 else text
                 cost = max(cost, more)
-                faults.append(self.judge.fault(place, *fault))
+                faults.append(self.judge.fault(place, cause, text))
         within = [w for w in (unit, *self.found.windows) if unit[0] in w and unit[0] not in self.judge.targets]
         if len(unit) > 16:  # all matrices at once
             return UNLIKELY - 0.5, faults
@@ -67,10 +68,7 @@ class Why:
     def _cause(self, calculation, wanted):
         """Cause, sentence and cost of one wrong cell, or of an array formula."""
         graph, (place, value) = self.graph, next(iter(wanted.items()))
-        cell, short = graph.cells.get(place), graph.short(place)
-        if len(wanted) > 1:
-            array = sorted(wanted, key=graph.reading_order)
-            short += f", of the array {graph.short(array[0])}:{graph.short(array[-1])}"
+        cell, short = graph.cells.get(place), self._named([*wanted])
         known = place in self.judge.targets or any(same(value, entry, 1e-7) for entry in calculation.entries)
         if cell is None:
             return "wrong value", f"{short} is empty", UNEXPLAINED
@@ -95,6 +93,11 @@ class Why:
             return "missing term", f"{short}: the term {term} is missing", 0.2
         text = f"{short}: ={text_of(tree, place[0])} is not what belongs there"
         return "wrong value", text, UNEXPLAINED + 9 * (not known)
+
+    def _named(self, array):
+        """The address of the first of some cells, and of the array formula that they are of."""
+        first, last = (self.graph.short(each(array, key=self.graph.reading_order)) for each in (min, max))
+        return self.graph.short(array[0]) + f", of the array {first}:{last}" * (len(array) > 1)
 
     def reference_kind(self, place, other):
         """Name a wrong reference: a missing $, a different angle, a different point, or just a different cell."""

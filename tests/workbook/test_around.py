@@ -60,6 +60,10 @@ SLIPS = {
     "an angle in another unit": ({"L4": "=ATAN2(H3,H2)"}, "L4", "radians for degrees"),
     "a copy of another coordinate": ({"L7": "=ROUND(E8,3)"}, "L7", "wrong reference"),
     "a sign in a matrix beside it": ({"L12": "=D3"}, "L12", "sign"),
+    "a coordinate twice in a length": ({"G8": "=SQRT(A8^2+B8^2+B8^2)"}, "G8", "wrong reference"),
+    "a length of two": ({"K15": "|p'|", "L15": "=SQRT(D8^2+E8^2)"}, "L15", "missing term"),
+    "a length without a root": ({"K15": "|p'|", "L15": "=SUMSQ(D8:F8)"}, "L15", "wrong value"),
+    "a square that is missing": ({"K15": "|p'|", "L15": "=SQRT(D8^2+E8^2+F8)"}, "L15", "wrong value"),
     "a limit beyond the numbers": ({"D9": "=MIN(100,$F$2*$A9+$G$2*$B9+$H$2*$C9)"}, "D9", None),
 }
 RIGHT = {
@@ -97,7 +101,7 @@ UNCLEAR = {
     "no length under the name of one": ({"K15": "|p'|", "L15": "=A8"}, "Sheet!L15"),
     "a calculation of other numbers": ({f"N{n}": 7 * n for n in (2, 3, 4)} | {"N5": "=N2*N3-N4"}, "Sheet!N5"),
     "a number with the name of a length": ({"K15": "|p'|", "L15": 17.35}, "Sheet!L15"),
-    "a length, or a text": ({"L15": '=IF(A8="","",SQRT(A8^2+B8^2+B8^2))'}, "Sheet!L15"),
+    "a length, or a text": ({"L15": '=IF(A8="","",SQRT(A8^2+B8^2+7))'}, "Sheet!L15"),
 }
 
 
