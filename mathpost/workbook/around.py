@@ -4,13 +4,26 @@ A cell beside the calculations may be something that is known, and yet not what 
 """
 
 import re
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from mathpost.detective.misreadings import written_decimals
+from mathpost.workbook.calculation import Turn
 from mathpost.workbook.edits import edits, repaired, said
-from mathpost.workbook.formula import STATISTICS, Area, areas, form_of, put, text_of, unrounded, walk, with_areas
+from mathpost.workbook.formula import (
+    STATISTICS,
+    Area,
+    areas,
+    form_of,
+    heads,
+    put,
+    text_of,
+    unrounded,
+    walk,
+    with_areas,
+)
 from mathpost.workbook.given import may_turn, offset
 from mathpost.workbook.graph import CLOSE, SAMPLES, beside, same
 from mathpost.workbook.label import read_label
@@ -21,6 +34,11 @@ LENGTH = r"^\|[^|]*\|\W*$|\bnorme?\b|\bbetrag\b|\blength\b|\blänge\b|\b3-?d\b|�
 DISTANCE = r"length|norm|\||betrag|länge|abstand|dist|radius|长|模|距"
 OF_LENGTHS = r"²|\^2|squar|quadrat|平方|diff|differenz|error|fehler|%|/|unit|einheit|差|Δ"
 DETERMINANT = r"\bd[eé]t|行列式"
+DIFFERENCE = r"diff|Δ|abweich|error|fehler|deviation|écart|偏差|误差|差|\bd[xyz]\b"
+STATISTIC = {
+    **{"AVERAGE": r"\bmean|average|mittel|durchschnitt|moyenne|平均", "SUM": r"\bsum|summe|somme|总和|合计"},
+    **{"MAX": r"\bmax|größte|最大", "MIN": r"\bmin(?!u)|kleinste|最小", "SQRT": r"\brms\b|effektiv|均方根"},
+}
 WAYS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
@@ -193,6 +211,10 @@ class Around:
             yield from self._no_determinant(place)
         elif not re.search(OF_LENGTHS, said, re.I):
             yield from self._no_length(place, said)
+        yield from self._no_statistic(place)
+        is_plain = any(same(judge.now(place), each) for each in self._plain) and re.search(DIFFERENCE, said, re.I)
+        if is_plain or any(part[0] == "-" and part[1] == part[2] for _, part in walk(graph.trees[place])):
+            self.doubtful.add(place)  # no difference
         near = (graph.cells.get(p) for p in (offset(place, 0, -1), offset(place, -1, 0)))
         label = next((cell.value for cell in near if cell and isinstance(cell.value, str) and not cell.formula), "")
         plain = re.sub(r"\([^()xyz]*\)$", "", label)
@@ -214,6 +236,29 @@ class Around:
             if not any(same(judge.now(place), sign * value) for sign in (1, -1)):
                 text = f"{graph.short(place)} is not the determinant of the nine cells that it uses"
                 yield judge.repaired_alone(place, value) or judge.fault(place, "wrong value", text)
+
+    def _no_statistic(self, place):
+        """The fault of a mean, sum, largest or smallest that its only name says to be another one of these."""
+        graph, tree = self.graph, self.graph.trees[place]
+        in_row = (graph.cells.get((*place[:2], column)) for column in range(1, place[2]))
+        texts = [cell.value for cell in in_row if cell and isinstance(cell.value, str)] + self.found.texts(place)
+        named = {name for name, pattern in STATISTIC.items() if any(re.search(pattern, t, re.I) for t in texts)}
+        if len(named) != 1 or not heads(tree).isdisjoint(named) or tree[0] not in {*STATISTIC, "/"} - {"SQRT"}:
+            return
+        (name,) = named
+        if tree[0] == "/" or name == "SQRT":
+            self.doubtful.update([place] * (name == "SQRT"))
+            return
+        other = (name, *tree[1:])
+        self.judge.put({place: self.judge.calculate(place, other)})
+        yield self.judge.fault(place, "wrong value", f"{graph.short(place)}: {said(place, tree, other)}")
+
+    @cached_property
+    def _plain(self):
+        """The coordinates of all points and results, and their lengths."""
+        turns = [c for c in self.judge.live if isinstance(c, Turn) and c.point]
+        both = [each for c in turns for each in (self.judge.block(c.point), np.array([*c.targets.values()][:3]))]
+        return [row for each in both for row in (*each, np.linalg.norm(each, axis=0))]
 
     def _no_length(self, place, label):
         """The fault of what is said to be a length, and is one but for a repair; without one it is doubtful."""

@@ -25,6 +25,7 @@ from mathpost.workbook.why import TRANSPOSED
 MOST = 20  # points of which each two are compared
 # What stands beside such a word is made of others.
 COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet"
+BETWEEN = r"[xyz]['’′]?[ –/,-]+[xyz]['’′]|between|zwischen|entre|夹角"
 CORNERS = 6  # points of which each two edges are
 
 
@@ -61,8 +62,10 @@ class Beside:
                 not follows
                 and (
                     self._is_made_of_known(place, unknown)
-                    or self._is_unlike(place, unknown)
-                    or self._is_nearly_known(place)
+                    or (
+                        not self._is_another_angle(place)
+                        and (self._is_unlike(place, unknown) or self._is_nearly_known(place))
+                    )
                 )
             )
             unknown -= {place} if told else set()
@@ -182,6 +185,7 @@ class Beside:
             fits = _agree(judge.block(triple[:3]), self.vectors)
             if fits.all(axis=-1).any():
                 judged.update(triple)
+                self.around.doubtful.update(triple if self._is_of_another_row(triple[:3]) else ())
                 continue
             for n in np.flatnonzero(fits.sum(axis=-1) == 2)[:1]:
                 (k,) = np.flatnonzero(~fits[n])
@@ -200,6 +204,19 @@ class Beside:
             ):
                 judged.update(triple)
         return judged
+
+    def _is_of_another_row(self, triple):
+        """Whether a vector, calculated in the row of a table, is the point or result of another row only."""
+        rows = {turn.results[0][:2]: turn for turn in self.turns if turn.point and len({*turn.results[:3]}) == 3}
+        own = rows.pop(triple[0][:2], None)
+        if own is None or len(rows) < 2 or all(self.graph.tree(p)[0] == "area" for p in triple):
+            return False
+        judge, now = self.judge, self.judge.block(triple)
+
+        def is_of(turn):
+            return same(now, judge.block(turn.point)) or same(now, np.array([*turn.targets.values()][:3]))
+
+        return not is_of(own) and any(map(is_of, rows.values()))
 
     def _compare_copies(self, rest):
         """Record copies of a result's three cells in another order than theirs, and than their labels say."""
@@ -351,7 +368,8 @@ class Beside:
         for each in self.lengths:
             norms += [*each, np.sqrt((each**2).mean(axis=0))]
             norms += [statistic(each, axis=0) for statistic in (np.sum, np.mean, np.max, np.min)]
-        self.norms = np.array([np.broadcast_to(each, SAMPLES) for each in (0.0, 1.0, *norms)])
+        norms = [0.0, 1.0, 3**0.5, *norms]  # that of R, as of nine numbers
+        self.norms = np.array([np.broadcast_to(each, SAMPLES) for each in norms])
         numbers += [*self.vectors.reshape(-1, SAMPLES), *norms, *(each.max(axis=0) for each in self.vectors)]
         products = [(a * b).sum(axis=0) for a, b in self.pairs]
         between = [
@@ -421,6 +439,15 @@ class Beside:
                 judge.faults += filter(None, [judge.repaired_alone(place, wanted)])
                 return True
         return False
+
+    def _is_another_angle(self, place):
+        """Whether most angles beside an angle without a name are not known either, as those between two axes."""
+        near = [p for p in self.graph.component.get(place, ()) if heads(self.graph.tree(p)) & INVERSE]
+        if place in near and re.search(BETWEEN, self.found.label(place), re.I):
+            return True
+        named = self._angle_said(place) is not None
+        known = sum(map(self._is_known, near))
+        return place in near and not named and len(near) > 1 and 2 * known < len(near)
 
     def _is_nearly_known(self, place):
         """Whether one repair makes a cell an angle computed back, or a determinant of 1, which is a fault then."""

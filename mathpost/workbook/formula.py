@@ -14,6 +14,7 @@ from openpyxl.formula import Tokenizer
 from openpyxl.utils import get_column_letter, range_boundaries
 
 POWER = {"^": 5, "*": 4, "/": 4, "+": 3, "-": 3, "&": 2, "=": 1, "<>": 1, "<": 1, ">": 1, "<=": 1, ">=": 1}
+LOGICAL = {"TRUE": 1.0, "FALSE": 0.0}
 LARGEST = 20_000  # cells of a range
 ROUNDING = {"ROUND", "ROUNDDOWN", "ROUNDUP", "TRUNC", "INT"}
 
@@ -120,9 +121,11 @@ class _Reader:
             if token.type == "ARRAY":
                 return ("rows", *(("row", *row) for row in rows))
             name = token.value[:-1].upper().replace("_XLFN.", "").replace("_XLWS.", "")
+            if name in LOGICAL and not rows[0]:
+                return ("number", LOGICAL[name])
             return (name, *rows[0]) if name else rows[0][0]
         if token.subtype in ("NUMBER", "LOGICAL"):
-            return ("number", float({"TRUE": 1, "FALSE": 0}.get(token.value.upper(), token.value)))
+            return ("number", float(LOGICAL.get(token.value.upper(), token.value)))
         if token.subtype == "TEXT":
             return ("text", token.value[1:-1].replace('""', '"'))
         if token.subtype == "RANGE":

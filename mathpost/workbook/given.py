@@ -26,7 +26,7 @@ class Given:
         texts = [c.value for c in graph.cells.values() if isinstance(c.value, str) and not c.formula]
         self.text = "\n".join(texts)
         self.typed = {p for p in graph.component if p not in graph.trees and graph.value(p) is not None}
-        self.typed |= {p for p in graph.trees if not graph.uses[p]}
+        self.typed |= {p for p in graph.trees if not graph.uses[p]} - graph.messages
         self.turning, composed = self._turning()
         self.composed = composed if with_formulas else set()
         self.typed |= self.composed

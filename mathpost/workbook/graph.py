@@ -59,9 +59,11 @@ class Graph:
                 self.part[place] = place[1] - cell.anchor[0], place[2] - cell.anchor[1]
 
     def _typed(self, place):
-        """The number or text that is typed in a cell; None for a formula."""
+        """The number or text in a cell, empty if there is nothing; None for a formula that is no text."""
         cell = self.cells.get(place, EMPTY)
-        return None if cell.formula else cell.value
+        if cell.formula:
+            return self.trees[place][1] if self.tree(place)[0] == "text" else None
+        return "" if cell.value is None else cell.value
 
     # Places.
 

@@ -1,8 +1,10 @@
 """Lookups as references: INDEX, MATCH, VLOOKUP and the like, with a key that is typed, name a cell of a table.
 
 The check looks at what that cell becomes; that a lookup finds another cell than it should is a wrong reference.
+And an IF that texts or empty cells decide, as of a row that is not filled in, is what it decides for.
 """
 
+import operator
 from dataclasses import replace
 
 from mathpost.workbook.formula import Area
@@ -21,16 +23,26 @@ def resolved(tree, held):
     tree = tuple(resolved(part, held) if isinstance(part, tuple) else part for part in tree)
     try:
         return FOUND[tree[0]](held, *tree[1:]) or tree
-    except (AttributeError, KeyError, TypeError, ValueError, StopIteration):  # no lookup, or nothing is found
+    except (AttributeError, LookupError, TypeError, ValueError, StopIteration):  # no lookup, or nothing is found
         return tree
 
 
 def _held(held, tree):
-    """A number or a text, in lower case, that is typed in a formula or in the cell to which it refers."""
+    """A number or a text, in lower case, that is typed in a formula or in the cell to which it refers.
+
+    Or how many cells hold a number, or anything, or how long a text is.
+    """
+    if tree[0] in ("COUNT", "COUNTA"):
+        values = [_plain(held(place)) for _, area in tree[1:] for place in area.places]
+        return float(sum(isinstance(v, float) or (tree[0] == "COUNTA" and v != "") for v in values))
+    if tree[0] == "LEN":
+        return float(len(str(_held(held, tree[1]))))
     if tree[0] == "area" and tree[1].shape == (1, 1):
-        value = held(tree[1].places[0])
-    else:
-        value = {"number": tree[1], "text": tree[1]}[tree[0]]
+        return _plain(held(tree[1].places[0]))
+    return _plain({"number": tree[1], "text": tree[1]}[tree[0]])
+
+
+def _plain(value):
     return value.lower() if isinstance(value, str) else float(value)
 
 
@@ -42,7 +54,7 @@ def _number(held, tree):
 def _position(held, key, area, kind=1):
     """From 0, where a key stands in a row or a column: itself with `kind` 0, else the last not beyond it."""
     key, cells = _held(held, key), [held(place) for place in area.places]
-    values = [value.lower() if isinstance(value, str) else value and float(value) for value in cells]
+    values = [None if value in (None, "") else _plain(value) for value in cells]
     if kind == 0:
         return values.index(key)
     alike = [n for n, value in enumerate(values) if type(value) is type(key)]
@@ -90,14 +102,36 @@ def _beside(kind):
 
 
 def _if(held, test, yes, no=("number", 0.0)):
-    """The part of an IF that a typed text decides."""
-    operator, *both = test
-    texts = [_held(held, part) for part in both]
-    if operator not in ("=", "<>") or not any(isinstance(text, str) for text in texts):
-        return None
-    return yes if (texts[0] == texts[1]) == (operator == "=") else no
+    """The part of an IF that texts or empty cells decide."""
+    return {True: yes, False: no}.get(_decided(held, test))
 
 
+def _decided(held, test):
+    """Whether a condition holds; None if numbers decide that, which are inputs."""
+    head, *parts = test
+    if head == "NOT":
+        return {True: False, False: True}.get(_decided(held, *parts))
+    if head in ("AND", "OR"):
+        values, enough = [_decided(held, part) for part in parts], head == "OR"
+        return enough if enough in values else None if None in values else not enough
+    values = [_held(held, part) for part in parts]
+    if head in HOLDS:
+        return HOLDS[head](*values)
+    texts = [isinstance(value, str) for value in values]
+    counts = any(part[0] in ("COUNT", "COUNTA", "LEN") for part in parts)
+    if not (counts or any(texts)) or (len({*texts}) > 1 and ("" in values[:1] or head not in ("=", "<>"))):
+        return None  # an empty cell is 0 beside a number
+    return COMPARED[head](*values)
+
+
+HOLDS = {
+    "ISBLANK": lambda value: value == "",
+    "ISNUMBER": lambda value: isinstance(value, float),
+    "ISTEXT": lambda value: isinstance(value, str) and value != "",
+}
+COMPARED = dict(
+    zip(("=", "<>", "<", ">", "<=", ">="), map(vars(operator).get, "eq ne lt gt le ge".split()), strict=True)
+)
 FOUND = {
     "IF": _if,
     "MATCH": _match,

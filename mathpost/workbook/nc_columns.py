@@ -248,8 +248,11 @@ class _Roles:
             return None
         words |= {lost: n} if lost else {}
         self.turn_by(words)
-        fits = self.linear(tip)
+        fits, plain = self.linear(tip), {k: self.plainly(k, {*tip, *axis, *words.values()}) for k in range(3)}
         for k in range(3):
+            if all(plain.values()):  # these are the words, whatever fits: a column on the way may
+                words[k] = max(plain[k], key=lambda n, k=k: (fits[k][n], n))
+                continue
             words[k] = self.choose(k, fits[k], {*tip, *axis, *words.values()}, 2 * AMONG_OTHERS)
         for k, n in product(range(3), repeat=2):  # one that is all wrong stands between the others, or beside them
             free = set(range(len(self.columns))) - {*tip, *axis, *words.values()}
@@ -328,6 +331,11 @@ class _Roles:
 
     def typed(self, triple):
         return 0.2 * all(self.columns[n].typed for n in triple)
+
+    def plainly(self, joint, taken):
+        """The columns with nothing but the letter of a word over them."""
+        letter = self.names[joint]
+        return [n for n, c in enumerate(self.columns) if n not in taken and c.letters.get(letter) == PLAIN]
 
     def choose(self, joint, fits, taken, least=AMONG_OTHERS):
         """The column of a word: the one with its letter over it, if there is one, that fits best."""

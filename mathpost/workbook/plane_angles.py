@@ -111,16 +111,21 @@ class Plane(Calculation):
         with_x = len(self.results) == len(self.line) == 3
         if with_x:
             frame = self.frame = _frame(x, across)
+        else:
+            frame = (across / np.linalg.norm(across, axis=-1, keepdims=True))[..., None]
+        lost = ~np.isfinite(frame).all(axis=(1, 2))  # directions that are 0 or parallel make no frame
+        frame[lost] = np.eye(3)[:, -frame.shape[-1] :]
+        if with_x:
             first = euler.angles(self.sequence, frame)
             both = np.stack([first, euler.twin(self.sequence, first)], axis=1)
         else:
-            frame = (across / np.linalg.norm(across, axis=-1, keepdims=True))[..., None]
             both = _from_normal(self.sequence, frame[..., 0], now[:, 2] / turn)
         both = both[..., index] * turn
         expected, _ = nearest(now[:, index], both, self.degrees)
         made = euler.matrix(self.sequence, np.nan_to_num(now) / turn)[..., -frame.shape[-1] :]
         fits = np.isfinite(now).all(axis=1) & (np.abs(made - frame).max(axis=(1, 2)) < 1e-9)
         expected = np.where(fits[:, None], now[:, index], expected)  # where first and last axis are parallel
+        expected[lost] = np.nan
         self.radians = expected / turn
         self.should_be(self.results, expected.T)
         third = look(values, self.angles)[..., :1] if self.angles else np.zeros((SAMPLES, 1))
@@ -298,13 +303,8 @@ def _fits(graph, plane):
     """How many of the angles that are there a reading gives, of how many, and of other cells; 0 if it is none."""
     formulas = graph.upstream(plane.results) & graph.trees.keys() - set(plane.results)
     own = {p: np.array(graph.own[p], dtype=float) for p in (*plane.read, *formulas)}
-    x, y, z, corner = (np.array([own[p] for p in places]) for places in (plane.x, plane.y, plane.z, plane.corner))
-    corner = corner if corner.size else np.zeros(3)
-    normal = z if z.size else np.cross(x - corner, y - corner)
-    across = np.cross(z, x) if z.size and x.size else normal
-    if not min(np.linalg.norm(normal), np.linalg.norm(across)) > 1e-6:
-        return 0, 0, 0
-    if z.size and y.size and not np.abs(across - y).max() < 0.01:
+    x, y, z = (np.array([own[p] for p in places]) for places in (plane.x, plane.y, plane.z))
+    if z.size and y.size and not np.abs(np.cross(z, x) - y).max() < 0.01:
         return 0, 0, 0
     plane.prepare(own, {})
     off = [abs(own[p] - plane.targets[p][0]) for p in plane.results]

@@ -19,7 +19,7 @@ from mathpost.workbook.given import QUATERNION, Given, offset, runs
 from mathpost.workbook.label import read_label
 from mathpost.workbook.nc_table import rows_of
 from mathpost.workbook.plane_angles import find_planes
-from mathpost.workbook.task import PASSIVE, reading
+from mathpost.workbook.task import NOT_ASKED, PASSIVE, reading
 
 MOVES = 1500  # inputs of one formula that are moved one by one
 SHIFT = r"shift|translat|verschieb|décal|平移|^\W*t[xyz]?\b"  # what is added after the turn
@@ -27,6 +27,7 @@ CENTRE = r"cent(?:re|er)|pivot|drehpunkt|mittelpunkt|中心"  # what is taken of
 ABOUT_A_CENTRE = rf"\b(?:about|um) [^.,;]{{0,20}}(?:{CENTRE})|绕.{{0,6}}中心"
 INVERSE = r"inver|rück|zurück|\bback|retour|逆|反变换"
 AXIS_NAMES = {"X": "roll|滚", "Y": "pitch|nick|俯仰", "Z": "yaw|heading|gier|偏航"}
+SET_ASIDE = rf"{NOT_ASKED}|\bwrong\b|\bfalsch|demonstr|错误|\bfaux"
 ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角"
 
 
@@ -94,6 +95,9 @@ class Recognised(Given):
             # One coordinate of each of three points is no vector.
             lengths = [self.lengths.intersection(self.depends.get(p, ())) for p in triple]
             turned &= lost or any(a & b for a, b in combinations(lengths, 2))
+            if turned and not difference and self._is_set_aside(triple):
+                self.doubts[triple] = f"{self.graph.range(triple)}: said to be for comparison"
+                difference = True
             (finals if turned and not difference else self.beside).append(triple)
         for triple in finals[:]:
             if self._is_combined(triple, finals):
@@ -134,6 +138,12 @@ class Recognised(Given):
                 unused = self.typed.issuperset(own) and self.graph.used.keys().isdisjoint(own)
                 if unused or (votes == len(rows) - 1 and self.graph.component.keys() >= set(own)):
                     row.point = own
+
+    def _is_set_aside(self, triple):
+        """Whether a text above, or before it, says that a vector is not what is asked for."""
+        (sheet, row, column), cells = triple[0], self.graph.cells
+        texts = (cells.get((sheet, row - up, n)) for up in (0, 1) for n in range(1, column + 1))
+        return any(re.search(SET_ASIDE, cell.value, re.I) for cell in texts if cell and isinstance(cell.value, str))
 
     def _frames_before(self, finals):
         """Vector → the vector that is its point, where one frame follows another: three angles more turn it."""

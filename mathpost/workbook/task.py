@@ -23,10 +23,16 @@ CHAIN = re.compile(r"[*·×∙⋅]\s*".join([FACTOR] * 3), re.I)
 FIXED = r"fixed (?:axes|[xyz]\b)|extrins|raumfest|feste[nr]? achsen|axes? fixes?|固定(坐标)?轴|外旋|static axes"
 TURNING = r"intrins|mit(?:ge)?dreh|(?:turned|moving|body|new|neue) ax|mobiles|内旋|动轴|新的?[xyz]"
 OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵|[xyz]\())"  # active matrices may make a passive rotation
-ACTIVE, PASSIVE = (
-    rf"(?:{word}){OF_MATRICES}" for word in (r"\bactive|aktiv|主动|points? (?:are |is )?moved", r"passiv|被动")
+ACTIVE = (
+    rf"(?:\bacti(?:ve|vely|ves?|f)\b|\baktiv(?:e[nrs]?)?\b|主动(?![轴轮])|points? (?:are |is )?moved){OF_MATRICES}"
 )
-PASSIVE += r"|in the (?:turned|rotated|new) frame|im (?:gedrehten|neuen) \w*system|dans le repère (?:tourné|mobile)"
+PASSIVE = rf"(?:passiv|被动){OF_MATRICES}|in(?:to)? the (?:turned|rotated|new) frame"
+PASSIVE += r"|im (?:gedrehten|neuen) \w*system|dans le repère (?:tourné|mobile)"
+CONVENTION = r"[ck]onvention|约定"
+OF_TURNS = rf"{TURNS}|{CONVENTION}|matri|矩阵|trans|变换|point|punkt|点|\bR_?[xyz]\b|[xyz]['’′-]"
+DENIED = r"(?:\b(?:not|kein\w*|nicht|pas|no)\b|不是|非)[^.;,，。]{0,20}(?:acti|akti|主动)"
+NOT_ASKED = r"compari?son|comparaison|vergleich|对比|would be|wäre|serait|下一|next (?:task|exercise)"
+NOT_ASKED += r"|nächste (?:aufgabe|übung)"
 TURNED = "|".join(  # by words that no transposed matrix takes back
     (
         r"\bactive,? \(?[xyz]['’′]*[-– ]|['’′\"],? \(?active\b",
@@ -99,6 +105,7 @@ def reading(task, text, count=3):
     And the sequences that the texts name if there are several, of which "XYZ" may be coordinates.
     Of a sheet with one or two angles, `count`, the texts may name as many axes; the other angles are 0.
     """
+    text = "\n".join(line for line in text.splitlines() if not re.search(NOT_ASKED, line, re.I))
     turns = [line for line in text.splitlines() if re.search(TURNS, line, re.I)]
     said = {"".join(f.groups()).upper() for f in PRIMED.finditer(text)}
     said |= {"".join(f.groups()).upper() for line in turns for f in SEQUENCE.finditer(line)}
@@ -117,8 +124,11 @@ def reading(task, text, count=3):
     by_text = next(iter(said)) if len(said) == 1 else ""
     several = sorted(said - {"XYZ"}) if len(said - {"XYZ"}) > 1 and not by_task else []
     by_text = by_text.lower() if re.search(FIXED, text, re.I) else by_text
-    said = [bool(re.search(pattern, text, re.I)) for pattern in (ACTIVE, PASSIVE, TRANSPOSED)]
-    active = said[:2] == [True, False] and (not said[2] or bool(re.search(TURNED, text, re.I)))
+    may = re.search(CONVENTION, text, re.I)  # beside which a cell may hold the word alone
+    of_turns = [line for line in text.splitlines() if re.search(OF_TURNS, line, re.I) or (may and line.isalpha())]
+    is_active = any(re.search(ACTIVE, line, re.I) for line in of_turns) and not re.search(DENIED, text, re.I)
+    passive, transposed = (bool(re.search(pattern, text, re.I)) for pattern in (PASSIVE, TRANSPOSED))
+    active = is_active and not passive and (not transposed or bool(re.search(TURNED, text, re.I)))
     active = task.convention == "active" if task.convention else active
     turning = re.search(TURNING, text, re.I) or PRIMED.search(text)
     for factors in CHAIN.finditer(text):  # R_z(α)·R_x(β)·R_z(γ) is active unless that is denied, the other way not
@@ -126,7 +136,7 @@ def reading(task, text, count=3):
         in_order = all(angles) and angles == sorted(set(angles))
         in_order |= by_text == axes != axes[::-1]  # as the sequence is said
         if axes in euler.SEQUENCES and by_text in ("", axes):
-            active = active or (in_order and not (any(said[1:]) or task.convention))
+            active = active or (in_order and not (passive or transposed or task.convention))
             by_text = by_text or axes[:: 1 if active else -1]
         elif active and by_text == axes[::-1] != axes and not turning:  # active matrices, about fixed axes
             by_text = by_text.lower()

@@ -4,6 +4,8 @@ One table of points with everything that people put beside it; one change at a t
 or which gives the same numbers there. Every cell is judged, and the first wrong one is named.
 """
 
+import re
+
 import pytest
 
 from mathpost.workbook import Task
@@ -60,6 +62,7 @@ SLIPS = {
     "an angle in another unit": ({"L4": "=ATAN2(H3,H2)"}, "L4", "radians for degrees"),
     "a copy of another coordinate": ({"L7": "=ROUND(E8,3)"}, "L7", "wrong reference"),
     "a sign in a matrix beside it": ({"L12": "=D3"}, "L12", "sign"),
+    "a mean that is a sum": ({"C15": "mean", "D15": "=SUM(D8:D12)"}, "D15", "wrong value"),
     "a coordinate twice in a length": ({"G8": "=SQRT(A8^2+B8^2+B8^2)"}, "G8", "wrong reference"),
     "a length of two": ({"K15": "|p'|", "L15": "=SQRT(D8^2+E8^2)"}, "L15", "missing term"),
     "a length without a root": ({"K15": "|p'|", "L15": "=SUMSQ(D8:F8)"}, "L15", "wrong value"),
@@ -74,10 +77,11 @@ RIGHT = {
     "a distance to the row above": {
         f"N{n}": f"=SQRT((D{n}-D{n - 1})^2+(E{n}-E{n - 1})^2+(F{n}-F{n - 1})^2)" for n in range(9, 13)
     },
-    "largest deviations": {"I14": "=MAX(I8:I12,-MIN(I8:I12))", "G14": "=AVERAGE(G8:G12)"},
+    "largest deviations": {"I14": "=MAX(I8:I12,-MIN(I8:I12))", "F15": "mean", "G15": "=AVERAGE(G8:G12)"},
     "a mean of some points, and said so": {"C15": "mean of the first three"}
     | {f"{c}15": f"=AVERAGE({c}8:{c}10)" for c in "DEF"},
     "axes of another name": {"N7": "X2 (= y')", "N8": "=E8"},
+    "a root of nine squares": {"N2": "=SQRT(SUMSQ(F2:H4))"},
     "the angle to the point": {"N2": "=DEGREES(ACOS(SUMPRODUCT(A8:C8,D8:F8)/(G8*H8)))"},
 }
 
@@ -100,6 +104,13 @@ def test_what_only_looks_like_a_slip(name, tmp_path):
 UNCLEAR = {
     "no length under the name of one": ({"K15": "|p'|", "L15": "=A8"}, "Sheet!L15"),
     "a calculation of other numbers": ({f"N{n}": 7 * n for n in (2, 3, 4)} | {"N5": "=N2*N3-N4"}, "Sheet!N5"),
+    "angles between axes": (
+        {f"P{n}": f"=DEGREES(ACOS({c}{n}))" for n, c in zip((2, 3, 4), "FGH", strict=True)},
+        "Sheet!P2:P3",
+    ),
+    "a difference that is none": ({"N7": "dx", "N8": "=D8"}, "Sheet!N8"),
+    "a difference from itself": ({"N8": "=D8-D8"}, "Sheet!N8"),
+    "another mean than its name": ({"K15": "RMS", "L15": "=AVERAGE(G8:G12)"}, "Sheet!L15"),
     "a number with the name of a length": ({"K15": "|p'|", "L15": 17.35}, "Sheet!L15"),
     "a length, or a text": ({"L15": '=IF(A8="","",SQRT(A8^2+B8^2+7))'}, "Sheet!L15"),
 }
@@ -110,6 +121,51 @@ def test_what_is_not_judged_is_listed(name, tmp_path):
     change, listed = UNCLEAR[name]
     report = _check(tmp_path, _table() | change)
     assert (report.verdict, report.not_checked) == ("unclear", [listed]), str(report)
+
+
+def test_a_point_turned_back_in_each_row(tmp_path):
+    back = {
+        f"{c}{n}": f"=$F${2}*D{n}+$F${3}*E{n}+$F${4}*F{n}".replace("F$", f"{m}$")
+        for n in ROWS
+        for c, m in zip("NOP", "FGH", strict=True)
+    }
+    assert _check(tmp_path, _table() | back).verdict == "right"
+    first = {address: re.sub(r"(?<=[DEF])\d+$|(?<=\*[DEF])\d+", "8", formula) for address, formula in back.items()}
+    report = _check(tmp_path, _table() | first)
+    assert (report.verdict, report.not_checked[0]) == ("unclear", "Sheet!N9:N12"), str(report)
+
+
+EMPTY_ROWS = ('A{n}=""', "ISBLANK(A{n})", "COUNT(A{n}:C{n})<3", "NOT(ISNUMBER(A{n}))", 'OR(A{n}="",C{n}="")')
+
+
+@pytest.mark.parametrize("test", EMPTY_ROWS)
+@pytest.mark.parametrize("slip", [False, True])
+def test_rows_that_wait_for_points(tmp_path, test, slip):
+    cells = {a: v for a, v in _table().items() if not re.fullmatch(r"[GHI]([7-9]|1\d)|[DEF]14", a)}
+    for n in range(8, 17):
+        for c, k in (("D", 2), ("E", 3), ("F", 4)):
+            term = f"$F${k}*$A{n}+$G${k}*$B{n}{'-' if slip and (c, n) == ('E', 11) else '+'}$H${k}*$C{n}"
+            cells[f"{c}{n}"] = f'=IF({test.format(n=n)},"",{term})'
+    report = _check(tmp_path, cells)
+    assert report.verdict == ("wrong" if slip else "right"), str(report)
+    assert [fault.cell for fault in report.faults] == ["Sheet!E11"] * slip
+
+
+@pytest.mark.parametrize(
+    ("text", "active"),
+    [
+        ("aktive Drehung", True),
+        ("Rz(α) Rx(β) Rz(γ), active", True),
+        ("Active user: Jones", False),
+        ("Makros aktivieren, dann drehen", False),
+        ("this is not an active rotation", False),
+        ("for comparison: the active rotation is the transposed matrix", False),
+        ("本题不是主动旋转", False),
+        ("主动轴转速", False),
+    ],
+)
+def test_words_that_do_not_say_active(text, active):
+    assert reading(Task(), text)[1] == active
 
 
 def test_an_angle_that_is_not_used_beside_a_number_that_is(tmp_path):
