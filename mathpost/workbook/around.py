@@ -5,11 +5,9 @@ A cell beside the calculations may be something that is known, and yet not what 
 
 import re
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
-from mathpost.detective.misreadings import written_decimals
 from mathpost.workbook.calculation import Turn
 from mathpost.workbook.edits import edits, repaired, said
 from mathpost.workbook.formula import (
@@ -24,11 +22,11 @@ from mathpost.workbook.formula import (
     walk,
     with_areas,
 )
-from mathpost.workbook.given import may_turn, offset
-from mathpost.workbook.graph import CLOSE, SAMPLES, beside, same
+from mathpost.workbook.given import may_turn
+from mathpost.workbook.graph import CLOSE, SAMPLES, beside, offset, same
 from mathpost.workbook.label import read_label
+from mathpost.workbook.neighbours import along, between, filled
 
-TELLING = 3  # decimals, that a formula does not make by luck
 OF_A_PART = r"first|last|ersten|letzten|without|ohne|only|nur|group|gruppe|P\d|mid|mitte|前|后|组|\d *[-–] *\d"
 LENGTH = r"^\|[^|]*\|\W*$|\bnorme?\b|\bbetrag\b|\blength\b|\blänge\b|\b3-?d\b|模长|长度"
 DISTANCE = r"length|norm|\||betrag|länge|abstand|dist|radius|长|模|距"
@@ -39,73 +37,6 @@ STATISTIC = {
     **{"AVERAGE": r"\bmean|average|mittel|durchschnitt|moyenne|平均", "SUM": r"\bsum|summe|somme|总和|合计"},
     **{"MAX": r"\bmax|größte|最大", "MIN": r"\bmin(?!u)|kleinste|最小", "SQRT": r"\brms\b|effektiv|均方根"},
 }
-WAYS = ((1, 0), (0, 1), (-1, 0), (0, -1))
-
-
-def typed_over(graph):
-    """Return place → formula of a number where those around go on that make it, or take what nobody else does.
-
-    A formula such as =RADIANS(20), or with some numbers for references, is such a number.
-    """
-    found, numbers = {}, graph.component.keys() - graph.trees.keys()
-    values = {p: np.array([number]) for p, number in graph.own.items() if number is not None}
-    for place in sorted(graph.component.keys() - graph.part.keys(), key=graph.reading_order):
-        other, is_used, own = between(graph, place, 3), place in graph.used, set(graph.uses.get(place, ()))
-        sources = set(graph.used_by(other or ("text",)))
-        lost = sources & numbers - graph.used.keys()
-        if not own and is_used and lost and graph.component.keys() >= sources:
-            found[place] = other
-        for tree in (other, *(along(graph, place) if is_used else ())):
-            fewer = tree and own < set(graph.used_by(tree))
-            fewer = fewer and (place in numbers or _numbers(graph.tree(place)) > _numbers(tree))
-            if fewer and _is_made(graph, place, tree, values, TELLING if is_used else 1):
-                found[place] = tree
-    return found
-
-
-def _is_made(graph, place, tree, values, least):
-    """Whether a formula makes the number that stands in a cell, of more digits than by luck."""
-    number = graph.own[place]
-    decimals = written_decimals(number) if number is not None and np.isfinite(number) else 0
-    if decimals < least or not graph.component.keys() >= set(graph.used_by(tree)):
-        return False
-    return abs(graph.cell(place, values, tree)[0] - number) <= max(0.51 * 10.0**-decimals, 1e-9)
-
-
-def _numbers(tree):
-    """How many numbers are typed in a formula."""
-    return sum(part[0] == "number" for _, part in walk(tree))
-
-
-def filled(graph, near, place):
-    """The formula of a cell filled to a place; None if it has none, or is of an array."""
-    if near not in graph.trees or near in graph.part:
-        return None
-    moved = [area.filled(place[1] - near[1], place[2] - near[2]) for area in areas(graph.trees[near])]
-    return with_areas(graph.trees[near], moved) if moved and all(moved) else None
-
-
-def between(graph, place, least):
-    """The formula that those on both sides of a cell are filled from, in a line of `least` with the cell."""
-    for down, right in WAYS[:2]:
-        line = [offset(place, n * down, n * right) for n in (-2, -1, 1, 2)]
-        on = [_goes_on(graph, a, b) for a, b in pairwise(line)]
-        if on[1] and (least < 4 or on[0] or on[2]):
-            return filled(graph, line[1], place)
-    return None
-
-
-def along(graph, place):
-    """Yield the formulas of two cells before or after a cell, filled."""
-    for down, right in WAYS:
-        near, next_one = (offset(place, n * down, n * right) for n in (1, 2))
-        if _goes_on(graph, near, next_one) and (other := filled(graph, near, place)):
-            yield other
-
-
-def _goes_on(graph, a, b):
-    """Whether the formula of a cell is that of another one, filled."""
-    return (tree := filled(graph, a, b)) is not None and tree == graph.trees.get(b)
 
 
 class Around:

@@ -15,10 +15,11 @@ from mathpost.rotation import wrap
 from mathpost.workbook.around import Around
 from mathpost.workbook.calculation import SAMPLES, Turn
 from mathpost.workbook.conversion import Conversion
-from mathpost.workbook.edits import INVERSE, as_around, edits, repaired, said
+from mathpost.workbook.edits import INVERSE, edits, repaired, said
 from mathpost.workbook.formula import STATISTICS, areas, heads, unrounded, walk
-from mathpost.workbook.given import offset, runs
-from mathpost.workbook.graph import CLOSE, at, beside, same
+from mathpost.workbook.given import runs
+from mathpost.workbook.graph import CLOSE, at, beside, offset, same
+from mathpost.workbook.neighbours import as_around
 from mathpost.workbook.plane_angles import Plane
 from mathpost.workbook.why import TRANSPOSED
 

@@ -5,16 +5,16 @@ from itertools import product
 
 import numpy as np
 
-from mathpost.workbook.around import typed_over
 from mathpost.workbook.beside import Beside
 from mathpost.workbook.calculation import LARGEST_RADIANS
-from mathpost.workbook.edits import INVERSE, as_around
+from mathpost.workbook.edits import INVERSE
 from mathpost.workbook.file import EMPTY, read
 from mathpost.workbook.formula import areas, heads
 from mathpost.workbook.graph import Graph, beside, same
 from mathpost.workbook.judge import Judge
 from mathpost.workbook.label import read_label
 from mathpost.workbook.nc_table import looked_at
+from mathpost.workbook.neighbours import as_around, typed_over
 from mathpost.workbook.recognise import Recognised
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, FileReport, Judgement
 from mathpost.workbook.task import Task

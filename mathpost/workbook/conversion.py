@@ -10,7 +10,8 @@ from mathpost import angles as euler
 from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn, look, nearest
 from mathpost.workbook.edits import take_unrounded
 from mathpost.workbook.formula import walk
-from mathpost.workbook.given import offset, runs
+from mathpost.workbook.given import runs
+from mathpost.workbook.graph import offset
 from mathpost.workbook.plane_angles import computed_angles
 from mathpost.workbook.task import FIXED, SEQUENCE, TURNS
 

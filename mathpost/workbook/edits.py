@@ -1,6 +1,5 @@
 """Single repairs of a formula: what somebody may have meant, the likeliest first."""
 
-from collections import Counter
 from dataclasses import replace
 from functools import reduce
 from itertools import combinations, permutations, product
@@ -22,6 +21,7 @@ from mathpost.workbook.formula import (
     with_areas,
 )
 from mathpost.workbook.graph import at, beside, same
+from mathpost.workbook.neighbours import as_around, filled
 
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
@@ -94,11 +94,11 @@ def edits(graph, place, inputs=(), windows=()):
         yield "offset", tree, tree[1], tree[1]
     unlike = []
     for near in beside(place):  # filled from there
-        filled = [area.filled(place[1] - near[1], place[2] - near[2]) for area in areas(graph.tree(near))]
-        if all(filled) and len(filled) >= len(references) > 0:
-            new = with_areas(graph.tree(near), filled)
-            if graph.form(near) == graph.form(place) or len(filled) > len(references):
-                cause = "missing term" if len(filled) > len(references) else "wrong reference"
+        new = filled(graph, near, place)
+        count = len(areas(new or ("text",)))
+        if count >= len(references) > 0:
+            if graph.form(near) == graph.form(place) or count > len(references):
+                cause = "missing term" if count > len(references) else "wrong reference"
                 yield cause, tree, new, new
             else:
                 unlike.append(new)
@@ -205,7 +205,7 @@ def _sums(part):
         yield "wrong value", (head, before, ("^", last, ("number", 2.0)))
     one = before[2] if before[0] == head else before
     if _is_square(last) and form_of(one) == form_of(last):
-        steps = [_step(a, b) for a, b in zip(areas(one), areas(last), strict=True)]
+        steps = [a.steps_to(b) for a, b in zip(areas(one), areas(last), strict=True)]
         more = [area.moved(*step) for area, step in zip(areas(last), steps, strict=True)]
         yield from [("missing term", (head, part, with_areas(last, more)))] * all(more)
 
@@ -248,29 +248,3 @@ def take_unrounded(graph, places):
     own = graph.own  # of the formulas as they are
     rounded = {p: tree for p in places if p in own and (tree := unrounded(graph.tree(p))) != graph.tree(p)}
     graph.trees |= rounded if 2 * len(rounded) > len(places) else {}
-
-
-def as_around(graph, place):
-    """The formula of a cell if it went on as those around it do, of the same form; None if they do not say."""
-    (sheet, row, column), form, found = place, graph.form(place), []
-    near = [(sheet, row + r, column + c) for r in range(-3, 4) for c in range(-3, 4) if r or c]
-    near = [p for p in near if graph.component.get(p) is graph.component[place] and graph.form(p) == form]
-    around = {p: areas(graph.trees[p]) for p in near}
-    for k in range(len(areas(graph.trees[place]))):
-        votes = Counter()
-        for down, right in ((1, 0), (0, 1)):
-            pairs = [(p, (p[0], p[1] + down, p[2] + right)) for p in around]
-            steps = Counter(_step(around[p][k], around[q][k]) for p, q in pairs if q in around)
-            for step, _ in steps.most_common(1):
-                for sign in (1, -1):
-                    there = around.get((sheet, row - sign * down, column - sign * right))
-                    votes[there and there[k].moved(sign * step[0], sign * step[1])] += there is not None
-        best = votes.most_common(1)
-        if not best or best[0][0] is None:
-            return None
-        found.append(best[0][0])
-    return with_areas(graph.trees[place], found) if found else None
-
-
-def _step(a, b):
-    return b.top - a.top, b.left - a.left

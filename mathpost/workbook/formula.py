@@ -54,6 +54,10 @@ class Area:
         """Return the area in a formula filled so far down and to the right; None if it leaves the sheet."""
         return self.moved(rows * (not self.fixed[0]), columns * (not self.fixed[1]))
 
+    def steps_to(self, other):
+        """How far it is to another area, down and to the right."""
+        return other.top - self.top, other.left - self.left
+
     def __str__(self):
         first, last = f"{get_column_letter(self.left)}{self.top}", f"{get_column_letter(self.right)}{self.bottom}"
         return first if first == last else f"{first}:{last}"

@@ -8,6 +8,7 @@ import numpy as np
 
 from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY
 from mathpost.workbook.formula import areas, heads, walk
+from mathpost.workbook.graph import offset
 from mathpost.workbook.label import read_label
 
 QUATERNION = "quaternion|四元数"
@@ -211,11 +212,6 @@ def may_turn(numbers):
     """Whether nine or sixteen numbers may be a rotation with a mistake: two of its rows are nearly unit vectors."""
     rows = np.reshape(numbers, (3 if len(numbers) == 9 else 4, -1))[:3, :3]
     return (np.abs(np.linalg.norm(rows, axis=1) - 1) < 0.05).sum() > 1
-
-
-def offset(place, down, right):
-    """The place so many rows further down and columns further right."""
-    return place[0], place[1] + down, place[2] + right
 
 
 def runs(places):

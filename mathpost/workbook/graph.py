@@ -316,6 +316,11 @@ def beside(place):
     return [(sheet, row + down, column + right) for down, right in ((1, 0), (-1, 0), (0, 1), (0, -1))]
 
 
+def offset(place, down, right):
+    """The place so many rows further down and columns further right."""
+    return place[0], place[1] + down, place[2] + right
+
+
 def at(array, index):
     """The entry of an array formula's value in one of its cells; a single row or column is repeated."""
     row, column = (i if size > 1 else 0 for i, size in zip(index, array.shape[1:], strict=True))

@@ -14,8 +14,7 @@ from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn
 from mathpost.workbook.edits import CONVERSIONS, TO_DEGREES, TO_RADIANS, edits, repaired, said
 from mathpost.workbook.file import EMPTY
 from mathpost.workbook.formula import COMPARISONS, ROUNDING, areas, heads, walk
-from mathpost.workbook.given import offset
-from mathpost.workbook.graph import SAMPLES, Graph, same
+from mathpost.workbook.graph import SAMPLES, Graph, offset, same
 from mathpost.workbook.nc_table import Words, judge_numbers
 from mathpost.workbook.plane_angles import Plane
 from mathpost.workbook.report import Fault

@@ -15,7 +15,8 @@ from mathpost.workbook.calculation import Turn
 from mathpost.workbook.conversion import find_conversions, find_quaternions
 from mathpost.workbook.edits import INVERSE as INVERSE_FUNCTIONS
 from mathpost.workbook.formula import heads
-from mathpost.workbook.given import QUATERNION, Given, offset, runs
+from mathpost.workbook.given import QUATERNION, Given, runs
+from mathpost.workbook.graph import offset
 from mathpost.workbook.label import read_label
 from mathpost.workbook.nc_table import rows_of
 from mathpost.workbook.plane_angles import find_planes

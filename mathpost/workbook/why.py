@@ -7,9 +7,10 @@ from math import comb
 import numpy as np
 
 from mathpost.workbook.calculation import Turn
-from mathpost.workbook.edits import INVERSE, TRIGONOMETRY, as_around, repaired
+from mathpost.workbook.edits import INVERSE, TRIGONOMETRY, repaired
 from mathpost.workbook.formula import Area, areas, heads, text_of, walk
 from mathpost.workbook.graph import SAMPLES, beside, same
+from mathpost.workbook.neighbours import as_around
 
 UNLIKELY, UNEXPLAINED = 2.0, 3.0  # what a repair costs that an odd change of the formula explains, or none
 TRANSPOSED = "transposed", "the matrix should be transposed"  # cause and sentence

@@ -1,0 +1,101 @@
+"""What the formulas around a cell say that it should hold: those that go on by filling, or in equal steps."""
+
+from collections import Counter
+from itertools import pairwise
+
+import numpy as np
+
+from mathpost.detective.misreadings import written_decimals
+from mathpost.workbook.formula import areas, walk, with_areas
+from mathpost.workbook.graph import offset
+
+TELLING = 3  # decimals, that a formula does not make by luck
+WAYS = ((1, 0), (0, 1), (-1, 0), (0, -1))
+
+
+def filled(graph, near, place):
+    """The formula of a cell filled to a place; None if it has none, or is of an array."""
+    if near not in graph.trees or near in graph.part:
+        return None
+    moved = [area.filled(place[1] - near[1], place[2] - near[2]) for area in areas(graph.trees[near])]
+    return with_areas(graph.trees[near], moved) if moved and all(moved) else None
+
+
+def between(graph, place, least):
+    """The formula that those on both sides of a cell are filled from, in a line of `least` with the cell."""
+    for down, right in WAYS[:2]:
+        line = [offset(place, n * down, n * right) for n in (-2, -1, 1, 2)]
+        on = [_goes_on(graph, a, b) for a, b in pairwise(line)]
+        if on[1] and (least < 4 or on[0] or on[2]):
+            return filled(graph, line[1], place)
+    return None
+
+
+def along(graph, place):
+    """Yield the formulas of two cells before or after a cell, filled."""
+    for down, right in WAYS:
+        near, next_one = (offset(place, n * down, n * right) for n in (1, 2))
+        if _goes_on(graph, near, next_one) and (other := filled(graph, near, place)):
+            yield other
+
+
+def _goes_on(graph, a, b):
+    """Whether the formula of a cell is that of another one, filled."""
+    return (tree := filled(graph, a, b)) is not None and tree == graph.trees.get(b)
+
+
+def as_around(graph, place):
+    """The formula of a cell if it went on as those around it do, of the same form; None if they do not say."""
+    (sheet, row, column), form, found = place, graph.form(place), []
+    near = [(sheet, row + r, column + c) for r in range(-3, 4) for c in range(-3, 4) if r or c]
+    near = [p for p in near if graph.component.get(p) is graph.component[place] and graph.form(p) == form]
+    around = {p: areas(graph.trees[p]) for p in near}
+    for k in range(len(areas(graph.trees[place]))):
+        votes = Counter()
+        for down, right in ((1, 0), (0, 1)):
+            pairs = [(p, (p[0], p[1] + down, p[2] + right)) for p in around]
+            steps = Counter(around[p][k].steps_to(around[q][k]) for p, q in pairs if q in around)
+            for step, _ in steps.most_common(1):
+                for sign in (1, -1):
+                    there = around.get((sheet, row - sign * down, column - sign * right))
+                    votes[there and there[k].moved(sign * step[0], sign * step[1])] += there is not None
+        best = votes.most_common(1)
+        if not best or best[0][0] is None:
+            return None
+        found.append(best[0][0])
+    return with_areas(graph.trees[place], found) if found else None
+
+
+def typed_over(graph):
+    """Return place → formula of a number where those around go on that make it, or take what nobody else does.
+
+    A formula such as =RADIANS(20), or with some numbers for references, is such a number.
+    """
+    found, numbers = {}, graph.component.keys() - graph.trees.keys()
+    values = {p: np.array([number]) for p, number in graph.own.items() if number is not None}
+    for place in sorted(graph.component.keys() - graph.part.keys(), key=graph.reading_order):
+        other, is_used, own = between(graph, place, 3), place in graph.used, set(graph.uses.get(place, ()))
+        sources = set(graph.used_by(other or ("text",)))
+        lost = sources & numbers - graph.used.keys()
+        if not own and is_used and lost and graph.component.keys() >= sources:
+            found[place] = other
+        for tree in (other, *(along(graph, place) if is_used else ())):
+            fewer = tree and own < set(graph.used_by(tree))
+            fewer = fewer and (place in numbers or _numbers(graph.tree(place)) > _numbers(tree))
+            if fewer and _is_made(graph, place, tree, values, TELLING if is_used else 1):
+                found[place] = tree
+    return found
+
+
+def _is_made(graph, place, tree, values, least):
+    """Whether a formula makes the number that stands in a cell, of more digits than by luck."""
+    number = graph.own[place]
+    decimals = written_decimals(number) if number is not None and np.isfinite(number) else 0
+    if decimals < least or not graph.component.keys() >= set(graph.used_by(tree)):
+        return False
+    return abs(graph.cell(place, values, tree)[0] - number) <= max(0.51 * 10.0**-decimals, 1e-9)
+
+
+def _numbers(tree):
+    """How many numbers are typed in a formula."""
+    return sum(part[0] == "number" for _, part in walk(tree))
