@@ -4,50 +4,35 @@ A cell beside the calculations may be something that is known, and yet not what 
 """
 
 import re
-from functools import cached_property
 
 import numpy as np
 
-from mathpost.workbook.calculation import Turn
-from mathpost.workbook.edits import edits, repaired, said
+from mathpost.workbook.edits import repaired, said
 from mathpost.workbook.formula import (
     STATISTICS,
     Area,
     areas,
     form_of,
-    heads,
     put,
     text_of,
-    unrounded,
     walk,
     with_areas,
 )
 from mathpost.workbook.given import may_turn
 from mathpost.workbook.graph import CLOSE, SAMPLES, beside, offset, same
-from mathpost.workbook.label import read_label
 from mathpost.workbook.neighbours import along, between, filled
 
 OF_A_PART = r"first|last|ersten|letzten|without|ohne|only|nur|group|gruppe|P\d|mid|mitte|前|后|组|\d *[-–] *\d"
-LENGTH = r"^\|[^|]*\|\W*$|\bnorme?\b|\bbetrag\b|\blength\b|\blänge\b|\b3-?d\b|模长|长度"
-DISTANCE = r"length|norm|\||betrag|länge|abstand|dist|radius|长|模|距"
-OF_LENGTHS = r"²|\^2|squar|quadrat|平方|diff|differenz|error|fehler|%|/|unit|einheit|差|Δ"
-DETERMINANT = r"\bd[eé]t|行列式"
-DIFFERENCE = r"diff|Δ|abweich|error|fehler|deviation|écart|偏差|误差|差|\bd[xyz]\b"
-STATISTIC = {
-    **{"AVERAGE": r"\bmean|average|mittel|durchschnitt|moyenne|平均", "SUM": r"\bsum|summe|somme|总和|合计"},
-    **{"MAX": r"\bmax|größte|最大", "MIN": r"\bmin(?!u)|kleinste|最小", "SQRT": r"\brms\b|effektiv|均方根"},
-}
 
 
 class Around:
-    """The faults of cells that are unlike those around them, by a `Judge`, `is_known(place, tree)` and all `norms`.
+    """The faults of cells that are unlike those around them, by a `Judge` and what is `Known`.
 
-    After `faults`, `doubtful` are cells that are something known, but together, or by their label, are not right.
+    After `faults`, `doubtful` are cells that are something known, but not together.
     """
 
-    def __init__(self, judge, is_known, norms):
-        self.judge, self.graph, self.found = judge, judge.graph, judge.found
-        self.is_known, self.norms = is_known, norms
+    def __init__(self, judge, known):
+        self.judge, self.graph, self.found, self.known = judge, judge.graph, judge.found, known
         graph, found, self.doubtful = self.graph, self.found, set()
         self.still = {p for window in found.windows for p in window} | judge.inputs.keys()
         moved = [p for p in found.typed - self.still if p in graph.used and graph.own[p] is not None]
@@ -65,8 +50,6 @@ class Around:
             formulas = graph.trees.keys() & set(window)
             if len(window) == 9 and formulas and rest.issuperset(formulas):
                 yield from self._in_matrix(window)
-        for place in self.found.sorted(rest & graph.trees.keys()):
-            yield from self._unlike_its_label(place)
         for place in self.found.sorted(self.found.typed - graph.trees.keys()):
             other = between(graph, place, 4) if place not in self.still else None
             if other and np.isfinite(made := self.judge.calculate(place, other)).all():
@@ -90,7 +73,7 @@ class Around:
             if other in (None, tree) or _without_numbers(other) == _without_numbers(tree):
                 continue  # such as a matrix less that of zeros and ones
             alike = form_of(other) == graph.form(place)
-            if other != sure and not (alike and self.is_known(place, other)):
+            if other != sure and not (alike and self.known.is_known(place, other)):
                 continue
             made, shaken = judge.calculate(place, other), graph.cell(place, self.shaken, other)
             differs = not same(judge.now(place), made)
@@ -116,7 +99,7 @@ class Around:
         judge.put({place: made})
         return judge.fault(place, cause, f"{graph.short(place)}: {sentence}")
 
-    # A matrix, and a label.
+    # A matrix.
 
     def _in_matrix(self, window):
         """The faults of a matrix beside the calculations, of which one or two cells keep it from a known one."""
@@ -133,88 +116,6 @@ class Around:
         for place, value in wrong if len(wrong) < 3 else ():
             text = f"{graph.short(place)} keeps {graph.range(window)} from being a matrix of the rotation"
             yield judge.repaired_alone(place, value) or judge.fault(place, "wrong value", text)
-
-    def _unlike_its_label(self, place):
-        """The fault of a determinant, length or copy that is not what its label says; a length may be doubtful."""
-        graph, judge = self.graph, self.judge
-        said = next(iter(self.found.texts(place)), "")
-        if re.search(DETERMINANT, said, re.I):
-            yield from self._no_determinant(place)
-        elif not re.search(OF_LENGTHS, said, re.I):
-            yield from self._no_length(place, said)
-        yield from self._no_statistic(place)
-        is_plain = any(same(judge.now(place), each) for each in self._plain) and re.search(DIFFERENCE, said, re.I)
-        if is_plain or any(part[0] == "-" and part[1] == part[2] for _, part in walk(graph.trees[place])):
-            self.doubtful.add(place)  # no difference
-        near = (graph.cells.get(p) for p in (offset(place, 0, -1), offset(place, -1, 0)))
-        label = next((cell.value for cell in near if cell and isinstance(cell.value, str) and not cell.formula), "")
-        plain = re.sub(r"\([^()xyz]*\)$", "", label)
-        role = read_label(plain) or read_label(label.split(" ")[0]) if "=" not in label else None
-        copied = unrounded(graph.trees[place])
-        for turn in judge.live if role and role.kind == "outcome" and copied[0] == "area" else ():
-            (source, *more), said = copied[1].places, role.word[0]
-            if not more and source in turn.results[:3] and turn.results[said] != source:
-                text = f"{graph.short(source)} should be {graph.short(turn.results[said])}"
-                yield judge.fault(place, "wrong reference", f"{graph.short(place)}: {text}")
-
-    def _no_determinant(self, place):
-        """The fault of a determinant, by its label, that is not that of the nine cells it uses."""
-        graph, judge, used = self.graph, self.judge, self.graph.uses[place]
-        rows, columns = sorted({p[:2] for p in used}), sorted({p[2] for p in used})
-        if (len(rows), len(columns)) == (3, 3) and len(used) > 6:
-            block = judge.block([(*row, column) for row in rows for column in columns]).reshape(3, 3, -1)
-            value = np.linalg.det(np.moveaxis(block, -1, 0))
-            if not any(same(judge.now(place), sign * value) for sign in (1, -1)):
-                text = f"{graph.short(place)} is not the determinant of the nine cells that it uses"
-                yield judge.repaired_alone(place, value) or judge.fault(place, "wrong value", text)
-
-    def _no_statistic(self, place):
-        """The fault of a mean, sum, largest or smallest that its only name says to be another one of these."""
-        graph, tree = self.graph, self.graph.trees[place]
-        in_row = (graph.cells.get((*place[:2], column)) for column in range(1, place[2]))
-        texts = [cell.value for cell in in_row if cell and isinstance(cell.value, str)] + self.found.texts(place)
-        named = {name for name, pattern in STATISTIC.items() if any(re.search(pattern, t, re.I) for t in texts)}
-        if len(named) != 1 or not heads(tree).isdisjoint(named) or tree[0] not in {*STATISTIC, "/"} - {"SQRT"}:
-            return
-        (name,) = named
-        if tree[0] == "/" or name == "SQRT":
-            self.doubtful.update([place] * (name == "SQRT"))
-            return
-        other = (name, *tree[1:])
-        self.judge.put({place: self.judge.calculate(place, other)})
-        yield self.judge.fault(place, "wrong value", f"{graph.short(place)}: {said(place, tree, other)}")
-
-    @cached_property
-    def _plain(self):
-        """The coordinates of all points and results, and their lengths."""
-        turns = [c for c in self.judge.live if isinstance(c, Turn) and c.point]
-        both = [each for c in turns for each in (self.judge.block(c.point), np.array([*c.targets.values()][:3]))]
-        return [row for each in both for row in (*each, np.linalg.norm(each, axis=0))]
-
-    def _no_length(self, place, label):
-        """The fault of what is said to be a length, and is one but for a repair; without one it is doubtful."""
-        graph, judge, tree = self.graph, self.judge, self.graph.trees[place]
-        is_length, root = re.search(LENGTH, label, re.I), ("SQRT", tree)
-        repairs = [("wrong value", tree, root, root)] * bool(re.search(DISTANCE, label, re.I))
-        terms = [text_of(term) for _, part in walk(tree) if part[0] == "+" for term in part[1:] if term[0] != "+"]
-        twice = tree[0] == "SQRT" and len({*terms}) < len(terms)  # one coordinate is taken twice
-        if not (repairs or twice) or self._is_length(judge.now(place)):
-            return
-        for cause, old, new, other in (*repairs, *(edits(graph, place) if is_length or twice else ())):
-            made = judge.calculate(place, other)
-            is_other = cause == "wrong reference" and not twice  # the length of another vector, which is known
-            if not is_other and np.abs(made[1:]).max() > CLOSE and self._is_length(made):
-                judge.put({place: made})
-                yield judge.fault(place, cause, f"{graph.short(place)}: {said(place, old, new)}")
-                return
-        if is_length:
-            self.doubtful.add(place)
-
-    def _is_length(self, value):
-        off = np.abs(value - self.norms)[:, 1:] <= CLOSE * (1 + self.norms[:, 1:])
-        return bool(off.all(axis=1).any())
-
-    # A range.
 
     def _short_range(self, place):
         """The fault of a sum, mean or extreme of all but the first or the last cell of a line."""

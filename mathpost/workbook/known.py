@@ -1,0 +1,188 @@
+"""What follows from right results: the vectors, lengths, statistics and angles that people put beside them."""
+
+from itertools import combinations, product
+
+import numpy as np
+
+from mathpost import angles as euler
+from mathpost.rotation import wrap
+from mathpost.workbook.calculation import SAMPLES, Turn
+from mathpost.workbook.conversion import Conversion
+from mathpost.workbook.edits import INVERSE
+from mathpost.workbook.formula import heads, unrounded
+from mathpost.workbook.given import runs
+from mathpost.workbook.graph import CLOSE, offset
+from mathpost.workbook.plane_angles import Plane
+
+MOST = 20  # points of which each two are compared
+CORNERS = 6  # points of which each two edges are
+
+
+class Known:
+    """What a `Judge` that has judged the calculations knows, at the samples.
+
+    `turns` are the rotations; `vectors`, shape (vectors, 3, samples), of which those in `combined` are made of
+    several; `numbers` may stand in one cell, of which `norms` are lengths; of pairs of `angles` it may be either.
+    """
+
+    def __init__(self, judge):
+        self.judge, self.graph, self.found = judge, judge.graph, judge.found
+        self.turns = [c for c in judge.live if isinstance(c, Turn)]
+        self.turns += [c.turn for c in judge.live if isinstance(c, Conversion)]
+        self.pairs, self.off, self.lengths = [], [], []
+        self.vectors = self._known_vectors()
+        self.numbers, self.angles = self._known_numbers()
+
+    def _known_vectors(self):
+        """Points and what became of them, their sums, means, extremes, and the differences of each two."""
+        graph, judge, lists, everywhere, found = self.graph, self.judge, {}, {}, self._in_planes()
+        for turn in self.turns:
+            found += [*turn.known.get(3, ()), *_axes(turn)]
+            result = np.array([*turn.targets.values()])
+            if not turn.point or len(result) > 4:
+                continue
+            point, result = judge.block(turn.point), result[:3]
+            self.pairs.append((point, result))
+            found += [result - point, point - result]
+            found += [each / np.linalg.norm(each, axis=0) for each in (point, result)]
+            points = [(turn.point, point), (turn.results, result)]
+            if turn.origin:
+                points.append((turn.origin, point - judge.block(turn.origin)))
+            for n, (places, vector) in enumerate(points):
+                lists.setdefault((id(graph.component[turn.results[0]]), n), {})[turn.results] = vector
+                everywhere.setdefault(n, {})[places] = vector
+            for places in self._expected(turn.results[:3]):
+                off = result - judge.block(places)
+                self.off.append(np.abs(off))
+                found += [off, -off, self.off[-1]]
+                for n, vector in ((3, off), (4, -off)):
+                    lists.setdefault((id(graph.component[turn.results[0]]), n), {})[turn.results] = vector
+        every, single = [*lists.values(), *everywhere.values()], len(found)
+        for vectors in (np.array([*each.values()]) for each in every if len(each) > 1):
+            statistics = np.sum, np.mean, np.max, np.min, np.ptp, np.std, _of_a_sample, _largest, _squares
+            found += [statistic(vectors, axis=0) for statistic in statistics]
+            self.lengths += [np.linalg.norm(each, axis=1) for each in (vectors, vectors - vectors.mean(axis=0))]
+        for vectors in everywhere.values():
+            for a, b in combinations(vectors.values(), 2) if len(vectors) <= MOST else ():
+                found += [a - b, b - a, a + b, (a + b) / 2] * (not np.array_equal(a, b))
+                self.pairs.append((a, b))
+            edges = [b - a for a, b in combinations(vectors.values(), 2) if len(vectors) <= CORNERS]
+            self.pairs += [(sign * a, b) for a, b in combinations(edges, 2) for sign in (1, -1)]
+        self.combined = np.array(found[single:]).reshape(-1, 3, SAMPLES)
+        return np.array(found).reshape(-1, 3, SAMPLES)
+
+    def _in_planes(self):
+        """Points in the frame of a plane, from any other point: of sheets that turn them without the angles."""
+        found, judge = [], self.judge
+        for plane in (c for c in judge.live if isinstance(c, Plane) and c.frame is not None):
+            points = [line for line in runs(self.found.lengths.difference(plane.given)) if len(line) == 3][:MOST]
+            points = [judge.block(line) for line in points]
+            for point, origin in product(points, (0, *points, *(judge.block(p) for p in [plane.corner] if p))):
+                found.append(np.einsum("sji,js->is", plane.frame, point - origin))
+        return found
+
+    def _expected(self, results):
+        """Numbers in threes with which a result may be compared: apart, or where a difference is made."""
+        given = {p for turn in self.turns for p in turn.given}
+        for component in self.graph.components:
+            if len(component) == 3 and (self.found.typed - given).issuperset(component):
+                yield component
+        for users in product(*(self.graph.used.get(p, ()) for p in results)):
+            given = [[s for s in self.graph.uses[p] if s in self.found.typed] for p in users]
+            if [len(each) for each in given] == [1, 1, 1] and len(set(users)) == 3:
+                a, b, c = (place for (place,) in given)
+                if a != b and not np.ptp(np.diff([a[1:], b[1:], c[1:]], axis=0), axis=0).any():  # in line
+                    yield a, b, c
+            elif len(given[0]) == 3 and len(set(users)) == 1:
+                yield tuple(given[0])
+
+    def _known_numbers(self):
+        """What may stand in one cell, each of shape (samples,), and pairs of angles of which it may be either."""
+        judge = self.judge
+        numbers = [1.0, 0.0, 3.0, *(entry for c in judge.live for entry in c.entries)]  # 3: the trace of R·Rᵀ
+        norms = [*np.linalg.norm(self.vectors, axis=1)]
+        if self.off:
+            numbers.append(np.max(self.off, axis=(0, 1)))
+            norms.append(np.linalg.norm(self.off, axis=1).max(axis=0))
+        for each in self.lengths:
+            norms += [*each, np.sqrt((each**2).mean(axis=0))]
+            norms += [statistic(each, axis=0) for statistic in (np.sum, np.mean, np.max, np.min)]
+        norms = [0.0, 1.0, 3**0.5, *norms]  # that of R, as of nine numbers
+        self.norms = np.array([np.broadcast_to(each, SAMPLES) for each in norms])
+        numbers += [*self.vectors.reshape(-1, SAMPLES), *norms, *(each.max(axis=0) for each in self.vectors)]
+        products = [(a * b).sum(axis=0) for a, b in self.pairs]
+        between = [
+            np.arctan2(np.linalg.norm(np.cross(a, b, axis=0), axis=0), (a * b).sum(axis=0)) for a, b in self.pairs
+        ]
+        angles, numbers = [np.array([angle, angle]) for angle in between], numbers + products
+        for turn in self.turns:
+            traces = [matrix[0] + matrix[4] + matrix[8] for matrix in turn.known[9]]
+            numbers += traces
+            angles += [np.array([angle, -angle]) for angle in np.arccos(np.clip((np.array(traces) - 1) / 2, -1, 1))]
+            if has_angles(turn):
+                for solution in solutions(turn):
+                    angles += [[each, each] for each in (*solution.T, *(solution - turn.radians).T)]
+        angles = np.array(angles).reshape(-1, 2, SAMPLES)
+        return np.array([np.broadcast_to(number, SAMPLES) for number in numbers]), angles
+
+    def is_known(self, place, tree=None):
+        """Whether a formula, or another in its place, is a determinant, a length, an angle computed back."""
+        if place not in self.graph.trees:
+            return False
+        tree = tree or self.graph.trees[place]
+        value, functions = self.judge.calculate(place, unrounded(tree)), heads(tree)
+        is_angle = not functions.isdisjoint({*INVERSE, "DEGREES"})
+        is_angle |= tree[0] == "-" and not self.found.turning.isdisjoint(self.graph.uses[place])
+        if self.graph.component.keys().isdisjoint(self.graph.uses[place]):
+            return False  # something empty was taken
+        if tree[0] == "COUNT" and tree[1][0] == "area":  # of a whole column
+            column, rows = tree[1][1].places, self.graph.component
+            around = offset(column[0], -1, 0), offset(column[-1], 1, 0)
+            return rows.keys() >= set(column) and rows.keys().isdisjoint(around)
+        for radians in (value, np.deg2rad(value)) if is_angle else ():
+            off = np.abs(wrap(radians - self.angles, 2 * np.pi)).min(axis=1)
+            if (off[:, 1:].max(axis=1) < 1e-6).any():
+                return True
+        known = self.numbers[:1] if "MDETERM" in functions else self.numbers
+        fits = np.abs(value - known) <= CLOSE * (1 + np.abs(known))
+        fits[:, 0] |= ~np.isfinite(value + known)[:, 0]
+        return bool(fits.all(axis=1).any())
+
+
+def agree(values, known):
+    """Whether values are what is known, at all samples but the sheet's own."""
+    return (np.abs(values - known)[..., 1:] <= CLOSE * (1 + np.abs(known[..., 1:]))).all(axis=-1)
+
+
+def _axes(turn):
+    """Of the whole rotation, either way: the unit vector along its axis, and what R less its transpose makes."""
+    m = turn.whole
+    vector = np.array([m[7] - m[5], m[2] - m[6], m[3] - m[1]])
+    vectors = [vector, *(q[1:] for q in turn.quaternions()[2:])]
+    with np.errstate(invalid="ignore"):  # nothing is turned
+        vectors += [each / np.linalg.norm(each, axis=0) for each in vectors]
+    return [sign * each for each in vectors for sign in (1, -1)]
+
+
+def has_angles(turn):
+    """Whether a rotation is by three angles that are numbers."""
+    return not turn.axis and np.isfinite(turn.radians).all()
+
+
+def solutions(turn):
+    """Its angles as they are, and computed back: with the middle one in one half turn, or always in the other."""
+    own, twin = turn.radians, euler.twin(turn.sequence.upper(), turn.radians)
+    middle = (np.sin if turn.sequence[0] == turn.sequence[2] else np.cos)(own[:, 1:2]) > 0
+    return own, np.where(middle, own, twin), np.where(middle, twin, own)
+
+
+def _of_a_sample(vectors, axis):
+    return np.std(vectors, axis=axis, ddof=1)
+
+
+def _largest(vectors, axis):
+    return np.abs(vectors).max(axis=axis)
+
+
+def _squares(vectors, axis):
+    return (vectors**2).sum(axis=axis)

@@ -1,0 +1,185 @@
+"""Cells beside a calculation that are something known, but not what their labels say."""
+
+import re
+from collections import Counter
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from mathpost.rotation import wrap
+from mathpost.workbook.calculation import Turn
+from mathpost.workbook.edits import INVERSE, edits, said
+from mathpost.workbook.formula import heads, text_of, unrounded, walk
+from mathpost.workbook.graph import CLOSE, offset, same
+from mathpost.workbook.known import has_angles, solutions
+from mathpost.workbook.label import read_label
+
+LENGTH = r"^\|[^|]*\|\W*$|\bnorme?\b|\bbetrag\b|\blength\b|\blänge\b|\b3-?d\b|模长|长度"
+DISTANCE = r"length|norm|\||betrag|länge|abstand|dist|radius|长|模|距"
+OF_LENGTHS = r"²|\^2|squar|quadrat|平方|diff|differenz|error|fehler|%|/|unit|einheit|差|Δ"
+DETERMINANT = r"\bd[eé]t|行列式"
+DIFFERENCE = r"diff|Δ|abweich|error|fehler|deviation|écart|偏差|误差|差|\bd[xyz]\b"
+STATISTIC = {
+    **{"AVERAGE": r"\bmean|average|mittel|durchschnitt|moyenne|平均", "SUM": r"\bsum|summe|somme|总和|合计"},
+    **{"MAX": r"\bmax|größte|最大", "MIN": r"\bmin(?!u)|kleinste|最小", "SQRT": r"\brms\b|effektiv|均方根"},
+}
+
+
+class Labelled:
+    """The faults of cells that are unlike their labels, by a `Judge` and what is `Known`.
+
+    `doubtful` are those of which no repair is found.
+    """
+
+    def __init__(self, judge, known):
+        self.judge, self.graph, self.found, self.known = judge, judge.graph, judge.found, known
+        self.doubtful = set()
+
+    def faults(self, rest):
+        """Yield the faults of cells of `rest`, which no result needs."""
+        for place in self.found.sorted(rest & self.graph.trees.keys()):
+            yield from self._unlike_its_label(place)
+
+    def compared(self, rest):
+        """Yield the faults of copies of results, and of angles computed back."""
+        yield from self._copies(rest)
+        yield from self._computed_back(rest)
+
+    def _unlike_its_label(self, place):
+        """The fault of a determinant, length or copy that is not what its label says; a length may be doubtful."""
+        graph, judge = self.graph, self.judge
+        said = next(iter(self.found.texts(place)), "")
+        if re.search(DETERMINANT, said, re.I):
+            yield from self._no_determinant(place)
+        elif not re.search(OF_LENGTHS, said, re.I):
+            yield from self._no_length(place, said)
+        yield from self._no_statistic(place)
+        is_plain = any(same(judge.now(place), each) for each in self._plain) and re.search(DIFFERENCE, said, re.I)
+        if is_plain or any(part[0] == "-" and part[1] == part[2] for _, part in walk(graph.trees[place])):
+            self.doubtful.add(place)  # no difference
+        near = (graph.cells.get(p) for p in (offset(place, 0, -1), offset(place, -1, 0)))
+        label = next((cell.value for cell in near if cell and isinstance(cell.value, str) and not cell.formula), "")
+        plain = re.sub(r"\([^()xyz]*\)$", "", label)
+        role = read_label(plain) or read_label(label.split(" ")[0]) if "=" not in label else None
+        copied = unrounded(graph.trees[place])
+        for turn in judge.live if role and role.kind == "outcome" and copied[0] == "area" else ():
+            (source, *more), said = copied[1].places, role.word[0]
+            if not more and source in turn.results[:3] and turn.results[said] != source:
+                text = f"{graph.short(source)} should be {graph.short(turn.results[said])}"
+                yield judge.fault(place, "wrong reference", f"{graph.short(place)}: {text}")
+
+    def _no_determinant(self, place):
+        """The fault of a determinant, by its label, that is not that of the nine cells it uses."""
+        graph, judge, used = self.graph, self.judge, self.graph.uses[place]
+        rows, columns = sorted({p[:2] for p in used}), sorted({p[2] for p in used})
+        if (len(rows), len(columns)) == (3, 3) and len(used) > 6:
+            block = judge.block([(*row, column) for row in rows for column in columns]).reshape(3, 3, -1)
+            value = np.linalg.det(np.moveaxis(block, -1, 0))
+            if not any(same(judge.now(place), sign * value) for sign in (1, -1)):
+                text = f"{graph.short(place)} is not the determinant of the nine cells that it uses"
+                yield judge.repaired_alone(place, value) or judge.fault(place, "wrong value", text)
+
+    def _no_statistic(self, place):
+        """The fault of a mean, sum, largest or smallest that its only name says to be another one of these."""
+        graph, tree = self.graph, self.graph.trees[place]
+        in_row = (graph.cells.get((*place[:2], column)) for column in range(1, place[2]))
+        texts = [cell.value for cell in in_row if cell and isinstance(cell.value, str)] + self.found.texts(place)
+        named = {name for name, pattern in STATISTIC.items() if any(re.search(pattern, t, re.I) for t in texts)}
+        if len(named) != 1 or not heads(tree).isdisjoint(named) or tree[0] not in {*STATISTIC, "/"} - {"SQRT"}:
+            return
+        (name,) = named
+        if tree[0] == "/" or name == "SQRT":
+            self.doubtful.update([place] * (name == "SQRT"))
+            return
+        other = (name, *tree[1:])
+        self.judge.put({place: self.judge.calculate(place, other)})
+        yield self.judge.fault(place, "wrong value", f"{graph.short(place)}: {said(place, tree, other)}")
+
+    @cached_property
+    def _plain(self):
+        """The coordinates of all points and results, and their lengths."""
+        turns = [c for c in self.judge.live if isinstance(c, Turn) and c.point]
+        both = [each for c in turns for each in (self.judge.block(c.point), np.array([*c.targets.values()][:3]))]
+        return [row for each in both for row in (*each, np.linalg.norm(each, axis=0))]
+
+    def _no_length(self, place, label):
+        """The fault of what is said to be a length, and is one but for a repair; without one it is doubtful."""
+        graph, judge, tree = self.graph, self.judge, self.graph.trees[place]
+        is_length, root = re.search(LENGTH, label, re.I), ("SQRT", tree)
+        repairs = [("wrong value", tree, root, root)] * bool(re.search(DISTANCE, label, re.I))
+        terms = [text_of(term) for _, part in walk(tree) if part[0] == "+" for term in part[1:] if term[0] != "+"]
+        twice = tree[0] == "SQRT" and len({*terms}) < len(terms)  # one coordinate is taken twice
+        if not (repairs or twice) or self._is_length(judge.now(place)):
+            return
+        for cause, old, new, other in (*repairs, *(edits(graph, place) if is_length or twice else ())):
+            made = judge.calculate(place, other)
+            is_other = cause == "wrong reference" and not twice  # the length of another vector, which is known
+            if not is_other and np.abs(made[1:]).max() > CLOSE and self._is_length(made):
+                judge.put({place: made})
+                yield judge.fault(place, cause, f"{graph.short(place)}: {said(place, old, new)}")
+                return
+        if is_length:
+            self.doubtful.add(place)
+
+    def _is_length(self, value):
+        off = np.abs(value - self.known.norms)[:, 1:] <= CLOSE * (1 + self.known.norms[:, 1:])
+        return bool(off.all(axis=1).any())
+
+    # A range.
+
+    def _copies(self, rest):
+        """Yield the faults of copies of a result's three cells in another order than theirs, and than their labels say."""
+        copies = {p: s for p in rest if (s := self._copied(p)) != p}
+        for turn in self.known.turns:
+            mine = [p for p in self.found.sorted(copies) if copies[p] in turn.results[:3]]
+            for line in {tuple(p for p in mine if (p[0], p[n]) == (q[0], q[n])) for q in mine for n in (1, 2)}:
+                said = [self.found.coordinate(p) for p in line]
+                order = [word[0] for word in said] if len({*said} - {None}) == 3 else [0, 1, 2]
+                for place, k in zip(line, order, strict=True) if len(line) == 3 else ():
+                    if copies[place] != turn.results[k]:
+                        text = f"{self.graph.short(copies[place])} should be {self.graph.short(turn.results[k])}"
+                        text = f"{self.graph.short(place)}: {text}"
+                        yield self.judge.fault(place, "wrong reference", text)
+
+    def _copied(self, place):
+        """The cell of which a cell is a copy, or a copy of a copy."""
+        graph = self.graph
+        while graph.tree(place)[0] == "area" and len(graph.uses[place]) == 1 and place not in graph.circular:
+            (place,) = graph.uses[place]
+        return place
+
+    def _computed_back(self, rest):
+        """Yield the faults of angles computed back that are of the other solution than those beside them.
+
+        Or in another unit, or another angle than the label says.
+        """
+        judge = self.judge
+        inverse = [p for p in self.found.sorted(rest) if heads(self.graph.tree(p)) & INVERSE]
+        for turn in {turn.angles: turn for turn in self.known.turns if has_angles(turn)}.values():
+            found, (_, *both) = [], solutions(turn)
+            for place, (k, angle) in product(inverse, enumerate(np.transpose(both, (2, 0, 1)))):
+                for unit in (1.0, np.pi / 180):
+                    off = np.abs(wrap(judge.now(place) * unit - angle, 2 * np.pi))[:, 1:]
+                    fits = off.max(axis=1) < 1e-6
+                    found += [(place, k, fits, angle, unit)] if fits.any() else []
+            votes = np.sum([fits for _, _, fits, *_ in found], axis=0)
+            units, counts = Counter(unit for *_, unit in found), Counter(k for _, k, *_ in found)
+            for place, k, fits, angles, unit in found:
+                said, solution = self.found.angle_said(place), int(votes.argmax())
+                usual = max(units, key=units.get)
+                if said not in (None, k) and all(said != other for p, other, *_ in found if p == place):
+                    text = f"is {'αβγ'[k]}, and {'αβγ'[said]} belongs there"
+                    yield self._fault(place, both[solution][:, said] / unit, "wrong angle", text)
+                elif not fits[solution] and {*counts.values()} == {1}:
+                    text = "is of the other solution than the angles beside it"
+                    yield self._fault(place, angles[solution] / unit, "branch", text)
+                elif unit != usual and len(found) > 2 and units[unit] == 1:
+                    text = f"is in {'radians' if unit == 1 else 'degrees'}, the angles beside it are not"
+                    cause = "radians for degrees" if unit == 1 else "degrees for radians"
+                    yield self._fault(place, angles[int(fits.argmax())] / usual, cause, text)
+
+    def _fault(self, place, value, cause, text):
+        """The repair that makes a cell have a value, or else why it is wrong."""
+        fault = self.judge.repaired_alone(place, value)
+        return fault or self.judge.fault(place, cause, f"{self.graph.short(place)} {text}")
