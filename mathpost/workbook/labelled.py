@@ -129,7 +129,7 @@ class Labelled:
     # A range.
 
     def _copies(self, rest):
-        """Yield the faults of copies of a result's three cells in another order than theirs, and than their labels say."""
+        """Yield the faults of copies of a result's three cells in another order than they or their labels have."""
         copies = {p: s for p in rest if (s := self._copied(p)) != p}
         for turn in self.known.turns:
             mine = [p for p in self.found.sorted(copies) if copies[p] in turn.results[:3]]

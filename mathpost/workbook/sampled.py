@@ -1,0 +1,141 @@
+"""A recognised workbook at random inputs, of which the first are its own, and with right values put in."""
+
+import re
+
+import numpy as np
+
+from mathpost.errors import InputError
+from mathpost.rotation import wrap
+from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation
+from mathpost.workbook.file import EMPTY
+from mathpost.workbook.formula import COMPARISONS, heads, walk
+from mathpost.workbook.graph import SAMPLES, offset, same
+
+MOST = 1e5  # mm: no more is a limit
+IN_RADIANS = r"(?<![a-z])rad(?:ian[st]?)?(?![a-z])|弧度|bogenma"
+NAMED_UNITS = {"rad": 1.0, "gon": np.pi / 200, "deg": np.pi / 180, "°": np.pi / 180, "grad": np.pi / 180}
+
+
+class Sampled:
+    """The values of all cells, for samples of the inputs of the calculations that are `live`.
+
+    `units` has the radians of 1 of an angle, `periods` after how much a result is the same again, `fixed` what was
+    put in where.
+    """
+
+    def __init__(self, graph, found):
+        self.graph, self.found, self.inputs, self.units, self.fixed = graph, found, {}, {}, {}
+        self.live = [c for c in found.calculations if not c.typed]
+        self.periods = {p: period for c in self.live for p, period in c.periods.items()}
+        base = graph.run({})
+        for angles in dict.fromkeys(c.angles for c in (*self.live, *found.steps)):
+            self._set_units(angles, base)
+        spare = [] if found.task.machine else [Calculation((), tuple(found.angles), tuple(found.lengths))]
+        rng = np.random.default_rng(20)
+        wide = self._wide()
+        for calculation in (*spare, *self.live):
+            drawn = calculation.draw(rng, self.units)
+            drawn |= {p: wide * drawn[p] for p in found.lengths.intersection(drawn) - {*calculation.axis}}
+            self.inputs.update({p: drawn[p] for p in drawn if p in found.typed or p not in graph.trees})
+        for place, numbers in self.inputs.items():
+            if self.graph.own.get(place) is None:
+                where = f"{self.graph.book.path}, {self.graph.address(place)}"
+                raise InputError(where, "a number", repr(self.graph.cells.get(place, EMPTY).value))
+            numbers[0] = self.graph.own[place]
+        for calculation in self.live:
+            calculation.unround(self.inputs)
+        self.values = self.run_with()
+
+    def _wide(self):
+        """How much longer lengths must be for some to be beyond the limits that formulas set, as IF(B8>100,…)."""
+        limiting = [part for _, part in self.graph.parts if part[0] in {*COMPARISONS, "MIN", "MAX"}]
+        limits = [abs(inner[1]) for part in limiting for _, inner in walk(part) if inner[0] == "number"]
+        return max([1.0, *(limit / 20 for limit in limits if limit < MOST)])
+
+    def _set_units(self, places, base):
+        """Degrees, radians or gon: whole turns of which unit leave more sines and cosines as they are.
+
+        Angles of one calculation are in one unit, but for formulas such as =RADIANS(20).
+        """
+        unit, agreed = self._unit(places, base)
+        self.units.update(dict.fromkeys(places, unit))
+        for place in () if agreed else places:
+            own, agreed = self._unit((place,), base)
+            said = self.graph.cells.get(offset(place, 0, 1), EMPTY).value  # "gon", "rad" beside it
+            said = NAMED_UNITS.get(str(said).strip().lower())
+            said = 1.0 if re.search(IN_RADIANS, self.found.label(place), re.I) else said
+            is_own = agreed and (own == said or (own == 1.0 and place in self.graph.trees))
+            self.units.update({place: own} if is_own else {})
+
+    def _unit(self, places, base):
+        """The unit in radians, and whether all sines and cosines that use the places say so."""
+        own, votes, every = {p: np.array([self.graph.own[p] + 0.3]) for p in places}, np.zeros(3), 0
+        still = self.graph.run(own, base, self.graph.downstream(places))
+        for place in places:
+            moved = self.graph.downstream([place])
+            after = [p for p in moved if heads(self.graph.tree(p)) & {"SIN", "COS"}]
+            every += len(after)
+            for k, turn in enumerate((720, 4 * np.pi, 800)):  # half angles turn half as fast
+                run = self.graph.run({place: own[place] + turn}, still, moved)
+                votes[k] += sum(same(run[p], still[p], 1e-9) for p in after)
+        beyond = any(abs(number) > LARGEST_RADIANS for number in own.values())
+        unit = np.pi / 200 if votes[2] > max(votes[:2]) else np.pi / 180 if votes[0] > votes[1] or beyond else 1.0
+        return unit, max(votes) == every
+
+    def now(self, place):
+        """What is in a cell at the samples."""
+        value = self.graph.value(place)
+        return np.broadcast_to(self.values.get(place, np.nan if value is None else value), SAMPLES)
+
+    def block(self, places, option=()):
+        """What is in some cells, or what `option` puts there, shape (cells, samples)."""
+        return np.array([option[p] if p in option else self.now(p) for p in places])
+
+    def bad(self, targets):
+        """The targets that are missed now."""
+        return [place for place, target in targets.items() if not self.met({place: target})]
+
+    def met(self, targets, values=()):
+        """Whether all targets are met, now or with other values; those of `periods` but for whole turns."""
+        for place, target in targets.items():
+            now, period = values[place] if place in values else self.now(place), self.periods.get(place)
+            if not same(target + wrap(now - target, period) if period else now, target):
+                return False
+        return True
+
+    def run_with(self, more=(), only=None):
+        """The values with all that was put in, and `more`."""
+        return self.graph.run({**self.inputs, **self.fixed, **dict(more)}, only and self.values, only)
+
+    def values_with(self, option):
+        """The values with `option` put in, for once."""
+        return self.run_with(option, self.graph.downstream(option))
+
+    def put(self, option):
+        """Put values into some places, for good."""
+        self.fixed.update(option)
+        self.values = self.run_with(only=self.graph.downstream(option))
+
+    def calculate(self, place, tree):
+        """What a cell would hold with another formula."""
+        return np.broadcast_to(self.graph.cell(place, self.values, tree), SAMPLES)
+
+    def elements(self, turn, option=()):
+        """The windows that are elementary matrices, with `option` → their sense, and what the other would be."""
+        half = len(turn.elements) // 2
+        return {
+            window: (n < half, turn.elements[n - half])
+            for window in self.found.windows
+            for n, element in enumerate(turn.elements)
+            if self.met(as_window(window, element), dict(option))
+        }
+
+    def stands(self, calculation, places):
+        """Whether some cells hold together what may stand in so many."""
+        return any(same(known, self.block(places)) for known in calculation.known.get(len(places), ()))
+
+
+def as_window(window, matrix):
+    """Place → what stands there if a window of 3×3 or 4×4 is a matrix, or its first rows and columns."""
+    size = 3 if len(window) == 9 else 4
+    return dict(zip(window, matrix[:, :size, :size].reshape(len(matrix), -1).T, strict=True))

@@ -1,0 +1,150 @@
+"""Where is it wrong? The earliest place where putting in the right thing makes all that follows right."""
+
+from itertools import chain, islice
+
+import numpy as np
+
+from mathpost.workbook.calculation import Turn
+from mathpost.workbook.edits import CONVERSIONS, TO_DEGREES, TO_RADIANS, edits
+from mathpost.workbook.formula import ROUNDING, heads
+from mathpost.workbook.graph import SAMPLES, same
+from mathpost.workbook.nc_table import Words
+from mathpost.workbook.sampled import as_window
+from mathpost.workbook.why import UNEXPLAINED
+
+TURNING = {"SIN", "COS", "TAN"}
+
+
+class Where:
+    """The search for repairs of what a `Judge` finds wrong."""
+
+    def __init__(self, judge):
+        self.judge, self.graph, self.found = judge, judge.graph, judge.found
+
+    def earliest(self, calculation, targets, bad, missed):
+        """The earliest repair, recorded; returns what it puts where.
+
+        One that changes what other calculations `missed`, and does not mend it, is less likely.
+        """
+        best, candidates = None, self._candidates(calculation, targets, bad)
+        for order, unit, options in sorted(candidates, key=lambda candidate: candidate[0]):
+            if best and best[0] == 0 and order > best[1]:
+                break
+            for option in options:
+                cost, faults = self.judge.why.explain(calculation, unit, option)
+                others = {p: missed[p] for p in self.graph.downstream(option) & missed.keys()}
+                cost += 0.1 * bool(others and not self.judge.met(others, self.judge.values_with(option)))
+                own = (*min(map(self.graph.calculation_order, option)), order[-1])
+                best = min(best or (99,), (cost, max(order, own), option, faults), key=lambda b: b[:2])
+        if best is None or (best[0] >= UNEXPLAINED and not len(bad) == 1 < len(calculation.targets)):
+            return None
+        if best[0] >= UNEXPLAINED and (place := self.typed_over(bad)):
+            self.judge.faults.append(self.judge.typed_number(place))
+            return {p: targets[p] for p in bad}
+        if best[0] >= UNEXPLAINED and isinstance(calculation, Words) and not calculation.is_wrong(self.judge.now):
+            return None  # an arc sine of half the sphere
+        self.judge.faults += best[3]
+        return best[2]
+
+    def _candidates(self, calculation, targets, bad):
+        """(order, cells, what may belong there): matrices, vectors, a cosine with its sine, single cells, all."""
+        graph, found, scope = self.graph, self.found, self.graph.upstream(bad)
+        blocks, pairs = [w for w in found.windows if not scope.isdisjoint(w)], {}
+        formulas = scope & graph.trees.keys() - self.judge.inputs.keys()
+        for place in formulas - {p for window in blocks for p in window}:
+            if heads(graph.trees[place]) & {"SIN", "COS", "TAN"}:
+                pairs.setdefault(tuple(graph.uses[place]), []).append(place)
+        blocks += self._lines(calculation, scope)
+        for block in (*blocks, *(tuple(pair) for pair in pairs.values() if len(pair) == 2)):
+            order = min(map(graph.calculation_order, [p for p in block if p in graph.trees] or block))
+            options = [dict(zip(block, known, strict=True)) for known in calculation.known.get(len(block), ())]
+            yield (*order, len(block)), block, self._tried(options, targets, bad)
+        for place in formulas | (scope & (found.constants | (found.typed & targets.keys()))):
+            options = self._cell_options(calculation, place, targets, bad)
+            yield (*graph.calculation_order(place), 0), (place,), options
+        everywhere = (("rounded early", ROUNDING), (TO_RADIANS[0], TURNING), (TO_DEGREES[0], TURNING))
+        for number, (kind, functions) in enumerate(everywhere):
+            places = [p for p in formulas if heads(graph.trees[p]) & functions]
+            slips = {p: next((e[3] for e in edits(graph, p) if e[0] == kind), None) for p in places}
+            option = {p: self.judge.calculate(p, tree) for p, tree in slips.items() if tree}
+            if len(option) > 1:  # the same slip everywhere
+                yield (97, (number,), 0), tuple(option), self._tried([option], targets, bad)
+        if isinstance(calculation, Turn):  # all matrices of the other convention
+            windows = (as_window(w, other).items() for w, (_, other) in self.judge.elements(calculation).items())
+            option = dict(chain.from_iterable(windows))
+            yield (98, (0,), 0), tuple(option), self._tried([option], targets, bad)
+
+    def _lines(self, calculation, scope):
+        """Triples and quadruples of vector cells, the results among them."""
+        vectors = self.found.vectors & scope
+        lines = {c for p in vectors for c in [self.graph.component[p]] if len(c) in (3, 4)}
+        steps = {step.results for step in self.judge.steps(calculation) if scope.issuperset(step.results)}
+        return {line for line in lines if len(vectors.intersection(line)) >= 2} | {calculation.results} | steps
+
+    def _tried(self, options, targets, bad):
+        """Of the options (place → value) what they change, of those that meet the targets, one of `bad` first."""
+        first, before = bad[0], self.graph.upstream(bad[:1])
+        for option in options:
+            changed = {p: value for p, value in option.items() if not same(self.judge.now(p), value)}
+            affected = self.graph.downstream(changed)
+            reached = {p: target for p, target in targets.items() if p in affected}
+            if (
+                affected.issuperset(bad)
+                and self.judge.met({first: targets[first]}, self.judge.run_with(changed, affected & before))
+                and self.judge.met(reached, self.judge.run_with(changed, affected))
+            ):
+                yield changed
+
+    def _cell_options(self, calculation, place, targets, bad):
+        """The value of one cell that makes all targets right: solved where they are linear in it, or guessed."""
+        if place in targets:
+            yield from self._tried([{place: targets[place]}], targets, bad)
+            return
+        affected, now = self.graph.downstream([place]), self.judge.now(place)
+        if not affected.issuperset(bad):
+            return
+        now = now if np.isfinite(now[1:]).all() else np.zeros(SAMPLES)
+        runs = [self.judge.run_with({place: now + step}, affected) for step in (0.0, 1.0, 2.0)]
+        wanted, steepest, linear = np.array(now), np.full(SAMPLES, 1e-9), True
+        for target, value in targets.items():
+            if target not in affected:
+                continue
+            f0, f1, f2 = (run.get(target, self.judge.now(target)) for run in runs)
+            slope = np.broadcast_to(f1 - f0, SAMPLES)
+            linear &= bool(np.isfinite(slope[1:]).all()) and same(f2 - f1, slope, 1e-7)
+            if target in bad:
+                steeper = np.abs(slope) > steepest
+                wanted = np.where(steeper, now + (value - f0) / np.where(steeper, slope, 1), wanted)
+                steepest = np.maximum(steepest, np.abs(slope))
+        wanted[0] = np.nan if steepest[0] < 1e-8 else wanted[0]
+        options = [wanted] if linear else self._plausible(calculation, place)
+        yield from islice(self._tried(({place: value} for value in options), targets, bad), 1)
+
+    def _plausible(self, calculation, place):
+        """What a cell may have to hold on which results depend in a curved way: an angle, a repaired formula."""
+        if place in self.found.turning:
+            for a in calculation.radians.T:
+                yield from (a, -a, np.rad2deg(a), -np.rad2deg(a), a / 2)
+        if place in self.found.constants:
+            yield from (np.full(SAMPLES, factor) for factor in CONVERSIONS)
+        seen = [self.judge.now(place)]
+        for *_, tree in edits(self.graph, place) if place in self.graph.trees else ():
+            value = self.judge.calculate(place, tree)
+            if np.isfinite(value[1:]).all() and not any(same(value, s) for s in seen):
+                seen.append(value)
+                yield value
+            if len(seen) > 60:
+                break
+        if isinstance(calculation, Turn):
+            yield from (sign * entry for entry in calculation.scalars() for sign in (1, -1))
+
+    def typed_over(self, bad):
+        """The first number on the way to a wrong result that is no input, nor a constant such as 0, 1 or π."""
+        odd = self.graph.upstream(bad) & self.found.typed - self.graph.trees.keys()
+        odd -= {p for c in self.found.calculations for p in c.given}
+        odd -= self.graph.upstream(self.judge.targets.keys() - set(self.judge.bad(self.judge.targets)))
+        if self.found.task.machine:  # a constant of the machine stands in no row of the table
+            odd &= {p for p in odd if any(p[:2] == place[:2] for place in bad)}
+        constants = np.array([0, 1, -1, *CONVERSIONS])
+        odd = [p for p in odd if (np.abs(self.graph.value(p) - constants) > 1e-3 * np.abs(constants)).all()]
+        return min(odd, key=self.graph.calculation_order, default=None)
