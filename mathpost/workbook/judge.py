@@ -148,9 +148,8 @@ class Judge(Sampled):
             targets = {p: t for p, t in self.targets.items() if p in near}
             targets = {p: t for p, t in targets.items() if not any(p in c.targets for c in later)}
             missed = {p: targets.pop(p) for p in self.bad(targets) if p not in calculation.targets}
-            found = self._by_labels(calculation, said, bad) or self.where.earliest(
-                calculation, targets, bad, missed
-            )
+            found = self._by_labels(calculation, said, bad)
+            found = found or self.where.earliest(calculation, targets, bad, missed)
             strange = not self.graph.upstream(bad).isdisjoint(self.graph.not_evaluated)
             if found is None and not isinstance(calculation, Words):
                 self.unexplained.append(calculation)
