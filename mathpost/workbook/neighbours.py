@@ -14,8 +14,8 @@ WAYS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
 
 def filled(graph, near, place):
-    """The formula of a cell filled to a place; None if it has none, or is of an array."""
-    if near not in graph.trees or near in graph.part:
+    """The formula of a cell filled to a place; None if it has none, or is of an array of several cells."""
+    if near not in graph.trees or len(graph.array(near)) > 1:
         return None
     moved = [area.filled(place[1] - near[1], place[2] - near[2]) for area in areas(graph.trees[near])]
     return with_areas(graph.trees[near], moved) if moved and all(moved) else None
