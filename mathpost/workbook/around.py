@@ -170,15 +170,17 @@ class Around:
         return {p: n for c in self.judge.live for n, p in enumerate(c.point)}
 
     def _is_alone(self, place, head, area, longer):
-        """Whether all others in its row, or column, that take the same of a line go as far as the longer one."""
+        """Whether all statistics of the same line, or beside it of such lines, go as far as the longer one."""
         along, found = (1 if area.shape[1] == 1 else 2), []
+        first, last = longer.places[0], longer.places[-1]
         for p, tree in self.graph.trees.items():
-            if p != place and (p[0], p[along]) == (place[0], place[along]):
-                others = [child[1] for _, part in walk(tree) if part[0] == head for child in part[1:2]]
-                others = [other for other in others if isinstance(other, Area)]
-                found += [other for other in others if (other.shape[1] == 1) == (along == 1)]
-        ends = longer.places[0][along], longer.places[-1][along]
-        return bool(found) and all((each.places[0][along], each.places[-1][along]) == ends for each in found)
+            parts = [part for _, part in walk(tree) if part[0] in STATISTICS] if p != place else ()
+            for other, *inner in parts:
+                lines = [part[1].places for part in inner[:1] if part[0] == "area"]
+                lines = [line for line in lines if len({q[3 - along] for q in line}) == 1 < len(line)]
+                beside = other == head and (p[0], p[along]) == (place[0], place[along])
+                found += [line for line in lines if beside or not {*line}.isdisjoint(longer.places)]
+        return bool(found) and all((q[0][along], q[-1][along]) == (first[along], last[along]) for q in found)
 
 
 def _without_numbers(tree):

@@ -56,7 +56,7 @@ EMPTY = Cell(None)
 
 @dataclass(frozen=True)
 class Book:
-    """A workbook: its sheets' names, `Cell`s by (sheet, row, column) from 1, the `Area`s of names in upper case."""
+    """A workbook: its sheets' names; `Cell`s by (sheet, row, column) from 1; an `Area` or formula by NAME."""
 
     path: Path
     sheets: tuple
@@ -165,7 +165,8 @@ def _names(defined, own_sheet):
         try:
             ((sheet, area),) = definition.destinations
             left, top, right, bottom = range_boundaries(area)
-        except (ValueError, TypeError, AttributeError):
+        except (ValueError, TypeError, AttributeError):  # a constant, or a formula
+            yield name.upper(), f"={definition.attr_text or ''}"
             continue
         if None not in (left, top, right, bottom):
             yield name.upper(), Area(sheet or own_sheet, top, left, bottom, right, (True, True))

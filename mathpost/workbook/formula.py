@@ -71,7 +71,8 @@ def area_of(places):
 def parse(text, sheet, names, sheets=None):
     """Return the tree of a formula, with its ``=``, that stands in `sheet`; raise `NotUnderstood` if it has none.
 
-    `names` has the `Area` of each name in upper case, `sheets`, if given, the sheets that are there, by lower case.
+    `names` has the `Area` or formula of each name in upper case, `sheets`, if given, the sheets that are there, by
+    lower case.
 
     Examples
     --------
@@ -132,6 +133,8 @@ class _Reader:
             return ("number", float(LOGICAL.get(token.value.upper(), token.value)))
         if token.subtype == "TEXT":
             return ("text", token.value[1:-1].replace('""', '"'))
+        if isinstance(text := self.names.get(token.value.upper()), str):
+            return parse(text, self.sheet, {n: a for n, a in self.names.items() if a != text}, self.sheets)
         if token.subtype == "RANGE":
             return ("area", self.area(token.value))
         raise NotUnderstood(token.value)

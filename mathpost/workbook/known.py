@@ -36,6 +36,7 @@ class Known:
     def _known_vectors(self):
         """Points and what became of them, their sums, means, extremes, and the differences of each two."""
         graph, judge, lists, everywhere, found = self.graph, self.judge, {}, {}, self._in_planes()
+        found += [vector for c in judge.live if isinstance(c, Plane) for vector in c.known[3]]
         for turn in self.turns:
             found += [*turn.known.get(3, ()), *_axes(turn)]
             result = np.array([*turn.targets.values()])
@@ -91,8 +92,16 @@ class Known:
             given = [[s for s in self.graph.uses[p] if s in self.found.typed] for p in users]
             if [len(each) for each in given] == [1, 1, 1] and len(set(users)) == 3:
                 a, b, c = (place for (place,) in given)
-                if a != b and not np.ptp(np.diff([a[1:], b[1:], c[1:]], axis=0), axis=0).any():  # in line
-                    yield a, b, c
+                (_, i, j), (_, k, m), (_, p, q) = a, b, c
+                middle = (a[0], (i + p) // 2, (j + q) // 2)  # one of them may be mistaken
+                for line in (
+                    (a, middle, c),
+                    (a, b, (a[0], 2 * k - i, 2 * m - j)),
+                    ((a[0], 2 * k - p, 2 * m - q), b, c),
+                ):
+                    in_line = not np.ptp(np.diff([place[1:] for place in line], axis=0), axis=0).any()
+                    if in_line and line[0] != line[1] and self.found.typed.issuperset(line):
+                        yield line
             elif len(given[0]) == 3 and len(set(users)) == 1:
                 yield tuple(given[0])
 

@@ -30,11 +30,13 @@ def resolved(tree, held):
 def _held(held, tree):
     """A number or a text, in lower case, that is typed in a formula or in the cell to which it refers.
 
-    Or how many cells hold a number, or anything, or how long a text is.
+    Or how many cells hold a number, or anything, which row or column a cell is in, how long a text is.
     """
     if tree[0] in ("COUNT", "COUNTA"):
         values = [_plain(held(place)) for _, area in tree[1:] for place in area.places]
         return float(sum(isinstance(v, float) or (tree[0] == "COUNTA" and v != "") for v in values))
+    if tree[0] in ("ROW", "COLUMN"):
+        return float(tree[1][1].top if tree[0] == "ROW" else tree[1][1].left)
     if tree[0] == "LEN":
         return float(len(str(_held(held, tree[1]))))
     if tree[0] == "area" and tree[1].shape == (1, 1):
@@ -76,6 +78,14 @@ def _index(held, table, row, column=None):
     rows = (area.top + row - 1,) * 2 if row else (area.top, area.bottom)
     columns = (area.left + column - 1,) * 2 if column else (area.left, area.right)
     return "area", Area(area.sheet, rows[0], columns[0], rows[1], columns[1])
+
+
+def _offset(held, table, *steps):
+    """The range so many rows and columns further, and of so many."""
+    down, right, *size = (_number(held, step) for step in steps)
+    area = table[1].moved(down, right)
+    rows, columns = (*size, *area.shape[len(size) :])
+    return "area", replace(area, bottom=area.top + rows - 1, right=area.left + columns - 1)
 
 
 def _along(across):
@@ -136,6 +146,7 @@ FOUND = {
     "IF": _if,
     "MATCH": _match,
     "INDEX": _index,
+    "OFFSET": _offset,
     "VLOOKUP": _along(across=False),
     "HLOOKUP": _along(across=True),
     "XLOOKUP": _beside(0),

@@ -139,7 +139,8 @@ class Plane(Calculation):
         ]
         lengths = [np.linalg.norm(vector, axis=-1, keepdims=True) for vector in (x, y, across)]
         beside = np.hstack([*turns, frame.reshape(SAMPLES, -1), x, y, across, *lengths, np.zeros((SAMPLES, 1))])
-        self.known = {1: [entry[None] for entry in beside.T]}
+        self.known = {1: [entry[None] for entry in beside.T], 3: [*np.moveaxis(frame, 0, -1).swapaxes(0, 1)]}
+        self.known[3] += [vector.T for vector in (x, y, across) if np.ptp(vector)]
 
 
 def _frame(x, z):

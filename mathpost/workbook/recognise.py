@@ -167,6 +167,7 @@ class Recognised(Vectors):
         return any(a - b and b - a for a, b in combinations(points, 2))
 
     def _add_turn(self, triple, calculations, before=()):
+        triple = self._as_named(triple)
         angles = self._of(triple, self.angles)
         if before:
             angles = self.sorted(self.angles & self.graph.upstream(triple, before))
@@ -313,7 +314,9 @@ class Recognised(Vectors):
         for down, right in ((0, -1), (-1, 0)):
             before = (cells.get(offset(place, n * down, n * right)) for n in range(1, 60))
             texts = (c.value for c in before if c and isinstance(c.value, str))
-            role = next(filter(None, map(read_label, next(texts, "").split("=")[::-1])), None)  # "z2 = z'"
+            text = next(texts, "")
+            said = *text.split("=")[::-1], text.split(" ")[0]  # "z2 = z'", "z' (mm)"
+            role = next(filter(None, map(read_label, said)), None)
             if role and role.kind in kinds:
                 return role.word
         return None
@@ -378,10 +381,14 @@ class Recognised(Vectors):
         self.vectors = set(given["result"])
         self._tell(Turn(*(given[name] for name in ("result", "angles", "point", "origin"))), self.calculations)
 
+    def _as_named(self, results):
+        """The three cells of a result in the order x, y, z that their labels say."""
+        said = [self.coordinate(p, ("outcome",)) for p in results]
+        named = sorted(filter(None, said)) == [(0,), (1,), (2,)] and len(said) == 3
+        return tuple(results[said.index((n,))] for n in range(3)) if named else results
+
     def _tell(self, calculation, calculations, plane=None):
-        said = [self.coordinate(p, ("outcome",)) for p in calculation.results]
-        if sorted(filter(None, said)) == [(0,), (1,), (2,)] and len(said) == 3:
-            calculation.results = tuple(calculation.results[said.index((n,))] for n in range(3))
+        calculation.results = self._as_named(calculation.results)
         primed = calculation.point and re.search("['′’]", self.label(calculation.point[0]))
         calculation.back = bool((calculation.shift or primed) and re.search(INVERSE, self.text, re.I))
         as_it_is = calculation.shift and self.active and not self.task.convention  # R·p' + p0

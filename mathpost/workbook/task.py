@@ -20,6 +20,7 @@ AXIS_OR_THEN = re.compile(
 )
 FACTOR = r"\bR_?([xyz])\b\W?([^\s()*·×∙⋅+=;,]*)\W*?"
 CHAIN = re.compile(r"[*·×∙⋅]\s*".join([FACTOR] * 3), re.I)
+SPACED = re.compile("= *" + " ".join([FACTOR] * 3), re.I)
 FIXED = r"fixed (?:axes|[xyz]\b)|extrins|raumfest|feste[nr]? achsen|axes? fixes?|固定(坐标)?轴|外旋|static axes"
 TURNING = r"intrins|mit(?:ge)?dreh|(?:turned|moving|body|new|neue) ax|mobiles|内旋|动轴|新的?[xyz]"
 OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵|[xyz]\())"  # active matrices may make a passive rotation
@@ -131,7 +132,8 @@ def reading(task, text, count=3):
     active = is_active and not passive and (not transposed or bool(re.search(TURNED, text, re.I)))
     active = task.convention == "active" if task.convention else active
     turning = re.search(TURNING, text, re.I) or PRIMED.search(text)
-    for factors in CHAIN.finditer(text):  # R_z(α)·R_x(β)·R_z(γ) is active unless that is denied, the other way not
+    # R_z(α)·R_x(β)·R_z(γ) is active unless that is denied, the other way not.
+    for factors in (*CHAIN.finditer(text), *SPACED.finditer(text)):
         axes, angles = "".join(factors.groups()[::2]).upper(), [*factors.groups()[1::2]]
         in_order = all(angles) and angles == sorted(set(angles))
         in_order |= by_text == axes != axes[::-1]  # as the sequence is said

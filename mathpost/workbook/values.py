@@ -300,6 +300,8 @@ def _why(graph, place, mates, own, slack):
 def _named(graph, cells):
     """The cells that a name of the workbook or the caller names."""
     for name, area in graph.names.items():
+        if isinstance(area, str):  # a formula
+            continue
         role = read_label(re.sub(r"^(?:recipe|method|m)_?[12]_", "", name.lower()))
         if role and role.kind == "angle" and area.shape == (3, 3):
             role = Role("matrix", role.word)
