@@ -55,6 +55,7 @@ class Beside:
                     self._is_made_of_known(place, unknown)
                     or self._is_unlike(place, unknown)
                     or self._is_nearly_known(place)
+                    or self._completes_a_vector(place, unknown)
                 )
             )
             unknown -= {place} if told else set()
@@ -263,6 +264,20 @@ class Beside:
         named = self.found.angle_said(place) is not None
         known = sum(map(self.is_known, near))
         return place in near and not named and len(near) > 1 and 2 * known < len(near)
+
+    def _completes_a_vector(self, place, unknown):
+        """Whether one repair makes a cell, with two known ones in line, a known vector, which is a fault then."""
+        graph, judge = self.graph, self.judge
+        whole = [run for run in runs(graph.component[place]) if place in run and not judge.unexplained]
+        for line in (run[n : n + 3] for run in whole for n in range(len(run) - 2)):
+            others = set(line) - {place}
+            if len(others) == 2 and graph.trees.keys() >= others and unknown.isdisjoint(others):
+                fits, k = agree(judge.block(line), self.known.vectors), line.index(place)
+                for n in np.flatnonzero((fits.sum(axis=-1) == 2) & ~fits[:, k])[:1]:
+                    if fault := judge.repaired_alone(place, self.known.vectors[n, k]):
+                        judge.faults.append(fault)
+                        return True
+        return False
 
     def _is_nearly_known(self, place):
         """Whether one repair makes a cell an angle computed back, or a determinant of 1, which is a fault then."""

@@ -216,7 +216,11 @@ class Recognised(Vectors):
         """Four given numbers in line, scalar first or last, in a sheet that speaks of quaternions."""
         if not re.search(QUATERNION, self.text, re.I):
             return []
-        return [self.scalar_first(line) for line in runs(inputs - self.turning) if len(line) == 4]
+        lines = [line for line in runs(inputs - self.turning) if len(line) == 4]
+        across = {p for line in runs(inputs - self.turning) for p in line if len(line) == 3}
+        points = [line for line in lines if across.issuperset(line) and line[0][1] < line[1][1]]  # four, in rows
+        points = [line for line in points if not re.search(r"\bw\b|\bq", self.label(line[0]), re.I)]
+        return [self.scalar_first(line) for line in lines if line not in points]
 
     def scalar_first(self, line):
         """The cells of a quaternion, w before x, y and z, whichever the labels say is first."""

@@ -21,6 +21,7 @@ AXIS_OR_THEN = re.compile(
 FACTOR = r"\bR_?([xyz])\b\W?([^\s()*·×∙⋅+=;,]*)\W*?"
 CHAIN = re.compile(r"[*·×∙⋅]\s*".join([FACTOR] * 3), re.I)
 SPACED = re.compile("= *" + " ".join([FACTOR] * 3), re.I)
+UNDONE = r"\^-1|⁻¹|ᵀ|\^t\b|invers|transp|rück"
 FIXED = r"fixed (?:axes|[xyz]\b)|extrins|raumfest|feste[nr]? achsen|axes? fixes?|固定(坐标)?轴|外旋|static axes"
 TURNING = r"intrins|mit(?:ge)?dreh|(?:turned|moving|body|new|neue) ax|mobiles|内旋|动轴|新的?[xyz]"
 OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵|[xyz]\())"  # active matrices may make a passive rotation
@@ -137,6 +138,9 @@ def reading(task, text, count=3):
         axes, angles = "".join(factors.groups()[::2]).upper(), [*factors.groups()[1::2]]
         in_order = all(angles) and angles == sorted(set(angles))
         in_order |= by_text == axes != axes[::-1]  # as the sequence is said
+        before = text[: factors.start()].rpartition("\n")[2]
+        if re.search(UNDONE, before, re.I) or any(angle[:1] in ("-", "−") for angle in angles):
+            continue
         if axes in euler.SEQUENCES and by_text in ("", axes):
             active = active or (in_order and not (passive or transposed or task.convention))
             by_text = by_text or axes[:: 1 if active else -1]
