@@ -46,6 +46,8 @@ class Around:
             fault = self._short_range(place) if place in rest else None
             if fault := fault or self._unlike(place, place in rest):
                 yield fault
+            elif place in rest and self._repeats(place):
+                self.doubtful.add(place)
         for window in self.found.windows:
             formulas = graph.trees.keys() & set(window)
             if len(window) == 9 and formulas and rest.issuperset(formulas):
@@ -127,12 +129,22 @@ class Around:
                 if child[0] != "area" or sorted(child[1].shape)[0] > 1 or child[1].shape == (1, 1):
                     continue
                 area, longer = child[1], self.whole(child[1], place)
-                if longer != area and self._is_alone(place, part[0], area, longer):
+                by_one = sum(longer.shape) == sum(area.shape) + 1
+                if longer != area and not self._is_alone(place, part[0], area, longer):
+                    self.doubtful.update([place] * by_one)
+                elif longer != area:
                     other = put(tree, (*path, *inner), ("area", longer))
                     self.judge.put({place: self.judge.calculate(place, other)})
                     text = f"{self.graph.short(place)}: {said(place, child, ('area', longer))}"
                     return self.judge.fault(place, "wrong reference", text)
         return None
+
+    def _repeats(self, place):
+        """Whether a statistic is the same as the one beside it, where others step on."""
+        graph, tree = self.graph, self.graph.trees[place]
+        near = [p for p in beside(place) if graph.form(p) == graph.form(place)]
+        moving = [area for area in areas(tree) if not any(area.fixed)]
+        return tree[0] in STATISTICS and bool(moving) and any(graph.trees[p] == tree for p in near)
 
     def whole(self, area, place):
         """A range with what goes on at its ends: formulas of one form, or the same coordinate of further points."""

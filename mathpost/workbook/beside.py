@@ -40,7 +40,7 @@ class Beside:
         self.around, labelled = Around(judge, self.known), Labelled(judge, self.known)
         for each in (self.around, labelled) if not judge.unexplained else ():
             judge.faults += each.faults(rest)
-        self.doubtful = self.around.doubtful | labelled.doubtful
+        self.doubtful = self.around.doubtful | labelled.doubtful | set(filter(self.known.takes_nothing, rest))
         rest -= self._judge_vectors(rest)
         judge.faults += labelled.compared(rest)
         composed = {p for p in self.found.composed if not (self._is_degrees_and_minutes(p) or self._goes_on(p))}

@@ -10,6 +10,7 @@ from mathpost.workbook.calculation import LARGEST_RADIANS
 from mathpost.workbook.edits import INVERSE
 from mathpost.workbook.file import EMPTY, read
 from mathpost.workbook.formula import areas, heads
+from mathpost.workbook.given import runs
 from mathpost.workbook.graph import Graph, beside, same
 from mathpost.workbook.judge import Judge
 from mathpost.workbook.label import read_label
@@ -20,6 +21,7 @@ from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, FileRep
 from mathpost.workbook.task import Task
 from mathpost.workbook.values import check_values
 
+GIVEN = r"origin|ursprung|nullpunkt|原点|offset|shift|verschieb|平移|\bpoint\b|\bpunkt\b|^\W*[pxyz]_?0?\W*$"
 LUCKY = "numbers without formulas: that they are right by luck cannot be excluded"
 
 
@@ -101,6 +103,7 @@ def check_file(path, task=None):
         text = "is not what the task asks for, and no single change makes it so"
         found.problems.append(f"{graph.range(calculation.results)} {text}")
     unlike = [*_unlike_the_text(graph, found), *_typed_twice(graph, found), *_not_converted(graph, found)]
+    unlike += [*_not_used(graph, found)]
     found.problems += [text for triple, text in found.doubts.items() if not others.unjudged.isdisjoint(triple)]
     unclear = not found.calculations or found.problems or judge.reading
     if unclear and not (judge.faults or judge.reading or task.machine):
@@ -156,6 +159,19 @@ def _not_converted(graph, found):
             if abs(own) < LARGEST_RADIANS < abs(degrees) <= 360 and other:
                 text = f"{graph.short(near)}, {own:g}, turns instead"
                 yield f"{graph.address(place)}, {degrees:g}, is not used; {text}"
+
+
+def _not_used(graph, found):
+    """Yield a point or origin, by its label, that stands alone and that no formula uses."""
+    places = [each for c in found.calculations for each in (c.point, c.origin, c.results[:3])]
+    known = np.array([[graph.own[p] for p in each] for each in places if len(each) == 3], dtype=float)
+    known = known.reshape(-1, 3)
+    for line in runs(found.typed - graph.used.keys() - graph.trees.keys()):
+        alone = len(line) == 3 and len({q for p in line for q in beside(p)} & graph.component.keys()) == 3
+        if alone and re.search(GIVEN, found.label(line[0]), re.I):
+            numbers = np.array([graph.own[p] for p in line])
+            if numbers.any() and not (np.abs(known - numbers).max(axis=-1, initial=0) < 0.02).any():
+                yield f"{graph.range(line)} is {found.label(line[0]).strip()!r}, and no formula uses it"
 
 
 def _three(numbers):

@@ -48,7 +48,7 @@ class ToQuaternion(Turn):
         """Compute the quaternion at the samples, of the signs that most cells have."""
         super().prepare(values, units)
         now = look(values, self.results).T
-        signs = product((1, -1), repeat=2)
+        signs = [s for s in product((1, -1), repeat=2) if s[0] == s[1] or not self.active]
         both = [np.array([a, b, b, b])[:, None] * self.quaternions()[2] for a, b in signs]
         self.should_be(self.results, max(both, key=lambda q: (np.abs(now - q) < 1e-6).sum()))
 

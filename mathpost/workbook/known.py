@@ -9,7 +9,7 @@ from mathpost.rotation import wrap
 from mathpost.workbook.calculation import SAMPLES, Turn
 from mathpost.workbook.conversion import Conversion
 from mathpost.workbook.edits import INVERSE
-from mathpost.workbook.formula import heads, unrounded
+from mathpost.workbook.formula import areas, heads, unrounded
 from mathpost.workbook.given import runs
 from mathpost.workbook.graph import CLOSE, offset
 from mathpost.workbook.plane_angles import Plane
@@ -134,6 +134,12 @@ class Known:
         angles = np.array(angles).reshape(-1, 2, SAMPLES)
         return np.array([np.broadcast_to(number, SAMPLES) for number in numbers]), angles
 
+    def takes_nothing(self, place):
+        """Whether a formula refers to an empty cell, or to a range of such."""
+        there, tree = self.graph.component.keys(), self.graph.tree(place)
+        waits = tree[0] == "IF"
+        return not waits and any(there.isdisjoint(area.places) for area in areas(tree))
+
     def is_known(self, place, tree=None):
         """Whether a formula, or another in its place, is a determinant, a length, an angle computed back."""
         if place not in self.graph.trees:
@@ -142,8 +148,6 @@ class Known:
         value, functions = self.judge.calculate(place, unrounded(tree)), heads(tree)
         is_angle = not functions.isdisjoint({*INVERSE, "DEGREES"})
         is_angle |= tree[0] == "-" and not self.found.turning.isdisjoint(self.graph.uses[place])
-        if self.graph.component.keys().isdisjoint(self.graph.uses[place]):
-            return False  # something empty was taken
         if tree[0] == "COUNT" and tree[1][0] == "area":  # of a whole column
             column, rows = tree[1][1].places, self.graph.component
             around = offset(column[0], -1, 0), offset(column[-1], 1, 0)

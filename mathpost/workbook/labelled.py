@@ -14,6 +14,7 @@ from mathpost.workbook.formula import heads, text_of, unrounded, walk
 from mathpost.workbook.graph import CLOSE, offset, same
 from mathpost.workbook.known import has_angles, solutions
 from mathpost.workbook.label import read_label
+from mathpost.workbook.sampled import IN_RADIANS
 
 LENGTH = r"^\|[^|]*\|\W*$|\bnorme?\b|\bbetrag\b|\blength\b|\blänge\b|\b3-?d\b|模长|长度"
 DISTANCE = r"length|norm|\||betrag|länge|abstand|dist|radius|长|模|距"
@@ -55,6 +56,8 @@ class Labelled:
         elif not re.search(OF_LENGTHS, said, re.I):
             yield from self._no_length(place, said)
         yield from self._no_statistic(place)
+        if self._is_in_radians(place):
+            self.doubtful.add(place)
         is_plain = any(same(judge.now(place), each) for each in self._plain) and re.search(DIFFERENCE, said, re.I)
         if is_plain or any(part[0] == "-" and part[1] == part[2] for _, part in walk(graph.trees[place])):
             self.doubtful.add(place)  # no difference
@@ -95,6 +98,26 @@ class Labelled:
         other = (name, *tree[1:])
         self.judge.put({place: self.judge.calculate(place, other)})
         yield self.judge.fault(place, "wrong value", f"{graph.short(place)}: {said(place, tree, other)}")
+
+    def _is_in_radians(self, place):
+        """Whether an angle that no formula uses is in radians, the given ones in degrees, and no text says so."""
+        graph, judge, near = self.graph, self.judge, self.graph.cells.get(offset(place, 0, 1))
+        tree, texts = unrounded(graph.trees[place]), [*self.found.texts(place), str(near and near.value)]
+        units = {judge.units.get(p, 1.0) for turn in self.known.turns for p in turn.angles}
+        is_angle = heads(tree) & INVERSE and "DEGREES" not in heads(tree) and self.known.is_known(place)
+        said = any(re.search(IN_RADIANS, text, re.I) for text in texts)
+        now = judge.now(place)
+        is_entry = (np.abs(now - self.known.numbers)[:, 1:].max(axis=1) < CLOSE).any()
+        in_degrees = any(
+            (np.abs(wrap(np.deg2rad(now) - a, 2 * np.pi))[:, 1:].max(axis=1) < CLOSE).any()
+            for a in self.known.angles
+        )
+        return (
+            bool(is_angle)
+            and place not in graph.used
+            and units == {np.pi / 180}
+            and not (said or is_entry or in_degrees)
+        )
 
     @cached_property
     def _plain(self):

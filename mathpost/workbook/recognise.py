@@ -127,18 +127,26 @@ class Recognised(Vectors):
                 ((origin, between), _), (shift, _) = *origins, *shifts
                 row.origin = row.origin if row.origin and _between(row) == between else origin
                 row.shift = shift
-            self._give_points(rows)
+            self._give(rows, "point")
+            if len({row.angles for row in rows}) > 1:
+                self._give(rows, "angles")
 
-    def _give_points(self, rows):
-        """Give a row of a table the point that stands as those of all others do, or that no formula uses."""
-        apart = Counter((row.point[0][0], *_step(row.results[0], row.point[0])) for row in rows if row.point)
-        for (sheet, down, right), votes in apart.most_common(1):
-            for row in rows if votes > 2 else ():
+    def _give(self, rows, part):
+        """Give a row of a table the point, or angles, that stand as those of others do and that no formula uses.
+
+        Or that stand as those of all others do.
+        """
+        given = {row: own for row in rows if (own := getattr(row, part))}
+        apart = Counter((own[0][0], *_step(row.results[0], own[0])) for row, own in given.items())
+        for row, now in given.items():
+            for (sheet, down, right), votes in sorted(apart.items(), key=lambda way: (-way[1], abs(way[0][1]))):
                 _, top, left = offset(row.results[0], down, right)
-                own = tuple((sheet, top + n, left + k) for n, k in (_step(row.point[0], p) for p in row.point))
+                own = tuple((sheet, top + n, left + k) for n, k in (_step(now[0], p) for p in now))
                 unused = self.typed.issuperset(own) and self.graph.used.keys().isdisjoint(own)
-                if unused or (votes == len(rows) - 1 and self.graph.component.keys() >= set(own)):
-                    row.point = own
+                most = votes > 2 and votes == len(rows) - 1 and part == "point"
+                if own == now or unused or (most and self.graph.component.keys() >= set(own)):
+                    setattr(row, part, own)
+                    break
 
     def _is_set_aside(self, triple):
         """Whether a text above, or before it, says that a vector is not what is asked for."""
