@@ -140,6 +140,11 @@ class Known:
         waits = tree[0] == "IF"
         return not waits and any(there.isdisjoint(area.places) for area in areas(tree))
 
+    def is_angle(self, radians):
+        """Whether a value is an angle between two vectors, or computed back."""
+        off = np.abs(wrap(radians - self.angles, 2 * np.pi)).min(axis=1)
+        return bool((off[:, 1:].max(axis=1) < 1e-6).any())
+
     def is_known(self, place, tree=None):
         """Whether a formula, or another in its place, is a determinant, a length, an angle computed back."""
         if place not in self.graph.trees:
@@ -152,10 +157,8 @@ class Known:
             column, rows = tree[1][1].places, self.graph.component
             around = offset(column[0], -1, 0), offset(column[-1], 1, 0)
             return rows.keys() >= set(column) and rows.keys().isdisjoint(around)
-        for radians in (value, np.deg2rad(value)) if is_angle else ():
-            off = np.abs(wrap(radians - self.angles, 2 * np.pi)).min(axis=1)
-            if (off[:, 1:].max(axis=1) < 1e-6).any():
-                return True
+        if is_angle and (self.is_angle(value) or self.is_angle(np.deg2rad(value))):
+            return True
         known = self.numbers[:1] if "MDETERM" in functions else self.numbers
         fits = np.abs(value - known) <= CLOSE * (1 + np.abs(known))
         fits[:, 0] |= ~np.isfinite(value + known)[:, 0]

@@ -48,29 +48,47 @@ class Labelled:
         yield from self._computed_back(rest)
 
     def _unlike_its_label(self, place):
-        """The fault of a determinant, length or copy that is not what its label says; a length may be doubtful."""
-        graph, judge = self.graph, self.judge
-        said = next(iter(self.found.texts(place)), "")
-        if re.search(DETERMINANT, said, re.I):
+        """The faults of a cell that is not what its label says; what is only suspicious becomes doubtful."""
+        label = next(iter(self.found.texts(place)), "")
+        if re.search(DETERMINANT, label, re.I):
             yield from self._no_determinant(place)
-        elif not re.search(OF_LENGTHS, said, re.I):
-            yield from self._no_length(place, said)
+        elif not re.search(OF_LENGTHS, label, re.I):
+            yield from self._no_length(place, label)
         yield from self._no_statistic(place)
-        if self._is_in_radians(place):
+        yield from self._copy_of_another(place)
+        if self._is_no_difference(place, label) or self._is_in_radians(place):
             self.doubtful.add(place)
-        is_plain = any(same(judge.now(place), each) for each in self._plain) and re.search(DIFFERENCE, said, re.I)
-        if is_plain or any(part[0] == "-" and part[1] == part[2] for _, part in walk(graph.trees[place])):
-            self.doubtful.add(place)  # no difference
+
+    def _copy_of_another(self, place):
+        """The fault of a copy of another coordinate of a result than the label says."""
+        graph = self.graph
         near = (graph.cells.get(p) for p in (offset(place, 0, -1), offset(place, -1, 0)))
         label = next((cell.value for cell in near if cell and isinstance(cell.value, str) and not cell.formula), "")
         plain = re.sub(r"\([^()xyz]*\)$", "", label)
         role = read_label(plain) or read_label(label.split(" ")[0]) if "=" not in label else None
         copied = unrounded(graph.trees[place])
-        for turn in judge.live if role and role.kind == "outcome" and copied[0] == "area" else ():
-            (source, *more), said = copied[1].places, role.word[0]
-            if not more and source in turn.results[:3] and turn.results[said] != source:
-                text = f"{graph.short(source)} should be {graph.short(turn.results[said])}"
-                yield judge.fault(place, "wrong reference", f"{graph.short(place)}: {text}")
+        for turn in self.judge.live if role and role.kind == "outcome" and copied[0] == "area" else ():
+            (source, *more), wanted = copied[1].places, turn.results[role.word[0]]
+            if not more and source in turn.results[:3] and source != wanted:
+                text = f"{graph.short(place)}: {graph.short(source)} should be {graph.short(wanted)}"
+                yield self.judge.fault(place, "wrong reference", text)
+
+    def _is_no_difference(self, place, label):
+        """Whether a difference, by its label, is a coordinate itself, or one of a cell less itself."""
+        plain = any(same(self.judge.now(place), each) for each in self._plain)
+        from_itself = any(part[0] == "-" and part[1] == part[2] for _, part in walk(self.graph.trees[place]))
+        return from_itself or (plain and bool(re.search(DIFFERENCE, label, re.I)))
+
+    def _is_in_radians(self, place):
+        """Whether an angle that no formula uses is in radians, the given ones in degrees, and no text says so."""
+        graph, functions, known = self.graph, heads(self.graph.trees[place]), self.known
+        units = {self.judge.units.get(p, 1.0) for turn in known.turns for p in turn.angles}
+        if place in graph.used or not functions & INVERSE or "DEGREES" in functions or units != {np.pi / 180}:
+            return False
+        near, now = graph.cells.get(offset(place, 0, 1)), self.judge.now(place)
+        texts = [*self.found.texts(place), str(near and near.value)]
+        in_words = any(re.search(IN_RADIANS, text, re.I) for text in texts)
+        return known.is_angle(now) and not (in_words or known.is_angle(np.deg2rad(now)))
 
     def _no_determinant(self, place):
         """The fault of a determinant, by its label, that is not that of the nine cells it uses."""
@@ -92,32 +110,12 @@ class Labelled:
         if len(named) != 1 or not heads(tree).isdisjoint(named) or tree[0] not in {*STATISTIC, "/"} - {"SQRT"}:
             return
         (name,) = named
-        if tree[0] == "/" or name == "SQRT":
-            self.doubtful.update([place] * (name == "SQRT"))
-            return
-        other = (name, *tree[1:])
-        self.judge.put({place: self.judge.calculate(place, other)})
-        yield self.judge.fault(place, "wrong value", f"{graph.short(place)}: {said(place, tree, other)}")
-
-    def _is_in_radians(self, place):
-        """Whether an angle that no formula uses is in radians, the given ones in degrees, and no text says so."""
-        graph, judge, near = self.graph, self.judge, self.graph.cells.get(offset(place, 0, 1))
-        tree, texts = unrounded(graph.trees[place]), [*self.found.texts(place), str(near and near.value)]
-        units = {judge.units.get(p, 1.0) for turn in self.known.turns for p in turn.angles}
-        is_angle = heads(tree) & INVERSE and "DEGREES" not in heads(tree) and self.known.is_known(place)
-        said = any(re.search(IN_RADIANS, text, re.I) for text in texts)
-        now = judge.now(place)
-        is_entry = (np.abs(now - self.known.numbers)[:, 1:].max(axis=1) < CLOSE).any()
-        in_degrees = any(
-            (np.abs(wrap(np.deg2rad(now) - a, 2 * np.pi))[:, 1:].max(axis=1) < CLOSE).any()
-            for a in self.known.angles
-        )
-        return (
-            bool(is_angle)
-            and place not in graph.used
-            and units == {np.pi / 180}
-            and not (said or is_entry or in_degrees)
-        )
+        if name == "SQRT":
+            self.doubtful.add(place)
+        elif tree[0] != "/":  # a mean may be a sum divided by a number
+            other = (name, *tree[1:])
+            self.judge.put({place: self.judge.calculate(place, other)})
+            yield self.judge.fault(place, "wrong value", f"{graph.short(place)}: {said(place, tree, other)}")
 
     @cached_property
     def _plain(self):
