@@ -261,7 +261,7 @@ class Judge(Sampled):
             before = self.graph.upstream([place]) - {place, *said, *self.found.turning, *self.found.typed}
             if not all(any(same(self.now(p), entry) for entry in calculation.entries) for p in before):
                 return None  # the cause may be a cell without a label
-            units = [*self.found.windows, *self._lines(calculation, scope), (place,)]
+            units = [*self.found.windows, *self.where.lines(calculation, scope), (place,)]
             unit = next(unit for unit in units if place in unit)
             option = {p: said[p] for p in unit if p in wrong}
             self.faults += self.why.explain(calculation, unit, option)[1]

@@ -54,7 +54,7 @@ class Where:
         for place in formulas - {p for window in blocks for p in window}:
             if heads(graph.trees[place]) & {"SIN", "COS", "TAN"}:
                 pairs.setdefault(tuple(graph.uses[place]), []).append(place)
-        blocks += self._lines(calculation, scope)
+        blocks += self.lines(calculation, scope)
         for block in (*blocks, *(tuple(pair) for pair in pairs.values() if len(pair) == 2)):
             order = min(map(graph.calculation_order, [p for p in block if p in graph.trees] or block))
             options = [dict(zip(block, known, strict=True)) for known in calculation.known.get(len(block), ())]
@@ -74,7 +74,7 @@ class Where:
             option = dict(chain.from_iterable(windows))
             yield (98, (0,), 0), tuple(option), self._tried([option], targets, bad)
 
-    def _lines(self, calculation, scope):
+    def lines(self, calculation, scope):
         """Triples and quadruples of vector cells, the results among them."""
         vectors = self.found.vectors & scope
         lines = {c for p in vectors for c in [self.graph.component[p]] if len(c) in (3, 4)}
