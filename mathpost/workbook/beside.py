@@ -4,6 +4,7 @@ No task asks for these. Each is judged as what it is: one of the numbers and vec
 """
 
 import re
+from functools import cached_property
 
 import numpy as np
 
@@ -134,16 +135,20 @@ class Beside:
 
     def _is_of_another_row(self, triple):
         """Whether a vector, calculated in the row of a table, is the point or result of another row only."""
-        rows = {turn.results[0][:2]: turn for turn in self.turns if turn.point and len({*turn.results[:3]}) == 3}
-        own = rows.pop(triple[0][:2], None)
-        if own is None or len(rows) < 2 or all(self.graph.tree(p)[0] == "area" for p in triple):
+        rows, ends = self._ends
+        if triple[0][:2] not in rows or all(self.graph.tree(p)[0] == "area" for p in triple):
             return False
-        judge, now = self.judge, self.judge.block(triple)
+        fits = agree(self.judge.block(triple), ends).all(axis=-1)
+        own = np.array([row == triple[0][:2] for row in rows])
+        return len(rows) > 4 and bool(fits[~own].any()) and not fits[own].any()
 
-        def is_of(turn):
-            return same(now, judge.block(turn.point)) or same(now, np.array([*turn.targets.values()][:3]))
-
-        return not is_of(own) and any(map(is_of, rows.values()))
+    @cached_property
+    def _ends(self):
+        """The row, as sheet and number, and the values of every point that is turned, and of what becomes of it."""
+        turns = [turn for turn in self.turns if turn.point and len(turn.results) == 3]
+        rows = [turn.results[0][:2] for turn in turns]
+        ends = [(self.judge.block(turn.point), np.array([*turn.targets.values()])) for turn in turns]
+        return [row for row in rows for _ in (0, 1)], np.array([end for both in ends for end in both])
 
     def _repaired_before(self, wanted, rest):
         """The fault of an earlier cell of `rest`, nothing known, if one repair of it makes all `wanted` right."""

@@ -11,7 +11,7 @@ from mathpost.workbook.conversion import Conversion
 from mathpost.workbook.edits import INVERSE
 from mathpost.workbook.formula import areas, heads, unrounded
 from mathpost.workbook.given import runs
-from mathpost.workbook.graph import CLOSE, offset
+from mathpost.workbook.graph import CLOSE, offset, same
 from mathpost.workbook.plane_angles import Plane
 
 MOST = 20  # points of which each two are compared
@@ -31,7 +31,8 @@ class Known:
         self.turns += [c.turn for c in judge.live if isinstance(c, Conversion)]
         self.pairs, self.off, self.lengths = [], [], []
         self.vectors = self._known_vectors()
-        self.numbers, self.angles = self._known_numbers()
+        numbers, self.angles = self._known_numbers()
+        self.numbers = numbers[np.argsort(numbers[:, -1])]
 
     def _known_vectors(self):
         """Points and what became of them, their sums, means, extremes, and the differences of each two."""
@@ -159,7 +160,11 @@ class Known:
             return rows.keys() >= set(column) and rows.keys().isdisjoint(around)
         if is_angle and (self.is_angle(value) or self.is_angle(np.deg2rad(value))):
             return True
-        known = self.numbers[:1] if "MDETERM" in functions else self.numbers
+        if "MDETERM" in functions:
+            return same(value, np.ones(SAMPLES))
+        last = value.flat[-1]  # most numbers differ there, and they are in its order
+        around = np.searchsorted(self.numbers[:, -1], last + np.array([-2, 2]) * CLOSE * (1 + abs(last)))
+        known = self.numbers[slice(*around)]
         fits = np.abs(value - known) <= CLOSE * (1 + np.abs(known))
         fits[:, 0] |= ~np.isfinite(value + known)[:, 0]
         return bool(fits.all(axis=1).any())

@@ -75,9 +75,10 @@ class Labelled:
 
     def _is_no_difference(self, place, label):
         """Whether a difference, by its label, is a coordinate itself, or one of a cell less itself."""
-        plain = any(same(self.judge.now(place), each) for each in self._plain)
-        from_itself = any(part[0] == "-" and part[1] == part[2] for _, part in walk(self.graph.trees[place]))
-        return from_itself or (plain and bool(re.search(DIFFERENCE, label, re.I)))
+        if any(part[0] == "-" and part[1] == part[2] for _, part in walk(self.graph.trees[place])):
+            return True
+        now, said = self.judge.now(place), re.search(DIFFERENCE, label, re.I)
+        return bool(said) and any(same(now, each) for each in self._plain)
 
     def _is_in_radians(self, place):
         """Whether an angle that no formula uses is in radians, the given ones in degrees, and no text says so."""
