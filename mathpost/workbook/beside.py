@@ -87,7 +87,9 @@ class Beside:
         other = {p for p in own for q in beside(p) if q in own and abs(own[q] - own[p]) == 1}
         given |= {p for c in {id(c): c for c in map(graph.component.get, given) if c}.values() for p in c}
         other |= {
-            p for p, used in leaves.items() if used and given.isdisjoint(used) and _is_count_or_mean(graph.tree(p))
+            p
+            for p, used in leaves.items()
+            if used & graph.cells.keys() and given.isdisjoint(used) and _is_count_or_mean(graph.tree(p))
         }
         return [p for p in places if p not in other], rest - other
 
