@@ -4,7 +4,7 @@ Read `check`, which calls the others in turn: `file` (with `safety`) reads cells
 `lookup`) evaluates them at many inputs at once, `task` says what was asked, `recognise` (with `given` and
 `vectors`) what is what, `calculation` what may stand where. `judge` (with `sampled`) compares, `where` finds the
 first wrong cell and `why` (with `edits` and `neighbours`) the slip; `beside` judges the rest by what is `known`,
-with `around` by the cells around it and with `labelled` by the labels.
+with `around` by the cells around it and with `labelled` by the labels. `inputs` doubts what is given.
 `nc_table` (with `nc_columns`), `plane_angles` and `conversion` are other calculations; `values` (with `label` and
 `threes`) knows sheets of numbers; `folder` checks a class, `symbolic` shows a sheet as sympy.
 """

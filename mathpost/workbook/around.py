@@ -8,16 +8,7 @@ import re
 import numpy as np
 
 from mathpost.workbook.edits import repaired, said
-from mathpost.workbook.formula import (
-    STATISTICS,
-    Area,
-    areas,
-    form_of,
-    put,
-    text_of,
-    walk,
-    with_areas,
-)
+from mathpost.workbook.formula import STATISTICS, Area, areas, form_of, put, text_of, walk, with_areas
 from mathpost.workbook.given import may_turn
 from mathpost.workbook.graph import CLOSE, SAMPLES, beside, offset, same
 from mathpost.workbook.neighbours import along, between, filled
@@ -154,13 +145,8 @@ class Around:
         role = {roles.get(p) for p in places}
 
         def is_like(p):
-            return (
-                p != place
-                and p in graph.component
-                and (
-                    graph.form(p) in forms if None not in forms else roles.get(p) in role and graph.form(p) is None
-                )
-            )
+            goes_on = graph.form(p) in forms and (None not in forms or roles.get(p) in role)
+            return goes_on and p != place and p in graph.component
 
         if graph.is_array(places) or len(forms) > 1 or (None in forms and (len(role) > 1 or None in role)):
             return area

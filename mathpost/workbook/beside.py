@@ -209,10 +209,8 @@ class Beside:
         of_points = not points.isdisjoint(self.graph.upstream(triple))
         if self.judge.unexplained or not of_points or any(map(self.is_known, triple)):
             return False
-        judge, tried = self.judge, []
-        fits = (np.ptp(self.known.combined[..., 1:], axis=-1) > CLOSE).all(
-            axis=-1
-        )  # no zeros, as of two that are equal
+        judge, tried, combined = self.judge, [], self.known.combined
+        fits = (np.ptp(combined[..., 1:], axis=-1) > CLOSE).all(axis=-1)  # no zeros, as of two that are equal
         for k, place in enumerate(triple):
             repairs = [*edits(self.graph, place)] if place in self.graph.trees else []
             repairs = [each for each in repairs if self.graph.component.keys() >= {*self.graph.used_by(each[3])}]
@@ -221,12 +219,12 @@ class Beside:
             sizes = [area.shape for area in own]
             repairs = [e for e in repairs if areas(e[3]) in wholes or [a.shape for a in areas(e[3])] == sizes]
             made = np.array([judge.calculate(place, tree) for *_, tree in repairs]).reshape(-1, 1, SAMPLES)
-            tried.append((repairs, agree(made, self.known.combined[:, k])))
+            tried.append((repairs, agree(made, combined[:, k])))
             fits &= tried[-1][1].any(axis=0)
         for n in np.flatnonzero(fits)[:1]:
             found = [repairs[int(good[:, n].argmax())] for repairs, good in tried]
             if len({cause for cause, *_ in found}) == 1:
-                judge.put(dict(zip(triple, self.known.combined[n], strict=True)))
+                judge.put(dict(zip(triple, combined[n], strict=True)))
                 for place, (cause, old, new, _) in zip(triple, found, strict=True):
                     judge.faults.append(self._fault(place, cause, old, new))
                 return True

@@ -1,17 +1,15 @@
 """The check of one file: its formulas as functions, or, where there are none, its values."""
 
-import re
 from itertools import product
 
 import numpy as np
 
 from mathpost.workbook.beside import Beside
-from mathpost.workbook.calculation import LARGEST_RADIANS
 from mathpost.workbook.edits import INVERSE
 from mathpost.workbook.file import EMPTY, read
 from mathpost.workbook.formula import areas, heads
-from mathpost.workbook.given import runs
-from mathpost.workbook.graph import Graph, beside, same
+from mathpost.workbook.graph import Graph, same
+from mathpost.workbook.inputs import doubts_of_inputs
 from mathpost.workbook.judge import Judge
 from mathpost.workbook.label import read_label
 from mathpost.workbook.nc_table import looked_at
@@ -21,7 +19,6 @@ from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, FileRep
 from mathpost.workbook.task import Task
 from mathpost.workbook.values import check_values
 
-GIVEN = r"origin|ursprung|nullpunkt|原点|offset|shift|verschieb|平移|\bpoint\b|\bpunkt\b|^\W*[pxyz]_?0?\W*$"
 LUCKY = "numbers without formulas: that they are right by luck cannot be excluded"
 
 
@@ -66,116 +63,79 @@ def check_file(path, task=None):
     if not found.calculations and (report := _by_values(graph, found)).cells:
         return report
     others = Beside(judge)
-    typed = {p: c for c in found.calculations if c.typed for p in c.results}
-    typed = {p: UNCLEAR if p in graph.trees or not c.complete else RIGHT for p, c in typed.items()}
+    problems = [*_problems(judge, others), *doubts_of_inputs(graph, found)]
+    seen, unclear = [*_recognised(judge), *problems], problems or judge.reading or not found.calculations
+    return _report(graph, _statuses(judge, others, lost), judge.faults, seen, _warnings(judge, lost), unclear)
+
+
+def _statuses(judge, others, lost):
+    """Place → status of all cells to judge."""
+    graph, found = judge.graph, judge.found
     after = graph.downstream([*judge.fixed, *lost])
     statuses = {p: CONSEQUENCE if p in after else RIGHT for p in others.places}
     statuses |= dict.fromkeys(others.unjudged, UNCLEAR)
+    typed = {p: c for c in found.calculations if c.typed for p in c.results}
+    statuses |= {p: UNCLEAR if p in graph.trees or not c.complete else RIGHT for p, c in typed.items()}
     # An input that is not the task's is wrong, though it is none of the cells that follow from the inputs.
-    statuses |= typed | {fault.place: WRONG for fault in judge.faults}
-    warnings = [f"{graph.address(p)} depends on itself" for p in sorted(graph.circular, key=graph.reading_order)]
-    after_lost = graph.downstream(lost)
-    stored = {p: graph.cells[p].number for p in graph.order if p not in after_lost}
-    stored = {p: number for p, number in stored.items() if number is not None}
-    stale = [p for p, number in stored.items() if abs(graph.own[p] - number) > 1e-6 * (1 + abs(number))]
+    return statuses | {fault.place: WRONG for fault in judge.faults}
+
+
+def _recognised(judge):
+    """What the sheet calculates, and where."""
+    graph, found = judge.graph, judge.found
+    if judge.reading:
+        sequence, convention = judge.reading
+        axes = "turned" if sequence.isupper() else "fixed"
+        yield f"it is {sequence} about {axes} axes, {convention}; no text says so, and source 000 has ZXZ, passive"
+        yield f"if that was asked, add --sequence {sequence} --convention {convention}"
+        yield from (graph.range(c.results) for c in found.calculations)
+        return
+    for calculation in found.calculations:
+        if calculation.said:
+            yield (
+                calculation.said
+                if found.task.machine
+                else f"{graph.range(calculation.results)}: {calculation.said}"
+            )
+
+
+def _problems(judge, others):
+    """What keeps the sheet from being judged."""
+    graph, found = judge.graph, judge.found
+    problems = found.problems[:]
+    for calculation in judge.unexplained:
+        text = "is not what the task asks for, and no single change makes it so"
+        problems.append(f"{graph.range(calculation.results)} {text}")
+    problems += [text for triple, text in found.doubts.items() if not others.unjudged.isdisjoint(triple)]
+    unclear = problems or not found.calculations
+    if unclear and not (judge.faults or judge.reading or found.task.machine):
+        if not found.planes and any(heads(tree) & INVERSE for tree in graph.trees.values()):
+            problems.append("tool axes and the words of a machine are judged with --machine FILE")
+        problems.append(_ready_cells(graph, found.turning))
+    return problems
+
+
+def _warnings(judge, lost):
+    """Yield what deserves a look."""
+    graph, found = judge.graph, judge.found
+    yield from (f"{graph.address(p)} depends on itself" for p in found.sorted(graph.circular))
     angles = {graph.own[p] for c in found.calculations for p in c.angles}
     for place in found.sorted(found.typed - graph.used.keys()) if angles else ():
         role = read_label(found.label(place))
         if role and role.kind == "angle" and graph.own[place] not in angles:
-            warnings.append(f"{graph.address(place)} is an angle, {graph.own[place]:g}, that no formula uses")
+            yield f"{graph.address(place)} is an angle, {graph.own[place]:g}, that no formula uses"
+    after_lost = graph.downstream(lost)
+    stored = {p: graph.cells[p].number for p in graph.order if p not in after_lost}
+    stored = {p: number for p, number in stored.items() if number is not None}
+    stale = [p for p, number in stored.items() if abs(graph.own[p] - number) > 1e-6 * (1 + abs(number))]
     if stale:
-        warnings.append(f"stored values are not what the formulas give: {', '.join(graph.ranges(stale[:6]))}")
-    warnings += [LUCKY] * bool(typed)
-    if task.machine is not None:
-        warnings += looked_at(found.calculations, graph.own)
+        yield f"stored values are not what the formulas give: {', '.join(graph.ranges(stale[:6]))}"
+    if any(c.typed for c in found.calculations):
+        yield LUCKY
+    if found.task.machine is not None:
+        yield from looked_at(found.calculations, graph.own)
     elif not judge.faults:
-        warnings += _lucky_references(graph, judge)
-    seen = [c.said if task.machine else f"{graph.range(c.results)}: {c.said}" for c in found.calculations if c.said]
-    if judge.reading:
-        sequence, convention = judge.reading
-        axes = "turned" if sequence.isupper() else "fixed"
-        seen = [
-            f"it is {sequence} about {axes} axes, {convention}; no text says so, and source 000 has ZXZ, passive",
-            f"if that was asked, add --sequence {sequence} --convention {convention}",
-            *(graph.range(c.results) for c in found.calculations),
-        ]
-    for calculation in judge.unexplained:
-        text = "is not what the task asks for, and no single change makes it so"
-        found.problems.append(f"{graph.range(calculation.results)} {text}")
-    unlike = [*_unlike_the_text(graph, found), *_typed_twice(graph, found), *_not_converted(graph, found)]
-    unlike += [*_not_used(graph, found)]
-    found.problems += [text for triple, text in found.doubts.items() if not others.unjudged.isdisjoint(triple)]
-    unclear = not found.calculations or found.problems or judge.reading
-    if unclear and not (judge.faults or judge.reading or task.machine):
-        if not found.planes and any(heads(tree) & INVERSE for tree in graph.trees.values()):
-            found.problems.append("tool axes and the words of a machine are judged with --machine FILE")
-        found.problems.append(_ready_cells(graph, found.turning))
-    seen += [*found.problems, *unlike]
-    return _report(graph, statuses, judge.faults, seen, warnings, unclear or unlike)
-
-
-def _unlike_the_text(graph, found):
-    """Yield what is given where a text of the sheet has the same three numbers but for one: a typing error?"""
-    number, aside = r"[-+]?\d+(?:\.\d+)?", r"\(([^()]*)\)"
-    texts = [
-        part for text in found.text.splitlines() for part in (re.sub(aside, "", text), *re.findall(aside, text))
-    ]
-    said = {tuple(map(float, numbers)) for text in texts if len(numbers := re.findall(number, text)) == 3}
-    given = {places for c in found.calculations for places in (c.angles, c.point, c.origin) if len(places) == 3}
-    given = {places: tuple(graph.own[p] for p in places) for places in given if found.typed.issuperset(places)}
-    for text, (places, numbers) in product(said - {*given.values()}, given.items()):
-        alike = [abs(a - b) < 1e-6 for a, b in zip(text, numbers, strict=True)]
-        if sum(alike) == 2 and any(same for same, number in zip(alike, numbers, strict=True) if number):
-            yield f"{graph.range(places)} is {_three(numbers)}, and a text says {_three(text)}"
-
-
-def _typed_twice(graph, found):
-    """Yield inputs that stand in two places, the same but for one number: a typing error?"""
-    own = graph.own
-    given = {(*c.angles, *c.point, *c.origin): c for c in found.calculations}
-    given = [places for places in given if places and found.typed.issuperset(places)]
-    unused = found.lines(found.typed - graph.used.keys(), 3)
-    tables = {id(graph.component[p]) for p in graph.used if p in graph.component}
-    unused = [line for line in unused if id(graph.component[line[0]]) not in tables]
-    threes = {c for each in found.calculations for c in (each.angles, each.point, each.origin) if len(c) == 3}
-    pairs = [*product((c for c in threes if found.typed.issuperset(c)), unused)]
-    if len(given) == 2 and len({graph.component[places[0]] for places in given}) == 2:
-        pairs.append(given)
-    for a, b in pairs:
-        if len(a) == len(b) and set(a).isdisjoint(b):
-            other = [(p, q) for p, q in zip(a, b, strict=True) if own[p] != own[q]]
-            same = {own[p] for p in a} & {own[q] for q in b} - {0}
-            if len(other) == 1 and len(same) > 1:
-                p, q = other[0]
-                yield f"{graph.address(p)} is {own[p]:g} and {graph.address(q)} {own[q]:g}, all else twice the same"
-
-
-def _not_converted(graph, found):
-    """Yield angles in degrees that no formula uses, beside what is not made of them but turns in their place."""
-    for place in found.sorted(found.typed - graph.used.keys() - graph.trees.keys()):
-        for near in found.angles.intersection(beside(place)):
-            degrees, own = graph.own[place], graph.own[near]
-            other = near in graph.trees or abs(np.rad2deg(own) - degrees) > 0.01 * abs(degrees)
-            if abs(own) < LARGEST_RADIANS < abs(degrees) <= 360 and other:
-                text = f"{graph.short(near)}, {own:g}, turns instead"
-                yield f"{graph.address(place)}, {degrees:g}, is not used; {text}"
-
-
-def _not_used(graph, found):
-    """Yield a point or origin, by its label, that stands alone and that no formula uses."""
-    places = [each for c in found.calculations for each in (c.point, c.origin, c.results[:3])]
-    known = np.array([[graph.own[p] for p in each] for each in places if len(each) == 3], dtype=float)
-    known = known.reshape(-1, 3)
-    for line in runs(found.typed - graph.used.keys() - graph.trees.keys()):
-        alone = len(line) == 3 and len({q for p in line for q in beside(p)} & graph.component.keys()) == 3
-        if alone and re.search(GIVEN, found.label(line[0]), re.I):
-            numbers = np.array([graph.own[p] for p in line])
-            if numbers.any() and not (np.abs(known - numbers).max(axis=-1, initial=0) < 0.02).any():
-                yield f"{graph.range(line)} is {found.label(line[0]).strip()!r}, and no formula uses it"
-
-
-def _three(numbers):
-    return ", ".join(f"{number:g}" for number in numbers)
+        yield from _lucky_references(graph, judge)
 
 
 def _by_values(graph, found):

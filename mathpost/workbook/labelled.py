@@ -55,30 +55,15 @@ class Labelled:
         elif not re.search(OF_LENGTHS, label, re.I):
             yield from self._no_length(place, label)
         yield from self._no_statistic(place)
-        yield from self._copy_of_another(place)
         if self._is_no_difference(place, label) or self._is_in_radians(place):
             self.doubtful.add(place)
-
-    def _copy_of_another(self, place):
-        """The fault of a copy of another coordinate of a result than the label says."""
-        graph = self.graph
-        near = (graph.cells.get(p) for p in (offset(place, 0, -1), offset(place, -1, 0)))
-        label = next((cell.value for cell in near if cell and isinstance(cell.value, str) and not cell.formula), "")
-        plain = re.sub(r"\([^()xyz]*\)$", "", label)
-        role = read_label(plain) or read_label(label.split(" ")[0]) if "=" not in label else None
-        copied = unrounded(graph.trees[place])
-        for turn in self.judge.live if role and role.kind == "outcome" and copied[0] == "area" else ():
-            (source, *more), wanted = copied[1].places, turn.results[role.word[0]]
-            if not more and source in turn.results[:3] and source != wanted:
-                text = f"{graph.short(place)}: {graph.short(source)} should be {graph.short(wanted)}"
-                yield self.judge.fault(place, "wrong reference", text)
 
     def _is_no_difference(self, place, label):
         """Whether a difference, by its label, is a coordinate itself, or one of a cell less itself."""
         if any(part[0] == "-" and part[1] == part[2] for _, part in walk(self.graph.trees[place])):
             return True
-        now, said = self.judge.now(place), re.search(DIFFERENCE, label, re.I)
-        return bool(said) and any(same(now, each) for each in self._plain)
+        now, is_difference = self.judge.now(place), re.search(DIFFERENCE, label, re.I)
+        return bool(is_difference) and any(same(now, each) for each in self._plain)
 
     def _is_in_radians(self, place):
         """Whether an angle that no formula uses is in radians, the given ones in degrees, and no text says so."""
@@ -148,28 +133,41 @@ class Labelled:
         off = np.abs(value - self.known.norms)[:, 1:] <= CLOSE * (1 + self.known.norms[:, 1:])
         return bool(off.all(axis=1).any())
 
-    # A range.
+    # Copies of results, and angles computed back.
 
     def _copies(self, rest):
-        """Yield the faults of copies of a result's three cells in another order than they or their labels have."""
+        """Yield the faults of copies of another coordinate of a result than their labels, or their order, say."""
         copies = {p: s for p in rest if (s := self._copied(p)) != p}
-        for turn in self.known.turns:
-            mine = [p for p in self.found.sorted(copies) if copies[p] in turn.results[:3]]
+        for result in (c.results[:3] for c in self.judge.live):
+            mine = [p for p in self.found.sorted(copies) if copies[p] in result]
+            wanted = {p: k for p in mine if (k := self._outcome_said(p)) is not None}
             for line in {tuple(p for p in mine if (p[0], p[n]) == (q[0], q[n])) for q in mine for n in (1, 2)}:
-                said = [self.found.coordinate(p) for p in line]
-                order = [word[0] for word in said] if len({*said} - {None}) == 3 else [0, 1, 2]
-                for place, k in zip(line, order, strict=True) if len(line) == 3 else ():
-                    if copies[place] != turn.results[k]:
-                        text = f"{self.graph.short(copies[place])} should be {self.graph.short(turn.results[k])}"
-                        text = f"{self.graph.short(place)}: {text}"
-                        yield self.judge.fault(place, "wrong reference", text)
+                words = [self.found.coordinate(p) for p in line]
+                order = [word[0] for word in words] if len({*words} - {None}) == 3 else [0, 1, 2]
+                wanted |= dict(zip(line, order, strict=True)) if len(line) == 3 else {}
+            for place, k in wanted.items():
+                if copies[place] != result[k]:
+                    text = f"{self.graph.short(copies[place])} should be {self.graph.short(result[k])}"
+                    yield self.judge.fault(place, "wrong reference", f"{self.graph.short(place)}: {text}")
 
     def _copied(self, place):
-        """The cell of which a cell is a copy, or a copy of a copy."""
+        """The cell of which a cell is a copy, perhaps rounded, or a copy of a copy."""
         graph = self.graph
-        while graph.tree(place)[0] == "area" and len(graph.uses[place]) == 1 and place not in graph.circular:
+        while (
+            unrounded(graph.tree(place))[0] == "area"
+            and len(graph.uses[place]) == 1
+            and place not in graph.circular
+        ):
             (place,) = graph.uses[place]
         return place
+
+    def _outcome_said(self, place):
+        """Which coordinate of a result the text next to a cell names."""
+        near = (self.graph.cells.get(p) for p in (offset(place, 0, -1), offset(place, -1, 0)))
+        label = next((cell.value for cell in near if cell and isinstance(cell.value, str) and not cell.formula), "")
+        plain = re.sub(r"\([^()xyz]*\)$", "", label)
+        role = read_label(plain) or read_label(label.split(" ")[0]) if "=" not in label else None
+        return role.word[0] if role and role.kind == "outcome" else None
 
     def _computed_back(self, rest):
         """Yield the faults of angles computed back that are of the other solution than those beside them.
@@ -188,11 +186,11 @@ class Labelled:
             votes = np.sum([fits for _, _, fits, *_ in found], axis=0)
             units, counts = Counter(unit for *_, unit in found), Counter(k for _, k, *_ in found)
             for place, k, fits, angles, unit in found:
-                said, solution = self.found.angle_said(place), int(votes.argmax())
+                named, solution = self.found.angle_said(place), int(votes.argmax())
                 usual = max(units, key=units.get)
-                if said not in (None, k) and all(said != other for p, other, *_ in found if p == place):
-                    text = f"is {'αβγ'[k]}, and {'αβγ'[said]} belongs there"
-                    yield self._fault(place, both[solution][:, said] / unit, "wrong angle", text)
+                if named not in (None, k) and all(named != other for p, other, *_ in found if p == place):
+                    text = f"is {'αβγ'[k]}, and {'αβγ'[named]} belongs there"
+                    yield self._fault(place, both[solution][:, named] / unit, "wrong angle", text)
                 elif not fits[solution] and {*counts.values()} == {1}:
                     text = "is of the other solution than the angles beside it"
                     yield self._fault(place, angles[solution] / unit, "branch", text)

@@ -4,10 +4,17 @@ The check looks at what that cell becomes; that a lookup finds another cell than
 And an IF that texts or empty cells decide, as of a row that is not filled in, is what it decides for.
 """
 
-import operator
+import operator as op
 from dataclasses import replace
 
 from mathpost.workbook.formula import Area
+
+HOLDS = {
+    "ISBLANK": lambda value: value == "",
+    "ISNUMBER": lambda value: isinstance(value, float),
+    "ISTEXT": lambda value: isinstance(value, str) and value != "",
+}
+COMPARED = {"=": op.eq, "<>": op.ne, "<": op.lt, ">": op.gt, "<=": op.le, ">=": op.ge}
 
 
 def resolved(tree, held):
@@ -134,14 +141,6 @@ def _decided(held, test):
     return COMPARED[head](*values)
 
 
-HOLDS = {
-    "ISBLANK": lambda value: value == "",
-    "ISNUMBER": lambda value: isinstance(value, float),
-    "ISTEXT": lambda value: isinstance(value, str) and value != "",
-}
-COMPARED = dict(
-    zip(("=", "<>", "<", ">", "<=", ">="), map(vars(operator).get, "eq ne lt gt le ge".split()), strict=True)
-)
 FOUND = {
     "IF": _if,
     "MATCH": _match,

@@ -18,6 +18,8 @@ from mathpost.workbook.graph import beside
 CLOSE = 0.1  # degrees, mm: what is told apart here; what is right is judged elsewhere
 LOOKED_AT = 200  # rows are enough to tell a column
 SMALLEST, LARGEST = 5, 60  # numbers in a row: the words alone; more columns than these are no such table
+# How many words must fit, so that it is no coincidence: without all their headings, and with them.
+ENOUGH, ENOUGH_OF_ONE_ROW, ENOUGH_BESIDE = (3, 0), (6, 3), (4, 4)
 PLAIN, AMONG_OTHERS = 1.1, 0.4  # what a heading counts that is a letter or word, or has a letter; 1 if numbers fit
 MACHINE = re.compile(r"(?<![a-z])(?:nc|machine|mcs|posted)(?![a-z])|机床|maschine|^[xyzabc]m$")
 UNIT = re.compile(r"[\[(（/].*|\b(?:deg|rad|mm|grad)\b\.?$|[°度]")
@@ -69,8 +71,8 @@ def find_tables(graph, kinematics):
     """
     for single, along in product((False, True), (1, 2)):  # points in rows, points in columns
         blocks, left = _blocks(graph, along, single)
-        likely = _said_and_fitting if single else _said_or_fitting
-        found = {n: _table(graph, kinematics, block, likely) for n, block in enumerate(blocks)}
+        enough = ENOUGH_OF_ONE_ROW if single else ENOUGH
+        found = {n: _table(graph, kinematics, block, enough) for n, block in enumerate(blocks)}
         found = {n: table for n, table in found.items() if table}
         for a, b in () if single else permutations(range(len(blocks)), 2):
             if b not in found and len(blocks[a][0].places) == len(blocks[b][0].places):
@@ -79,12 +81,9 @@ def find_tables(graph, kinematics):
         for n, table in list(found.items()):  # the other solution, in what is left or beside it
             for b, block in enumerate(blocks):
                 rest = [column for column in block if column not in (*table.source, *table.words)]
-                if (
-                    (b == n or b not in found)
-                    and len(rest) >= 5
-                    and len(rest[0].places) == len(table.words[0].places)
-                ):
-                    twin = _table(graph, kinematics, [*table.source, *rest], _fitting)
+                alike = len(rest) >= 5 and len(rest[0].places) == len(table.words[0].places)
+                if alike and (b == n or b not in found):
+                    twin = _table(graph, kinematics, [*table.source, *rest], ENOUGH_BESIDE)
                     twin = twin if twin and twin.source == table.source else None
                     found |= {b if b not in found else (b, "twin"): twin} if twin else {}
         if found:
@@ -155,23 +154,11 @@ def _letters(heading):
     return dict.fromkeys(named, PLAIN if MACHINE.search(said) else AMONG_OTHERS)
 
 
-def _said_or_fitting(said, fitting):
-    return said == 5 or fitting >= 3
-
-
-def _said_and_fitting(said, fitting):
-    return said == 5 and fitting >= 3
-
-
-def _fitting(said, fitting):
-    return fitting >= 4
-
-
-def _table(graph, kinematics, columns, likely=_said_or_fitting):
-    """The `Table` in some columns, or None; `likely` is asked how many words have headings, and how many fit."""
+def _table(graph, kinematics, columns, enough=ENOUGH):
+    """The `Table` in some columns, or None."""
     count = len(columns[0].places)
     sample = np.unique(np.linspace(0, count - 1, min(count, LOOKED_AT)).astype(int))
-    roles = _Roles(graph, columns, kinematics, sample).find(likely)
+    roles = _Roles(graph, columns, kinematics, sample).find(enough)
     if roles is None:
         return None
     tip, axis, words = *(_sources(graph, columns, roles[part]) for part in ("tip", "axis")), roles["words"]
@@ -223,8 +210,8 @@ class _Roles:
         self.values = np.array([column.values[sample] for column in columns])
         self.names = [name[0].lower() for name in kinematics.machine.joint_names]
 
-    def find(self, likely):
-        """The columns by "tip", "axis", "words"; None if there are not all."""
+    def find(self, enough):
+        """The columns by "tip", "axis", "words"; None if there are not all, or fewer words fit than `enough`."""
         axis = max(self.triples("ijk", "uvw", "xyz"), key=self.axis_score, default=None)
         if axis is None or self.axis_score(axis) < 0.5:
             return None
@@ -250,10 +237,11 @@ class _Roles:
         self.turn_by(words)
         fits, plain = self.linear(tip), {k: self.plainly(k, {*tip, *axis, *words.values()}) for k in range(3)}
         for k in range(3):
-            if all(plain.values()):  # these are the words, whatever fits: a column on the way may
-                words[k] = max(plain[k], key=lambda n, k=k: (fits[k][n], n))
-                continue
-            words[k] = self.choose(k, fits[k], {*tip, *axis, *words.values()}, 2 * AMONG_OTHERS)
+            words[k] = (
+                max(plain[k], key=lambda n, k=k: (fits[k][n], n))  # these are it, whatever fits: a step may
+                if all(plain.values())
+                else self.choose(k, fits[k], {*tip, *axis, *words.values()}, 2 * AMONG_OTHERS)
+            )
         for k, n in product(range(3), repeat=2):  # one that is all wrong stands between the others, or beside them
             free = set(range(len(self.columns))) - {*tip, *axis, *words.values()}
             if words[k] is None and words[n] is not None and words[n] + k - n in free:
@@ -265,8 +253,8 @@ class _Roles:
             return None
         fits = [*fits, *(self.turning(self.demanded[..., k]) for k in (0, 1))]
         fitting = sum(fits[k][n] >= 0.5 for k, n in words.items())
-        headed = sum(self.names[k] in self.columns[n].letters for k, n in words.items())
-        if not likely(headed, fitting):
+        headed = all(self.names[k] in self.columns[n].letters for k, n in words.items())
+        if fitting < enough[headed]:
             return None  # a coincidence
         return {"tip": tip, "axis": axis, "words": [words[k] for k in range(5)]}
 
