@@ -77,6 +77,7 @@ class Turn(Calculation):
     shift: tuple = ()  # what is added after the rotation
     back: bool = False  # whether the point is turned back, from the turned frame
     plane: Calculation | None = None  # that has these angles
+    signs: tuple = ()  # of the angles, if the product in the text negates some
     of_length_one: bool = False  # whether the axis or quaternion is taken as it is, not divided by its length
 
     @property
@@ -93,7 +94,7 @@ class Turn(Calculation):
 
     def prepare(self, values, units):
         """Compute, for the samples in `values`, what may stand in the sheet: in 4×4, of which 3×3 are a part."""
-        self.radians = look(values, self.angles) * [units[p] for p in self.angles]
+        self.radians = look(values, self.angles) * [units[p] for p in self.angles] * np.array(self.signs or 1)
         if self.angles and not self.axis:  # others are 0
             self.radians = np.pad(self.radians, ((0, 0), (0, 3 - len(self.angles))))
         self.elements, words, ends = self._elements(values), [], []

@@ -55,7 +55,7 @@ def said(place, old, new):
 
 def edits(graph, place, inputs=(), windows=()):
     """Yield (cause, part, what it may have to be, whole tree) for every single repair of the formula in `place`."""
-    tree = graph.trees[place]
+    tree, there = graph.trees[place], graph.component.keys()
     parts = dict(walk(tree))
     if sum(part[0] in TRIGONOMETRY for part in parts.values()) > 1:
         for cause, function in (TO_RADIANS, TO_DEGREES):
@@ -75,7 +75,7 @@ def edits(graph, place, inputs=(), windows=()):
         pair = [heads(graph.tree(area.places[0])) & TRIGONOMETRY.keys() for area in (a, b)]
         yield "sin and cos exchanged" if {"SIN"} in pair and {"COS"} in pair else "wrong reference", tree, new, new
     for path, area, other in _elsewhere(graph, place, references, inputs, windows):
-        if other and other != area and place not in other.places:
+        if other and other != area and place not in other.places and not there.isdisjoint(other.places):
             yield "wrong reference", parts[path], ("area", other), put(tree, path, ("area", other))
     for longer in zip(*(_longer(area) for _, area in references if area.shape != (1, 1)), strict=True):
         if len(longer) > 1 and all(longer):
@@ -102,7 +102,7 @@ def edits(graph, place, inputs=(), windows=()):
                 yield cause, tree, new, new
             else:
                 unlike.append(new)
-    for factor in ("*", "/"):
+    for factor in ("*", "/") if "*" not in heads(tree) or heads(tree).isdisjoint({"+", "-"}) else ():
         new = (factor, tree, ("number", 2.0))
         yield "half angle", tree, new, new
     for path, part in parts.items():
@@ -197,6 +197,7 @@ def _sums(part):
     if part[0] not in ("+", "-"):
         return
     head, before, last = part
+    yield from (("wrong value", each) for each in (before, last))  # a term too many
     if before[0] in ("+", "-") and before[2][0] == "*":  # a·(b − c) for a·b − c
         yield "wrong value", (*before[:2], ("*", before[2][1], (head, before[2][2], last)))
     elif before[0] == "*":

@@ -156,6 +156,8 @@ class Given:
 
     def _in_typed_line(self, place, whole):
         """Whether a typed number among formulas is given, not typed over one: three of its kind stand in line."""
+        if self._is_of_a_point(place):
+            return True
         for n in (1, 2):  # three rows or columns side by side hold numbers only, as those of points
             typed = {p[n] for p in whole} - {p[n] for p in whole if p not in self.typed}
             if any(typed.issuperset(range(first, first + 3)) for first in range(place[n] - 2, place[n] + 1)):
@@ -178,6 +180,19 @@ class Given:
             if len(line) in (3, 4) and sum(p in self.turning and p not in self.typed for p in line) >= 2:
                 return False
         return place in self.turning
+
+    def _is_of_a_point(self, place):
+        """Whether x, y and z stand right beside a typed number and two others of its row or column."""
+        if self._coordinate_beside(place) is None:
+            return False
+        lines = ([p for p in self.typed if (p[0], p[n]) == (place[0], place[n])] for n in (1, 2))
+        return any({*map(self._coordinate_beside, line)} >= {(0,), (1,), (2,)} for line in lines)
+
+    def _coordinate_beside(self, place):
+        """Which coordinate of a point the text to the left of a cell, or above it, says."""
+        near = (self.graph.cells.get(offset(place, *step)) for step in ((0, -1), (-1, 0)))
+        roles = (read_label(cell.value) for cell in near if cell and isinstance(cell.value, str))
+        return next((role.word for role in roles if role and role.kind == "coordinate"), None)
 
     def lines(self, cells, least):
         """Triples of evenly spaced typed cells of which at least `least` are in `cells`, the fullest first."""

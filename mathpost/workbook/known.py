@@ -131,7 +131,8 @@ class Known:
             angles += [np.array([angle, -angle]) for angle in np.arccos(np.clip((np.array(traces) - 1) / 2, -1, 1))]
             if has_angles(turn):
                 for solution in solutions(turn):
-                    angles += [[each, each] for each in (*solution.T, *(solution - turn.radians).T)]
+                    angles += [[each, -each if turn.signs else each] for each in solution.T]
+                    angles += [[each, each] for each in (solution - turn.radians).T]
         angles = np.array(angles).reshape(-1, 2, SAMPLES)
         return np.array([np.broadcast_to(number, SAMPLES) for number in numbers]), angles
 
@@ -193,6 +194,9 @@ def has_angles(turn):
 def solutions(turn):
     """Its angles as they are, and computed back: with the middle one in one half turn, or always in the other."""
     own, twin = turn.radians, euler.twin(turn.sequence.upper(), turn.radians)
+    if len(turn.angles) == 2:  # the second one, as of an arc sine, within a quarter turn
+        folded = np.where(np.cos(own[:, 1:2]) > 0, own, np.array([np.pi, np.pi, 0]) + [1, -1, 0] * own)
+        return own, folded, folded
     middle = (np.sin if turn.sequence[0] == turn.sequence[2] else np.cos)(own[:, 1:2]) > 0
     return own, np.where(middle, own, twin), np.where(middle, twin, own)
 

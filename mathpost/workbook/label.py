@@ -30,6 +30,7 @@ SINGLE = {  # the last letter or digit that a group takes says which
     "(?:新|new|result|ergebnis|结果|旋转后|最终点?)" + COORDINATE.format("(?:'+|new|neu|p|rot|rotated|2|nc|m)?"),
 }
 WHICH = "αβγxyzuvw123"
+GREEK = {unicodedata.name(letter).split()[-1].lower(): letter for letter in "αβγθφψω"}
 NOISE = re.compile(
     r"(?:(?:坐标变换|变换|旋转|转置)?矩阵|乘积|matrix|product)\d*|最终|elementary|passive|active|rotation|final|"
     r"transposed?|转置|method\d?|recipe\d?|方法[一二12]?|step\d*|步骤\d*|mat(?=[αβγ])|[\s()\[\]{}·*×⋅.∙_^:/&|]|^\d+"
@@ -51,6 +52,19 @@ class Role:
     def __str__(self):
         letters = "xyz" if self.kind in ("coordinate", "outcome") else "αβγ"
         return f"{self.kind} {''.join(letters[n] for n in self.word)}"
+
+
+def plain(text):
+    """Return a text with Greek letters for their names, and digits for small ones.
+
+    Examples
+    --------
+    >>> plain("alpha, φ₁")
+    'α, φ1'
+    """
+    return re.sub(
+        "[A-Za-z]+", lambda name: GREEK.get(name[0].lower(), name[0]), unicodedata.normalize("NFKC", text)
+    )
 
 
 def read_label(text):

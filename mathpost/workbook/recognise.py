@@ -17,7 +17,7 @@ from mathpost.workbook.edits import INVERSE as INVERSE_FUNCTIONS
 from mathpost.workbook.formula import heads
 from mathpost.workbook.given import QUATERNION, runs
 from mathpost.workbook.graph import offset
-from mathpost.workbook.label import read_label
+from mathpost.workbook.label import plain, read_label
 from mathpost.workbook.nc_table import rows_of
 from mathpost.workbook.plane_angles import find_planes
 from mathpost.workbook.task import NOT_ASKED, PASSIVE, reading
@@ -45,7 +45,7 @@ class Recognised(Vectors):
         self.task, self.problems, self.doubts, self.vectors = task, [], {}, set()
         self.calculations, self.steps, self.beside, self.depends = [], [], [], {}
         count = len(self.typed & self.turning)
-        self.sequence, self.active, self.by, several = reading(task, self.text, count)
+        self.sequence, self.active, self.by, unsure, self.names = reading(task, self.text, count)
         self.is_whole = len(self.sequence) == 3  # else the last angles are 0
         if not self.is_whole:
             full = next(each for each in euler.SEQUENCES if each.startswith(self.sequence.upper()))
@@ -72,8 +72,8 @@ class Recognised(Vectors):
             if re.search(QUATERNION, self.text, re.I):
                 for calculation in find_quaternions(self):
                     self._tell(calculation, self.calculations)
-        if several and not any(heads(tree) & INVERSE_FUNCTIONS for tree in graph.trees.values()):
-            self.problems.append(f"the texts name {' and '.join(several)}: --sequence says which is asked for")
+        if not any(heads(tree) & INVERSE_FUNCTIONS for tree in graph.trees.values()):
+            self.problems += unsure
         made = self.composed & graph.upstream(p for plane in self.planes for p in plane.line)
         self.typed, self.composed, self.angles = self.typed - made, self.composed - made, self.angles - made
 
@@ -101,7 +101,7 @@ class Recognised(Vectors):
                 difference = True
             (finals if turned and not difference else self.beside).append(triple)
         for triple in finals[:]:
-            if self._is_combined(triple, finals):
+            if self._is_combined(triple, finals) or self._is_undone(triple, finals):
                 finals.remove(triple)
                 self.beside.append(triple)
         used, before = {p for t in finals for p in graph.upstream(t) - set(t)}, self._frames_before(finals)
@@ -167,12 +167,20 @@ class Recognised(Vectors):
         return {last: before for last, before in found.items() if before}
 
     def _is_combined(self, triple, finals):
-        """Whether a vector is made of several that go back to different points, as a mean is."""
-        up, own = self.graph.upstream(triple), {s for p in triple for s in self.depends.get(p, ())} & self.lengths
+        """Whether a vector is made of several that go back to different points, or angles, as a mean is."""
+        up, own = self.graph.upstream(triple), {s for p in triple for s in self.depends.get(p, ())}
         parts = [s for s in finals if s != triple and len(up.intersection(s)) > 1]
-        points = [own.intersection(*(self.depends.get(p, ()) for p in s)) for s in parts]
-        points = [point for point in points if len(point) > 2]  # not of the terms with x, with y and with z
-        return any(a - b and b - a for a, b in combinations(points, 2))
+        given = [own.intersection(*(self.depends.get(p, ()) for p in s)) for s in parts]
+        given = [
+            each for each in given if len(each & self.lengths) > 2
+        ]  # not of the terms with x, with y and with z
+        pairs = ((a & kind, b & kind) for a, b in combinations(given, 2) for kind in (self.lengths, self.angles))
+        return any(a - b and b - a for a, b in pairs)
+
+    def _is_undone(self, triple, finals):
+        """Whether a vector is made of one that more angles turn: some of them are turned back."""
+        up, angles = self.graph.upstream(triple), self.turned_by(triple)
+        return any(up.issuperset(before) and angles < self.turned_by(before) for before in finals)
 
     def _add_turn(self, triple, calculations, before=()):
         triple = self._as_named(triple)
@@ -365,6 +373,8 @@ class Recognised(Vectors):
         letters = (sequence or self.sequence).upper()
         if sorted(axes) == sorted(letters) == [*AXIS_NAMES]:
             return tuple(triple[axes.index(axis)] for axis in letters)
+        if named := self._named_in_the_text(triple):
+            return named
         graph, in_line = self.graph, any(len({(p[0], p[n]) for p in triple}) == 1 for n in (1, 2))
         ends = [max(self.turning & graph.downstream([p]), key=graph.calculation_order, default=p) for p in triple]
         for places in (triple, ends):
@@ -378,6 +388,14 @@ class Recognised(Vectors):
                 return tuple(p for _, p in sorted(zip(named, triple, strict=True)))
         read = map(graph.reading_order, triple if in_line else ends)
         return tuple(p for _, p in sorted(zip(read, triple, strict=True)))
+
+    def _named_in_the_text(self, triple):
+        """The angles in the order in which a product in the text has their names; empty if the labels do not."""
+        found, names = {}, [name.lstrip("-") for name in self.names]
+        for place in triple:
+            said = ({*names}.intersection(re.findall(r"\w+", plain(text))) for text in self.texts(place))
+            found |= {name: place for name in next((words for words in said if len(words) == 1), ())}
+        return tuple(found[name] for name in names) if len(found) == len(triple) == len(names) else ()
 
     def _as_the_caller_says(self, cells):
         """Take angles, point, origin and result from where the caller says that they stand."""
@@ -401,6 +419,11 @@ class Recognised(Vectors):
 
     def _tell(self, calculation, calculations, plane=None):
         calculation.results = self._as_named(calculation.results)
+        if any(name[:1] == "-" for name in self.names):
+            calculation.signs = [-1 if name[:1] == "-" else 1 for name in self.names]
+            if self._named_in_the_text(calculation.angles) != calculation.angles:
+                self.doubts[calculation.results] = f"which angle is negated, as in {' '.join(self.names)}?"
+                return
         primed = calculation.point and re.search("['′’]", self.label(calculation.point[0]))
         calculation.back = bool((calculation.shift or primed) and re.search(INVERSE, self.text, re.I))
         as_it_is = calculation.shift and self.active and not self.task.convention  # R·p' + p0
