@@ -22,6 +22,7 @@ from mathpost.workbook.why import TRANSPOSED
 
 # What stands beside such a word is made of others.
 COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet"
+MIRRORED = r"mirror|spiegel|miroir|symétr|镜像|对称"
 BETWEEN = r"[xyz]['’′]?[ –/,-]+[xyz]['’′]|between|zwischen|entre|夹角"
 
 
@@ -67,7 +68,11 @@ class Beside:
     def _scope(self):
         """The cells to judge, and those of them that no result needs."""
         judge, graph, found = self.judge, self.graph, self.found
-        messages = graph.messages | ({p for c in judge.live for p in c.aside} - graph.downstream(judge.inputs))
+        messages = (
+            graph.messages
+            | self._marks()
+            | ({p for c in judge.live for p in c.aside} - graph.downstream(judge.inputs))
+        )
         formulas = [p for p in graph.trees if p not in found.typed - found.composed] + [*graph.unread]
         # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
         typed = found.typed - graph.trees.keys()
@@ -93,6 +98,18 @@ class Beside:
         }
         return [p for p in places if p not in other], rest - other
 
+    def _marks(self):
+        """Formulas that give one of some numbers, as points for a right answer, or sum such up: messages."""
+        graph, typed, found, marks = self.graph, self.found.typed - self.graph.trees.keys(), set(), set()
+        for place in graph.order:
+            uses = set(graph.uses[place])
+            if _is_a_choice(graph.trees[place]) or (uses & found and found | typed >= uses):
+                found.add(place)
+        for place in graph.order[::-1]:  # no number of a calculation
+            if place in found and marks | graph.messages >= set(graph.used.get(place, ())):
+                marks.add(place)
+        return marks
+
     def _computed_points(self):
         """Formulas that make points or origins of other numbers, which the task does not say; but for means."""
         graph, judge = self.graph, self.judge
@@ -113,11 +130,15 @@ class Beside:
             if not rest.issuperset(triple[:3]) or judged.intersection(triple):
                 continue
             fits = agree(judge.block(triple[:3]), self.known.vectors)
-            if fits.all(axis=-1).any():
+            copies = self._is_of_signed_copies(triple[:3])
+            if fits.all(axis=-1).any() or copies:
                 judged.update(triple)
+                is_said = re.search(MIRRORED, self.found.heading(triple), re.I)
+                self.doubtful.update(triple if copies and not is_said else ())
                 self.doubtful.update(triple if self._is_of_another_row(triple[:3]) else ())
                 continue
-            for n in np.flatnonzero(fits.sum(axis=-1) == 2)[:1]:
+            nonzero = (np.abs(self.known.vectors[..., 1:]) > CLOSE).any(axis=-1)
+            for n in np.flatnonzero((fits.sum(axis=-1) == 2) & (fits & nonzero).any(axis=-1))[:1]:
                 (k,) = np.flatnonzero(~fits[n])
                 known = triple in others and self.is_known(triple[k])
                 place, wanted, fault = triple[k], self.known.vectors[n, k], None
@@ -134,6 +155,13 @@ class Beside:
             ):
                 judged.update(triple)
         return judged
+
+    def _is_of_signed_copies(self, triple):
+        """Whether a vector is a known one, some of its coordinates with a minus, as in a mirror."""
+        trees = [self.graph.tree(p) for p in triple]
+        plain = [tree[1] if tree[0] == "minus" else tree for tree in trees]
+        fits = agree(np.abs(self.judge.block(triple)), np.abs(self.known.vectors))
+        return trees != plain and all(part[0] == "area" for part in plain) and bool(fits.all(axis=-1).any())
 
     def _is_of_another_row(self, triple):
         """Whether a vector, calculated in the row of a table, is the point or result of another row only."""
@@ -252,6 +280,7 @@ class Beside:
             wanted, like = judge.now(near), [part[0] for _, part in walk(graph.tree(near))]
             alike = [p for p in graph.component[place] if graph.form(p) == graph.form(near)]
             once = np.ptp(wanted) <= CLOSE and sum(same(judge.now(p), wanted) for p in alike) < 2
+            once |= not wanted.any()
             if near in unknown or like != form or once:
                 continue
             cause, _, other = repaired(graph, {place: wanted}, judge.values) or (None, "", ("text", ""))
@@ -308,7 +337,7 @@ class Beside:
 
     def _is_degrees_and_minutes(self, place, tree=None):
         """Whether a cell makes an angle of degrees and minutes, and seconds, of the sign of the degrees."""
-        parts = [p for p in self.graph.uses[place] if self.graph.own.get(p) is not None]
+        parts = [p for p in self.found.sorted(self.graph.uses[place]) if self.graph.own.get(p) is not None]
         if len(parts) not in (2, 3):
             return False
         sign = -1 if self.graph.own[parts[0]] < 0 else 1
@@ -323,6 +352,13 @@ class Beside:
         mates = {p for p in self.graph.component[place] if p in self.found.turning}
         on = len(mates) > 2 and not mates.isdisjoint(self.graph.uses[place])
         return on and as_around(self.graph, place) == self.graph.trees[place]
+
+
+def _is_a_choice(tree):
+    """Whether a formula is an IF of which all results are numbers or texts, not all the same."""
+    if tree[0] != "IF":
+        return False
+    return all(part[0] in ("number", "text") or _is_a_choice(part) for part in tree[2:])
 
 
 def _is_count_or_mean(tree):

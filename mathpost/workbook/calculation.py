@@ -112,7 +112,9 @@ class Turn(Calculation):
             after[:, :3, 3] += look(values, self.shift)
             moved.insert(1, after @ moved[1])
         matrices = [each for word in words for each in (word, np.swapaxes(word, 1, 2))]
-        places = [each for word in moved for each in (word, np.linalg.inv(word))] if self.origin else []
+        places = (
+            [each for word in moved for each in (word, np.linalg.inv(word))] if self.origin or self.shift else []
+        )
         self.elements += [np.swapaxes(each, 1, 2) for each in self.elements]
         pairs = [(np.cos(a), np.sin(a)) for a in self.radians.T]
         self.known = {
@@ -124,6 +126,7 @@ class Turn(Calculation):
         if self.point:
             point = np.concatenate([look(values, self.point), np.ones((SAMPLES, 1))], axis=1)[..., None]
             vectors = [*(matrix @ point for matrix in moved), point]
+            vectors += [matrix[:, :, 3:] for matrix in places]
             self.known |= {n: [_cells(v, n) for v in vectors] for n in (3, 4)}
             terms = _cells(ends[0][:, :3, :3] * np.swapaxes(vectors[0][:, :3], 1, 2), 3)
             self.known[1] = [term[None] for term in terms if np.ptp(term[1:])]
@@ -133,8 +136,9 @@ class Turn(Calculation):
         self.should_be(self.results, _cells(target, 3 if len(self.results) in (3, 9) else 4))
 
     def _make_mistakes(self, turn, point, origin):
-        """Set the results of somebody who subtracts the origin at the wrong place, or adds it."""
+        """Set the results of somebody who subtracts the origin at the wrong place, or not at all, or adds it."""
         wrong = {
+            "the origin is not taken off": turn @ point,
             "the origin is taken off after the turn, not before": turn @ point - origin,
             "the origin is added, not taken off": turn @ (point + origin),
             "the origin is added after the turn, not taken off before": turn @ point + origin,

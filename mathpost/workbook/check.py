@@ -63,7 +63,7 @@ def check_file(path, task=None):
     if not found.calculations and (report := _by_values(graph, found)).cells:
         return report
     others = Beside(judge)
-    problems = [*_problems(judge, others), *doubts_of_inputs(graph, found)]
+    problems = [*_problems(judge, others), *doubts_of_inputs(graph, found, judge.units)]
     seen, unclear = [*_recognised(judge), *problems], problems or judge.reading or not found.calculations
     return _report(graph, _statuses(judge, others, lost), judge.faults, seen, _warnings(judge, lost), unclear)
 
@@ -102,7 +102,7 @@ def _recognised(judge):
 def _problems(judge, others):
     """What keeps the sheet from being judged."""
     graph, found = judge.graph, judge.found
-    problems = found.problems[:]
+    problems = [*found.problems, *(f"{graph.address(p)} depends on itself" for p in found.sorted(graph.circular))]
     for calculation in judge.unexplained:
         text = "is not what the task asks for, and no single change makes it so"
         problems.append(f"{graph.range(calculation.results)} {text}")
@@ -118,7 +118,6 @@ def _problems(judge, others):
 def _warnings(judge, lost):
     """Yield what deserves a look."""
     graph, found = judge.graph, judge.found
-    yield from (f"{graph.address(p)} depends on itself" for p in found.sorted(graph.circular))
     angles = {graph.own[p] for c in found.calculations for p in c.angles}
     for place in found.sorted(found.typed - graph.used.keys()) if angles else ():
         role = read_label(found.label(place))

@@ -1,10 +1,9 @@
 """Single repairs of a formula: what somebody may have meant, the likeliest first."""
 
+from collections import Counter
 from dataclasses import replace
 from functools import reduce
 from itertools import combinations, permutations, product
-
-import numpy as np
 
 from mathpost.rotation import wrap
 from mathpost.workbook.formula import (
@@ -12,6 +11,7 @@ from mathpost.workbook.formula import (
     Area,
     area_of,
     areas,
+    exact,
     form_of,
     heads,
     put,
@@ -25,7 +25,8 @@ from mathpost.workbook.neighbours import as_around, filled
 
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}
-CONVERSIONS = np.array([np.pi, np.pi / 180, 180 / np.pi, 180.0, 2 * np.pi, np.pi / 200, 200 / np.pi])
+MOST_ROWS = 9  # from which a formula was filled
+ROUGHLY = 0.01  # as 3.14 and 57.3 are
 UNITS = {180.0: 200.0, 200.0: 180.0, 100.0: 60.0, 60.0: 3600.0, 3600.0: 60.0}  # degrees and gon, minutes, seconds
 OTHER = {"+": "-", "-": "+", "*": "/", "/": "*"}
 TO_RADIANS, TO_DEGREES = ("degrees for radians", "RADIANS"), ("radians for degrees", "DEGREES")
@@ -66,6 +67,7 @@ def edits(graph, place, inputs=(), windows=()):
             for cause, new in kind(part, path):
                 yield cause, part, new, put(tree, path, new)
     references = [(path, part[1]) for path, part in parts.items() if part[0] == "area"]
+    count = Counter(area for _, area in references)
     for path, area in references:
         if area.shape != (1, 1):
             new = ("TRANSPOSE", parts[path])
@@ -77,6 +79,17 @@ def edits(graph, place, inputs=(), windows=()):
     for path, area, other in _elsewhere(graph, place, references, inputs, windows):
         if other and other != area and place not in other.places and not there.isdisjoint(other.places):
             yield "wrong reference", parts[path], ("area", other), put(tree, path, ("area", other))
+            if count[area] > 1:  # all that refer there
+                new = with_areas(tree, [other if each == area else each for _, each in references])
+                yield "wrong reference", parts[path], ("area", other), new
+    for n, (down, right) in product(range(1, MOST_ROWS), ((-1, 0), (0, -1))):  # all that lost their $
+        ends = [{area.top, area.bottom} if down else {area.left, area.right} for _, area in references]
+        moved = [
+            area if end == {place[1] if down else place[2]} else area.moved(n * down, n * right)
+            for end, (_, area) in zip(ends, references, strict=True)
+        ]
+        if all(moved) and sum(new != area for new, (_, area) in zip(moved, references, strict=True)) > 1:
+            yield "wrong reference", tree, with_areas(tree, moved), with_areas(tree, moved)
     for longer in zip(*(_longer(area) for _, area in references if area.shape != (1, 1)), strict=True):
         if len(longer) > 1 and all(longer):
             longer = iter(longer)
@@ -90,8 +103,8 @@ def edits(graph, place, inputs=(), windows=()):
             yield "wrong value", part, new, put(tree, path, new)
         for cause, new in _sums(part):
             yield cause, part, new, put(tree, path, new)
-    if tree[0] in ("+", "-") and tree[2][0] == "number":
-        yield "offset", tree, tree[1], tree[1]
+    if (new := exact(tree, ROUGHLY)) != tree:
+        yield "rounded early", tree, new, new
     unlike = []
     for near in beside(place):  # filled from there
         new = filled(graph, near, place)
@@ -197,7 +210,8 @@ def _sums(part):
     if part[0] not in ("+", "-"):
         return
     head, before, last = part
-    yield from (("wrong value", each) for each in (before, last))  # a term too many
+    yield "offset" if last[0] == "number" else "wrong value", before  # a term too many
+    yield "wrong value", last
     if before[0] in ("+", "-") and before[2][0] == "*":  # a·(b − c) for a·b − c
         yield "wrong value", (*before[:2], ("*", before[2][1], (head, before[2][2], last)))
     elif before[0] == "*":
@@ -239,9 +253,8 @@ def _exact(part):
     """The part of a formula without its rounding."""
     if part[0] in ROUNDING:
         yield part[1]
-    if part[0] == "number":
-        near = CONVERSIONS[np.abs(part[1] - CONVERSIONS) < 0.01 * CONVERSIONS]
-        yield from (("number", float(number)) for number in near)
+    if part[0] == "number" and (new := exact(part, ROUGHLY)) != part:
+        yield new
 
 
 def take_unrounded(graph, places):

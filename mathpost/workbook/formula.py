@@ -7,7 +7,7 @@ a scalar is (samples, 1, 1), and one evaluation covers all the samples.
 
 import re
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from openpyxl.formula import Tokenizer
@@ -16,6 +16,7 @@ from openpyxl.utils import get_column_letter, range_boundaries
 POWER = {"^": 5, "*": 4, "/": 4, "+": 3, "-": 3, "&": 2, "=": 1, "<>": 1, "<": 1, ">": 1, "<=": 1, ">=": 1}
 LOGICAL = {"TRUE": 1.0, "FALSE": 0.0}
 LARGEST = 20_000  # cells of a range
+CONVERSIONS = np.array([np.pi, np.pi / 180, 180 / np.pi, 180.0, 2 * np.pi, np.pi / 200, 200 / np.pi])
 ROUNDING = {"ROUND", "ROUNDDOWN", "ROUNDUP", "TRUNC", "INT"}
 
 
@@ -231,6 +232,20 @@ def unrounded(tree):
     return (tree[0], unrounded(tree[1]), *tree[2:]) if tree[0] == "MOD" else tree
 
 
+def exact(tree, within):
+    """The tree with π, π/180 and the like for all numbers that are nearly these, relatively `within`.
+
+    Examples
+    --------
+    >>> text_of(exact(parse("=A1*3.1416/180", "S", {}), 1e-5))
+    'A1*3.14159265358979/180'
+    """
+    if tree[0] == "number":
+        near = CONVERSIONS[np.abs(tree[1] - CONVERSIONS) < within * CONVERSIONS]
+        return ("number", float(near[0])) if len(near) else tree
+    return tuple(exact(part, within) if isinstance(part, tuple) else part for part in tree)
+
+
 def form_of(tree):
     """Write a tree as a formula in which all references of one size are alike."""
     return text_of(with_areas(tree, [area.shape for area in areas(tree)]))
@@ -264,7 +279,10 @@ def _total(reduce, each=lambda value: value):
 
 def _index(area, row, column=None):
     row = int(row.flat[0])
-    row, column = (row, int(column.flat[0])) if column is not None else (1, row) if len(area[0]) == 1 else (row, 1)
+    if column is None:
+        row, column = (1, row) if area.shape[1] == 1 else (row, int(area.shape[2] == 1))  # 0 is all of them
+    else:
+        column = int(column.flat[0])
     if not (0 <= row <= area.shape[1] and 0 <= column <= area.shape[2]):
         raise IndexError
     area = area[:, row - 1 : row] if row else area  # 0 is all of them
@@ -282,7 +300,12 @@ COMPARISONS = {
     **{"=": np.equal, "<>": np.not_equal, "<": np.less},
     **{">": np.greater, "<=": np.less_equal, ">=": np.greater_equal},
 }
-STATISTICS = {"COUNT", "SUM", "PRODUCT", "AVERAGE", "MAX", "MIN", "SUMSQ", "STDEV", "STDEV.S", "STDEVP", "STDEV.P"}
+SPREADS = {  # of a sample, or of all
+    f"{name}{end}": partial(spread, ddof=end in ("", ".S"))
+    for name, spread in (("STDEV", np.std), ("VAR", np.var))
+    for end in ("", ".S", "P", ".P")
+}
+STATISTICS = {"COUNT", "SUM", "PRODUCT", "AVERAGE", "MEDIAN", "MAX", "MIN", "SUMSQ", *SPREADS}
 FUNCTIONS = {
     **COMPARISONS,
     **{"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "^": np.power, "POWER": np.power},
@@ -299,11 +322,10 @@ FUNCTIONS = {
         "COUNT": _total(lambda x, axis: np.isfinite(x).sum(axis=axis)),
         "SUM": _total(np.sum),
         "PRODUCT": _total(np.prod),
-        "AVERAGE": _total(np.mean),
+        **{"AVERAGE": _total(np.mean), "MEDIAN": _total(np.median)},
     },
     **{"MAX": _total(np.max), "MIN": _total(np.min), "SUMSQ": _total(np.sum, np.square)},
-    **{name: _total(lambda x, axis: np.std(x, axis=axis, ddof=1)) for name in ("STDEV", "STDEV.S")},
-    **{name: _total(np.std) for name in ("STDEVP", "STDEV.P")},
+    **{name: _total(spread) for name, spread in SPREADS.items()},
     **{"AND": _total(np.all), "OR": _total(np.any), "NOT": lambda x: x == 0},
     "IF": lambda test, yes, no=0.0: np.where(test != 0, yes, no),
     "IFERROR": lambda value, other: np.where(np.isfinite(value), value, other),

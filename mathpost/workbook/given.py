@@ -6,8 +6,8 @@ from itertools import product, takewhile
 
 import numpy as np
 
-from mathpost.workbook.edits import CONVERSIONS, TRIGONOMETRY
-from mathpost.workbook.formula import areas, heads, walk
+from mathpost.workbook.edits import TRIGONOMETRY
+from mathpost.workbook.formula import CONVERSIONS, areas, heads, walk
 from mathpost.workbook.graph import offset
 from mathpost.workbook.label import read_label
 

@@ -14,6 +14,7 @@ from mathpost.workbook.formula import (
     NotUnderstood,
     areas,
     evaluate,
+    exact,
     form_of,
     gives_text,
     heads,
@@ -24,6 +25,7 @@ from mathpost.workbook.formula import (
 from mathpost.workbook.lookup import resolved
 
 SAMPLES = 8
+SIX_DIGITS = 1e-6  # relative
 ZERO = np.zeros(1)
 CLOSE = 5e-8  # relative: what the arithmetic of a spreadsheet and π/180 as 0.0174532925 lose
 
@@ -120,8 +122,13 @@ class Graph:
         return len(arrays) == 1 and places[0] in self.part
 
     def unround(self):
-        """Take the rounding off what is only shown, by cells that none uses but for a message: it is no slip."""
+        """Take the rounding off what is only shown, by cells that none uses but for a message: it is no slip.
+
+        Nor is a π of six digits.
+        """
         own = self.own  # of the formulas as the file has them
+        precise = {id(tree): exact(tree, SIX_DIGITS) for tree in self.trees.values()}
+        self.trees = {place: precise[id(tree)] for place, tree in self.trees.items()}
         for place in self.trees.keys() & own.keys() - self.part.keys():
             if self.messages.issuperset(self.used.get(place, ())):
                 self.trees[place] = unrounded(self.trees[place])

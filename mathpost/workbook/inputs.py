@@ -8,14 +8,28 @@ import numpy as np
 from mathpost.workbook.calculation import LARGEST_RADIANS
 from mathpost.workbook.given import runs
 from mathpost.workbook.graph import beside
+from mathpost.workbook.sampled import IN_RADIANS
+from mathpost.workbook.task import ORIGIN
 
-GIVEN = r"origin|ursprung|nullpunkt|原点|offset|shift|verschieb|平移|\bpoint\b|\bpunkt\b|^\W*[pxyz]_?0?\W*$"
+NAMED = rf"{ORIGIN}|cent(?:re|er)|mittelpunkt|中心"
+GIVEN = rf"{NAMED}|offset|shift|verschieb|平移|\bpoint\b|\bpunkt\b|^\W*[pxyz]_?0?\W*$"
+LOOKED_UP = "LOOKUP|INDEX|OFFSET|CHOOSE"
+SEXAGESIMAL = r"\bmin|\bsec|\bsek|分|秒|[′″]|^ *['\"] *$"
+UNIT_NAMES = {
+    rf"{IN_RADIANS}": 1.0,
+    r"\bgon\b|neugrad": np.pi / 200,
+    r"\bdeg|°|\bgrad\b|(?<![弧梯])度": np.pi / 180,
+}
 
 
-def doubts_of_inputs(graph, found):
-    """Yield what makes it doubtful that the inputs of a recognised workbook are the right ones, as sentences."""
-    questions = _unlike_the_text, _typed_twice, _not_converted, _not_used
-    return chain.from_iterable(question(graph, found) for question in questions)
+def doubts_of_inputs(graph, found, units):
+    """Return what makes it doubtful that the inputs of a recognised workbook are the right ones, as sentences.
+
+    `units` has the radians of 1 of each angle, as the formulas take it.
+    """
+    questions = _unlike_the_text, _typed_twice, _not_converted, _not_used, _parts_not_used
+    doubts = chain.from_iterable(question(graph, found) for question in questions)
+    return [*doubts, *_in_another_unit(graph, found, units)]
 
 
 def _unlike_the_text(graph, found):
@@ -66,15 +80,45 @@ def _not_converted(graph, found):
 
 
 def _not_used(graph, found):
-    """Yield a point or origin, by its label, that stands alone and that no formula uses."""
+    """Yield three numbers that no formula uses and that are given by their names: a point, an origin.
+
+    Those called so stand alone, or are the origin; coordinates may stand anywhere.
+    """
     known = [each for c in found.calculations for each in (c.point, c.origin, c.results[:3]) if len(each) == 3]
-    known = np.array([[graph.own[p] for p in each] for each in known], dtype=float).reshape(-1, 3)
+    known = np.array([[graph.own.get(p) for p in each] for each in known], dtype=float).reshape(-1, 3)
     for line in runs(found.typed - graph.used.keys() - graph.trees.keys()):
-        alone = len(line) == 3 and len({q for p in line for q in beside(p)} & graph.component.keys()) == 3
-        if alone and re.search(GIVEN, found.label(line[0]), re.I):
+        if len(line) != 3:
+            continue
+        alone = len({q for p in line for q in beside(p)} & graph.component.keys()) == 3
+        label, named = found.label(line[0]), [found.coordinate(p) for p in line] == [(0,), (1,), (2,)]
+        users = (user for p in graph.component[line[0]] for user in graph.used.get(p, ()))
+        if not alone and any(re.search(LOOKED_UP, graph.cells[user].formula or "") for user in users):
+            continue  # of a table
+        if named or re.search(GIVEN if alone else NAMED, label, re.I):
             numbers = np.array([graph.own[p] for p in line])
             if numbers.any() and not (np.abs(known - numbers).max(axis=-1, initial=0) < 0.02).any():
-                yield f"{graph.range(line)} is {found.label(line[0]).strip()!r}, and no formula uses it"
+                yield f"{graph.range(line)} is {label.strip()!r}, and no formula uses it"
+
+
+def _parts_not_used(graph, found):
+    """Yield minutes and seconds that stand beside degrees, or the other way round, and that no formula uses."""
+    parts = found.angles.union(*(graph.uses[place] for place in found.composed))
+    for place in found.sorted(found.typed - graph.used.keys() - graph.trees.keys()):
+        near = parts.intersection(graph.component[place])
+        if any(place[1] == p[1] or place[2] == p[2] for p in near) and re.search(
+            SEXAGESIMAL, "\n".join(found.texts(place)), re.I
+        ):
+            yield f"{graph.address(place)}, {graph.own[place]:g}, is a part of an angle, and no formula uses it"
+
+
+def _in_another_unit(graph, found, units):
+    """Yield angles of which the text before them says another unit than that in which the formulas take them."""
+    for places in dict.fromkeys(c.angles for c in found.calculations):
+        for place in places:
+            said = [unit for name, unit in UNIT_NAMES.items() if re.search(name, found.label(place), re.I)]
+            typed = place in found.typed and place not in graph.trees
+            if len(said) == 1 and typed and abs(said[0] - units.get(place, said[0])) > 1e-6:
+                yield f"{graph.address(place)} is {found.label(place).strip()!r}, and is taken in another unit"
 
 
 def _three(numbers):

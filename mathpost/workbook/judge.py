@@ -1,5 +1,6 @@
 """Right or wrong: every calculation is compared with what is asked for, and repaired for the next ones."""
 
+import re
 from dataclasses import replace
 from itertools import chain, groupby
 
@@ -15,9 +16,17 @@ from mathpost.workbook.nc_table import Words, judge_numbers
 from mathpost.workbook.plane_angles import Plane
 from mathpost.workbook.report import Fault
 from mathpost.workbook.sampled import Sampled
+from mathpost.workbook.task import NOT_ASKED, PASSIVE, SAID_ACTIVE
 from mathpost.workbook.values import read_labels
 from mathpost.workbook.where import Where
 from mathpost.workbook.why import Why
+
+TO_THE_POINT = (
+    r"(?:applied|rotates?) to the point|point (?:is )?(?:turned|rotated|turns)|punkt (?:wird )?gedreht"
+    r"|auf den punkt|旋转的是点|旋转点"
+)
+RECIPE = r"recipe|method|verfahren|rezept|méthode|方法|transpo|转置|\^ ?T\b|ᵀ|multipl|乘"
+SET_ASIDE = rf"{NOT_ASKED}|\bwrong\b|\bfalsch|demonstr|错误|\bfaux"
 
 
 class Judge(Sampled):
@@ -55,6 +64,7 @@ class Judge(Sampled):
         for calculation in self.live[:]:
             self._drop_if_partial(calculation)
             self._choose(calculation)
+        self._read_the_headings()
         self.targets |= {p: t for c in self.live for p, t in c.targets.items()}
         made = self.graph.trees.keys() - self.inputs.keys()
         self.chained = [c for c in self.live if not made.isdisjoint(c.given)]
@@ -90,6 +100,31 @@ class Judge(Sampled):
             text = f"{self.graph.short(place)} gives no number at this tool axis"
             self.faults.append(self.fault(place, "wrong value", text))
         return self
+
+    def _read_the_headings(self):
+        """Take a result the other way where its heading says so and it is that, beside one that is as asked.
+
+        One that is said to be for comparison, and is neither, is set aside.
+        """
+        turns = [c for c in self.live if isinstance(c, Turn) and not c.plane and c.active is not None]
+        off = [turn for turn in turns if len(self.bad(turn.targets)) > 1]
+        for turn in off if len(off) < len(turns) else ():
+            heading = self.found.heading(turn.results)
+            other = re.search(PASSIVE if turn.active else f"{SAID_ACTIVE}|{TO_THE_POINT}", heading, re.I)
+            if other and not re.search(RECIPE, heading, re.I):
+                self._turn_round(turn)
+                if self.met(turn.targets):
+                    continue
+                self._turn_round(turn)
+            if re.search(SET_ASIDE, heading, re.I):
+                self.live.remove(turn)
+                self.found.calculations.remove(turn)
+                self.found.doubts[turn.results] = f"{self.graph.range(turn.results)}: said to be for comparison"
+
+    def _turn_round(self, turn):
+        turn.active, way = not turn.active, ("passive", "active")[:: 1 if turn.active else -1]
+        turn.said = turn.said.replace(*way)
+        self._prepare([turn])
 
     def _is_of_a_table(self, calculation):
         """Whether another row of its table could not be explained."""

@@ -1,6 +1,7 @@
 """What follows from right results: the vectors, lengths, statistics and angles that people put beside them."""
 
-from itertools import combinations, product
+from functools import partial
+from itertools import combinations, groupby, product
 
 import numpy as np
 
@@ -12,8 +13,10 @@ from mathpost.workbook.edits import INVERSE
 from mathpost.workbook.formula import areas, heads, unrounded
 from mathpost.workbook.given import runs
 from mathpost.workbook.graph import CLOSE, offset, same
+from mathpost.workbook.nc_table import Words, made_of_words
 from mathpost.workbook.plane_angles import Plane
 
+LENGTHS = {25.4, 10.0, 1000.0}  # mm of an inch, a centimetre, a metre
 MOST = 20  # points of which each two are compared
 CORNERS = 6  # points of which each two edges are
 
@@ -23,31 +26,38 @@ class Known:
 
     `turns` are the rotations; `vectors`, shape (vectors, 3, samples), of which those in `combined` are made of
     several; `numbers` may stand in one cell, of which `norms` are lengths; of pairs of `angles` it may be either.
+    `globe` has the directions of points and results.
     """
 
     def __init__(self, judge):
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
         self.turns = [c for c in judge.live if isinstance(c, Turn)]
         self.turns += [c.turn for c in judge.live if isinstance(c, Conversion)]
-        self.pairs, self.off, self.lengths = [], [], []
-        self.vectors = self._known_vectors()
+        self.pairs, self.off, self.lengths, self.globe = [], [], [], []
+        self.vectors, of_axes = self._known_vectors()
         numbers, self.angles = self._known_numbers()
+        self.vectors = np.concatenate([self.vectors, of_axes])
         self.numbers = numbers[np.argsort(numbers[:, -1])]
 
     def _known_vectors(self):
         """Points and what became of them, their sums, means, extremes, and the differences of each two."""
-        graph, judge, lists, everywhere, found = self.graph, self.judge, {}, {}, self._in_planes()
+        graph, judge, lists, everywhere, axes, found = self.graph, self.judge, {}, {}, [], self._in_planes()
         found += [vector for c in judge.live if isinstance(c, Plane) for vector in c.known[3]]
         for turn in self.turns:
             found += [*turn.known.get(3, ()), *_axes(turn)]
+            found += [np.array(each) for each in _in_all_units(turn.radians.T) if len(each) == 3]
+            matrix = turn.whole.reshape(3, 3, -1)
+            axes += [*matrix, *matrix.swapaxes(0, 1)]
             result = np.array([*turn.targets.values()])
             if not turn.point or len(result) > 4:
                 continue
             point, result = judge.block(turn.point), result[:3]
             self.pairs.append((point, result))
-            found += [result - point, point - result]
-            found += [each / np.linalg.norm(each, axis=0) for each in (point, result)]
-            points = [(turn.point, point), (turn.results, result)]
+            found += [result - point, point - result, (point + result) / 2]
+            units = [each / np.linalg.norm(each, axis=0) for each in (point, result)]
+            found += units
+            self.globe += units
+            points = [(turn.point, point), (turn.given, result)]  # a copy of a result is of the same
             if turn.origin:
                 points.append((turn.origin, point - judge.block(turn.origin)))
             for n, (places, vector) in enumerate(points):
@@ -61,8 +71,7 @@ class Known:
                     lists.setdefault((id(graph.component[turn.results[0]]), n), {})[turn.results] = vector
         every, single = [*lists.values(), *everywhere.values()], len(found)
         for vectors in (np.array([*each.values()]) for each in every if len(each) > 1):
-            statistics = np.sum, np.mean, np.max, np.min, np.ptp, np.std, _of_a_sample, _largest, _squares
-            found += [statistic(vectors, axis=0) for statistic in statistics]
+            found += [statistic(vectors, axis=0) for statistic in STATISTICS]
             self.lengths += [np.linalg.norm(each, axis=1) for each in (vectors, vectors - vectors.mean(axis=0))]
         for vectors in everywhere.values():
             for a, b in combinations(vectors.values(), 2) if len(vectors) <= MOST else ():
@@ -71,7 +80,9 @@ class Known:
             edges = [b - a for a, b in combinations(vectors.values(), 2) if len(vectors) <= CORNERS]
             self.pairs += [(sign * a, b) for a, b in combinations(edges, 2) for sign in (1, -1)]
         self.combined = np.array(found[single:]).reshape(-1, 3, SAMPLES)
-        return np.array(found).reshape(-1, 3, SAMPLES)
+        angles = [np.arccos(np.clip(each, -1, 1)) for each in axes + self.globe]  # only three together say of what
+        of_axes = np.array([unit * each for each in angles for unit in (1, 180 / np.pi)]).reshape(-1, 3, SAMPLES)
+        return np.array(found).reshape(-1, 3, SAMPLES), of_axes
 
     def _in_planes(self):
         """Points in the frame of a plane, from any other point: of sheets that turn them without the angles."""
@@ -127,12 +138,23 @@ class Known:
         angles, numbers = [np.array([angle, angle]) for angle in between], numbers + products
         for turn in self.turns:
             traces = [matrix[0] + matrix[4] + matrix[8] for matrix in turn.known[9]]
-            numbers += traces
+            numbers += [*traces, *(each for angles in _in_all_units(turn.radians.T) for each in angles)]
+            numbers += [entry for product in turn.quaternions() for entry in product]
             angles += [np.array([angle, -angle]) for angle in np.arccos(np.clip((np.array(traces) - 1) / 2, -1, 1))]
             if has_angles(turn):
                 for solution in solutions(turn):
                     angles += [[each, -each if turn.signs else each] for each in solution.T]
                     angles += [[each, each] for each in (solution - turn.radians).T]
+        tables = groupby((c for c in judge.live if isinstance(c, Words)), lambda row: row.table)
+        for more, turned in (made_of_words(list(rows), judge.block) for _, rows in tables):
+            numbers += [*more]
+            angles += [[each, each] for each in turned]
+        for x, y, z in self.globe:
+            angles += [
+                [np.arctan2(y, x)] * 2,
+                [np.arccos(np.clip(z, -1, 1))] * 2,
+                [np.arcsin(np.clip(z, -1, 1))] * 2,
+            ]
         angles = np.array(angles).reshape(-1, 2, SAMPLES)
         return np.array([np.broadcast_to(number, SAMPLES) for number in numbers]), angles
 
@@ -163,6 +185,8 @@ class Known:
             return True
         if "MDETERM" in functions:
             return same(value, np.ones(SAMPLES))
+        if tree[0] in ("*", "/") and tree[2][0] == "number" and tree[2][1] in LENGTHS:
+            return self.is_known(place, tree[1])
         last = value.flat[-1]  # most numbers differ there, and they are in its order
         around = np.searchsorted(self.numbers[:, -1], last + np.array([-2, 2]) * CLOSE * (1 + abs(last)))
         known = self.numbers[slice(*around)]
@@ -201,13 +225,14 @@ def solutions(turn):
     return own, np.where(middle, own, twin), np.where(middle, twin, own)
 
 
-def _of_a_sample(vectors, axis):
-    return np.std(vectors, axis=axis, ddof=1)
+def _in_all_units(radians):
+    """Angles in radians, degrees and gon."""
+    return [unit * radians for unit in (1, 180 / np.pi, 200 / np.pi)]
 
 
-def _largest(vectors, axis):
-    return np.abs(vectors).max(axis=axis)
-
-
-def _squares(vectors, axis):
-    return (vectors**2).sum(axis=axis)
+STATISTICS = (
+    *(np.sum, np.mean, np.median, np.max, np.min, np.ptp, np.std, np.var),
+    *(partial(spread, ddof=1) for spread in (np.std, np.var)),  # of a sample
+    lambda vectors, axis: np.abs(vectors).max(axis=axis),
+    lambda vectors, axis: (vectors**2).sum(axis=axis),
+)

@@ -11,6 +11,7 @@ from mathpost.rotation import wrap
 from mathpost.workbook.calculation import Turn
 from mathpost.workbook.edits import INVERSE, edits, said
 from mathpost.workbook.formula import heads, text_of, unrounded, walk
+from mathpost.workbook.given import runs
 from mathpost.workbook.graph import CLOSE, offset, same
 from mathpost.workbook.known import has_angles, solutions
 from mathpost.workbook.label import read_label
@@ -41,6 +42,7 @@ class Labelled:
         """Yield the faults of cells of `rest`, which no result needs."""
         for place in self.found.sorted(rest & self.graph.trees.keys()):
             yield from self._unlike_its_label(place)
+        self.doubtful.update(self._mixed_copies(rest))
 
     def compared(self, rest):
         """Yield the faults of copies of results, and of angles computed back."""
@@ -149,6 +151,18 @@ class Labelled:
                 if copies[place] != result[k]:
                     text = f"{self.graph.short(copies[place])} should be {self.graph.short(result[k])}"
                     yield self.judge.fault(place, "wrong reference", f"{self.graph.short(place)}: {text}")
+
+    def _mixed_copies(self, rest):
+        """Three cells in line that are copies of three in line, in another order."""
+        copies = {p: q for p in rest if (q := self._copied(p)) != p}
+        for line in runs(copies):
+            sources = [copies[p] for p in line]
+            for n in range(len(line) - 2):
+                own = sources[n : n + 3]
+                first, second, _ = in_order = [*self.found.sorted(own)]
+                down, right = second[1] - first[1], second[2] - first[2]
+                in_line = in_order == [offset(first, k * down, k * right) for k in range(3)]
+                yield from line[n : n + 3] if in_line and own not in (in_order, in_order[::-1]) else ()
 
     def _copied(self, place):
         """The cell of which a cell is a copy, perhaps rounded, or a copy of a copy."""

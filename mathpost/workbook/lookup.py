@@ -77,7 +77,7 @@ def _match(held, key, table, kind=("number", 1.0)):
 def _index(held, table, row, column=None):
     area, row = table[1], _number(held, row)
     if column is None:
-        row, column = (1, row) if area.shape[0] == 1 else (row, 1)
+        row, column = (1, row) if area.shape[0] == 1 else (row, int(area.shape[1] == 1))  # 0 is all of them
     else:
         column = _number(held, column)
     if not (0 <= row <= area.shape[0] and 0 <= column <= area.shape[1]):

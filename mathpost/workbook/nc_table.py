@@ -145,6 +145,27 @@ def _column_block(graph, name, cells):
     return list(zip(*[iter(area.places)] * COLUMNS[name], strict=True))
 
 
+def made_of_words(rows, block):
+    """What people put beside the words of a table, both of shape (…, samples): numbers, and angles in radians.
+
+    Steps from row to row, ways, extremes and means; the other solution, and how far the tool turns. `block(places)`
+    is what stands in some cells.
+    """
+    tips, axes = (np.array([block(getattr(row, part)) for row in rows]) for part in ("point", "axis"))
+    words = np.array([[*row.targets.values()] for row in rows])
+    numbers = [step(words, axis=0) for step in (np.max, np.min, np.mean, np.ptp, np.median)]
+    numbers += [np.abs(words).max(axis=0)]
+    if len(rows) > 1:
+        steps = np.diff(np.hstack([words, tips]), axis=0)
+        for way in (np.linalg.norm(steps[:, first : first + 3], axis=1) for first in (0, 5)):
+            numbers += [way, np.cumsum(way, axis=0), way.max(axis=0)[None], way.mean(axis=0)[None]]
+        numbers += [*steps, *-steps, np.abs(steps).max(axis=0)]
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    between = np.arccos(np.clip((axes[1:] * axes[:-1]).sum(axis=1), -1, 1))
+    both = [row.kinematics.inverse(np.zeros(3), axis.T)[..., 3:] for row, axis in zip(rows, axes, strict=True)]
+    return np.vstack(numbers), np.vstack([between, *np.moveaxis(both, 1, -1).reshape(-1, SAMPLES)[:, None]])
+
+
 # Words that are numbers.
 
 

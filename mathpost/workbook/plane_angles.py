@@ -13,8 +13,8 @@ import numpy as np
 from mathpost import angles as euler
 from mathpost.detective.misreadings import elementary
 from mathpost.workbook.calculation import Calculation, look, nearest
-from mathpost.workbook.edits import CONVERSIONS, INVERSE, TRIGONOMETRY, take_unrounded
-from mathpost.workbook.formula import heads
+from mathpost.workbook.edits import INVERSE, TRIGONOMETRY, take_unrounded
+from mathpost.workbook.formula import CONVERSIONS, heads
 from mathpost.workbook.graph import SAMPLES
 from mathpost.workbook.label import read_label
 

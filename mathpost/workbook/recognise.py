@@ -5,7 +5,7 @@ Labels only break ties: which triple is an angle, a point or an origin follows f
 
 import re
 from collections import Counter
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
@@ -20,15 +20,14 @@ from mathpost.workbook.graph import offset
 from mathpost.workbook.label import plain, read_label
 from mathpost.workbook.nc_table import rows_of
 from mathpost.workbook.plane_angles import find_planes
-from mathpost.workbook.task import NOT_ASKED, PASSIVE, reading
+from mathpost.workbook.task import ORIGIN, PASSIVE, reading
 from mathpost.workbook.vectors import Vectors
 
 SHIFT = r"shift|translat|verschieb|décal|平移|^\W*t[xyz]?\b"  # what is added after the turn
 CENTRE = r"cent(?:re|er)|pivot|drehpunkt|mittelpunkt|中心"  # what is taken off before it
 ABOUT_A_CENTRE = rf"\b(?:about|um) [^.,;]{{0,20}}(?:{CENTRE})|绕.{{0,6}}中心"
 INVERSE = r"inver|rück|zurück|\bback|retour|逆|反变换"
-AXIS_NAMES = {"X": "roll|滚", "Y": "pitch|nick|俯仰", "Z": "yaw|heading|gier|偏航"}
-SET_ASIDE = rf"{NOT_ASKED}|\bwrong\b|\bfalsch|demonstr|错误|\bfaux"
+AXIS_NAMES = {"X": r"roll|滚|\br_?x\b", "Y": r"pitch|nick|俯仰|\br_?y\b", "Z": r"yaw|heading|gier|偏航|\br_?z\b"}
 ABOUT_AN_AXIS = r"rodrig|罗德里格|任意轴|about an axis|um eine achse|axis.angle|轴角"
 
 
@@ -96,10 +95,9 @@ class Recognised(Vectors):
             # One coordinate of each of three points is no vector.
             lengths = [self.lengths.intersection(self.depends.get(p, ())) for p in triple]
             turned &= lost or any(a & b for a, b in combinations(lengths, 2))
-            if turned and not difference and self._is_set_aside(triple):
-                self.doubts[triple] = f"{self.graph.range(triple)}: said to be for comparison"
-                difference = True
-            (finals if turned and not difference else self.beside).append(triple)
+            of_signs = all(t[0] == "area" or (t[0] == "minus" and t[1][0] == "area") for t in trees)
+            of_signs &= {t[0] for t in trees} == {"minus", "area"}  # a mirrored copy
+            (finals if turned and not (difference or of_signs) else self.beside).append(triple)
         for triple in finals[:]:
             if self._is_combined(triple, finals) or self._is_undone(triple, finals):
                 finals.remove(triple)
@@ -148,11 +146,13 @@ class Recognised(Vectors):
                     setattr(row, part, own)
                     break
 
-    def _is_set_aside(self, triple):
-        """Whether a text above, or before it, says that a vector is not what is asked for."""
+    def heading(self, triple):
+        """The texts before a vector, with no number in between, or above it as far; or over its column."""
         (sheet, row, column), cells = triple[0], self.graph.cells
-        texts = (cells.get((sheet, row - up, n)) for up in (0, 1) for n in range(1, column + 1))
-        return any(re.search(SET_ASIDE, cell.value, re.I) for cell in texts if cell and isinstance(cell.value, str))
+        first = max((n for n in range(1, column) if (sheet, row, n) in self.graph.component), default=0) + 1
+        near = (cells.get((sheet, row - up, n)) for up in (0, 1) for n in range(first, column + 1))
+        texts = [cell.value for cell in near if cell and isinstance(cell.value, str)]
+        return "\n".join([*texts, *self.texts(triple[0])[:2]])
 
     def _frames_before(self, finals):
         """Vector → the vector that is its point, where one frame follows another: three angles more turn it."""
@@ -160,7 +160,8 @@ class Recognised(Vectors):
         turned_by = {t: self.angles & graph.upstream(t) for t in finals}
         for last in (t for t in finals if len(turned_by[t]) > 5):
             up = graph.upstream(last)
-            for before in {of[p] for p in up & of.keys()} - {last}:
+            earlier = {of[p] for p in up & of.keys()} - {last}
+            for before in sorted(earlier, key=lambda t: graph.calculation_order(t[0])):
                 more = self.angles & graph.upstream(last, before)
                 if len(more) == 3 and len(turned_by[before]) > 2 and more.isdisjoint(turned_by[before]):
                     found[last] = before if up.issuperset(before) else found.get(last)
@@ -191,6 +192,9 @@ class Recognised(Vectors):
         back = bool(re.search(INVERSE, self.text, re.I))
         shift = self._shift(triple, back or plane)
         point, origin, others = self._moved(triple, shift, before)
+        if origin and self._names_an_origin(point, origin):
+            point, origin = origin, point
+        origin = origin or self._origin_left_out(point)
         if axis := self._quaternion_of(angles, triple[0]):
             self._tell(Turn(triple, (), point, origin, axis=axis, shift=shift), calculations)
             return
@@ -211,7 +215,7 @@ class Recognised(Vectors):
             turn = Turn(triple, self._angles_of(plane), point, origin, shift=shift)
             self._tell(turn, calculations, plane)
             return
-        chosen = self.three(angles) or self.three(self.sorted(self.angles))
+        chosen = self._varied(angles, triple) or self.three(angles) or self.three(self.sorted(self.angles))
         if min(len(self.depends[p] & self.angles) for p in triple[:3] if p in self.depends) > 4 and not before:
             chosen = None  # turned more than once, and not by a vector in between
         if chosen is None or not point:
@@ -221,6 +225,34 @@ class Recognised(Vectors):
                 self.doubts[triple] = f"{self.graph.range(triple)}: {what} not found among its inputs"
             return
         self._tell(Turn(triple, self.by_name(chosen), point, origin, shift=shift), calculations)
+
+    def _varied(self, angles, triple):
+        """Three angles of which one, by their names, stands in the row of a vector in place of the given one."""
+        own = [p for p in angles if p[:2] == triple[0][:2]]
+        said = {p: self.angle_said(p) for p in angles}
+        rest = [p for p in angles if own and said[p] != said[own[0]]]
+        three = (*rest, *own)
+        return three if len(own) == 1 and len(three) == 3 and {*map(said.get, three)} == {0, 1, 2} else None
+
+    def _origin_left_out(self, point):
+        """The origin, by its name, in the differences with a point that no formula uses; empty if there is none."""
+        graph = self.graph
+        unused = [
+            [u for u in graph.used.get(p, ()) if u not in graph.used and graph.trees[u][0] == "-"] for p in point
+        ]
+        for users in product(*unused):
+            origin = tuple(s for u, p in zip(users, point, strict=True) for s in graph.uses[u] if s != p)
+            is_given = len({*users}) == len({*origin}) == len(origin) == 3 and self.typed.issuperset(origin)
+            if is_given and any(self._is_named(each, ORIGIN) for each in (origin, users)):
+                return origin
+        return ()
+
+    def _names_an_origin(self, line, other):
+        """Whether it is the first of two points that a label says to be the origin."""
+        one, two = self.label(line[0]), self.label(other[0])
+        is_said = [self._is_named(each, f"{ORIGIN}|{CENTRE}") for each in (line, other)]
+        zero = re.fullmatch(r"\W*[xyz]_?0\b.*", one, re.I) and re.fullmatch(r"\W*[xyz]\b[^'’′]*", two, re.I)
+        return is_said == [True, False] or bool(zero)
 
     def _is_still(self, line, triple):
         """Whether lengths move no vector where nothing is turned, as those of an axis or centre; but for a slip."""
@@ -306,7 +338,9 @@ class Recognised(Vectors):
             means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]
             means = [t for t in means if sum(self.unturned.get(p) == s for p, s in zip(t, slopes, strict=True)) > 1]
             plus = means or plus
-        may = before, *plus[::-1], *used, self._made_by_formulas(triple), *lines
+        made = self._made_by_formulas(triple)
+        mirrored = made if {self.graph.tree(p)[0] for p in made} == {"minus", "area"} else ()
+        may = before, mirrored, *plus[::-1], *used, made, *lines
         point = self._as_labelled(next(filter(None, may), ()))
         # In 4×4 an origin that moves nothing is in a matrix that is transposed by mistake.
         minus += [line for line in used if len(triple) == 4 and not any(map(set(line).intersection, slopes))]
@@ -411,14 +445,15 @@ class Recognised(Vectors):
         self.vectors = set(given["result"])
         self._tell(Turn(*(given[name] for name in ("result", "angles", "point", "origin"))), self.calculations)
 
-    def _as_named(self, results):
-        """The three cells of a result in the order x, y, z that their labels say."""
-        said = [self.coordinate(p, ("outcome",)) for p in results]
+    def _as_named(self, cells, kind="outcome"):
+        """The three cells of a result, or of a point, in the order x, y, z that their labels say."""
+        said = [self.coordinate(p, (kind,)) for p in cells]
         named = sorted(filter(None, said)) == [(0,), (1,), (2,)] and len(said) == 3
-        return tuple(results[said.index((n,))] for n in range(3)) if named else results
+        return tuple(cells[said.index((n,))] for n in range(3)) if named else cells
 
     def _tell(self, calculation, calculations, plane=None):
         calculation.results = self._as_named(calculation.results)
+        calculation.point = self._as_named(calculation.point, "coordinate")
         if any(name[:1] == "-" for name in self.names):
             calculation.signs = [-1 if name[:1] == "-" else 1 for name in self.names]
             if self._named_in_the_text(calculation.angles) != calculation.angles:

@@ -12,16 +12,18 @@ from mathpost.workbook.label import plain
 BETWEEN = r"['’′]*[-–→·, ]*"
 SEQUENCE = re.compile(rf"(?<![A-Za-z])([XYZ]){BETWEEN}([XYZ]){BETWEEN}([XYZ])['’′]*(?![A-Za-z])", re.I)
 PRIMED = re.compile(r"(?<![A-Za-z])([XYZ])[-–, ]*([XYZ])['’′][-–, ]*([XYZ])(?:['’′]{2}|[\"”″])", re.I)
+WXYZ = r"\bw[, ]*x[, ]*y[, ]*z\b|\bx[, ]*y[, ]*z[, ]*w\b"  # the parts of a quaternion
 NUMBERED = re.compile(r"(?<![\d.])([123])-([123])-([123])(?![\d.])")
 TURNS = r"euler|欧拉|rotat|dreh|turn|旋转|转|sequence|reihenfolge|顺序|axes|achsen|轴|trins|rpy|[ck]ardan|wrist"
-OF_THE = r"(?:\s|\(|the|its|die|der|den|l'axe|new|neue\w?|新的?|fixed|fixe|(?:raum)?feste\w?|固定的?|轴)*"
+TURNS += r"|quaternion|四元数|\br_?[xyz]\b"
+OF_THE = r"(?:\s|\(|the|its|die|der|den|l'axe|new|neue\w?|新的?|fixed|machine|fixe|(?:raum)?feste\w?|固定的?|轴)*"
 ONE_AXIS = rf"(?:about|around|\bum|autour de|绕){OF_THE}([xyz])(?![a-z])"
 AXIS_OR_THEN = re.compile(
     r"(?<![a-z])([xyz])(?![a-z])|(then|dann|danach|puis|second|third|zweit|dritt|再|然后|接着|第[二三])", re.I
 )
 FACTOR = r"\bR_?([xyz123])\b\W?([^\s()*·×∙⋅+=;,]*)\W*?"
 CHAIN, PAIR = (re.compile(r"[*·×∙⋅]\s*".join([FACTOR] * n), re.I) for n in (3, 2))
-SPACED = re.compile("= *" + " ".join([FACTOR] * 3), re.I)
+SPACED = re.compile("[=+] *" + " ".join([FACTOR] * 3), re.I)
 ROWS = r"\brow vector|zeilenvektor|vecteurs?[ -]ligne|行向量|\brows?\b[^.;,\n]{0,15}[·*×]"
 YAW, PITCH, ROLL = (
     r"(?:yaw|heading|gier\w*|lacet|偏航)",
@@ -29,17 +31,23 @@ YAW, PITCH, ROLL = (
     r"(?:roll|roulis|滚转|横滚)",
 )
 YAW_PITCH_ROLL = rf"{YAW}\W+{PITCH}\W+{ROLL}"
+ORIGIN = r"origin|ursprung|nullpunkt|原点|\bp_?0\b"
 NUMBERS = str.maketrans("123", "XYZ")
 UNDONE = r"\^-1|⁻¹|ᵀ|\^t\b|invers|transp|rück"
-FIXED = r"fixed (?:axes|[xyz]\b)|extrins|raumfest|feste[nr]? achsen|axes? fixes?|固定(坐标)?轴|外旋|static axes"
+FIXED = (
+    r"fixed (?:axes|[xyz]\b)|axes (?:are |stay )?fixed|extrins|static axes|raumfest|feste[nr]? achsen|axes? fixes?"
+)
+FIXED += r"|固定(坐标)?轴|外旋"
 TURNING = r"intrins|mit(?:ge)?dreh|(?:turned|moving|body|new|neue) ax|mobiles|内旋|动轴|新的?[xyz]"
 OF_MATRICES = r"(?!\w*\s*\w*(?:matri|矩阵|[xyz]\())"  # active matrices may make a passive rotation
 SAID_ACTIVE = r"(?:\bacti(?:ve|vely|ves?|f)\b|\baktiv(?:e[nrs]?)?\b|主动(?![轴轮])|points? (?:are |is )?moved)"
 ACTIVE = SAID_ACTIVE + OF_MATRICES
+# T·R·p and p₀ + R·p, which take a point from its frame to another one.
+ACTIVE += r"|\bT(?:rans(?:\([^)]*\))?)?\W?[*·×]\s*R|\b(?:o|t|p_?0|origin|nullpunkt|ursprung)\s*\+\s*\(?R"
 PASSIVE = rf"(?:passiv|被动){OF_MATRICES}|in(?:to)? the (?:turned|rotated|new) frame"
 PASSIVE += r"|im (?:gedrehten|neuen) \w*system|dans le repère (?:tourné|mobile)"
 CONVENTION = r"[ck]onvention|约定"
-OF_TURNS = rf"{TURNS}|{CONVENTION}|matri|矩阵|trans|变换|point|punkt|点|\bR_?[xyz]\b|[xyz]['’′-]"
+OF_TURNS = rf"{TURNS}|{CONVENTION}|matri|矩阵|trans|变换|point|punkt|点|\bR_?[xyz]\b|[xyz]['’′-]|\b[xyz]{{3}}\b"
 DENIED = r"(?:\b(?:not|kein\w*|nicht|pas|no)\b|不是|非)[^.;,，。]{0,20}(?:acti|akti|主动)"
 NOT_ASKED = r"compari?son|comparaison|vergleich|对比|would be|wäre|serait|下一|next (?:task|exercise)"
 NOT_ASKED += r"|nächste (?:aufgabe|übung)"
@@ -117,7 +125,7 @@ def reading(task, text, count=3):
     name as many axes; the other angles are 0.
     """
     text = "\n".join(line for line in text.splitlines() if not re.search(NOT_ASKED, line, re.I))
-    turns = [line for line in text.splitlines() if re.search(TURNS, line, re.I)]
+    turns = [re.sub(WXYZ, "", line, flags=re.I) for line in text.splitlines() if re.search(TURNS, line, re.I)]
     said = {"".join(f.groups()).upper() for f in PRIMED.finditer(text)}
     said |= {"".join(f.groups()).upper() for line in turns for f in SEQUENCE.finditer(line)}
     said |= {"".join("XYZ"[int(n) - 1] for n in f.groups()) for line in turns for f in NUMBERED.finditer(line)}

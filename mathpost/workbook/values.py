@@ -20,6 +20,7 @@ from mathpost.workbook.given import may_turn
 from mathpost.workbook.graph import Graph
 from mathpost.workbook.label import SINGLE, UNIT_WORDS, Role, read_label
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, Fault
+from mathpost.workbook.task import ORIGIN
 from mathpost.workbook.threes import Operator, Threes, common_decimals, words
 
 CALCULATED = 3  # decimals that nobody gives
@@ -27,7 +28,6 @@ BELOW = 2_000_000  # the first row of matrices that are not in the sheet
 EXACT, FULL = 1e-9, 9  # what a spreadsheet's arithmetic may lose; decimals of a number that was not rounded by hand
 OPPOSITE = {"degrees for radians": "radians for degrees", "radians for degrees": "degrees for radians"}
 GIVEN = ("angle", "coordinate", "outcome")  # what may stand in a row for each of many points
-ORIGIN = r"origin|ursprung|nullpunkt|原点|\bp_?0\b"
 MATRICES = {"matrix", "transposed"}
 WORDS = ((0,), (1,), (2,), (2, 1), (1, 0), (2, 1, 0))  # the matrices of source 000's first method
 

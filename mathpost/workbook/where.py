@@ -5,8 +5,8 @@ from itertools import chain, islice
 import numpy as np
 
 from mathpost.workbook.calculation import Turn
-from mathpost.workbook.edits import CONVERSIONS, TO_DEGREES, TO_RADIANS, edits
-from mathpost.workbook.formula import ROUNDING, heads
+from mathpost.workbook.edits import ROUGHLY, TO_DEGREES, TO_RADIANS, edits
+from mathpost.workbook.formula import CONVERSIONS, ROUNDING, exact, heads
 from mathpost.workbook.graph import SAMPLES, same
 from mathpost.workbook.nc_table import Words
 from mathpost.workbook.sampled import as_window
@@ -44,7 +44,8 @@ class Where:
         if best[0] >= UNEXPLAINED and isinstance(calculation, Words) and not calculation.is_wrong(self.judge.now):
             return None  # an arc sine of half the sphere
         self.judge.faults += best[3]
-        return best[2]
+        mates = {q for p in best[2] for q in self.judge.graph.array(p)} if best[0] < UNEXPLAINED else ()
+        return {q: self.judge.targets[q] for q in mates if q in self.judge.targets} | best[2]
 
     def _candidates(self, calculation, targets, bad):
         """(order, cells, what may belong there): matrices, vectors, a cosine with its sine, single cells, all."""
@@ -69,6 +70,9 @@ class Where:
             option = {p: self.judge.calculate(p, tree) for p, tree in slips.items() if tree}
             if len(option) > 1:  # the same slip everywhere
                 yield (97, (number,), 0), tuple(option), self._tried([option], targets, bad)
+        exactly = {p: tree for p in formulas if (tree := exact(graph.trees[p], ROUGHLY)) != graph.trees[p]}
+        option = {p: self.judge.calculate(p, tree) for p, tree in exactly.items()}
+        yield (97, (9,), 0), tuple(option), self._tried([option], targets, bad)
         if isinstance(calculation, Turn):  # all matrices of the other convention
             windows = (as_window(w, other).items() for w, (_, other) in self.judge.elements(calculation).items())
             option = dict(chain.from_iterable(windows))

@@ -51,6 +51,16 @@ def _table():
 
 
 SLIPS = {
+    "a row looked up too far": (
+        {"D10": "=$F$2*OFFSET($A$8,2,0)+$G$2*OFFSET($B$8,2,0)+$H$2*OFFSET($C$8,3,0)"},
+        "D10",
+        None,
+    ),
+    "an angle in radians of another row": (
+        {"N2": "=RADIANS(B2)", "N3": "=RADIANS(B3)", "N4": "=RADIANS(B3)"},
+        "N4",
+        None,
+    ),
     "the length of another row": ({"H10": "=SQRT(D9^2+E9^2+F9^2)"}, "H10", "wrong reference"),
     "half of a difference is lost": ({"I10": "=H10"}, "I10", None),
     "a range that is short": ({"E14": "=MAX(E8:E11)"}, "E14", "wrong reference"),
@@ -82,6 +92,17 @@ RIGHT = {
     | {f"{c}15": f"=AVERAGE({c}8:{c}10)" for c in "DEF"},
     "axes of another name": {"N7": "X2 (= y')", "N8": "=E8"},
     "a root of nine squares": {"N2": "=SQRT(SUMSQ(F2:H4))"},
+    "a mirrored point": {"N7": "mirrored", "N8": "=-A8", "O8": "=B8", "P8": "=C8"},
+    "marks and their sum": {"N2": "=IF(ABS(D8-4)<0.1,2,0)", "N3": "=IF(H4>0.5,1,0)", "N4": "=SUM(N2:N3)/3*100"},
+    "angles in other units": {f"N{n}": f"=RADIANS(B{n})" for n in (2, 3, 4)}
+    | {f"O{n}": f"=B{n}/0.9" for n in (2, 3, 4)},
+    "angles between the axes": {
+        f"{d}{n}": f"=DEGREES(ACOS({c}{n}))" for c, d in zip("FGH", "NOP", strict=True) for n in (2, 3, 4)
+    },
+    "the directions of a result": {f"{d}15": f"=DEGREES(ACOS({c}8/H8))" for c, d in zip("DEF", "NOP", strict=True)},
+    "a median, a variance, inches": {"N2": "=MEDIAN(D8:D12)", "N3": "=VAR(E8:E12)", "N4": "=F8/25.4"},
+    "the middle between point and result": {"N8": "=(A8+D8)/2", "O8": "=(B8+E8)/2", "P8": "=(C8+F8)/2"},
+    "a point that is looked up": {"D10": "=$F$2*OFFSET($A$8,2,0)+$G$2*OFFSET($B$8,2,0)+$H$2*OFFSET($C$8,2,0)"},
     "the angle to the point": {"N2": "=DEGREES(ACOS(SUMPRODUCT(A8:C8,D8:F8)/(G8*H8)))"},
 }
 
@@ -112,6 +133,9 @@ UNCLEAR = {
     "a difference from itself": ({"N8": "=D8-D8"}, "Sheet!N8"),
     "another mean than its name": ({"K15": "RMS", "L15": "=AVERAGE(G8:G12)"}, "Sheet!L15"),
     "a number with the name of a length": ({"K15": "|p'|", "L15": 17.35}, "Sheet!L15"),
+    "a mirrored point without a word": ({"N8": "=-A8", "N9": "=B8", "N10": "=C8"}, "Sheet!N8:N10"),
+    "copies in another order": ({"N8": "=G2", "N9": "=G4", "N10": "=G3"}, "Sheet!N8:N10"),
+    "a sum of empty cells": ({"N8": "=SUM(P8:P12)"}, "Sheet!N8"),
     "a length, or a text": ({"L15": '=IF(A8="","",SQRT(A8^2+B8^2+7))'}, "Sheet!L15"),
 }
 
