@@ -25,9 +25,9 @@ SHEETS = {sheet["name"]: sheet for sheet in map(json.loads, LINES)}
 OPEN = set(
     """
     u012 u013 u028 u035 u036 u037 u038 u040 v024 v027 v037 v040 w003 w009 w010 w014
-    w029 w035 w037 y015 z014 z027 p009 p013 p020 p022 p029 p030 p033 p037 p044 k008
-    k018 k028 k029 k031 b014 b017 b032 b034 c001 c021 c029 c036 d027
-    d037 e032
+    w029 w035 w037 y015 z014 z027 p009 p013 p020 p022 p029 p030 p033 p037 k008 k018
+    k028 k031 b014 b017 b032 b034 c001 c029 c036 d027 d037 e032 h027 h028 h029 i016
+    i021 i028 i031 i032 i033 i037 i040 t005 t007 t013 t016
     """.split()
 )
 
