@@ -20,9 +20,9 @@ from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
 from mathpost.errors import InputError
 from mathpost.machine import read_toml
 from mathpost.workbook import check_file
-from mathpost.workbook.file import read
 from mathpost.workbook.folder import DAMAGED
 from mathpost.workbook.report import Fault, FileReport
+from mathpost.workbook.sheet.file import read
 
 COURSE = Path(__file__).parents[2]
 ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts

@@ -1,12 +1,8 @@
 """A spreadsheet as functions: what it is, whether it is right, which cell is not and why.
 
-Read `check`, which calls the others in turn: `file` (with `safety`) reads cells, `graph` (with `formula` and
-`lookup`) evaluates them at many inputs at once, `task` says what was asked, `recognise` (with `given` and
-`vectors`) what is what, `calculation` what may stand where. `judge` (with `sampled`) compares, `where` finds the
-first wrong cell and `why` (with `edits` and `neighbours`) the slip; `beside` judges the rest by what is `known`,
-with `around` by the cells around it and with `labelled` by the labels. `inputs` doubts what is given.
-`nc_table` (with `nc_columns`), `plane_angles` and `conversion` are other calculations; `values` (with `label` and
-`threes`) knows sheets of numbers; `folder` checks a class, `symbolic` shows a sheet as sympy.
+Read `check`, which calls the others in turn: `sheet/` reads formulas as functions, `task` says what was asked,
+`meaning/` what is calculated, `verdict/` whether that is right and why not; `numbers/` knows sheets without
+formulas. A check ends in a `report`; `folder` checks a class, `symbolic` shows a sheet as sympy.
 """
 
 from mathpost.workbook.check import check_file

@@ -4,20 +4,20 @@ from itertools import product
 
 import numpy as np
 
-from mathpost.workbook.beside import Beside
-from mathpost.workbook.edits import INVERSE
-from mathpost.workbook.file import EMPTY, read
-from mathpost.workbook.formula import areas, heads
-from mathpost.workbook.graph import Graph, same
-from mathpost.workbook.inputs import doubts_of_inputs
-from mathpost.workbook.judge import Judge
-from mathpost.workbook.label import read_label
-from mathpost.workbook.nc_table import looked_at
-from mathpost.workbook.neighbours import as_around, typed_over
-from mathpost.workbook.recognise import Recognised
+from mathpost.workbook.meaning.label import read_label
+from mathpost.workbook.meaning.nc_table import looked_at
+from mathpost.workbook.meaning.recognise import Recognised
+from mathpost.workbook.numbers.values import check_values
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, FileReport, Judgement
+from mathpost.workbook.sheet.edits import INVERSE
+from mathpost.workbook.sheet.file import EMPTY, read
+from mathpost.workbook.sheet.formula import areas, heads
+from mathpost.workbook.sheet.graph import Graph, same
+from mathpost.workbook.sheet.neighbours import as_around, typed_over
 from mathpost.workbook.task import Task
-from mathpost.workbook.values import check_values
+from mathpost.workbook.verdict.beside import Beside
+from mathpost.workbook.verdict.inputs import doubts_of_inputs
+from mathpost.workbook.verdict.judge import Judge
 
 LUCKY = "numbers without formulas: that they are right by luck cannot be excluded"
 

@@ -15,9 +15,9 @@ from openpyxl.utils.cell import coordinate_to_tuple
 
 from mathpost.errors import InputError, OutputError, write_bytes
 from mathpost.workbook.check import check_file
-from mathpost.workbook.file import read
 from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, WRONG, csv_table, html_table
-from mathpost.workbook.safety import MEGABYTE, inspect
+from mathpost.workbook.sheet.file import read
+from mathpost.workbook.sheet.safety import MEGABYTE, inspect
 
 DAMAGED = "not read"
 SUFFIXES = {".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ".et", ".csv", ".xlsx.part"}

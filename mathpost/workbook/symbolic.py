@@ -4,9 +4,9 @@ import numpy as np
 import sympy as sp
 
 from mathpost.errors import InputError
-from mathpost.workbook.file import read
-from mathpost.workbook.formula import FUNCTIONS, heads
-from mathpost.workbook.graph import Graph
+from mathpost.workbook.sheet.file import read
+from mathpost.workbook.sheet.formula import FUNCTIONS, heads
+from mathpost.workbook.sheet.graph import Graph
 
 EXACT = {
     **{

@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost.workbook import Task, check_file
-from mathpost.workbook.formula import parse
+from mathpost.workbook.sheet.formula import parse
 from tests.workbook.cells import Book, Values, address, letters, save
 from tests.workbook.machining_sheets import MACHINES, PLANES, TABLES, first_in_file, forward, order_of
 

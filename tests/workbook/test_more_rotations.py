@@ -9,7 +9,7 @@ import re
 import pytest
 
 from mathpost.workbook import Task
-from mathpost.workbook.task import reading
+from mathpost.workbook.meaning.texts import reading
 from tests.workbook.test_strange_sheets import WHOLE, _check, _matrix, _places, _product, _sheet
 
 ROWS = (6, 7, 8)

@@ -11,8 +11,8 @@ import pytest
 
 from mathpost.errors import InputError
 from mathpost.workbook import Task, check_file
-from mathpost.workbook.file import read
-from mathpost.workbook.graph import Graph
+from mathpost.workbook.sheet.file import read
+from mathpost.workbook.sheet.graph import Graph
 from tests.workbook import layouts, machining_sheets, mistakes, score
 from tests.workbook.cells import SAMPLES, Array, Book, Values, address, formula_of, letters, save
 

@@ -5,7 +5,7 @@ import pytest
 
 from mathpost.angles import matrix
 from mathpost.workbook import Task
-from mathpost.workbook.task import reading
+from mathpost.workbook.meaning.texts import reading
 from tests.workbook.test_around import ROWS, _table
 from tests.workbook.test_strange_sheets import _check
 

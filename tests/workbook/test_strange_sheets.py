@@ -9,7 +9,7 @@ import openpyxl
 import pytest
 
 from mathpost.workbook import Task, check_file
-from mathpost.workbook.task import reading
+from mathpost.workbook.meaning.texts import reading
 
 ELEMENTS = {  # of the passive elementary matrices, as formulas of cosine and sine
     "Z": ("={c}", "={s}", 0, "=-{s}", "={c}", 0, 0, 0, 1),

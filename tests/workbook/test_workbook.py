@@ -17,7 +17,7 @@ from mathpost.__main__ import main
 from mathpost.errors import InputError, OutputError
 from mathpost.rotation import zxz_right
 from mathpost.workbook import Task, check_file
-from mathpost.workbook.formula import parse, text_of
+from mathpost.workbook.sheet.formula import parse, text_of
 from tests.conftest import DATA, ROOT
 from tests.workbook import planted
 

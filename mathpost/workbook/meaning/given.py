@@ -6,10 +6,10 @@ from itertools import product, takewhile
 
 import numpy as np
 
-from mathpost.workbook.edits import TRIGONOMETRY
-from mathpost.workbook.formula import CONVERSIONS, areas, heads, walk
-from mathpost.workbook.graph import offset
-from mathpost.workbook.label import read_label
+from mathpost.workbook.meaning.label import read_label
+from mathpost.workbook.sheet.edits import TRIGONOMETRY
+from mathpost.workbook.sheet.formula import CONVERSIONS, areas, heads, walk
+from mathpost.workbook.sheet.graph import offset
 
 QUATERNION = "quaternion|四元数"
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND", "ATAN"}  # 4·ATAN(1) is π

@@ -5,11 +5,11 @@ from itertools import chain, product
 
 import numpy as np
 
-from mathpost.workbook.calculation import LARGEST_RADIANS
-from mathpost.workbook.given import runs
-from mathpost.workbook.graph import beside
-from mathpost.workbook.sampled import IN_RADIANS
-from mathpost.workbook.task import ORIGIN
+from mathpost.workbook.meaning.calculation import LARGEST_RADIANS
+from mathpost.workbook.meaning.given import runs
+from mathpost.workbook.meaning.texts import ORIGIN
+from mathpost.workbook.sheet.graph import beside
+from mathpost.workbook.verdict.sampled import IN_RADIANS
 
 NAMED = rf"{ORIGIN}|cent(?:re|er)|mittelpunkt|中心"
 GIVEN = rf"{NAMED}|offset|shift|verschieb|平移|\bpoint\b|\bpunkt\b|^\W*[pxyz]_?0?\W*$"

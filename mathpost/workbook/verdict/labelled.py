@@ -8,14 +8,14 @@ from itertools import product
 import numpy as np
 
 from mathpost.rotation import wrap
-from mathpost.workbook.calculation import Turn
-from mathpost.workbook.edits import INVERSE, edits, said
-from mathpost.workbook.formula import heads, text_of, unrounded, walk
-from mathpost.workbook.given import runs
-from mathpost.workbook.graph import CLOSE, offset, same
-from mathpost.workbook.known import has_angles, solutions
-from mathpost.workbook.label import read_label
-from mathpost.workbook.sampled import IN_RADIANS
+from mathpost.workbook.meaning.calculation import Turn
+from mathpost.workbook.meaning.given import runs
+from mathpost.workbook.meaning.label import read_label
+from mathpost.workbook.sheet.edits import INVERSE, edits, said
+from mathpost.workbook.sheet.formula import heads, text_of, unrounded, walk
+from mathpost.workbook.sheet.graph import CLOSE, offset, same
+from mathpost.workbook.verdict.known import has_angles, solutions
+from mathpost.workbook.verdict.sampled import IN_RADIANS
 
 LENGTH = r"^\|[^|]*\|\W*$|\bnorme?\b|\bbetrag\b|\blength\b|\blänge\b|\b3-?d\b|模长|长度"
 DISTANCE = r"length|norm|\||betrag|länge|abstand|dist|radius|长|模|距"

@@ -8,8 +8,8 @@ from graphlib import CycleError, TopologicalSorter
 import numpy as np
 
 from mathpost.errors import InputError
-from mathpost.workbook.file import EMPTY, local_address
-from mathpost.workbook.formula import (
+from mathpost.workbook.sheet.file import EMPTY, local_address
+from mathpost.workbook.sheet.formula import (
     FUNCTIONS,
     NotUnderstood,
     areas,
@@ -22,7 +22,7 @@ from mathpost.workbook.formula import (
     unrounded,
     walk,
 )
-from mathpost.workbook.lookup import resolved
+from mathpost.workbook.sheet.lookup import resolved
 
 SAMPLES = 8
 SIX_DIGITS = 1e-6  # relative

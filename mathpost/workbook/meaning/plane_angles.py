@@ -12,11 +12,11 @@ import numpy as np
 
 from mathpost import angles as euler
 from mathpost.detective.misreadings import elementary
-from mathpost.workbook.calculation import Calculation, look, nearest
-from mathpost.workbook.edits import INVERSE, TRIGONOMETRY, take_unrounded
-from mathpost.workbook.formula import CONVERSIONS, heads
-from mathpost.workbook.graph import SAMPLES
-from mathpost.workbook.label import read_label
+from mathpost.workbook.meaning.calculation import Calculation, look, nearest
+from mathpost.workbook.meaning.label import read_label
+from mathpost.workbook.sheet.edits import INVERSE, TRIGONOMETRY, take_unrounded
+from mathpost.workbook.sheet.formula import CONVERSIONS, heads
+from mathpost.workbook.sheet.graph import SAMPLES
 
 ROUNDED = 2e-3  # what the directions of a frame are off that are written to three decimals
 CONVERTING = {"DEGREES", "PI", "ROUND", "MOD", "IF"}

@@ -8,18 +8,18 @@ import numpy as np
 
 from mathpost import angles as euler
 from mathpost.detective.misreadings import written_decimals
-from mathpost.workbook.calculation import Turn
-from mathpost.workbook.edits import repaired, said
-from mathpost.workbook.formula import areas
-from mathpost.workbook.graph import SAMPLES, Graph, same
-from mathpost.workbook.nc_table import Words, judge_numbers
-from mathpost.workbook.plane_angles import Plane
+from mathpost.workbook.meaning.calculation import Turn
+from mathpost.workbook.meaning.nc_table import Words, judge_numbers
+from mathpost.workbook.meaning.plane_angles import Plane
+from mathpost.workbook.meaning.texts import NOT_ASKED, PASSIVE, SAID_ACTIVE
+from mathpost.workbook.numbers.values import read_labels
 from mathpost.workbook.report import Fault
-from mathpost.workbook.sampled import Sampled
-from mathpost.workbook.task import NOT_ASKED, PASSIVE, SAID_ACTIVE
-from mathpost.workbook.values import read_labels
-from mathpost.workbook.where import Where
-from mathpost.workbook.why import Why
+from mathpost.workbook.sheet.edits import repaired, said
+from mathpost.workbook.sheet.formula import areas
+from mathpost.workbook.sheet.graph import SAMPLES, Graph, same
+from mathpost.workbook.verdict.sampled import Sampled
+from mathpost.workbook.verdict.where import Where
+from mathpost.workbook.verdict.why import Why
 
 TO_THE_POINT = (
     r"(?:applied|rotates?) to the point|point (?:is )?(?:turned|rotated|turns)|punkt (?:wird )?gedreht"

@@ -15,11 +15,11 @@ from mathpost.detective.rotary_axes import JointCase
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import wrap
-from mathpost.workbook.calculation import Calculation, look, nearest
-from mathpost.workbook.edits import take_unrounded
-from mathpost.workbook.formula import heads
-from mathpost.workbook.graph import SAMPLES
-from mathpost.workbook.nc_columns import Table, find_tables
+from mathpost.workbook.meaning.calculation import Calculation, look, nearest
+from mathpost.workbook.meaning.nc_columns import Table, find_tables
+from mathpost.workbook.sheet.edits import take_unrounded
+from mathpost.workbook.sheet.formula import heads
+from mathpost.workbook.sheet.graph import SAMPLES
 
 COLUMNS = {"tip": 3, "axis": 3, "joints": 5}
 FLIP = 60.0  # degrees between two rows that are worth a look

@@ -13,7 +13,7 @@ from itertools import pairwise, permutations, product
 import numpy as np
 
 from mathpost.rotation import wrap
-from mathpost.workbook.graph import beside
+from mathpost.workbook.sheet.graph import beside
 
 CLOSE = 0.1  # degrees, mm: what is told apart here; what is right is judged elsewhere
 LOOKED_AT = 200  # rows are enough to tell a column

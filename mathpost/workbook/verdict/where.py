@@ -4,13 +4,13 @@ from itertools import chain, islice
 
 import numpy as np
 
-from mathpost.workbook.calculation import Turn
-from mathpost.workbook.edits import ROUGHLY, TO_DEGREES, TO_RADIANS, edits
-from mathpost.workbook.formula import CONVERSIONS, ROUNDING, exact, heads
-from mathpost.workbook.graph import SAMPLES, same
-from mathpost.workbook.nc_table import Words
-from mathpost.workbook.sampled import as_window
-from mathpost.workbook.why import UNEXPLAINED
+from mathpost.workbook.meaning.calculation import Turn
+from mathpost.workbook.meaning.nc_table import Words
+from mathpost.workbook.sheet.edits import ROUGHLY, TO_DEGREES, TO_RADIANS, edits
+from mathpost.workbook.sheet.formula import CONVERSIONS, ROUNDING, exact, heads
+from mathpost.workbook.sheet.graph import SAMPLES, same
+from mathpost.workbook.verdict.sampled import as_window
+from mathpost.workbook.verdict.why import UNEXPLAINED
 
 TURNING = {"SIN", "COS", "TAN"}
 

@@ -17,8 +17,8 @@ from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
 from openpyxl.worksheet.formula import ArrayFormula, DataTableFormula
 
 from mathpost.errors import NUMBER, InputError, OutputError
-from mathpost.workbook.formula import Area
-from mathpost.workbook.safety import inspect
+from mathpost.workbook.sheet.formula import Area
+from mathpost.workbook.sheet.safety import inspect
 
 COLUMN_LIMIT = 200
 NUMBER_AS_TEXT = re.compile(r"[-+−–]?\d+(?:[.,]\d+)?°?")

@@ -7,11 +7,11 @@ import re
 
 import numpy as np
 
-from mathpost.workbook.edits import repaired, said
-from mathpost.workbook.formula import STATISTICS, Area, areas, form_of, put, text_of, walk, with_areas
-from mathpost.workbook.given import may_turn
-from mathpost.workbook.graph import CLOSE, SAMPLES, beside, offset, same
-from mathpost.workbook.neighbours import along, between, filled
+from mathpost.workbook.meaning.given import may_turn
+from mathpost.workbook.sheet.edits import repaired, said
+from mathpost.workbook.sheet.formula import STATISTICS, Area, areas, form_of, put, text_of, walk, with_areas
+from mathpost.workbook.sheet.graph import CLOSE, SAMPLES, beside, offset, same
+from mathpost.workbook.sheet.neighbours import along, between, filled
 
 OF_A_PART = r"first|last|ersten|letzten|without|ohne|only|nur|group|gruppe|P\d|mid|mitte|前|后|组|\d *[-–] *\d"
 

@@ -5,8 +5,8 @@ from itertools import combinations, count, product
 
 import numpy as np
 
-from mathpost.workbook.given import Given
-from mathpost.workbook.graph import offset
+from mathpost.workbook.meaning.given import Given
+from mathpost.workbook.sheet.graph import offset
 
 MOVES = 1500  # inputs of one formula that are moved one by one
 

@@ -9,16 +9,16 @@ from functools import cached_property
 import numpy as np
 
 from mathpost.detective.misreadings import written_decimals
-from mathpost.workbook.around import Around
-from mathpost.workbook.calculation import SAMPLES
-from mathpost.workbook.edits import INVERSE, edits, repaired, said
-from mathpost.workbook.formula import STATISTICS, areas, heads, unrounded, walk
-from mathpost.workbook.given import runs
-from mathpost.workbook.graph import CLOSE, at, beside, same
-from mathpost.workbook.known import Known, agree
-from mathpost.workbook.labelled import Labelled
-from mathpost.workbook.neighbours import as_around
-from mathpost.workbook.why import TRANSPOSED
+from mathpost.workbook.meaning.calculation import SAMPLES
+from mathpost.workbook.meaning.given import runs
+from mathpost.workbook.sheet.edits import INVERSE, edits, repaired, said
+from mathpost.workbook.sheet.formula import STATISTICS, areas, heads, unrounded, walk
+from mathpost.workbook.sheet.graph import CLOSE, at, beside, same
+from mathpost.workbook.sheet.neighbours import as_around
+from mathpost.workbook.verdict.around import Around
+from mathpost.workbook.verdict.known import Known, agree
+from mathpost.workbook.verdict.labelled import Labelled
+from mathpost.workbook.verdict.why import TRANSPOSED
 
 # What stands beside such a word is made of others.
 COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet"

@@ -7,7 +7,7 @@ And an IF that texts or empty cells decide, as of a row that is not filled in, i
 import operator as op
 from dataclasses import replace
 
-from mathpost.workbook.formula import Area
+from mathpost.workbook.sheet.formula import Area
 
 HOLDS = {
     "ISBLANK": lambda value: value == "",
@@ -22,7 +22,7 @@ def resolved(tree, held):
 
     Examples
     --------
-    >>> from mathpost.workbook.formula import parse, text_of
+    >>> from mathpost.workbook.sheet.formula import parse, text_of
     >>> held = {("S", 1, 1): "P1", ("S", 2, 1): "P2"}.get
     >>> text_of(resolved(parse('=SIN(VLOOKUP("p2",A1:B9,2,FALSE))', "S", {}), held))
     'SIN(B2)'

@@ -6,11 +6,11 @@ from math import comb
 
 import numpy as np
 
-from mathpost.workbook.calculation import Turn
-from mathpost.workbook.edits import INVERSE, TRIGONOMETRY, repaired
-from mathpost.workbook.formula import Area, areas, heads, text_of, walk
-from mathpost.workbook.graph import SAMPLES, beside, same
-from mathpost.workbook.neighbours import as_around
+from mathpost.workbook.meaning.calculation import Turn
+from mathpost.workbook.sheet.edits import INVERSE, TRIGONOMETRY, repaired
+from mathpost.workbook.sheet.formula import Area, areas, heads, text_of, walk
+from mathpost.workbook.sheet.graph import SAMPLES, beside, same
+from mathpost.workbook.sheet.neighbours import as_around
 
 UNLIKELY, UNEXPLAINED = 2.0, 3.0  # what a repair costs that an odd change of the formula explains, or none
 TRANSPOSED = "transposed", "the matrix should be transposed"  # cause and sentence

@@ -7,13 +7,13 @@ from itertools import product
 import numpy as np
 
 from mathpost import angles as euler
-from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation, Turn, look, nearest
-from mathpost.workbook.edits import take_unrounded
-from mathpost.workbook.formula import walk
-from mathpost.workbook.given import runs
-from mathpost.workbook.graph import offset
-from mathpost.workbook.plane_angles import computed_angles
-from mathpost.workbook.task import FIXED, SEQUENCE, TURNS
+from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Calculation, Turn, look, nearest
+from mathpost.workbook.meaning.given import runs
+from mathpost.workbook.meaning.plane_angles import computed_angles
+from mathpost.workbook.meaning.texts import FIXED, SEQUENCE, TURNS
+from mathpost.workbook.sheet.edits import take_unrounded
+from mathpost.workbook.sheet.formula import walk
+from mathpost.workbook.sheet.graph import offset
 
 
 @dataclass(eq=False)

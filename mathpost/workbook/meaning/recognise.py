@@ -11,17 +11,17 @@ import numpy as np
 
 from mathpost import angles as euler
 from mathpost.errors import InputError
-from mathpost.workbook.calculation import Turn
-from mathpost.workbook.conversion import find_conversions, find_quaternions
-from mathpost.workbook.edits import INVERSE as INVERSE_FUNCTIONS
-from mathpost.workbook.formula import heads
-from mathpost.workbook.given import QUATERNION, runs
-from mathpost.workbook.graph import offset
-from mathpost.workbook.label import plain, read_label
-from mathpost.workbook.nc_table import rows_of
-from mathpost.workbook.plane_angles import find_planes
-from mathpost.workbook.task import ORIGIN, PASSIVE, reading
-from mathpost.workbook.vectors import Vectors
+from mathpost.workbook.meaning.calculation import Turn
+from mathpost.workbook.meaning.conversion import find_conversions, find_quaternions
+from mathpost.workbook.meaning.given import QUATERNION, runs
+from mathpost.workbook.meaning.label import plain, read_label
+from mathpost.workbook.meaning.nc_table import rows_of
+from mathpost.workbook.meaning.plane_angles import find_planes
+from mathpost.workbook.meaning.texts import ORIGIN, PASSIVE, reading
+from mathpost.workbook.meaning.vectors import Vectors
+from mathpost.workbook.sheet.edits import INVERSE as INVERSE_FUNCTIONS
+from mathpost.workbook.sheet.formula import heads
+from mathpost.workbook.sheet.graph import offset
 
 SHIFT = r"shift|translat|verschieb|décal|平移|^\W*t[xyz]?\b"  # what is added after the turn
 CENTRE = r"cent(?:re|er)|pivot|drehpunkt|mittelpunkt|中心"  # what is taken off before it

@@ -7,14 +7,14 @@ import numpy as np
 
 from mathpost import angles as euler
 from mathpost.rotation import wrap
-from mathpost.workbook.calculation import SAMPLES, Turn
-from mathpost.workbook.conversion import Conversion
-from mathpost.workbook.edits import INVERSE
-from mathpost.workbook.formula import areas, heads, unrounded
-from mathpost.workbook.given import runs
-from mathpost.workbook.graph import CLOSE, offset, same
-from mathpost.workbook.nc_table import Words, made_of_words
-from mathpost.workbook.plane_angles import Plane
+from mathpost.workbook.meaning.calculation import SAMPLES, Turn
+from mathpost.workbook.meaning.conversion import Conversion
+from mathpost.workbook.meaning.given import runs
+from mathpost.workbook.meaning.nc_table import Words, made_of_words
+from mathpost.workbook.meaning.plane_angles import Plane
+from mathpost.workbook.sheet.edits import INVERSE
+from mathpost.workbook.sheet.formula import areas, heads, unrounded
+from mathpost.workbook.sheet.graph import CLOSE, offset, same
 
 LENGTHS = {25.4, 10.0, 1000.0}  # mm of an inch, a centimetre, a metre
 MOST = 20  # points of which each two are compared

@@ -6,7 +6,7 @@ from functools import reduce
 from itertools import combinations, permutations, product
 
 from mathpost.rotation import wrap
-from mathpost.workbook.formula import (
+from mathpost.workbook.sheet.formula import (
     ROUNDING,
     Area,
     area_of,
@@ -20,8 +20,8 @@ from mathpost.workbook.formula import (
     walk,
     with_areas,
 )
-from mathpost.workbook.graph import at, beside, same
-from mathpost.workbook.neighbours import as_around, filled
+from mathpost.workbook.sheet.graph import at, beside, same
+from mathpost.workbook.sheet.neighbours import as_around, filled
 
 TRIGONOMETRY = {"SIN": "COS", "COS": "SIN"}
 INVERSE = {"ASIN", "ACOS", "ATAN", "ATAN2"}

@@ -14,14 +14,14 @@ import sympy as sp
 
 from mathpost.detective.misreadings import elementary, written_decimals
 from mathpost.rotation import PASSIVE
-from mathpost.workbook.edits import edits
-from mathpost.workbook.formula import Area, area_of
-from mathpost.workbook.given import may_turn
-from mathpost.workbook.graph import Graph
-from mathpost.workbook.label import SINGLE, UNIT_WORDS, Role, read_label
+from mathpost.workbook.meaning.given import may_turn
+from mathpost.workbook.meaning.label import SINGLE, UNIT_WORDS, Role, read_label
+from mathpost.workbook.meaning.texts import ORIGIN
+from mathpost.workbook.numbers.threes import Operator, Threes, common_decimals, words
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, Fault
-from mathpost.workbook.task import ORIGIN
-from mathpost.workbook.threes import Operator, Threes, common_decimals, words
+from mathpost.workbook.sheet.edits import edits
+from mathpost.workbook.sheet.formula import Area, area_of
+from mathpost.workbook.sheet.graph import Graph
 
 CALCULATED = 3  # decimals that nobody gives
 BELOW = 2_000_000  # the first row of matrices that are not in the sheet

@@ -6,10 +6,10 @@ import numpy as np
 
 from mathpost.errors import InputError
 from mathpost.rotation import wrap
-from mathpost.workbook.calculation import LARGEST_RADIANS, Calculation
-from mathpost.workbook.file import EMPTY
-from mathpost.workbook.formula import COMPARISONS, heads, walk
-from mathpost.workbook.graph import SAMPLES, offset, same
+from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Calculation
+from mathpost.workbook.sheet.file import EMPTY
+from mathpost.workbook.sheet.formula import COMPARISONS, heads, walk
+from mathpost.workbook.sheet.graph import SAMPLES, offset, same
 
 MOST = 1e5  # mm: no more is a limit
 IN_RADIANS = r"(?<![a-z])rad(?:ian[st]?)?(?![a-z])|弧度|bogenma"
