@@ -9,7 +9,7 @@ import numpy as np
 from mathpost.workbook.meaning.label import read_label
 from mathpost.workbook.sheet.edits import TRIGONOMETRY
 from mathpost.workbook.sheet.formula import CONVERSIONS, areas, heads, walk
-from mathpost.workbook.sheet.graph import offset
+from mathpost.workbook.sheet.graph import beside, offset
 
 QUATERNION = "quaternion|四元数"
 PASSED_ON = {"RADIANS", "DEGREES", "PI", "MOD", "ROUND", "ATAN"}  # 4·ATAN(1) is π
@@ -96,7 +96,7 @@ class Given:
             sources = graph.uses.get(place, ())
             if sources and {head for head in heads(graph.trees[place]) if head.isupper()} <= PASSED_ON:
                 only = len(sources) == 1 or (len(sources) == 2 and any(map(self._converts, sources)))
-                if only and any(self._passes_on(place, p) for p in sources):
+                if only and (any(self._passes_on(place, p) for p in sources) or self._is_meant_to(place)):
                     stack += sources
                     continue
             above = graph.upstream(sources) & graph.trees.keys()
@@ -117,6 +117,15 @@ class Given:
         factors = np.outer((0.5, 1, 2), (1.0, *CONVERSIONS, *(1 / CONVERSIONS)))
         slopes = np.abs(others / steps[1:])[:, None, None]
         return abs(zero) < 1e-9 and bool((abs(slopes - factors) < 0.02 * factors).any())
+
+    def _is_meant_to(self, place):
+        """Whether a cell beside a formula of one cell passes on what stands as far from it."""
+        (source, *others), graph = self.graph.uses[place], self.graph
+        for near in beside(place) if not others else ():
+            other = offset(source, near[1] - place[1], near[2] - place[2])
+            if graph.uses.get(near) == [other] and self._passes_on(near, other):
+                return True
+        return False
 
     def _converts(self, place):
         """Whether a number that is given is 1, π, 180 or one such as π/180, or minus that."""

@@ -5,7 +5,7 @@ Labels only break ties: which triple is an angle, a point or an origin follows f
 
 import re
 from collections import Counter
-from itertools import combinations, product
+from itertools import combinations, permutations, product
 
 import numpy as np
 
@@ -123,11 +123,18 @@ class Recognised(Vectors):
             shifts = Counter(row.shift for row in rows).most_common(1)
             for row in rows:
                 ((origin, between), _), (shift, _) = *origins, *shifts
-                row.origin = row.origin if row.origin and _between(row) == between else origin
+                own = row.origin and (_between(row) == between or self._is_named(row.origin, f"{ORIGIN}|{CENTRE}"))
+                row.origin = row.origin if own else origin
                 row.shift = shift
             self._give(rows, "point")
             if len({row.angles for row in rows}) > 1:
                 self._give(rows, "angles")
+        for one, other in permutations([c for c in self.calculations if c.angles], 2):
+            if one.point == other.point and one.angles != other.angles:  # the other has a point of its own
+                down, right = _step(one.angles[0], other.angles[0])
+                own = tuple((other.angles[0][0], *offset(p, down, right)[1:]) for p in one.point)
+                if self._is_unused(own):
+                    other.point = own
 
     def _give(self, rows, part):
         """Give a row of a table the point, or angles, that stand as those of others do and that no formula uses.
@@ -140,11 +147,14 @@ class Recognised(Vectors):
             for (sheet, down, right), votes in sorted(apart.items(), key=lambda way: (-way[1], abs(way[0][1]))):
                 _, top, left = offset(row.results[0], down, right)
                 own = tuple((sheet, top + n, left + k) for n, k in (_step(now[0], p) for p in now))
-                unused = self.typed.issuperset(own) and self.graph.used.keys().isdisjoint(own)
                 most = votes > 2 and votes == len(rows) - 1 and part == "point"
-                if own == now or unused or (most and self.graph.component.keys() >= set(own)):
+                if own == now or self._is_unused(own) or (most and self.graph.component.keys() >= set(own)):
                     setattr(row, part, own)
                     break
+
+    def _is_unused(self, line):
+        """Whether some cells are numbers that no formula uses."""
+        return bool(line) and self.typed.issuperset(line) and self.graph.used.keys().isdisjoint(line)
 
     def heading(self, triple):
         """The texts before a vector, with no number in between, or above it as far; or over its column."""

@@ -79,21 +79,23 @@ def typed_over(graph):
         lost = sources & numbers - graph.used.keys()
         if not own and is_used and lost and graph.component.keys() >= sources:
             found[place] = other
-        for tree in (other, *(along(graph, place) if is_used else ())):
+        for tree in (other, *along(graph, place)):
             fewer = tree and own < set(graph.used_by(tree))
             fewer = fewer and (place in numbers or _numbers(graph.tree(place)) > _numbers(tree))
-            if fewer and _is_made(graph, place, tree, values, TELLING if is_used else 1):
+            if fewer and _is_made(graph, place, tree, values):
                 found[place] = tree
     return found
 
 
-def _is_made(graph, place, tree, values, least):
+def _is_made(graph, place, tree, values):
     """Whether a formula makes the number that stands in a cell, of more digits than by luck."""
     number = graph.own[place]
-    decimals = written_decimals(number) if number is not None and np.isfinite(number) else 0
-    if decimals < least or not graph.component.keys() >= set(graph.used_by(tree)):
+    if number is None or not np.isfinite(number) or not graph.component.keys() >= set(graph.used_by(tree)):
         return False
-    return abs(graph.cell(place, values, tree)[0] - number) <= max(0.51 * 10.0**-decimals, 1e-9)
+    decimals = written_decimals(number)
+    unused = place not in graph.used
+    telling = decimals >= TELLING or (unused and (decimals > 0 or float(f"{number:.2g}") != number))
+    return telling and abs(graph.cell(place, values, tree)[0] - number) <= max(0.51 * 10.0**-decimals, 1e-9)
 
 
 def _numbers(tree):

@@ -32,17 +32,19 @@ class Around:
 
     def faults(self, rest):
         """Yield the faults of formulas and numbers; those of `rest` are what no result needs."""
-        graph = self.graph
-        for place in sorted(graph.trees.keys() - graph.part.keys(), key=graph.calculation_order):
+        graph, in_matrices = self.graph, set()
+        for window in self.found.windows:
+            formulas = graph.trees.keys() & set(window)
+            is_matrix = len(window) == 9 and may_turn(self.judge.block(window)[:, 1])
+            if is_matrix and formulas and rest.issuperset(formulas):
+                in_matrices |= formulas
+                yield from self._in_matrix(window)
+        for place in sorted(graph.trees.keys() - graph.part.keys() - in_matrices, key=graph.calculation_order):
             fault = self._short_range(place) if place in rest else None
             if fault := fault or self._unlike(place, place in rest):
                 yield fault
             elif place in rest and self._repeats(place):
                 self.doubtful.add(place)
-        for window in self.found.windows:
-            formulas = graph.trees.keys() & set(window)
-            if len(window) == 9 and formulas and rest.issuperset(formulas):
-                yield from self._in_matrix(window)
         for place in self.found.sorted(self.found.typed - graph.trees.keys()):
             other = between(graph, place, 4) if place not in self.still else None
             if other and np.isfinite(made := self.judge.calculate(place, other)).all():
@@ -52,6 +54,8 @@ class Around:
                     continue
                 self.judge.put({place: made})
                 yield self.judge.typed_number(place)
+            elif other is None and place not in graph.used and self._goes_on(place):
+                self.doubtful.add(place)
 
     # A formula.
 
@@ -63,7 +67,11 @@ class Around:
         if sure and (tree[0] in STATISTICS or any(filled(graph, p, place) == tree for p in line)):
             sure = None  # a row of means, or a sum that starts again
         for other in (sure, between(graph, place, 3), *along(graph, place)) if is_rest else (sure,):
-            if other in (None, tree) or _without_numbers(other) == _without_numbers(tree):
+            if (
+                other in (None, tree)
+                or _without_numbers(other) == _without_numbers(tree)
+                or self._closes(place, other)
+            ):
                 continue  # such as a matrix less that of zeros and ones
             alike = form_of(other) == graph.form(place)
             if other != sure and not (alike and self.known.is_known(place, other)):
@@ -77,6 +85,16 @@ class Around:
             if differs or not same(self.shaken[place], shaken):
                 return self._fault(place, other, made)
         return None
+
+    def _closes(self, place, other):
+        """Whether a formula leads from the end of one back to the first, as the last side of a triangle does."""
+        graph, own = self.graph, set(areas(self.graph.trees[place]))
+        mates = [p for p in graph.component.get(place, ()) if p != place and graph.form(p) == graph.form(place)]
+        alike, back = [set(areas(graph.trees[p])) for p in mates], own.difference(areas(other))
+        on = own - back
+        return bool(on and back and any(on <= each for each in alike)) and any(
+            back <= each and not on <= each for each in alike
+        )
 
     def _fault(self, place, other, made):
         """The fault of a cell that should hold another formula, said by the references or the part that differ."""
@@ -92,6 +110,11 @@ class Around:
         judge.put({place: made})
         return judge.fault(place, cause, f"{graph.short(place)}: {sentence}")
 
+    def _goes_on(self, place):
+        """Whether a number stands where the formulas of a line before or after it go on, as those of means."""
+        trees = [tree for tree in along(self.graph, place) if tree[0] != "area"]
+        return any(self.graph.trees.keys() >= set(self.graph.used_by(tree)) for tree in trees)
+
     # A matrix.
 
     def _in_matrix(self, window):
@@ -99,8 +122,6 @@ class Around:
         judge, graph = self.judge, self.graph
         now, unit = judge.block(window), np.repeat(np.eye(3).reshape(9, 1), SAMPLES, axis=1)
         known = [unit, *(matrix for c in judge.live for matrix in c.known.get(9, ()))]
-        if not may_turn(now[:, 1]):
-            return
         off = [[not same(a, b) for a, b in zip(now, matrix, strict=True)] for matrix in known]
         best = min(range(len(known)), key=lambda n: sum(off[n]))
         wrong = [(place, known[best][n]) for n, place in enumerate(window) if off[best][n]]

@@ -21,7 +21,8 @@ from mathpost.workbook.verdict.labelled import Labelled
 from mathpost.workbook.verdict.why import TRANSPOSED
 
 # What stands beside such a word is made of others.
-COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet"
+COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet|行列式|模长"
+EXPECTED = r"soll|should|expect|target|limit|grenz|tol|允许|公差|理论|应为|given|gegeben"
 MIRRORED = r"mirror|spiegel|miroir|symétr|镜像|对称"
 BETWEEN = r"[xyz]['’′]?[ –/,-]+[xyz]['’′]|between|zwischen|entre|夹角"
 
@@ -77,10 +78,11 @@ class Beside:
         # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
         typed = found.typed - graph.trees.keys()
         unused = {p for p in typed - graph.used.keys() if re.search(COMPARED, found.label(p), re.I)}
-        typed = {p for p in typed if messages.issuperset(graph.used.get(p, "-"))} | unused
+        typed = {p for p in typed if messages.issuperset(graph.used.get(p, "-"))}
         typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
         results = np.array([target[0] for target in judge.targets.values()])
         typed = {p for p in typed if not (np.abs(results - graph.value(p)) <= _half_digit(graph.value(p))).any()}
+        typed |= {p for p in unused if not re.search(EXPECTED, found.label(p), re.I)}
         places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
         results = (p for c in found.calculations if c not in judge.unexplained for p in c.results)
         rest = set(places) - (graph.upstream(results, judge.inputs) - judge.inputs.keys()) | judge.unsure

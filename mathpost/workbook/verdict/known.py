@@ -135,7 +135,7 @@ class Known:
         between = [
             np.arctan2(np.linalg.norm(np.cross(a, b, axis=0), axis=0), (a * b).sum(axis=0)) for a, b in self.pairs
         ]
-        angles, numbers = [np.array([angle, angle]) for angle in between], numbers + products
+        angles, numbers = [np.array([angle, angle]) for angle in between], [*numbers, *products, *np.cos(between)]
         for turn in self.turns:
             traces = [matrix[0] + matrix[4] + matrix[8] for matrix in turn.known[9]]
             numbers += [*traces, *(each for angles in _in_all_units(turn.radians.T) for each in angles)]
@@ -180,11 +180,12 @@ class Known:
         if tree[0] == "COUNT" and tree[1][0] == "area":  # of a whole column
             column, rows = tree[1][1].places, self.graph.component
             around = offset(column[0], -1, 0), offset(column[-1], 1, 0)
-            return rows.keys() >= set(column) and rows.keys().isdisjoint(around)
+            return not rows.keys().isdisjoint(column) and rows.keys().isdisjoint(around)
         if is_angle and (self.is_angle(value) or self.is_angle(np.deg2rad(value))):
             return True
         if "MDETERM" in functions:
-            return same(value, np.ones(SAMPLES))
+            vectors = {p for turn in self.turns for p in (*turn.point, *turn.results)}
+            return same(value, np.ones(SAMPLES)) or vectors.issuperset(self.graph.uses[place])
         if tree[0] in ("*", "/") and tree[2][0] == "number" and tree[2][1] in LENGTHS:
             return self.is_known(place, tree[1])
         last = value.flat[-1]  # most numbers differ there, and they are in its order

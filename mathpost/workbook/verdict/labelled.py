@@ -20,6 +20,8 @@ from mathpost.workbook.verdict.sampled import IN_RADIANS
 LENGTH = r"^\|[^|]*\|\W*$|\bnorme?\b|\bbetrag\b|\blength\b|\blänge\b|\b3-?d\b|模长|长度"
 DISTANCE = r"length|norm|\||betrag|länge|abstand|dist|radius|长|模|距"
 OF_LENGTHS = r"²|\^2|squar|quadrat|平方|diff|differenz|error|fehler|%|/|unit|einheit|差|Δ"
+BETWEEN_TWO, FROM_ZERO = r"abstand|distan|entfern|距离", r"origin|ursprung|null|zero|原点|\b[o0]\b|ax[ei]s|achse|轴"
+IN_DEGREES = r"\bdeg|°|\bgrad\b|(?<![弧梯])度"
 DETERMINANT = r"\bd[eé]t|行列式"
 DIFFERENCE = r"diff|Δ|abweich|error|fehler|deviation|écart|偏差|误差|差|\bd[xyz]\b"
 STATISTIC = {
@@ -57,8 +59,17 @@ class Labelled:
         elif not re.search(OF_LENGTHS, label, re.I):
             yield from self._no_length(place, label)
         yield from self._no_statistic(place)
-        if self._is_no_difference(place, label) or self._is_in_radians(place):
+        in_radians = self._is_in_radians(place)
+        if in_radians and re.search(IN_DEGREES, label, re.I):
+            yield self._fault(place, np.rad2deg(self.judge.now(place)), "radians for degrees", "is in radians")
+        elif in_radians or self._is_no_difference(place, label) or self._is_no_distance(place, label):
             self.doubtful.add(place)
+
+    def _is_no_distance(self, place, label):
+        """Whether a distance between two, by its label, is the length of one of them."""
+        lengths = [np.linalg.norm(v, axis=0) for turn in self._turned for v in self._ends(turn) if not turn.origin]
+        named = re.search(BETWEEN_TWO, label, re.I) and not re.search(FROM_ZERO, label, re.I)
+        return bool(named) and any(same(self.judge.now(place), length) for length in lengths)
 
     def _is_no_difference(self, place, label):
         """Whether a difference, by its label, is a coordinate itself, or one of a cell less itself."""
@@ -108,9 +119,16 @@ class Labelled:
     @cached_property
     def _plain(self):
         """The coordinates of all points and results, and their lengths."""
-        turns = [c for c in self.judge.live if isinstance(c, Turn) and c.point]
-        both = [each for c in turns for each in (self.judge.block(c.point), np.array([*c.targets.values()][:3]))]
+        both = [each for turn in self._turned for each in self._ends(turn)]
         return [row for each in both for row in (*each, np.linalg.norm(each, axis=0))]
+
+    @property
+    def _turned(self):
+        return [c for c in self.judge.live if isinstance(c, Turn) and c.point]
+
+    def _ends(self, turn):
+        """What a point is, and what becomes of it."""
+        return self.judge.block(turn.point), np.array([*turn.targets.values()][:3])
 
     def _no_length(self, place, label):
         """The fault of what is said to be a length, and is one but for a repair; without one it is doubtful."""

@@ -105,7 +105,8 @@ class Sampled:
 
     def run_with(self, more=(), only=None):
         """The values with all that was put in, and `more`."""
-        return self.graph.run({**self.inputs, **self.fixed, **dict(more)}, only and self.values, only)
+        base = None if only is None else self.values
+        return self.graph.run({**self.inputs, **self.fixed, **dict(more)}, base, only)
 
     def values_with(self, option):
         """The values with `option` put in, for once."""

@@ -83,7 +83,8 @@ class Why:
             return "typed over formula", text, cost
         tree = graph.trees[place]
         period = self.judge.periods.get(place)
-        if found := repaired(graph, wanted, self.judge.values, calculation.given, self.found.windows, period):
+        lines = filter(None, (calculation.point, calculation.origin, *self.found.windows))
+        if found := repaired(graph, wanted, self.judge.values, calculation.given, [*lines], period):
             cause, sentence, other = found
             plain = tree[0] in ("+", "-") or (heads(tree).isdisjoint({"minus", *INVERSE}) and tree[0] != "area")
             odd = as_around(graph, place) == tree or (plain and other == ("minus", tree))
