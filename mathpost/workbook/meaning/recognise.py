@@ -275,7 +275,7 @@ class Recognised(Vectors):
         if not re.search(QUATERNION, self.text, re.I):
             return []
         lines = [line for line in runs(inputs - self.turning) if len(line) == 4]
-        across = {p for line in runs(inputs - self.turning) for p in line if len(line) == 3}
+        across = {p for line in runs(self.typed - self.turning) for p in line if len(line) == 3}
         points = [line for line in lines if across.issuperset(line) and line[0][1] < line[1][1]]  # four, in rows
         points = [line for line in points if not re.search(r"\bw\b|\bq", self.label(line[0]), re.I)]
         return [self.scalar_first(line) for line in lines if line not in points]
@@ -343,6 +343,8 @@ class Recognised(Vectors):
         plus, minus = ([line for _, line in sorted(weighed.pop(w, []), key=lambda c: c[0])] for w in (1, -1))
         plus, minus = _apart([shift, *plus] if shift else plus)[bool(shift) :], _apart(minus)
         asked = [line for line in plus if tuple(self.graph.own[p] for p in line) == tuple(self.task.origin or ())]
+        named = [line for line in plus if self._is_named(line, ORIGIN)]
+        asked = asked or (named if 0 < len(named) < len(plus) else [])
         plus, minus = [line for line in plus if line not in asked], [*minus, *asked]  # one that is added by mistake
         if len(plus) != 1 or weighed:
             means = [t for t in self.beside if up.issuperset(t) and len(t) == 3]

@@ -159,10 +159,13 @@ class Known:
         return np.array([np.broadcast_to(number, SAMPLES) for number in numbers]), angles
 
     def takes_nothing(self, place):
-        """Whether a formula refers to an empty cell, or to a range of such."""
+        """Whether a formula refers to an empty cell or range, or to a matrix with a row or a column of such."""
         there, tree = self.graph.component.keys(), self.graph.tree(place)
-        waits = tree[0] == "IF"
-        return not waits and any(there.isdisjoint(area.places) for area in areas(tree))
+        ranges = [area.places for area in areas(tree)] if tree[0] != "IF" else []
+        if tree[0] in ("MMULT", "TRANSPOSE"):
+            lines = {(n, p[n]) for line in ranges for p in line for n in (1, 2)}
+            ranges += [[p for p in line if p[n] == k] for line in ranges for n, k in lines]
+        return any(line and there.isdisjoint(line) for line in ranges)
 
     def is_angle(self, radians):
         """Whether a value is an angle between two vectors, or computed back."""
