@@ -1,8 +1,8 @@
 """A spreadsheet as functions: what it is, whether it is right, which cell is not and why.
 
 Read `check`, which calls the others in turn: `sheet/` reads formulas as functions, `task` says what was asked,
-`meaning/` what is calculated, `verdict/` whether that is right and why not; `numbers/` knows sheets without
-formulas. A check ends in a `report`; `folder` checks a class, `symbolic` shows a sheet as sympy.
+`meaning/` what is calculated, `verdict/` whether that is right and why not. A check ends in a `report`; `folder`
+checks a class, `symbolic` shows a sheet as sympy.
 """
 
 from mathpost.workbook.check import check_file

@@ -7,7 +7,6 @@ import numpy as np
 from mathpost.workbook.meaning.label import read_label
 from mathpost.workbook.meaning.nc_table import looked_at
 from mathpost.workbook.meaning.recognise import Recognised
-from mathpost.workbook.numbers.values import check_values
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, FileReport, Judgement
 from mathpost.workbook.sheet.edits import INVERSE
 from mathpost.workbook.sheet.file import EMPTY, read
@@ -18,6 +17,7 @@ from mathpost.workbook.task import Task
 from mathpost.workbook.verdict.beside import Beside
 from mathpost.workbook.verdict.inputs import doubts_of_inputs
 from mathpost.workbook.verdict.judge import Judge
+from mathpost.workbook.verdict.values import check_values
 
 LUCKY = "numbers without formulas: that they are right by luck cannot be excluded"
 

@@ -275,7 +275,8 @@ class Recognised(Vectors):
         if not re.search(QUATERNION, self.text, re.I):
             return []
         lines = [line for line in runs(inputs - self.turning) if len(line) == 4]
-        across = {p for line in runs(self.typed - self.turning) for p in line if len(line) == 3}
+        used = self.typed & self.graph.used.keys() - self.turning
+        across = {p for line in runs(used) for p in line if len(line) == 3}
         points = [line for line in lines if across.issuperset(line) and line[0][1] < line[1][1]]  # four, in rows
         points = [line for line in points if not re.search(r"\bw\b|\bq", self.label(line[0]), re.I)]
         return [self.scalar_first(line) for line in lines if line not in points]

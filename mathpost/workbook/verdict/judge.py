@@ -12,12 +12,12 @@ from mathpost.workbook.meaning.calculation import Turn
 from mathpost.workbook.meaning.nc_table import Words, judge_numbers
 from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.meaning.texts import NOT_ASKED, PASSIVE, SAID_ACTIVE
-from mathpost.workbook.numbers.values import read_labels
 from mathpost.workbook.report import Fault
 from mathpost.workbook.sheet.edits import repaired, said
 from mathpost.workbook.sheet.formula import areas
 from mathpost.workbook.sheet.graph import SAMPLES, Graph, same
 from mathpost.workbook.verdict.sampled import Sampled
+from mathpost.workbook.verdict.values import read_labels
 from mathpost.workbook.verdict.where import Where
 from mathpost.workbook.verdict.why import Why
 

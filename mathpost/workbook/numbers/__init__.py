@@ -1,1 +1,0 @@
-"""Sheets of numbers without formulas: `values` reads what each should be from labels, `threes` from the numbers."""
