@@ -102,7 +102,7 @@ Object.assign(KINDS, {
                 moving.forEach((artist, i) => { artist.points = flat.splice(0, 2 * state.counts[i]); });
                 said = written(state.text, numbers);
             } else { // what is between two recorded positions is not known
-                const { low, high, step } = state.sliders[0], i = round((max(low, min(high, controls.values[0])) - low) / step);
+                const { low, step } = state.sliders[0], i = round((controls.values[0] - low) / step);
                 controls.rows[0].box.value = fixed(low + i * step, 3);
                 moving.forEach((artist, k) => { const [x, at] = [state.x[k], state.frames[i][k]]; artist.points = x ? at.flatMap((y, n) => [x[n], y]) : at; });
                 said = state.said[i];
