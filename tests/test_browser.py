@@ -84,6 +84,13 @@ FIRST = """async id => {
 PICTURE = """canvas => new Promise(done =>
     requestAnimationFrame(() => requestAnimationFrame(() => done(canvas.toDataURL()))))"""
 
+# The first column of pixels that is drawn for more than half of its length: the left edge of a panel.
+LEFT = """canvas => {
+    const { width, height } = canvas, { data } = canvas.getContext('2d').getImageData(0, 0, width, height);
+    const drawn = x => Array.from({ length: height }, (_, y) => data[4 * (y * width + x) + 3]).filter(Boolean);
+    return Array.from({ length: width }, (_, x) => x).find(x => drawn(x).length > height / 2);
+}"""
+
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
@@ -504,6 +511,14 @@ def test_a_number_outside_of_its_slider_is_taken_at_the_end(offline, dmu50v, bla
                 assert float(box.input_value()) == pytest.approx(slider[end], abs=6e-4)
                 assert "NaN" not in view.said() and "Infinity" not in view.said()
     assert not offline.errors
+
+
+def test_panels_above_each_other_have_the_same_left_edge(offline, dmu50v, tmp_path):
+    (tmp_path / "view.html").write_text(view_path.past_the_pole(dmu50v).page(), encoding="utf-8")
+    offline.goto((tmp_path / "view.html").as_uri())
+    Live(offline).picture()
+    first, second = (canvas.evaluate(LEFT) for canvas in offline.locator("canvas").all())
+    assert first == second > 0
 
 
 def test_a_long_walk_is_exact_at_every_record(offline, dmu50v, tmp_path):
