@@ -237,6 +237,13 @@ def test_both_solutions_are_the_same_tool_axis(kin):
         assert np.degrees(np.arccos(axis @ pole)) == pytest.approx(tilt, abs=1e-6)
 
 
+def test_every_button_of_both_solutions_goes_to_a_place_of_its_own(kin):
+    names, places = zip(*view_machine.tool_axis(kin).state["places"], strict=True)
+    assert len(set(names)) == len(names)
+    limits = [tilt for name, (tilt, _) in zip(names, places, strict=True) if "limit" in name]
+    assert np.unique(np.round(limits, 6)).size == len(limits)
+
+
 def test_a_walk_knows_blocks_records_and_sights(dmu50v, blade):
     view = view_machine.walk(dmu50v, blade)
     (run,) = view.state["runs"]
