@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from mathpost import machine
-from mathpost.course import machine_page, view_machine
+from mathpost.course import machine_page, view_machine, view_path
 from mathpost.errors import write_text
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl
@@ -83,6 +83,13 @@ FIRST = """async id => {
 }"""
 PICTURE = """canvas => new Promise(done =>
     requestAnimationFrame(() => requestAnimationFrame(() => done(canvas.toDataURL()))))"""
+
+# The first column of pixels that is drawn for more than half of its length: the left edge of a panel.
+LEFT = """canvas => {
+    const { width, height } = canvas, { data } = canvas.getContext('2d').getImageData(0, 0, width, height);
+    const drawn = x => Array.from({ length: height }, (_, y) => data[4 * (y * width + x) + 3]).filter(Boolean);
+    return Array.from({ length: width }, (_, x) => x).find(x => drawn(x).length > height / 2);
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -487,6 +494,31 @@ def test_views_of_paths_move_too(offline, dmu50v, blade, tmp_path):
         offline.wait_for_function("document.querySelector('input[type=number]').value > 2.7")
         view.press("pause")
     assert not offline.asked and not offline.errors
+
+
+def test_a_number_outside_of_its_slider_is_taken_at_the_end(offline, dmu50v, blade, tmp_path):
+    """In every kind of view the box shows what is used, and no formula is asked where it does not hold."""
+    views = [view_path.globe(), view_path.clamped([20, 24, 150, 153]), view_path.past_the_pole(dmu50v)]
+    views += [view_machine.machine(dmu50v), view_machine.tool_axis(dmu50v), view_machine.walk(dmu50v, blade)]
+    for made in views:
+        (tmp_path / "view.html").write_text(made.page(), encoding="utf-8")
+        offline.goto((tmp_path / "view.html").as_uri())
+        view = Live(offline)
+        for slider, box in zip(made.state["sliders"], offline.locator("input[type=number]").all(), strict=True):
+            for end, typed in (("high", "1e6"), ("low", "-1e6")):
+                box.fill(typed)
+                box.press("Enter")
+                assert float(box.input_value()) == pytest.approx(slider[end], abs=6e-4)
+                assert "NaN" not in view.said() and "Infinity" not in view.said()
+    assert not offline.errors
+
+
+def test_panels_above_each_other_have_the_same_left_edge(offline, dmu50v, tmp_path):
+    (tmp_path / "view.html").write_text(view_path.past_the_pole(dmu50v).page(), encoding="utf-8")
+    offline.goto((tmp_path / "view.html").as_uri())
+    Live(offline).picture()
+    first, second = (canvas.evaluate(LEFT) for canvas in offline.locator("canvas").all())
+    assert first == second > 0
 
 
 def test_a_long_walk_is_exact_at_every_record(offline, dmu50v, tmp_path):

@@ -20,7 +20,7 @@ def datum_after_rotation(centre_a, centre_b, point):
         place, free = work_offset.moved_symbolic(table)
         moved = sp.lambdify(free, place, "sympy")
         to = [[*map(float, axis.point), 0, symbols["AB".index(axis.name)]] for axis in table]
-        ways = ([k / 10 * x if x in symbols else x for axis in to for x in axis] for k in range(11))
+        ways = ([k / 20 * x if x in symbols else x for axis in to for x in axis] for k in range(21))
         paths[name] = [moved(*map(float, point), *way) for way in ways]
 
     (figure, views), moving = subplots(1, 2, size=(8.0, 4.2)), Moving()

@@ -46,13 +46,14 @@ def tool_axis(kin):
     both = kin.inverse(tip, axis)
     named = zip(BRANCHES, map(placing(kin.machine), both), strict=True)
     pair = [replace(framed, title=name, colour=plot.COLOUR[name], places=at) for name, at in named]
-    joint = about["names"][about["inner"]]
-    places = [["pole", [near, None]], ["beside the pole", [near + 0.5, None]]]
+    joint, limits = about["names"][about["inner"]], {}
     for limit in about["limits"][about["inner"]]:
         if limit is not None:
             leaning = kin.forward(np.radians(limit) * np.eye(5)[about["inner"]])[1]
-            lean = float(np.degrees(from_pole(kin, leaning, (0, np.inf))))
-            places.append([f"{joint} limit {limit:.0f}°", [lean, None]])
+            lean = round(float(np.degrees(from_pole(kin, leaning, (0, np.inf)))), 9)
+            limits.setdefault(lean, []).append(f"{limit:.0f}°")  # the same tilt on both branches is one place
+    places = [["pole", [near, None]], ["beside the pole", [near + 0.5, None]]]
+    places += [[f"{joint} limit {' and '.join(at)}", [lean, None]] for lean, at in limits.items()]
     places.append(["edge of reach", [far, None]])
     sliders = [slider("tilt", 0.0, most, tilt, step=0.5), slider("direction", -180.0, 180.0, direction)]
     state = {"kind": "both", "about": about, "tip": tip.tolist(), "sliders": sliders, "places": places}

@@ -146,7 +146,7 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
     """
     choice = positioning.heidenhain(align(Plane("G68.2", [i, j, 0]).frame, machine), (0, 0), seq="+")
     K, turn = sp.Symbol("K", real=True), np.linspace(0, 2 * np.pi, 61)
-    rho = K + float(np.radians(choice.rho))
+    rho = K + float(np.radians(round(choice.rho, 9)))  # the same on every machine
     x, y = sp.cos(rho), -sp.sin(rho)  # the spindle's X in the feature
     clearance = radius - sp.sqrt((radius * x - retract) ** 2 + (radius * y) ** 2)
     clear = sp.Piecewise((1, clearance > 0), (0, True))

@@ -48,6 +48,7 @@ class Arrangement:
     solids: list = field(default_factory=list)  # of Turned, Hull and Lofted
     lines: dict = field(default_factory=dict)  # joint → ends of its axis (2, 3), in its body's coordinates
     plate: np.ndarray = None  # the bed's corners (8, 3)
+    retreat: float = 0.0  # mm, how far the tool's slides go back at most when the rotary axes turn about the tip
 
     def hull(self, body, shade, *corners):
         """Add the hull of these points, `shade` one of `GREYS` or a colour."""
@@ -106,6 +107,9 @@ def arrange(kin, cl=None):
     tip = 0.3 * size * tool_axis if cl is None else np.array([*(low + high)[:2] / 2, high[2]])
     home, origin = kin.close(tip, [0.0, 0.0]), np.array(machine.origin)
     made = Arrangement(size, home, {name: np.linalg.inv(at) for name, at in placing(machine)(home).items()})
+    if "Y" in machine.slides_that_carry("tool"):
+        angles = np.radians(list(product(range(-180, 181, 30), repeat=2)))
+        made.retreat = kin.close(tip, np.clip(angles, *machine.limits[3:].T))[:, 1].max() - home[1]
     stock = block(origin + low, origin + high)
     made.hull("workpiece", COLOUR["workpiece"], stock)
     if cl is not None and _is_point(size, cl):
@@ -237,8 +241,11 @@ def _tool_side(made, machine, tip, tool_axis):
 
 def _slides(made, slides, foot, width):
     """The outer slide on a wall behind the bed, and the beam of the next, with the ram of the last at its end."""
-    size, (left, _, floor), (right, back, _) = made.size, made.plate.min(axis=0), made.plate.max(axis=0)
-    back, bottom = max(back, foot[1] + 0.6 * size), foot[2] + 0.45 * size
+    size, (left, _, floor), (right, edge, top) = made.size, made.plate.min(axis=0), made.plate.max(axis=0)
+    back, bottom = foot[1] + max(0.6 * size, made.retreat + 1.2 * width), foot[2] + 0.45 * size
+    if back > edge:
+        made.hull("bed", "bed", block([left, edge, floor], [right, back, top]))
+    back = max(back, edge)
     rail, behind = bottom - 0.12 * size, back + 0.4 * size
     made.hull("bed", "wall", block([left, back, floor], [right, behind, rail]))
     low, high = foot[0] - 0.4 * size, foot[0] + 0.4 * size

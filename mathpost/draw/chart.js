@@ -12,7 +12,7 @@ class Panel {
         ink.setTransform(dpr, 0, 0, dpr, 0, 0);
         ink.clearRect(0, 0, w, h);
         ink.font = "12px system-ui, sans-serif";
-        const widest = max(...this.y.ticks.map(([, text]) => ink.measureText(text).width), 0);
+        const widest = max(0, ...this.column.flatMap(({ y }) => y.ticks.map(([, text]) => ink.measureText(text).width)));
         let [left, right, top, foot] = this.drawn ? [widest + 28, w - 10, 8, h - 38] : [4, w - 4, 4, h - 4];
         const span = ({ limits, log }) => limits.map((v) => log ? Math.log10(v) : v), [x0, x1] = span(this.x), [y0, y1] = span(this.y);
         if (this.equal) {
@@ -91,6 +91,7 @@ Object.assign(KINDS, {
         grid.style.setProperty("--columns", state.columns);
         ui.panes.className = "panes curves";
         const panels = state.panels.map((spec) => new Panel(spec, grid)), moving = panels.flatMap((p) => p.artists.filter((a) => a.points === null));
+        panels.forEach((panel, i) => { panel.column = panels.filter((_, k) => (k - i) % state.columns === 0); });
         legend(key, state.panels);
         const controls = ui.controls(state.sliders, () => update());
         if (!m) ui.player(controls, 0);
@@ -102,7 +103,7 @@ Object.assign(KINDS, {
                 moving.forEach((artist, i) => { artist.points = flat.splice(0, 2 * state.counts[i]); });
                 said = written(state.text, numbers);
             } else { // what is between two recorded positions is not known
-                const { low, high, step } = state.sliders[0], i = round((max(low, min(high, controls.values[0])) - low) / step);
+                const { low, step } = state.sliders[0], i = round((controls.values[0] - low) / step);
                 controls.rows[0].box.value = fixed(low + i * step, 3);
                 moving.forEach((artist, k) => { const [x, at] = [state.x[k], state.frames[i][k]]; artist.points = x ? at.flatMap((y, n) => [x[n], y]) : at; });
                 said = state.said[i];

@@ -250,13 +250,13 @@ function later(who, paint) {
 }
 
 // Sliders and number boxes over one array of exact values; the slider's own rounding never comes back.
+// What is set by hand stays between the ends of the slider, where the formulas hold.
 class Controls {
     constructor(parent, sliders, changed) {
         this.values = sliders.map((s) => s.value);
         this.rows = sliders.map((s, i) => {
             const row = make("label", parent, { className: "slider", hidden: s.hidden || false }), set = (value) => {
-                if (!Number.isFinite(value)) return this.show();
-                this.values[i] = value;
+                if (Number.isFinite(value)) this.values[i] = max(s.low, min(s.high, value));
                 changed(i);
             };
             make("span", row, { textContent: s.name });
@@ -267,9 +267,9 @@ class Controls {
                 const way = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key];
                 if (!way) return;
                 event.preventDefault();
-                set(max(s.low, min(s.high, this.values[i] + way * s.step)));
+                set(this.values[i] + way * s.step);
             };
-            const box = make("input", row, { type: "number", step: "any" });
+            const box = make("input", row, { type: "number", min: s.low, max: s.high, step: "any" });
             box.setAttribute("aria-label", `${s.name}, ${s.unit || "number"}`);
             box.onchange = () => set(box.valueAsNumber);
             make("small", row, { textContent: s.unit || "" });

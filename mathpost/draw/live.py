@@ -111,7 +111,8 @@ class Live:
 def slider(name, low, high, value, *, step=1.0, unit="°", **more):
     """Return a slider: an angle in degrees unless `unit` says otherwise; with `hidden=True` only buttons move it.
 
-    Printed functions take its value times its factor: angles in radians, other units as they are.
+    Its box takes no number below `low` or above `high`. Printed functions take its value times its factor: angles
+    in radians, other units as they are.
     """
     made = {"name": name, "low": low, "high": high, "value": value, "step": step, "unit": unit}
     return made | {"factor": np.pi / 180 if unit == "°" else 1.0} | more

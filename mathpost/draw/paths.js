@@ -100,8 +100,7 @@ Object.assign(KINDS, {
         ui.buttons(ui.places(controls), runs.map((run) => run.scene));
         ui.player(controls, 0);
         function update() {
-            const { low, high } = state.sliders[0], record = controls.values[0] = max(low, min(high, controls.values[0]));
-            const at = record - 1, k = min(cl.length - 1, floor(at)), next = cl[min(cl.length - 1, k + 1)], t = at - k;
+            const record = controls.values[0], at = record - 1, k = min(cl.length - 1, floor(at)), next = cl[min(cl.length - 1, k + 1)], t = at - k;
             const wanted = cl[k].map((x, i) => x + t * (next[i] - x)), turned = angle(cl[k].slice(3), next.slice(3));
             const axis = turned < 1e-9 ? cl[k].slice(3) : [3, 4, 5].map((i) => (sin((1 - t) * turned) * cl[k][i] + sin(t * turned) * next[i]) / sin(turned));
             controls.show();

@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 
 from mathpost.course import view_machine, view_rotation
 from mathpost.draw import scene
-from mathpost.draw.arrangement import arrange, placing
+from mathpost.draw.arrangement import GREYS, arrange, placing
 from mathpost.draw.picture import View, camera, spread
 from mathpost.draw.scene import Scene
-from mathpost.draw.solid import Hull, Lofted, Turned, block, ring, smooth
+from mathpost.draw.solid import Hull, Lofted, Turned, block, put, ring, smooth
 from mathpost.kinematics import Kinematics
 from mathpost.post import cl
 from mathpost.rotation import unit
@@ -99,6 +99,19 @@ def test_solids_lie_outside_of_each_other_at_home(kin):
     for rotary in kin.machine.rotary:
         if rotary.carries == "workpiece" and np.allclose(unit(np.abs(rotary.axis)), [0, 0, 1]):
             assert max(high for _, high in heights[rotary.name]) <= heights["workpiece"][0][0] + 1e-9
+
+
+@pytest.mark.parametrize("inner", [-90, 0, 90])
+@pytest.mark.parametrize("outer", [-180, -90, 0, 90])
+def test_a_head_stays_in_front_of_the_wall(kin, inner, outer):
+    """Where it turns about the tip; the wall carries the slides."""
+    made = arrange(kin)
+    (joints,) = scene.turned(kin, made, [(inner, outer)])
+    places, (wall,) = placing(kin.machine)(joints), [each for each in made.solids if each.colour == GREYS["wall"]]
+    heads = {"tool", *(rotary.name for rotary in kin.machine.rotary if rotary.carries == "tool")}
+    for solid in made.solids:
+        if solid.body in heads:
+            assert put(places[solid.body], solid.triangles().reshape(-1, 3))[:, 1].max() < wall.points[:, 1].min()
 
 
 def test_faces_look_outwards_and_normals_are_theirs():
@@ -222,6 +235,13 @@ def test_both_solutions_are_the_same_tool_axis(kin):
         axis = (np.linalg.inv(places["workpiece"]) @ places["tool"])[:3, 2]
         pole = np.array(kin.inverse_symbolic.pole, dtype=float)
         assert np.degrees(np.arccos(axis @ pole)) == pytest.approx(tilt, abs=1e-6)
+
+
+def test_every_button_of_both_solutions_goes_to_a_place_of_its_own(kin):
+    names, places = zip(*view_machine.tool_axis(kin).state["places"], strict=True)
+    assert len(set(names)) == len(names)
+    limits = [tilt for name, (tilt, _) in zip(names, places, strict=True) if "limit" in name]
+    assert np.unique(np.round(limits, 6)).size == len(limits)
 
 
 def test_a_walk_knows_blocks_records_and_sights(dmu50v, blade):
