@@ -111,9 +111,10 @@ class Around:
         return judge.fault(place, cause, f"{graph.short(place)}: {sentence}")
 
     def _goes_on(self, place):
-        """Whether a number stands where the formulas of a line before or after it go on, as those of means."""
-        trees = [tree for tree in along(self.graph, place) if tree[0] != "area"]
-        return any(self.graph.trees.keys() >= set(self.graph.used_by(tree)) for tree in trees)
+        """Whether a number stands where the formulas of a line go on, as those of means."""
+        trees = [between(self.graph, place, 3), *along(self.graph, place)]
+        trees = [tree for tree in trees if tree and tree[0] != "area"]
+        return any(self.graph.component.keys() >= set(self.graph.used_by(tree)) for tree in trees)
 
     # A matrix.
 
