@@ -18,6 +18,7 @@ from mathpost.workbook.sheet.neighbours import as_around
 from mathpost.workbook.verdict.around import Around
 from mathpost.workbook.verdict.known import Known, agree
 from mathpost.workbook.verdict.labelled import Labelled
+from mathpost.workbook.verdict.values import CALCULATED
 from mathpost.workbook.verdict.why import TRANSPOSED
 
 # What stands beside such a word is made of others.
@@ -77,7 +78,7 @@ class Beside:
         formulas = [p for p in graph.trees if p not in found.typed - found.composed] + [*graph.unread]
         # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
         typed = found.typed - graph.trees.keys()
-        unused = {p for p in typed - graph.used.keys() if re.search(COMPARED, found.label(p), re.I)}
+        unused = {p for p in typed - graph.used.keys() if self._looks_calculated(p)}
         typed = {p for p in typed if messages.issuperset(graph.used.get(p, "-"))}
         typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
         results = np.array([target[0] for target in judge.targets.values()])
@@ -99,6 +100,13 @@ class Beside:
             if used & graph.cells.keys() and given.isdisjoint(used) and _is_count_or_mean(graph.tree(p))
         }
         return [p for p in places if p not in other], rest - other
+
+    def _looks_calculated(self, place):
+        """Whether a number that no formula uses has a label, or decimals, of what nobody gives."""
+        label, alone = self.found.label(place), len(self.graph.component[place]) < 3
+        return bool(re.search(COMPARED, label, re.I)) or (
+            alone and written_decimals(self.graph.own[place]) >= CALCULATED
+        )
 
     def _marks(self):
         """Formulas that give one of some numbers, as points for a right answer, or sum such up: messages."""
