@@ -1,5 +1,7 @@
 """Tables of NC words, tilted planes and plain numbers, laid out as strangers do."""
 
+import re
+
 import numpy as np
 import openpyxl
 import pytest
@@ -110,6 +112,54 @@ def test_a_table_of_numbers(layout, form, tmp_path):
     cells[rows[3]["Y"]] += 0.05
     report = checked(tmp_path / "wrong.xlsx", cells, task)
     assert [fault.cell for fault in report.faults] == [address(rows[3]["Y"])]
+
+
+@pytest.mark.parametrize("layout", ["rounded", "points in columns", "no headings"])
+def test_rotary_words_alone(layout, tmp_path):
+    cells, rows, task = table(layout)
+    place = LAYOUTS[layout][1]
+    cells = {
+        p: cell for p, cell in cells.items() if p in {place(n, k) for n in range(-1, ROWS) for k in range(3, 8)}
+    }
+    report = checked(tmp_path / "right.xlsx", cells, task)
+    assert report.verdict == "right" and rows[0]["C"] in {each.place for each in report.cells}, str(report)
+    report = checked(tmp_path / "wrong.xlsx", cells | {rows[3]["C"]: f"{cells[rows[3]['C']]}+0.75"}, task)
+    assert [fault.cell for fault in report.faults] == [address(rows[3]["C"])]
+    cells = numbers(cells, lambda v: round(v, 4))
+    assert checked(tmp_path / "numbers.xlsx", cells, task).verdict == "right"
+    report = checked(tmp_path / "wrong_number.xlsx", cells | {rows[3]["C"]: cells[rows[3]["C"]] + 0.05}, task)
+    assert [fault.cell for fault in report.faults] == [address(rows[3]["C"])]
+
+
+def test_beyond_travel_while_the_other_branch_is_inside(tmp_path):
+    for layout, verdict in (("two sheets", "wrong"), ("rounded", "right")):  # B from 0 to 180, A from -120 to 120
+        cells, rows, task = table(layout)
+        tilts = [row["B" if "B" in row else "A"] for row in rows]
+        cells |= {p: cells[p].replace("DEGREES", "-DEGREES", 1) for p in tilts}
+        if layout == "rounded":
+            cells |= {
+                row["C"]: re.sub(r"ATAN2\(-([^,]+),([^)]+)", r"ATAN2(\1,-\2", cells[row["C"]]) for row in rows
+            }
+        for form in (lambda cells: cells, lambda cells: numbers(cells, lambda v: round(v, 4))):
+            report = checked(tmp_path / "sheet.xlsx", form(cells), task)
+            assert report.verdict == verdict, str(report)
+            expected = [(address(p), "branch") for p in tilts] * (verdict == "wrong")
+            assert [(fault.cell, fault.cause) for fault in report.faults] == expected
+
+
+@pytest.mark.parametrize(
+    ("layout", "long", "short"), [("blank columns", "300", "250"), ("normals of any length", "350", "200")]
+)
+def test_words_of_another_point_of_the_head(layout, long, short, tmp_path):
+    cells, rows, task = table(layout)
+    words = {row[letter] for row in rows for letter in "XYZ"}
+    cells |= {p: cells[p].replace(long, short) for p in words}
+    said, place = f"{int(long) - int(short)} mm down the tool axis", rows[2]["Y"]
+    for form in (lambda cells: cells, lambda cells: numbers(cells, lambda v: round(v, 5))):
+        report = checked(tmp_path / "sheet.xlsx", form(cells), task)
+        assert (report.verdict, report.faults) == ("unclear", []) and said in str(report), str(report)
+        report = checked(tmp_path / "wrong.xlsx", form(cells | {place: f"{cells[place]}+0.75"}), task)
+        assert [fault.cell for fault in report.faults] == [address(place)], str(report)
 
 
 def test_at_the_pole_any_angle_is_right_but_there_must_be_one(tmp_path):
