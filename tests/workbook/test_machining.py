@@ -36,7 +36,12 @@ def on_two_sheets(n, k):
     return ("CL", n + 2, k + 1) if k < 6 else ("NC", n + 4, k - 4)
 
 
+def in_panels(n, k):
+    return "S", 9 * n + 2 + k % 3, 3 + 3 * (k // 3)
+
+
 LAYOUTS = {
+    "panels": ("dmu50v", in_panels, "xyzijk", "{}", 1),
     "no headings": ("ac_table", in_rows, "", "{}", 1),
     "points in columns": ("bc_table", in_columns, "xyzijk", "{}", 1),
     "blank columns": ("head_b_table_c", with_gaps, "xyzijk", "{}", 1),
@@ -58,7 +63,11 @@ def table(layout):
     cl[3:] *= length
     names = [*angles, *helpers, *words]
     cells, rows = {}, []
-    if headings:
+    if place is in_panels:
+        texts = [*headings, *names]
+        left = [(n, k, *place(n, k)) for n in range(ROWS) for k in range(len(texts))]
+        cells = {(sheet, row, column - 1): texts[k] for n, k, sheet, row, column in left}
+    elif headings:
         heading = place(-1, 0), place(-1, 6)
         cells = {place(-1, k): text for k, text in enumerate([*headings, *names])}
         assert all(each in cells for each in heading)
@@ -92,6 +101,23 @@ def test_a_table_in_any_layout(layout, tmp_path):
     cells[place] += "+0.75"
     report = checked(tmp_path / "wrong.xlsx", cells, task)
     assert (report.verdict, report.faults[0].cell) == ("wrong", address(place))
+
+
+def test_positions_without_labels_and_a_word_that_is_none(tmp_path):
+    cells, rows, task = table("panels")
+    cells = {p: cell for p, cell in cells.items() if str(cell)[0] == "=" or not isinstance(cell, str)}
+    assert checked(tmp_path / "right.xlsx", cells, task).verdict == "right"
+    for word in "XYZ":  # the third one is told by where the others stand
+        place = rows[1][word]
+        report = checked(tmp_path / "wrong.xlsx", cells | {place: f"{cells[place]}+0.75"}, task)
+        assert report.verdict != "right" and {fault.cell for fault in report.faults} <= {address(place)}
+    cells, rows, task = table("panels")
+    for place, slip in {
+        rows[1]["B"]: ("DEGREES", ""),
+        rows[2]["Z"]: (cells[rows[2]["Z"]], cells[rows[2]["Y"]]),
+    }.items():
+        report = checked(tmp_path / "wrong.xlsx", cells | {place: cells[place].replace(*slip)}, task)
+        assert (report.verdict, report.faults[0].cell) == ("wrong", address(place)), str(report)
 
 
 def numbers(cells, form):

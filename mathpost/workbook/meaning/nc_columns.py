@@ -61,24 +61,26 @@ class Table:
         for name, first, last in (part for part in parts if part[1]):
             side_by_side = all(b in beside(a) for a, b in pairwise(first))
             ends = [(first[0], last[-1])] if side_by_side else zip(first, last, strict=True)
-            texts.append(f"{name} {' '.join(map(graph.range, ends))}")
+            ranges = graph.ranges(first) if first == last else map(graph.range, ends)
+            texts.append(f"{name} {' '.join(ranges)}")
         not_seen = f"; numbers not looked at: {', '.join(map(graph.range, self.others))}"
         return ", ".join(texts) + not_seen * bool(self.others)
 
 
-def find_tables(graph, kinematics):
+def find_tables(graph, kinematics, tried=(ENOUGH, ENOUGH_OF_ROTARY)):
     """Return the tables of a workbook, and the ranges of what may be one and is not understood.
 
     Rows of one table may stand on two sheets, its words on several; points may stand in columns instead of rows,
-    or there may be one. Both solutions may stand beside each other: these are two tables. There may be rotary words
-    alone, from the tool axis alone.
+    or there may be one, if that is `tried`. Both solutions may stand beside each other: these are two tables. There
+    may be rotary words alone, from the tool axis alone.
     """
-    for enough, along in product((ENOUGH, ENOUGH_OF_ONE_ROW, ENOUGH_OF_ROTARY), (1, 2)):  # in rows, in columns
+    for enough, along in product(tried, (1, 2)):  # points in rows, points in columns
         single = enough == ENOUGH_OF_ONE_ROW
         blocks, left = _blocks(graph, along, single)
-        found = {n: _table(graph, kinematics, block, enough) for n, block in enumerate(blocks)}
+        several = [n for n, block in enumerate(blocks) if single or len(block[0].places) > 1]
+        found = {n: _table(graph, kinematics, blocks[n], enough) for n in several}
         found = {n: table for n, table in found.items() if table}
-        for a, b in () if single else permutations(range(len(blocks)), 2):
+        for a, b in () if single else permutations(several, 2):
             if b not in found and len(blocks[a][0].places) == len(blocks[b][0].places):
                 table = _table(graph, kinematics, blocks[a] + blocks[b], enough)
                 found |= {a: found.get(a, table), b: table} if table else {}
@@ -138,8 +140,8 @@ def _column(graph, sheet, lines, number, along):
     for line in range(lines[0] - 1, 0, -1):
         cell = graph.cells.get(place(line))
         if cell and isinstance(cell.value, str) and len(texts) < 3:
-            texts.append(unicodedata.normalize("NFKC", cell.value).strip().lower())
-    letters = next(filter(None, map(_letters, texts)), {})
+            texts.append(normal(cell.value))
+    letters = next(filter(None, map(letters_of, texts)), {})
     places = tuple(map(place, lines))
     values = np.array([graph.own.get(p) for p in places], dtype=float)
     typed = 2 * sum(p in graph.trees for p in places) < len(places)
@@ -148,7 +150,12 @@ def _column(graph, sheet, lines, number, along):
     return Column(places, values, letters, typed, unit, 0.5 * says_degrees - 0.75 * (unit > 1))
 
 
-def _letters(heading):
+def normal(text):
+    """A text in small letters and plain signs."""
+    return unicodedata.normalize("NFKC", text).strip().lower()
+
+
+def letters_of(heading):
     """The letters that a heading names, as in "a", "x_nc", "刀轴i", "px", "ti" or "zm"."""
     said = UNIT.sub("", heading).strip()
     if re.fullmatch("[a-z]", said):

@@ -17,7 +17,8 @@ from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.rotation import unit, wrap
 from mathpost.workbook.meaning.calculation import Calculation, look, nearest
-from mathpost.workbook.meaning.nc_columns import CLOSE, Table, find_tables
+from mathpost.workbook.meaning.nc_columns import CLOSE, ENOUGH_OF_ONE_ROW, Table, find_tables
+from mathpost.workbook.meaning.nc_positions import Positions
 from mathpost.workbook.sheet.edits import take_unrounded
 from mathpost.workbook.sheet.formula import heads
 from mathpost.workbook.sheet.graph import SAMPLES
@@ -118,19 +119,23 @@ class Words(Calculation):
         return [str(s) for s in self.kinematics.symbols[3:]].index(str(inner))
 
 
-def rows_of(graph, machine, cells=None):
+def rows_of(found, machine, cells=None):
     """Return the rows of the tables as `Words`, and what looks like a table and is not understood.
+
+    What does not stand in rows or columns is looked for by what formulas are; `found` knows what is typed.
 
     `cells` says where the columns stand, for example ``{"tip": "A2:C6", "axis": "D2:F6", "joints": "G2:K6"}``.
     Raise `InputError` if there is no table.
     """
     machine = machines.load(machine) if isinstance(machine, str) or hasattr(machine, "__fspath__") else machine
-    kinematics, left = Kinematics(machine), []
+    graph, kinematics, left = found.graph, Kinematics(machine), []
     if cells:
         blocks = [_column_block(graph, name, cells) for name in COLUMNS]
         tables = [Table(list(zip(*blocks, strict=False)), (1.0, 1.0))]
     else:
         tables, left = find_tables(graph, kinematics)
+        tables = tables or Positions(found, kinematics).find()
+        tables, left = (tables, left) if tables else find_tables(graph, kinematics, [ENOUGH_OF_ONE_ROW])
     if not tables:
         names = " ".join(machine.joint_names)
         expected = f"a table of tip, tool axis and words, by its numbers or headings x y z i j k {names}"
@@ -317,7 +322,7 @@ def looked_at(rows, values):
     odd = [f"{lines[n]} ({lengths[n]:.4g})" for n in np.flatnonzero(np.abs(lengths - 1) > UNIT_LENGTH)]
     if 0 < 2 * len(odd) < len(rows):
         yield f"the tool axis is no unit vector in {what} {', '.join(odd[:6])}"
-    steps = np.abs(np.diff(own[:, 3:], axis=0))
+    steps = np.abs(np.diff(own[:, 3:], axis=0)) * (np.diff([row.table for row in rows]) == 0)[:, None]
     for n in np.flatnonzero((steps > FLIP).any(axis=1)):
         jumps = zip(machine.joint_names[3:], steps[n], strict=True)
         jump = " and ".join(f"{name} jumps by {step:.4g}°" for name, step in jumps if step > FLIP)
