@@ -1,5 +1,7 @@
 """Tables of NC words, tilted planes and plain numbers, laid out as strangers do."""
 
+import re
+
 import numpy as np
 import openpyxl
 import pytest
@@ -34,7 +36,12 @@ def on_two_sheets(n, k):
     return ("CL", n + 2, k + 1) if k < 6 else ("NC", n + 4, k - 4)
 
 
+def in_panels(n, k):
+    return "S", 9 * n + 2 + k % 3, 3 + 3 * (k // 3)
+
+
 LAYOUTS = {
+    "panels": ("dmu50v", in_panels, "xyzijk", "{}", 1),
     "no headings": ("ac_table", in_rows, "", "{}", 1),
     "points in columns": ("bc_table", in_columns, "xyzijk", "{}", 1),
     "blank columns": ("head_b_table_c", with_gaps, "xyzijk", "{}", 1),
@@ -56,7 +63,11 @@ def table(layout):
     cl[3:] *= length
     names = [*angles, *helpers, *words]
     cells, rows = {}, []
-    if headings:
+    if place is in_panels:
+        texts = [*headings, *names]
+        left = [(n, k, *place(n, k)) for n in range(ROWS) for k in range(len(texts))]
+        cells = {(sheet, row, column - 1): texts[k] for n, k, sheet, row, column in left}
+    elif headings:
         heading = place(-1, 0), place(-1, 6)
         cells = {place(-1, k): text for k, text in enumerate([*headings, *names])}
         assert all(each in cells for each in heading)
@@ -92,6 +103,23 @@ def test_a_table_in_any_layout(layout, tmp_path):
     assert (report.verdict, report.faults[0].cell) == ("wrong", address(place))
 
 
+def test_positions_without_labels_and_a_word_that_is_none(tmp_path):
+    cells, rows, task = table("panels")
+    cells = {p: cell for p, cell in cells.items() if str(cell)[0] == "=" or not isinstance(cell, str)}
+    assert checked(tmp_path / "right.xlsx", cells, task).verdict == "right"
+    for word in "XYZ":  # the third one is told by where the others stand
+        place = rows[1][word]
+        report = checked(tmp_path / "wrong.xlsx", cells | {place: f"{cells[place]}+0.75"}, task)
+        assert report.verdict != "right" and {fault.cell for fault in report.faults} <= {address(place)}
+    cells, rows, task = table("panels")
+    for place, slip in {
+        rows[1]["B"]: ("DEGREES", ""),
+        rows[2]["Z"]: (cells[rows[2]["Z"]], cells[rows[2]["Y"]]),
+    }.items():
+        report = checked(tmp_path / "wrong.xlsx", cells | {place: cells[place].replace(*slip)}, task)
+        assert (report.verdict, report.faults[0].cell) == ("wrong", address(place)), str(report)
+
+
 def numbers(cells, form):
     """The table as numbers, written by `form`."""
     values = Values(Book(cells)).all()
@@ -110,6 +138,54 @@ def test_a_table_of_numbers(layout, form, tmp_path):
     cells[rows[3]["Y"]] += 0.05
     report = checked(tmp_path / "wrong.xlsx", cells, task)
     assert [fault.cell for fault in report.faults] == [address(rows[3]["Y"])]
+
+
+@pytest.mark.parametrize("layout", ["rounded", "points in columns", "no headings"])
+def test_rotary_words_alone(layout, tmp_path):
+    cells, rows, task = table(layout)
+    place = LAYOUTS[layout][1]
+    cells = {
+        p: cell for p, cell in cells.items() if p in {place(n, k) for n in range(-1, ROWS) for k in range(3, 8)}
+    }
+    report = checked(tmp_path / "right.xlsx", cells, task)
+    assert report.verdict == "right" and rows[0]["C"] in {each.place for each in report.cells}, str(report)
+    report = checked(tmp_path / "wrong.xlsx", cells | {rows[3]["C"]: f"{cells[rows[3]['C']]}+0.75"}, task)
+    assert [fault.cell for fault in report.faults] == [address(rows[3]["C"])]
+    cells = numbers(cells, lambda v: round(v, 4))
+    assert checked(tmp_path / "numbers.xlsx", cells, task).verdict == "right"
+    report = checked(tmp_path / "wrong_number.xlsx", cells | {rows[3]["C"]: cells[rows[3]["C"]] + 0.05}, task)
+    assert [fault.cell for fault in report.faults] == [address(rows[3]["C"])]
+
+
+def test_beyond_travel_while_the_other_branch_is_inside(tmp_path):
+    for layout, verdict in (("two sheets", "wrong"), ("rounded", "right")):  # B from 0 to 180, A from -120 to 120
+        cells, rows, task = table(layout)
+        tilts = [row["B" if "B" in row else "A"] for row in rows]
+        cells |= {p: cells[p].replace("DEGREES", "-DEGREES", 1) for p in tilts}
+        if layout == "rounded":
+            cells |= {
+                row["C"]: re.sub(r"ATAN2\(-([^,]+),([^)]+)", r"ATAN2(\1,-\2", cells[row["C"]]) for row in rows
+            }
+        for form in (lambda cells: cells, lambda cells: numbers(cells, lambda v: round(v, 4))):
+            report = checked(tmp_path / "sheet.xlsx", form(cells), task)
+            assert report.verdict == verdict, str(report)
+            expected = [(address(p), "branch") for p in tilts] * (verdict == "wrong")
+            assert [(fault.cell, fault.cause) for fault in report.faults] == expected
+
+
+@pytest.mark.parametrize(
+    ("layout", "long", "short"), [("blank columns", "300", "250"), ("normals of any length", "350", "200")]
+)
+def test_words_of_another_point_of_the_head(layout, long, short, tmp_path):
+    cells, rows, task = table(layout)
+    words = {row[letter] for row in rows for letter in "XYZ"}
+    cells |= {p: cells[p].replace(long, short) for p in words}
+    said, place = f"{int(long) - int(short)} mm down the tool axis", rows[2]["Y"]
+    for form in (lambda cells: cells, lambda cells: numbers(cells, lambda v: round(v, 5))):
+        report = checked(tmp_path / "sheet.xlsx", form(cells), task)
+        assert (report.verdict, report.faults) == ("unclear", []) and said in str(report), str(report)
+        report = checked(tmp_path / "wrong.xlsx", form(cells | {place: f"{cells[place]}+0.75"}), task)
+        assert [fault.cell for fault in report.faults] == [address(place)], str(report)
 
 
 def test_at_the_pole_any_angle_is_right_but_there_must_be_one(tmp_path):

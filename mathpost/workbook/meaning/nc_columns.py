@@ -1,7 +1,8 @@
 """Where the columns of a table of NC words stand: told by what the numbers are, and by headings where that is open.
 
-The tool axis is three columns from which the machine's inverse makes two others, the rotary words; the tip is
-three columns that go with these to X Y Z. So neither order nor sheet matters, nor columns of something else.
+The tool axis is three columns from which the machine's inverse makes two others, the rotary words; the tip, if
+there is one, is three columns that go with these to X Y Z. So neither order nor sheet matters, nor columns of
+something else.
 """
 
 import re
@@ -20,6 +21,7 @@ LOOKED_AT = 200  # rows are enough to tell a column
 SMALLEST, LARGEST = 5, 60  # numbers in a row: the words alone; more columns than these are no such table
 # How many words must fit, so that it is no coincidence: without all their headings, and with them.
 ENOUGH, ENOUGH_OF_ONE_ROW, ENOUGH_BESIDE = (3, 0), (6, 3), (4, 4)
+ENOUGH_OF_ROTARY = (2, 1)  # of a table of rotary words alone
 PLAIN, AMONG_OTHERS = 1.1, 0.4  # what a heading counts that is a letter or word, or has a letter; 1 if numbers fit
 MACHINE = re.compile(r"(?<![a-z])(?:nc|machine|mcs|posted)(?![a-z])|机床|maschine|^[xyzabc]m$")
 UNIT = re.compile(r"[\[(（/].*|\b(?:deg|rad|mm|grad)\b\.?$|[°度]")
@@ -55,28 +57,32 @@ class Table:
     def said(self, graph):
         """Where the columns stand."""
         texts = []
-        for name, first, last in zip(("tip", "axis", "words"), self.rows[0], self.rows[-1], strict=True):
+        parts = zip(("tip", "axis", "words"), self.rows[0], self.rows[-1], strict=True)
+        for name, first, last in (part for part in parts if part[1]):
             side_by_side = all(b in beside(a) for a, b in pairwise(first))
             ends = [(first[0], last[-1])] if side_by_side else zip(first, last, strict=True)
-            texts.append(f"{name} {' '.join(map(graph.range, ends))}")
+            ranges = graph.ranges(first) if first == last else map(graph.range, ends)
+            texts.append(f"{name} {' '.join(ranges)}")
         not_seen = f"; numbers not looked at: {', '.join(map(graph.range, self.others))}"
         return ", ".join(texts) + not_seen * bool(self.others)
 
 
-def find_tables(graph, kinematics):
+def find_tables(graph, kinematics, tried=(ENOUGH, ENOUGH_OF_ROTARY)):
     """Return the tables of a workbook, and the ranges of what may be one and is not understood.
 
     Rows of one table may stand on two sheets, its words on several; points may stand in columns instead of rows,
-    or there may be one. Both solutions may stand beside each other: these are two tables.
+    or there may be one, if that is `tried`. Both solutions may stand beside each other: these are two tables. There
+    may be rotary words alone, from the tool axis alone.
     """
-    for single, along in product((False, True), (1, 2)):  # points in rows, points in columns
+    for enough, along in product(tried, (1, 2)):  # points in rows, points in columns
+        single = enough == ENOUGH_OF_ONE_ROW
         blocks, left = _blocks(graph, along, single)
-        enough = ENOUGH_OF_ONE_ROW if single else ENOUGH
-        found = {n: _table(graph, kinematics, block, enough) for n, block in enumerate(blocks)}
+        several = [n for n, block in enumerate(blocks) if single or len(block[0].places) > 1]
+        found = {n: _table(graph, kinematics, blocks[n], enough) for n in several}
         found = {n: table for n, table in found.items() if table}
-        for a, b in () if single else permutations(range(len(blocks)), 2):
+        for a, b in () if single else permutations(several, 2):
             if b not in found and len(blocks[a][0].places) == len(blocks[b][0].places):
-                table = _table(graph, kinematics, blocks[a] + blocks[b])
+                table = _table(graph, kinematics, blocks[a] + blocks[b], enough)
                 found |= {a: found.get(a, table), b: table} if table else {}
         for n, table in list(found.items()):  # the other solution, in what is left or beside it
             for b, block in enumerate(blocks):
@@ -134,8 +140,8 @@ def _column(graph, sheet, lines, number, along):
     for line in range(lines[0] - 1, 0, -1):
         cell = graph.cells.get(place(line))
         if cell and isinstance(cell.value, str) and len(texts) < 3:
-            texts.append(unicodedata.normalize("NFKC", cell.value).strip().lower())
-    letters = next(filter(None, map(_letters, texts)), {})
+            texts.append(normal(cell.value))
+    letters = next(filter(None, map(letters_of, texts)), {})
     places = tuple(map(place, lines))
     values = np.array([graph.own.get(p) for p in places], dtype=float)
     typed = 2 * sum(p in graph.trees for p in places) < len(places)
@@ -144,7 +150,12 @@ def _column(graph, sheet, lines, number, along):
     return Column(places, values, letters, typed, unit, 0.5 * says_degrees - 0.75 * (unit > 1))
 
 
-def _letters(heading):
+def normal(text):
+    """A text in small letters and plain signs."""
+    return unicodedata.normalize("NFKC", text).strip().lower()
+
+
+def letters_of(heading):
     """The letters that a heading names, as in "a", "x_nc", "刀轴i", "px", "ti" or "zm"."""
     said = UNIT.sub("", heading).strip()
     if re.fullmatch("[a-z]", said):
@@ -154,7 +165,7 @@ def _letters(heading):
     return dict.fromkeys(named, PLAIN if MACHINE.search(said) else AMONG_OTHERS)
 
 
-def _table(graph, kinematics, columns, enough=ENOUGH):
+def _table(graph, kinematics, columns, enough):
     """The `Table` in some columns, or None."""
     count = len(columns[0].places)
     sample = np.unique(np.linspace(0, count - 1, min(count, LOOKED_AT)).astype(int))
@@ -166,14 +177,15 @@ def _table(graph, kinematics, columns, enough=ENOUGH):
     given = {p for column in source for p in column.places}
     if any(not columns[n].typed and graph.upstream(columns[n].places).isdisjoint(given) for n in words):
         return None
-    kept = [sum(c.typed != (c.places[row] in graph.trees) for c in source) >= 3 for row in range(count)]
+    alike = [[c.typed != (c.places[row] in graph.trees) for c in source] for row in range(count)]
+    kept = [2 * sum(row) >= len(row) for row in alike]
     cells = [[columns[n].places for n in part] for part in (tip, axis, words)]
     rows = [tuple(tuple(places[row] for places in part) for part in cells) for row in range(count) if kept[row]]
     left = [(columns[0].places[row], columns[-1].places[row]) for row in range(count) if not kept[row]]
     others = [c for n, c in enumerate(columns) if n not in (*roles["tip"], *roles["axis"], *tip, *axis, *words)]
     others = [c.places for c in others if c.typed and not _is_count(c.values)]
     others = [(places[0], places[-1]) for places in others if graph.used.keys().isdisjoint(places)]
-    units = tuple(columns[n].unit for n in words[3:])
+    units = tuple(columns[n].unit for n in words[-2:])
     counters = tuple(p for c in columns if not c.typed and _is_count(c.values) for p in c.places)
     columns = tuple(source), tuple(columns[n] for n in words)
     return Table(rows, units, counters, tuple(left), tuple(others), *columns)
@@ -220,6 +232,8 @@ class _Roles:
             words[k] = self.choose(k, self.turning(self.demanded[..., k - 3]), {*axis, *words.values()})
         if list(words.values()).count(None) > 1:
             return None
+        if enough == ENOUGH_OF_ROTARY:
+            return self.rotary_alone(axis, words)
         tips = [t for t in self.triples("xyz") if not {*axis, *words.values()}.intersection(t)]
         after = {self.columns[n].places[0] for n in (*axis, *words.values()) if n is not None}
         tips = [t for t in tips if after.isdisjoint(self.graph.upstream(self.columns[n].places[0] for n in t))]
@@ -257,6 +271,16 @@ class _Roles:
         if fitting < enough[headed]:
             return None  # a coincidence
         return {"tip": tip, "axis": axis, "words": [words[k] for k in range(5)]}
+
+    def rotary_alone(self, axis, words):
+        """Rotary words without others, unless as many numbers stand beside them as a tip and X Y Z are."""
+        others = [c for n, c in enumerate(self.columns) if n not in (*axis, *words.values()) and c.typed]
+        if None in words.values() or len(others) >= 6:
+            return None
+        fitting = sum(self.turning(self.demanded[..., k - 3])[n] >= 0.5 for k, n in words.items())
+        headed = all(self.names[k] in self.columns[n].letters for k, n in words.items())
+        found = {"tip": (), "axis": axis, "words": [*words.values()]}
+        return found if fitting >= ENOUGH_OF_ROTARY[headed] else None
 
     def triples(self, *groups):
         """Three columns side by side, or as far apart, of headings that name such letters."""

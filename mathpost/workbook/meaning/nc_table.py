@@ -1,7 +1,8 @@
 """A table of tool tips and tool axes against NC words: where the columns stand, and what the words must be.
 
-The rotary words are right if they make the tool axis, on either branch and whatever whole turns; X Y Z if they
-bring the tip into place with the rotary words that are demanded.
+The rotary words are right if they make the tool axis, on either branch and whatever whole turns, unless only the
+other branch is inside travel; X Y Z, if there are any, if they bring the tip into place with the rotary words that
+are demanded.
 """
 
 from dataclasses import dataclass
@@ -14,9 +15,10 @@ from mathpost.detective.misreadings import written_decimals
 from mathpost.detective.rotary_axes import JointCase
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
-from mathpost.rotation import wrap
+from mathpost.rotation import unit, wrap
 from mathpost.workbook.meaning.calculation import Calculation, look, nearest
-from mathpost.workbook.meaning.nc_columns import Table, find_tables
+from mathpost.workbook.meaning.nc_columns import CLOSE, ENOUGH_OF_ONE_ROW, Table, find_tables
+from mathpost.workbook.meaning.nc_positions import Positions
 from mathpost.workbook.sheet.edits import take_unrounded
 from mathpost.workbook.sheet.formula import heads
 from mathpost.workbook.sheet.graph import SAMPLES
@@ -26,11 +28,15 @@ FLIP = 60.0  # degrees between two rows that are worth a look
 UNIT_LENGTH = 2e-3  # as near to 1 as the length of a unit vector of three decimals
 NEAR_THE_POLE = 0.02  # the sine of a tilt
 ROUNDED = 0.01  # mm, degrees: less may come from the rounding of what a word is calculated from
+TOLD = 0.05  # of a unit vector: so much tells a length
 
 
 @dataclass(eq=False)
 class Words(Calculation):
-    """One row of a table; `results` are the five words in the machine's joint order, `point` is the tip."""
+    """One row of a table; `results` are the five words in the machine's joint order, `point` is the tip.
+
+    Without a tip they are the two rotary words.
+    """
 
     kinematics: Kinematics = None
     units: tuple = (1.0, 1.0)  # degrees of 1 of a rotary word
@@ -38,6 +44,8 @@ class Words(Calculation):
     preferred: int | None = None
     complete: bool = True  # whether there is a number in each cell
     beyond: bool = False  # whether to look beyond the travel as well: ATAN of a quotient loses a quadrant
+    further: float = 0.0  # mm up the tool axis from the point that the machine file means by X Y Z to the sheet's
+    back: np.ndarray | float = 0.0  # what is taken off of it: the same at rotary zero, or nothing
 
     def unround(self, inputs):
         """Normalise the tool axis of the sheet, if it is one but for its last digits."""
@@ -52,25 +60,31 @@ class Words(Calculation):
     def prepare(self, values, units):
         """Compute the words at the samples in `values`, on the branch that those that are there now are on."""
         tip, axis, now = (look(values, places) for places in (self.point, self.axis, self.results))
-        axis = np.where(np.linalg.norm(axis, axis=-1, keepdims=True) > 1e-9, axis, 1.0)
+        axis = _not_zero(axis)
+        tip = tip if self.point else np.zeros_like(axis)
         both = self.kinematics.inverse(tip, axis, degrees=True)[..., 3:]
-        own = now[:, 3:] * self.units
+        own = now[:, -2:] * self.units
         rotary, self.votes = nearest(own, both, preferred=self.preferred)
-        made = self.kinematics.forward(np.nan_to_num(np.hstack([tip, own])), degrees=True)[1]
+        made = self.kinematics.forward(np.nan_to_num(np.hstack([0 * tip, own])), degrees=True)[1]
         off = np.abs(made - axis / np.linalg.norm(axis, axis=-1, keepdims=True)).max(axis=-1)
         rotary = np.where((np.isfinite(own).all(axis=-1) & (off < 1e-10))[:, None], own, rotary)  # any, at the pole
         self.radians = np.deg2rad(rotary)
-        linear = self.kinematics.close(tip, self.radians)[:, :3]
-        self.should_be(self.results, np.concatenate([linear, rotary / self.units], axis=-1).T)
+        linear = self.close(tip, axis, self.radians)
+        self.should_be(self.results, np.hstack([linear, rotary / self.units]).T[-len(self.results) :])
         turns = [self.radians, rotary, np.cos(self.radians), np.sin(self.radians)]
         length = np.linalg.norm(axis, axis=-1, keepdims=True)
         beside = np.hstack([*turns, linear, tip, axis / length, length, np.zeros((SAMPLES, 1))])
         self.known = {1: [entry[None] for entry in beside.T]}
 
+    def close(self, tip, axis, radians):
+        """X Y Z, of the point that the sheet means, that bring the tip into place."""
+        at_tip, up = (self.kinematics.close(tip + step, radians)[:, :3] for step in (0, unit(_not_zero(axis))))
+        return at_tip + self.further * (up - at_tip - self.back)
+
     @property
     def periods(self):
         """Place of a rotary word → a turn."""
-        return {p: 360 / unit for p, unit in zip(self.results[3:], self.units, strict=True)}
+        return {p: 360 / degrees for p, degrees in zip(self.results[-2:], self.units, strict=True)}
 
     def is_wrong(self, now):
         """Whether the words are wrong as they stand, by more than rounding; `now(place)` is what is in a cell."""
@@ -105,19 +119,23 @@ class Words(Calculation):
         return [str(s) for s in self.kinematics.symbols[3:]].index(str(inner))
 
 
-def rows_of(graph, machine, cells=None):
+def rows_of(found, machine, cells=None):
     """Return the rows of the tables as `Words`, and what looks like a table and is not understood.
+
+    What does not stand in rows or columns is looked for by what formulas are; `found` knows what is typed.
 
     `cells` says where the columns stand, for example ``{"tip": "A2:C6", "axis": "D2:F6", "joints": "G2:K6"}``.
     Raise `InputError` if there is no table.
     """
     machine = machines.load(machine) if isinstance(machine, str) or hasattr(machine, "__fspath__") else machine
-    kinematics, left = Kinematics(machine), []
+    graph, kinematics, left = found.graph, Kinematics(machine), []
     if cells:
         blocks = [_column_block(graph, name, cells) for name in COLUMNS]
         tables = [Table(list(zip(*blocks, strict=False)), (1.0, 1.0))]
     else:
         tables, left = find_tables(graph, kinematics)
+        tables = tables or Positions(found, kinematics).find()
+        tables, left = (tables, left) if tables else find_tables(graph, kinematics, [ENOUGH_OF_ONE_ROW])
     if not tables:
         names = " ".join(machine.joint_names)
         expected = f"a table of tip, tool axis and words, by its numbers or headings x y z i j k {names}"
@@ -125,11 +143,11 @@ def rows_of(graph, machine, cells=None):
     rows = []
     for n, table in enumerate(tables):
         said = f"NC words, each against tool tip and tool axis: {table.said(graph)}"
-        formulas = sum(p in graph.trees for *_, words in table.rows for p in words)
+        typed = [p not in graph.trees for *_, words in table.rows for p in words]
         for tip, axis, words in table.rows:
             row = Words(words, (), tip, (), axis, said, kinematics=kinematics, units=table.units, table=n)
             row.beyond = any("ATAN" in heads(graph.trees[p]) for p in words if p in graph.trees)
-            row.typed, row.aside, said = 2 * formulas < 5 * len(table.rows), table.counters, ""
+            row.typed, row.aside, said = 2 * sum(typed) > len(typed), table.counters, ""
             rows.append(row)
         for column in zip(*(words for *_, words in table.rows), strict=True):
             take_unrounded(graph, column)
@@ -151,12 +169,12 @@ def made_of_words(rows, block):
     Steps from row to row, ways, extremes and means; the other solution, and how far the tool turns. `block(places)`
     is what stands in some cells.
     """
-    tips, axes = (np.array([block(getattr(row, part)) for row in rows]) for part in ("point", "axis"))
+    axes = np.array([block(row.axis) for row in rows])
     words = np.array([[*row.targets.values()] for row in rows])
     numbers = [step(words, axis=0) for step in (np.max, np.min, np.mean, np.ptp, np.median)]
     numbers += [np.abs(words).max(axis=0)]
     if len(rows) > 1:
-        steps = np.diff(np.hstack([words, tips]), axis=0)
+        steps = np.diff([[*row.targets.values(), *block(row.point)] for row in rows], axis=0)
         for way in (np.linalg.norm(steps[:, first : first + 3], axis=1) for first in (0, 5)):
             numbers += [way, np.cumsum(way, axis=0), way.max(axis=0)[None], way.mean(axis=0)[None]]
         numbers += [*steps, *-steps, np.abs(steps).max(axis=0)]
@@ -164,6 +182,63 @@ def made_of_words(rows, block):
     between = np.arccos(np.clip((axes[1:] * axes[:-1]).sum(axis=1), -1, 1))
     both = [row.kinematics.inverse(np.zeros(3), axis.T)[..., 3:] for row, axis in zip(rows, axes, strict=True)]
     return np.vstack(numbers), np.vstack([between, *np.moveaxis(both, 1, -1).reshape(-1, SAMPLES)[:, None]])
+
+
+def point_named(rows, now):
+    """Take the point that X Y Z name where it is not the machine file's, and yield a sentence on it.
+
+    Most words in two columns are then off by one length along the turned tool axis, less the same at rotary zero if
+    the machine file means a point that does not turn. `now(place)` is what is in a cell.
+    """
+    rows = [row for row in rows if np.isfinite([now(p) for p in row.given]).all()]
+    for row in rows:
+        row.prepare({p: now(p) for p in row.read}, {})
+    if not rows:
+        return
+    kinematics, best = rows[0].kinematics, 1
+    tip, axis, words = (
+        np.hstack([[now(p) for p in getattr(row, part)] for row in rows]).T for part in ("point", "axis", "results")
+    )
+    radians, at_zero = np.vstack([row.radians for row in rows]), unit(np.array(kinematics.machine.tool_axis, float))
+    off, up = (kinematics.close(tip + step, radians)[:, :3] for step in (0, unit(_not_zero(axis))))
+    off, up = words[:, :3] - off, up - off
+    told = (np.abs(up - at_zero) > TOLD) & np.isfinite(off)
+    for back in (0 * at_zero, at_zero) if told.any() else ():
+        length = np.nanmedian(off[told] / (up - back)[told])
+        fits = told & (np.abs(off - length * (up - back)) < CLOSE)
+        columns = np.sum(2 * fits.sum(axis=0) > told.sum(axis=0))
+        if columns > best and abs(length) > CLOSE:
+            best, length = columns, round(length, 3) if rows[0].typed else length
+            for row in rows:
+                row.further, row.back = length, back
+    if best > 1:
+        where = f"{abs(rows[0].further):.6g} mm {'up' if rows[0].further > 0 else 'down'} the tool axis"
+        yield f"X Y Z name a point {where} from the one that the machine file means"
+
+
+def on_the_wrong_branch(rows, values):
+    """Yield (place, cause, sentence) of the rotary words beyond travel while the other branch is inside."""
+    for row in rows:
+        joints = row.kinematics.machine.rotary
+        numbers = np.array([values.get(p) for p in (*row.axis, *row.results[-2:])], dtype=float)
+        if not (np.isfinite(numbers).all() and numbers[:3].any()):
+            continue
+        own, both = numbers[3:] * row.units, row.kinematics.inverse(np.zeros(3), numbers[:3], degrees=True)[:, 3:]
+        off = np.abs(wrap(own - both)).max(axis=1)
+        other = both[np.argmax(off)]
+        out, other_out = (
+            [all(np.isnan(j.nearest_turn(a + s)) for s in slack) for j, a in zip(joints, angles, strict=True)]
+            for angles, slack in ((own, (-ROUNDED, ROUNDED)), (other, (0,)))
+        )
+        if off.min() < 1 and any(out) and not any(other_out):
+            k = out.index(True)
+            text = f"{joints[k].name} is {own[k]:.6g}, beyond its travel; {other[k]:.6g}, the other branch, is not"
+            yield row.results[k - 2], "branch", text
+
+
+def _not_zero(axis):
+    """Tool axes, with any in place of none."""
+    return np.where(np.linalg.norm(axis, axis=-1, keepdims=True) > 1e-9, axis, 1.0)
 
 
 # Words that are numbers.
@@ -183,7 +258,9 @@ def judge_numbers(rows, values):
     words, tip, axis = (
         np.array([[values[p] for p in getattr(row, part)] for row in rows]) for part in ("results", "point", "axis")
     )
-    units = rows[0].units
+    units, alone = rows[0].units, not rows[0].point
+    if alone:
+        words, tip = np.pad(words, ((0, 0), (3, 0))), np.zeros_like(axis)
     half = _half_digits(words[:, :3]) + 2 * _half_digits(tip).max(axis=1, keepdims=True)
     half_angle = (_half_digits(words[:, 3:]) * units).max()
     half_axis = 0.0 if (axis % 1 == 0).all() else _half_digits(axis).max()
@@ -195,14 +272,14 @@ def judge_numbers(rows, values):
     off = (words[:, 3:] - demanded + 180) % 360 - 180
     right = (np.abs(off) <= slack) | case.makes_the_axis()[:, None]
     demanded = words[:, 3:] - np.where(right, 0, off)
-    linear, from_words = (kinematics.close(tip, np.deg2rad(angles))[:, :3] for angles in (demanded, words[:, 3:]))
+    linear, from_words = (rows[0].close(tip, axis, np.deg2rad(angles)) for angles in (demanded, words[:, 3:]))
     reach = np.linalg.norm(from_words, axis=1, keepdims=True) + np.linalg.norm(tip, axis=1, keepdims=True)
-    allowed = half + 2 * np.deg2rad(half_angle) * reach + 1e-6
+    allowed = half + 2 * np.deg2rad(half_angle) * reach + 1e-6 + ROUNDED * bool(rows[0].further)
     difference = words[:, :3] - np.where(np.abs(words[:, :3] - linear) <= allowed, linear, from_words)
     wrong = np.abs(difference) > allowed
     constant = wrong.all(axis=0) & (np.ptp(difference, axis=0) <= 4 * allowed.max()) & (len(rows) > 2)
     for r, row in enumerate(rows):
-        for k in (3, 4, 0, 1, 2):  # X Y Z follow from the rotary words
+        for k in (3, 4) if alone else (3, 4, 0, 1, 2):  # X Y Z follow from the rotary words
             name, word, cause = kinematics.machine.joint_names[k], words[r, k], "wrong value"
             if k < 3 and wrong[r, k]:
                 cause = "sign" if abs(word + linear[r, k]) <= allowed[r, k] else "offset" if constant[k] else cause
@@ -211,7 +288,7 @@ def judge_numbers(rows, values):
                 least, should = slack[r, k - 3], demanded[r, k - 3]
                 cause = "sign" if abs(word + should) <= 2 * least else cause
                 cause = "atan for atan2" if abs(abs(off[r, k - 3]) - 180) <= least else cause
-                yield row.results[k], cause, f"{name} is {word:.6g}, the tool axis demands {should:.6g}"
+                yield row.results[k - 5], cause, f"{name} is {word:.6g}, the tool axis demands {should:.6g}"
 
 
 def _half_digits(numbers):
@@ -229,11 +306,11 @@ def _half_digits(numbers):
 def looked_at(rows, values):
     """Yield what deserves a look in the words as they stand, place → number: travel, flips between rows."""
     machine = rows[0].kinematics.machine
-    own = np.array([[values.get(p) for p in row.results] for row in rows], dtype=float)
+    own = np.array([[*[None] * 3, *map(values.get, row.results)][-5:] for row in rows], dtype=float)
     own[:, 3:] *= [row.units for row in rows]
     low, high = np.where(np.arange(5) > 2, np.rad2deg(machine.limits.T), machine.limits.T)
-    in_rows = rows[0].results[3][1] == rows[0].results[4][1]
-    lines = [row.results[3][1] if in_rows else get_column_letter(row.results[3][2]) for row in rows]
+    in_rows = rows[0].results[-2][1] == rows[0].results[-1][1]
+    lines = [row.results[-2][1] if in_rows else get_column_letter(row.results[-2][2]) for row in rows]
     what = "row" if in_rows else "column"
     for k, name in enumerate(machine.joint_names):
         outside = (own[:, k] < low[k] - 1e-6) | (own[:, k] > high[k] + 1e-6)
@@ -245,7 +322,7 @@ def looked_at(rows, values):
     odd = [f"{lines[n]} ({lengths[n]:.4g})" for n in np.flatnonzero(np.abs(lengths - 1) > UNIT_LENGTH)]
     if 0 < 2 * len(odd) < len(rows):
         yield f"the tool axis is no unit vector in {what} {', '.join(odd[:6])}"
-    steps = np.abs(np.diff(own[:, 3:], axis=0))
+    steps = np.abs(np.diff(own[:, 3:], axis=0)) * (np.diff([row.table for row in rows]) == 0)[:, None]
     for n in np.flatnonzero((steps > FLIP).any(axis=1)):
         jumps = zip(machine.joint_names[3:], steps[n], strict=True)
         jump = " and ".join(f"{name} jumps by {step:.4g}°" for name, step in jumps if step > FLIP)

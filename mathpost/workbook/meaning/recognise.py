@@ -58,7 +58,7 @@ class Recognised(Vectors):
         self.turning |= {p for quaternion in self.quaternions for p in quaternion}
         self.angles, self.lengths = inputs & self.turning, inputs - self.turning
         if task.machine is not None:
-            self.calculations, self.problems = rows_of(graph, task.machine, task.cells)
+            self.calculations, self.problems = rows_of(self, task.machine, task.cells)
         elif task.cells:
             self._as_the_caller_says(task.cells)
         elif self.angles:

@@ -1,6 +1,7 @@
 """Right or wrong: every calculation is compared with what is asked for, and repaired for the next ones."""
 
 import re
+from collections import Counter
 from dataclasses import replace
 from itertools import chain, groupby
 
@@ -9,7 +10,7 @@ import numpy as np
 from mathpost import angles as euler
 from mathpost.detective.misreadings import written_decimals
 from mathpost.workbook.meaning.calculation import Turn
-from mathpost.workbook.meaning.nc_table import Words, judge_numbers
+from mathpost.workbook.meaning.nc_table import Words, judge_numbers, on_the_wrong_branch, point_named
 from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.meaning.texts import NOT_ASKED, PASSIVE, SAID_ACTIVE
 from mathpost.workbook.report import Fault
@@ -60,6 +61,9 @@ class Judge(Sampled):
         rows = [row for row in self.live if isinstance(row, Words)]
         for row in rows:  # once more, on the branch that the table is on
             row.preferred = int(np.argmax(sum(r.votes for r in rows if r.table == row.table)))
+        words = [row for row in self.found.calculations if isinstance(row, Words)]
+        tables = [list(table) for _, table in groupby(words, lambda row: row.table)]
+        self.found.problems += chain.from_iterable(point_named(t, self.now) for t in tables if t[0].point)
         self._prepare(rows)
         for calculation in self.live[:]:
             self._drop_if_partial(calculation)
@@ -91,8 +95,11 @@ class Judge(Sampled):
             for calculation in self.unexplained:
                 self.faults.append(self.fault(calculation.results[0], "other convention", text))
             self.unexplained = []
-        for _, table in groupby((row for row in self.found.calculations if row.typed), lambda row: row.table):
-            for place, cause, message in judge_numbers(list(table), self.graph.own):
+        axes = Counter(row.axis for row in words)
+        for table in tables:  # beside its twin a table is on the branch that it shows
+            alone = [row for row in table if axes[row.axis] == 1]
+            wrong = judge_numbers(table, self.graph.own) if table[0].typed else ()
+            for place, cause, message in (*wrong, *on_the_wrong_branch(alone, self.graph.own)):
                 self.faults.append(self.fault(place, cause, f"{self.graph.short(place)}: {message}"))
         errors = {p for row in rows for p in row.results if p in self.graph.trees and np.isnan(self.graph.own[p])}
         errors -= self.graph.downstream([*self.graph.not_evaluated, *(fault.place for fault in self.faults)])

@@ -8,7 +8,7 @@ from mathpost.workbook.meaning.calculation import Turn
 from mathpost.workbook.meaning.nc_table import Words
 from mathpost.workbook.sheet.edits import ROUGHLY, TO_DEGREES, TO_RADIANS, edits
 from mathpost.workbook.sheet.formula import CONVERSIONS, ROUNDING, exact, heads
-from mathpost.workbook.sheet.graph import SAMPLES, same
+from mathpost.workbook.sheet.graph import SAMPLES, beside, same
 from mathpost.workbook.verdict.sampled import as_window
 from mathpost.workbook.verdict.why import UNEXPLAINED
 
@@ -149,6 +149,7 @@ class Where:
         odd -= self.graph.upstream(self.judge.targets.keys() - set(self.judge.bad(self.judge.targets)))
         if self.found.task.machine:  # a constant of the machine stands in no row of the table
             odd &= {p for p in odd if any(p[:2] == place[:2] for place in bad)}
+            odd -= {p for p in odd if self.graph.trees.keys().isdisjoint(beside(p))}
         constants = np.array([0, 1, -1, *CONVERSIONS])
         odd = [p for p in odd if (np.abs(self.graph.value(p) - constants) > 1e-3 * np.abs(constants)).all()]
         return min(odd, key=self.graph.calculation_order, default=None)

@@ -6,7 +6,7 @@ from math import comb
 
 import numpy as np
 
-from mathpost.workbook.meaning.calculation import Turn
+from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Turn
 from mathpost.workbook.sheet.edits import INVERSE, TRIGONOMETRY, repaired
 from mathpost.workbook.sheet.formula import Area, areas, heads, text_of, walk
 from mathpost.workbook.sheet.graph import SAMPLES, beside, same
@@ -84,6 +84,8 @@ class Why:
         tree = graph.trees[place]
         period = self.judge.periods.get(place)
         lines = filter(None, (calculation.point, calculation.origin, *self.found.windows))
+        if calculation.periods and place in self.found.turning:  # a word on the way, in radians or in degrees
+            period = period or (2 * np.pi if np.abs(value).max() < LARGEST_RADIANS else 360.0)
         if found := repaired(graph, wanted, self.judge.values, calculation.given, [*lines], period):
             cause, sentence, other = found
             plain = tree[0] in ("+", "-") or (heads(tree).isdisjoint({"minus", *INVERSE}) and tree[0] != "area")
@@ -91,7 +93,7 @@ class Why:
             odd |= tree[0] == "minus" and graph.form(place) in map(graph.form, beside(place))
             cause = self.reference_kind(place, other) if cause == "wrong reference" else cause
             return cause, f"{short}: {sentence}", UNLIKELY * (cause == "sign" and odd)
-        if term := self._missing(calculation, place, value):
+        if len(wanted) == 1 and (term := self._missing(calculation, place, value)):  # of no array formula
             return "missing term", f"{short}: the term {term} is missing", 0.2
         text = f"{short}: ={text_of(tree, place[0])} is not what belongs there"
         return "wrong value", text, UNEXPLAINED + 9 * (not known)
