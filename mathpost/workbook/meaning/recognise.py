@@ -275,10 +275,14 @@ class Recognised(Vectors):
         if not re.search(QUATERNION, self.text, re.I):
             return []
         lines = [line for line in runs(inputs - self.turning) if len(line) == 4]
-        used = self.typed & self.graph.used.keys() - self.turning
-        across = {p for line in runs(used) for p in line if len(line) == 3}
-        points = [line for line in lines if across.issuperset(line) and line[0][1] < line[1][1]]  # four, in rows
-        points = [line for line in points if not re.search(r"\bw\b|\bq", self.label(line[0]), re.I)]
+        threes = [line for line in runs(self.typed & self.graph.used.keys() - self.turning) if len(line) == 3]
+        points = []  # four side by side
+        for line in lines:
+            across = {
+                p for three in threes for p in three if (three[0][1] == three[1][1]) != (line[0][1] == line[1][1])
+            }
+            if across.issuperset(line) and not re.search(r"\bw\b|\bq", self.label(line[0]), re.I):
+                points.append(line)
         return [self.scalar_first(line) for line in lines if line not in points]
 
     def scalar_first(self, line):

@@ -67,12 +67,10 @@ class Around:
         if sure and (tree[0] in STATISTICS or any(filled(graph, p, place) == tree for p in line)):
             sure = None  # a row of means, or a sum that starts again
         for other in (sure, between(graph, place, 3), *along(graph, place)) if is_rest else (sure,):
-            if (
-                other in (None, tree)
-                or _without_numbers(other) == _without_numbers(tree)
-                or self._closes(place, other)
-            ):
+            if other in (None, tree) or _without_numbers(other) == _without_numbers(tree):
                 continue  # such as a matrix less that of zeros and ones
+            if other != between(graph, place, 3) and self._closes(place, other):
+                continue
             alike = form_of(other) == graph.form(place)
             if other != sure and not (alike and self.known.is_known(place, other)):
                 continue

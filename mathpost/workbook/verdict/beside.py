@@ -22,7 +22,8 @@ from mathpost.workbook.verdict.values import CALCULATED
 from mathpost.workbook.verdict.why import TRANSPOSED
 
 # What stands beside such a word is made of others.
-COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet|行列式|模长"
+COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet"
+LENGTH_OR_VOLUME = r"\|.*\||norm|betrag|模长|\bdet|行列式"
 EXPECTED = r"soll|should|expect|target|limit|grenz|tol|允许|公差|理论|应为|given|gegeben"
 MIRRORED = r"mirror|spiegel|miroir|symétr|镜像|对称"
 BETWEEN = r"[xyz]['’′]?[ –/,-]+[xyz]['’′]|between|zwischen|entre|夹角"
@@ -52,9 +53,11 @@ class Beside:
         typed = self.found.typed - self.found.composed
         unknown = {p for p in rest - self.found.composed - judge.fixed.keys() if p in typed or not self.is_known(p)}
         for place in sorted(unknown - typed, key=judge.graph.calculation_order):
-            follows = self.graph.upstream([place]) & unknown != {place}
-            told = self.is_known(place) or (
-                not (follows or self._is_another_angle(place))
+            alone = self.graph.upstream([place]) & unknown == {place}  # else it may only follow
+            told = self.is_known(place) or (alone and self._is_confirmed(place, unknown))
+            told = told or (
+                alone
+                and not self._is_another_angle(place)
                 and (
                     self._is_made_of_known(place, unknown)
                     or self._is_unlike(place, unknown)
@@ -83,7 +86,7 @@ class Beside:
         typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
         results = np.array([target[0] for target in judge.targets.values()])
         typed = {p for p in typed if not (np.abs(results - graph.value(p)) <= _half_digit(graph.value(p))).any()}
-        typed |= {p for p in unused if not re.search(EXPECTED, found.label(p), re.I)}
+        typed |= unused
         places = [p for p in formulas if p not in messages] + sorted(typed, key=graph.reading_order)
         results = (p for c in found.calculations if c not in judge.unexplained for p in c.results)
         rest = set(places) - (graph.upstream(results, judge.inputs) - judge.inputs.keys()) | judge.unsure
@@ -103,10 +106,12 @@ class Beside:
 
     def _looks_calculated(self, place):
         """Whether a number that no formula uses has a label, or decimals, of what nobody gives."""
-        label, alone = self.found.label(place), len(self.graph.component[place]) < 3
-        return bool(re.search(COMPARED, label, re.I)) or (
-            alone and written_decimals(self.graph.own[place]) >= CALCULATED
-        )
+        label, number = self.found.label(place), self.graph.own[place]
+        if re.search(EXPECTED, label, re.I):
+            return False
+        alone, many = len(self.graph.component[place]) < 3, float(f"{number:.2g}") != number or number == 0
+        named = re.search(LENGTH_OR_VOLUME, label, re.I) or (many and re.search(COMPARED, label, re.I))
+        return bool(named) or (alone and written_decimals(number) >= CALCULATED)
 
     def _marks(self):
         """Formulas that give one of some numbers, as points for a right answer, or sum such up: messages."""
@@ -277,7 +282,22 @@ class Beside:
         of_one = tree[0] == "^" and tree[1][0] == "area" and tree[2] == ("number", 2.0)
         of_two = tree[0] == "-" and tree[1][0] == tree[2][0] == "area" and len(used) == 2
         of_many = tree[0] in STATISTICS - {"SUMSQ"} and len(tree) == 2 and tree[1][0] == "area" and len(used) > 1
+        if heads(tree) in ({"+", "area"}, {"*", "area"}) and alike:
+            mates = [p for p in graph.component[used[0]] if graph.form(p) == graph.form(used[0])]
+            of_many = tuple(self.found.sorted(used)) in runs(mates)  # of all in a line
         return alike and (of_one or of_two or of_many) and {*self.places} >= set(used) and unknown.isdisjoint(used)
+
+    def _is_confirmed(self, place, unknown):
+        """Whether it is what a formula of the same form makes of the points before they are turned, or after it."""
+        graph, now = self.graph, self.judge.now(place)
+        turned = {p for turn in self.turns for p in turn.results}
+        own = turned.isdisjoint(graph.upstream([place]))
+        for other in unknown - {place} if np.ptp(now[1:]) > CLOSE else ():
+            alike = graph.form(other) == graph.form(place) and same(self.judge.now(other), now)
+            if alike and own != turned.isdisjoint(up := graph.upstream([other])) and up & unknown == {other}:
+                unknown.remove(other)
+                return True
+        return False
 
     def _is_unlike(self, place, unknown):
         """Whether a wrong reference keeps a cell from what one beside it is, as a length that is kept: a fault."""

@@ -138,9 +138,16 @@ class Known:
         angles, numbers = [np.array([angle, angle]) for angle in between], [*numbers, *products, *np.cos(between)]
         for turn in self.turns:
             traces = [matrix[0] + matrix[4] + matrix[8] for matrix in turn.known[9]]
-            numbers += [*traces, *(each for angles in _in_all_units(turn.radians.T) for each in angles)]
+            numbers += [
+                *traces,
+                *np.abs(np.sin(turn.radians.T)),
+                *(each for angles in _in_all_units(turn.radians.T) for each in angles),
+            ]
             numbers += [entry for product in turn.quaternions() for entry in product]
-            angles += [np.array([angle, -angle]) for angle in np.arccos(np.clip((np.array(traces) - 1) / 2, -1, 1))]
+            whole = np.arccos(np.clip((np.array(traces) - 1) / 2, -1, 1))
+            angles += [np.array([angle, -angle]) for angle in whole]
+            about = turn.radians.T if turn.axis else ()
+            angles += [np.array([angle - own, own - angle]) for angle, own in product(whole, about)]
             if has_angles(turn):
                 for solution in solutions(turn):
                     angles += [[each, -each if turn.signs else each] for each in solution.T]

@@ -22,6 +22,7 @@ DISTANCE = r"length|norm|\||betrag|länge|abstand|dist|radius|长|模|距"
 OF_LENGTHS = r"²|\^2|squar|quadrat|平方|diff|differenz|error|fehler|%|/|unit|einheit|差|Δ"
 BETWEEN_TWO, FROM_ZERO = r"abstand|distan|entfern|距离", r"origin|ursprung|null|zero|原点|\b[o0]\b|ax[ei]s|achse|轴"
 IN_DEGREES = r"\bdeg|°|\bgrad\b|(?<![弧梯])度"
+ABSOLUTE = r"absol|\babs\b|绝对"
 DETERMINANT = r"\bd[eé]t|行列式"
 DIFFERENCE = r"diff|Δ|abweich|error|fehler|deviation|écart|偏差|误差|差|\bd[xyz]\b"
 STATISTIC = {
@@ -62,12 +63,23 @@ class Labelled:
         in_radians = self._is_in_radians(place)
         if in_radians and re.search(IN_DEGREES, label, re.I):
             yield self._fault(place, np.rad2deg(self.judge.now(place)), "radians for degrees", "is in radians")
-        elif in_radians or self._is_no_difference(place, label) or self._is_no_distance(place, label):
+        elif (
+            in_radians
+            or self._is_no_difference(place, label)
+            or self._is_no_distance(place, label)
+            or self._is_not_absolute(place)
+        ):
             self.doubtful.add(place)
+
+    def _is_not_absolute(self, place):
+        """Whether a largest absolute value, by its label, may be negative."""
+        said = [text for text in self._in_row(place) if re.search(ABSOLUTE, text, re.I)]
+        return bool(said) and self.graph.trees[place][0] in ("MAX", "MIN") and (self.judge.now(place) < 0).any()
 
     def _is_no_distance(self, place, label):
         """Whether a distance between two, by its label, is the length of one of them."""
-        lengths = [np.linalg.norm(v, axis=0) for turn in self._turned for v in self._ends(turn) if not turn.origin]
+        turns = [turn for turn in self._turned if not (turn.origin or turn.shift)]
+        lengths = [np.linalg.norm(each, axis=0) for turn in turns for each in self._ends(turn)]
         named = re.search(BETWEEN_TWO, label, re.I) and not re.search(FROM_ZERO, label, re.I)
         return bool(named) and any(same(self.judge.now(place), length) for length in lengths)
 
@@ -103,8 +115,7 @@ class Labelled:
     def _no_statistic(self, place):
         """The fault of a mean, sum, largest or smallest that its only name says to be another one of these."""
         graph, tree = self.graph, self.graph.trees[place]
-        in_row = (graph.cells.get((*place[:2], column)) for column in range(1, place[2]))
-        texts = [cell.value for cell in in_row if cell and isinstance(cell.value, str)] + self.found.texts(place)
+        texts = self._in_row(place) + self.found.texts(place)
         named = {name for name, pattern in STATISTIC.items() if any(re.search(pattern, t, re.I) for t in texts)}
         if len(named) != 1 or not heads(tree).isdisjoint(named) or tree[0] not in {*STATISTIC, "/"} - {"SQRT"}:
             return
@@ -115,6 +126,11 @@ class Labelled:
             other = (name, *tree[1:])
             self.judge.put({place: self.judge.calculate(place, other)})
             yield self.judge.fault(place, "wrong value", f"{graph.short(place)}: {said(place, tree, other)}")
+
+    def _in_row(self, place):
+        """The texts before a cell in its row."""
+        cells = (self.graph.cells.get((*place[:2], column)) for column in range(1, place[2]))
+        return [cell.value for cell in cells if cell and isinstance(cell.value, str)]
 
     @cached_property
     def _plain(self):
