@@ -90,7 +90,7 @@ class Around:
         mates = [p for p in graph.component.get(place, ()) if p != place and graph.form(p) == graph.form(place)]
         alike, back = [set(areas(graph.trees[p])) for p in mates], own.difference(areas(other))
         on = own - back
-        return bool(on and back and any(on <= each for each in alike)) and any(
+        return bool(on and back and own not in alike and any(on <= each for each in alike)) and any(
             back <= each and not on <= each for each in alike
         )
 

@@ -109,7 +109,11 @@ class Beside:
         label, number = self.found.label(place), self.graph.own[place]
         if re.search(EXPECTED, label, re.I):
             return False
-        alone, many = len(self.graph.component[place]) < 3, float(f"{number:.2g}") != number or number == 0
+        component = self.graph.component[place]
+        alone, many = (
+            len(self.found.typed.intersection(component)) < 3,
+            float(f"{number:.2g}") != number or number == 0,
+        )
         named = re.search(LENGTH_OR_VOLUME, label, re.I) or (many and re.search(COMPARED, label, re.I))
         return bool(named) or (alone and written_decimals(number) >= CALCULATED)
 

@@ -27,7 +27,11 @@ DETERMINANT = r"\bd[eé]t|行列式"
 DIFFERENCE = r"diff|Δ|abweich|error|fehler|deviation|écart|偏差|误差|差|\bd[xyz]\b"
 STATISTIC = {
     **{"AVERAGE": r"\bmean|average|mittel|durchschnitt|moyenne|平均", "SUM": r"\bsum|summe|somme|总和|合计"},
-    **{"MAX": r"\bmax|größte|最大", "MIN": r"\bmin(?!u)|kleinste|最小", "SQRT": r"\brms\b|effektiv|均方根"},
+    **{
+        "MAX": r"\bmax|größte|longest|längste|最[大长]",
+        "MIN": r"\bmin(?!u)|kleinste|shortest|kürzeste|最[小短]",
+        "SQRT": r"\brms\b|effektiv|均方根",
+    },
 }
 
 
