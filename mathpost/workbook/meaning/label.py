@@ -13,7 +13,7 @@ SPELLINGS = (  # brought to one: no blanks, one minus, one prime, Greek letters 
     ("[−–—‐]|负|minus|negative|neg(?=_)", "-"),
     (r"[_\s]*prime", "'"),
     (r"^(矩阵|matrix|m|total|product|产品|乘积|中间矩阵|最终矩阵|produkt|zwischenergebnis)\d$", "r"),
-    *(("alpha|ɑ|а|phi|φ", "α"), ("beta|ß|theta|θ", "β"), ("gamma|psi|ψ", "γ")),
+    *(("alpha|ɑ|а|phi|φ|^al$", "α"), ("beta|ß|theta|θ|^be$", "β"), ("gamma|psi|ψ|^ga$", "γ")),
     (r"/?\(?(?:(?:in )?rad(?:ians)?|弧度)\)?|\[rad\]", "rad"),
     (r"\((?:deg|degrees?|°|度|mm)\)|\[(?:deg|°|mm)\]|(?:/|\sin)\s*(?:deg|°|grad|mm)$|[\s°_]", ""),
     *(("[，、]", ","), ("^[=:：]+|[=:：]+$", ""), (r"^\(([^()]*)\)$", r"\1")),
