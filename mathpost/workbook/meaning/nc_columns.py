@@ -14,6 +14,7 @@ from itertools import pairwise, permutations, product
 import numpy as np
 
 from mathpost.rotation import wrap
+from mathpost.workbook.meaning.label import IN_DEGREES, IN_RADIANS
 from mathpost.workbook.sheet.graph import beside
 
 CLOSE = 0.1  # degrees, mm: what is told apart here; what is right is judged elsewhere
@@ -26,8 +27,6 @@ PLAIN, AMONG_OTHERS = 1.1, 0.4  # what a heading counts that is a letter or word
 MACHINE = re.compile(r"(?<![a-z])(?:nc|machine|mcs|posted)(?![a-z])|机床|maschine|^[xyzabc]m$")
 UNIT = re.compile(r"[\[(（/].*|\b(?:deg|rad|mm|grad)\b\.?$|[°度]")
 STATISTIC = re.compile("(?:min|max|mean|average|sum|total|mittel|summe|最小值?|最大值?|平均值?|合计)[ .:=]*", re.I)
-IN_DEGREES = re.compile(r"(?<![a-z])(?:deg|grad)|[°度]")
-IN_RADIANS = re.compile(r"(?<![a-z])rad(?:ian[st]?)?(?![a-z])|弧度")
 
 
 @dataclass(frozen=True)
@@ -145,8 +144,8 @@ def _column(graph, sheet, lines, number, along):
     places = tuple(map(place, lines))
     values = np.array([graph.own.get(p) for p in places], dtype=float)
     typed = 2 * sum(p in graph.trees for p in places) < len(places)
-    unit = np.rad2deg(1) if any(map(IN_RADIANS.search, texts)) else 1.0
-    says_degrees = unit == 1 and any(map(IN_DEGREES.search, texts))
+    unit = np.rad2deg(1) if any(re.search(IN_RADIANS, text) for text in texts) else 1.0
+    says_degrees = unit == 1 and any(re.search(IN_DEGREES, text) for text in texts)
     return Column(places, values, letters, typed, unit, 0.5 * says_degrees - 0.75 * (unit > 1))
 
 

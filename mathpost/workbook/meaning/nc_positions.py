@@ -4,12 +4,14 @@ Random tool axes are put into three numbers: formulas that are then the rotary w
 random tips in three others tell X Y Z. A word that is wrong is told by its label, or by where the others stand.
 """
 
+import re
 from itertools import chain
 
 import numpy as np
 
 from mathpost.rotation import wrap
-from mathpost.workbook.meaning.nc_columns import CLOSE, IN_RADIANS, PLAIN, Table, letters_of, normal
+from mathpost.workbook.meaning.label import IN_RADIANS
+from mathpost.workbook.meaning.nc_columns import CLOSE, PLAIN, Table, letters_of, normal
 from mathpost.workbook.sheet.edits import INVERSE
 from mathpost.workbook.sheet.formula import heads
 from mathpost.workbook.sheet.graph import offset, same
@@ -132,7 +134,7 @@ class Positions:
         beside = self.text(place, 1) or self.text(place, -1)
         after, turned = self.graph.used.get(place, ()), {place: self.base[place] + 2 * np.pi}
         turned = self.graph.run(turned, self.base, {*after})
-        return bool(IN_RADIANS.search(normal(beside))) or any(same(turned[p], self.base[p]) for p in after)
+        return bool(re.search(IN_RADIANS, normal(beside))) or any(same(turned[p], self.base[p]) for p in after)
 
 
 def _fit(values, wanted):

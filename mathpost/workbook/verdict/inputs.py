@@ -7,18 +7,18 @@ import numpy as np
 
 from mathpost.workbook.meaning.calculation import LARGEST_RADIANS
 from mathpost.workbook.meaning.given import runs
+from mathpost.workbook.meaning.label import IN_DEGREES, IN_RADIANS
 from mathpost.workbook.meaning.texts import ORIGIN
 from mathpost.workbook.sheet.graph import beside
-from mathpost.workbook.verdict.sampled import IN_RADIANS
 
 NAMED = rf"{ORIGIN}|cent(?:re|er)|mittelpunkt|中心"
 GIVEN = rf"{NAMED}|offset|shift|verschieb|平移|\bpoint\b|\bpunkt\b|^\W*[pxyz]_?0?\W*$"
 LOOKED_UP = "LOOKUP|INDEX|OFFSET|CHOOSE"
 SEXAGESIMAL = r"\bmin|\bsec|\bsek|分|秒|[′″]|^ *['\"] *$"
 UNIT_NAMES = {
-    rf"{IN_RADIANS}": 1.0,
+    IN_RADIANS: 1.0,
     r"\bgon\b|neugrad": np.pi / 200,
-    r"\bdeg|°|\bgrad\b|(?<![弧梯])度": np.pi / 180,
+    IN_DEGREES: np.pi / 180,
 }
 
 

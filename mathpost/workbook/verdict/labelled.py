@@ -10,18 +10,16 @@ import numpy as np
 from mathpost.rotation import wrap
 from mathpost.workbook.meaning.calculation import Turn
 from mathpost.workbook.meaning.given import runs
-from mathpost.workbook.meaning.label import read_label
+from mathpost.workbook.meaning.label import IN_DEGREES, IN_RADIANS, read_label
 from mathpost.workbook.sheet.edits import INVERSE, edits, said
 from mathpost.workbook.sheet.formula import heads, text_of, unrounded, walk
 from mathpost.workbook.sheet.graph import CLOSE, offset, same
 from mathpost.workbook.verdict.known import has_angles, solutions
-from mathpost.workbook.verdict.sampled import IN_RADIANS
 
 LENGTH = r"^\|[^|]*\|\W*$|\bnorme?\b|\bbetrag\b|\blength\b|\blänge\b|\b3-?d\b|模长|长度"
 DISTANCE = r"length|norm|\||betrag|länge|abstand|dist|radius|长|模|距"
 OF_LENGTHS = r"²|\^2|squar|quadrat|平方|diff|differenz|error|fehler|%|/|unit|einheit|差|Δ"
 BETWEEN_TWO, FROM_ZERO = r"abstand|distan|entfern|距离", r"origin|ursprung|null|zero|原点|\b[o0]\b|ax[ei]s|achse|轴"
-IN_DEGREES = r"\bdeg|°|\bgrad\b|(?<![弧梯])度"
 ABSOLUTE = r"absol|\babs\b|绝对"
 DETERMINANT = r"\bd[eé]t|行列式"
 DIFFERENCE = r"diff|Δ|abweich|error|fehler|deviation|écart|偏差|误差|差|\bd[xyz]\b"

@@ -7,12 +7,12 @@ import numpy as np
 from mathpost.errors import InputError
 from mathpost.rotation import wrap
 from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Calculation
+from mathpost.workbook.meaning.label import IN_RADIANS
 from mathpost.workbook.sheet.file import EMPTY
 from mathpost.workbook.sheet.formula import COMPARISONS, heads, walk
 from mathpost.workbook.sheet.graph import SAMPLES, offset, same
 
 MOST = 1e5  # mm: no more is a limit
-IN_RADIANS = r"(?<![a-z])rad(?:ian[st]?)?(?![a-z])|弧度|bogenma"
 NAMED_UNITS = {"rad": 1.0, "gon": np.pi / 200, "deg": np.pi / 180, "°": np.pi / 180, "grad": np.pi / 180}
 
 

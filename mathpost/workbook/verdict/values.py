@@ -5,7 +5,6 @@ what follows from it; but a slip that is lucky at these numbers cannot be seen.
 """
 
 import re
-from collections import Counter
 from functools import reduce
 from itertools import chain, count, product
 from typing import NamedTuple
@@ -17,15 +16,18 @@ from mathpost.detective.misreadings import elementary, written_decimals
 from mathpost.rotation import PASSIVE
 from mathpost.workbook.meaning.given import may_turn
 from mathpost.workbook.meaning.label import SINGLE, UNIT_WORDS, Role, read_label
+from mathpost.workbook.meaning.texts import ORIGIN
 from mathpost.workbook.report import CONSEQUENCE, RIGHT, UNCLEAR, WRONG, Fault
 from mathpost.workbook.sheet.edits import edits
 from mathpost.workbook.sheet.formula import Area, area_of
 from mathpost.workbook.sheet.graph import Graph
+from mathpost.workbook.verdict.threes import Operator, Threes, common_decimals, words
 
 CALCULATED = 3  # decimals that nobody gives
-MANY = 6  # numbers, of which one may have more decimals by mistake
+BELOW = 2_000_000  # the first row of matrices that are not in the sheet
 EXACT, FULL = 1e-9, 9  # what a spreadsheet's arithmetic may lose; decimals of a number that was not rounded by hand
 OPPOSITE = {"degrees for radians": "radians for degrees", "radians for degrees": "degrees for radians"}
+GIVEN = ("angle", "coordinate", "outcome")  # what may stand in a row for each of many points
 MATRICES = {"matrix", "transposed"}
 WORDS = ((0,), (1,), (2,), (2, 1), (1, 0), (2, 1, 0))  # the matrices of source 000's first method
 
@@ -38,13 +40,18 @@ class Block(NamedTuple):
 
 
 def check_values(graph, found):
-    """Judge numbers by labels: place → status, empty if these say too little; the faults; what was seen.
-
-    `found` is the `Recognised` workbook.
+    """Judge numbers by labels, and by what becomes of what: place → status, empty if these say too little; the
+    faults; what was seen. `found` is the `Recognised` workbook.
     """
-    if (found.sequence, found.active) != ("ZXZ", False):  # the labels of matrices are those of source 000
+    blocks, implied = _by_rows(graph, found)
+    if not implied:
+        blocks, implied = read_labels(graph, found.task.cells)
+        if (found.sequence, found.active) != ("ZXZ", False):  # the labels of matrices are those of source 000
+            blocks, implied = [block for block in blocks if block.role.kind == "angle"], {}
+        more, told = _by_threes(graph, found, blocks, implied)
+        blocks, implied = blocks + more, told | implied
+    if not implied:
         return {}, [], []
-    blocks, implied = read_labels(graph, found.task.cells)
     whole = Graph(graph.book, implied)
     statuses, faults = _judged(whole, blocks, implied)
     statuses |= dict(_beside(graph, blocks, implied))
@@ -97,6 +104,100 @@ def _rows_below(graph, blocks):
             if sum(graph.value(b.places[0]) is not None for b in below) < 4 or taken & {b.places[0] for b in below}:
                 break
             yield from below
+
+
+def _by_rows(graph, found):
+    """Blocks and formulas of a table of which each row has angles, a point and what became of it."""
+    threes, blocks, implied = Threes(graph, found, ()), [], {}
+    for n, (angles, radians, point, result) in enumerate(threes.link_rows() if threes.threes else ()):
+        *_, whole = _out_of_sight(graph, found, angles, radians, n, implied).values()
+        blocks += [Block(Role("angle", (k,)), (p,)) for k, p in enumerate(angles)]
+        _add_link(point, result, Operator(np.eye(3), whole), blocks, implied)
+    return blocks, implied
+
+
+def _by_threes(graph, found, blocks, implied):
+    """Further blocks and formulas, of points and what became of them, that only the numbers tell."""
+    taken = {p for role, places in blocks if role.kind not in GIVEN for p in places}
+    threes, told, more, hidden = Threes(graph, found, taken), {}, [], {}
+    if len(threes.threes) < 2:
+        return [], {}
+    named = {role.word: places[0] for role, places in blocks[::-1] if role.kind == "angle"}
+    named = tuple(named[n,] for n in range(3)) if len(named) == 3 else None
+    if angles := (named and threes.angles(named)) or threes.angles():
+        cells, radians = angles
+        known = threes.products(threes.look(cells) * radians)
+        hidden = _out_of_sight(graph, found, cells, radians, 0, told)
+        hidden = {word: Operator(known[word], places) for word, places in hidden.items()}
+        more += [Block(Role("angle", (k,)), (p,)) for k, p in enumerate(cells)]
+        matrices = [Block(Role("matrix", word), places) for word, places in threes.matrices(known)]
+        more += matrices
+        for role, places in (*blocks, *matrices):
+            if role.kind == "matrix" and role.word in hidden and implied.keys().isdisjoint(places):
+                told |= {p: (f"={_ref((q,))}", ()) for p, q in zip(places, hidden[role.word].places, strict=True)}
+    shown = [b for b in (*blocks, *more) if b.role.kind in MATRICES]
+    shown = [b for b in shown if b.role.kind == "matrix" or len(b.role.word) in (0, 3)]
+    shown = [b for b in shown if np.isfinite(n := threes.look(b.places)).all() and may_turn(n)]
+    operators = [Operator(n.reshape(3, 3), p, (), _half(n)) for _, p in shown for n in [threes.look(p)]]
+    operators += hidden.values()
+    origins = [t.places for t in threes.threes if _is_origin(found, threes.look(t.places), t.places[0])]
+    operators += [op._replace(origin=origin) for op, origin in product(operators, origins)]
+    operators += [Operator(np.eye(3), (), origin) for origin in origins]
+    done = (
+        told.keys()
+        | {p for role, places in (*blocks, *more) if role.kind == "angle" for p in places}
+        | implied.keys()
+    )
+    threes.link(operators, done)
+    if not threes.links and angles:  # all turned the other way, which the right matrix in the sheet does not say
+        right = [*known.values()][-1]
+        whole = [op for op in operators[: len(shown)] if np.allclose(op.matrix, right, atol=1e-3)]
+        done |= {p for role, places in blocks if role.kind == "coordinate" for p in places}
+        threes.link([op._replace(matrix=op.matrix.T) for op in whole], done)
+    for link in threes.links:
+        _add_link(*link, more, told)
+    return more, told
+
+
+def _add_link(point, result, operator, blocks, implied):
+    """Add the blocks of a point and what became of it, and the formulas that make it so."""
+    x = [f"({_ref((p,))}-{_ref((o,))})" for p, o in zip(point, operator.origin, strict=False)]
+    x = x or [_ref((p,)) for p in point]
+    after = "outcome" if operator.places else "coordinate"
+    for n in range(3):
+        row = operator.places[3 * n : 3 * n + 3]
+        terms = [f"{_ref((a,))}*{each}" for a, each in zip(row, x, strict=True)] if row else [x[n]]
+        implied[result[n]] = f"={'+'.join(terms)}", ()
+        blocks += [Block(Role("coordinate", (n,)), (point[n],)), Block(Role(after, (n,)), (result[n],))]
+
+
+def _half(numbers):
+    """Half of the last digit of a matrix; 0 of one of zeros and ones."""
+    return 0.5 * 10.0 ** -written_decimals(numbers) * bool((numbers % 1).any())
+
+
+def _is_origin(found, numbers, place):
+    """Whether three numbers are the origin: the task's, or one that a label names."""
+    asked = found.task.origin is not None and np.allclose(numbers, found.task.origin, atol=1e-9)
+    return asked or bool(re.search(ORIGIN, found.label(place), re.I))
+
+
+def _out_of_sight(graph, found, cells, radians, number, told):
+    """Word → places, below the sheet, of the products of elementary matrices of three angles; `told` → formulas."""
+    places = {}
+    for k, word in enumerate(words(found)):
+        top, left = BELOW + 3 * number, 3 * k + 1
+        places[word] = tuple(Area(graph.book.sheets[0], top, left, top + 2, left + 2).places)
+        if len(word) == 1:
+            angle = _ref((cells[word[0]],))
+            angle = f"RADIANS({angle})" if radians < 1 else angle
+            sine = f"(-SIN({angle}))" if found.active else f"SIN({angle})"
+            entries = chain(*elementary_formulas(found.sequence.upper()[word[0]], f"COS({angle})", sine))
+            told |= {p: (entry, ()) for p, entry in zip(places[word], entries, strict=True)}
+        else:
+            product_of = f"=MMULT({_ref(places[word[:1]])},{_ref(places[word[1:]])})"
+            told |= dict.fromkeys(places[word], (product_of, (top, left)))
+    return places
 
 
 def _beside(graph, blocks, implied):
@@ -154,13 +255,6 @@ def _judged(graph, blocks, implied):
 
 def _calculated(graph, place, values, tree=None):
     return float(graph.cell(place, values, tree)[0])
-
-
-def common_decimals(numbers):
-    """The most decimals that some numbers are written to; of many numbers, more than one of them."""
-    counts = Counter(written_decimals(number) for number in numbers if number % 1)
-    least = 2 if counts.total() >= MANY else 1
-    return max((decimals for decimals, count in counts.items() if count >= least), default=0)
 
 
 def _half_digits(graph, blocks):
