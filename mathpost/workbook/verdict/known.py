@@ -33,7 +33,7 @@ class Known:
         self.judge, self.graph, self.found = judge, judge.graph, judge.found
         self.turns = [c for c in judge.live if isinstance(c, Turn)]
         self.turns += [c.turn for c in judge.live if isinstance(c, Conversion)]
-        self.pairs, self.off, self.lengths, self.globe = [], [], [], []
+        self.pairs, self.off, self.lengths, self.globe, self.whole = [], [], [], [], []
         self.vectors, of_axes = self._known_vectors()
         numbers, self.angles = self._known_numbers()
         self.vectors = np.concatenate([self.vectors, of_axes])
@@ -145,7 +145,8 @@ class Known:
             ]
             numbers += [entry for product in turn.quaternions() for entry in product]
             whole = np.arccos(np.clip((np.array(traces) - 1) / 2, -1, 1))
-            angles += [np.array([angle, -angle]) for angle in whole]
+            angles += [np.array([angle, angle]) for angle in whole]
+            self.whole += [*whole]
             about = turn.radians.T if turn.axis else ()
             angles += [np.array([angle - own, own - angle]) for angle, own in product(whole, about)]
             if has_angles(turn):
@@ -177,7 +178,11 @@ class Known:
     def is_angle(self, radians):
         """Whether a value is an angle between two vectors, or computed back."""
         off = np.abs(wrap(radians - self.angles, 2 * np.pi)).min(axis=1)
-        return bool((off[:, 1:].max(axis=1) < 1e-6).any())
+        found = [
+            *off,
+            *(np.abs(np.pi - np.abs(radians - np.pi) - whole) for whole in self.whole),
+        ]  # or the long way
+        return any(each[1:].max() < 1e-6 for each in found)
 
     def is_known(self, place, tree=None):
         """Whether a formula, or another in its place, is a determinant, a length, an angle computed back."""
