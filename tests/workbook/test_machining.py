@@ -431,6 +431,70 @@ def test_a_plane_by_its_normal_has_two_angles_and_one_that_is_given(tmp_path):
     assert checked(tmp_path / "wrong.xlsx", cells).verdict != "right"
 
 
+def plane_with_lengths():
+    """Three points of round numbers, their frame with lengths in cells, ZXZ angles, and the first point again."""
+    rows = {
+        1: ["G68.2 I J K"],
+        **{3: [0, 0, 10], 4: [100, 0, 30], 5: [0, 80, 25]},
+        7: [f"={c}4-{c}3" for c in "BCD"],
+        8: [f"={c}5-{c}3" for c in "BCD"],
+        9: ["=C7*D8-D7*C8", "=D7*B8-B7*D8", "=B7*C8-C7*B8"],
+        **{10: ["=SQRT(SUMSQ(B7:D7))"], 11: ["=SQRT(SUMSQ(B9:D9))"]},
+        **{12: [f"={c}7/$B$10" for c in "BCD"], 13: [f"={c}9/$B$11" for c in "BCD"]},
+        14: ["=C13*D12-D13*C12", "=D13*B12-B13*D12", "=B13*C12-C13*B12"],
+        **{16: ["=DEGREES(ATAN2(-C13,B13))"], 17: ["=DEGREES(ACOS(D13))"], 18: ["=DEGREES(ATAN2(D14,D12))"]},
+        20: ["=B3", "=C3", "=D3"],
+    }
+    return {("S", line, 2 + k): content for line, row in rows.items() for k, content in enumerate(row)}
+
+
+def test_copies_of_a_given_point_beside_a_plane_are_judged(tmp_path):
+    report = checked(tmp_path / "right.xlsx", plane_with_lengths())
+    assert (report.verdict, report.checked) == ("right", report.total), str(report)
+    assert checked(tmp_path / "wrong.xlsx", plane_with_lengths() | {("S", 20, 3): "=C4"}).verdict != "right"
+
+
+WAY_TO_A_PLANE = {
+    "an empty cell for a length": {(13, 4): "=D9/$C$11"},
+    "the normal turned round": {(11, 2): "=-SQRT(SUMSQ(B9:D9))"},
+    "a difference from itself": {(7, 4): "=D3-D3"},
+    "times for divided": {(13, 3): "=C9*$B$11"},
+    "divided for times": {(9, 4): "=B7/C8-C7*B8"},
+    "a number for a formula": {(9, 3): -1600},
+    "no length": {(13, 2 + k): f"={c}9" for k, c in enumerate("BCD")},
+}
+
+
+@pytest.mark.parametrize("slip", WAY_TO_A_PLANE)
+def test_a_slip_on_the_way_to_a_plane_is_named_where_it_is(slip, tmp_path):
+    wrong = {("S", *place): content for place, content in WAY_TO_A_PLANE[slip].items()}
+    report = checked(tmp_path / "wrong.xlsx", plane_with_lengths() | wrong)
+    assert (report.verdict, report.faults[0].cell) == ("wrong", address(min(wrong))), str(report)
+
+
+def test_a_slip_in_a_table_of_normals_is_named_in_its_row(tmp_path):
+    normals = ((0.6, 0, 0.8), (0, -0.6, 0.8), (0.48, 0.36, 0.8), (-0.36, 0.48, 0.8))
+    cells = {("S", 1, 1): "Z-X'-Z''"} | {("S", 3 + n, 1): n + 1 for n in range(4)}
+    cells |= {("S", 3 + n, 2 + k): number for n, normal in enumerate(normals) for k, number in enumerate(normal)}
+    cells |= {("S", n, 5): f"=DEGREES(ATAN2(-C{n},B{n}))" for n in range(3, 7)}
+    cells |= {("S", n, 6): f"=DEGREES(ACOS(D{n}))" for n in range(3, 7)}
+    assert checked(tmp_path / "right.xlsx", cells).verdict == "right"
+    for place, formula in ((("S", 4, 5), "=DEGREES(ATAN2(-D4,B4))"), (("S", 3, 6), "=DEGREES(ACOS(C3))")):
+        report = checked(tmp_path / "wrong.xlsx", cells | {place: formula})
+        assert (report.verdict, report.faults[0].cell) == ("wrong", address(place)), str(report)
+
+
+def test_an_angle_of_itself_ends_the_check(tmp_path):
+    book = openpyxl.Workbook()
+    for (_, *place), content in plane_with_lengths().items():
+        book.active.cell(*place, content)
+    for row in (16, 17, 18):
+        book.active.cell(row, 3, f"=ROUND(B{row},3)")
+    book.active["C17"] = "=ROUND(C17,3)"
+    book.save(tmp_path / "circle.xlsx")
+    assert check_file(tmp_path / "circle.xlsx").verdict != "right"
+
+
 # Numbers of which no label says what they are.
 
 

@@ -19,6 +19,7 @@ from mathpost.workbook.sheet.formula import CONVERSIONS, heads
 from mathpost.workbook.sheet.graph import SAMPLES
 
 ROUNDED = 2e-3  # what the directions of a frame are off that are written to three decimals
+LIKELY = 16  # readings of some angles that are looked at closely
 CONVERTING = {"DEGREES", "PI", "ROUND", "MOD", "IF"}
 SPATIAL = r"SPATIAL|\bSPA\b|空间角|raumwinkel|G68\.2 *P1|roll"
 EULER = r"G68\.2|EULER|EULPR|欧拉|ZXZ"
@@ -121,7 +122,9 @@ class Plane(Calculation):
         else:
             both = _from_normal(self.sequence, frame[..., 0], now[:, 2] / turn)
         both = both[..., index] * turn
-        expected, _ = nearest(now[:, index], both, self.degrees)
+        expected, votes = nearest(now[:, index], both, self.degrees)
+        if 2 * max(votes) < expected.size:  # one angle that a slip turns round says nothing
+            expected, _ = nearest(now[:, index], both[:, [0, 0]], self.degrees)
         made = euler.matrix(self.sequence, np.nan_to_num(now) / turn)[..., -frame.shape[-1] :]
         fits = np.isfinite(now).all(axis=1) & (np.abs(made - frame).max(axis=(1, 2)) < 1e-9)
         expected = np.where(fits[:, None], now[:, index], expected)  # where first and last axis are parallel
@@ -137,10 +140,26 @@ class Plane(Calculation):
             np.cos(self.radians),
             np.sin(self.radians),
         ]
-        lengths = [np.linalg.norm(vector, axis=-1, keepdims=True) for vector in (x, y, across)]
-        beside = np.hstack([*turns, frame.reshape(SAMPLES, -1), x, y, across, *lengths, np.zeros((SAMPLES, 1))])
-        self.known = {1: [entry[None] for entry in beside.T], 3: [*np.moveaxis(frame, 0, -1).swapaxes(0, 1)]}
-        self.known[3] += [vector.T for vector in (x, y, across) if np.ptp(vector)]
+        vectors = [*_on_the_way(x, y, across), *np.moveaxis(frame, -1, 0)]
+        numbers = [_dot(a, b) for a, b in ((x, across), (x, _unit(across)), (across, across), (y, _unit(x)))]
+        lengths = [np.linalg.norm(vector, axis=-1, keepdims=True) for vector in vectors]
+        beside = np.hstack([*turns, *numbers, *lengths, np.zeros((SAMPLES, 1))])
+        self.known = {1: [entry[None] for entry in beside.T], 3: [vector.T for vector in vectors]}
+
+
+def _on_the_way(x, y, across):
+    """What leads to a frame: of X, another direction in the plane and one across it, some may be 0."""
+    vectors = [x, y, across, np.cross(across, x), np.cross(_unit(across), x)]
+    vectors += [a - _dot(a, _unit(b)) * _unit(b) for a, b in ((x, across), (y, x))]
+    return [vector for vector in (*vectors, _unit(x)) if np.ptp(vector) > 0 and np.isfinite(vector[1:]).all()]
+
+
+def _unit(vector):
+    return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
+
+
+def _dot(a, b):
+    return (a * b).sum(axis=-1, keepdims=True)
 
 
 def _frame(x, z):
@@ -171,24 +190,36 @@ def find_planes(found):
         graph, graph.downstream(p for p, t in graph.trees.items() if heads(t) & TRIGONOMETRY.keys())
     )
     for step in (1, 2, 3, 4):
-        planes, left = {}, angles - taken
-        for size, place, (down, right), k in product((3, 2), left, ((step, 0), (0, step)), range(3)):
+        planes, left, sure = {}, angles - taken, set()
+        for size, place, (down, right), k in product((3, 2), found.sorted(left), ((step, 0), (0, step)), range(3)):
             line = tuple((place[0], place[1] + (n - k) * down, place[2] + (n - k) * right) for n in range(size))
             others = [p for p in line if p not in angles]
             if len({_origin(graph, p) for p in line}) < size:  # one is made of another one
                 continue
             if _is_of_a_table(graph, line, 1 if down else 2):
                 continue
-            if line in planes or place not in line or not taken.isdisjoint(line) or len(others) > size - 2:
+            if line in planes or place not in line or not (taken | sure).isdisjoint(line) or len(others) > size - 2:
                 continue
             if all(_is_given(found, p, angles) for p in others):
-                planes[line] = _best(found, line, others)
-        order = sorted(planes.items(), key=lambda p: (*(-n for n in p[1][0]), graph.reading_order(p[0][0])))
-        for line, (_, plane) in order:
+                planes[line] = (_, right, many), _ = _best(found, line, others)
+                sure.update(line if right == many == 3 else ())  # of which two are none
+        for line, plane in _likeliest_first(graph, planes):
             if plane and taken.isdisjoint(line):
                 taken.update(line)
                 take_unrounded(graph, plane.results)
                 yield plane
+
+
+def _likeliest_first(graph, planes):
+    """Lines and their planes: those that are right first, but for two angles of three that may be a plane."""
+    wholes = [{*line} for line, (_, plane) in planes.items() if plane and len(line) == 3]
+
+    def rank(line):
+        fits = planes[line][0]
+        is_sure = fits[1] == fits[2] and not any(whole > {*line} for whole in wholes)
+        return not is_sure, *(-n for n in fits), graph.reading_order(line[0])
+
+    return [(line, planes[line][1]) for line in sorted(planes, key=rank)]
 
 
 def computed_angles(graph, others=()):
@@ -205,7 +236,9 @@ def computed_angles(graph, others=()):
 
 def _origin(graph, place):
     """The cell from which an angle is only taken over, converted or negated."""
-    while len(graph.uses.get(place, ())) == 1 and not heads(graph.trees[place]) & INVERSE:
+    while len(graph.uses.get(place, ())) == 1 and not (
+        place in graph.circular or heads(graph.trees[place]) & INVERSE
+    ):
         (place,) = graph.uses[place]
     return place
 
@@ -237,7 +270,7 @@ def _best(found, line, others):
     # An angle that is 0, or that a cell elsewhere holds, is given; another number may be typed over a formula.
     given = [p for p in others if p in graph.trees or graph.own[p] == 0]
     judged = [line] * (not given) + [calculated] * (len(line) == 3 > len(calculated) and line[2] in others)
-    best = (0, 0, 0), None
+    readings = []
     for along, sequence, results in product((1, 2), _sequences(found), judged):
         ways = chain(*(_readings(found, v) for v in _directions(found, used, set(line), along)))
         for directions in (way for way in ways if not (others and "projected" in way)):
@@ -250,8 +283,16 @@ def _best(found, line, others):
                     degrees=degrees,
                     **directions,
                 )
-                if plane.is_possible() and (fits := _fits(graph, plane)) > best[0]:
-                    best = fits, plane
+                if plane.is_possible() and any(fits := _fits(graph, plane)):
+                    readings.append((fits, plane))
+    readings.sort(key=lambda reading: reading[0], reverse=True)
+    drawn = []
+    for _, plane in readings[:LIKELY]:
+        drawn.append((_fits(graph, plane, drawn=True), plane))
+        if drawn[0][0][1] == len(plane.results):  # not by luck
+            break
+    best = max(drawn, key=lambda reading: reading[0], default=((0, 0, 0), None))
+    best = best if best[0][0] else ((0, 0, 0), None)
     if best[1]:
         sequence = best[1].sequence
         known = {"xyz": "PLANE SPATIAL: angles about X, Y, Z"}
@@ -289,8 +330,9 @@ def _directions(found, used, line, along):
         taken = set().union(*vectors)
         if len(vectors) < 3 and (used - taken).intersection(each) and taken.isdisjoint(each):
             vectors.append(each)
-    if len(used.difference(*vectors)) <= 1:  # one cell may be used by mistake
-        yield vectors
+    for each in (vectors, *([each] for each in triples[1:])):
+        if len(used.difference(*each)) <= 1:  # one cell may be used by mistake
+            yield each
     if len(vectors) == 1:  # the angle that uses the other one is lost: the nearest that is not turned by the angles
         (first,), turned = vectors, found.graph.downstream(line)
         others = [each for each in found.lines(found.typed - line, 3) if each[0][along] != each[1][along]]
@@ -300,20 +342,29 @@ def _directions(found, used, line, along):
         yield vectors + others[:1]
 
 
-def _fits(graph, plane):
-    """How many of the angles that are there a reading gives, of how many, and of other cells; 0 if it is none."""
+def _fits(graph, plane, drawn=False):
+    """How many cells a reading gives, how many of them are angles, and of how many; 0 if it is none.
+
+    They are those that are there, or those at directions that are drawn at random.
+    """
     formulas = graph.upstream(plane.results) & graph.trees.keys() - set(plane.results)
     own = {p: np.array(graph.own[p], dtype=float) for p in (*plane.read, *formulas)}
     x, y, z = (np.array([own[p] for p in places]) for places in (plane.x, plane.y, plane.z))
     if z.size and y.size and not np.abs(np.cross(z, x) - y).max() < 0.01:
         return 0, 0, 0
+    if drawn:
+        inputs = {p: np.r_[own[p], each[1:]] for p, each in plane.draw(np.random.default_rng(8), {}).items()}
+        plane.unround(inputs)
+        own |= graph.run(inputs, only=formulas.union(plane.results))
     plane.prepare(own, {})
-    off = [abs(own[p] - plane.targets[p][0]) for p in plane.results]
-    known = np.array([entry[0, 0] for entry in plane.known[1]])
-    others = [np.abs(known - own[p]).min() for p in formulas]
+    now = {p: np.broadcast_to(own[p], SAMPLES)[drawn:] for p in own}
+    off = [np.abs(now[p] - plane.targets[p][drawn:]).max() for p in plane.results]
+    known = np.array(plane.entries)[:, drawn:]
+    telling = [p for p in formulas if not drawn or np.ptp(now[p])]
+    others = [np.abs(known - now[p]).max(axis=1).min() for p in telling]
     angles = sum(each < (0.1 if plane.degrees else 0.002) for each in off)
     others = sum(each < ROUNDED for each in others)
-    return (angles, len(plane.results), others) if angles or others else (0, 0, 0)
+    return angles + others, angles, len(plane.results)
 
 
 def _named(found, line):

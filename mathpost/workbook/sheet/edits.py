@@ -66,6 +66,10 @@ def edits(graph, place, inputs=(), windows=()):
         for path, part in parts.items():
             for cause, new in kind(part, path):
                 yield cause, part, new, put(tree, path, new)
+    for path, part in parts.items():
+        if part[0] in ("*", "/"):
+            new = (OTHER[part[0]], *part[1:])
+            yield "wrong value", part, new, put(tree, path, new)
     references = [(path, part[1]) for path, part in parts.items() if part[0] == "area"]
     count = Counter(area for _, area in references)
     for path, area in references:
@@ -105,6 +109,12 @@ def edits(graph, place, inputs=(), windows=()):
             yield cause, part, new, put(tree, path, new)
     if (new := exact(tree, ROUGHLY)) != tree:
         yield "rounded early", tree, new, new
+    for (down, right), n in product(((0, 1), (1, 0)), (0, 1, 2)) if tree[0] == "area" else ():
+        first, last = (tree[1].moved(k * down, k * right) for k in (-n, 2 - n))
+        line = first and last and replace(first, bottom=last.bottom, right=last.right)
+        if line and len(line.places) == 3 and there >= {*line.places}:  # a vector not divided by its length
+            new = ("/", tree, ("SQRT", ("SUMSQ", ("area", line))))
+            yield "wrong value", tree, new, new
     unlike = []
     for near in beside(place):  # filled from there
         new = filled(graph, near, place)
@@ -125,10 +135,6 @@ def edits(graph, place, inputs=(), windows=()):
         if part[0] == "COS":
             new = ("-", ("number", 1.0), part)
             yield "missing term", part, new, put(tree, path, new)
-    for path, part in parts.items():
-        if part[0] in ("*", "/"):
-            new = (OTHER[part[0]], *part[1:])
-            yield "wrong value", part, new, put(tree, path, new)
     for new in unlike:
         yield "missing term" if new[0] in ("+", "-") and new[1] == tree else "wrong value", tree, new, new
     meant = [("area", Area(*p, *p[1:])) for p in inputs]

@@ -340,7 +340,7 @@ def same(a, b, tolerance=CLOSE):
     last_a, last_b = (np.asarray(values).flat[-1] for values in (a, b))
     if abs(last_a - last_b) > tolerance * (1 + abs(last_b)):  # most that differ do here, and it costs least
         return False
-    fine = np.abs(a - b) <= tolerance * (1 + np.abs(b))
+    fine = np.abs(a - b) <= tolerance * (1 + np.minimum(np.abs(a), np.abs(b)))  # no number is close to infinity
     if len(fine) == 1 or not fine[1:].all():
         return bool(fine.all())
     return bool((fine[0] | ~np.isfinite((a + b)[0])).all())

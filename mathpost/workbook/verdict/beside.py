@@ -82,6 +82,7 @@ class Beside:
         # A number of many digits, or 0, that only messages use was a formula; another is their tolerance.
         typed = found.typed - graph.trees.keys()
         unused = {p for p in typed - graph.used.keys() if self._looks_calculated(p)}
+        unused |= {p for p in typed - graph.used.keys() if found.planes and judge.vectors_of(p)}
         typed = {p for p in typed if messages.issuperset(graph.used.get(p, "-"))}
         typed = {p for p in typed if float(f"{graph.value(p):.2g}") != graph.value(p) or graph.value(p) == 0}
         results = np.array([target[0] for target in judge.targets.values()])

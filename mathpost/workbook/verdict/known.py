@@ -34,9 +34,9 @@ class Known:
         self.turns = [c for c in judge.live if isinstance(c, Turn)]
         self.turns += [c.turn for c in judge.live if isinstance(c, Conversion)]
         self.pairs, self.off, self.lengths, self.globe, self.whole = [], [], [], [], []
-        self.vectors, of_axes = self._known_vectors()
+        self.vectors, whole = self._known_vectors()
         numbers, self.angles = self._known_numbers()
-        self.vectors = np.concatenate([self.vectors, of_axes])
+        self.vectors = np.concatenate([self.vectors, whole])
         self.numbers = numbers[np.argsort(numbers[:, -1])]
 
     def _known_vectors(self):
@@ -81,8 +81,10 @@ class Known:
             self.pairs += [(sign * a, b) for a, b in combinations(edges, 2) for sign in (1, -1)]
         self.combined = np.array(found[single:]).reshape(-1, 3, SAMPLES)
         angles = [np.arccos(np.clip(each, -1, 1)) for each in axes + self.globe]  # only three together say of what
-        of_axes = np.array([unit * each for each in angles for unit in (1, 180 / np.pi)]).reshape(-1, 3, SAMPLES)
-        return np.array(found).reshape(-1, 3, SAMPLES), of_axes
+        whole = [unit * each for each in angles for unit in (1, 180 / np.pi)]
+        planes = [c for c in judge.live if isinstance(c, Plane)]
+        whole += [judge.block(p) for c in planes for p in (c.x, c.y, c.z, c.corner) if p]  # as of its origin
+        return np.array(found).reshape(-1, 3, SAMPLES), np.array(whole).reshape(-1, 3, SAMPLES)
 
     def _in_planes(self):
         """Points in the frame of a plane, from any other point: of sheets that turn them without the angles."""

@@ -1,6 +1,7 @@
 """A recognised workbook at random inputs, of which the first are its own, and with right values put in."""
 
 import re
+from itertools import product
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from mathpost.errors import InputError
 from mathpost.rotation import wrap
 from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Calculation
 from mathpost.workbook.meaning.label import IN_RADIANS
+from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.sheet.file import EMPTY
 from mathpost.workbook.sheet.formula import COMPARISONS, heads, walk
 from mathpost.workbook.sheet.graph import SAMPLES, offset, same
@@ -132,8 +134,23 @@ class Sampled:
         }
 
     def stands(self, calculation, places):
-        """Whether some cells hold together what may stand in so many."""
-        return any(same(known, self.block(places)) for known in calculation.known.get(len(places), ()))
+        """Whether some cells hold together what may stand in so many; one of a plane's vector, with its others."""
+        is_one = isinstance(calculation, Plane) and len(places) == 1
+        lines = self.vectors_of(*places) if is_one else []
+        if is_one and not lines:
+            return any(same(entry, self.now(*places)) for entry in calculation.entries)
+        known = ((line, each) for line in (places, *lines) for each in calculation.known.get(len(line), ()))
+        return any(same(each, self.block(line)) for line, each in known)
+
+    def vectors_of(self, place):
+        """Three cells in line, a place among them, of which at least two are of one form."""
+        graph, found = self.graph, []
+        for (down, right), first in product(((0, 1), (1, 0)), (-2, -1, 0)):
+            line = tuple(offset(place, (first + n) * down, (first + n) * right) for n in range(3))
+            forms = [form for form in map(graph.form, line) if form]
+            if len(forms) > len({*forms}) and graph.component.keys() >= {*line}:
+                found.append(line)
+        return found
 
 
 def as_window(window, matrix):

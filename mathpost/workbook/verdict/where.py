@@ -6,6 +6,7 @@ import numpy as np
 
 from mathpost.workbook.meaning.calculation import Turn
 from mathpost.workbook.meaning.nc_table import Words
+from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.sheet.edits import ROUGHLY, TO_DEGREES, TO_RADIANS, edits
 from mathpost.workbook.sheet.formula import CONVERSIONS, ROUNDING, exact, heads
 from mathpost.workbook.sheet.graph import SAMPLES, beside, same
@@ -60,7 +61,10 @@ class Where:
             order = min(map(graph.calculation_order, [p for p in block if p in graph.trees] or block))
             options = [dict(zip(block, known, strict=True)) for known in calculation.known.get(len(block), ())]
             yield (*order, len(block)), block, self._tried(options, targets, bad)
-        for place in formulas | (scope & (found.constants | (found.typed & targets.keys()))):
+        typed = scope & (found.constants | (found.typed & targets.keys()))
+        if isinstance(calculation, Plane):
+            typed |= scope & found.typed - {p for c in self.judge.live for p in c.given}
+        for place in formulas | typed:
             options = self._cell_options(calculation, place, targets, bad)
             yield (*graph.calculation_order(place), 0), (place,), options
         everywhere = (("rounded early", ROUNDING), (TO_RADIANS[0], TURNING), (TO_DEGREES[0], TURNING))
@@ -83,7 +87,10 @@ class Where:
         vectors = self.found.vectors & scope
         lines = {c for p in vectors for c in [self.graph.component[p]] if len(c) in (3, 4)}
         steps = {step.results for step in self.judge.steps(calculation) if scope.issuperset(step.results)}
-        return {line for line in lines if len(vectors.intersection(line)) >= 2} | {calculation.results} | steps
+        lines = {line for line in lines if len(vectors.intersection(line)) >= 2} | {calculation.results} | steps
+        if isinstance(calculation, Plane):
+            lines |= {line for p in scope & self.graph.trees.keys() for line in self.judge.vectors_of(p)}
+        return lines
 
     def _tried(self, options, targets, bad):
         """Of the options (place → value) what they change, of those that meet the targets, one of `bad` first."""
@@ -121,7 +128,7 @@ class Where:
                 wanted = np.where(steeper, now + (value - f0) / np.where(steeper, slope, 1), wanted)
                 steepest = np.maximum(steepest, np.abs(slope))
         wanted[0] = np.nan if steepest[0] < 1e-8 else wanted[0]
-        options = [wanted] if linear else self._plausible(calculation, place)
+        options = [wanted] if linear and steepest.max() > 1e-9 else self._plausible(calculation, place)
         yield from islice(self._tried(({place: value} for value in options), targets, bad), 1)
 
     def _plausible(self, calculation, place):
@@ -132,6 +139,12 @@ class Where:
         if place in self.found.constants:
             yield from (np.full(SAMPLES, factor) for factor in CONVERSIONS)
         seen = [self.judge.now(place)]
+        if isinstance(calculation, Plane) and place not in self.graph.trees:  # typed over what was there
+            yield from (
+                entry
+                for entry in calculation.entries
+                if abs(entry[0] - seen[0][0]) < 0.01 + ROUGHLY * abs(entry[0])
+            )
         for *_, tree in edits(self.graph, place) if place in self.graph.trees else ():
             value = self.judge.calculate(place, tree)
             if np.isfinite(value[1:]).all() and not any(same(value, s) for s in seen):

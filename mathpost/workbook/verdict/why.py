@@ -7,6 +7,7 @@ from math import comb
 import numpy as np
 
 from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Turn
+from mathpost.workbook.meaning.plane_angles import Plane
 from mathpost.workbook.sheet.edits import INVERSE, TRIGONOMETRY, repaired
 from mathpost.workbook.sheet.formula import Area, areas, heads, text_of, walk
 from mathpost.workbook.sheet.graph import SAMPLES, beside, same
@@ -51,11 +52,19 @@ class Why:
             cost = UNLIKELY if senses.count(elements[unit][0]) > 1 else 0.0
         elif elements and len(places) == 1 and len(self.judge.elements(calculation, option)) > len(elements):
             cost = 0.0  # an elementary matrix but for this cell
-        elif len(unit) == 1 and (
-            any(self.judge.stands(calculation, w) for w in within) or self._spoils(calculation, option)
+        elif (len(unit) == 1 or isinstance(calculation, Plane)) and (
+            any(self.judge.stands(calculation, w) for w in within)
+            or self._spoils(calculation, option)
+            or self._is_strange(calculation, option)
         ):
             cost += UNLIKELY  # it may stand there as it is, alone or in a matrix, or what follows from it may
         return cost, faults
+
+    @staticmethod
+    def _is_strange(calculation, option):
+        """Whether a plane has no such numbers on the way, as those that only make up for another slip."""
+        known = calculation.entries if isinstance(calculation, Plane) else ()
+        return bool(known) and not all(any(same(value, entry) for entry in known) for value in option.values())
 
     def _spoils(self, calculation, option):
         """Whether a repair changes what may stand there as it is in one cell on the way to the results."""
