@@ -24,10 +24,12 @@ SHEETS = {sheet["name"]: sheet for sheet in map(json.loads, LINES)}
 # Not judged, or the fault is named elsewhere; never right for wrong, nor wrong for right.
 OPEN = set(
     """
-    u012 u013 u028 u035 u036 u037 u038 u040 v024 v027 v037 v040 w003 w009 w010 w014
-    w029 w035 w037 y015 z014 z027 p009 p013 p020 p022 p029 p030 p033 p037 k008 k018
-    k028 k031 b014 b017 b032 b034 c001 c029 c036 d027 d037 e032 h027 h028 h029 i016
-    i021 i028 i031 i032 i033 i037 i040 t005 t007 t013 t016
+    u012 u013 u028 u035 u036 u037 u038 u040 v024 v027 v037 v040 w003 w009 w010
+    w014 w029 w035 w037 y015 z014 z027 p009 p013 p020 p022 p029 p030 p033 p037
+    k008 k018 k028 k031 b014 b017 b032 b034 c001 c029 c036 d027 d037 e032 h027
+    h028 h029 i016 i021 i028 i031 i032 i033 i037 i040 t005 t007 t013 t016 G017
+    H009 H034 H035 I002 I020 I025 I027 I033 I034 J010 J030 N004 N008 N015 N017
+    N028 N029 N030 N040 O012 O015 O019 O020 O024 O035 O042
     """.split()
 )
 
