@@ -103,6 +103,10 @@ def _problems(judge, others):
     """What keeps the sheet from being judged."""
     graph, found = judge.graph, judge.found
     problems = [*found.problems, *(f"{graph.address(p)} depends on itself" for p in found.sorted(graph.circular))]
+    for cells, (rows, columns) in graph.cut_off():
+        problems.append(
+            f"{graph.range(cells)} has only a part of the {rows} × {columns} numbers that its formula gives"
+        )
     for calculation in judge.unexplained:
         text = "is not what the task asks for, and no single change makes it so"
         problems.append(f"{graph.range(calculation.results)} {text}")

@@ -257,7 +257,9 @@ def _table(path, kin, spoil=lambda rows: rows, headings=None):
     rng = np.random.default_rng(4)
     axis = kin.forward(np.hstack([np.zeros((8, 3)), rng.uniform(15, 70, (8, 2))]), degrees=True)[1].round(6)
     tip = rng.uniform(-40, 40, (8, 3)).round(4)
-    joints = kin.inverse(tip, axis, degrees=True)[np.arange(8), rng.integers(0, 2, 8)].round(3)
+    both, limits = kin.inverse(tip, axis, degrees=True).round(3), np.rad2deg(kin.machine.limits[3:])
+    inside = ((both[..., 3:] >= limits[:, 0]) & (both[..., 3:] <= limits[:, 1])).all(axis=2)
+    joints = both[np.arange(8), [rng.choice(np.flatnonzero(row)) for row in inside]]  # in travel
     joints[:, 4] += 360 * rng.integers(-1, 2, 8)
     book = openpyxl.Workbook()
     book.active.append(headings or [*"xyzijk", *kin.machine.joint_names])

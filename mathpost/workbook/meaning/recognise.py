@@ -129,7 +129,8 @@ class Recognised(Vectors):
             self._give(rows, "point")
             if len({row.angles for row in rows}) > 1:
                 self._give(rows, "angles")
-        for one, other in permutations([c for c in self.calculations if c.angles], 2):
+        firsts = {id(graph.component[c.results[0]]): c for c in self.calculations if c.angles}
+        for one, other in permutations(firsts.values(), 2):
             if one.point == other.point and one.angles != other.angles:  # the other has a point of its own
                 down, right = _step(one.angles[0], other.angles[0])
                 own = tuple((other.angles[0][0], *offset(p, down, right)[1:]) for p in one.point)

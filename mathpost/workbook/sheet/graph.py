@@ -116,6 +116,15 @@ class Graph:
         mates = [p for p in self.part if anchor and p[0] == place[0] and self.cells[p].anchor == anchor]
         return [place, *(p for p in mates if p != place)]
 
+    def cut_off(self):
+        """Yield the cells of array formulas that give more rows or columns than there are cells, and how many."""
+        values = self.run({})
+        for anchor in dict.fromkeys((p[0], *self.cells[p].anchor) for p in self.part):
+            cells = sorted(self.array(anchor))
+            shape = self.calculate(self.tree(anchor), values).shape[1:]
+            if any(size > len({p[n] for p in cells}) for n, size in enumerate(shape, 1)):
+                yield cells, shape
+
     def is_array(self, places):
         """Whether some cells are of one array formula."""
         arrays = {(p[0], self.cells[p].anchor, id(self.trees.get(p))) if p in self.part else p for p in places}

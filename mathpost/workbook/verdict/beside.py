@@ -4,6 +4,7 @@ No task asks for these. Each is judged as what it is: one of the numbers and vec
 """
 
 import re
+from collections import Counter
 from functools import cached_property
 
 import numpy as np
@@ -111,12 +112,16 @@ class Beside:
         if re.search(EXPECTED, label, re.I):
             return False
         component = self.graph.component[place]
-        alone, many = (
-            len(self.found.typed.intersection(component)) < 3,
-            float(f"{number:.2g}") != number or number == 0,
-        )
+        typed, many = self._typed_in[id(component)], float(f"{number:.2g}") != number or number == 0
         named = re.search(LENGTH_OR_VOLUME, label, re.I) or (many and re.search(COMPARED, label, re.I))
-        return bool(named) or (alone and written_decimals(number) >= CALCULATED)
+        among_formulas = typed == 1 and len(component) > 3
+        return bool(named) or among_formulas or (typed < 3 and written_decimals(number) >= CALCULATED)
+
+    @cached_property
+    def _typed_in(self):
+        """How many typed numbers each component has."""
+        component = self.graph.component
+        return Counter(id(component[p]) for p in self.found.typed if p in component)
 
     def _marks(self):
         """Formulas that give one of some numbers, as points for a right answer, or sum such up: messages."""

@@ -104,7 +104,7 @@ def _parts_not_used(graph, found):
     """Yield minutes and seconds that stand beside degrees, or the other way round, and that no formula uses."""
     parts = found.angles.union(*(graph.uses[place] for place in found.composed))
     for place in found.sorted(found.typed - graph.used.keys() - graph.trees.keys()):
-        near = parts.intersection(graph.component[place])
+        near = [p for p in parts if graph.component.get(p) is graph.component[place]]
         if any(place[1] == p[1] or place[2] == p[2] for p in near) and re.search(
             SEXAGESIMAL, "\n".join(found.texts(place)), re.I
         ):
