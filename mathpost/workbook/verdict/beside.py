@@ -111,11 +111,10 @@ class Beside:
         label, number = self.found.label(place), self.graph.own[place]
         if re.search(EXPECTED, label, re.I):
             return False
-        component = self.graph.component[place]
-        typed, many = self._typed_in[id(component)], float(f"{number:.2g}") != number or number == 0
+        many = float(f"{number:.2g}") != number or number == 0
         named = re.search(LENGTH_OR_VOLUME, label, re.I) or (many and re.search(COMPARED, label, re.I))
-        among_formulas = typed == 1 and len(component) > 3
-        return bool(named) or among_formulas or (typed < 3 and written_decimals(number) >= CALCULATED)
+        alone = self._typed_in[id(self.graph.component[place])] < 3
+        return bool(named) or (alone and written_decimals(number) >= CALCULATED)
 
     @cached_property
     def _typed_in(self):
