@@ -24,8 +24,8 @@ from mathpost.workbook.verdict.why import TRANSPOSED
 
 # What stands beside such a word is made of others.
 COMPARED = r"max|diff|error|fehler|abweich|差|Δ|\||norm|betrag|\bdet"
-LENGTH_OR_VOLUME = r"\|.*\||norm|betrag|模长|\bdet|行列式"
-EXPECTED = r"soll|should|expect|target|limit|grenz|tol|允许|公差|理论|应为|given|gegeben"
+LENGTH_OR_VOLUME = r"\|.*\||\bnorme?\b|betrag|模长|\bdet|行列式"
+EXPECTED = r"soll|should|expect|target|limit|grenz|toler|允许|公差|理论|应为|given|gegeben"
 MIRRORED = r"mirror|spiegel|miroir|symétr|镜像|对称"
 BETWEEN = r"[xyz]['’′]?[ –/,-]+[xyz]['’′]|between|zwischen|entre|夹角"
 
