@@ -93,15 +93,13 @@ def _is_made(graph, place, tree, values):
     if number is None or not np.isfinite(number) or not graph.component.keys() >= set(graph.used_by(tree)):
         return False
     decimals = written_decimals(number)
-    unused, lines = (
-        place not in graph.used,
-        [[offset(place, -n * d, -n * r) for n in (3, 2, 1)] for d, r in WAYS[:2]],
-    )
-    after = any(
-        _goes_on(graph, a, b) and _goes_on(graph, b, c) and filled(graph, c, place) == tree for a, b, c in lines
-    )
-    telling = decimals >= TELLING or (unused and (decimals > 0 or float(f"{number:.2g}") != number))
-    telling |= after and tree[0] != "area" and abs(number) not in (0, 1)
+    few = decimals == 0 and float(f"{number:.2g}") == number
+    telling = decimals >= TELLING or (place not in graph.used and not few)
+    if tree[0] != "area" and abs(number) not in (0, 1):  # the last of a series
+        lines = ([offset(place, -n * down, -n * right) for n in (3, 2, 1)] for down, right in WAYS[:2])
+        telling |= any(
+            _goes_on(graph, a, b) and _goes_on(graph, b, c) and filled(graph, c, place) == tree for a, b, c in lines
+        )
     return telling and abs(graph.cell(place, values, tree)[0] - number) <= max(0.51 * 10.0**-decimals, 1e-9)
 
 
