@@ -14,7 +14,8 @@ from pathlib import Path
 
 from firstuseauthenticator import FirstUseAuthenticator
 
-from mathpost.errors import InputError, read_text
+from mathpost.errors import InputError
+from mathpost.files import read_text
 
 c = get_config()  # noqa: F821
 

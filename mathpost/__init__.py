@@ -1,8 +1,8 @@
 """Five-axis kinematics and post-processing, derived in sympy and taught in Jupyter.
 
-Read the files beside this one first: rotation, angles, frame, machine, chain, kinematics, errors; codegen prints
-what they derive for other programs. The rest is in rooms, each with its own reading order: plane, measure,
-detective, compensate, workbook, post, draw, course.
+Read the files beside this one first: rotation, euler, frame, machine, chain, kinematics, errors; `formula` compiles
+what they derive, codegen prints it for other programs. The rest is in rooms, each with its own reading order:
+sources, plane, measure, detective, compensate, workbook, path, post, draw, course, classroom, shell.
 """
 
 from importlib import import_module
@@ -12,7 +12,7 @@ _OFFERED = {
     "Kinematics": "mathpost.kinematics.Kinematics",
     "Frame": "mathpost.frame.Frame",
     "Plane": "mathpost.plane.tilted_plane.Plane",
-    "read_cl": "mathpost.post.cl.read",
+    "read_cl": "mathpost.path.cl.read",
     "postprocess": "mathpost.post.run",
     "explain": "mathpost.detective.euler_angles.explain",
     "check_workbook": "mathpost.workbook.check.check_file",

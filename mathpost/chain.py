@@ -7,8 +7,12 @@ the same turn forwards, and the three slides are one translation between the two
 from dataclasses import dataclass
 from functools import lru_cache, reduce
 
+import numpy as np
 import sympy as sp
 
+from mathpost.errors import as_array
+from mathpost.formula import numeric
+from mathpost.frame import Frame
 from mathpost.machine import LETTERS
 from mathpost.rotation import about
 
@@ -209,3 +213,24 @@ def exact_unit(vector):
 
 def _symbol_vector(name):
     return sp.Matrix(sp.symbols([f"{name}{axis}" for axis in "xyz"], real=True))
+
+
+def machine_frames(machine, joints, *, degrees=False):
+    """Return where the workpiece and the tool of a machine stand, WCS in MCS and TCS in MCS, as two `Frame`.
+
+    `joints`, shape (..., 5), are those of `Kinematics.forward`. The tool's origin is the tip, its Z the tool axis.
+    The way of a point from tool to workpiece is ``machine_from_workpiece.inverse() @ machine_from_tool``.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> workpiece, tool = machine_frames(machine.load("ac_table"), [10, 0, 30, 0, 90], degrees=True)
+    >>> (workpiece.inverse() @ tool).origin.round(6) + 0.0
+    array([ 0., 10., 30.])
+    """
+    x, y, z, first, second = np.moveaxis(as_array(joints, 5, "joints"), -1, 0)
+    if degrees:
+        first, second = np.deg2rad(first), np.deg2rad(second)
+    placed, symbols = dict(bodies(machine)), joint_symbols(machine)
+    matrices = (numeric(placed[name], symbols)(x, y, z, first, second) for name in ("workpiece", "tool"))
+    return tuple(Frame.from_matrix(m, "MCS", child) for m, child in zip(matrices, ("WCS", "TCS"), strict=True))

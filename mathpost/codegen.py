@@ -12,8 +12,8 @@ from sympy.printing.jscode import JavascriptCodePrinter
 
 from mathpost import chain
 from mathpost.errors import InputError
+from mathpost.formula import shared
 from mathpost.kinematics import ABOVE, AT_POLE, BELOW, REACH_TOLERANCE
-from mathpost.rotation import shared
 
 LANGUAGES = ("latex", "js", "c")
 

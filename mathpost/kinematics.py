@@ -14,7 +14,8 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.errors import as_array
-from mathpost.rotation import about, numeric, unit, wrap
+from mathpost.formula import numeric
+from mathpost.rotation import about, unit, wrap
 
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
 AT_POLE = 1e-200  # squared: nearer than 1e-100 to the pole, any outer angle is right

@@ -6,17 +6,17 @@ angles are degrees in the file and radians in the objects.
 
 import math
 import re
-import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from mathpost.errors import InputError, as_array, data_file, read_text
+from mathpost.errors import InputError, as_array
+from mathpost.files import data_file
+from mathpost.toml_table import TomlTable, a_number, each, numbers, one_of, only_if, read_toml, some_text
 
 PROGRAM = {"program_head": "head", "program_foot": "foot", "tool_change": "tool_change"}  # keys of [program]
 LETTERS = ("X", "Y", "Z")
-LARGEST = 1e9  # of any number
 ENDLESS = (-math.inf, math.inf)
 TRAVEL_TOLERANCE = 1e-9  # mm and radians, by which a joint may stand beyond an end of its travel
 UNITS = np.array([1, 1, 1, np.degrees(1), np.degrees(1)])  # mm and degrees of one mm or radian of each joint
@@ -196,19 +196,10 @@ def find(path):
     return path if Path(path).exists() else shipped.get(str(path), path)
 
 
-def read_toml(path):
-    """Return the content of the TOML file `path` as a dict; raise `InputError` if it is none."""
-    text = read_text(path)
-    try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # a number of thousands of digits, tables thousands deep
-        raise InputError(str(path), "a TOML file", str(error)) from None
-
-
 def from_dict(content, where="machine"):
     """Build a machine from the content of a TOML file; `where` begins every error message."""
     file = TomlTable(content, where)
-    rotary = file.take("rotary", _each(dict), "exactly two [[rotary]] tables")
+    rotary = file.take("rotary", each(dict), "exactly two [[rotary]] tables")
     if len(rotary) != 2:
         raise InputError(f"{where}, [[rotary]]", "exactly two rotary axes", f"{len(rotary)}")
     workpiece, tool = file.table("workpiece"), file.table("tool")
@@ -224,8 +215,8 @@ def from_dict(content, where="machine"):
         tool_axis=tool.take("axis", *DIRECTION),
         tool_length=tool.take("length", only_if(lambda x: x >= 0, a_number), "a length in mm, not negative", 0.0),
         programmed_point=tool.take("programmed_point", _point, '"tip", "nose" or [x, y, z] in mm', "tip"),
-        limits_of=linear.take("limits_of", *_one_of("slides", "words"), "slides"),
-        **{name: tuple(program.take(key, _each(str), "a list of lines", ())) for name, key in PROGRAM.items()},
+        limits_of=linear.take("limits_of", *one_of("slides", "words"), "slides"),
+        **{name: tuple(program.take(key, each(str), "a list of lines", ())) for name, key in PROGRAM.items()},
     )
     for table in (file, workpiece, tool, linear, program):
         table.done()
@@ -250,7 +241,7 @@ def _joint(table, kind, name, unit, *carries, **more):
 
     joint = kind(
         name=name,
-        carries=table.take("carries", *_one_of("workpiece", "tool"), *carries),
+        carries=table.take("carries", *one_of("workpiece", "tool"), *carries),
         limits=tuple(map(scale, table.take("limits", _limits, f"[low, high] in {unit}", ENDLESS))),
         max_rate=rate("max_rate", f"a rate in {unit} per second"),
         max_acceleration=rate("max_acceleration", f"{unit} per second squared"),
@@ -281,72 +272,11 @@ def _parallel(first, second):
     return np.linalg.norm(np.cross(a, b)) < 1e-6
 
 
-class TomlTable:
-    """A TOML table that is emptied key by key, so that what is left over is a key nobody knows."""
-
-    def __init__(self, content, where):
-        if not isinstance(content, dict):
-            raise InputError(where, "a table of keys", "nothing" if content is None else repr(content))
-        self.content, self.where = dict(content), where
-
-    def take(self, key, read, expected, *default):
-        if key not in self.content:
-            if default:
-                return default[0]
-            raise InputError(f"{self.where}, key {key!r}", expected, "nothing")
-        value = self.content.pop(key)
-        try:
-            return read(value)
-        except (TypeError, ValueError, OverflowError):
-            raise InputError(f"{self.where}, key {key!r}", expected, repr(value)) from None
-
-    def table(self, key, optional=False):
-        return TomlTable(self.content.pop(key, {} if optional else None), f"{self.where}, [{key}]")
-
-    def done(self):
-        if self.content:
-            key = next(iter(self.content))
-            raise InputError(f"{self.where}, key {key!r}", "no such key", repr(self.content[key]))
-
-
-# Readers return what they make of a value or raise ValueError or TypeError; `TomlTable.take` says where.
-
-
-def only_if(holds, read=lambda value: value):
-    """A reader of what `holds` of once it has been read."""
-
-    def checked(value):
-        if not holds(found := read(value)):
-            raise ValueError
-        return found
-
-    return checked
-
-
-def a_number(value):
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
-        raise ValueError
-    return float(value)
-
-
-def _numbers(count):
-    return only_if(lambda numbers: len(numbers) == count, lambda value: tuple(map(a_number, value)))
-
-
-def _each(kind):
-    return only_if(lambda value: isinstance(value, list) and all(isinstance(entry, kind) for entry in value))
-
-
-def _one_of(*words):
-    return only_if(lambda value: value in words), " or ".join(f'"{word}"' for word in words)
-
-
-some_text = only_if(lambda value: isinstance(value, str) and value.strip())
 _address = only_if(lambda value: re.fullmatch("[ABCUVW][0-9]?", value))
-_limits = only_if(lambda ends: ends[0] < ends[1], _numbers(2))
-VECTOR = _numbers(3), "[x, y, z] in mm"
-DIRECTION = only_if(lambda vector: np.linalg.norm(vector) > 1e-9, _numbers(3)), "[x, y, z], not all zero"
+_limits = only_if(lambda ends: ends[0] < ends[1], numbers(2))
+VECTOR = numbers(3), "[x, y, z] in mm"
+DIRECTION = only_if(lambda vector: np.linalg.norm(vector) > 1e-9, numbers(3)), "[x, y, z], not all zero"
 
 
 def _point(value):
-    return value if value in ("tip", "nose") else _numbers(3)(value)
+    return value if value in ("tip", "nose") else numbers(3)(value)

@@ -6,7 +6,7 @@ import re
 import pytest
 from nbval.plugin import IPyNbCell, IPyNbFile
 
-from mathpost.course.lessons import same, without_views
+from mathpost.classroom.lessons import same, without_views
 
 # A number in markdown, and behind it, where readers do not see it, what it was measured by and how it is printed:
 # leans by 4.4°<!-- np.degrees(lean) .1f -->

@@ -16,7 +16,7 @@ os.environ["SYMPY_CACHE_SIZE"] = "20000"  # twenty times sympy's own, for dozens
 from mathpost import machine
 from mathpost.compensate.model import ErrorModel
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl, text
+from mathpost.path import cl, text
 
 ROOT = Path(__file__).parent.parent
 DATA = ROOT / "data"

@@ -16,9 +16,9 @@ import pytest
 
 from mathpost import machine
 from mathpost.course import machine_page, view_machine, view_path
-from mathpost.errors import write_text
+from mathpost.files import write_text
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl
+from mathpost.path import cl
 from tests.conftest import DATA, ROOT
 
 CHROMIUM = Path("/usr/bin/chromium")

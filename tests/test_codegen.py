@@ -15,8 +15,9 @@ from latex2mathml.converter import convert
 
 from mathpost import chain, codegen
 from mathpost.errors import InputError
+from mathpost.formula import numeric
 from mathpost.kinematics import Kinematics
-from mathpost.rotation import numeric, unit
+from mathpost.rotation import unit
 from tests.machines import machines, random_joints
 
 MM, DIRECTION = 1e-9, 1e-12  # what the printed functions may differ by from NumPy

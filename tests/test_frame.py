@@ -7,10 +7,11 @@ import pytest
 import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from mathpost import angles as euler
-from mathpost import machine
+from mathpost import euler, machine
+from mathpost.chain import machine_frames
 from mathpost.errors import InputError
-from mathpost.frame import CsyTransform, Frame, machine_frames
+from mathpost.frame import Frame
+from mathpost.sources.csy_transform import CsyTransform
 from tests.machines import content
 
 

@@ -8,7 +8,7 @@ import sympy as sp
 from hypothesis import HealthCheck, given, settings
 from scipy.spatial.transform import Rotation
 
-from mathpost import chain, machine, rotation
+from mathpost import chain, formula, machine, rotation
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from tests.machines import SIDES, content, machines, random_joints
@@ -154,7 +154,7 @@ def test_a_joint_moves_the_bodies_that_it_carries_and_no_other(kin, on_the_table
     linear = [replace(e, carries="workpiece" if e.name in on_the_table else "tool") for e in kin.machine.linear]
     made = replace(kin.machine, linear=tuple(linear))
     names, matrices = zip(*chain.bodies(made), strict=True)
-    placed = rotation.numeric(sp.ImmutableMatrix.vstack(*matrices), kin.symbols)
+    placed = formula.numeric(sp.ImmutableMatrix.vstack(*matrices), kin.symbols)
     zero = placed(*np.zeros(5)).reshape(-1, 4, 4)
     half = names.index("workpiece") + 1
     nose = zero[-1, :3, 3] + made.tool_length * rotation.unit(np.array(made.tool_axis))

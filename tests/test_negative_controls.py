@@ -12,11 +12,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost import machine, rotation
-from mathpost.frame import CsyTransform, Frame
+from mathpost.frame import Frame
 from mathpost.kinematics import Kinematics
 from mathpost.plane.positioning import align
 from mathpost.plane.tilted_plane import Plane
-from mathpost.rotation import ACTIVE, PASSIVE, zxz_left_transposed, zxz_right
+from mathpost.rotation import ACTIVE, PASSIVE
+from mathpost.sources.csy_transform import CsyTransform
+from mathpost.sources.recipes import zxz_left_transposed, zxz_right
 from tests.conftest import ROOT
 
 POINT = np.array([3.0, 4.0, 5.0])

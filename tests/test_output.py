@@ -4,14 +4,17 @@ import os
 import signal
 import subprocess
 import sys
+import tomllib
 from functools import partial
 
 import numpy as np
 import pytest
 
-from mathpost import __main__, machine
-from mathpost.errors import InputError, OutputError, write_bytes
-from mathpost.post import cl
+from mathpost import machine
+from mathpost.errors import InputError, OutputError
+from mathpost.files import write_bytes
+from mathpost.path import cl
+from mathpost.shell.main import main
 from tests.conftest import DATA, ROOT
 
 posix = pytest.mark.skipif(os.name != "posix", reason="pipes, modes and signals are those of Linux and macOS")
@@ -29,7 +32,7 @@ def test_an_input_is_not_replaced(part, capsys):
     link = part.with_name("link.h")
     link.symlink_to(part)
     for output in (part, link):
-        assert __main__.main([*POST, str(part), "-o", str(output)]) == 2
+        assert main([*POST, str(part), "-o", str(output)]) == 2
         assert "one of the files that are read" in capsys.readouterr().err
     assert part.read_bytes() == before and sorted(p.name for p in part.parent.iterdir()) == ["link.h", "part.cl"]
 
@@ -99,7 +102,7 @@ def test_strange_machine_files_are_refused(tmp_path, text):
 def test_a_tool_has_defaults():
     text = (DATA / "machines/ac_table.toml").read_text(encoding="utf-8")
     lines = [line for line in text.splitlines() if not line.startswith(("length", "programmed_point"))]
-    content = machine.tomllib.loads("\n".join(lines))
+    content = tomllib.loads("\n".join(lines))
     made = machine.from_dict(content)
     assert (made.tool_length, made.programmed_point) == (0.0, "tip")
 

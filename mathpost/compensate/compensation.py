@@ -15,8 +15,9 @@ import sympy as sp
 
 from mathpost.compensate.model import COMPONENTS, ErrorModel, error_frame, named_point
 from mathpost.errors import as_array
+from mathpost.formula import numeric
 from mathpost.kinematics import Kinematics
-from mathpost.rotation import numeric, unit, wrap
+from mathpost.rotation import unit, wrap
 
 MAX_TURN = np.deg2rad(0.1)  # its second-order remainder is 0.15 µm for every 100 mm between tool and rotary axis
 MAX_GAIN = 10  # turn for tilt that is never limited: that of a tool axis some 6 degrees from the singular one

@@ -12,11 +12,13 @@ import numpy as np
 
 from mathpost.compensate.calibrate import SMALL, columns
 from mathpost.compensate.model import SQUARENESS
-from mathpost.errors import InputError, OutputError, write_text
-from mathpost.machine import find, read_toml
+from mathpost.errors import InputError, OutputError
+from mathpost.files import write_text
+from mathpost.machine import find
 from mathpost.measure import control_table
 from mathpost.measure.fit import Value
 from mathpost.rotation import unit
+from mathpost.toml_table import read_toml
 
 NUMBERS = {"table-table": (40, 12), "head-head": (24, 2), "head-table": (56, 21)}  # MD24100, parameter 19680
 # The vectors that belong to them, with `_entries`' arguments; a table comes before a head.

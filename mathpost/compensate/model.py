@@ -38,9 +38,11 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.errors import InputError, as_array
-from mathpost.machine import Machine, TomlTable, a_number, only_if, read_toml, some_text
+from mathpost.formula import numeric
+from mathpost.machine import Machine
 from mathpost.measure import csv_table, spline
-from mathpost.rotation import ACTIVE, numeric, unit
+from mathpost.rotation import ACTIVE, unit
+from mathpost.toml_table import TomlTable, a_number, only_if, read_toml, some_text
 
 COMPONENTS = "XYZABC"
 SQUARENESS = ("EC0Y", "EB0Z", "EA0Z")

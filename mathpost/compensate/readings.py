@@ -15,13 +15,14 @@ import sympy as sp
 from mathpost import chain
 from mathpost.compensate.model import named_point
 from mathpost.errors import InputError
+from mathpost.formula import numeric
 from mathpost.kinematics import Kinematics
 from mathpost.machine import ENDLESS, LETTERS, Linear, Machine
 from mathpost.measure import csv_table, spline
 from mathpost.measure.angular_error import RUNS
 from mathpost.measure.fit import Value
 from mathpost.measure.rotary_axis import location_errors
-from mathpost.rotation import numeric, unit
+from mathpost.rotation import unit
 
 LARGEST = 5  # mm: of a reading that is no position
 SQUARE = 1e-6  # sine of an angle that is none

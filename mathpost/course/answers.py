@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from mathpost import angles as euler
+from mathpost import euler
 from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError
 from mathpost.frame import Frame
@@ -189,7 +189,7 @@ class Pose(Number):
     """A frame: its matrix, its quaternion (w, x, y, z) of either sign, or its three angles or their twin."""
 
     decimals: int = 2
-    sequence: str = "ZXZ"  # of three angles, as in `mathpost.angles`; degrees
+    sequence: str = "ZXZ"  # of three angles, as in `mathpost.euler`; degrees
     origin: bool = False  # if it has one, the answer is a 4×4 matrix or a `mathpost.frame.Frame`
 
     @property

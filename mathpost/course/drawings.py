@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.patches import Circle
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from mathpost import angles as euler
+from mathpost import euler
 from mathpost.course.verdict import toml
 from mathpost.draw import plot
 

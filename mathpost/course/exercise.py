@@ -12,15 +12,18 @@ from dataclasses import replace
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 
+from mathpost.course import exercises
 from mathpost.course.answers import Number
 from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Verdict, define, slip
 from mathpost.detective.misreadings import written_decimals
-from mathpost.errors import InputError, read_text
+from mathpost.errors import InputError
+from mathpost.files import read_text
 
 __all__ = ["check", "define", "given", "judge", "progress", "reveal", "saved", "slip", "solution", "student"]
-for _module in sorted(Path(__file__).parent.glob("exercises_*.py")):
-    import_module(f"mathpost.course.{_module.stem}")  # for their entries in EXERCISES
+for _module in iter_modules(exercises.__path__):
+    import_module(f"mathpost.course.exercises.{_module.name}")  # for their entries in EXERCISES
 
 LESSONS = "[0-9][0-9]*_*.ipynb"
 MARKS = {RIGHT: "●", WRONG: "◐", OPEN: "○"}

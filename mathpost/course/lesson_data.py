@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from mathpost import machine
-from mathpost.errors import data_file
+from mathpost.files import data_file
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl, selection
+from mathpost.path import cl
+from mathpost.post import selection
 
 SWING = 90.0  # degrees of C between two records; more is a swing
 

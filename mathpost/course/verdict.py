@@ -1,6 +1,6 @@
 """One exercise: its solution, the mix-ups that lead to wrong answers, all computed, and the verdict on an answer.
 
-The exercises of the lessons are in `mathpost.course.exercises_rotation` and its neighbours, their words in
+The exercises of the lessons are in `mathpost.course.exercises.rotation` and its neighbours, their words in
 `exercises.toml`. Learners, and teachers who write exercises, use them through `mathpost.course.exercise`.
 """
 
@@ -17,7 +17,7 @@ from pathlib import Path
 
 from mathpost.course.answers import brief
 from mathpost.errors import InputError, MathpostError
-from mathpost.machine import read_toml
+from mathpost.toml_table import read_toml
 
 EXERCISES = {}
 OPEN, WRONG, RIGHT = "not attempted yet", "not yet", "right"

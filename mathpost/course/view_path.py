@@ -7,10 +7,11 @@ from mathpost.course.lesson_data import with_travel
 from mathpost.draw import plot
 from mathpost.draw.live import Moving, formula, printed, recorded, slider, subplots
 from mathpost.draw.scene import DARK, Label, Line, Scene
-from mathpost.post import selection, yu_dan
+from mathpost.post import selection
 from mathpost.post.between_blocks import Motion
 from mathpost.post.proof import strays
 from mathpost.rotation import ACTIVE
+from mathpost.sources import yu_dan
 
 KEPT = np.radians(0.05)  # from the pole, where the branch may change with the tool axis kept
 TILT, DISTANCE, SPEED = sp.symbols("t d omega", real=True)

@@ -3,8 +3,7 @@
 import numpy as np
 import sympy as sp
 
-from mathpost import angles as euler
-from mathpost import chain
+from mathpost import chain, euler
 from mathpost.detective.misreadings import COMMON
 from mathpost.draw import plot, scene
 from mathpost.draw.live import Moving, formula, printed, slider, subplots
@@ -13,7 +12,8 @@ from mathpost.draw.solid import Hull, block
 from mathpost.plane import positioning
 from mathpost.plane.positioning import align
 from mathpost.plane.tilted_plane import NOTATIONS, Plane
-from mathpost.rotation import ACTIVE, PASSIVE, zxz_right, zxz_steps
+from mathpost.rotation import ACTIVE, PASSIVE
+from mathpost.sources.recipes import zxz_right, zxz_steps
 
 _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 _AXIS, _NODES = plot.COLOUR["first branch"], plot.COLOUR["second branch"]  # of rotation; line of nodes

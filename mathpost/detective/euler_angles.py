@@ -11,10 +11,10 @@ from itertools import combinations, product, starmap
 
 import numpy as np
 
-from mathpost.angles import SEQUENCES
 from mathpost.detective import misreadings as reading
 from mathpost.detective.misreadings import NOWHERE, Factors, Slip, all_factors, matrices, wordings
 from mathpost.errors import InputError, as_array
+from mathpost.euler import SEQUENCES
 
 
 def _copied(phrase, cost=1, **changes):

@@ -14,9 +14,10 @@ from operator import attrgetter
 
 import numpy as np
 
-from mathpost.angles import from_quaternion, to_quaternion
 from mathpost.errors import InputError
-from mathpost.rotation import PASSIVE, from_angles
+from mathpost.euler import from_quaternion, to_quaternion
+from mathpost.formula import from_angles
+from mathpost.rotation import PASSIVE
 
 ANGLES = "αβγ"
 COST = attrgetter("cost")

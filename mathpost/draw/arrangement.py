@@ -16,7 +16,8 @@ import sympy as sp
 from mathpost import chain
 from mathpost.draw.plot import COLOUR
 from mathpost.draw.solid import Hull, Lofted, Turned, block, put, ring
-from mathpost.rotation import numeric, unit
+from mathpost.formula import numeric
+from mathpost.rotation import unit
 
 UP = np.array([0.0, 0.0, 1.0])
 ACROSS = 0.5  # an axis at more than 60 degrees from what it carries gets a bearing on both sides

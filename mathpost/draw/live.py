@@ -24,8 +24,8 @@ from mathpost.draw.described import describe, describe_scene, describe_values
 from mathpost.draw.described import places as shown_at
 from mathpost.draw.picture import png
 from mathpost.draw.plot import COLOUR
-from mathpost.errors import read_text
-from mathpost.rotation import numeric
+from mathpost.files import read_text
+from mathpost.formula import numeric
 
 HERE = Path(__file__).parent
 COLUMNS = 3  # pictures beside each other

@@ -19,7 +19,8 @@ import re
 
 import numpy as np
 
-from mathpost.errors import NUMBER, InputError, as_array, read_bytes
+from mathpost.errors import NUMBER, InputError, as_array
+from mathpost.files import read_bytes
 
 OTHER_WORDS = {  # what people call a column
     "angle": ("角度", "转角", "winkel"),

@@ -11,7 +11,8 @@ import numpy as np
 import sympy as sp
 
 from mathpost.errors import InputError, as_array
-from mathpost.rotation import numeric, unit
+from mathpost.formula import numeric
+from mathpost.rotation import unit
 
 NORMAL, AXIS = sp.symbols("n_x n_y n_z", real=True), sp.symbols("i j k", real=True)
 RADIUS, RIM, SINE = sp.symbols("R r s", nonnegative=True)

@@ -12,8 +12,8 @@ import scipy
 import sympy as sp
 
 from mathpost.errors import InputError, as_array
+from mathpost.formula import numeric
 from mathpost.measure import csv_table
-from mathpost.rotation import numeric
 
 SINGULAR = 1e-8  # of the greatest singular value: below it a combination of unknowns leaves no trace in readings
 SHARE = 1e-6  # of an unknown in such a combination, below which it has no part in it

@@ -12,10 +12,11 @@ import numpy as np
 import sympy as sp
 
 from mathpost.errors import InputError, as_array
+from mathpost.formula import numeric
 from mathpost.frame import Frame
 from mathpost.measure import csv_table
 from mathpost.measure.fit import Estimate, Measurement
-from mathpost.rotation import ACTIVE, numeric, wrap
+from mathpost.rotation import ACTIVE, wrap
 
 VERTICAL = -1  # the source's mark for "measured with the vertical head"
 TOLERANCE = 0.01  # degrees by which the read-back angle of an indexed head may miss its position

@@ -15,8 +15,8 @@ import sympy as sp
 
 from mathpost.chain import exact_unit, product, turn
 from mathpost.errors import NUMBER, InputError, as_array
+from mathpost.formula import numeric
 from mathpost.machine import Rotary
-from mathpost.rotation import numeric
 
 POINT = sp.symbols("x y z", real=True)
 ADDRESSES = "XYZABDESUVW"

@@ -12,9 +12,10 @@ from functools import cached_property
 
 import numpy as np
 
-from mathpost import angles as euler
+from mathpost import euler
+from mathpost.chain import machine_frames
 from mathpost.errors import InputError, ReachError, as_array
-from mathpost.frame import Frame, machine_frames
+from mathpost.frame import Frame
 from mathpost.kinematics import Kinematics
 from mathpost.machine import Machine
 from mathpost.rotation import unit, wrap

@@ -9,7 +9,7 @@ from itertools import permutations
 
 import numpy as np
 
-from mathpost import angles
+from mathpost import euler
 from mathpost.errors import InputError, as_array
 from mathpost.frame import Frame
 from mathpost.rotation import unit
@@ -76,7 +76,7 @@ class Plane:
         """Write `frame` in `notation`; where that locks, by the rule that `note` states. EULROT is in [0, 360)."""
         about = NOTATIONS.get(notation)  # the plane itself refuses an unknown one
         if about and about.sequence:
-            values = angles.angles(about.sequence, frame.rotation, lock=about.lock, degrees=True)
+            values = euler.angles(about.sequence, frame.rotation, lock=about.lock, degrees=True)
         else:
             values = np.concatenate([frame.x, frame.z], axis=-1)
         if notation == "PLANE EULER":
@@ -103,7 +103,7 @@ class Plane:
         """The feature in the workpiece, a `Frame`."""
         sequence = NOTATIONS[self.notation].sequence
         if sequence:
-            return Frame(angles.matrix(sequence, self.values, degrees=True), self.origin, "WCS", "feature")
+            return Frame(euler.matrix(sequence, self.values, degrees=True), self.origin, "WCS", "feature")
         base, normal = self._vectors()
         if self.keep == "B":
             normal = normal - (normal * base).sum(axis=-1, keepdims=True) * base
@@ -113,7 +113,7 @@ class Plane:
     def locked(self):
         """Whether two of the angles turn about one line, so that only their sum or difference counts."""
         sequence, rotation = NOTATIONS[self.notation].sequence, self.frame.rotation
-        return angles.is_locked(sequence, rotation) if sequence else np.zeros(rotation.shape[:-2], dtype=bool)
+        return euler.is_locked(sequence, rotation) if sequence else np.zeros(rotation.shape[:-2], dtype=bool)
 
     @property
     def note(self):

@@ -1,7 +1,7 @@
 """From CL data to a verified NC program: `run` calls the modules of this room in turn.
 
-Read `run` first, then `cl` (with `cl_words` and `arcs`), `selection` (beside it `yu_dan`), `singular` (and `ways`
-through it), `between_blocks`, `program` (with `controls` and `text`), `proof`.
+Read `run` first, then `selection`, `singular` (and `ways` through it), `between_blocks`, `program` (with
+`controls`), `proof`. The CL data are read in `mathpost.path`.
 """
 
 from collections import Counter
@@ -15,14 +15,14 @@ import numpy as np
 
 from mathpost.compensate.compensation import Compensated, Compensator, PoseError
 from mathpost.errors import InputError, MathpostError, ReachError
+from mathpost.formula import slices
 from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS
+from mathpost.path.cl import OPPOSITE, CLData, commands
 from mathpost.post import between_blocks, program, proof, selection
 from mathpost.post.between_blocks import Motion, linearize
-from mathpost.post.cl import OPPOSITE, CLData, commands
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, refuse_nonsense, regions
 from mathpost.post.ways import Crossing, comparison, through_the_records, unbroken
-from mathpost.rotation import slices
 
 TOLERANCE = 0.01  # mm; travel between the blocks is never looked at more coarsely
 CONE = np.radians(1.0)  # about the singular tool axes

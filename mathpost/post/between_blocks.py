@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.errors import ReachError
+from mathpost.formula import compiled
 from mathpost.machine import UNITS
+from mathpost.path.cl import feed_times
 from mathpost.post import singular
-from mathpost.post.cl import feed_times
-from mathpost.post.compiled import compiled
 from mathpost.post.proof import AXIS_RESOLUTION, derivative, peak, sampled, stray
 from mathpost.post.selection import nearest
 

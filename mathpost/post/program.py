@@ -12,11 +12,11 @@ from itertools import pairwise
 import numpy as np
 
 from mathpost.errors import NUMBER, InputError
-from mathpost.post import text as bulk
+from mathpost.path import text as bulk
+from mathpost.path.cl import commands, feed_times
+from mathpost.path.text import Column, Item, Pattern
 from mathpost.post.between_blocks import block_times
-from mathpost.post.cl import commands, feed_times
 from mathpost.post.controls import DIALECTS, FANUC, HEIDENHAIN, said
-from mathpost.post.text import Column, Item, Pattern
 
 DECIMALS = 4
 SHORTEST_TIME = 0.001  # s, the least that FT may state

@@ -11,7 +11,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 
 from mathpost.errors import MathpostError
-from mathpost.rotation import slices
+from mathpost.formula import slices
 
 RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
 LEVER = 50.0  # mm; the least lever that samples are counted for, for the sake of the tool axis

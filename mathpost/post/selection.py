@@ -12,9 +12,10 @@ from functools import cached_property
 import numpy as np
 
 from mathpost.errors import InputError, ReachError, as_array
+from mathpost.formula import compiled
 from mathpost.machine import ENDLESS, UNITS
-from mathpost.post import singular, yu_dan
-from mathpost.post.compiled import compiled
+from mathpost.post import singular
+from mathpost.sources import yu_dan
 
 STRATEGIES = ("optimal", "shortest", "paper")
 TURN = 2 * np.pi

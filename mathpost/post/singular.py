@@ -9,7 +9,7 @@ import sympy as sp
 
 from mathpost import chain
 from mathpost.errors import InputError
-from mathpost.post.cl import feed_times
+from mathpost.path.cl import feed_times
 from mathpost.rotation import about, unit
 
 # As much as a flank 6 mm above the tip strays by 0.01 mm; what Siemens' CYCLE832 sets for finishing, too: 10° for

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.errors import InputError, MathpostError, ReachError
-from mathpost.post import cl as cldata
-from mathpost.post import selection, yu_dan
+from mathpost.path import cl as cldata
+from mathpost.post import selection
 from mathpost.post.between_blocks import Motion, TimeLaw, block_times, follow, in_the_air, linearize, time_law
 from mathpost.post.proof import strays
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, distance, refuse_nonsense
+from mathpost.sources import yu_dan
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline
 ASIDE_NODES = 181  # nodes of a path moved aside

@@ -13,7 +13,8 @@ from openpyxl.comments import Comment
 from openpyxl.styles import PatternFill
 from openpyxl.utils.cell import coordinate_to_tuple
 
-from mathpost.errors import InputError, OutputError, write_bytes
+from mathpost.errors import InputError, OutputError
+from mathpost.files import write_bytes
 from mathpost.workbook.check import check_file
 from mathpost.workbook.report import STATUS_COLOUR, UNCLEAR, WRONG, csv_table, html_table
 from mathpost.workbook.sheet.file import read

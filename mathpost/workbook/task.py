@@ -4,8 +4,9 @@ import tomllib
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from mathpost import angles as euler
-from mathpost.errors import InputError, read_text
+from mathpost import euler
+from mathpost.errors import InputError
+from mathpost.files import read_text
 
 
 @dataclass(frozen=True)
@@ -17,7 +18,7 @@ class Task:
     kind : str
         ``"zxz"``, ``"sequence"`` or ``"nc"``.
     sequence : str
-        As in `mathpost.angles`: ``"ZXZ"`` about turned axes, ``"zxz"`` about fixed ones.
+        As in `mathpost.euler`: ``"ZXZ"`` about turned axes, ``"zxz"`` about fixed ones.
     convention : str
         ``"passive"``: coordinates of a fixed point in the turned frame; ``"active"``: the turned point.
     angles, point, origin : sequence of 3 numbers

@@ -12,8 +12,9 @@ import sympy as sp
 from scipy.spatial.transform import Rotation
 
 from mathpost import machine
+from mathpost.formula import numeric
 from mathpost.kinematics import Kinematics
-from mathpost.rotation import PASSIVE, numeric
+from mathpost.rotation import PASSIVE
 from tests.benchmarks.timing import best, interleaved, peak_memory, row
 
 MACHINES = Path("data/machines")

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from mathpost import machine
-from mathpost.errors import write_text
+from mathpost.files import write_text
 from mathpost.machine import ENDLESS
-from mathpost.post import cl
+from mathpost.path import cl
 from mathpost.post import run as post
 from tests.benchmarks import plain_loop
 from tests.benchmarks.timing import interleaved, row

@@ -10,7 +10,7 @@ import numpy as np
 from mathpost import machine
 from mathpost.errors import MathpostError
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl
+from mathpost.path import cl
 from mathpost.post import run as post
 from mathpost.post.ways import Crossing
 from tests.benchmarks.timing import row

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mathpost import chain, kinematics, machine, rotation
+from mathpost import chain, formula, kinematics, machine
 from tests.benchmarks.timing import best, row
 
 
@@ -22,7 +22,7 @@ def run():
     row("import mathpost", fresh("import mathpost") - nothing, 0.1, "1 s")
     row("import mathpost.post, sympy included", fresh("import mathpost.post") - nothing, None, "1 s")
     for path in sorted(Path("data/machines").glob("*.toml")):
-        for kept in (rotation.numeric, kinematics.derive, chain.links, chain.bodies):
+        for kept in (formula.numeric, kinematics.derive, chain.links, chain.bodies):
             kept.cache_clear()
         start = time.perf_counter()
         kin = kinematics.Kinematics(machine.load(path))

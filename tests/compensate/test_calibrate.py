@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mathpost import __main__ as shell
 from mathpost import machine as machines
 from mathpost.compensate import handover, readings
 from mathpost.compensate.calibrate import calibrate, corrected
@@ -15,6 +14,7 @@ from mathpost.compensate.model import constant_errors, read_errors
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.measure import rotary_axis
+from mathpost.shell.main import main
 from tests.benchmarks.calibration import once
 from tests.compensate.measured import AGAINST, ISO, Real, believed, files, left, nominal
 
@@ -66,7 +66,7 @@ def test_a_program_for_the_calibrated_machine_arrives(arrangement, sign, tmp_pat
     path = tmp_path / "nominal.toml"
     path.write_text(handover.toml(content(machine)), encoding="utf-8")
     read = files(real, tmp_path, rng)
-    assert shell.main(["calibrate", str(path), *map(str, read), "-o", str(tmp_path / "out")]) == 0
+    assert main(["calibrate", str(path), *map(str, read), "-o", str(tmp_path / "out")]) == 0
     calibrated = machines.load(tmp_path / "out/machine.toml")
     errors = read_errors(tmp_path / "out/errors.toml", calibrated)
     tilted = 0 if arrangement == "table" else 1
@@ -118,11 +118,11 @@ def content(machine):
 def test_what_the_shell_writes_is_what_post_takes(table, tmp_path, capsys):
     data = machines.data_file("measurements")
     given = [str(data / name) for name in ("ball_c_axis.csv", "probing_a_axis.csv", "angular_error.csv")]
-    assert shell.main(["calibrate", table, *given[:1], *given[2:], "-o", str(tmp_path)]) == 0
+    assert main(["calibrate", table, *given[:1], *given[2:], "-o", str(tmp_path)]) == 0
     assert "EX0C" in capsys.readouterr().out
     cl = str(machines.data_file("cl/blade.cl"))
     made = ["post", cl, "--machine", str(tmp_path / "machine.toml"), "--errors", str(tmp_path / "errors.toml")]
-    assert shell.main([*made, "-o", str(tmp_path / "p.h")]) == 0
+    assert main([*made, "-o", str(tmp_path / "p.h")]) == 0
     found = calibrate(machines.load("ac_table"), [given[0], given[2]])
     assert machines.load(tmp_path / "machine.toml").rotary == found.machine.rotary
 

@@ -14,17 +14,18 @@ from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
 from scipy.spatial.transform import Rotation
 
-from mathpost import angles as euler
-from mathpost import post
+from mathpost import euler, post
 from mathpost.course import exercise
 from mathpost.course.answers import Angle, Joints, Name, Names, Number, Pose, Vector
 from mathpost.course.lesson_data import load
 from mathpost.course.verdict import EXERCISES, MIME, NO_MIXUP, OPEN, RIGHT, UNREADABLE, WRONG, Exercise
 from mathpost.detective.misreadings import Explanation, Misreading
-from mathpost.errors import InputError, read_text
+from mathpost.errors import InputError
+from mathpost.files import read_text
 from mathpost.frame import Frame
 from mathpost.measure.cutter import Cutter
-from mathpost.post import cl, program, selection
+from mathpost.path import cl
+from mathpost.post import program, selection
 from tests.conftest import LESSONS, ROOT
 
 OURS = {name: each for name, each in EXERCISES.items() if each.solve.__module__.startswith("mathpost.course")}

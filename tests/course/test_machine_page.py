@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mathpost.__main__ import main
 from mathpost.course.machine_page import page, reach, words
 from mathpost.draw.arrangement import placing
 from mathpost.kinematics import Kinematics
+from mathpost.shell.main import main
 
 
 def seen(kin, joint, offset):

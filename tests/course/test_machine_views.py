@@ -17,7 +17,7 @@ from mathpost.draw.picture import View, camera, spread
 from mathpost.draw.scene import Scene
 from mathpost.draw.solid import Hull, Lofted, Turned, block, put, ring, smooth
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl
+from mathpost.path import cl
 from mathpost.rotation import unit
 from tests.conftest import DATA
 from tests.machines import machines, random_joints

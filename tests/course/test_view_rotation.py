@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost import angles as euler
+from mathpost import euler
 from mathpost.course import view_rotation
 from mathpost.course.lesson_data import load
 from mathpost.draw import scene

@@ -12,7 +12,7 @@ from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.measure import cutter as tool
 from mathpost.measure.cutter import Cutter
-from mathpost.post import cl
+from mathpost.path import cl
 
 DATA = Path(__file__).parent.parent.parent / "data"
 CUTTERS = {"ball": Cutter.ball(12), "bull": Cutter(12, 2), "flat": Cutter.flat(12)}

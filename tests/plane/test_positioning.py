@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from mathpost import angles as euler
-from mathpost import machine
+from mathpost import euler, machine
+from mathpost.chain import machine_frames
 from mathpost.errors import InputError, ReachError
-from mathpost.frame import Frame, machine_frames
+from mathpost.frame import Frame
 from mathpost.kinematics import Kinematics
 from mathpost.plane.positioning import align, fanuc, heidenhain, siemens
 from mathpost.plane.tilted_plane import Plane

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mathpost import angles
+from mathpost import euler
 from mathpost.errors import InputError
 from mathpost.frame import Frame
 from mathpost.plane import blocks
@@ -19,7 +19,7 @@ def frames():
     """Random planes, then every combination of quarter turns: all that can lock in any notation."""
     rng = np.random.default_rng(6)
     quarters = np.stack(np.meshgrid(*3 * [np.arange(-180, 181, 45)]), axis=-1).reshape(-1, 3)
-    locked = [angles.matrix(s, quarters, degrees=True) for s in ("ZXZ", "xyz", "ZYZ")]
+    locked = [euler.matrix(s, quarters, degrees=True) for s in ("ZXZ", "xyz", "ZYZ")]
     rotation = np.concatenate([Rotation.random(5000, rng).as_matrix(), *locked])
     return Frame(rotation, rng.uniform(-500, 500, (len(rotation), 3)))
 

@@ -11,8 +11,9 @@ from scipy.spatial.transform import Rotation, Slerp
 from mathpost import machine
 from mathpost.errors import ReachError
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl, singular
+from mathpost.path import cl
 from mathpost.post import proof as module
+from mathpost.post import singular
 from mathpost.post.between_blocks import Motion, axis_lag, follow, linearize, subdivide
 from mathpost.post.proof import (
     AXIS_RESOLUTION,

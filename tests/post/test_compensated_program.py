@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from mathpost import machine, post
-from mathpost.__main__ import main
 from mathpost.compensate.model import ErrorModel, MachineErrors, error_names, read_errors
 from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl as cldata
+from mathpost.path import cl as cldata
 from mathpost.post import program
+from mathpost.shell.main import main
 from tests.conftest import DATA
 from tests.machines import with_slides
 

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from mathpost import machine
 from mathpost.errors import InputError
+from mathpost.path import text as bulk
 from mathpost.post import program
-from mathpost.post import text as bulk
 from tests.conftest import DATA, machine_code
-from tests.post.test_cl import mutations
+from tests.path.test_cl import mutations
 
 DMU = machine.load(DATA / "machines/dmu50v.toml")
 DIALECTS = list(program.DIALECTS)

@@ -8,8 +8,8 @@ import pytest
 from mathpost import machine, post
 from mathpost.errors import InputError, MathpostError
 from mathpost.kinematics import Kinematics
+from mathpost.path import cl as cldata
 from mathpost.post import between_blocks, program, proof, singular, ways
-from mathpost.post import cl as cldata
 from mathpost.post.between_blocks import Motion
 from mathpost.post.ways import AXIS_TOLERANCE
 from tests.conftest import DATA

@@ -9,15 +9,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from mathpost import machine, post
-from mathpost.__main__ import main
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl as cldata
+from mathpost.path import cl as cldata
 from mathpost.post import program
 from mathpost.post.between_blocks import Motion
 from mathpost.post.program import MOTION_ONLY
 from mathpost.post.proof import deviation, measured
 from mathpost.post.ways import Crossing
+from mathpost.shell.main import main
 from tests.conftest import DATA, ROOT
 from tests.machines import machines
 from tests.post.sampled import sampled_errors

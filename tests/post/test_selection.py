@@ -10,10 +10,10 @@ import pytest
 
 from mathpost import machine
 from mathpost.errors import InputError, ReachError
+from mathpost.formula import compiled
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl as cldata
+from mathpost.path import cl as cldata
 from mathpost.post import selection
-from mathpost.post.compiled import compiled
 from tests.conftest import DATA
 from tests.machines import content
 
@@ -722,7 +722,8 @@ SHORT_PATH = """
 import numpy as np
 from mathpost import machine
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl, selection
+from mathpost.path import cl
+from mathpost.post import selection
 kin, blade = Kinematics(machine.load("data/machines/ac_head.toml")), cl.read("data/cl/twisted_blade.cl")
 print(selection.choose(kin, blade.part(0, 40)).joints.sum().round(6), selection.choose(kin, blade.part(0, 40)).cost)
 """

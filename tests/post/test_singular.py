@@ -10,7 +10,7 @@ import sympy as sp
 from mathpost import machine
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
-from mathpost.post import cl as cldata
+from mathpost.path import cl as cldata
 from mathpost.post import selection, singular
 from mathpost.post.ways import AXIS_TOLERANCE, Crossing
 from tests.conftest import DATA

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mathpost.angles import matrix
+from mathpost.euler import matrix
 from mathpost.workbook import Task
 from mathpost.workbook.meaning.texts import reading
 from tests.workbook.test_around import ROWS, _table

@@ -13,9 +13,9 @@ import sympy as sp
 from scipy.spatial.transform import Rotation
 
 from mathpost import workbook
-from mathpost.__main__ import main
 from mathpost.errors import InputError, OutputError
-from mathpost.rotation import zxz_right
+from mathpost.shell.main import main
+from mathpost.sources.recipes import zxz_right
 from mathpost.workbook import Task, check_file
 from mathpost.workbook.sheet.formula import parse, text_of
 from tests.conftest import DATA, ROOT

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mathpost.angles import from_axis_angle, from_quaternion
 from mathpost.detective.misreadings import elementary
+from mathpost.euler import from_axis_angle, from_quaternion
 from mathpost.rotation import unit
 from mathpost.workbook.sheet.graph import SAMPLES
 

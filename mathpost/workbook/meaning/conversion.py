@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from mathpost import angles as euler
+from mathpost import euler
 from mathpost.workbook.meaning.calculation import LARGEST_RADIANS, Calculation, Turn, look, nearest
 from mathpost.workbook.meaning.given import runs
 from mathpost.workbook.meaning.plane_angles import computed_angles

@@ -10,7 +10,7 @@ from itertools import chain, permutations, product
 
 import numpy as np
 
-from mathpost import angles as euler
+from mathpost import euler
 from mathpost.detective.misreadings import elementary
 from mathpost.workbook.meaning.calculation import Calculation, look, nearest
 from mathpost.workbook.meaning.label import read_label

@@ -9,7 +9,7 @@ from itertools import combinations, permutations, product
 
 import numpy as np
 
-from mathpost import angles as euler
+from mathpost import euler
 from mathpost.errors import InputError
 from mathpost.workbook.meaning.calculation import Turn
 from mathpost.workbook.meaning.conversion import find_conversions, find_quaternions

@@ -2,7 +2,7 @@
 
 import re
 
-from mathpost import angles as euler
+from mathpost import euler
 from mathpost.workbook.meaning.label import plain
 
 BETWEEN = r"['’′]*[-–→·, ]*"

@@ -7,7 +7,7 @@ from itertools import chain, groupby
 
 import numpy as np
 
-from mathpost import angles as euler
+from mathpost import euler
 from mathpost.detective.misreadings import written_decimals
 from mathpost.workbook.meaning.calculation import Turn
 from mathpost.workbook.meaning.nc_table import Words, judge_numbers, on_the_wrong_branch, point_named

@@ -5,7 +5,7 @@ from itertools import combinations, groupby, product
 
 import numpy as np
 
-from mathpost import angles as euler
+from mathpost import euler
 from mathpost.rotation import wrap
 from mathpost.workbook.meaning.calculation import SAMPLES, Turn
 from mathpost.workbook.meaning.conversion import Conversion

@@ -1,0 +1,108 @@
+"""The lessons as an assignment: one copy for all without solutions, or one for each student with own numbers.
+
+Cells that show solutions are removed, and so is the output of checks and solutions. Students who have the package
+can still read its exercises, or call `exercise.solution`; a teacher's own exercises, in a file that students do not
+get, are safe from that. An exercise that draws numbers has the student's own in its question and its check, and
+every question says whether it does.
+"""
+
+import copy
+import json
+import re
+from pathlib import Path
+
+from mathpost.course import exercise
+from mathpost.course.verdict import EXERCISES, OPEN
+from mathpost.errors import InputError, OutputError
+from mathpost.files import write_text
+
+CALLS = re.compile(r"exercise\.(check|solution|progress)\s*\(")
+DEFINES = re.compile(r"@?\bexercise\.define\s*\(")
+SHOWN = re.compile(r"Solution of|Hint for")
+DRAWN = re.compile(r"<!--drawn:([\w-]+):(\w+)-->(.*?)<!--/drawn-->", re.DOTALL)
+OWN, SAME = "*These numbers are yours alone.*", "*The same for everybody.*"
+
+
+def assign(lessons, folder, students=()):
+    """Write the student copy, or one for each student; return a dict from each path to its exercises' names.
+
+    `lessons` is a notebook or a folder of them; each name in `students` becomes a folder in `folder`. There is an
+    `InputError` if there are no notebooks, or one holds an answer, shows a solution, or defines an exercise; an
+    `OutputError` if a copy exists already or cannot be written.
+    """
+    lessons, folder = Path(lessons), Path(folder)
+    paths = [lessons] if lessons.is_file() else sorted(lessons.glob("*.ipynb"))
+    if not paths:
+        raise InputError(str(lessons), "a notebook or a folder of notebooks", "none")
+    for number, name in enumerate(students):
+        if not name.strip() or name in students[:number] or re.search(r'[\\/:*?"<>|\x00-\x1f]|^\.+$', name):
+            raise InputError("students", "different names, each that of a folder", repr(name))
+    blank = {path.name: _student_copy(path) for path in paths}
+    copies = {
+        folder / who / file: (_personal(page, who) if who else page, names)
+        for who in students or [""]
+        for file, (page, names) in blank.items()
+    }
+    for path in copies:
+        if path.exists():
+            raise OutputError(f"{path}: not written, it is there already")
+    for path, (page, _) in copies.items():
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(f"{path.parent}: not made, {error.strerror or error}") from None
+        write_text(path, json.dumps(page, indent=1, ensure_ascii=False) + "\n")
+    return {path: names for path, (_, names) in copies.items()}
+
+
+def _student_copy(path):
+    """The notebook without solutions, as parsed JSON, and the names of its exercises."""
+    page = exercise.notebook(path)
+    for each in exercise.judged(page["cells"], path):
+        if each.status != OPEN:
+            raise InputError(f"{path}, {each.name}", "an exercise that nobody has answered", "a stored answer")
+    cells, names = [], []
+    for number, cell in enumerate(page["cells"], 1):
+        source = "".join(cell["source"])
+        if cell["cell_type"] == "code" and DEFINES.search(source):
+            expected = "exercises defined in a file of the teacher's, which the copy does not hold"
+            raise InputError(f"{path}, cell {number}", expected, "an exercise with its solution")
+        if "solution" in cell["metadata"].get("tags", []) or "exercise.solution(" in source:
+            continue
+        if cell["cell_type"] == "code":
+            names += exercise.asked(source)
+            shown = json.dumps(cell["outputs"], ensure_ascii=False)
+            if CALLS.search(source) or SHOWN.search(shown):
+                cell["outputs"], cell["execution_count"] = [], None
+        cells.append(cell)
+    text = "\n".join("".join(cell["source"]) + json.dumps(cell.get("outputs", "")) for cell in cells)
+    for name in EXERCISES.keys() & names:
+        if EXERCISES[name].source in text:
+            raise InputError(f"{path}, {name}", "a notebook that shows no solution", "its lines")
+    return page | {"cells": cells}, names
+
+
+def _personal(page, student):
+    """A student copy with the student's own numbers, and a cell that tells the checks whose they are."""
+    question, cells = None, []
+    for cell in copy.deepcopy(page["cells"]):
+        source = "".join(cell["source"])
+        if cell["cell_type"] == "markdown":
+            cell["source"] = DRAWN.sub(lambda mark: _number(*mark.groups(), student), source)
+            question = cell
+        elif question is not None and (names := [name for name in exercise.asked(source) if name in EXERCISES]):
+            own = EXERCISES[names[0]].of(student).student
+            question["source"] += f"\n\n{OWN if own else SAME}"
+            question = None
+        cells.append(cell)
+        if cell["cell_type"] == "code" and re.search(r"import.*\bexercise\b", source):
+            told = {"cell_type": "code", "execution_count": None, "id": "student", "metadata": {}, "outputs": []}
+            cells.append(told | {"source": f"exercise.student({json.dumps(student, ensure_ascii=False)})"})
+    return page | {"cells": cells}
+
+
+def _number(name, argument, stated, student):
+    """The drawn number for a place in a question, or the lesson's own if the exercise draws none."""
+    if name not in EXERCISES or argument not in (arguments := EXERCISES[name].of(student).arguments):
+        raise InputError(f"<!--drawn:{name}:{argument}-->", "an exercise, and an argument that it draws", stated)
+    return str(arguments[argument])

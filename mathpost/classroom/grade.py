@@ -1,0 +1,285 @@
+"""A class at a glance: who solved what, which mix-ups are common, and what a teacher should look at.
+
+Answers are judged anew from what the notebooks store, so an edited verdict shows, and no student's code is run. A
+right answer copied from a neighbour cannot be told from any other. `handed_in` finds whose files are whose,
+`grade_page` writes the report, and `rerun` runs notebooks in a sandbox if asked to.
+"""
+
+import hashlib
+import json
+import math
+import tempfile
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+
+from mathpost.classroom.handed_in import collect
+from mathpost.course import exercise
+from mathpost.course.verdict import EXERCISES, OPEN, RIGHT, WRONG
+from mathpost.errors import InputError
+from mathpost.toml_table import read_toml
+from mathpost.workbook import check_file
+from mathpost.workbook.folder import DAMAGED
+from mathpost.workbook.report import Fault, FileReport
+from mathpost.workbook.sheet.file import read
+
+COURSE = Path(__file__).parents[2]
+ORDER = (OPEN, WRONG, RIGHT)  # of several answers to one exercise the best counts
+TEXT_ENOUGH = 80  # characters of their own that two students must share to be called the same
+SHARED_BY_CLASS = 0.5  # of a class of ten or more: cells that more students have were handed out
+NAMES = (lambda value: isinstance(value, list) and {*map(type, value)} <= {str}, "a list of names in quotes")
+NUMBER = (lambda value: type(value) in (int, float) and 0 <= value < math.inf, "a number, 0 or more")
+RULES = {  # the keys of a rules file: a check of the value, and what is expected
+    "students": NAMES,
+    "exercises": NAMES,
+    "points": (lambda value: isinstance(value, dict), "a table of exercises and lessons"),
+    "notebooks": NUMBER,
+    "workbooks": NUMBER,
+    "expected_workbooks": (lambda value: type(value) is int and value > 0, "a whole number above 0"),
+}
+FILE, TEXT = "the same file", "the same answers and the same text of cells"
+CELLS = "the same formulas and numbers"
+FAULTS = (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, RecursionError, MemoryError)
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Which exercises count, and how much."""
+
+    students: tuple = ()  # who should have handed in
+    exercises: tuple = ()  # such as "07-pivot", or lessons such as "07"; empty: all lessons that anybody handed in
+    points: dict = field(default_factory=dict)  # per exercise, or for each exercise of a lesson; 1 if not given
+    notebooks: float = 1.0  # weights of the two parts, if both were handed in
+    workbooks: float = 1.0
+    expected_workbooks: int = 1
+
+
+@dataclass
+class Result:
+    """One student."""
+
+    name: str
+    verdicts: dict = field(default_factory=dict)  # exercise → the best `Verdict` in the notebooks
+    edited: list = field(default_factory=list)  # exercises whose saved verdict does not fit the answer
+    mixups: set = field(default_factory=set)  # (exercise, sentence) of each mix-up found
+    workbooks: list = field(default_factory=list)  # of `mathpost.workbook.report.FileReport`
+    trouble: list = field(default_factory=list)  # (file, why): not read, or empty
+    lessons: set = field(default_factory=set)  # numbers of the lessons handed in
+    unknown: dict = field(default_factory=dict)  # exercise not defined here → what the notebook says
+    reran: dict = field(default_factory=dict)  # exercise → status when run, if it is not the saved one
+    numbers: set = field(default_factory=set)  # whose drawn numbers were used; "" for those of the lesson
+    works: list = field(default_factory=list)  # (kind, file, content) to compare with other students'
+    notebooks: int = 0
+
+    def status(self, name):
+        """Return the status of an exercise; "" if its lesson was not handed in."""
+        found = self.verdicts.get(name)
+        return found.status if found else OPEN if lesson_of(name) in self.lessons else ""
+
+
+@dataclass
+class Class:
+    """What `grade` returns."""
+
+    results: list  # of `Result`, by name
+    exercises: list  # those that count
+    rules: Rules
+    same: list = field(default_factory=list)  # (kind, file, students)
+    notes: list = field(default_factory=list)  # what was not done, or not bounded
+
+    def solved(self, result):
+        """Return the exercises that a student has solved."""
+        return [name for name in self.exercises if result.status(name) == RIGHT]
+
+    def points(self, result):
+        """Return a student's points, the points possible, and the number of right workbooks."""
+        said, right = self.rules.points, sum(each.verdict == "right" for each in result.workbooks)
+        worth = {name: said.get(name, said.get(lesson_of(name), 1)) for name in self.exercises}
+        had = sum(worth[name] for name in self.solved(result))
+        return had, sum(worth.values()), min(right, self.rules.expected_workbooks)
+
+    def mark(self, result):
+        """Return the mark in per cent, weighted by the rules; None if nothing counts."""
+        had, possible, right = self.points(result)
+        parts = [(self.rules.notebooks, had / possible)] if possible else []
+        if any(each.workbooks for each in self.results):
+            parts.append((self.rules.workbooks, right / self.rules.expected_workbooks))
+        total = sum(weight for weight, _ in parts)
+        return 100 * sum(weight * part for weight, part in parts) / total if total else None
+
+    def mixups(self):
+        """Return (exercise, sentence, number of students) of each mix-up, the most frequent first."""
+        counts = Counter(each for result in self.results for each in result.mixups)
+        return [(*each, count) for each, count in sorted(counts.items(), key=lambda item: (-item[1], item[0]))]
+
+    def failed(self):
+        """Return (exercise, how many tried it, how many did not solve it), the worst first."""
+        rows = []
+        for name in self.exercises:
+            statuses = Counter(result.status(name) for result in self.results)
+            if wrong := statuses[WRONG]:
+                rows.append((name, statuses[RIGHT] + wrong, wrong))
+        return sorted(rows, key=lambda row: (-row[2] / row[1], -row[2], row[0]))
+
+
+def grade(folder, rules=None, *, lessons=None, rerun=None, progress=None):
+    """Judge what a class handed in, a folder laid out as `handed_in` says; return a `Class`.
+
+    `lessons` is the folder of the notebooks as handed out, by default the course's; what they say is nobody's own
+    work. ``rerun(path)`` executes a notebook and returns the path of the result; see `rerun.Place`. After each
+    workbook, and each notebook that is run, ``progress(done, total, name)`` is called. An empty folder is an
+    `InputError`; a bad file goes into its student's `trouble`.
+    """
+    rules = rules or Rules()
+    if lessons is not None and not Path(lessons).is_dir():
+        raise InputError(str(lessons), "the folder of the notebooks as they were handed out", "none")
+    handed_out = sorted(Path(lessons).rglob("*.ipynb") if lessons else (COURSE / "notebooks").glob("*.ipynb"))
+    with tempfile.TemporaryDirectory() as unpacked:
+        students = collect(folder, unpacked, [path.stem for path in handed_out])
+        course = {digest(path) for path in (*handed_out, *(COURSE / "data").glob("**/*.xlsx"))}
+        course |= {source for path in handed_out for source in _sources(exercise.notebook(path)["cells"])}
+        slow, done = sum(len(each.workbooks) + len(each.notebooks) * bool(rerun) for each in students), count(1)
+        step = (lambda name: progress(next(done), slow, name)) if progress else str
+        results = [_student(each, course, rerun, step) for each in students]
+    _say_whose_numbers(results)
+    same = _same(results)
+    missing = set(rules.students) - {each.name for each in results}
+    results = sorted([*results, *map(Result, missing)], key=lambda each: each.name)
+    asked = set(rules.exercises) or {lesson for each in results for lesson in each.lessons}
+    exercises = [name for name in sorted(EXERCISES) if {name, lesson_of(name)} & asked]
+    return Class(results, exercises, rules, same)
+
+
+def _say_whose_numbers(results):
+    """In a class with drawn numbers, note who used those of the lesson, or of another student."""
+    owners = Counter(name for result in results for name in result.numbers)
+    for result in results if any(owners) else ():
+        for name in sorted(result.numbers):
+            if not name:
+                result.trouble.append(("", "answered with the numbers of the lesson, not with their own"))
+            elif owners[name] > 1:
+                result.trouble.append(("", f"answered with the numbers of {name}, as {owners[name] - 1} more did"))
+
+
+def read_rules(path):
+    """Return the `Rules` of a TOML file; raise `InputError` for an unknown key or a wrong value."""
+    found = read_toml(path)
+    for key, value in found.items():
+        is_right, expected = RULES.get(key, (lambda _: False, f"one of {', '.join(RULES)}"))
+        if not is_right(value):
+            raise InputError(f"{path}, {key}", expected, repr(value))
+        for name in value if key in ("exercises", "points") else ():
+            if name not in {*EXERCISES, *map(lesson_of, EXERCISES)}:
+                expected = 'an exercise such as "07-pivot" or a lesson such as "07"'
+                raise InputError(f"{path}, {key}", expected, repr(name))
+            if key == "points" and not NUMBER[0](value[name]):
+                raise InputError(f"{path}, points.{name}", NUMBER[1], repr(value[name]))
+    return Rules(**{key: tuple(value) if isinstance(value, list) else value for key, value in found.items()})
+
+
+def digest(path):
+    """The SHA-256 of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def lesson_of(name):
+    """The number of the lesson of an exercise, as text."""
+    return name.split("-")[0]
+
+
+def _student(student, course, rerun, step):
+    """Judge one student's files; `course` holds the digests of files and the sources of cells handed out."""
+    result = Result(student.name, trouble=list(student.refused))
+    for path in (*student.notebooks, *student.workbooks):
+        kind = "a notebook" if path in student.notebooks else "a workbook"
+        try:
+            if not path.stat().st_size:
+                raise InputError(path.name, kind, "an empty file")
+            if kind == "a workbook":
+                _workbook(result, path, course)
+            else:
+                _notebook(result, path, course, rerun)
+        except InputError as error:
+            result.trouble.append((path.name, f"expected {error.expected}, found {error.found}"))
+        except FAULTS as error:
+            result.trouble.append((path.name, f"could not be judged: {type(error).__name__}: {error}"))
+        except OSError as error:
+            result.trouble.append((path.name, error.strerror or str(error)))
+        if rerun or kind == "a workbook":
+            step(f"{student.name}: {path.name}")
+    if not (result.notebooks or result.workbooks or result.trouble):
+        result.trouble.append(("", "nothing was handed in"))
+    return result
+
+
+def _notebook(result, path, course, rerun):
+    """Add the answers in one notebook, and what differs when it is run."""
+    cells = exercise.notebook(path)["cells"]
+    verdicts = exercise.judged(cells, path)
+    result.notebooks += 1
+    sources = _sources(cells)
+    if not any(sources):
+        result.trouble.append((path.name, "no cell has anything in it"))
+    names = {name for source in sources for name in exercise.asked(source)} | {each.name for each in verdicts}
+    result.lessons |= {lesson_of(name) for name in names & EXERCISES.keys()}
+    for each in verdicts:
+        if each.edited and each.name not in result.edited:
+            result.edited.append(each.name)
+        if each.mixup:
+            result.mixups.add((each.name, each.mixup))
+        if each.name not in EXERCISES:
+            result.unknown[each.name] = each.status
+            continue
+        if EXERCISES[each.name].drawn:
+            result.numbers.add(each.student)
+        best = max(result.verdicts.get(each.name, each), each, key=lambda verdict: ORDER.index(verdict.status))
+        result.verdicts[each.name] = best
+    answers = json.dumps([(each.name, each.answer) for each in verdicts if each.status != OPEN])
+    own = [source for source in sources if source and source not in course]
+    if (own or answers != "[]") and (content := digest(path)) not in course:
+        result.works += [(FILE, path.name, content), (TEXT, path.name, (answers, own))]
+    if rerun:
+        before = {each.name: each.status for each in verdicts}
+        after = {each.name: each.status for each in exercise.saved(rerun(path))}
+        run = {name: after.get(name, OPEN) for name in before.keys() | after.keys()}
+        result.reran |= {name: status for name, status in run.items() if status != before.get(name, OPEN)}
+
+
+def _workbook(result, path, course):
+    """Add the check of one workbook."""
+    if (content := digest(path)) in course:
+        return
+    try:
+        report = check_file(path)
+    except InputError as error:
+        result.workbooks.append(FileReport(path, DAMAGED, [Fault("", "", f"{error.expected}: {error.found}")]))
+        raise
+    result.workbooks.append(report)
+    cells = {place: cell.formula or cell.number for place, cell in read(path).cells.items()}
+    result.works += [(FILE, path.name, content), (CELLS, path.name, frozenset(cells.items()))]
+
+
+def _sources(cells):
+    """The sources of the cells, without trailing spaces."""
+    return ["\n".join(map(str.rstrip, "".join(cell["source"]).split("\n"))).strip() for cell in cells]
+
+
+def _same(results):
+    """Find what students share beyond what was handed out: its kind, the files, the students."""
+    works = [(result.name, *work) for result in results for work in result.works]
+    has = Counter(text for _, kind, _, content in works if kind == TEXT for text in set(content[1]))
+    having = {kind: defaultdict(list) for kind in (FILE, TEXT, CELLS)}
+    for student, kind, file, content in works:
+        if kind == TEXT:
+            answers, texts = content
+            beyond = tuple(t for t in texts if len(results) < 10 or has[t] <= SHARED_BY_CLASS * len(results))
+            content = (answers, beyond) if sum(map(len, beyond)) >= TEXT_ENOUGH else ""
+        having[kind][content].append((student, file))
+    found = {}
+    for kind, groups in having.items():
+        for content, files in groups.items():
+            who, names = (sorted(set(column)) for column in zip(*files, strict=True))
+            if len(who) > 1 and content:
+                found.setdefault((", ".join(names), *who), kind)
+    return [(kind, names, who) for (names, *who), kind in found.items()]

@@ -1,0 +1,119 @@
+"""Run a student's notebook in a sandbox: bounded time and memory, no network, a different account.
+
+This is optional: answers are judged without running anything. A notebook is a stranger's program. On Linux, started
+as root, it gets an account that owns nothing, its own network and its own processes; `Place.open` says what could
+not be bounded, and nothing is ever run as root.
+"""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+from mathpost.errors import InputError
+from mathpost.files import data_file
+
+UID = 199_999  # an account number that owns nothing, below those of the students on a hub
+SECONDS = 300  # for a notebook
+BOUNDS = ["prlimit", f"--data={2 * 2**30}", f"--fsize={64 * 2**20}", "--core=0", "--nofile=512"]  # bytes, files
+PROCESSES = "--nproc=200"  # counts all of an account, so only where it is one of its own
+ALONE = ["unshare", "--net", "--pid", "--fork", "--kill-child"]
+ACCOUNT = ["setpriv", f"--reuid={UID}", f"--regid={UID}", "--clear-groups", "--no-new-privs"]
+ACCOUNT += ["--bounding-set=-all", "--inh-caps=-all"]
+# The environment: nothing of the caller's, so no secrets.
+SETTINGS = {"PYTHONDONTWRITEBYTECODE": "1", "MPLBACKEND": "agg", "LANG": "C.UTF-8", "OPENBLAS_NUM_THREADS": "1"}
+SETTINGS["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.defpath])
+
+PROBE = """
+import os, subprocess, sys
+import ipykernel, nbclient, mathpost.course.exercise
+assert os.getuid() and not subprocess.call([sys.executable, "-c", "import ipykernel"])
+"""
+
+
+class Place:
+    """A sandbox: each notebook runs for at most `seconds`, in a folder of its own that is removed afterwards.
+
+    The attribute `open` lists, in sentences, what cannot be bounded here. If students' code could only be run as
+    root, there is an `InputError`.
+    """
+
+    def __init__(self, seconds=SECONDS):
+        if sys.platform != "linux":
+            raise InputError("--rerun", "Linux, whose processes can be bounded", sys.platform)
+        self.seconds, self.root, self.open, self.command = seconds, os.getuid() == 0, [], None
+        bounds = [*BOUNDS, f"--cpu={seconds}"]
+        account = [*bounds, PROCESSES, *ACCOUNT] if self.root else bounds
+        alone = [*ALONE, *account] if self.root else [*ALONE, "--user", "--map-current-user", *bounds]
+        for way in (alone, account):
+            with suppress(OSError):  # there is no such command
+                if self.command is None and self._run(way, PROBE, subprocess.DEVNULL) == 0:
+                    self.command = way
+        if self.command is None:
+            found = "none: start this from an ordinary account, or install Python where every account may run it"
+            raise InputError("--rerun", "prlimit, and an account other than root that can run this Python", found)
+        if "unshare" not in self.command:
+            self.open += ["The network was open.", "A process that left its session may have gone on."]
+        if not self.root:
+            self.open += ["Students' code ran with your own account: it could read and write your files."]
+            self.open += ["The number of processes was bounded by time only."]
+
+    def __call__(self, path):
+        """Run a notebook; return the path of the result, which is valid until the next call."""
+        self._kept = tempfile.TemporaryDirectory()
+        executed = Path(self._kept.name) / Path(path).name
+        with executed.open("wb") as said:
+            status = self._run(
+                self.command, "from mathpost.classroom.rerun import inside; inside()", said, Path(path)
+            )
+        if status is None:
+            raise InputError(executed.name, f"a notebook that runs within {self.seconds} s", "one that did not")
+        if status or not executed.stat().st_size:
+            found = f"one that was stopped (status {status})"
+            raise InputError(executed.name, "a notebook that runs within its bounds", found)
+        return executed
+
+    def _run(self, way, code, output, notebook=None):
+        """Run Python code in the sandbox; return its status, None if time ran out."""
+        with tempfile.TemporaryDirectory(prefix="rerun-", ignore_cleanup_errors=True) as folder:
+            work = Path(folder) / "notebooks"
+            work.mkdir()
+            (Path(folder) / "data").symlink_to(data_file("machines").parent)
+            if notebook:
+                shutil.copyfile(notebook, work / "notebook.ipynb")
+            if self.root:
+                for each in (Path(folder), work, *work.iterdir()):
+                    os.chown(each, UID, UID)
+            modules = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)])
+            own = {"HOME": folder, "TMPDIR": folder, "JUPYTER_RUNTIME_DIR": f"{folder}/run", "PYTHONPATH": modules}
+            where = {"cwd": work, "env": SETTINGS | own, "start_new_session": True}
+            said = {"stdin": subprocess.DEVNULL, "stdout": output, "stderr": subprocess.DEVNULL}
+            process = subprocess.Popen([*way, sys.executable, "-c", code], **where, **said)
+            try:
+                return process.wait(self.seconds)
+            except subprocess.TimeoutExpired:
+                return None
+            finally:
+                with suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+
+
+def inside():
+    """In the sandbox: run notebook.ipynb and write it to standard output, out of the kernel's reach."""
+    import nbformat
+    from jupyter_client import AsyncKernelManager
+    from nbclient import NotebookClient
+
+    output = os.dup(1)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    notebook = nbformat.read("notebook.ipynb", as_version=4)
+    manager = AsyncKernelManager(kernel_name="python3", transport="ipc")  # there is no network to talk over
+    client = NotebookClient(notebook, km=manager, timeout=None, allow_errors=True, store_widget_state=False)
+    client.execute()
+    with open(output, "w", encoding="utf-8") as file:
+        file.write(nbformat.writes(notebook))

@@ -1,0 +1,176 @@
+"""The exercises of lesson 07: the blade."""
+
+from functools import cache
+
+import numpy as np
+
+from mathpost.course.answers import Kind, Name, Number, Vector
+from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, with_axis, with_travel
+from mathpost.course.verdict import define, slip
+from mathpost.errors import InputError
+from mathpost.path import cl as cldata
+from mathpost.post import program, run
+from mathpost.post.between_blocks import linearize
+from mathpost.post.proof import deviation
+from mathpost.sources import yu_dan
+
+ROWS = (40, 50, 60, 70, 80)
+SPOILT = 12  # the move of 07-block that is spoilt, counted from 0
+TIP, AXIS, LIFTED = 0.01, 0.1, 1.0  # mm and degrees that 07-alone grants; mm above the path: not in cut
+
+
+@define("07-pivot", Name("40 50 60 70 80"))
+def pivot():
+    """The tip moves by 2·sin(B/2) times the shift, so the row with the greatest B moves furthest."""
+    kin = load("dmu50v")
+    moved = with_axis(kin, point=(50.1, 0, 0))
+    rotary = kin.inverse(blade().points, blade().axes)[:, 0, 3:]
+    shift = moved.close(blade().points, rotary) - kin.close(blade().points, rotary)
+    return ROWS[np.linalg.norm(shift[:, :3], axis=1).argmax()]
+
+
+def table(number):
+    """The printed joints of a table of source 002, mm and degrees."""
+    return np.loadtxt(data(f"tables/yu_dan_table_{number}.csv"), delimiter=",", skiprows=2)[:, 1:]
+
+
+@define("07-next", Vector(names="B C", unit="degrees"))
+@slip("clamped", curve=yu_dan.paper_clamped)
+@slip("straight", curve=lambda rows, t: rows[1] + t * (rows[2] - rows[1]))
+def next_point(curve=yu_dan.paper_cubic, t=0.975):
+    """A step of 0.2 from t = 0.775; no row of table 3 is needed, only the four rows that the cubic passes."""
+    return curve(table(2)[:4], t)[3:]
+
+
+@define("07-time", Number(decimals=3))
+@slip("straight", lambda: (178.52 - 90) / (178.52 - 1.144))
+@slip("clamped", curve=yu_dan.paper_clamped)
+def time_of(curve=yu_dan.paper_cubic, c=90.0):
+    """The root of C(t) = 90°, found by halving; the same equation gave all five times."""
+    from scipy.optimize import brentq  # slow to load, and no other lesson needs it
+
+    rows = table(2)[:4]
+    return brentq(lambda t: curve(rows, t)[4] - c, 0, 1)
+
+
+@define("07-pieces", Number(decimals=0, tolerance=1.5))
+@slip("whole way", rows=slice(1, 8, 6))
+def pieces(rows=slice(4, 6), tolerance=0.01):
+    """A swing of C by 37° about a tip 77 mm away; the error falls with the square of the number of pieces."""
+    kin, printed = load("dmu50v"), table(3)[rows]
+    ends = kin.close(np.broadcast_to(blade().points[1], (len(printed), 3)), np.radians(printed[:, 3:]))
+    return len(linearize(kin, ends, tolerance).joints) - 1
+
+
+@cache
+def spoilt_program():
+    """The blade's program, B from -25°, with two decimals of one C word exchanged: enough to miss the part."""
+    text = run(blade(), with_travel(load("dmu50v"), -25, 180).machine).program
+    move = [line for line in text.splitlines() if " L " in line][SPOILT]
+    head, word = move.rsplit("C", 1)
+    return text.replace(move, f"{head}C{word[:6]}{word[7]}{word[6]}{word[8:]}")
+
+
+@define("07-block", Number(decimals=0), given=spoilt_program)
+@slip("from 0", lambda: block() - 1)
+@slip("after", lambda: block() + 1)
+def block():
+    """In one block only the tip leaves the CL data, by a tenth of a millimetre; no glance at the words shows it."""
+    kin = with_travel(load("dmu50v"), -25, 180)
+    tips, _ = kin.forward(program.read(spoilt_program(), kin.machine).joints)
+    middle = np.median(tips, axis=0)  # the blade's five tips are all within 0.01 mm
+    moves = [line for line in spoilt_program().splitlines() if " L " in line]
+    return int(moves[np.linalg.norm(tips - middle, axis=1).argmax()].split()[0])
+
+
+def not_lowest(low):
+    """Say why B from `low` does not avoid the swing, or that less travel does, too."""
+    if not -180 <= low <= 180:
+        return "Give a limit of B in degrees, between -180 and 180."
+    swing, swing_with_less = (largest_swing(with_travel(load("dmu50v"), bound, 180)) for bound in (low, low + 0.02))
+    if swing > SWING:
+        return f"With B from {low:g} C still swings by {swing:.1f}°."
+    if swing_with_less <= SWING:
+        before, after = np.degrees(load("dmu50v").inverse(blade().points, blade().axes)[[0, 4], 0, 3])
+        why = f"But the first record, which is the deepest below zero then, needs {-before:.2f}° only."
+        if low <= -after:
+            why = f"But the last record needs {-after:.2f}° only, and the path may also begin on the other branch."
+        return f"With B from {low:g} there is no swing. {why}"
+    return ""
+
+
+@define("07-lowest", Number(decimals=2, unit="degrees"), complaint=not_lowest)
+def lowest():
+    """One half of the swing of the tool must be made with B below zero: take the smaller half."""
+    b = np.degrees(load("dmu50v").inverse(blade().points, blade().axes)[:, 0, 3])
+    before, after = b[:2].max(), b[2:].max()
+    return -min(before, after) - 1e-3
+
+
+@define("07-way", Name("direct linear cubic aside retract"))
+def way():
+    """It keeps both tolerances, and while C turns the tool is in the air."""
+    return "retract"
+
+
+@cache
+def new_path():
+    """The text of a CL file: a hollow flank, the tool tilting past the pole at 0.6° from it."""
+    across, tilt = np.linspace(-20, 20, 11), np.radians(np.linspace(-14, 11, 11))
+    points = np.stack([across, 30 + across**2 / 50, 10 - across / 10], axis=1)
+    axes = np.stack([np.sin(tilt), np.full(11, np.sin(np.radians(0.6))), np.cos(tilt)], axis=1)
+    return cldata.to_text(cldata.from_arrays(points, axes, feed=800), title="flank")
+
+
+class Program(Kind):
+    """The text of a program."""
+
+    asked = "the text of a Heidenhain program"
+
+    def read(self, answer):
+        if not isinstance(answer, str):
+            raise InputError("answer", self.asked, "something else")
+        return answer
+
+    def show(self, value):
+        lines = value.splitlines()
+        return f"{len(lines)} lines, from {lines[0]!r} to {lines[-1]!r}"
+
+
+def unproved(text):
+    """Say what is wrong with a program for the new path: read back, records in order, then the way between them."""
+    kin, path = load("bc_table"), cldata.parse(new_path(), "the CL data")
+    blocks = program.read(text, kin.machine, name="your program")
+    joints = kin.close(blocks.joints[:, :3], blocks.joints[:, 3:]) if blocks.tcp else blocks.joints
+    if out := [words for each in joints for words in kin.machine.out_of_travel(each)]:
+        return f"Out of travel: {out[0]}."
+    tip, axis = kin.forward(joints)
+    at = 0
+    for record, (point, direction) in enumerate(zip(path.points, path.axes, strict=True), 1):
+        off = np.linalg.norm(tip[at:] - point, axis=1)
+        lean = np.degrees(2 * np.arcsin(np.linalg.norm(axis[at:] - direction, axis=1) / 2))
+        if not (reached := np.flatnonzero((off <= TIP) & (lean <= AXIS))).size:
+            nearest = off.argmin()
+            return (
+                f"No block ends at record {record}, in its turn: the tip comes within {off[nearest]:.3f} mm of it, "
+                f"with the tool axis {lean[nearest]:.3f}° off."
+            )
+        before, at = at, at + reached[0]
+        if record > 1:
+            ends = [each[record - 2 : record] for each in (path.points, path.axes)]
+            tips, axes = (np.repeat(each[:, None], at - before, axis=1) for each in ends)
+            height = np.vecdot(tip[before : at + 1] - np.linspace(*ends[0], at + 1 - before), direction)
+            cut = (height[:-1] < LIFTED) & (height[1:] < LIFTED)
+            strays = deviation(kin, joints[before:at], joints[before + 1 : at + 1], tips=tips, axes=axes)
+            worst_tip, worst_axis = strays[0][cut].max(initial=0), np.degrees(strays[1][cut].max(initial=0))
+            if worst_tip > TIP and not blocks.tcp:
+                return f"Between records {record - 1} and {record} the tip strays by {worst_tip:.3f} mm."
+            if worst_axis > AXIS:
+                return f"Between records {record - 1} and {record} the tool axis strays by {worst_axis:.3f}°."
+    return ""
+
+
+@define("07-alone", Program(), given=new_path, complaint=unproved)
+def alone():
+    """Read back, it reaches every record in order, and the way between them keeps both tolerances."""
+    return run(cldata.parse(new_path()), load("bc_table").machine, name="flank").program

@@ -1,0 +1,212 @@
+"""Cutter location data (刀位数据): APT CL files in and out.
+
+A CL file says where the tool tip goes and where the tool points, in the workpiece, before any machine is
+chosen. What its statements mean is said in `mathpost.path.cl_words`.
+"""
+
+import codecs
+import math
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from operator import itemgetter
+
+import numpy as np
+
+from mathpost.errors import InputError, as_array
+from mathpost.files import read_bytes
+from mathpost.path.cl_lines import LARGEST
+from mathpost.path.cl_words import Statements
+from mathpost.rotation import unit
+
+ARC_TOLERANCE = 0.001  # mm
+OPPOSITE = 1e-6  # of the sum of two tool axes
+
+
+@dataclass(frozen=True)
+class CLData:
+    """A tool path in the workpiece.
+
+    A remark, a statement that does not move the tool, is a pair: the number of the record that follows it, and a
+    comment or a `mathpost.path.cl_words.Command`. With `normals` `mathpost.measure.cutter.compensated` makes the
+    path of a different cutter. The memory of `points` and `axes` holds one component after the other.
+    """
+
+    points: np.ndarray  # shape (n, 3), tool tip, mm
+    axes: np.ndarray  # shape (n, 3), the unit vector from it towards the spindle
+    feeds: np.ndarray  # shape (n,), of the move to the record: mm/min, NaN where none is stated
+    rapid: np.ndarray  # shape (n,), whether it is in rapid traverse
+    lines: np.ndarray  # shape (n,), line of the file that the record begins on; for error messages
+    remarks: tuple = ()
+    name: str = "CL data"  # the file, for error messages
+    first: int = 0  # number of its records before these
+    notes: tuple = ()  # what was made of the file that its reader should know: for the report
+    normals: np.ndarray | None = None  # shape (n, 3), unit vectors out of the part that is touched, or NaN
+
+    def __len__(self):
+        return len(self.points)
+
+    def where(self, record):
+        """The place of a record (counted from 0) in the file, or of the next one, for error messages."""
+        record = math.ceil(record)
+        return f"{self.name}, line {self.lines[record]}, record {self.first + record + 1}"
+
+    def part(self, start, stop):
+        """Return records `start` to `stop` (exclusive), and the remarks before them, as `CLData` without a copy."""
+        end = stop if stop < len(self) else stop + 1  # the last part has what follows it, too
+        remarks = tuple((record - start, text) for record, text in self.remarks if start <= record < end)
+        arrays = {name: array[start:stop] for name, array in vars(self).items() if isinstance(array, np.ndarray)}
+        return replace(self, **arrays, remarks=remarks, first=self.first + start)
+
+    def by_tool(self):
+        """Return the parts of the path between changes of the tool, each with the tool's length or None."""
+        tools = [(record, tool.values[1]) for record, tool in commands(self.remarks, "tool") if record < len(self)]
+        lengths = dict([(0, None), *tools])
+        edges = [*lengths, len(self)]
+        return [(self.part(*edge), length) for edge, length in zip(pairwise(edges), lengths.values(), strict=True)]
+
+    def at(self, place):
+        """Return tip and axis, each (..., 3), between the records: 2.25 is a quarter of the way from 2 to 3.
+
+        The tip goes straight from record to record, the axis on the great circle.
+        """
+        place = np.asarray(place, dtype=float)
+        if np.array_equal(place, np.arange(len(self))):
+            return self.points, self.axes
+        record = np.clip(np.floor(place).astype(int), 0, len(self) - 1)
+        tip, axis = (np.moveaxis(np.take(vectors.T, record, axis=1), 0, -1) for vectors in (self.points, self.axes))
+        between = (place != record) & (record < len(self) - 1)
+        if between.any():
+            first, t = record[between], (place - record)[between][:, None]
+            tip[between] += t * (self.points[first + 1] - self.points[first])
+            axis[between] = _slerp(self.axes[first], self.axes[first + 1], t)
+        return tip, axis
+
+
+def commands(remarks, kind):
+    """Those of `remarks`, of CL data or of blocks, that are a `Command` of this kind."""
+    return [(row, remark) for row, remark in remarks if getattr(remark, "kind", "") == kind]
+
+
+def feed_times(tips, feeds):
+    """Seconds that the feed gives the moves between tips (m, 3), shape (m - 1,); NaN where none is stated."""
+    return 60 * np.linalg.norm(np.diff(tips, axis=0), axis=1) / feeds
+
+
+def from_arrays(points, axes, *, feed=math.nan, name="CL data"):
+    """Make `CLData` of points (n, 3) in mm and axes (n, 3) of any length, all moves at `feed` mm/min."""
+    points, axes = as_array(points, 3, "points"), as_array(axes, 3, "axes")
+    if points.ndim != 2 or points.shape != axes.shape:
+        raise InputError("points and axes", "the same shape (n, 3)", f"{points.shape} and {axes.shape}")
+    if not (count := len(points)):
+        raise InputError("points and axes", "at least one record", "none")
+    if (largest := np.abs(points).max()) >= LARGEST:
+        raise InputError("points", f"mm below {LARGEST:g}", f"{largest:g}")
+    axes = axes / np.maximum(np.abs(axes).max(axis=1, keepdims=True), 1e-300)  # whatever their size
+    columns = np.array(points.T, order="C"), np.ascontiguousarray(unit(axes).T), np.full(count, float(feed))
+    return _made(*columns, np.zeros(count, bool), np.arange(1, count + 1), (), name)
+
+
+def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
+    """Read an APT CL file as `CLData`.
+
+    Parameters
+    ----------
+    path : str or path-like
+        Its words are those of `mathpost.path.cl_words`; its letters UTF-8, GBK or those of Windows.
+    tolerance : float
+        mm, between an arc and the chords that are made of it.
+    ignored : collection of str
+        Words that are taken for comments although they are hazardous or unknown.
+
+    Raises
+    ------
+    InputError
+        With file and line: all statements that are wrong, hazardous or not known. Or if the file cannot be read,
+        holds no GOTO, or stops within one that lacks numbers of the one before.
+
+    Examples
+    --------
+    >>> cl = read("data/cl/blade.cl")
+    >>> len(cl), cl.points[0], cl.axes[0].round(6)
+    (5, array([50.31991, 58.40925, 52.13969]), array([0.145196, 0.      , 0.989403]))
+    """
+    content = read_bytes(path).removeprefix(codecs.BOM_UTF8)
+    made = parse(content, str(path), tolerance=tolerance, ignored=ignored)
+    *before, last = content[-1000:].rsplit(b"\n", 2)
+    if b"/" not in last:
+        return made
+    wanted = before[-1].count(b",") if before and before[-1].startswith(b"GOTO/") else 0
+    if last.startswith(b"GOTO/") and last.count(b",") < wanted:
+        expected = f"{wanted + 1} numbers, as in the line before"
+        found = f"the end of the file after {last[-60:].decode(errors='replace')!r}"
+        raise InputError(f"{path}, line {made.lines[-1]}", expected, found)
+    return replace(made, notes=(*made.notes, "no line break at the end: the last statement may be cut off"))
+
+
+def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
+    """Read the text or the bytes of an APT CL file; see `read`. `name` begins every error message."""
+    statements = Statements(name, tolerance, ignored)
+    statements.take_file(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
+    remarks = sorted(statements.remarks, key=itemgetter(0))
+    records, remarks = _turned_over(statements.records(), remarks, statements.counts)
+    notes = [f"{what}: {count}" for what, count in statements.counts.items()]
+    made = _made(*records, tuple(remarks), name, tuple(notes))
+    if not statements.normals:
+        return made
+    lines, stated = zip(*statements.normals.items(), strict=True)
+    normals = np.full(made.points.shape, math.nan)
+    normals[np.searchsorted(made.lines, lines, side="right") - 1] = stated
+    return replace(made, normals=normals)
+
+
+def _turned_over(records, remarks, counts):
+    """Records and remarks, with a record half way on each rapid move that turns the tool by 180°."""
+    points, axes, feeds, rapid, lines = records
+    changes = [record for record, _ in commands(remarks, "tool")]
+    over = 1 + np.flatnonzero(rapid[1:])
+    over = over[np.linalg.norm(axes[:, over] + axes[:, over - 1], axis=0) < OPPOSITE]
+    over = np.setdiff1d(over, changes)  # the new tool comes from elsewhere
+    if not over.size:
+        return records, remarks
+    counts["rapid moves that turn the tool by 180°, with a record half way"] += len(over)
+    before = axes[:, over]
+    up = np.where(np.abs(before[2]) < 0.9, [[0], [0], [1]], [[1], [0], [0]])  # or X, where the tool points up
+    across = unit((up - (up * before).sum(axis=0) * before).T).T
+    half = (points[:, over - 1] + points[:, over]) / 2
+    remarks = [(record + int((over < record).sum()), remark) for record, remark in remarks]
+    poses = np.insert(points, over, half, axis=1), np.insert(axes, over, across, axis=1)
+    return (*poses, *(np.insert(column, over, column[over]) for column in (feeds, rapid, lines))), remarks
+
+
+def _made(points, axes, feeds, rapid, lines, remarks, name, notes=()):
+    """Make `CLData` of points and axes, shape (3, n), whose arrays nobody may change."""
+    arrays = points.T, axes.T, feeds, rapid, lines
+    for array in arrays:
+        array.setflags(write=False)
+    return CLData(*arrays, remarks, name, notes=notes)
+
+
+def to_text(cl, *, title=None, decimals=6):
+    """Write `CLData` as the text of an APT CL file, which `parse` reads back; 9 decimals for the axes."""
+    lines, feed, remarks = ([f"$$ {title}"] if title else []), math.nan, {}
+    for record, remark in cl.remarks:
+        remarks.setdefault(record, []).append(getattr(remark, "statement", remark))
+    for record, (point, axis) in enumerate(zip(cl.points.tolist(), cl.axes.tolist(), strict=True)):
+        lines += remarks.get(record, [])
+        if cl.rapid[record]:
+            lines.append("RAPID")
+        elif cl.feeds[record] != feed and not math.isnan(cl.feeds[record]):
+            feed = cl.feeds[record]
+            lines.append(f"FEDRAT/{feed:g},MMPM")
+        normal = [] if cl.normals is None or np.isnan(cl.normals[record, 0]) else cl.normals[record].tolist()
+        numbers = [f"{value:z.{decimals}f}" for value in point] + [f"{value:z.9f}" for value in [*axis, *normal]]
+        lines.append("GOTO/" + ",".join(numbers))
+    return "\n".join([*lines, *remarks.get(len(cl), [])]) + "\n"
+
+
+def _slerp(start, end, t):
+    """Unit vectors on the great circles from `start` to `end` (..., 3) at `t` from 0 to 1, broadcasting."""
+    angle = 2 * np.arcsin(np.clip(np.linalg.norm(end - start, axis=-1, keepdims=True) / 2, 0, 1))
+    close = (sine := np.sin(angle)) < 1e-9
+    first, last = (np.where(close, part, np.sin(part * angle) / np.where(close, 1, sine)) for part in (1 - t, t))
+    return unit(first * start + last * end)

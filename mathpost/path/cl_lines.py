@@ -1,0 +1,168 @@
+"""The lines of a CL file as statements, its records as arrays, and all that is wrong with it in one error."""
+
+import math
+import re
+from operator import itemgetter
+
+import numpy as np
+
+from mathpost.errors import NUMBER, InputError
+from mathpost.path import text
+
+UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
+ENCODINGS = "utf-8", "gb18030", "cp1252", "latin-1"  # tried in turn; the last takes any byte
+LARGEST = 1e9  # of any number
+BELOW_LARGEST = f"a finite number below {LARGEST:g}"
+SHOWN = 20  # causes that are listed when a file is refused
+REAL = re.compile(rf"{NUMBER}(?:[eE][-+]?\d+)?")
+BETWEEN_NUMBERS = re.compile(r"[\d.]\s+$")
+TIP, AXIS = [text.Item(",", "number")], [text.Item(",", "number", optional=True)]
+# One record of three or six numbers, and nothing else: most lines of most files.
+PLAIN = text.Pattern([text.Item("GOTO"), text.Item("/", "number"), *TIP * 2, *AXIS * 3], blanks=True)
+
+
+def need(holds, expected, found=None):
+    """Refuse a statement of which something does not hold; what is found is by default how it begins."""
+    if not holds:
+        raise InputError("", expected, found)
+
+
+class Lines(text.Reader):
+    """Keeps where the tool is and what moves it, in mm and in the coordinate system that holds.
+
+    Those who know the words have `take` for each statement: `statement`, which begins on line `start`.
+    """
+
+    pattern = PLAIN
+
+    def __init__(self, name):
+        self.name, self.encoding = name, ("utf-8", "surrogatepass")
+        self.line, self.start, self.statement, self.unfinished, self.in_comment = 1, 0, "", "", False
+        self.point, self.axis = None, [0.0, 0.0, 1.0]
+        self.feed, self.rapid, self.scale = math.nan, False, 1.0
+        self.first_system, self.system = None, None  # each a rotation and, fourth column, an origin
+        self.runs, self.count = [], 0
+        self.problems = []
+
+    def take_file(self, content):
+        """Take all lines."""
+        for name in () if content.isascii() else ENCODINGS:
+            self.encoding = name, "surrogatepass" if name == "utf-8" else "strict"
+            try:
+                content.decode(*self.encoding)
+            except UnicodeDecodeError:
+                continue
+            break
+        self.take_all(content)
+        if self.unfinished:
+            self.problem(self.start, "", "the continuation of this statement", "the end of the file")
+
+    def fits(self, values):
+        """Which lines have the whole of a tool axis or nothing of it."""
+        stated = ~np.isnan(values[4:])
+        return stated.all(axis=0) | ~stated.any(axis=0)
+
+    def take_plain(self, values):
+        """Take plain records; NaN stands for the tool axis that holds."""
+        numbers, count = values[1:], values.shape[1]
+        numbers[:3] *= self.scale
+        for row, before in zip(numbers[3:], self.axis, strict=True):
+            row[:] = text.held(row, before)
+        self.add(self.line + np.arange(count), numbers)
+        self.line += count
+
+    def take_line(self, raw):
+        """Take one line: leave out its comment, and take the statement if it is complete."""
+        line = raw.decode(*self.encoding)
+        number, self.line = self.line, self.line + 1
+        if self.in_comment or line.startswith("$$->"):  # Creo goes on with a comment on the next line
+            self.in_comment = line.rstrip().endswith("$")
+            return
+        part = line.partition("$$")[0].rstrip()
+        if not self.unfinished:
+            self.start = number
+        if BETWEEN_NUMBERS.search(self.unfinished) and REAL.match(part.lstrip()):
+            self.unfinished += ","  # two numbers: some systems leave out the comma where they break a line
+        if part.endswith("$"):
+            self.unfinished += part[:-1] or " "
+            return
+        self.statement, self.unfinished = (self.unfinished + part).strip(), ""
+        if self.statement:
+            self.take()
+
+    def add(self, lines, numbers, *, feed=None, rapid=None):
+        """Add records, shape (6, n), in mm; `rapid` and `feed` are those that hold unless given."""
+        self.point, self.axis = numbers[:3, -1].tolist(), numbers[3:, -1].tolist()
+        rapid = np.full(len(lines), self.rapid if rapid is None else rapid)
+        feeds = np.where(rapid, math.nan, self.feed if feed is None else feed)
+        self.runs.append((lines, self.placed(numbers), feeds, rapid))
+        self.count, self.rapid = self.count + len(lines), False
+
+    def placed(self, numbers):
+        """Records, shape (6, n), in the first coordinate system."""
+        if self.system is self.first_system:
+            return numbers
+        rotation, origin = np.hsplit(self.system, [3])
+        first, first_origin = np.hsplit(self.first_system, [3])
+        points = first.T @ (rotation @ numbers[:3] + (origin - first_origin))
+        return np.concatenate([points, first.T @ (rotation @ numbers[3:])])
+
+    def go(self, points, axis, **options):
+        """Add records at points, shape (n, 3), with one tool axis."""
+        points = np.reshape(points, (-1, 3))
+        numbers = np.empty((6, len(points)))
+        numbers[:3], numbers[3:] = points.T, np.reshape(axis, (3, 1))
+        self.add(np.full(len(points), self.start), numbers, **options)
+
+    def records(self):
+        """Return points and axes, shape (3, n), feeds, rapid and lines, or refuse a file with problems."""
+        if not self.runs:
+            self.refuse_problems()
+            raise InputError(self.name, "at least one GOTO", "none")
+        lines, numbers, feeds, rapid = (np.concatenate(runs, axis=-1) for runs in zip(*self.runs, strict=True))
+        points, axes = numbers[:3], numbers[3:]
+        with np.errstate(over="ignore"):
+            length = np.linalg.norm(axes, axis=0)
+        for record in np.flatnonzero(~(np.abs(length - 1) <= UNIT_TOLERANCE)).tolist():
+            shown = ", ".join(f"{value:g}" for value in axes[:, record])
+            found = f"({shown}) of length {length[record]:.6g}"
+            self.problem(int(lines[record]), "GOTO", f"a unit tool axis (to {UNIT_TOLERANCE})", found)
+        self.refuse_problems()
+        return points, axes / length, feeds, rapid, lines
+
+    def problem(self, line, word, expected, found=None):
+        self.problems.append((line, word, expected, repr(self.statement[:60]) if found is None else found))
+
+    def refuse_problems(self):
+        """Raise the `InputError` that lists all problems, each cause once."""
+        causes = {}
+        for line, word, expected, found in sorted(self.problems, key=itemgetter(0)):
+            causes.setdefault((word, expected), []).append((line, found))
+        if not causes:
+            return
+        said = []
+        for (word, expected), ((line, found), *others) in causes.items():
+            again = f" ({len(others) + 1} times, up to line {others[-1][0]})" if others else ""
+            said.append((f"line {line}" + f", {word}" * bool(word), expected, found + again))
+        (where, expected, found), *others = said
+        lines = [found, *("{}: expected {}, found {}".format(*each) for each in others[: SHOWN - 1])]
+        if len(said) > SHOWN:
+            lines.append(f"and {len(said) - SHOWN} more causes")
+        if others:
+            kinds = f"{len(self.problems)} statements of {len(said)} kinds"
+            lines.append(f"{kinds}; --ignore WORD takes a word on trust")
+        raise InputError(f"{self.name}, {where}", expected, "\n  ".join(lines))
+
+    def numbers(self, words, *counts):
+        """Numbers, so many as one of `counts`."""
+        values = [self.number(word) for word in words]
+        if counts and len(values) not in counts:
+            expected = " or ".join(", ".join(map(str, counts)).rsplit(", ", 1))
+            raise InputError("", f"{expected} numbers", f"{len(values)}")
+        return values
+
+    def number(self, word):
+        if not REAL.fullmatch(word.strip()):
+            raise InputError("", "a number", repr(word.strip()))
+        need(abs(value := float(word)) < LARGEST, BELOW_LARGEST, word.strip())
+        return value

@@ -1,0 +1,38 @@
+"""Readings to a machine file, its errors and a control's terms."""
+
+import argparse
+
+from mathpost import machine
+from mathpost.compensate import handover, readings
+from mathpost.compensate.calibrate import calibrate
+from mathpost.errors import InputError
+from mathpost.shell.options import FILE, MACHINE, OUTPUT, given
+
+SAID = ("method", "unit", "axis", "positive", "sigma")  # what a file of readings may leave unsaid
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    add = parser.add_argument
+    add("machine", **MACHINE | {"help": "machine file, TOML, as the control has it"})
+    add("readings", nargs="*", **FILE | {"metavar": "READINGS"}, help="CSV files")
+    add(*OUTPUT, **FILE | {"metavar": "OUT"}, help="folder for what is found")
+    add("--template", metavar="METHOD", help="print a file to fill in: dial, ball, laser, …")
+    add("--squareness", action="store_true", help="seek it although no ballbar saw the slides")
+    for name in SAID:
+        add(f"--{name}", help="for the files that do not say it")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the estimate; write the machine, its errors and the terms."""
+    setup = machine.load(options.machine)
+    if options.template:
+        print(readings.template(options.template, setup), end="")
+        return 0
+    if not options.readings:
+        raise InputError("calibrate", "files of readings, or --template", "none")
+    found = calibrate(setup, options.readings, squareness=options.squareness or None, **given(options, SAID))
+    print(found)
+    if options.output:
+        handover.write(found, options.machine, options.output, inputs=options.readings)
+    return 0

@@ -1,0 +1,40 @@
+"""A class's notebooks and workbooks: marks, mix-ups, what needs a look."""
+
+import argparse
+import sys
+
+from mathpost.classroom import grade, grade_page
+from mathpost.classroom.rerun import Place
+from mathpost.files import write_text
+from mathpost.shell.options import FILE, LANGUAGE, OUTPUT, show_progress
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    add = parser.add_argument
+    add("folder", **FILE | {"metavar": "FOLDER"}, help="what was handed in, or a zip of it")
+    add(*OUTPUT, **FILE | {"metavar": "REPORT"}, required=True, help="writes .html and .csv")
+    add("--rules", **FILE, help="points, weights and who should hand in, TOML")
+    add("--lessons", **FILE | {"metavar": "FOLDER"}, help="what was handed out (default: the course)")
+    add("--language", **LANGUAGE)
+    add("--rerun", action="store_true", help="run the notebooks, too, in a bounded place")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the report; 1 if something was not read or a verdict does not fit its answer."""
+    rules = grade.read_rules(options.rules) if options.rules else None
+    place = Place() if options.rerun else None
+    graded = grade.grade(options.folder, rules, lessons=options.lessons, rerun=place, progress=show_progress)
+    graded.notes += place.open if place else ["No notebook was run."]
+    for note in graded.notes:
+        print(note, file=sys.stderr)
+    report = options.output.with_suffix("") if options.output.suffix in (".html", ".csv") else options.output
+    page, table = (report.with_name(report.name + suffix) for suffix in (".html", ".csv"))
+    write_text(page, grade_page.to_html(graded, options.language))
+    write_text(table, grade_page.to_csv(graded, options.language))
+    print(f"students: {len(graded.results)}; {page}, {table}")
+    found = [(each.name, *trouble) for each in graded.results for trouble in each.trouble]
+    found += [(each.name, name, "edited") for each in graded.results for name in each.edited]
+    for name, what, why in found:
+        print(f"{name}: {what}{': ' * bool(what)}{why}", file=sys.stderr)
+    return int(bool(found))

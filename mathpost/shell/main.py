@@ -1,0 +1,78 @@
+"""The commands, and running one of them."""
+
+import argparse
+import os
+import re
+import signal
+import sys
+from collections.abc import Sequence
+from importlib import import_module, metadata
+
+from mathpost.errors import MathpostError
+
+COMMANDS = {  # a file of this folder each, and a line of help
+    "post": "CL data to a verified NC program",
+    "calibrate": "readings to a machine file, its errors and a control's terms",
+    "check": "check spreadsheets of rotations or NC words by their formulas",
+    "explain": "which misreading of the convention gives this number?",
+    "show": "a machine as a page that moves, with the signs of its axes in words",
+    "print": "forward, inverse and Jacobian of a machine as JavaScript, C or LaTeX",
+    "assign": "lessons for students, without solutions",
+    "grade": "a class's notebooks and workbooks: marks, mix-ups, what needs a look",
+    "lessons": "run lessons anew and say what changed",
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command, by default that of the command line; return the exit status.
+
+    0 is done, or all right; 1 something wrong in what was checked; 2 refused, with the reason on standard error.
+    """
+    words = _joined(sys.argv[1:] if arguments is None else list(arguments))
+    if arguments is None:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
+    try:
+        options = _parser(words).parse_args(words)
+        status = options.run(options)
+        sys.stdout.flush()
+        return status
+    except MathpostError as error:
+        print(f"mathpost: {error}", file=sys.stderr)
+        return 2
+    except ModuleNotFoundError as error:  # of the extras that a headless post does without
+        print(f"mathpost: this command needs {error.name}, which comes with mathpost[course]", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("mathpost: stopped, nothing was written", file=sys.stderr)
+        return 130
+    except BrokenPipeError:  # somebody reads the first lines only
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:  # standard output is closed, or its disk is full
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, what is left to be written goes nowhere
+        print(f"mathpost: standard output: {error.strerror or error}", file=sys.stderr)
+        return 2
+
+
+def _parser(words):
+    """The parser of all commands, with the arguments of the one that `words` begin with."""
+    parser = argparse.ArgumentParser(
+        prog="python -m mathpost", description="Five-axis post-processing and spreadsheets, verified."
+    )
+    parser.add_argument("--version", action="version", version=f"mathpost {metadata.version('mathpost')}")
+    commands = parser.add_subparsers(dest="command", required=True)
+    for name, said in COMMANDS.items():
+        command = commands.add_parser(name, help=said)
+        if words[:1] == [name]:
+            module = import_module(f"mathpost.shell.{name}")
+            module.add_arguments(command)
+            command.set_defaults(run=module.run)
+    return parser
+
+
+def _joined(arguments):
+    """Keep argparse from taking values for options: vectors such as -1,0,2, numbers such as -1e-16 or -54,7356."""
+    if arguments[:1] == ["explain"]:
+        return [re.sub(r"^-(?=[\d.,]+(e[+-]?\d+)?°?$)", "−", word) for word in arguments]
+    words, vectors = iter(arguments), ("--origin", "--angles", "--point")
+    return [f"{word}={next(words, '')}" if word in vectors else word for word in words]

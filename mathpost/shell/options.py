@@ -1,0 +1,59 @@
+"""What several commands take: files, vectors, numbers, angles; and how they write what they made."""
+
+import argparse
+import math
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from mathpost.files import write_text
+
+OUTPUT = ("-o", "--output")
+FILE = {"type": Path, "metavar": "FILE"}
+MACHINE = {"type": Path, "metavar": "MACHINE", "help": "machine file, TOML"}
+LANGUAGE = {"choices": ("en", "zh"), "default": "en", "help": "of the table"}
+
+
+def vector(text: str) -> tuple[float, ...]:
+    """Three numbers, X,Y,Z."""
+    values = tuple(map(float, text.split(",")))
+    if len(values) != 3:
+        raise argparse.ArgumentTypeError(f"expected three numbers X,Y,Z, found {text!r}")
+    return values
+
+
+def number(text: str) -> str:
+    """The number as it was written, whose digits tell how precise it is; a comma is a decimal point."""
+    found = text.replace(",", ".").replace("−", "-").removesuffix("°")
+    try:
+        float(found)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a number, found {text!r}") from None
+    return found
+
+
+def degrees(default: float) -> dict:
+    """An angle in degrees whose default is in radians."""
+    return {"type": float, "default": round(math.degrees(default), 9), "metavar": "DEG"}
+
+
+def given(options: argparse.Namespace, names: Iterable[str]) -> dict:
+    """Those of the options that were given, by name."""
+    return {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+
+
+def write(path: Path | None, text: str, inputs: Iterable[Path] = ()) -> None:
+    """Write a file, or to standard output if there is no `path`."""
+    if path:
+        write_text(path, text, inputs=inputs)
+    else:
+        print(text, end="")
+
+
+def show_progress(done: int, total: int, name: str) -> None:
+    """Show a bar on a terminal, a line now and then in a log."""
+    if sys.stderr.isatty():
+        bar = "█" * (30 * done // total)
+        print(f"\r{bar:30s} {done}/{total} {name[:40]:40s}", end="\n" * (done == total), file=sys.stderr)
+    elif done % 20 == 0 or done == total:
+        print(f"{done}/{total} {name}", file=sys.stderr)

@@ -1,0 +1,54 @@
+"""CL data to a verified NC program."""
+
+import argparse
+import math
+import sys
+
+from mathpost import machine
+from mathpost.compensate.model import read_errors
+from mathpost.path import cl
+from mathpost.post import AXIS_TOLERANCE, CONE, TOLERANCE
+from mathpost.post import run as post
+from mathpost.post.program import DIALECTS
+from mathpost.post.selection import STRATEGIES
+from mathpost.post.ways import Crossing
+from mathpost.shell.options import FILE, OUTPUT, degrees, given, vector, write
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    add = parser.add_argument
+    add("cl", **FILE | {"metavar": "CL"}, help="APT CL file")
+    add("--machine", **FILE, required=True, help="machine file, TOML")
+    add("--dialect", choices=DIALECTS, default="heidenhain")
+    add("--tcp", action="store_true", help="let the control keep the tip: M128, G43.4, TRAORI")
+    add("--tolerance", type=float, default=TOLERANCE, metavar="MM", help="default %(default)s")
+    add("--axis-tolerance", **degrees(AXIS_TOLERANCE), help="of the tool axis; default %(default)s")
+    add("--selection", dest="strategy", choices=STRATEGIES, default="optimal")
+    add("--singular", choices=Crossing.SAFE, default="direct", help="way through singular regions")
+    add("--cone", **degrees(CONE), help="half angle of the singular region (default %(default)g)")
+    add("--split", action="store_true", help="retract and unwind where travel ends")
+    add("--tool-length", type=float, metavar="MM", help="instead of the machine file's")
+    add("--origin", type=vector, metavar="X,Y,Z", help="workpiece origin, instead of the machine file's")
+    add("--errors", **FILE, help="errors of the calibrated machine, TOML, to compensate for")
+    add("--compare", action="store_true", help="report other strategies and ways through singular regions, too")
+    add("--ignore", default="", metavar="WORD,…", help="words of the CL file taken for comments")
+    add(*OUTPUT, **FILE, help="program; by default standard output")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the program, and the report to standard error."""
+    setup = machine.load(options.machine).with_setup(origin=options.origin, tool_length=options.tool_length)
+    ignored = tuple(word.strip() for word in options.ignore.split(",") if word.strip())
+    result = post(
+        cl.read(options.cl, tolerance=min(cl.ARC_TOLERANCE, options.tolerance / 5), ignored=ignored),
+        setup,
+        axis_tolerance=math.radians(options.axis_tolerance),
+        cone=math.radians(options.cone),
+        errors=read_errors(options.errors, setup) if options.errors else None,
+        progress=(lambda name: print(f"{name} …", file=sys.stderr)) if sys.stderr.isatty() else None,
+        **given(options, ("dialect", "strategy", "singular", "tolerance", "tcp", "split", "compare")),
+    )
+    write(options.output, result.program, inputs=filter(None, (options.cl, options.machine, options.errors)))
+    print(result.report, file=sys.stderr)
+    return 0

@@ -1,0 +1,80 @@
+"""TOML files read key by key, so that a wrong or unknown key is an error that names it."""
+
+import tomllib
+
+from mathpost.errors import InputError
+from mathpost.files import read_text
+
+LARGEST = 1e9  # of any number
+
+
+def read_toml(path):
+    """Return the content of the TOML file `path` as a dict; raise `InputError` if it is none."""
+    text = read_text(path)
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits, tables thousands deep
+        raise InputError(str(path), "a TOML file", str(error)) from None
+
+
+class TomlTable:
+    """A TOML table that is emptied key by key, so that what is left over is a key nobody knows."""
+
+    def __init__(self, content, where):
+        if not isinstance(content, dict):
+            raise InputError(where, "a table of keys", "nothing" if content is None else repr(content))
+        self.content, self.where = dict(content), where
+
+    def take(self, key, read, expected, *default):
+        if key not in self.content:
+            if default:
+                return default[0]
+            raise InputError(f"{self.where}, key {key!r}", expected, "nothing")
+        value = self.content.pop(key)
+        try:
+            return read(value)
+        except (TypeError, ValueError, OverflowError):
+            raise InputError(f"{self.where}, key {key!r}", expected, repr(value)) from None
+
+    def table(self, key, optional=False):
+        return TomlTable(self.content.pop(key, {} if optional else None), f"{self.where}, [{key}]")
+
+    def done(self):
+        if self.content:
+            key = next(iter(self.content))
+            raise InputError(f"{self.where}, key {key!r}", "no such key", repr(self.content[key]))
+
+
+# Readers return what they make of a value or raise ValueError or TypeError; `TomlTable.take` says where.
+
+
+def only_if(holds, read=lambda value: value):
+    """A reader of what `holds` of once it has been read."""
+
+    def checked(value):
+        if not holds(found := read(value)):
+            raise ValueError
+        return found
+
+    return checked
+
+
+def a_number(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
+        raise ValueError
+    return float(value)
+
+
+def numbers(count):
+    return only_if(lambda found: len(found) == count, lambda value: tuple(map(a_number, value)))
+
+
+def each(kind):
+    return only_if(lambda value: isinstance(value, list) and all(isinstance(entry, kind) for entry in value))
+
+
+def one_of(*words):
+    return only_if(lambda value: value in words), " or ".join(f'"{word}"' for word in words)
+
+
+some_text = only_if(lambda value: isinstance(value, str) and value.strip())

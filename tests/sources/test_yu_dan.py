@@ -1,0 +1,184 @@
+"""Source 002 (Yu Dan et al.): its tables reproduced to the printed digits, or shown to be wrong."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.interpolate import CubicSpline
+
+from mathpost.errors import MathpostError
+from mathpost.formula import numeric
+from mathpost.post import selection
+from mathpost.post.between_blocks import linearize, subdivide
+from mathpost.post.proof import deviation
+from mathpost.sources import yu_dan
+from mathpost.sources.yu_dan import equation_8, paper_clamped, paper_cubic
+from tests.conftest import DATA
+
+ROWS = (40, 50, 60, 70, 80)
+TABLE_3_TIMES = (0.175, 0.375, 0.575, 0.775, 0.95)
+
+
+@pytest.fixture
+def table_2(published):
+    """X Y Z B C of table 2, shape (5, 5), mm and degrees."""
+    return np.array([published[2][row] for row in ROWS])
+
+
+@pytest.fixture
+def table_2_joints(dmu50v, blade, table_2):
+    """Exact X Y Z for the printed B and C of table 2."""
+    return dmu50v.close(blade.points, np.radians(table_2[:, 3:]))
+
+
+def test_every_b_from_k_as_printed(dmu50v, table_2):
+    derived = dmu50v.inverse_symbolic
+    cosine = derived.equation.lhs.coeff(sp.cos(derived.inner))
+    tilt = numeric(sp.acos(derived.equation.rhs / cosine), derived.axis)
+    printed = np.loadtxt(DATA / "tables/yu_dan_table_1.csv", delimiter=",", skiprows=2)[:, 4:]
+    np.testing.assert_array_equal(np.degrees(tilt(*printed.T)).round(3), table_2[:, 3])
+
+
+def test_normalising_first_moves_two_b_by_one_digit(dmu50v, blade, table_2):
+    b = dmu50v.inverse(blade.points, blade.axes, degrees=True)[:, 0, 3].round(3)
+    assert np.flatnonzero(b != table_2[:, 3]).tolist() == [1, 2]
+    np.testing.assert_allclose(b[1:3] - table_2[1:3, 3], [0.001, -0.001], atol=1e-9)
+
+
+def test_every_xyz_from_the_tables_own_angles(table_2, table_2_joints):
+    assert np.abs(table_2_joints[:, :3] - table_2[:, :3]).max() < 0.001
+
+
+@pytest.mark.parametrize("sign", [(1, -1), (-1, 1), (-1, -1)])
+def test_other_signs_do_not_reproduce_xyz(dmu50v, blade, table_2, sign):
+    """Negative control: the table turns the workpiece positively, about both axes."""
+    joints = dmu50v.close(blade.points, np.radians(table_2[:, 3:]) * sign)
+    assert np.abs(joints[:, :3] - table_2[:, :3]).max() > 10
+
+
+def test_no_c_of_table_2_points_the_tool_along_the_cl_axis(dmu50v, blade, table_2):
+    joints = np.concatenate([table_2[:, :3], np.radians(table_2[:, 3:])], axis=1)
+    axis = dmu50v.forward(joints)[1]
+    angle = np.degrees(np.arccos((axis * blade.axes).sum(axis=1)))
+    np.testing.assert_array_equal(angle.round(3), [1.342, 0.011, 0.057, 0.747, 4.437])
+
+
+def test_the_right_c(dmu50v, blade):
+    c = dmu50v.inverse(blade.points, blade.axes, degrees=True)[:, :, 4]
+    np.testing.assert_allclose(c[:, 0], [175.8146, 178.3319, -0.8254, -3.2859, -8.0750], atol=1e-4)
+    np.testing.assert_allclose(c[:, 1], [4.1854, 1.6681, -179.1746, -176.7141, -171.9250], atol=1e-4)
+
+
+def test_table_3_is_the_four_point_cubic(published):
+    rows = np.array([published[2][row] for row in (40, 50, 60, 70)])
+    printed = np.array([published[3][row] for row in range(51, 56)])
+    assert np.abs(paper_cubic(rows, TABLE_3_TIMES) - printed).max() < 0.001
+    clamped = np.abs(paper_clamped(rows, TABLE_3_TIMES) - printed).max(axis=0)
+    np.testing.assert_allclose(clamped, [7.771, 9.737, 0.641, 0.928, 14.777], atol=0.001)
+
+
+@pytest.mark.parametrize("column", [0, 1, 4])  # Z and B change too little for three decimals of t
+def test_one_column_of_table_3_gives_its_times_and_these_the_others(published, column):
+    rows = np.array([published[2][row] for row in (40, 50, 60, 70)])
+    printed = np.array([published[3][row] for row in range(51, 56)])
+    curve = CubicSpline([-1, 0, 1, 2], rows[:, column], bc_type="not-a-knot")
+    times = np.concatenate([curve.solve(value, extrapolate=False) for value in printed[:, column]])
+    times = times[(times > 0) & (times < 1)].round(4)
+    np.testing.assert_allclose(times, TABLE_3_TIMES, atol=1e-4)
+    assert np.abs(paper_cubic(rows, times.round(3)) - printed).max() < 0.001
+
+
+def test_table_3_cuts_into_the_part(dmu50v, blade, published):
+    words = np.array([published[3][row] for row in (50, 51, 52, 53, 54, 55, 60)])
+    joints = np.concatenate([words[:, :3], np.radians(words[:, 3:])], axis=1)
+    place = np.r_[1, 1 + np.array(TABLE_3_TIMES), 2]
+    tips, axes = blade.at(place)
+    off = np.linalg.norm(dmu50v.forward(joints)[0] - tips, axis=1)
+    np.testing.assert_array_equal(off[1:-1].round(1), [40.2, 71.6, 75.4, 50.1, 12.0])
+    along = deviation(dmu50v, joints[:-1], joints[1:], tips=(tips[:-1], tips[1:]), axes=(axes[:-1], axes[1:]))
+    assert along[0].max() == pytest.approx(77.575, abs=0.002)
+    whole = np.broadcast_to(blade.axes[[1, 2], None], (2, 6, 3))
+    out_of_plane = deviation(dmu50v, joints[:-1], joints[1:], axes=whole)[1]
+    assert np.degrees(out_of_plane.max()) == pytest.approx(1.96, abs=0.01)
+    mended = dmu50v.close(tips, joints[:, 3:])
+    assert np.linalg.norm(dmu50v.forward(mended)[0] - tips, axis=1).max() < 1e-12
+    np.testing.assert_allclose(mended[1, :3], [-68.480, -32.029, 57.834], atol=0.001)
+
+
+def test_equation_8_converges_to_nothing(dmu50v, table_2_joints):
+    joints, claimed, true = equation_8(dmu50v, table_2_joints[1], table_2_joints[2], 0.01)
+    assert len(joints) - 1 == 128 and claimed <= 0.01
+    assert true == pytest.approx(76.4707, abs=0.001)
+    even = np.vstack([table_2_joints[1], subdivide(dmu50v, table_2_joints[1:2], table_2_joints[2:3], 128)[0]])
+    assert deviation(dmu50v, even[:-1], even[1:])[0].max() == pytest.approx(0.00574, abs=0.00002)
+
+
+@pytest.mark.parametrize(("tolerance", "pieces"), [(0.05, 44), (0.01, 98), (0.005, 138)])
+def test_pieces_from_row_50_to_60(dmu50v, table_2_joints, tolerance, pieces):
+    assert len(linearize(dmu50v, table_2_joints[1:3], tolerance).joints) - 1 == pieces
+
+
+def test_with_b_to_minus_25_there_is_no_singular_jump(dmu50v_both_ways, blade):
+    chosen = selection.choose(dmu50v_both_ways, blade)
+    c = np.degrees(chosen.joints[:, 4])
+    np.testing.assert_array_equal(c[[0, -1]].round(3), [175.815, 188.075])
+    assert np.diff(c).max() < 5
+    errors = deviation(dmu50v_both_ways, chosen.joints[:-1], chosen.joints[1:])[0]
+    np.testing.assert_allclose(errors, [0.178927, 0.174108, 0.166622, 0.604563], atol=5e-5)
+
+
+def test_the_papers_rule_makes_the_jump(dmu50v_both_ways, blade):
+    chosen = selection.choose(dmu50v_both_ways, blade, "paper")
+    assert (np.degrees(chosen.joints[:, 3]) > 0).all()
+    assert np.degrees(np.abs(np.diff(chosen.joints[:, 4])).max()) == pytest.approx(179.157, abs=0.001)
+
+
+def test_the_cases_of_the_five_rows(dmu50v_both_ways, blade):
+    found = yu_dan.cases(dmu50v_both_ways, blade, 1)
+    assert [case.number for case in found] == [3, 3, 3, 3, 3]
+    assert [case.kappa for case in found] == [0] * 5
+    small, large = np.degrees(found[2].steps)
+    assert small == pytest.approx(4.7167 - 2.3344, abs=1e-3) and large == pytest.approx(4.7167 + 2.3344, abs=1e-3)
+    assert str(found[2]) == "case (3): κ = 0, 2.334°, steps 2.382° and 7.051° for κ = 0 and 1"
+
+
+def test_c_rule_says_what_it_compares():
+    angles = np.radians([150, 170, -175, -155])
+    first, second = yu_dan.turns(angles)
+    np.testing.assert_allclose(np.degrees([first.turned, first.delta_1, first.delta_2]), [-190, 365, 355])
+    np.testing.assert_allclose(np.degrees([second.delta_1, second.delta_2]), [35, 715])
+    assert (first.taken, second.taken) == (first.turned, angles[2])
+
+
+@pytest.mark.parametrize(("span", "dt"), [(1.0, (1.0, 1.0)), (3.0, (0.5, 2.0))])
+def test_the_cubic_by_hand_is_scipys(span, dt):
+    """The blend of four polynomials that a book on curves prints, the derivation, and `CubicSpline`."""
+    rows = np.random.default_rng(3).normal(size=(4, 5))
+    k_1, k_2 = (rows[1] - rows[0]) / dt[0], (rows[3] - rows[2]) / dt[1]
+    np.testing.assert_allclose(yu_dan.end_slopes(rows, dt), [k_1, k_2])
+    t = np.linspace(0, span, 9)
+    u = (t / span)[:, None]
+    ends = rows[1] * (1 - 3 * u**2 + 2 * u**3) + rows[2] * (3 * u**2 - 2 * u**3)
+    by_hand = ends + span * (k_1 * (u - 2 * u**2 + u**3) + k_2 * (u**3 - u**2))
+    np.testing.assert_allclose(yu_dan.clamped(rows, span, dt)(t), by_hand, atol=1e-12)
+    derived = numeric(yu_dan.hermite(), sp.symbols("t T M_s M_e k_1 k_2"))
+    for joint in range(5):
+        values = derived(t, span, rows[1, joint], rows[2, joint], k_1[joint], k_2[joint])
+        np.testing.assert_allclose(values, by_hand[:, joint], atol=1e-12)
+
+
+def test_smooth_keeps_the_tip_at_its_points(dmu50v, blade):
+    joints = selection.choose(dmu50v, blade).joints
+    place, smoothed = yu_dan.smooth(dmu50v, blade, joints, (1, 2), 5)
+    tip, _ = dmu50v.forward(smoothed)
+    np.testing.assert_allclose(tip, blade.at(place)[0], atol=1e-9)
+    np.testing.assert_allclose(smoothed[[0, -1]], joints[1:3], atol=1e-9)
+    for region in ((0, 2), (2, 4), (2, 2)):
+        with pytest.raises(MathpostError, match="a record before the region"):
+            yu_dan.smooth(dmu50v, blade, joints, region, 5)
+
+
+def test_lifted_along_the_tool_axis_and_back(kin):
+    joints = np.array([10.0, 20.0, 30.0, 0.3, 0.5])
+    (tip, axis), (moved, _) = kin.forward(joints), kin.forward(yu_dan.lifted(kin, joints, 5.0))
+    np.testing.assert_allclose(moved - tip, 5 * axis, atol=1e-9)
+    np.testing.assert_allclose(yu_dan.lifted(kin, yu_dan.lifted(kin, joints, 5.0), -5.0), joints, atol=1e-9)
