@@ -150,6 +150,7 @@ def _by_values(graph, found):
 
 def _report(graph, statuses, faults, seen, warnings, unclear=False):
     cells = []
+    statuses = {place: statuses[place] for place in sorted(statuses, key=graph.reading_order)}
     for place, status in statuses.items():
         cell = graph.cells.get(place, EMPTY)
         cells.append(

@@ -34,12 +34,17 @@ OPEN = set(
 )
 
 
-def task_of(options):
+def given_by(options):
+    """What the options of the shell say, by the names of a task's fields."""
     words = iter(shlex.split(options))
     given = {word.removeprefix("--"): next(words) for word in words}
     if "machine" in given:
         given["machine"] = str(ROOT / given["machine"])
-    return Task(**given)
+    return given
+
+
+def task_of(options):
+    return Task(**given_by(options))
 
 
 def workbook(sheet):

@@ -41,7 +41,7 @@ class Given:
         for _, part in graph.parts:
             if part[0] in ("MMULT", "TRANSPOSE", "MDETERM", "MINVERSE"):
                 found.update(tuple(a.places) for a in areas(part) if a.shape in ((3, 3), (4, 4)))
-        for anchor in {(p[0], *graph.cells[p].anchor) for p in graph.part}:
+        for anchor in dict.fromkeys((p[0], *graph.cells[p].anchor) for p in graph.part):
             array = graph.array(anchor)
             if len(array) in (9, 16) and len({p[1] for p in array}) == len({p[2] for p in array}):
                 found[tuple(self.sorted(array))] += 1
@@ -102,7 +102,7 @@ class Given:
             above = graph.upstream(sources) & graph.trees.keys()
             if sources and not any(heads(graph.trees[p]) & TRIGONOMETRY.keys() for p in (place, *above)):
                 composed.add(place)
-        for place in found:  # an angle that is made by a formula and then negated
+        for place in self.sorted(found):  # an angle that is made by a formula and then negated
             if graph.tree(place)[0] == "minus" and composed.issuperset(graph.uses[place]):
                 composed = composed - set(graph.uses[place]) | {place}
         if len(found & self.typed) > 2:  # half the sum of two angles, as a quaternion takes it, is none of its own
@@ -141,18 +141,18 @@ class Given:
     def never_moved(self):
         """Typed numbers that are not given: zeros and ones of matrices, numbers over formulas, conversions."""
         graph, found = self.graph, self.typed & {p for window in self.windows for p in window}
-        for place in self.turning & self.typed:  # 180 or π multiplies or divides several others
+        for place in self.sorted(self.turning & self.typed):  # 180 or π multiplies or divides several others
             users = [p for p in graph.used.get(place, ()) if self._scales(p, place)]
             partners = {s for user in users for s in graph.uses[user]} - {place}
             found |= {place} if self._converts(place) and min(len(users), len(partners)) >= 2 else set()
         given = self.typed & graph.used.keys() - self.turning - found
         quaternions = re.search(QUATERNION, self.text, re.I)
-        for place, (down, right) in product(given, ((1, 0), (0, 1))):  # (x, y, z, 1), or (0, x, y, z)
+        for place, (down, right) in product(self.sorted(given), ((1, 0), (0, 1))):  # (x, y, z, 1), or (0, x, y, z)
             line = [offset(place, n * down, n * right) for n in range(-1, 5)]
             if [p in given for p in line] == [False, True, True, True, True, False]:
                 found |= {line[4]} if graph.own[line[4]] == 1 else set()
                 found |= {place} if quaternions and graph.own[place] == 0 else set()
-        for area in {area for _, part in graph.parts if part[0] == "MMULT" for area in areas(part)}:
+        for area in dict.fromkeys(area for _, part in graph.parts if part[0] == "MMULT" for area in areas(part)):
             ends = {area.places[-1]} if sorted(area.shape) == [1, 4] else set()  # (x, y, z, 1) among others
             found |= {p for p in ends & given if graph.own[p] == 1}
         for whole in graph.components:
@@ -206,7 +206,7 @@ class Given:
     def lines(self, cells, least):
         """Triples of evenly spaced typed cells of which at least `least` are in `cells`, the fullest first."""
         found, steps = {}, [way for step in range(1, 11) for way in ((step, 0), (0, step))]
-        for place, (down, right), k in product(cells, steps, range(3)):
+        for place, (down, right), k in product(self.sorted(cells), steps, range(3)):
             triple = tuple(offset(place, (n - k) * down, (n - k) * right) for n in range(3))
             count = sum(p in cells for p in triple)
             if count >= least and self.typed.issuperset(triple):
@@ -240,7 +240,7 @@ def may_turn(numbers):
 
 def runs(places):
     """The longest lines of cells side by side, in rows and in columns."""
-    for along, order in ((1, lambda p: p[1:]), (2, lambda p: p[:0:-1])):
+    for along, order in ((1, lambda p: p), (2, lambda p: (p[0], p[2], p[1]))):
         lines = []
         for place in sorted(places, key=order):
             if not lines or place != offset(lines[-1][-1], along == 2, along == 1):

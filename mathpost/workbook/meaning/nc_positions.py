@@ -29,7 +29,7 @@ class Positions:
         self.found, self.graph, self.kinematics = found, found.graph, kinematics
         self.names = [name[0].lower() for name in kinematics.machine.joint_names]
         self.base, self.taken, rng = self.graph.run({}), set(), np.random.default_rng(30)
-        self.letters = {p: self.named(p) for p in self.graph.component.keys() - self.graph.messages}
+        self.letters = {p: self.named(p) for p in self.graph.component if p not in self.graph.messages}
         axes = rng.normal(size=(4 * DRAWN, 3))
         both = kinematics.inverse(np.zeros(3), axes, degrees=True)[..., 3:]
         within = np.flatnonzero(np.isfinite(both).all(axis=(1, 2)))[:DRAWN]

@@ -458,7 +458,7 @@ class Recognised(Vectors):
             places = given.setdefault(name, ())
             if len(places) not in allowed:
                 raise InputError("cells", "angles, point and result of three cells each", f"no {name} of that size")
-            for place in set(places) - self.graph.component.keys():
+            for place in (p for p in places if p not in self.graph.component):
                 raise InputError(f"cells, {name!r}", "numbers or formulas", f"none in {self.graph.address(place)}")
         self.vectors = set(given["result"])
         self._tell(Turn(*(given[name] for name in ("result", "angles", "point", "origin"))), self.calculations)

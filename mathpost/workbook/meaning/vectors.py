@@ -86,7 +86,9 @@ class Vectors(Given):
             inside = left.intersection(whole)
             uses = Counter(s for p in inside for s in self.depends[p] & self.lengths)
             shared[whole] = {s for s, count in uses.items() if 2 * count > len(inside)}
-        for place, (down, right), k in product(left, ((1, 0), (0, 1), (0, 2), (0, 3), (0, 4)), range(3)):
+        for place, (down, right), k in product(
+            self.sorted(left), ((1, 0), (0, 1), (0, 2), (0, 3), (0, 4)), range(3)
+        ):
             whole = self.graph.component[place]
             line = tuple(offset(place, (n - k) * down, (n - k) * right) for n in range(3))
             last = graph.own[whole[-1]]

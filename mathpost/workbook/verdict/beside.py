@@ -301,7 +301,7 @@ class Beside:
         graph, now = self.graph, self.judge.now(place)
         turned = {p for turn in self.turns for p in turn.results}
         own = turned.isdisjoint(graph.upstream([place]))
-        for other in unknown - {place} if np.ptp(now[1:]) > CLOSE else ():
+        for other in self.found.sorted(unknown - {place}) if np.ptp(now[1:]) > CLOSE else ():
             alike = graph.form(other) == graph.form(place) and same(self.judge.now(other), now)
             if alike and own != turned.isdisjoint(up := graph.upstream([other])) and up & unknown == {other}:
                 unknown.remove(other)

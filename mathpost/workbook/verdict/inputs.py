@@ -38,10 +38,11 @@ def _unlike_the_text(graph, found):
     texts = [
         part for text in found.text.splitlines() for part in (re.sub(aside, "", text), *re.findall(aside, text))
     ]
-    said = {tuple(map(float, numbers)) for text in texts if len(numbers := re.findall(number, text)) == 3}
-    given = {places for c in found.calculations for places in (c.angles, c.point, c.origin) if len(places) == 3}
+    said = [tuple(map(float, numbers)) for text in texts if len(numbers := re.findall(number, text)) == 3]
+    given = (places for c in found.calculations for places in (c.angles, c.point, c.origin) if len(places) == 3)
     given = {places: tuple(graph.own[p] for p in places) for places in given if found.typed.issuperset(places)}
-    for text, (places, numbers) in product(said - {*given.values()}, given.items()):
+    said = [text for text in dict.fromkeys(said) if text not in given.values()]
+    for text, (places, numbers) in product(said, given.items()):
         alike = [abs(a - b) < 1e-6 for a, b in zip(text, numbers, strict=True)]
         if sum(alike) == 2 and any(same for same, number in zip(alike, numbers, strict=True) if number):
             yield f"{graph.range(places)} is {_three(numbers)}, and a text says {_three(text)}"
@@ -55,8 +56,8 @@ def _typed_twice(graph, found):
     unused = found.lines(found.typed - graph.used.keys(), 3)
     tables = {id(graph.component[p]) for p in graph.used if p in graph.component}
     unused = [line for line in unused if id(graph.component[line[0]]) not in tables]
-    threes = {c for each in found.calculations for c in (each.angles, each.point, each.origin) if len(c) == 3}
-    pairs = [*product((c for c in threes if found.typed.issuperset(c)), unused)]
+    threes = (c for each in found.calculations for c in (each.angles, each.point, each.origin) if len(c) == 3)
+    pairs = [*product((c for c in dict.fromkeys(threes) if found.typed.issuperset(c)), unused)]
     if len(given) == 2 and len({graph.component[places[0]] for places in given}) == 2:
         pairs.append(given)
     for a, b in pairs:
@@ -71,7 +72,7 @@ def _typed_twice(graph, found):
 def _not_converted(graph, found):
     """Yield angles in degrees that no formula uses, beside what is not made of them but turns in their place."""
     for place in found.sorted(found.typed - graph.used.keys() - graph.trees.keys()):
-        for near in found.angles.intersection(beside(place)):
+        for near in (p for p in beside(place) if p in found.angles):
             degrees, own = graph.own[place], graph.own[near]
             other = near in graph.trees or abs(np.rad2deg(own) - degrees) > 0.01 * abs(degrees)
             if abs(own) < LARGEST_RADIANS < abs(degrees) <= 360 and other:

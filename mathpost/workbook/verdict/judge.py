@@ -103,7 +103,7 @@ class Judge(Sampled):
                 self.faults.append(self.fault(place, cause, f"{self.graph.short(place)}: {message}"))
         errors = {p for row in rows for p in row.results if p in self.graph.trees and np.isnan(self.graph.own[p])}
         errors -= self.graph.downstream([*self.graph.not_evaluated, *(fault.place for fault in self.faults)])
-        for place in (p for p in errors if self.graph.upstream([p]) & errors == {p}):
+        for place in (p for p in self.found.sorted(errors) if self.graph.upstream([p]) & errors == {p}):
             text = f"{self.graph.short(place)} gives no number at this tool axis"
             self.faults.append(self.fault(place, "wrong value", text))
         return self

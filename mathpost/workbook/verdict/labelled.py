@@ -179,7 +179,8 @@ class Labelled:
         for result in (c.results[:3] for c in self.judge.live):
             mine = [p for p in self.found.sorted(copies) if copies[p] in result]
             wanted = {p: k for p in mine if (k := self._outcome_said(p)) is not None}
-            for line in {tuple(p for p in mine if (p[0], p[n]) == (q[0], q[n])) for q in mine for n in (1, 2)}:
+            lines = (tuple(p for p in mine if (p[0], p[n]) == (q[0], q[n])) for q in mine for n in (1, 2))
+            for line in dict.fromkeys(lines):
                 words = [self.found.coordinate(p) for p in line]
                 order = [word[0] for word in words] if len({*words} - {None}) == 3 else [0, 1, 2]
                 wanted |= dict(zip(line, order, strict=True)) if len(line) == 3 else {}

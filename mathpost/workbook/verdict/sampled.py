@@ -32,7 +32,9 @@ class Sampled:
         base = graph.run({})
         for angles in dict.fromkeys(c.angles for c in (*self.live, *found.steps)):
             self._set_units(angles, base)
-        spare = [] if found.task.machine else [Calculation((), tuple(found.angles), tuple(found.lengths))]
+        spare = (
+            [] if found.task.machine else [Calculation((), found.sorted(found.angles), found.sorted(found.lengths))]
+        )
         rng = np.random.default_rng(20)
         wide = self._wide()
         for calculation in (*spare, *self.live):

@@ -45,7 +45,7 @@ class Where:
         if best[0] >= UNEXPLAINED and isinstance(calculation, Words) and not calculation.is_wrong(self.judge.now):
             return None  # an arc sine of half the sphere
         self.judge.faults += best[3]
-        mates = {q for p in best[2] for q in self.judge.graph.array(p)} if best[0] < UNEXPLAINED else ()
+        mates = [q for p in best[2] for q in self.judge.graph.array(p)] if best[0] < UNEXPLAINED else ()
         return {q: self.judge.targets[q] for q in mates if q in self.judge.targets} | best[2]
 
     def _candidates(self, calculation, targets, bad):
@@ -53,7 +53,7 @@ class Where:
         graph, found, scope = self.graph, self.found, self.graph.upstream(bad)
         blocks, pairs = [w for w in found.windows if not scope.isdisjoint(w)], {}
         formulas = scope & graph.trees.keys() - self.judge.inputs.keys()
-        for place in formulas - {p for window in blocks for p in window}:
+        for place in self.found.sorted(formulas - {p for window in blocks for p in window}):
             if heads(graph.trees[place]) & {"SIN", "COS", "TAN"}:
                 pairs.setdefault(tuple(graph.uses[place]), []).append(place)
         blocks += self.lines(calculation, scope)
@@ -69,12 +69,16 @@ class Where:
             yield (*graph.calculation_order(place), 0), (place,), options
         everywhere = (("rounded early", ROUNDING), (TO_RADIANS[0], TURNING), (TO_DEGREES[0], TURNING))
         for number, (kind, functions) in enumerate(everywhere):
-            places = [p for p in formulas if heads(graph.trees[p]) & functions]
+            places = [p for p in self.found.sorted(formulas) if heads(graph.trees[p]) & functions]
             slips = {p: next((e[3] for e in edits(graph, p) if e[0] == kind), None) for p in places}
             option = {p: self.judge.calculate(p, tree) for p, tree in slips.items() if tree}
             if len(option) > 1:  # the same slip everywhere
                 yield (97, (number,), 0), tuple(option), self._tried([option], targets, bad)
-        exactly = {p: tree for p in formulas if (tree := exact(graph.trees[p], ROUGHLY)) != graph.trees[p]}
+        exactly = {
+            p: tree
+            for p in self.found.sorted(formulas)
+            if (tree := exact(graph.trees[p], ROUGHLY)) != graph.trees[p]
+        }
         option = {p: self.judge.calculate(p, tree) for p, tree in exactly.items()}
         yield (97, (9,), 0), tuple(option), self._tried([option], targets, bad)
         if isinstance(calculation, Turn):  # all matrices of the other convention
@@ -90,7 +94,7 @@ class Where:
         lines = {line for line in lines if len(vectors.intersection(line)) >= 2} | {calculation.results} | steps
         if isinstance(calculation, Plane):
             lines |= {line for p in scope & self.graph.trees.keys() for line in self.judge.vectors_of(p)}
-        return lines
+        return sorted(lines, key=lambda line: [self.graph.reading_order(p) for p in line])
 
     def _tried(self, options, targets, bad):
         """Of the options (place → value) what they change, of those that meet the targets, one of `bad` first."""

@@ -166,7 +166,8 @@ class Why:
         if square and same(now, _turned(wanted)):
             copy = all(self.graph.tree(p)[0] == "area" for p in unit)
             return *TRANSPOSED, UNLIKELY * (not copy)
-        lines = {p for c in self.judge.live for p in (c.point, c.results)}.union(self.graph.components)
+        lines = dict.fromkeys(p for c in self.judge.live for p in (c.point, c.results))
+        lines |= dict.fromkeys(self.graph.components)
         others = windows if square else {c: matrix(c) for c in lines if len(c) == size and c != unit}
         turned = [] if square else [(w, _turned(each)) for w, each in windows.items()]
         for (a, left), (b, right) in product((*windows.items(), *turned), others.items()):
