@@ -15,6 +15,7 @@ from mathpost.rotation import about, unit
 # As much as a flank 6 mm above the tip strays by 0.01 mm; what Siemens' CYCLE832 sets for finishing, too: 10° for
 # each mm of the tolerance of the contour.
 AXIS_TOLERANCE = np.radians(0.1)
+CONE = np.radians(1.0)  # about the singular tool axes
 LEAN = np.radians(1.0)
 CLEARANCE = 20.0  # mm
 STILL = 0.01  # of a tolerance of the tool axis: a path that passes a singular axis as near as that meets it

@@ -10,9 +10,11 @@ import numpy as np
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.path import cl as cldata
 from mathpost.post import selection
-from mathpost.post.between_blocks import Motion, TimeLaw, block_times, follow, in_the_air, linearize, time_law
+from mathpost.post.between_blocks import follow, in_the_air, linearize
+from mathpost.post.motion import Motion
 from mathpost.post.proof import strays
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, distance, refuse_nonsense
+from mathpost.post.time_law import TimeLaw, block_times, time_law
 from mathpost.sources import yu_dan
 
 STEP = np.radians(5.0)  # rotary step between the nodes of a spline

@@ -6,11 +6,12 @@ import sys
 
 from mathpost import machine
 from mathpost.compensate.model import read_errors
+from mathpost.controls import control
 from mathpost.path import cl
-from mathpost.post import AXIS_TOLERANCE, CONE, TOLERANCE
 from mathpost.post import run as post
-from mathpost.post.program import DIALECTS
+from mathpost.post.options import TOLERANCE
 from mathpost.post.selection import STRATEGIES
+from mathpost.post.singular import AXIS_TOLERANCE, CONE
 from mathpost.post.ways import Crossing
 from mathpost.shell.options import FILE, OUTPUT, degrees, given, vector, write
 
@@ -20,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("cl", **FILE | {"metavar": "CL"}, help="APT CL file")
     add("--machine", **FILE, required=True, help="machine file, TOML")
-    add("--dialect", choices=DIALECTS, default="heidenhain")
+    add("--dialect", default="heidenhain", metavar="CONTROL", help=f"{', '.join(control.names())}, or a TOML file")
     add("--tcp", action="store_true", help="let the control keep the tip: M128, G43.4, TRAORI")
     add("--tolerance", type=float, default=TOLERANCE, metavar="MM", help="default %(default)s")
     add("--axis-tolerance", **degrees(AXIS_TOLERANCE), help="of the tool axis; default %(default)s")

@@ -15,6 +15,8 @@ from nbclient.exceptions import CellExecutionError
 from scipy.spatial.transform import Rotation
 
 from mathpost import euler, post
+from mathpost.controls import writer
+from mathpost.controls.blocks import Blocks, rounded
 from mathpost.course import exercise
 from mathpost.course.answers import Angle, Joints, Name, Names, Number, Pose, Vector
 from mathpost.course.lesson_data import load
@@ -25,7 +27,7 @@ from mathpost.files import read_text
 from mathpost.frame import Frame
 from mathpost.measure.cutter import Cutter
 from mathpost.path import cl
-from mathpost.post import program, selection
+from mathpost.post import selection
 from tests.conftest import LESSONS, ROOT
 
 OURS = {name: each for name, each in EXERCISES.items() if each.solve.__module__.startswith("mathpost.course")}
@@ -100,10 +102,10 @@ def flank(records, *, tcp=False, mirrored=1, singular=None):
     if singular:
         return post.run(path, kin.machine, singular=singular).program
     joints = selection.choose(kin, path).joints[records] * [1, 1, 1, 1, mirrored]
-    words = program.rounded(np.c_[kin.forward(joints)[0], joints[:, 3:]] if tcp else joints)
+    words = rounded(np.c_[kin.forward(joints)[0], joints[:, 3:]] if tcp else joints)
     count = len(words)
-    blocks = program.Blocks(words, np.full(count, 800.0), np.full(count, np.nan), np.zeros(count, bool), tcp)
-    return program.write(blocks, kin.machine)
+    blocks = Blocks(words, np.full(count, 800.0), np.full(count, np.nan), np.zeros(count, bool), tcp)
+    return writer.write(blocks, kin.machine)
 
 
 JUDGED = [  # exercises with many solutions: an answer, and what is said of it

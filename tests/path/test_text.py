@@ -166,6 +166,6 @@ def test_without_numba_the_loops_are_plain_python(monkeypatch):
 
 
 def test_only_large_texts_load_the_compiler():
-    small = "from mathpost.post import cl, text; cl.read('data/cl/blade.cl')"
+    small = "from mathpost.path import cl, text; cl.read('data/cl/blade.cl')"
     large = f"{small}; text.Pattern([text.Item('X')]).match(b'X\\n' * text.WORTH)"
     assert not loaded_after(small) & {"numba"} and loaded_after(large) >= {"numba"}

@@ -14,7 +14,8 @@ from mathpost.kinematics import Kinematics
 from mathpost.path import cl
 from mathpost.post import proof as module
 from mathpost.post import singular
-from mathpost.post.between_blocks import Motion, axis_lag, follow, linearize, subdivide
+from mathpost.post.between_blocks import axis_lag, follow, linearize, subdivide
+from mathpost.post.motion import Motion
 from mathpost.post.proof import (
     AXIS_RESOLUTION,
     RESOLUTION,

@@ -5,10 +5,10 @@ import pytest
 
 from mathpost import machine, post
 from mathpost.compensate.model import ErrorModel, MachineErrors, error_names, read_errors
+from mathpost.controls import control, reader
 from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.post import program
 from mathpost.shell.main import main
 from tests.conftest import DATA
 from tests.machines import with_slides
@@ -25,7 +25,7 @@ def calibrated():
 
 def missed(result, cl, errors, dialect, tcp):
     """Where the records' blocks really take the tip, minus where the CL data want it, from the text alone."""
-    joints = program.read(result.program, errors.machine, dialect).joints
+    joints = reader.read(result.program, errors.machine, dialect).joints
     if tcp:
         joints = Kinematics(errors.machine).close(joints[:, :3], joints[:, 3:])
     at = np.searchsorted(result.place, np.arange(len(cl)))
@@ -34,7 +34,7 @@ def missed(result, cl, errors, dialect, tcp):
 
 
 @pytest.mark.parametrize("tcp", [False, True])
-@pytest.mark.parametrize("dialect", list(program.DIALECTS))
+@pytest.mark.parametrize("dialect", control.names())
 def test_the_blade_on_a_calibrated_trunnion(blade, calibrated, dialect, tcp):
     plain = post.run(blade, calibrated.machine, dialect=dialect, tcp=tcp)
     result = post.run(blade, calibrated.machine, dialect=dialect, tcp=tcp, errors=calibrated)

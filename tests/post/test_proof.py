@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 from mathpost import machine, post
+from mathpost.controls import control
+from mathpost.controls.blocks import Blocks, rounded
 from mathpost.errors import InputError, MathpostError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.post import between_blocks, program, proof, singular, ways
-from mathpost.post.between_blocks import Motion
+from mathpost.post import options as settings
+from mathpost.post import proof, singular, steps, time_law, ways
+from mathpost.post.motion import Motion
 from mathpost.post.ways import AXIS_TOLERANCE
 from tests.conftest import DATA
 
@@ -63,7 +66,7 @@ def test_an_axis_too_far(dmu50v, by_the_pole, program_of):
     words = result.blocks.words.copy()
     words[closest, 4] += 30
     tip = by_the_pole.at(result.place[closest])[0]
-    words[[closest]] = program.rounded(dmu50v.close(tip, np.radians(words[[closest], 3:])))
+    words[[closest]] = rounded(dmu50v.close(tip, np.radians(words[[closest], 3:])))
     free = replace(result.blocks, words=words)
     along = on_path(result)
     wrong = proof.measured(dmu50v, by_the_pole, free, along)
@@ -124,12 +127,12 @@ def test_a_block_with_a_tenth_of_its_time(by_the_pole, program_of, name):
 
 
 @pytest.mark.parametrize("rates", [True, False])
-@pytest.mark.parametrize("dialect", program.DIALECTS)
+@pytest.mark.parametrize("dialect", control.names())
 def test_times_computed_ten_times_too_short_are_refused(dmu50v, by_the_pole, monkeypatch, dialect, rates):
     data = dmu50v.machine if rates else without_rates(dmu50v.machine)
     post.run(by_the_pole, data, dialect=dialect)
-    right = between_blocks.block_times
-    monkeypatch.setattr(program, "block_times", lambda *given: right(*given) / 10)
+    right = time_law.block_times
+    monkeypatch.setattr(steps, "block_times", lambda *given: right(*given) / 10)
     with pytest.raises(MathpostError, match="a block takes"):
         post.run(by_the_pole, data, dialect=dialect)
 
@@ -148,14 +151,14 @@ def test_times_in_numbers(dmu50v):
     assert cldata.feed_times(np.array([[0.0, 0, 0], [0, 30, 0]]), np.array([600.0])) == pytest.approx([3.0])
     joints = np.array([[0.0, 0, 0, 0, 0], [0, 30, 0, 0, np.radians(90)], [0, 30, 0, 0, np.radians(100)]])
     tip, feeds, data = np.zeros((3, 3)), np.array([600.0, np.nan]), without_rates(dmu50v.machine)
-    assert between_blocks.block_times(data, joints, tip, feeds, np.ones(2, bool)) == pytest.approx([9.0, 0])
+    assert time_law.block_times(data, joints, tip, feeds, np.ones(2, bool)) == pytest.approx([9.0, 0])
     rate = np.degrees(dmu50v.machine.max_rates[4])
-    times = between_blocks.block_times(dmu50v.machine, joints, tip, feeds, np.ones(2, bool))
+    times = time_law.block_times(dmu50v.machine, joints, tip, feeds, np.ones(2, bool))
     assert times == pytest.approx([90 / rate, 10 / rate])
     far = np.array([[0.0, 0, 0], [0, 0, 600], [0, 0, 600]])
-    times = between_blocks.block_times(dmu50v.machine, joints, far, feeds, np.array([True, True]))
+    times = time_law.block_times(dmu50v.machine, joints, far, feeds, np.array([True, True]))
     assert times == pytest.approx([60, 10 / rate])
-    times = between_blocks.block_times(dmu50v.machine, joints, far, feeds, np.array([False, True]))
+    times = time_law.block_times(dmu50v.machine, joints, far, feeds, np.array([False, True]))
     assert times == pytest.approx([90 / rate, 10 / rate])
 
 
@@ -166,7 +169,7 @@ def test_a_retract_into_the_part_is_refused(by_the_pole, monkeypatch, name, tcp)
     options = {"singular": "retract", "cone": np.radians(1), "tcp": tcp}
     result = post.run(by_the_pole, data, **options, clearance=5.0)
     assert result.report.settings["singular"].endswith(": retract")
-    for module in (post, ways):
+    for module in (settings, ways):
         monkeypatch.setattr(module, "refuse_nonsense", lambda *_: None)
     with pytest.raises(MathpostError, match=r"record \d+: on its way .* 5.00\d mm into the part"):
         post.run(by_the_pole, data, **options, clearance=-5.0)
@@ -175,7 +178,7 @@ def test_a_retract_into_the_part_is_refused(by_the_pole, monkeypatch, name, tcp)
 def test_a_split_into_the_part_is_refused(monkeypatch):
     data, cl = machine.load(DATA / "machines/nutating_head.toml"), cldata.read(DATA / "cl/twisted_blade.cl")
     monkeypatch.setattr(ways, "refuse_nonsense", lambda *_: None)
-    monkeypatch.setattr(post, "refuse_nonsense", lambda *_: None)
+    monkeypatch.setattr(settings, "refuse_nonsense", lambda *_: None)
     with pytest.raises(MathpostError, match=r"20.00\d mm into the part"):
         post.run(cl, data, split=True, clearance=-20.0)
 
@@ -194,7 +197,7 @@ def test_the_whole_way_of_a_lifted_move_is_looked_at(dmu50v):
     joints = np.stack(
         [ends[0], dmu50v.close(lifted, joints[:, 3:])[0], dmu50v.close(lifted, joints[:, 3:])[1], ends[1]]
     )
-    blocks = program.Blocks(program.rounded(joints), np.full(4, np.nan), np.full(4, np.nan), np.zeros(4, bool))
+    blocks = Blocks(rounded(joints), np.full(4, np.nan), np.full(4, np.nan), np.zeros(4, bool))
     along = Motion(joints, np.array([0.0, 0, 1, 1]), np.array([False, True, True, False]))
     with pytest.raises(MathpostError, match="into the part"):
         proof.prove(dmu50v, cl, blocks, along, 0.01, AXIS_TOLERANCE)
@@ -205,7 +208,7 @@ def test_the_whole_way_of_a_lifted_move_is_looked_at(dmu50v):
 def tcp_words(kin, blocks):
     """The words for a control that keeps the tip."""
     joints = blocks.joints
-    return program.rounded(np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1))
+    return rounded(np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1))
 
 
 @pytest.mark.parametrize(
@@ -284,7 +287,7 @@ def test_the_least_time_of_a_block_by_hand(dmu50v, rates, feed, to, turn, second
     along = Motion.on_part(words, np.arange(2.0))
 
     def look(time):
-        given = program.Blocks(words, np.full(2, np.nan), np.array([np.nan, time]), np.zeros(2, bool))
+        given = Blocks(words, np.full(2, np.nan), np.array([np.nan, time]), np.zeros(2, bool))
         proof._refuse_too_fast(data, cl, given, along)
 
     look(seconds)
@@ -299,7 +302,7 @@ def test_a_lifted_move_beside_a_path_that_climbs_or_falls(dmu50v, to, tcp):
     cl = cldata.from_arrays([[10, 0, 0], [10, 0, to]], [[0, 0, 1]] * 2)
     joints = dmu50v.close(cl.points[[0, 0, 1, 1]] + np.outer([0, 5, 5, 0], [0, 0, 1]), np.zeros((4, 2)))
     along = Motion(joints, np.array([0.0, 0, 1, 1]), np.array([False, True, True, False]))
-    blocks = program.Blocks(program.rounded(joints), np.full(4, np.nan), np.full(4, np.nan), np.zeros(4, bool))
+    blocks = Blocks(rounded(joints), np.full(4, np.nan), np.full(4, np.nan), np.zeros(4, bool))
     if tcp:
         blocks = replace(blocks, words=tcp_words(dmu50v, blocks), tcp=True)
     proof.prove(dmu50v, cl, blocks, along, 0.01, AXIS_TOLERANCE)

@@ -9,12 +9,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from mathpost import machine, post
+from mathpost.controls import control, reader
+from mathpost.controls.writer import MOTION_ONLY
 from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.kinematics import Kinematics
 from mathpost.path import cl as cldata
-from mathpost.post import program
-from mathpost.post.between_blocks import Motion
-from mathpost.post.program import MOTION_ONLY
+from mathpost.post.motion import Motion
 from mathpost.post.proof import deviation, measured
 from mathpost.post.ways import Crossing
 from mathpost.shell.main import main
@@ -31,7 +31,7 @@ def twisted():
     return cldata.read(DATA / "cl/twisted_blade.cl")
 
 
-@pytest.mark.parametrize("dialect", list(program.DIALECTS))
+@pytest.mark.parametrize("dialect", control.names())
 @pytest.mark.parametrize("tcp", [False, True])
 def test_the_blade(dmu50v, blade, dialect, tcp):
     result = post.run(blade, dmu50v.machine, dialect=dialect, tcp=tcp)
@@ -182,14 +182,14 @@ def test_any_machine_any_path(any_machine, seed, step, tcp, singular, granted, r
     joints = np.cumsum(rng.normal(size=(8, 5)) * [5, 5, 5, step, step], axis=0)
     joints[:, 3:] += rng.uniform(-3, 3, 2)
     cl = replace(cldata.from_arrays(*kin.forward(joints), feed=1000), rapid=rng.random(8) < rapid)
-    dialect = list(program.DIALECTS)[seed % 3]
+    dialect = control.names()[seed % 3]
     try:
         options = {"tolerance": 0.02, "axis_tolerance": np.radians(granted), "singular": singular}
         result = post.run(cl, any_machine, dialect=dialect, tcp=tcp, **options)
     except MathpostError as error:
         assert len(str(error)) > 20
         return
-    blocks = program.read(result.program, any_machine, dialect)
+    blocks = reader.read(result.program, any_machine, dialect)
     tip, axis = kin.forward(blocks.joints)
     tip = blocks.words[:, :3] if tcp else tip
     at_record = result.place % 1 == 0

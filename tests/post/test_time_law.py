@@ -7,9 +7,9 @@ import pytest
 
 from mathpost import post
 from mathpost.kinematics import Kinematics
-from mathpost.post import between_blocks as module
 from mathpost.post import selection
-from mathpost.post.between_blocks import SETTLE, block_times, slow_down, time_law
+from mathpost.post import time_law as module
+from mathpost.post.time_law import SETTLE, block_times, slow_down, time_law
 from mathpost.post.ways import Crossing
 
 RATE, ACCELERATION = np.radians(36), np.radians(200)  # of C on the DMU 50V

@@ -4,14 +4,15 @@ from functools import cache
 
 import numpy as np
 
+from mathpost.controls.reader import read
 from mathpost.course.answers import Kind, Name, Number, Vector
 from mathpost.course.lesson_data import SWING, blade, data, largest_swing, load, with_axis, with_travel
 from mathpost.course.verdict import define, slip
 from mathpost.errors import InputError
 from mathpost.path import cl as cldata
-from mathpost.post import program, run
+from mathpost.post import run
 from mathpost.post.between_blocks import linearize
-from mathpost.post.proof import deviation
+from mathpost.post.match import between, match
 from mathpost.sources import yu_dan
 
 ROWS = (40, 50, 60, 70, 80)
@@ -77,7 +78,7 @@ def spoilt_program():
 def block():
     """In one block only the tip leaves the CL data, by a tenth of a millimetre; no glance at the words shows it."""
     kin = with_travel(load("dmu50v"), -25, 180)
-    tips, _ = kin.forward(program.read(spoilt_program(), kin.machine).joints)
+    tips, _ = kin.forward(read(spoilt_program(), kin.machine).joints)
     middle = np.median(tips, axis=0)  # the blade's five tips are all within 0.01 mm
     moves = [line for line in spoilt_program().splitlines() if " L " in line]
     return int(moves[np.linalg.norm(tips - middle, axis=1).argmax()].split()[0])
@@ -140,33 +141,23 @@ class Program(Kind):
 def unproved(text):
     """Say what is wrong with a program for the new path: read back, records in order, then the way between them."""
     kin, path = load("bc_table"), cldata.parse(new_path(), "the CL data")
-    blocks = program.read(text, kin.machine, name="your program")
+    blocks = read(text, kin.machine, name="your program")
     joints = kin.close(blocks.joints[:, :3], blocks.joints[:, 3:]) if blocks.tcp else blocks.joints
     if out := [words for each in joints for words in kin.machine.out_of_travel(each)]:
         return f"Out of travel: {out[0]}."
-    tip, axis = kin.forward(joints)
-    at = 0
-    for record, (point, direction) in enumerate(zip(path.points, path.axes, strict=True), 1):
-        off = np.linalg.norm(tip[at:] - point, axis=1)
-        lean = np.degrees(2 * np.arcsin(np.linalg.norm(axis[at:] - direction, axis=1) / 2))
-        if not (reached := np.flatnonzero((off <= TIP) & (lean <= AXIS))).size:
-            nearest = off.argmin()
-            return (
-                f"No block ends at record {record}, in its turn: the tip comes within {off[nearest]:.3f} mm of it, "
-                f"with the tool axis {lean[nearest]:.3f}° off."
-            )
-        before, at = at, at + reached[0]
-        if record > 1:
-            ends = [each[record - 2 : record] for each in (path.points, path.axes)]
-            tips, axes = (np.repeat(each[:, None], at - before, axis=1) for each in ends)
-            height = np.vecdot(tip[before : at + 1] - np.linspace(*ends[0], at + 1 - before), direction)
-            cut = (height[:-1] < LIFTED) & (height[1:] < LIFTED)
-            strays = deviation(kin, joints[before:at], joints[before + 1 : at + 1], tips=tips, axes=axes)
-            worst_tip, worst_axis = strays[0][cut].max(initial=0), np.degrees(strays[1][cut].max(initial=0))
-            if worst_tip > TIP and not blocks.tcp:
-                return f"Between records {record - 1} and {record} the tip strays by {worst_tip:.3f} mm."
-            if worst_axis > AXIS:
-                return f"Between records {record - 1} and {record} the tool axis strays by {worst_axis:.3f}°."
+    found = match(kin, path, joints, tip=TIP, axis=np.radians(AXIS))
+    if len(found.blocks) < len(path):
+        return (
+            f"No block ends at record {len(found.blocks) + 1}, in its turn: the tip comes within {found.tip:.3f} "
+            f"mm of it, with the tool axis {np.degrees(found.axis):.3f}° off."
+        )
+    moves = between(kin, path, joints, found)
+    for move in np.flatnonzero(moves.height < LIFTED):
+        where = f"Between records {moves.record[move]} and {moves.record[move] + 1}"
+        if moves.tip[move] > TIP and not blocks.tcp:
+            return f"{where} the tip strays by {moves.tip[move]:.3f} mm."
+        if np.degrees(moves.axis[move]) > AXIS:
+            return f"{where} the tool axis strays by {np.degrees(moves.axis[move]):.3f}°."
     return ""
 
 

@@ -8,14 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mathpost import machine
+from mathpost.controls import control, reader, writer
+from mathpost.controls.blocks import Blocks
 from mathpost.errors import InputError
 from mathpost.path import text as bulk
-from mathpost.post import program
 from tests.conftest import DATA, machine_code
 from tests.path.test_cl import mutations
 
 DMU = machine.load(DATA / "machines/dmu50v.toml")
-DIALECTS = list(program.DIALECTS)
+DIALECTS = control.names()
 FIELDS = ("words", "feeds", "seconds", "rapid")
 
 
@@ -31,7 +32,7 @@ def blocks(count=12, *, tcp=False, seed=1):
     rapid = np.isin(np.arange(count), [0, 7])
     inverse = np.isin(np.arange(count), [3, 4, 8]) & (not tcp)
     seconds = np.where(inverse, 2.5, np.nan)
-    return program.Blocks(
+    return Blocks(
         words,
         np.where(rapid | inverse, np.nan, feeds),
         np.where(rapid, np.nan, seconds),
@@ -45,8 +46,8 @@ def blocks(count=12, *, tcp=False, seed=1):
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_read_of_write(dialect, tcp):
     written = blocks(tcp=tcp)
-    text = program.write(written, DMU, dialect, name="twisted blade")
-    back = program.read(text, DMU, dialect)
+    text = writer.write(written, DMU, dialect, name="twisted blade")
+    back = reader.read(text, DMU, dialect)
     np.testing.assert_array_equal(back.words, written.words)
     np.testing.assert_array_equal(back.rapid, written.rapid)
     np.testing.assert_allclose(back.feeds, written.feeds)
@@ -86,7 +87,7 @@ N50 M30
 
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_programs_written_by_hand(dialect):
-    read = program.read(TEXTS[dialect], DMU, dialect)
+    read = reader.read(TEXTS[dialect], DMU, dialect)
     np.testing.assert_array_equal(read.words, [[1, 2, 3, 4, 5], [2, 2, 3, 4, 5], [2, 2, 3, 4, -7.5]])
     assert read.rapid.tolist() == [True, False, False]
     np.testing.assert_array_equal(read.feeds, [np.nan, 500, np.nan])
@@ -96,7 +97,7 @@ def test_programs_written_by_hand(dialect):
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_a_program_without_head_and_foot_says_so_before_its_first_move(dialect):
     def before(machine):
-        lines = program.write(blocks(), machine, dialect).splitlines()
+        lines = writer.write(blocks(), machine, dialect).splitlines()
         return "\n".join(lines[: next(row for row, line in enumerate(lines) if " X" in line)])
 
     assert "MOTION ONLY" in before(DMU)
@@ -105,7 +106,7 @@ def test_a_program_without_head_and_foot_says_so_before_its_first_move(dialect):
 
 
 def test_modal_words_are_left_out():
-    text = program.write(blocks(), DMU, "fanuc")
+    text = writer.write(blocks(), DMU, "fanuc")
     moves = [line for line in text.splitlines() if " X" in line]
     assert sum("F500" in line for line in moves) == 2  # once, and again after inverse time
     assert sum("G1 " in line for line in moves) == 2  # at the beginning, and after the rapid move
@@ -114,11 +115,11 @@ def test_modal_words_are_left_out():
 def test_numbered_axis_names_take_an_equals_sign():
     rotary = replace(DMU.rotary[1], name="C1")
     siemens = replace(DMU, rotary=(DMU.rotary[0], rotary))
-    text = program.write(blocks(), siemens, "siemens")
+    text = writer.write(blocks(), siemens, "siemens")
     assert "C1=" in text
-    np.testing.assert_array_equal(program.read(text, siemens, "siemens").words, blocks().words)
+    np.testing.assert_array_equal(reader.read(text, siemens, "siemens").words, blocks().words)
     with pytest.raises(InputError, match="'C1'"):
-        program.write(blocks(), siemens, "heidenhain")
+        writer.write(blocks(), siemens, "heidenhain")
 
 
 @pytest.mark.parametrize(
@@ -144,18 +145,18 @@ def test_numbered_axis_names_take_an_equals_sign():
 )
 def test_unknown_words_are_refused_with_their_line(dialect, line, words):
     with pytest.raises(InputError) as caught:
-        program.read(f"\n{line}\n", DMU, dialect, name="part.nc")
+        reader.read(f"\n{line}\n", DMU, dialect, name="part.nc")
     assert str(caught.value).startswith("part.nc, line 2: expected")
     assert words in str(caught.value)
 
 
 def test_empty_and_mixed_programs():
     with pytest.raises(InputError, match="at least one move"):
-        program.read("0 BEGIN PGM A MM\n1 END PGM A MM\n", DMU)
+        reader.read("0 BEGIN PGM A MM\n1 END PGM A MM\n", DMU)
     with pytest.raises(InputError, match="line 3.*TCP"):
-        program.read(f"G1 {FIRST}\nG43.4 H1\nX2\n", DMU, "fanuc")
+        reader.read(f"G1 {FIRST}\nG43.4 H1\nX2\n", DMU, "fanuc")
     with pytest.raises(InputError, match="dialect"):
-        program.read("", DMU, "mazak")
+        reader.read("", DMU, "mazak")
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
@@ -163,7 +164,7 @@ def test_empty_and_mixed_programs():
 @given(data=st.data())
 def test_mutated_programs_are_read_or_refused(dialect, data):
     try:
-        read = program.read(data.draw(mutations(TEXTS[dialect])), DMU, dialect)
+        read = reader.read(data.draw(mutations(TEXTS[dialect])), DMU, dialect)
     except InputError:
         return
     assert np.isfinite(read.words).all() and read.words.shape[1] == 5
@@ -174,7 +175,7 @@ def test_mutated_programs_are_read_or_refused(dialect, data):
 @given(seed=st.integers(0, 10**6), tcp=st.booleans())
 def test_read_of_write_on_random_programs(dialect, seed, tcp):
     written = blocks(20, tcp=tcp, seed=seed)
-    back = program.read(program.write(written, DMU, dialect), DMU, dialect)
+    back = reader.read(writer.write(written, DMU, dialect), DMU, dialect)
     np.testing.assert_array_equal(back.words, written.words)
 
 
@@ -189,7 +190,7 @@ def said(blocks):
 def test_moves_read_together_are_read_as_one_by_one(dialect, data):
     """The same blocks or the same refusal, whatever stands in the text and wherever it is cut into blocks."""
     written = blocks(40, seed=data.draw(st.integers(0, 99)), tcp=data.draw(st.booleans()))
-    text = program.write(written, DMU, dialect)
+    text = writer.write(written, DMU, dialect)
     if data.draw(st.booleans()):
         text = text.replace("\n", "\r\n")
     text = data.draw(mutations(text))
@@ -198,7 +199,7 @@ def test_moves_read_together_are_read_as_one_by_one(dialect, data):
         with machine_code(used) as patch:
             patch.setattr(bulk, "BLOCK", block)
             try:
-                outcomes.add(said(program.read(text, DMU, dialect)))
+                outcomes.add(said(reader.read(text, DMU, dialect)))
             except InputError as error:
                 outcomes.add(str(error))
     assert len(outcomes) == 1
@@ -207,14 +208,14 @@ def test_moves_read_together_are_read_as_one_by_one(dialect, data):
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_ordinary_moves_are_read_together(dialect, monkeypatch):
     """None of them is left to the way line by line, once all axes are known."""
-    taken, take = [], program._Lines.take_line
-    monkeypatch.setattr(program._Lines, "take_line", lambda self, line: taken.append(line) or take(self, line))
+    taken, take = [], reader._Lines.take_line
+    monkeypatch.setattr(reader._Lines, "take_line", lambda self, line: taken.append(line) or take(self, line))
     count = 200
     words = np.arange(5 * count).reshape(count, 5) / 8 - [[12.5, -200, 0, 3600, 0]]
     seconds = np.where(np.arange(count) < count // 2, 0.123, np.nan)
-    text = program.write(program.Blocks(words, np.full(count, 500.0), seconds, np.zeros(count, bool)), DMU, dialect)
+    text = writer.write(Blocks(words, np.full(count, 500.0), seconds, np.zeros(count, bool)), DMU, dialect)
     with machine_code(True):
-        assert len(program.read(text, DMU, dialect).words) == count and len(taken) < 10
+        assert len(reader.read(text, DMU, dialect).words) == count and len(taken) < 10
 
 
 WITHIN = {
@@ -256,7 +257,7 @@ def test_what_stands_between_plain_moves_holds_for_them(dialect, line, feed):
     for used in (True, False):
         with machine_code(used):
             try:
-                outcomes.add(said(program.read(text, DMU, dialect)))
+                outcomes.add(said(reader.read(text, DMU, dialect)))
             except InputError as error:
                 outcomes.add(str(error))
     assert len(outcomes) == 1
@@ -265,13 +266,13 @@ def test_what_stands_between_plain_moves_holds_for_them(dialect, line, feed):
 def test_names_with_digits_are_not_confused():
     siemens = replace(DMU, rotary=(DMU.rotary[0], replace(DMU.rotary[1], name="C0")))
     with machine_code(True), pytest.raises(InputError, match="line 2.*'C7=9'"):
-        program.read("N1 X1 Y2 Z3 B4 C0=5\nN2 X3 C7=9\n", siemens, "siemens")
+        reader.read("N1 X1 Y2 Z3 B4 C0=5\nN2 X3 C7=9\n", siemens, "siemens")
 
 
 def test_what_holds_for_a_heidenhain_control():
     """The feed outlasts a time; no time is shorter than the control takes."""
     words, seconds = np.arange(40)[:, None] * np.ones(5), np.where(np.arange(40) % 2, 1e-7, np.nan)
-    lines = program.write(program.Blocks(words, np.full(40, 500.0), seconds, np.zeros(40, bool)), DMU).splitlines()
+    lines = writer.write(Blocks(words, np.full(40, 500.0), seconds, np.zeros(40, bool)), DMU).splitlines()
     assert sum(" F500" in line for line in lines) == 1 and sum(" FT0.001" in line for line in lines) == 20
 
 
@@ -284,7 +285,7 @@ def varied(count, seed, tcp):
     feeds = np.where((kind == "none") | (kind == "rapid"), np.nan, rng.choice([500, 1000 / 3], count))
     remarks = sorted((int(rng.integers(count + 1)), f"remark {n} {{x}}") for n in range(rng.integers(4)))
     seconds = np.where(kind == "timed", rng.random(count), np.nan)
-    return program.Blocks(words, feeds, seconds, kind == "rapid", tcp, tuple(remarks))
+    return Blocks(words, feeds, seconds, kind == "rapid", tcp, tuple(remarks))
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
@@ -293,12 +294,12 @@ def varied(count, seed, tcp):
 def test_moves_of_all_kinds_are_written_and_read(dialect, count, seed, tcp):
     """Whatever is left out because it holds already, reading finds it; in whatever portions the text is made."""
     written = varied(count, seed, tcp)
-    whole = program.write(written, DMU, dialect)
+    whole = writer.write(written, DMU, dialect)
     for rows, used in ((4096, True), (7, True), (1, False)):
         with machine_code(used) as patch:
             patch.setattr(bulk, "ROWS", rows)
-            assert program.write(written, DMU, dialect) == whole
-    back, timed = program.read(whole, DMU, dialect), ~(written.rapid | np.isnan(written.seconds))
+            assert writer.write(written, DMU, dialect) == whole
+    back, timed = reader.read(whole, DMU, dialect), ~(written.rapid | np.isnan(written.seconds))
     np.testing.assert_array_equal(back.words, written.words)
     np.testing.assert_array_equal(back.rapid, written.rapid)
     longer = back.seconds[timed] / np.maximum(written.seconds[timed], 1e-3)  # no block is faster than it may be
@@ -314,20 +315,20 @@ def test_block_numbers_begin_again(dialect):
     words = np.arange(count)[:, None] * np.ones(5)
     remarks = ((10_500, "here"),)
     nan = np.full(count, np.nan)
-    text = program.write(program.Blocks(words, nan, nan, np.zeros(count, bool), False, remarks), DMU, dialect)
+    text = writer.write(Blocks(words, nan, nan, np.zeros(count, bool), False, remarks), DMU, dialect)
     numbers = [int(line[1:].split()[0]) for line in text.splitlines() if line.startswith("N")]
     assert numbers == [10 * (n % 9999 + 1) for n in range(count + 2)]
 
 
 def test_lines_of_a_heidenhain_program_are_all_numbered():
-    text = program.write(blocks(12_000), DMU)
+    text = writer.write(blocks(12_000), DMU)
     assert [int(line.split()[0]) for line in text.splitlines()] == list(range(12_000 + 6))
 
 
 @pytest.mark.parametrize("dialect", ["fanuc", "siemens"])
 def test_comments_and_names_of_programs_take_no_number(dialect):
     head = ("%", "O0007", "(BY HAND)", "; BY HAND", "M8")
-    lines = program.write(blocks(), replace(DMU, program_head=head), dialect).splitlines()
+    lines = writer.write(blocks(), replace(DMU, program_head=head), dialect).splitlines()
     assert {*head[:4]} < {*lines} and "M8" not in lines
 
 
@@ -336,14 +337,14 @@ def test_numbers_of_any_size_are_written_or_refused(used):
     words = np.array([[1e9, -2.5, 0, 0, 0], [9e10, 123456789.12346, 0, 0, 1], [-9e10, 0.00004, 0, -0.00004, -1]])
     nan = np.full(3, np.nan)
     with machine_code(used):
-        lines = program.write(program.Blocks(words, nan, nan, np.zeros(3, bool)), DMU).splitlines()
+        lines = writer.write(Blocks(words, nan, nan, np.zeros(3, bool)), DMU).splitlines()
     assert lines[2] == "2 L X+1000000000.0000 Y-2.5000 Z+0.0000 B+0.0000 C+0.0000"
     assert lines[3] == "3 L X+90000000000.0000 Y+123456789.1235 C+1.0000"
     assert lines[4] == "4 L X-90000000000.0000 Y+0.0000 C-1.0000"
     words[2, 0] = -1e300
     with machine_code(used), pytest.raises(InputError, match="last digits"):
-        program.write(program.Blocks(words, nan, nan, np.zeros(3, bool)), DMU)
+        writer.write(Blocks(words, nan, nan, np.zeros(3, bool)), DMU)
 
 
 def test_words_lie_axis_by_axis():
-    assert program.read(TEXTS["heidenhain"], DMU).words.T.flags.c_contiguous
+    assert reader.read(TEXTS["heidenhain"], DMU).words.T.flags.c_contiguous

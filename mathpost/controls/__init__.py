@@ -1,0 +1,4 @@
+"""What a control takes: its file of data, the blocks of a program, their writer and their reader.
+
+Read `control` first (a control is a file of words), then `blocks` (the moves of a program), `writer` and `reader`.
+"""

@@ -1,0 +1,204 @@
+"""A control as data: the words that its programs are written with, and what words mean when they are read.
+
+The files are in `data/controls`; `heidenhain.toml` explains every key. A file of the user's may inherit from one of
+them and state only what is different.
+"""
+
+import re
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+
+from mathpost.errors import NUMBER, InputError
+from mathpost.files import data_file
+from mathpost.machine import Machine
+from mathpost.toml_table import TomlTable, a_number, each, one_of, only_if, read_toml, some_text
+
+# What a word of a program may mean to `mathpost.controls.reader`.
+MEANINGS = ("skip", "linear", "rapid", "inverse time", "feed per minute", "TCP on", "TCP off", "tool")
+COMMANDS = (
+    "TCP on", "TCP off", "tool", "tip", "spindle", "spindle CLW", "spindle CCLW", "spindle OFF", "coolant FLOOD",
+    "coolant MIST", "coolant OFF", "compensation LEFT", "compensation RIGHT", "compensation OFF", "dwell", "stop",
+    "optional stop",
+)  # fmt: skip
+LINES = each(str), "a list of lines"
+WORD = only_if(lambda value: isinstance(value, str)), "a word"
+COUNT = only_if(lambda value: value == int(value) and value >= 0, a_number), "a whole number, not negative"
+
+
+@dataclass(frozen=True)
+class Control:
+    """The words of one control."""
+
+    name: str
+    source: str  # what its words rest on: a manual, or a run on the control
+    head: tuple[str, ...]  # lines before the moves
+    foot: tuple[str, ...]  # and after them
+    comment: str  # with {text} in it
+    replaced: dict[str, str]  # characters that a comment may not hold, and what stands for them
+    number: str  # what stands before the number of a block
+    first: int  # number of the first block
+    step: int  # from each to the next
+    last: int | None  # after which numbering begins again
+    unnumbered: tuple[str, ...]  # how lines without a number begin
+    begin: str  # what every move begins with
+    plus: str  # before a number that is not negative
+    axis_letters: int | None  # that the name of an axis may have
+    linear: str  # modal word of a move at feed, or nothing
+    rapid: str  # of a move in rapid traverse: modal if `linear` is, otherwise of its block
+    inverse_time: tuple[str, ...]  # words that switch it on and off, or nothing
+    block_time: str  # word for the seconds of a block, or nothing
+    compensation: str  # where its words stand, "before" or "behind" the positions
+    commands: dict[str, tuple[str, ...]]  # lines by command, see `COMMANDS`
+    read: dict[str, str]  # word, with {} for a number, to meaning
+
+    @property
+    def modal(self) -> bool:
+        """Whether rapid traverse holds until it is switched off (G0), and not for one block (FMAX)."""
+        return bool(self.linear)
+
+    def lines(self, command: str, *values: object, tool: int = 1) -> list[str]:
+        """Return the lines of a command, its values and the number of the tool put in."""
+        return [line.format(*values, tool=tool) for line in self.commands.get(command, ())]
+
+    def said(self, command) -> list[str]:
+        """Return the lines of a `mathpost.path.cl_words.Command` that needs no move."""
+        value = command.values[0] if command.values else None
+        lines = [] if command.values and value is None else self.lines(command.kind, *command.values)
+        if command.kind in ("spindle", "coolant"):
+            lines += self.lines(f"{command.kind} {command.values[-1]}")
+        return lines
+
+    def remark(self, text: str) -> str:
+        """Return a text as a comment of one line."""
+        shown = "".join(self.replaced.get(character, character) for character in " ".join(text.split()))
+        return self.comment.format(text=shown)
+
+    def numbers(self, before):
+        """The number of a block that comes after so many others, an int or an array of them."""
+        if self.last is None:
+            return self.first + self.step * before
+        return self.first + self.step * (before % ((self.last - self.first) // self.step + 1))
+
+    @cached_property
+    def comments(self) -> re.Pattern:
+        """What is a comment of a line."""
+        begin, end = (re.escape(part.strip()) for part in self.comment.split("{text}"))
+        return re.compile(rf"{begin}[^{begin}{end}]*{end}" if end else f"{begin}.*")
+
+    @cached_property
+    def words(self) -> tuple[re.Pattern, list[str]]:
+        """An expression that one word fits, the longest of those that do, and the meaning of each of its groups."""
+        known = dict(self.read)
+        for command, meaning in (("TCP on", "TCP on"), ("TCP off", "TCP off")):
+            known |= {line.split()[0]: meaning for line in self.commands[command]}
+        for command, lines in self.commands.items():
+            if re.match("spindle .|coolant|compensation|stop|optional", command):
+                known = {line.split()[0]: "skip" for line in lines} | known
+        modes = zip(self.inverse_time, ("inverse time", "feed per minute"), strict=False)
+        known |= {word: meaning for word, meaning in [*modes, (self.linear, "linear")] if word}
+        if self.modal:
+            known[self.rapid] = "rapid"
+        ordered = sorted(known.items(), key=lambda item: (-len(item[0]), item[0]))
+        choices = "|".join(f"({_pattern(word)})" for word, _ in ordered)
+        return re.compile(choices), [meaning for _, meaning in ordered]
+
+
+def _pattern(word):
+    """A word of a control file as a regular expression: {} a number, {name} a name; M3 may be written M03."""
+    text = re.escape(word).replace(r"\{\}", NUMBER).replace(r"\{name\}", r"\w+").replace(r"\ ", r"\s+")
+    return re.sub(r"^([GM])(?=\d)", r"\g<1>0*", text) + (r"(?!\w)" if word[-1].isalpha() else r"(?![\d.])")
+
+
+def load(name: str | Path) -> Control:
+    """Return a control by its name, or from a file of the user's.
+
+    `InputError` is raised if there is none, or the file has a wrong key or value.
+
+    Examples
+    --------
+    >>> load("fanuc").lines("tool", 5)
+    ['T5 M6']
+    """
+    return _loaded(str(name))
+
+
+def control_for(machine: Machine, control: Control | str | Path) -> Control:
+    """Return a control, given or to be loaded; `InputError` if it cannot name the rotary axes of the machine."""
+    found = control if isinstance(control, Control) else load(control)
+    for axis in machine.joint_names[3:]:
+        if found.axis_letters and len(axis) > found.axis_letters:
+            letters = "one letter" if found.axis_letters == 1 else f"at most {found.axis_letters} letters"
+            raise InputError("rotary axis name", f"{letters} for a {found.name} program", repr(axis))
+    return found
+
+
+def names() -> list[str]:
+    """The names of the controls that come with the package."""
+    return [path.stem for path in sorted(data_file("controls").glob("*.toml"))]
+
+
+@lru_cache(maxsize=32)
+def _loaded(name):
+    path = _find(name)
+    content = _with_inherited(path, ())
+    return from_dict(content, str(path))
+
+
+def _find(name):
+    if Path(name).suffix == ".toml" or Path(name).exists():
+        return Path(name)
+    if name not in names():
+        raise InputError("dialect", f"{' or '.join(names())}, or a TOML file", repr(name))
+    return data_file(f"controls/{name}.toml")
+
+
+def _with_inherited(path, heirs):
+    """The content of a file, table by table over that of the file that it inherits from."""
+    content = read_toml(path)
+    parent = content.pop("inherits", None)
+    if parent is None:
+        return content
+    if not isinstance(parent, str) or parent in heirs:
+        raise InputError(f"{path}, key 'inherits'", "a control that does not inherit from this one", repr(parent))
+    inherited = _with_inherited(_find(parent), (*heirs, parent))
+    for key, value in content.items():
+        both_tables = isinstance(value, dict) and isinstance(inherited.get(key), dict)
+        inherited[key] = inherited[key] | value if both_tables else value
+    return inherited
+
+
+def from_dict(content: dict, where: str = "control") -> Control:
+    """Build a control from the content of its file; `where` begins every error message."""
+    file = TomlTable(content, where)
+    program, blocks, motion = file.table("program"), file.table("blocks"), file.table("motion")
+    commands, read = file.table("commands"), file.table("read")
+    replaced = program.table("replaced", optional=True)
+    control = Control(
+        name=file.take("name", some_text, "a name in quotes"),
+        source=file.take("source", some_text, "what its words rest on, in quotes"),
+        head=tuple(program.take("head", *LINES, ())),
+        foot=tuple(program.take("foot", *LINES, ())),
+        comment=program.take("comment", only_if(lambda text: "{text}" in text), "a line with {text} in it"),
+        replaced={sign: replaced.take(sign, *WORD) for sign in list(replaced.content)},
+        number=blocks.take("number", *WORD, ""),
+        first=int(blocks.take("first", *COUNT, 1)),
+        step=int(blocks.take("step", only_if(lambda x: x == int(x) > 0, a_number), "a whole number above 0", 1)),
+        last=blocks.take("last", lambda value: int(COUNT[0](value)), COUNT[1], None),
+        unnumbered=tuple(blocks.take("unnumbered", *LINES, ())),
+        begin=blocks.take("begin", *WORD, ""),
+        plus=blocks.take("plus", *one_of("+", ""), ""),
+        axis_letters=blocks.take("axis_letters", lambda value: int(COUNT[0](value)), COUNT[1], None),
+        linear=motion.take("linear", *WORD, ""),
+        rapid=motion.take("rapid", some_text, "the word of rapid traverse"),
+        inverse_time=tuple(
+            motion.take("inverse_time", only_if(lambda two: len(two) == 2, LINES[0]), "two words", ())
+        ),
+        block_time=motion.take("block_time", *WORD, ""),
+        compensation=motion.take("compensation", *one_of("before", "behind"), "before"),
+        commands={name: tuple(commands.take(name, *LINES, ())) for name in COMMANDS},
+        read={word: read.take(word, *one_of(*MEANINGS)) for word in list(read.content)},
+    )
+    for table in (file, program, blocks, motion, commands, read, replaced):
+        table.done()
+    return control

@@ -1,0 +1,143 @@
+"""Blocks to the text of a program, in the words of any control."""
+
+import re
+
+import numpy as np
+
+from mathpost.controls.blocks import DECIMALS, FEED, Blocks, axis_word, printed
+from mathpost.controls.control import Control, control_for
+from mathpost.machine import Machine
+from mathpost.path import text as bulk
+from mathpost.path.text import Column
+
+SHORTEST_TIME = 0.001  # s, the least that a block may state
+MOTION_ONLY = "MOTION ONLY: THE MACHINE FILE GIVES NO HEAD AND NO FOOT"  # a program says so before its first move
+
+
+def write(
+    blocks: Blocks, machine: Machine, control: Control | str = "heidenhain", *, name: str = "MATHPOST"
+) -> str:
+    """Return the text of a program for a control, or one of that name; words that do not change are left out.
+
+    There is at least one block, and none like the one before. Of the name letters, digits and underscores are used.
+    """
+    control = control_for(machine, control)
+    name = re.sub(r"\W", "_", name, flags=re.ASCII).upper() or "MATHPOST"
+    between, changes, switches = _between(control, machine, blocks)
+    rows, own = len(blocks.words), machine.program_head
+    if not own and not machine.program_foot:
+        own = [control.remark(MOTION_ONLY)]
+    between[0][:0] = [line.replace("{name}", name) for line in (*control.head, *own)]
+    foot = [line.replace("{name}", name) for line in (*machine.program_foot, *control.foot)]
+    between[rows] += control.lines("TCP off") * blocks.tcp + foot
+    numbered = np.zeros(rows + 1, int)  # how many lines before each move, besides the moves
+    for row, lines in between.items():
+        numbered[row] = sum(not line.startswith(control.unnumbered) for line in lines)
+    before = np.cumsum(numbered) + np.arange(rows + 1)
+    columns = _columns(control, machine.joint_names, blocks, before[:-1], changes, switches)
+    texts, at = [], 0
+    for row, lines in between.items():
+        texts += bulk.lines(columns, at, row)
+        count, at = before[row] - numbered[row], row
+        for line in lines:
+            if not line.startswith(control.unnumbered):
+                line, count = f"{control.number}{control.numbers(count)} {line}", count + 1
+            texts.append(f"{line}\n")
+    return "".join(texts)
+
+
+def _between(control, machine, blocks):
+    """What stands between the moves: lines, by the number of the move that follows, also behind the last.
+
+    And the moves before which a tool is changed, and words that a move itself takes, by its number.
+    """
+    rows, tool, tcp = len(blocks.words), 1, False
+    between, changes, switches = {0: [], rows: []}, [0], {}
+    for row, remark in blocks.remarks:
+        between.setdefault(min(row, rows), []).append(remark)
+    for row in sorted(between):
+        remarks, lines = between.pop(row), []
+        for remark in remarks:
+            kind = getattr(remark, "kind", "comment")
+            if kind == "comment":
+                lines.append(control.remark(remark))
+            elif kind == "compensation":
+                (switches[row],) = control.lines(f"{kind} {remark.values[0]}", tool=tool)
+            elif kind == "tool":
+                lines += control.lines("TCP off") * tcp
+                tool, tcp = remark.values[0], False
+                lines += [line.replace("{tool}", str(tool)) for line in machine.tool_change]
+                if not machine.tool_change:
+                    lines += control.said(remark)
+                    if machine.programmed_point == "tip" and not blocks.tcp:
+                        lines += control.lines("tip", tool)
+                changes.append(row)
+            else:
+                lines += control.said(remark)
+        if blocks.tcp and not tcp and row < rows:
+            lines += control.lines("TCP on", tool=tool)
+            tcp = True
+        between[row] = lines
+    return between, [row for row in changes if row < rows], switches
+
+
+def _columns(control, axes, blocks, numbers, changes, switches):
+    """The moves as `Column`s; `changes` and `switches` as in `_between`."""
+    rows, timed = np.arange(len(blocks.words)), ~(blocks.rapid | np.isnan(blocks.seconds))
+    start = [Column(control.number, control.numbers(numbers))]
+    if control.begin:
+        start.append(Column(f" {control.begin}"))
+    positions = []
+    for axis, column in zip(axes, blocks.words.T, strict=True):
+        shown = _changes(values := printed(np.array(column)))
+        shown[changes] = True  # nobody knows where the machine went for its tool
+        positions.append(Column(axis_word(axis), values, DECIMALS, control.plus, shown))
+    switched = [Column(f" {word}", shown=rows == row) for row, word in switches.items()]
+    moved = [*switched, *positions] if control.compensation == "before" else [*positions, *switched]
+    # A control that switches between times and feeds has forgotten the feed.
+    times_before = np.cumsum(timed) * bool(control.inverse_time)
+    tools_before = np.searchsorted(changes, rows, side="right")
+    fed = np.flatnonzero(~(blocks.rapid | timed | np.isnan(blocks.feeds)))
+    stated = np.zeros(len(rows), bool)
+    stated[fed] = _changes(blocks.feeds[fed]) | _changes(times_before[fed]) | _changes(tools_before[fed])
+    whole = blocks.feeds == np.round(blocks.feeds)
+    feeds = Column(FEED, blocks.feeds, 0, shown=stated & whole)
+    parts = Column(FEED, _down(blocks.feeds, 3), 3, shown=stated & ~whole)
+    return [*start, *_modes(control, blocks.rapid, timed), *moved, *_rapid_and_times(control, blocks, timed),
+            feeds, parts, Column("\n")]  # fmt: skip
+
+
+def _modes(control, rapid, timed):
+    """The modal words as `Column`s, each where it begins to hold; F in mm/min holds from the head on."""
+    words = []
+    if control.modal:
+        changed = _changes(rapid)
+        words += [(control.linear, changed & ~rapid), (control.rapid, changed & rapid)]
+    if control.inverse_time:
+        begins, cutting = np.zeros(len(rapid), bool), np.flatnonzero(~rapid)
+        begins[cutting] = _changes(np.r_[False, timed[cutting]])[1:]
+        by_time, by_feed = control.inverse_time
+        words += [(by_feed, begins & ~timed), (by_time, begins & timed)]
+    return [Column(f" {word}", shown=shown) for word, shown in words]
+
+
+def _rapid_and_times(control, blocks, timed):
+    """What stands behind the positions, but for the feed. A time is rounded so that no block is too fast."""
+    words = [] if control.modal else [Column(f" {control.rapid}", shown=blocks.rapid)]
+    if control.block_time:
+        seconds = np.where(timed, np.maximum(-_down(-blocks.seconds, 3), SHORTEST_TIME), 1.0)
+        words.append(Column(f" {control.block_time}", seconds, 3, shown=timed))
+    else:
+        per_minute = _down(60 / np.maximum(blocks.seconds, SHORTEST_TIME), 4)
+        words.append(Column(FEED, np.where(timed, np.maximum(per_minute, 1e-4), 1.0), 4, shown=timed))
+    return words
+
+
+def _down(values, decimals):
+    """Round down to so many decimals; what is a multiple but for the last bits stays."""
+    return np.floor(values * 10.0**decimals * (1 + 1e-15) + 1e-9) / 10.0**decimals
+
+
+def _changes(values):
+    """Where a value is not the one before; the first always is not."""
+    return np.concatenate([[True], values[1:] != values[:-1]]) if len(values) else np.empty(0, bool)

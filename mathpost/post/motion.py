@@ -1,0 +1,42 @@
+"""The poses that a machine runs through, and where on the CL path each of them is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The m poses that the machine runs through, all joints linearly from each to the next."""
+
+    joints: np.ndarray  # shape (m, 5), mm and radians
+    place: np.ndarray  # shape (m,), where on the CL path: 2.25 is a quarter of the way from record 2 to record 3
+    lifted: np.ndarray  # shape (m,), whether the pose is off the part, retracted along the tool axis
+
+    @classmethod
+    def on_part(cls, joints, place):
+        """Poses none of which is lifted."""
+        return cls(joints, np.asarray(place, dtype=float), np.zeros(len(joints), bool))
+
+    @classmethod
+    def joined(cls, parts):
+        """One motion after the other."""
+        return Motion(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__annotations__))
+
+    def __getitem__(self, rows):
+        """The same of some poses: a slice or an index array."""
+        return Motion(self.joints[rows], self.place[rows], self.lifted[rows])
+
+    @property
+    def record(self):
+        """The record that each pose is at or leads to, shape (m,)."""
+        return np.ceil(self.place).astype(int)
+
+    @property
+    def in_cut(self):
+        """Whether each move is in cut, both ends on the part, shape (m - 1,)."""
+        return ~(self.lifted[:-1] | self.lifted[1:])
+
+    def at_feed(self, cl):
+        """Whether each move is in cut and not rapid, so that its tool axis counts, shape (m - 1,)."""
+        return self.in_cut & ~cl.rapid[self.record[1:]]

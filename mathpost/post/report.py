@@ -1,0 +1,163 @@
+"""What a person wants to know of a program before running it."""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from mathpost.controls.blocks import Blocks
+from mathpost.errors import MathpostError
+from mathpost.machine import UNITS, Machine
+from mathpost.path.cl import CLData, commands
+from mathpost.post import proof, selection
+from mathpost.post.options import Options
+from mathpost.post.steps import Plan, choose, crossing
+from mathpost.post.time_law import slow_down, time_law
+from mathpost.post.ways import Way, comparison
+
+
+@dataclass(frozen=True)
+class Report(proof.Proof):
+    """All that a person wants to know of a program before running it; ``print(report)`` shows it."""
+
+    settings: dict  # what the program was made with, as text
+    time: float  # seconds, by the time law; 0 if neither feed nor rates are known
+    peaks: dict  # of each axis: greatest speed and acceleration, mm or degrees, NaN an acceleration without limit
+    slowest: tuple | None  # record (from 0) before which the tip loses most time, seconds asked, and taken
+    warnings: tuple
+    uncompensated: proof.Proof | None  # what the calibrated machine would do, had nothing been compensated
+    strategies: tuple  # name; cost; largest step of each rotary axis, degrees; why it is not possible
+    ways: dict  # the ways through each singular region (first and last record, from 0), lists of `Way`
+
+    def __str__(self):
+        said, peaks = [*self.settings.items()], []
+        for name, (speed, acceleration) in self.peaks.items():
+            unit = "mm" if name in "XYZ" else "°"
+            pulled = "" if np.isnan(acceleration) else f" {acceleration:.0f} {unit}/s²"
+            if speed > 0:
+                peaks.append(f"{name} {speed:.1f} {unit}/s{pulled}")
+        if self.time > 0:
+            said += [("time", f"{self.time:.2f} s"), ("peaks", ", ".join(peaks))]
+        if self.slowest:
+            record, asked, taken = self.slowest
+            said += [("slow-down", f"before record {record + 1}: {taken:.3f} s, the feed asks {asked:.3f} s")]
+        along = f"{self.path_tip_error:.4f} mm along the path (most before record {self.worst_record})"
+        said += [("tip error", f"{self.tip_error:.4f} mm at the records, {along}")]
+        along = f"{self.path_axis_error:.4f}° along the path"
+        said += [("axis error", f"{self.axis_error:.4f}° at the records, {along}")]
+        if self.uncompensated:
+            both = [(1e3 * each.tip_error, 3600 * each.axis_error) for each in (self.uncompensated, self)]
+            before, after = (f"{tip:.1f} µm and {axis:.1f} arcsec" for tip, axis in both)
+            said += [("volumetric", f"at the records {before} before compensation, {after} after it")]
+        said += [("warning", warning) for warning in self.warnings]
+        lines = [f"{key:<12} {value}" for key, value in said]
+        if self.strategies:
+            lines += ["", f"{'selection':<14}{'cost':>10}  largest rotary steps"]
+        for name, cost, steps, reason in self.strategies:
+            figures = f"{cost:10.3f}  " + " ".join(f"{step:8.3f}°" for step in steps)
+            lines.append(f"{name:<14}{reason or figures}")
+        for region, through in self.ways.items():
+            lines += ["", *comparison(region, through)]
+        return "\n".join(lines)
+
+
+def report_of(
+    cl: CLData, machine: Machine, options: Options, plans: list[Plan], proofs: list[proof.Proof], blocks: Blocks,
+    *, compare: bool = False,
+) -> Report:  # fmt: skip
+    """Return the `Report` of a program that was made by `plans`, one for each tool, and passed these proofs."""
+    laws = [time_law(each.path.kin.machine, each.moves.motion.joints, each.moves.seconds) for each in plans]
+    slowest = filter(None, map(_slowest, plans, laws))
+    peaks = np.max([law.peaks for law in laws], axis=0) * UNITS
+    before = [each.uncompensated for each in plans if each.uncompensated]
+    return Report(
+        **vars(proof.worst_of(proofs)),
+        settings=dict(_settings(cl, machine, options, plans, blocks)),
+        time=sum(law.seconds[-1] for law in laws),
+        peaks=dict(zip(machine.joint_names, peaks.T, strict=True)),
+        slowest=max(slowest, key=lambda at: at[2] - at[1], default=None),
+        warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
+        uncompensated=proof.worst_of(before) if before else None,
+        strategies=tuple(_strategies(plans, options)) if compare else (),
+        ways=_ways(plans, options) if compare else {},
+    )
+
+
+def _slowest(plan, law):
+    """`slow_down` of a plan, in records of the whole path."""
+    moving = plan.moves.seconds > 0
+    record = plan.path.first + plan.moves.motion.record[1:][moving]
+    return slow_down(record, np.diff(law.seconds), plan.moves.by_feed[moving])
+
+
+def _settings(cl, machine, options, plans, blocks):
+    """Lines of the report: how the program was made, what else the CL data say, and what was made of it."""
+    first_branch = sum(int((each.chosen.branch == 0).sum()) for each in plans)
+    breaks = [each.path.first + record for each in plans for record in each.chosen.breaks]
+    found = [(each.path.first + first, each.path.first + last) for each in plans for first, last in each.regions]
+    shown = ", ".join([f"{first + 1}–{last + 1}" for first, last in found[:8]] + ["…"] * (len(found) > 8))
+    cost = sum(each.chosen.cost for each in plans)
+    unit = "mm and degrees of travel" if np.isnan(machine.max_rates).all() else "s"
+    yield "CL data", f"{cl.name}, {len(cl)} records"
+    yield "machine", f"{machine.name} ({machine.arrangement})"
+    yield "selection", f"{options.choosing.strategy}, cost {cost:.3f} {unit}"
+    yield "branches", f"first {first_branch}, second {len(cl) - first_branch}"
+    yield "splits", ", ".join(f"before record {record + 1}" for record in breaks) or "none"
+    yield "singular", f"records {shown}: {options.passing.singular}" if found else "no region"
+    yield "tolerance", f"{options.tolerance:g} mm, tool axis {np.degrees(options.axis_tolerance):g}°"
+    yield "program", f"{len(blocks.words)} moves, TCP {'on' if blocks.tcp else 'off'}"
+    remarks = [remark for _, remark in cl.remarks]
+    comments = Counter(remark.upper().replace("/", " ").split()[0] for remark in remarks if isinstance(remark, str))
+    orders = Counter(remark.kind for remark in remarks if not isinstance(remark, str))
+    for name, counts in (("comments", comments), ("commands", orders)):
+        if counts:
+            yield name, ", ".join(f"{word} {count}" for word, count in counts.most_common())
+    if cl.notes:
+        yield "made of it", "; ".join(cl.notes)
+
+
+def _warnings(plan: Plan) -> Iterator[str]:
+    """Sentences on what a person should look at in one of the plans."""
+    path, motion = plan.path, plan.moves.motion
+    if commands(path.cl.remarks, "compensation"):
+        yield "cutter compensation: proved for a radius of 0 in the control's tool table"
+    if commands(path.cl.remarks, "tool") and path.kin.machine.programmed_point != "tip":
+        yield "X Y Z do not name the tip: the length of the tools has to be 0 in the control's tool table"
+    if (np.isnan(path.cl.feeds) & ~path.cl.rapid).any():
+        yield "the CL data state no feed for some moves; they carry no F word"
+    swings = np.degrees(np.abs(np.diff(plan.chosen.joints[:, 3:], axis=0)).max(axis=1))
+    if swings.max(initial=0) > 90:
+        record = path.first + int(swings.argmax())
+        yield f"a rotary axis swings {swings.max():.1f}° from record {record + 1} to the next"
+    rapid = np.flatnonzero(motion.in_cut & ~motion.at_feed(path.cl))
+    worst = np.degrees(proof.strays(path.kin, path.cl, motion, rapid)[1].max(initial=0))
+    if worst > 0.1:
+        yield f"rapid moves take the tool axis up to {worst:.1f}° off its great circle"
+    yield from plan.cautions
+
+
+def _strategies(plans, options):
+    """The rows of `Report.strategies`."""
+    for name in selection.STRATEGIES:
+        cost, swings, begin = 0.0, np.zeros(2), options.choosing.start
+        try:
+            for each in plans:
+                chosen = choose(each.path, options, begin, strategy=name)
+                steps = np.degrees(np.abs(np.diff(chosen.joints[:, 3:], axis=0)).max(axis=0, initial=0))
+                cost, swings, begin = cost + chosen.cost, np.maximum(swings, steps), chosen.joints[-1]
+        except MathpostError as error:
+            yield name, np.nan, (), str(error)
+            continue
+        yield name, cost, tuple(swings), ""
+
+
+def _ways(plans: list[Plan], options: Options) -> dict[tuple[int, int], list[Way]]:
+    """The `Report.ways`."""
+    ways = {}
+    for each in plans:
+        for first, last in each.regions:
+            through = crossing(each.path, each.chosen, (first, last), options)
+            compared = through.compare(lean=options.passing.lean, clearance=options.passing.clearance)
+            ways[each.path.first + first, each.path.first + last] = compared
+    return ways

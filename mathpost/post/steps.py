@@ -1,0 +1,225 @@
+"""The steps from the CL data of one tool to the blocks of its program, in the order in which `plan` takes them.
+
+Each is a function of the path, of what the steps before it made, and of the options, and can be called by itself.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from mathpost.compensate.compensation import Compensated, Compensator, PoseError
+from mathpost.controls.blocks import DECIMALS, Blocks, rounded
+from mathpost.errors import InputError, ReachError
+from mathpost.formula import slices
+from mathpost.kinematics import Kinematics
+from mathpost.machine import Machine
+from mathpost.path.cl import OPPOSITE, CLData, commands, feed_times
+from mathpost.post import proof, selection
+from mathpost.post.between_blocks import follow, in_the_air, linearize
+from mathpost.post.motion import Motion
+from mathpost.post.options import AXIS_DIGITS, TOLERANCE, Options
+from mathpost.post.selection import Selection
+from mathpost.post.singular import regions
+from mathpost.post.time_law import block_times
+from mathpost.post.ways import Crossing, through_the_records, unbroken
+
+
+@dataclass(frozen=True)
+class ToolPath:
+    """The part of the CL data that one tool runs, and the machine with it; records count from 0 within it."""
+
+    kin: Kinematics
+    cl: CLData
+    first: int  # how many records of the whole path come before
+
+
+@dataclass(frozen=True)
+class Moves:
+    """The moves of one tool, as they are to be written."""
+
+    motion: Motion  # the n poses at which blocks end
+    blocks: Blocks  # one for each pose
+    seconds: np.ndarray  # shape (n - 1,), that feed and rates ask for each move
+    by_feed: np.ndarray  # shape (n - 1,), and the feed alone; NaN where it does not count
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What one tool does on its part of the path, and how that came about."""
+
+    path: ToolPath
+    chosen: Selection
+    regions: list[tuple[int, int]]  # the singular ones, first and last record
+    moves: Moves
+    uncompensated: proof.Proof | None  # of the machine as it was measured, had nothing been compensated
+    cautions: tuple[str, ...]  # what could not be compensated
+
+
+def tool_paths(cl: CLData, machine: Machine) -> list[ToolPath]:
+    """Return the parts of the path between changes of the tool, each with the kinematics of the machine with it.
+
+    `InputError` is raised where the tool axis turns over in cut: no great circle is shorter than another there.
+    """
+    paths = []
+    for part, length in cl.by_tool():
+        turned = np.flatnonzero(np.linalg.norm(part.axes[1:] + part.axes[:-1], axis=1) < OPPOSITE)
+        if turned.size:
+            expected = "a tool axis not opposite to the one before, or RAPID"
+            raise InputError(part.where(turned[0] + 1), expected, "a turn by 180°")
+        with_tool = machine if length is None else machine.with_setup(tool_length=length)
+        paths.append(ToolPath(Kinematics(with_tool), part, part.first - cl.first))
+    return paths
+
+
+def plan(
+    path: ToolPath, options: Options, start=None, progress: Callable[[str], None] = lambda stage: None
+) -> Plan:
+    """Return the `Plan` of one tool, from `start`, joints of shape (5,), or without it from anywhere."""
+    progress("choosing")
+    chosen = choose(path, options, start)
+    found = regions(path.kin, path.cl, chosen.joints, cone=options.passing.cone)
+    progress("planning")
+    motion, free = cross(path, chosen, found, options)
+    motion = keep_axis(path, motion, free, options)
+    motion = keep_tip(path, motion, options)
+    before, cautions = None, ()
+    if options.real is not None:
+        before = uncompensated(path, motion, options)
+        motion, cautions = compensate(path, motion, options.real)
+    moves = to_moves(path, motion, tcp=options.tcp)
+    refuse_turning_compensation(path, moves.blocks)
+    return Plan(path, chosen, found, moves, before, cautions)
+
+
+def choose(path: ToolPath, options: Options, start=None, *, strategy: str | None = None) -> Selection:
+    """Choose branch and winding of every record, see `mathpost.post.selection.choose`."""
+    wanted = options.choosing
+    return selection.choose(
+        path.kin, path.cl, strategy or wanted.strategy, start=start, split=wanted.split and strategy is None,
+        prefer=wanted.prefer, sway=options.axis_tolerance / 2,
+    )  # fmt: skip
+
+
+def crossing(path: ToolPath, chosen: Selection, region: tuple[int, int], options: Options) -> Crossing:
+    """Return a singular region with what is left of the tolerances for the ways through it."""
+    room = options.axis_tolerance - AXIS_DIGITS
+    tip = options.tolerance / 2
+    return Crossing(path.kin, path.cl, chosen.joints, region, tolerance=tip, axis_tolerance=room)
+
+
+def cross(
+    path: ToolPath, chosen: Selection, found: list[tuple[int, int]], options: Options
+) -> tuple[Motion, np.ndarray]:
+    """Lead the chosen joints through the singular regions `found`, and over the breaks of the path.
+
+    Returns the motion, and which of its moves, shape (m - 1,), go as their way has them and need not keep to the
+    great circle of the tool axis.
+    """
+    passing = options.passing
+    how = {"lean": passing.lean, "clearance": passing.clearance}
+    ways = []
+    if passing.singular != "direct":
+        for region in unbroken(found, chosen.breaks):
+            ways.append(crossing(path, chosen, region, options).possible(passing.singular, **how))
+    for record in chosen.breaks:
+        ways.append(crossing(path, chosen, (record - 1, record), options).possible("retract", **how))
+    motion = through_the_records(chosen.joints, ways)
+    taken = np.zeros(len(path.cl), bool)
+    for way in ways:
+        taken[int(way.place[0]) : int(way.place[-1])] = True
+    return motion, taken[np.floor(motion.place[:-1]).astype(int)]
+
+
+def keep_axis(path: ToolPath, motion: Motion, free: np.ndarray, options: Options) -> Motion:
+    """Divide the moves in cut, but those that are `free`, until the tool axis keeps to its great circle."""
+    return follow(path.kin, path.cl, motion, options.axis_tolerance - AXIS_DIGITS, free=free)
+
+
+def keep_tip(path: ToolPath, motion: Motion, options: Options) -> Motion:
+    """Divide the moves until the tip keeps to the CL path; with TCP the control does that.
+
+    Travel is looked at between the records, too: `ReachError` names the first pose that is out of it.
+    """
+    name = f"{path.cl.name}, block"
+    keep = in_the_air(motion, _left_for_the_tip(path, motion, options), options.passing.clearance)
+    divided = linearize(path.kin, motion, keep, name=name)
+    fine = divided if options.tolerance <= TOLERANCE else linearize(path.kin, motion, TOLERANCE, name=name)
+    _refuse_out_of_travel(path, fine)
+    return motion if options.tcp else divided
+
+
+def _left_for_the_tip(path, motion, options):
+    """What digits and samples leave of the tolerance of the tip, mm, for each move."""
+    tip, _ = path.cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
+    lever = proof.levers(path.kin.machine) + np.linalg.norm(tip, axis=1)
+    turned = 2 * np.radians(1.0) * lever * (not options.tcp)  # with TCP the angles do not move the tip
+    moved = 0.5 * 10.0**-DECIMALS * (np.sqrt(3) + turned) + proof.RESOLUTION
+    worst = moved.max()
+    if worst > options.tolerance / 2:
+        expected = f"at least {2 * worst:.4f} mm, for words of {DECIMALS} decimals on this machine"
+        raise InputError("tolerance", expected, f"{options.tolerance}")
+    return options.tolerance - np.maximum(moved[:-1], moved[1:])
+
+
+def _refuse_out_of_travel(path, motion):
+    """Raise `ReachError` for the first pose, those between the records included, that is out of travel."""
+    out = np.flatnonzero(~path.kin.machine.within(motion.joints).all(axis=1))
+    if out.size:
+        sentences = path.kin.machine.out_of_travel(motion.joints[out[0]])
+        raise ReachError(f"{path.cl.where(int(motion.place[out[0]]))} and on: {'; '.join(sentences)}")
+
+
+def uncompensated(path: ToolPath, motion: Motion, options: Options) -> proof.Proof:
+    """Return what the machine as it was measured would make of the motion as it is."""
+    moves = to_moves(path, motion, tcp=options.tcp)
+    return proof.measured(path.kin, path.cl, moves.blocks, moves.motion, real=options.real)
+
+
+def compensate(path: ToolPath, motion: Motion, real: Compensator) -> tuple[Motion, tuple[str, ...]]:
+    """Return the motion compensated for the errors of the machine, and sentences on what could not be."""
+    parts = [real.compensate(motion.joints[rows]) for rows in slices(motion.joints.shape[:1])]
+    found = Compensated(
+        joints=np.concatenate([each.joints for each in parts]),
+        before=parts[0].before,
+        after=PoseError(*(np.concatenate([getattr(each.after, of) for each in parts]) for of in ("tip", "axis"))),
+        limited=np.concatenate([each.limited for each in parts]),
+        refused=np.concatenate([each.refused for each in parts]),
+    )
+    compensated = replace(motion, joints=found.joints)
+    _refuse_out_of_travel(path, compensated)
+    return compensated, found.cautions
+
+
+def to_moves(path: ToolPath, motion: Motion, *, tcp: bool) -> Moves:
+    """Return the poses of a motion, but repetitions, as `Moves`: the words, feeds and times of the blocks."""
+    kin, cl, joints = path.kin, path.cl, motion.joints
+    words = rounded(np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1) if tcp else joints)
+    kept = np.r_[True, (words[1:] != words[:-1]).any(axis=1)]
+    if not kept.all():
+        motion, words = motion[kept], words[kept]
+    record = motion.record
+    feeds, rapid = cl.feeds[record], cl.rapid[record]
+    tip, _ = cl.at(motion.place)  # in cut it is on the path
+    seconds = np.r_[np.nan, block_times(kin.machine, motion.joints, tip, feeds[1:], motion.in_cut)]
+    turning = np.r_[False, (words[1:, 3:] != words[:-1, 3:]).any(axis=1)]
+    by_time = turning & ~np.isnan(feeds) & ~rapid & (not tcp)
+    # A remark stands before the first block of the move to its record.
+    before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
+    remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
+    blocks = Blocks(words, feeds, np.where(by_time, seconds, np.nan), rapid, tcp, remarks)
+    by_feed = np.where(motion.at_feed(cl), feed_times(tip, feeds[1:]), np.nan)
+    return Moves(motion, blocks, seconds[1:], by_feed)
+
+
+def refuse_turning_compensation(path: ToolPath, blocks: Blocks) -> None:
+    """Refuse a rotary axis that moves while the control compensates the radius of the cutter, in its X-Y plane."""
+    heads = [joint.carries == "tool" for joint in path.kin.machine.rotary]
+    switched = commands(blocks.remarks, "compensation")
+    for (first, side), (last, _) in pairwise([*switched, (len(blocks.words), None)]):
+        rotary = blocks.words[max(first - 1, 0) : last + 1, 3:]
+        turned = np.ptp(rotary, axis=0).any() or rotary[:1, heads].any()
+        if side.values[0] != "OFF" and (blocks.tcp or turned):
+            expected = "rotary axes that stand still, the tool across X and Y, and no TCP"
+            raise InputError(f"{path.cl.name}: {side.statement}", expected, "others while it holds")

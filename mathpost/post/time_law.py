@@ -1,0 +1,171 @@
+"""When a machine is at each pose of its path.
+
+By the *time law* every move is *asked* to take the time that its feed or its slowest axis needs. The *override* w
+is the part of that speed at which it is really run, 0 to 1, from rest to rest, so that every axis can follow.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mathpost.formula import compiled
+from mathpost.machine import UNITS
+from mathpost.path.cl import feed_times
+
+SETTLE = 0.02  # s, assumed: how long an axis may take to follow when its speed jumps at a corner
+STILL = 1e-12  # mm/s or rad/s
+ROUNDING = 1e-12  # of w²: what changes less stays the same
+LONG = 10_000  # moves; with more of them it pays to load Numba
+
+
+@dataclass(frozen=True)
+class TimeLaw:
+    """When a machine reaches the m poses of a path, and how."""
+
+    joints: np.ndarray  # shape (m, 5), mm and radians
+    seconds: np.ndarray  # shape (m,), when each pose is reached,
+    override: np.ndarray  # and the w at which it is passed
+    asked: np.ndarray  # shape (m - 1,), seconds that each move would take at w = 1
+    ramp: np.ndarray  # how fast w changes in it, 1/s, up and down again (∞: at once)
+    highest: np.ndarray  # and its greatest w, between
+    peaks: np.ndarray  # shape (2, 5), of each axis: speed, mm or radians per s, and acceleration, NaN without limit
+
+    def at(self, seconds):
+        """Return the joints, shape (..., 5), at times from 0 to ``seconds[-1]``."""
+        seconds = np.clip(seconds, 0, self.seconds[-1])
+        move = np.clip(np.searchsorted(self.seconds, seconds, side="right") - 1, 0, len(self.asked) - 1)
+        since, left = seconds - self.seconds[move], self.seconds[move + 1] - seconds
+        first, last = self.override[move], self.override[move + 1]
+        ramp, highest, asked = self.ramp[move], self.highest[move], self.asked[move]
+        up, down = (highest - first) / ramp, (highest - last) / ramp
+        rising = first * since + np.where(since < up, ramp, 0) * since**2 / 2
+        falling = asked - last * left - np.where(left < down, ramp, 0) * left**2 / 2
+        even = (first + highest) / 2 * up + highest * (since - up)
+        done = np.where(since < up, rising, np.where(left < down, falling, even)) / asked
+        return self.joints[move] + done[..., None] * (self.joints[move + 1] - self.joints[move])
+
+
+def time_law(machine, joints, asked, *, settle=SETTLE):
+    """Return the `TimeLaw` of a path whose joints (m, 5), mm and radians, run linearly from each row to the next.
+
+    `asked`, shape (m - 1,), are the seconds that feed and rates ask for each move, as `block_times` has them; one
+    that takes no time is passed over. An axis that states no acceleration follows at once. From one move to the
+    next the speed of an axis jumps, at most by what its acceleration makes of it in the time `settle`, seconds.
+    Poses that follow closer than that are a curve: there the jumps, spread over the moves, take their part of the
+    acceleration.
+
+    Examples
+    --------
+    Half a turn of C at 36°/s, with 200°/s² to speed up and to slow down: 180/36 + 36/200 seconds.
+
+    >>> import mathpost
+    >>> half_a_turn = [[0, 0, 0, 0, 0], [0, 0, 0, 0, np.pi]]
+    >>> time_law(mathpost.load_machine("dmu50v"), half_a_turn, [5.0]).seconds
+    array([0.  , 5.18])
+    """
+    joints, asked = np.asarray(joints, dtype=float), np.asarray(asked, dtype=float)
+    moving = np.flatnonzero(asked > 0)
+    lengths, most = asked[moving], np.nan_to_num(machine.max_accelerations, nan=np.inf)
+    speed, bend, squares = corners(joints, moving, lengths, most, settle)
+    rise, drive = (compiled(loop) if len(lengths) > LONG else loop for loop in (climbed, driven))
+    if np.isfinite(most).any():
+        squares = rise(squares, lengths, speed, bend, most)
+        squares = rise(squares[::-1], lengths[::-1], speed[:, ::-1], bend[:, ::-1], most)[::-1]
+    ramp, highest, durations, peaks = drive(squares, lengths, speed, bend, most)
+    peaks[1, np.isinf(most)] = np.nan
+    seconds = np.r_[0.0, np.cumsum(durations)]
+    if len(moving) < len(asked):
+        joints = joints[np.r_[0, moving + 1]]
+    return TimeLaw(joints, seconds, np.sqrt(squares), lengths, ramp, highest, peaks)
+
+
+def block_times(machine, joints, tip, feeds, in_cut):
+    """Times (s) that the moves between joints (m, 5) take: what the feed asks in cut, or the slowest axis needs.
+
+    Tips are (m, 3), `feeds` and whether a move is `in_cut` (m - 1,). On a machine that states no rates, no axis
+    goes faster than the feed, in mm and degrees per minute; zero where there is no feed either.
+    """
+    rates, by_axis = machine.max_rates, np.zeros(len(joints) - 1)
+    if no_rates := np.isnan(rates).all():
+        rates = 1 / UNITS
+    for column, rate in zip(joints.T, rates, strict=True):
+        by_axis = np.fmax(by_axis, np.abs(np.diff(column)) / rate)
+    if no_rates:
+        by_axis = np.nan_to_num(60 * by_axis / feeds)
+    return np.fmax(by_axis, np.where(in_cut, feed_times(tip, feeds), 0))
+
+
+def corners(joints, moving, lengths, most, settle):
+    """The speed of each axis at w = 1, what a bend takes of its acceleration at each pose, and the squares of w."""
+    moves = len(lengths)
+    speed, bend, squares = np.empty((len(most), moves)), np.zeros((len(most), moves + 1)), np.zeros(moves + 1)
+    between = (lengths[1:] + lengths[:-1]) / 2
+    pause, needed = np.where(between < settle, between, np.inf), np.zeros(len(between))
+    for axis, column in enumerate(joints.T):
+        velocity = (column[moving + 1] - column[moving]) / lengths
+        jumps = np.abs(np.diff(velocity))
+        speed[axis], bend[axis, 1:-1] = np.abs(velocity), jumps / pause
+        np.maximum(needed, jumps / most[axis], out=needed)  # seconds, in which all axes can take their jumps
+    with np.errstate(divide="ignore"):
+        squares[1:-1] = np.minimum(1.0, np.minimum(pause / needed, (settle / needed) ** 2))
+    return speed, bend, squares
+
+
+# The loops run as they stand, or as machine code if Numba compiles them.
+
+
+def climbed(squares, lengths, speed, bend, most):
+    """The squares of w at the poses, so far lowered that every axis can follow where w rises from pose to pose."""
+    squares = squares.copy()
+    for move in range(len(lengths)):
+        length, square, rise = lengths[move], squares[move], np.inf
+        for axis in range(len(most)):
+            v, there = speed[axis, move], bend[axis, move + 1]
+            if v > STILL:
+                rise = min(rise, (most[axis] - bend[axis, move] * square) / v)
+                rise = min(rise, (most[axis] - there * square) / (v + 2 * length * there))
+        squares[move + 1] = min(squares[move + 1], square + 2 * length * max(rise, 0.0))
+    return squares
+
+
+def driven(squares, lengths, speed, bend, most):
+    """Ramp, highest w and seconds of each move: up to the highest w, on at it, down again; peaks, shape (2, 5)."""
+    moves, axes = len(lengths), len(most)
+    ramp, highest, seconds, peaks = np.zeros(moves), np.zeros(moves), np.zeros(moves), np.zeros((2, axes))
+    used = np.zeros(axes)  # what the bends use of the acceleration
+    for move in range(moves):
+        length, before, after, pull = lengths[move], squares[move], squares[move + 1], np.inf
+        for axis in range(axes):
+            used[axis] = max(bend[axis, move] * before, bend[axis, move + 1] * after)
+            if speed[axis, move] > STILL:
+                pull = min(pull, (most[axis] - used[axis]) / speed[axis, move])
+        pull = max(pull, abs(after - before) / (2 * length))
+        first, last, top = math.sqrt(before), math.sqrt(after), (before + after) / 2 + pull * length
+        top = math.sqrt(min(top, 1.0))
+        if pull * length <= ROUNDING * top**2:  # or what rounding leaves of a ramp would take time
+            pull = np.inf
+        up, down = top - first, top - last
+        on_ramps = (up * (top + first) + down * (top + last)) / (2 * pull)
+        seconds[move] = (up + down) / pull + max(length - on_ramps, 0.0) / top
+        ramp[move], highest[move] = pull, top
+        for axis in range(axes):
+            v, pulled = speed[axis, move], used[axis]
+            if max(up, down) > 0 and pull < np.inf:
+                pulled += v * pull
+            peaks[0, axis], peaks[1, axis] = max(peaks[0, axis], v * top), max(peaks[1, axis], pulled)
+    return ramp, highest, seconds, peaks
+
+
+def slow_down(record, seconds, asked):
+    """Return the record that costs the tip most time above what its feed asks, with seconds asked and taken.
+
+    Of each move `record` is the one that it leads to, `seconds` what it takes, `asked` what its feed asks, or NaN.
+    """
+    record, seconds, asked = np.asarray(record), np.asarray(seconds), np.asarray(asked)
+    fed = ~np.isnan(asked)
+    if not fed.any():
+        return None
+    taken, wanted = (np.bincount(record[fed], values[fed]) for values in (seconds, asked))
+    worst = int((taken - wanted).argmax())
+    return worst, float(wanted[worst]), float(taken[worst])
