@@ -76,6 +76,7 @@ def _statuses(judge, others, lost):
     statuses |= dict.fromkeys(others.unjudged, UNCLEAR)
     typed = {p: c for c in found.calculations if c.typed for p in c.results}
     statuses |= {p: UNCLEAR if p in graph.trees or not c.complete else RIGHT for p, c in typed.items()}
+    statuses |= {p: UNCLEAR for p in graph.errors if statuses.get(p, RIGHT) == RIGHT}
     # An input that is not the task's is wrong, though it is none of the cells that follow from the inputs.
     return statuses | {fault.place: WRONG for fault in judge.faults}
 

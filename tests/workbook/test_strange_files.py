@@ -14,6 +14,7 @@ from mathpost.errors import InputError
 from mathpost.workbook import check_file
 from tests.workbook import layouts
 from tests.workbook.cells import Values, formula_of, save
+from tests.workbook.test_strangers import SHEETS, workbook
 
 TURNS = ("alpha", "beta", "gamma")
 
@@ -234,3 +235,31 @@ def test_numbers_that_only_names_of_the_workbook_tell(tmp_path, wrong):
     report = check_file(tmp_path / "named.xlsx")
     assert report.total == 39
     assert report.verdict == "right" if wrong is None else report.faults[0].cell == cell
+
+
+# Errors, and texts where numbers are asked for.
+
+
+@pytest.mark.parametrize(
+    ("cells", "place"),
+    [
+        ({"B26": "=AVERAGE(A3:A5)"}, "B26"),
+        ({"G20": "12.5", "G21": "3.25", "G22": "1.75", "B26": "=AVERAGE(G20:G22)"}, "B26"),
+        ({"B26": "=STDEV(A3)"}, "B26"),
+        ({"B26": "=E3/0"}, "B26"),
+        ({"B26": "=SQRT(SUMSQ(E20:E22))/(E3-10)"}, "B26"),  # only at the sheet's own point
+        ({"B26": "#REF!"}, "B26"),
+        ({"B26": "=#REF!+E20"}, "B26"),
+        ({"B26": "#VALUE!"}, "B26"),
+        ({"B26": "=A3*2"}, "B26"),
+        ({"B26": '=IF(B24<2,1/0,"fine")'}, "B26"),
+        ({"E3": 0, "E4": 0, "E5": 0, "B26": "=SQRT(SUMSQ(E20:E22))", "C26": "=E20/B26"}, "C26"),
+    ],
+)
+def test_an_error_is_never_right(cells, place, tmp_path):
+    sheet = SHEETS["u001"]
+    page = sheet["sheets"]["Sheet1"] | {"A26": "mean"} | cells
+    workbook(sheet | {"sheets": {"Sheet1": page}}).save(tmp_path / "error.xlsx")
+    report = check_file(tmp_path / "error.xlsx")
+    judged = {cell.cell: cell.status for cell in report.cells}
+    assert report.verdict != "right" and judged[f"Sheet1!{place}"] in ("unclear", "wrong")

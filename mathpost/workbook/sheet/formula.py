@@ -358,9 +358,9 @@ def evaluate(tree, look, functions=FUNCTIONS):
     if head not in functions or (head in COMPARISONS and any(part[0] == "text" for part in parts)):
         raise NotUnderstood(f"the operator {head}" if head in POWER else head)
     values = [
-        # Of a range these functions take what is a number: no empty cell counts as 0.
+        # Of cells these functions take what is a number: no empty one counts as 0, no text as what it means.
         look(part[1], numbers_only=True)
-        if head in STATISTICS and part[0] == "area" and part[1].shape != (1, 1)
+        if head in STATISTICS and part[0] == "area"
         else evaluate(part, look, functions)
         for part in parts
     ]

@@ -26,7 +26,7 @@ from mathpost.workbook.sheet.lookup import resolved
 
 SAMPLES = 8
 SIX_DIGITS = 1e-6  # relative
-ZERO = np.zeros(1)
+ZERO, NOTHING = np.zeros(1), np.full(1, np.nan)
 CLOSE = 5e-8  # relative: what the arithmetic of a spreadsheet and π/180 as 0.0174532925 lose
 
 
@@ -180,11 +180,33 @@ class Graph:
     def messages(self):
         """The formulas that give a text."""
         found = set()
-        for place in (*self.trees, *self.unread):
+        for place in (*self.order, *self.unread):
             cell = self.cells[place]
-            unsaved = cell.value is None and gives_text(self.trees.get(place, ("number", 0)))
+            tree = self.trees.get(place, ("number", 0))
+            source = tree[1].places[0] if tree[0] == "area" else None
+            copied = source in found or (source in self.texts and self.meant[source] is None)
+            unsaved = cell.value is None and (copied or gives_text(tree))
             found |= {place} if unsaved or (isinstance(cell.value, str) and not cell.error) else set()
         return found
+
+    @cached_property
+    def texts(self):
+        """The places of texts that are typed."""
+        return {
+            p for p, cell in self.cells.items() if isinstance(cell.value, str) and not (cell.formula or cell.error)
+        }
+
+    @cached_property
+    def errors(self):
+        """The places that show an error such as #DIV/0!, typed, stored or at the sheet's own inputs.
+
+        And texts that a formula gives which gives numbers elsewhere.
+        """
+        shown = self.trees.keys() - self.downstream(self.not_evaluated)
+        no_number = {p for p in shown if self.own.get(p) is not None and not np.isfinite(self.own[p])}
+        forms = {self.form(p) for p in self.trees.keys() - self.messages}
+        texts = {p for p in self.messages & self.trees.keys() if self.cells[p].value and self.form(p) in forms}
+        return {p for p, cell in self.cells.items() if cell.error} | no_number - self.messages | texts
 
     @cached_property
     def not_evaluated(self):
@@ -288,13 +310,15 @@ class Graph:
     def look(self, area, values, *, numbers_only=False):
         """The values of an area, shape (samples, rows, columns): 0 for an empty cell, NaN for text.
 
-        With `numbers_only` both are left out, and the others are in one row.
+        With `numbers_only` both are left out, texts such as 54,7356 as well, and the others are in one row; where
+        none is left, as in an average of texts, it is NaN.
         """
         constants = self.constants
         numbers = [values[p] if p in values else constants.get(p, ZERO) for p in area.places]
         if numbers_only:
-            there = [p in values or np.isfinite(constants.get(p, np.nan)).all() for p in area.places]
-            numbers = [number for number, is_there in zip(numbers, there, strict=True) if is_there] or numbers
+            held = self.texts
+            there = [p not in held and (p in values or p in constants) for p in area.places]
+            numbers = [number for number, is_there in zip(numbers, there, strict=True) if is_there] or [NOTHING]
         return self._stacked(numbers, (1, len(numbers)) if numbers_only else area.shape)
 
     @staticmethod
