@@ -6,30 +6,21 @@ answer can be read again safely.
 """
 
 import re
-import unicodedata
-from dataclasses import astuple, dataclass, is_dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import permutations
 from typing import ClassVar
 
 import numpy as np
 
 from mathpost import euler
+from mathpost.course.typed import UNITS, bare, brief, counted, numbers
 from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError
 from mathpost.frame import Frame
 from mathpost.rotation import wrap
 
+POSE_NAMES = [*map(str.split, ("I J K", "EULPR EULNU EULROT", "α β γ", "alpha beta gamma", "w x y z"))]
 ROUNDING = 1e-6  # share of the last digit that float rounding may add
-MATRIX = 0.5e-3 * (1 + ROUNDING)  # how far an entry of a matrix or quaternion may be off
-COUNTED = ("no", "one", "two", "three", "four", "five", "six")
-UNITS = {  # spellings of a unit, as a pattern; the units it is mixed up with, and how many of those make one of it
-    "degrees": ("°|degrees?|deg|度", {"radians": np.deg2rad(1), "arcseconds": 3600.0}),
-    "radians": ("radians?|rad|弧度", {"degrees": np.rad2deg(1)}),
-    "mm": ("mm|毫米", {"µm": 1e3, "inches": 1 / 25.4}),
-    "µm": ("μm|um|微米", {"mm": 1e-3}),
-    "µrad": ("μrad|urad|微弧度", {"radians": 1e-6}),
-    "s": ("seconds?|sec|s|秒", {}),
-}
 
 
 class Kind:
@@ -51,6 +42,10 @@ class Kind:
 
     def nearly(self, value, target):
         """Say which part of a wrong answer is right, if any."""
+        return ""
+
+    def remark(self, value, target):
+        """Say under which different but usual reading the answer is right; empty if there is none."""
         return ""
 
     def show(self, value):
@@ -84,7 +79,7 @@ class Number(Kind):
     @property
     def asked(self):
         names = self.names.split()
-        what = self.said or (f"{_counted(len(names))} ({', '.join(names)})" if names else "one number")
+        what = self.said or (f"{counted(len(names))} ({', '.join(names)})" if names else "one number")
         few = {None: "", 0: ", to the whole number", 1: ", to 1 decimal"}
         exact = few.get(self.decimals, f", to {self.decimals} decimals")
         exact = exact if self.tolerance is None else f", within ±{self.tolerance:g}"
@@ -97,11 +92,9 @@ class Number(Kind):
 
     def read(self, answer):
         names = self.names.split()
-        if isinstance(answer, dict) and set(answer) == set(names):
-            answer = [answer[name] for name in names]
-        array = _numbers(answer, self.asked, self.unit, names)
+        array = numbers(answer, self.asked, self.unit, [names] if names else ())
         if array.size != (len(names) or 1):
-            raise InputError("answer", self.asked, _counted(array.size))
+            raise InputError("answer", self.asked, counted(array.size))
         return array.ravel().tolist() if names else array.item()  # a row or a column matrix will do
 
     def near(self, value, target):
@@ -186,7 +179,16 @@ class Joints(Vector):
 
 @dataclass(frozen=True, kw_only=True)
 class Pose(Number):
-    """A frame: its matrix, its quaternion (w, x, y, z) of either sign, or its three angles or their twin."""
+    """A frame: its matrix, its quaternion of either sign, or its three angles or their twin.
+
+    It is judged to the digits that were typed, at least one of angles. A quaternion is read as (w, x, y, z). If
+    only (x, y, z, w) fits, as in SciPy, that is right too, and said.
+
+    Examples
+    --------
+    >>> Pose().same([63.4, 48.2, 0], [63.4349, 48.1897, 0]), Pose().same([63.5, 48.2, 0], [63.4349, 48.1897, 0])
+    (True, False)
+    """
 
     decimals: int = 2
     sequence: str = "ZXZ"  # of three angles, as in `mathpost.euler`; degrees
@@ -201,20 +203,27 @@ class Pose(Number):
     def read(self, answer):
         if isinstance(answer, Frame):
             answer = answer.matrix if self.origin else answer.rotation
-        array = _numbers(answer.as_matrix() if hasattr(answer, "as_matrix") else answer, self.asked, "degrees")
-        array = array.ravel() if array.size < 5 else array
+        plain = answer.as_matrix() if hasattr(answer, "as_matrix") else answer
+        array = numbers(plain, self.asked, "degrees", POSE_NAMES)
+        array = array.reshape({9: (3, 3), 16: (4, 4)}.get(array.size, -1 if array.size < 5 else array.shape))
         if array.shape not in ([(4, 4)] if self.origin else [(3,), (4,), (3, 3)]):
             raise InputError("answer", self.asked, f"numbers of shape {array.shape}")
         return array.tolist()
 
     def same(self, value, target):
+        if np.size(value) == 3 and written_decimals(value) == 1:
+            return self._rounded(value, target, 1)
         one, other = self._matrix(value), self._matrix(target)
-        turned = 3 * np.radians(self.bound) if np.size(value) == 3 else MATRIX
-        near = np.abs(one[:3, :3] - other[:3, :3]).max() <= turned
+        near = np.abs(one[:3, :3] - other[:3, :3]).max() <= self._slack(value)
         return bool(near and np.abs(one[:3, 3:] - other[:3, 3:]).max(initial=0) <= self.bound)
 
     def coarse(self, value, target):
-        return False
+        return np.size(value) == 3 and written_decimals(value) == 0 and self._rounded(value, target, 0)
+
+    def remark(self, value, target):
+        if np.size(value) != 4 or not self.same(np.roll(value, 1), target):
+            return ""
+        return "Read in SciPy's order, (x, y, z, w); here a quaternion is written (w, x, y, z)."
 
     def mixups(self, target):
         inverse = np.array(self._matrix(target))
@@ -223,17 +232,38 @@ class Pose(Number):
         if self.origin:
             yield "That is the inverse: it takes coordinates the other way.", np.linalg.inv(self._matrix(target))
         if np.size(target) == 3:
+            twin = euler.twin(self.sequence, target, degrees=True)
+            for named in (target, twin):
+                yield "Right, but in radians: answer in degrees.", np.radians(wrap(np.array(named)))
             yield from Vector(names="I J K", unit="degrees").mixups(target)
 
     def nearly(self, value, target):
+        if self.coarse(value, target):
+            return f"Correct as far as its digits go. Answer with {self.asked}."
         apart = np.abs(self._matrix(value) - self._matrix(target))[:3].max(axis=0)
-        right = [name for name, far in zip("XYZ", apart, strict=False) if far <= MATRIX]
+        right = [name for name, far in zip("XYZ", apart, strict=False) if far <= self._slack(value)]
         if len(right) == 3:
             return "The axes are right, the origin is not." if self.origin else ""
         return f"{right[0]} of the frame is right, the other two axes are not." if right else ""
 
     def show(self, value):
         return Vector(decimals=self.decimals if np.size(value) == 3 else 6).show(value)
+
+    def _rounded(self, value, target, decimals):
+        """Whether three angles are those of the target or its twin, each rounded to these decimals."""
+        angles = euler.angles(self.sequence, self._matrix(target), degrees=True)
+        names = [angles, euler.twin(self.sequence, angles, degrees=True)]
+        bound = 0.5 * 10.0**-decimals * (1 + ROUNDING)
+        return any(bool((np.abs(wrap(np.subtract(value, each))) <= bound).all()) for each in names)
+
+    def _slack(self, value):
+        """How far an entry of the matrix may be off, by the rounding of what was typed."""
+        if np.size(value) == 3:
+            return 3 * np.radians(self.bound)
+        shown = written_decimals(np.asarray(value)[:3])
+        if np.size(value) == 4:  # an entry of the matrix has products of two entries of q, twice each
+            return 2 * 10.0 ** -min(max(shown, 2), 4) * (1 + ROUNDING)
+        return 0.5 * 10.0 ** -min(max(shown, 2), 3) * (1 + ROUNDING)
 
     def _matrix(self, value):
         value = np.asarray(value, dtype=float)
@@ -258,7 +288,7 @@ class Name(Kind):
     def known(self):
         """A dict of each spelling to its name."""
         choices = {name: () for name in self.choices.split()} if isinstance(self.choices, str) else self.choices
-        return {_bare(said): name for name, others in choices.items() for said in (name, *others)}
+        return {bare(said): name for name, others in choices.items() for said in (name, *others)}
 
     @property
     def listed(self):
@@ -273,7 +303,7 @@ class Name(Kind):
     def read(self, answer):
         if isinstance(answer, (list, tuple)) and len(answer) == 1:
             (answer,) = answer
-        words = {_bare(answer)} if _bare(answer) in self.known else {_bare(word) for word in str(answer).split()}
+        words = {bare(answer)} if bare(answer) in self.known else {bare(word) for word in str(answer).split()}
         found = {self.known[word] for word in words if word in self.known}  # "the z axis"
         plain = all(word.isalpha() for word in words - set(self.known)) and not {"not", "no", "nor"} & words
         if len(found) == 1 and plain:
@@ -294,8 +324,8 @@ class Names(Name):
     def read(self, answer):
         if isinstance(answer, str):
             parts = re.split(r"[,;，、；/]+|\band\b|和|与", answer.strip("[](){} "))
-            listed = [part.split() if {*map(_bare, part.split())} <= set(self.known) else [part] for part in parts]
-            answer = [name for names in listed for name in names if _bare(name)]
+            listed = [part.split() if {*map(bare, part.split())} <= set(self.known) else [part] for part in parts]
+            answer = [name for names in listed for name in names if bare(name)]
         found = {super(Names, self).read(each) for each in np.asarray(list(answer), dtype=object).ravel()}
         return [name for name in self.listed if name in found]
 
@@ -308,41 +338,3 @@ class Names(Name):
             if name not in target:
                 return f"{name} does not belong here. {self.about(name) if self.about else ''}".strip()
         return "All of these belong, but there are more." if value else "There are some."
-
-
-def _counted(size):
-    return f"{COUNTED[size] if size < len(COUNTED) else size} number{'' if size == 1 else 's'}"
-
-
-def _numbers(answer, asked, unit="", names=()):
-    """An answer as an array of finite floats; a text may have names before numbers and units after them."""
-    if isinstance(answer, str):
-        bare = unicodedata.normalize("NFKC", answer).replace("−", "-").strip("[](){} ")
-        *before, behind = (re.escape(unicodedata.normalize("NFKC", word)) for word in (*names, unit or "°"))
-        named = rf"(?<![\w.])(?:{'|'.join(before) or '$.'})'?\s*[=:]?\s*(?=[-+.\d])"
-        units = rf"(?<=[\d.])\s*(?:{UNITS.get(unit, (behind,))[0]})(?!\w)"
-        answer = re.split(r"[,;、\s]+", re.sub(f"{named}|{units}", "", bare, flags=re.IGNORECASE))
-    if isinstance(answer, (list, tuple)):
-        answer = [astuple(each) if is_dataclass(each) else each for each in answer]
-    if np.asarray(answer).dtype.kind in "bcmM":
-        raise TypeError("truth values, complex numbers or dates")
-    array = np.asarray(answer, dtype=float)
-    if not np.isfinite(array).all():
-        raise InputError("answer", asked, "what is not a finite number")
-    return array
-
-
-def _bare(name):
-    """A name without what does not matter: case, spaces, quotes, primes, brackets, degree signs."""
-    text = f"{name:g}" if isinstance(name, float) else str(name)
-    text = unicodedata.normalize("NFKC", text).replace("−", "-")
-    return re.sub(r"[\s'\"`´‘’“”′()\[\].,;_°]", "", text).casefold()
-
-
-def brief(answer):
-    """An answer as it was typed, shortened."""
-    try:
-        text = repr(answer)
-    except Exception:  # somebody's own class
-        text = f"a {type(answer).__name__}"
-    return text if len(text) <= 60 else text[:57] + "..."

@@ -16,16 +16,20 @@ from pkgutil import iter_modules
 
 from mathpost.course import exercises
 from mathpost.course.answers import Number
+from mathpost.course.typed import bare
 from mathpost.course.verdict import EXERCISES, MIME, OPEN, RIGHT, WRONG, Verdict, define, slip
 from mathpost.detective.misreadings import written_decimals
 from mathpost.errors import InputError
 from mathpost.files import read_text
+from mathpost.rotation import wrap
 
 __all__ = ["check", "define", "given", "judge", "progress", "reveal", "saved", "slip", "solution", "student"]
 for _module in iter_modules(exercises.__path__):
     import_module(f"mathpost.course.exercises.{_module.name}")  # for their entries in EXERCISES
 
 LESSONS = "[0-9][0-9]*_*.ipynb"
+STYLE = "font-family: monospace; white-space: pre-wrap"
+CLOSED = f'<details><summary>{{}}</summary><pre style="{STYLE}">{{}}</pre></details>'
 MARKS = {RIGHT: "●", WRONG: "◐", OPEN: "○"}
 SAID = re.compile(rf"^([\w-]+) · ({RIGHT}|{WRONG}|{OPEN})\.", re.MULTILINE)
 _tried = set()  # exercises with an attempt in this session
@@ -76,8 +80,7 @@ def solution(name, *, update=False):
     if get_ipython():
         summary = f"Solution of {name}{': you have not tried yet' * (name not in _tried)}"
         shown = {f"Hint for {name}": found.hint, summary: found.shown_solution}
-        closed = '<details><summary>{}</summary><pre style="font-family: monospace">{}</pre></details>'.format
-        page = "".join(closed(title, html.escape(text)) for title, text in shown.items() if text)
+        page = "".join(CLOSED.format(title, html.escape(text)) for title, text in shown.items() if text)
         bundle = {"text/plain": summary, "text/html": page}
         display.display(bundle, raw=True, display_id=f"solution of {name}", update=update)
     elif not update:
@@ -92,25 +95,40 @@ def given(name):
     return found.with_arguments(found.given)
 
 
-def reveal(guess, truth):
-    """Print the truth, and whether the learner guessed it; a correctly rounded number counts.
+def reveal(guess, truth, *, within=None, modulo=None):
+    """Print the truth after a guess, and whether the guess is right; without a guess, nothing of the truth.
+
+    A correctly rounded number is right, or one as near as `within`, which the question states; `modulo` 360 takes
+    -180 and 180 as the same. Spaces and letter case of a word do not matter.
 
     Examples
     --------
+    >>> reveal(None, -1)
+    Write a guess in the place of None, even a wild one, and run that cell. Then run this one: it shows the answer.
     >>> reveal(1, -1)
     The answer: -1. You guessed 1. Find out why before you go on.
-    >>> reveal("−650.0", -650)
+    >>> reveal("−650.0", -650), reveal(175, 174.2, within=10), reveal("Z-200", "Z - 200")
     The answer: -650. You guessed it.
+    The answer: 174.2. Your guess of 175 is within 10 of it.
+    The answer: Z - 200. You guessed it.
+    (None, None, None)
     """
-    try:  # a number to the digits of the coarser of both, a word in any case
-        number = Number(decimals=written_decimals(truth))
-        pair = number.read(guess), number.read(truth)
-        right = number.same(*pair) or number.coarse(*pair)
+    if guess is None or guess is ...:
+        print(
+            "Write a guess in the place of None, even a wild one, and run that cell. Then run this one: "
+            "it shows the answer."
+        )
+        return
+    said = f"You guessed {guess}. Find out why before you go on."
+    try:  # a number to the digits of the coarser of both
+        number = Number(decimals=written_decimals(truth), tolerance=within)
+        apart = number.read(guess) - number.read(truth)
+        apart = wrap(apart, modulo) if modulo else apart
+        if number.same(apart, 0.0) or (within is None and number.coarse(number.read(guess), number.read(truth))):
+            said = f"Your guess of {guess} is within {within:g} of it." if within and apart else "You guessed it."
     except (TypeError, ValueError, OverflowError):
-        right = str(guess).strip().casefold() == str(truth).casefold()
-    said = "You guessed it." if right else f"You guessed {guess}. Find out why before you go on."
-    if guess is None:
-        said = "You have not guessed: write a guess down before you go on, even a wild one."
+        if bare(guess) == bare(truth):
+            said = "You guessed it."
     print(f"The answer: {truth}. {said}")
 
 

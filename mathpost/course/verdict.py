@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
 
-from mathpost.course.answers import brief
+from mathpost.course.typed import brief
 from mathpost.errors import InputError, MathpostError
 from mathpost.toml_table import read_toml
 
@@ -130,9 +130,11 @@ class Exercise:
 
     @property
     def shown_solution(self):
-        """The source of the solution, and its result."""
+        """The reason, the source of the solution, and its result."""
+        reason = textwrap.fill(inspect.getdoc(self.solve) or "", 100)
         own = "".join(f"\n# {name} = {self.arguments[name]}" for name in self.arguments if self.student)
-        return f"{self.source}{own}\n# gives {self.kind.show(self.solution)}"
+        worked = f"{self.source}{own}\n# gives {self.kind.show(self.solution)}"
+        return f"{reason}\n\n{worked}" if reason else worked
 
     def verdict(self, answer):
         """Judge an answer, which may be a stored one.
@@ -155,7 +157,8 @@ class Exercise:
         except MathpostError as error:
             return say(WRONG, f"The answer cannot be used: {error}.", value)
         if mixup is None:
-            return say(RIGHT, inspect.getdoc(self.solve) or "", value)
+            remark = "" if self.complaint else self.kind.remark(value, self.solution)
+            return say(RIGHT, f"{remark} {inspect.getdoc(self.solve) or ''}".strip(), value)
         why = mixup or f"{self.kind.nearly(value, self.solution) or NO_MIXUP} {self.hint}".strip()
         return say(WRONG, why, value, mixup=mixup)
 
@@ -172,6 +175,8 @@ class Exercise:
             return None
         if named := [said for said, mistaken in self.mixed_up if self.kind.same(value, mistaken)]:
             return named[0]
+        if self.kind.remark(value, self.solution):
+            return None
         found = self.with_arguments(self.detective, value) if self.detective else None
         if found and found.explained and not found.right:
             first, *rest = str(found.misreadings[0])

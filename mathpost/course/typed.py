@@ -1,0 +1,114 @@
+"""What a learner typed, as plain numbers and words: NC words, units, brackets and signs of every usual form."""
+
+import re
+import unicodedata
+from dataclasses import astuple, is_dataclass
+
+import numpy as np
+
+from mathpost.errors import InputError
+
+UNITS = {  # spellings of a unit, as a pattern; the units it is mixed up with, and how many of those make one of it
+    "degrees": ("°|degrees?|deg|度", {"radians": np.deg2rad(1), "arcseconds": 3600.0}),
+    "radians": ("radians?|rad|弧度", {"degrees": np.rad2deg(1)}),
+    "mm": ("mm|毫米", {"µm": 1e3, "inches": 1 / 25.4}),
+    "µm": ("μm|um|微米", {"mm": 1e-3}),
+    "µrad": ("μrad|urad|微弧度", {"radians": 1e-6}),
+    "s": ("seconds?|sec|s|秒", {}),
+}
+PREPARATORY = re.compile(r"^G68\.2\s*(?:[XYZ]\s*[-+]?[\d.]+\s*)*|^PLANE EULER\s*", re.IGNORECASE)
+NUMBER = r"(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)"
+ANY_NAME = r"(?!not?(?![^\W\d_]))[^\W\d_]+"  # letters of any script
+BETWEEN = re.compile(r"[\s,;、]*")
+COUNTED = ("no", "one", "two", "three", "four", "five", "six")
+
+
+def numbers(answer, asked, unit="", orders=()):
+    """Return an answer as an array of finite floats.
+
+    Each of `orders` is a tuple of names: numbers that all carry names of one of them come in its order, whatever
+    the order they were typed in. `asked` says in an `InputError` what was expected.
+
+    Examples
+    --------
+    >>> numbers("G68.2 I180 J90 K-90", "", "degrees", [("I", "J", "K")]).tolist()
+    [180.0, 90.0, -90.0]
+    >>> numbers("C -24.6°, B = 52.4°", "", "degrees", [("B", "C")]).tolist()
+    [52.4, -24.6]
+    >>> numbers("ρ=100°", "", "degrees").tolist(), numbers("K74.46", "").tolist()
+    (100.0, 74.46)
+    """
+    if isinstance(answer, str):
+        answer = _of_text(answer, asked, unit, orders)
+    if isinstance(answer, dict):
+        answer = _by_name(answer, asked, orders)
+    if isinstance(answer, (list, tuple)):
+        answer = [astuple(each) if is_dataclass(each) else each for each in answer]
+    if np.asarray(answer).dtype.kind in "bcmM":
+        raise TypeError("truth values, complex numbers or dates")
+    array = np.asarray(answer, dtype=float)
+    if not np.isfinite(array).all():
+        raise InputError("answer", asked, "what is not a finite number")
+    return array
+
+
+def _of_text(text, asked, unit, orders):
+    """The numbers of a text: one, a list, or a dict where all have names."""
+    bare = re.sub(r"[\[\](){}]", " ", _plain(text).replace("′", "'"))
+    spelled = UNITS.get(unit, (re.escape(_plain(unit or "°")),))[0]
+    bare = re.sub(rf"(?<=[\d.])\s*(?:°|(?:{spelled})(?!\w))", " ", bare, flags=re.IGNORECASE)
+    bare, found, place = PREPARATORY.sub("", bare.strip()), [], 0
+    known = [re.escape(_plain(name)) for order in orders for name in order]
+    names = "|".join([*sorted(known, key=len, reverse=True), ANY_NAME])
+    word_of_text = re.compile(rf"(?:(?P<name>{names})'?\s*[=:]?\s*)?{NUMBER}", re.IGNORECASE)
+    while place < len(bare):
+        word = word_of_text.match(bare, BETWEEN.match(bare, place).end())
+        if not word:
+            raise InputError("answer", asked, brief(text))
+        found.append((word["name"], float(word["number"])))
+        place = BETWEEN.match(bare, word.end()).end()
+    values = [value for _, value in found]
+    if len(found) < 2:
+        return values[0] if values else []
+    named = [name for name, _ in found if name]
+    if not named:
+        return values
+    by_name = dict(found)
+    if len(by_name) < len(found) or len(named) < len(found):
+        raise InputError("answer", asked, brief(text))
+    return by_name
+
+
+def _by_name(answer, asked, orders):
+    """The values of a dict in the order of the names that it has."""
+    plain = {_plain(name).rstrip("'").casefold(): value for name, value in answer.items()}
+    for order in orders:
+        names = [_plain(name).casefold() for name in order]
+        if len(plain) == len(answer) and set(plain) == set(names):
+            return [plain[name] for name in names]
+    raise InputError("answer", asked, brief(answer))
+
+
+def counted(size):
+    """How many numbers, in words."""
+    return f"{COUNTED[size] if size < len(COUNTED) else size} number{'' if size == 1 else 's'}"
+
+
+def bare(name):
+    """A name without what does not matter: case, spaces, quotes, primes, brackets, degree signs."""
+    text = f"{name:g}" if isinstance(name, float) else str(name)
+    return re.sub(r"[\s'\"`´‘’“”′()\[\].,;_°]", "", _plain(text)).casefold()
+
+
+def _plain(text):
+    """A text with every kind of minus, small digit and wide letter written in the plain way."""
+    return unicodedata.normalize("NFKC", str(text)).replace("−", "-")
+
+
+def brief(answer):
+    """An answer as it was typed, shortened."""
+    try:
+        text = repr(answer)
+    except Exception:  # somebody's own class
+        text = f"a {type(answer).__name__}"
+    return text if len(text) <= 60 else text[:57] + "..."
