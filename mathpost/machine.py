@@ -19,6 +19,7 @@ PROGRAM = {"program_head": "head", "program_foot": "foot", "tool_change": "tool_
 LETTERS = ("X", "Y", "Z")
 ENDLESS = (-math.inf, math.inf)
 TRAVEL_TOLERANCE = 1e-9  # mm and radians, by which a joint may stand beyond an end of its travel
+MOST_TURNS = 10  # to either side: as many whole turns of one angle are worth looking at
 UNITS = np.array([1, 1, 1, np.degrees(1), np.degrees(1)])  # mm and degrees of one mm or radian of each joint
 
 
@@ -50,6 +51,24 @@ class Rotary:
         ends = np.degrees(_widened(self.limits))
         low, high = np.ceil((ends[0] - angle) / 360), np.floor((ends[1] - angle) / 360)
         return float(angle + 360 * np.clip(np.round((present - angle) / 360), low, high)) if low <= high else np.nan
+
+    def turns(self, angle, present=0.0):
+        """Return `angle` in every whole turn inside travel, degrees, the nearest to `present` first.
+
+        At most `MOST_TURNS` to either side. Without an end of travel, or outside of it, the angle itself alone.
+
+        Examples
+        --------
+        >>> c = load("ac_head").rotary[0]  # C, from -360 to 360
+        >>> c.turns(90), c.turns(90, -300), load("ac_table").rotary[1].turns(90)
+        ([90.0, -270.0], [-270.0, 90.0], [90.0])
+        """
+        nearest = self.nearest_turn(angle, present)
+        if np.isnan(nearest) or np.isinf(self.limits).all():
+            return [float(angle)]
+        low, high = np.degrees(_widened(self.limits))
+        all_of_them = [nearest + 360 * turn for turn in range(-MOST_TURNS, MOST_TURNS + 1)]
+        return sorted((each for each in all_of_them if low <= each <= high), key=lambda each: abs(each - present))
 
 
 @dataclass(frozen=True)

@@ -121,8 +121,10 @@ def align(feature, machine):
     joints, axis = kinematics.inverse(feature.origin, feature.z, degrees=True), unit(np.array(outer.axis))
     if np.isnan(joints).any():
         low, high = np.degrees(kinematics.reach)
-        angle = np.degrees(np.arccos(np.clip(axis @ feature.z, -1, 1)))
-        stands = f"the feature's Z stands {angle:.4f} degrees from axis {outer.name}"
+        pole = np.array(kinematics.inverse_symbolic.pole, dtype=float)
+        angle = np.degrees(np.arccos(np.clip(pole @ feature.z, -1, 1)))
+        end = " ".join(f"{x:z.3f}" for x in pole)
+        stands = f"the feature's Z stands {angle:.4f} degrees from the pole ({end}), the end of axis {outer.name}"
         raise ReachError(f"{machine.name}: {stands}, which {inner.name} allows only from {low:.4f} to {high:.4f}")
     free = bool(np.linalg.norm(np.cross(axis, feature.z)) < PARALLEL)
     return Alignment(feature, machine, joints[:, 3:], *places, free)

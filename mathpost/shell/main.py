@@ -15,6 +15,7 @@ COMMANDS = {  # a file of this folder each, and a line of help
     "calibrate": "readings to a machine file, its errors and a control's terms",
     "check": "check spreadsheets of rotations or NC words by their formulas",
     "explain": "which misreading of the convention gives this number?",
+    "pose": "a tool axis to every position of a machine, or joints to tip and tool axis",
     "show": "a machine as a page that moves, with the signs of its axes in words",
     "print": "forward, inverse and Jacobian of a machine as JavaScript, C or LaTeX",
     "assign": "lessons for students, without solutions",
@@ -72,7 +73,7 @@ def _parser(words):
 
 def _joined(arguments):
     """Keep argparse from taking values for options: vectors such as -1,0,2, numbers such as -1e-16 or -54,7356."""
-    if arguments[:1] == ["explain"]:
+    if arguments[:1] in (["explain"], ["pose"], ["plane"]):
         return [re.sub(r"^-(?=[\d.,]+(e[+-]?\d+)?°?$)", "−", word) for word in arguments]
     words, vectors = iter(arguments), ("--origin", "--angles", "--point")
     return [f"{word}={next(words, '')}" if word in vectors else word for word in words]

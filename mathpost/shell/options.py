@@ -2,10 +2,12 @@
 
 import argparse
 import math
+import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from mathpost.errors import InputError
 from mathpost.files import write_text
 
 OUTPUT = ("-o", "--output")
@@ -30,6 +32,40 @@ def number(text: str) -> str:
     except ValueError:
         raise argparse.ArgumentTypeError(f"expected a number, found {text!r}") from None
     return found
+
+
+def count_of(values: list[str], names: Sequence[str], where: str) -> list[float]:
+    """As many numbers as there are names, such as those of joints."""
+    if len(values) != len(names):
+        raise InputError(where, f"{len(names)} numbers, {' '.join(names)}", f"{len(values)}")
+    return [float(value) for value in values]
+
+
+def columns(rows: Iterable[Sequence[str]]) -> list[str]:
+    """Lines of a table whose columns are as wide as their widest text: numbers to the right, words to the left."""
+    rows = [list(row) for row in rows]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    numeric = [
+        all(re.fullmatch(r"[-\d.]*|[A-Z][0-9]?", text) for text in column) for column in zip(*rows, strict=True)
+    ]
+    return [
+        "  ".join(
+            f"{text:>{width}}" if right else f"{text:{width}}"
+            for text, width, right in zip(row, widths, numeric, strict=True)
+        ).rstrip()
+        for row in rows
+    ]
+
+
+def named(names: Sequence[str], values: Iterable[float], decimals: int = 4) -> str:
+    """Names with their numbers, as in ``B 54.7356 C 45``."""
+    return " ".join(f"{name} {plain(value, decimals)}" for name, value in zip(names, values, strict=True))
+
+
+def plain(value: float, decimals: int = 4) -> str:
+    """A number without zeros behind."""
+    text = f"{value:z.{decimals}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def degrees(default: float) -> dict:

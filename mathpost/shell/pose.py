@@ -1,0 +1,110 @@
+"""A tool axis to every position of a machine, or joints to tip and tool axis."""
+
+import argparse
+import json
+
+import numpy as np
+
+from mathpost import machine
+from mathpost.errors import InputError
+from mathpost.kinematics import Kinematics
+from mathpost.plane import pose
+from mathpost.shell.options import MACHINE, columns, count_of, named, number
+
+THREE = {"nargs": 3, "type": number}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Say what the command takes."""
+    add = parser.add_argument
+    add("machine", **MACHINE)
+    add("--axis", **THREE, metavar=("I", "J", "K"), help="tool axis in the workpiece, of any length")
+    add("--tip", **THREE, default=("0", "0", "0"), metavar=("X", "Y", "Z"), help="mm (default 0 0 0)")
+    add("--joints", nargs="+", type=number, metavar="Q", help="instead: X Y Z in mm and the rotary angles, degrees")
+    add(
+        "--from",
+        dest="present",
+        nargs="+",
+        type=number,
+        metavar="Q",
+        help="rotary angles where it stands (default 0)",
+    )
+    add("--json", action="store_true", help="for scripts, with all digits")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the positions, or the pose; 1 if nothing is inside travel."""
+    if (options.axis is None) == (options.joints is None):
+        raise InputError("pose", "--axis or --joints", "both" if options.axis else "neither")
+    kinematics = Kinematics(machine.load(options.machine))
+    names = kinematics.machine.joint_names
+    taken, present = {}, [0.0] * len(names[3:])
+    if options.present:
+        present = count_of(options.present, names[3:], "--from")
+    if options.joints:
+        found = [pose.at(kinematics, np.array(count_of(options.joints, names, "--joints")))]
+    else:
+        tip, axis = (np.array([float(each) for each in given]) for given in (options.tip, options.axis))
+        found = pose.positions(kinematics, tip, axis, present)
+        taken = pose.taken(kinematics, axis, present)
+    print(_json(kinematics, found, present, taken) if options.json else _text(kinematics, found, present, taken))
+    return int(all(position.reasons for position in found))
+
+
+def _text(kinematics, found, present, taken):
+    """A table of the positions, and one of what the controls take."""
+    model, first = kinematics.machine, found[0]
+    names = model.joint_names
+    tip, axis = named("XYZ", first.tip), named("ijk", first.axis, 6)
+    lines = [f"{model.name} ({model.arrangement})", f"tip {tip} mm"]
+    lines += [f"tool axis {axis}, {first.from_pole:.4f}° from the pole", ""]
+    rows = [("", *names, "")]
+    for n, position in enumerate(found, 1):
+        joints = (f"{value:z.4f}" for value in position.joints)
+        rows.append((str(n), *joints, "; ".join(position.reasons) or "inside travel"))
+    lines += columns(rows)
+    if taken:
+        lines += ["", f"From {named(names[3:], present)} the control takes"]
+        rows = []
+        for control, choice in taken.items():
+            at = (
+                ""
+                if choice.angles is None
+                else f"{_number_of(choice.angles, found)}: {named(names[3:], choice.angles)}"
+            )
+            rows.append((control, at or "none", choice.why))
+        lines += columns(rows)
+    return "\n".join(lines)
+
+
+def _number_of(angles, found):
+    """Which of the positions has these rotary angles."""
+    off = [np.abs(position.joints[3:] - angles).max() for position in found]
+    return str(int(np.argmin(off)) + 1) if min(off) < 1e-6 else "-"
+
+
+def _json(kinematics, found, present, taken):
+    names = kinematics.machine.joint_names
+
+    def written(position):
+        return {
+            "joints": dict(zip(names, position.joints.tolist(), strict=True)),
+            "tip": position.tip.tolist(),
+            "axis": position.axis.tolist(),
+            "from_pole": position.from_pole,
+            "out_of_travel": list(position.reasons),
+        }
+
+    controls = {
+        name: {
+            "angles": None if each.angles is None else dict(zip(names[3:], each.angles.tolist(), strict=True)),
+            "why": each.why,
+        }
+        for name, each in taken.items()
+    }
+    content = {
+        "machine": kinematics.machine.name,
+        "from": dict(zip(names[3:], present, strict=True)),
+        "positions": [written(position) for position in found],
+    }
+    return json.dumps(content | ({"controls": controls} if taken else {}), ensure_ascii=False, indent=1)
