@@ -113,6 +113,16 @@ def taken(kinematics: Kinematics, axis: np.ndarray, present: np.ndarray | None =
     return found
 
 
+def as_data(kinematics: Kinematics, found: dict[str, Taken]) -> dict:
+    """What the controls take as plain data, for JSON."""
+    names = kinematics.machine.joint_names[3:]
+
+    def angles(each):
+        return None if each.angles is None else dict(zip(names, each.angles.tolist(), strict=True))
+
+    return {control: {"angles": angles(each), "why": each.why} for control, each in found.items()}
+
+
 def _feature(tip, axis):
     """A feature with its Z along the tool axis; where its X is does not matter here."""
     z = unit(as_array(axis, 3, "axis"))

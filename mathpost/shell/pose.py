@@ -2,6 +2,7 @@
 
 import argparse
 import json
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -54,57 +55,50 @@ def run(options: argparse.Namespace) -> int:
 def _text(kinematics, found, present, taken):
     """A table of the positions, and one of what the controls take."""
     model, first = kinematics.machine, found[0]
-    names = model.joint_names
     tip, axis = named("XYZ", first.tip), named("ijk", first.axis, 6)
     lines = [f"{model.name} ({model.arrangement})", f"tip {tip} mm"]
-    lines += [f"tool axis {axis}, {first.from_pole:.4f}° from the pole", ""]
-    rows = [("", *names, "")]
+    lines += [f"tool axis {axis}, {first.from_pole:.4f}° from the pole", "", *position_rows(kinematics, found)]
+    return "\n".join([*lines, "", *control_lines(kinematics, found, present, taken)] if taken else lines)
+
+
+def position_rows(kinematics: Kinematics, found: list[pose.Position]) -> list[str]:
+    """Lines of a table of positions."""
+    rows = [("", *kinematics.machine.joint_names, "")]
     for n, position in enumerate(found, 1):
         joints = (f"{value:z.4f}" for value in position.joints)
         rows.append((str(n), *joints, "; ".join(position.reasons) or "inside travel"))
-    lines += columns(rows)
-    if taken:
-        lines += ["", f"From {named(names[3:], present)} the control takes"]
-        rows = []
-        for control, choice in taken.items():
-            at = (
-                ""
-                if choice.angles is None
-                else f"{_number_of(choice.angles, found)}: {named(names[3:], choice.angles)}"
-            )
-            rows.append((control, at or "none", choice.why))
-        lines += columns(rows)
-    return "\n".join(lines)
+    return columns(rows)
 
 
-def _number_of(angles, found):
-    """Which of the positions has these rotary angles."""
-    off = [np.abs(position.joints[3:] - angles).max() for position in found]
-    return str(int(np.argmin(off)) + 1) if min(off) < 1e-6 else "-"
+def control_lines(
+    kinematics: Kinematics, found: list[pose.Position], present: Sequence[float], taken: dict[str, pose.Taken]
+) -> list[str]:
+    """Lines that say which of the positions each control takes."""
+    names, rows = kinematics.machine.joint_names[3:], []
+    for control, choice in taken.items():
+        at = "none"
+        if choice.angles is not None:
+            off = [np.abs(position.joints[3:] - choice.angles).max() for position in found]
+            number_of = f"{int(np.argmin(off)) + 1}: " if min(off) < 1e-6 else ""
+            at = number_of + named(names, choice.angles)
+        rows.append((control, at, choice.why))
+    return [f"From {named(names, present)} the control takes", *columns(rows)]
 
 
 def _json(kinematics, found, present, taken):
     names = kinematics.machine.joint_names
-
-    def written(position):
-        return {
+    positions = [
+        {
             "joints": dict(zip(names, position.joints.tolist(), strict=True)),
             "tip": position.tip.tolist(),
             "axis": position.axis.tolist(),
             "from_pole": position.from_pole,
             "out_of_travel": list(position.reasons),
         }
-
-    controls = {
-        name: {
-            "angles": None if each.angles is None else dict(zip(names[3:], each.angles.tolist(), strict=True)),
-            "why": each.why,
-        }
-        for name, each in taken.items()
-    }
-    content = {
-        "machine": kinematics.machine.name,
-        "from": dict(zip(names[3:], present, strict=True)),
-        "positions": [written(position) for position in found],
-    }
-    return json.dumps(content | ({"controls": controls} if taken else {}), ensure_ascii=False, indent=1)
+        for position in found
+    ]
+    content = {"machine": kinematics.machine.name, "positions": positions}
+    if taken:
+        standing = dict(zip(names[3:], map(float, present), strict=True))
+        content |= {"from": standing, "controls": pose.as_data(kinematics, taken)}
+    return json.dumps(content, ensure_ascii=False, indent=1)
