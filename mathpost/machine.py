@@ -102,7 +102,8 @@ class Machine:
     limits_of: str = "slides"
     slide_order: tuple = ("X", "Y", "Z")  # from the bed outwards, on either side: for drawings and errors
     # Lines of a program, in the words of its control: before and after the moves, and instead of the control's own
-    # tool call. {name} in them is the name of the program, {tool} the number of the tool.
+    # tool call. {name} in them is the name of the program, {tool} the number of the tool,
+    # {offset} that of its length offset.
     program_head: tuple = ()
     program_foot: tuple = ()
     tool_change: tuple = ()

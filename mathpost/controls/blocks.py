@@ -17,7 +17,7 @@ class Blocks:
     seconds: np.ndarray  # shape (n,), of the block where inverse time is programmed, otherwise NaN
     rapid: np.ndarray  # shape (n,), whether in rapid traverse
     tcp: bool = False  # whether X Y Z are the tool tip in the workpiece (M128, G43.4, TRAORI) instead of joints
-    remarks: tuple = ()  # (number of the block that follows, a comment or a `cl_words.Command`)
+    remarks: tuple = ()  # (number of the block that follows, a comment or a `path.modal.Command`)
 
     @property
     def columns(self):

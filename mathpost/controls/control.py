@@ -12,14 +12,15 @@ from pathlib import Path
 from mathpost.errors import NUMBER, InputError
 from mathpost.files import data_file
 from mathpost.machine import Machine
+from mathpost.path.modal import AUXILIARY
 from mathpost.toml_table import TomlTable, a_number, each, one_of, only_if, read_toml, some_text
 
 # What a word of a program may mean to `mathpost.controls.reader`.
 MEANINGS = ("skip", "linear", "rapid", "inverse time", "feed per minute", "TCP on", "TCP off", "tool")
 COMMANDS = (
-    "TCP on", "TCP off", "tool", "tip", "spindle", "spindle CLW", "spindle CCLW", "spindle OFF", "coolant FLOOD",
-    "coolant MIST", "coolant OFF", "compensation LEFT", "compensation RIGHT", "compensation OFF", "dwell", "stop",
-    "optional stop",
+    "TCP on", "TCP off", "tool", "tip", "offset", "spindle", "spindle CLW", "spindle CCLW", "spindle OFF",
+    "coolant FLOOD", "coolant MIST", "coolant OFF", "compensation LEFT", "compensation RIGHT", "compensation OFF",
+    "dwell", "stop", "optional stop",
 )  # fmt: skip
 LINES = each(str), "a list of lines"
 WORD = only_if(lambda value: isinstance(value, str)), "a word"
@@ -57,13 +58,15 @@ class Control:
         """Whether rapid traverse holds until it is switched off (G0), and not for one block (FMAX)."""
         return bool(self.linear)
 
-    def lines(self, command: str, *values: object, tool: int = 1) -> list[str]:
-        """Return the lines of a command, its values and the number of the tool put in."""
-        return [line.format(*values, tool=tool) for line in self.commands.get(command, ())]
+    def lines(self, command: str, *values: object, **numbers: int) -> list[str]:
+        """Return the lines of a command, its values and the numbers of the tool and its offset put in."""
+        return [line.format(*values, **numbers) for line in self.commands.get(command, ())]
 
     def said(self, command) -> list[str]:
-        """Return the lines of a `mathpost.path.cl_words.Command` that needs no move."""
+        """Return the lines of a `mathpost.path.modal.Command` that needs no move."""
         value = command.values[0] if command.values else None
+        if command.kind == "verbatim":
+            return [value]
         lines = [] if command.values and value is None else self.lines(command.kind, *command.values)
         if command.kind in ("spindle", "coolant"):
             lines += self.lines(f"{command.kind} {command.values[-1]}")
@@ -100,8 +103,8 @@ class Control:
         if self.modal:
             known[self.rapid] = "rapid"
         ordered = sorted(known.items(), key=lambda item: (-len(item[0]), item[0]))
-        choices = "|".join(f"({_pattern(word)})" for word, _ in ordered)
-        return re.compile(choices), [meaning for _, meaning in ordered]
+        choices = "|".join([*(f"({_pattern(word)})" for word, _ in ordered), rf"({AUXILIARY.pattern}(?![\d.]))"])
+        return re.compile(choices), [*(meaning for _, meaning in ordered), "skip"]
 
 
 def _pattern(word):
@@ -117,8 +120,8 @@ def load(name: str | Path) -> Control:
 
     Examples
     --------
-    >>> load("fanuc").lines("tool", 5)
-    ['T5 M6']
+    >>> load("fanuc").lines("compensation LEFT", "LEFT", 31)
+    ['G41 D31']
     """
     return _loaded(str(name))
 

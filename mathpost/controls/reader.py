@@ -71,6 +71,7 @@ class _Lines(bulk.Reader):
     def take_line(self, raw):
         """Take one line, word by word."""
         line = raw.decode("utf-8", "surrogatepass").strip()
+        skipped, line = line.startswith("/"), line.removeprefix("/").lstrip()
         body = self.numbered.sub("", self.control.comments.sub(" ", line).strip())
         template = re.sub(r"^N?\d+\s*", "", line)
         if self.tool_change.fullmatch(template):
@@ -93,6 +94,8 @@ class _Lines(bulk.Reader):
                 raise self.error(f"a word of a {self.control.name} program", repr(body.split()[0]))
             body = body[match.end() :].lstrip()
         if words:
+            if skipped:
+                raise self.error("a move that is never left out", "one behind an oblique stroke")
             column = np.array([[words.get(name, np.nan)] for name in self.names])
             self.move(column, *np.array([[feed], [seconds]]), np.array([rapid]))
         elif not np.isnan(feed):
@@ -150,7 +153,8 @@ class _Lines(bulk.Reader):
 def _templates(lines):
     """An expression that the lines of the machine file fit, whatever name and tool stand in them."""
     escaped = (re.escape(line.strip()) for line in lines)
-    fields = (line.replace(r"\{name\}", r"\w+").replace(r"\{tool\}", r"\d+") for line in escaped)
+    named = (line.replace(r"\{name\}", r"\w+") for line in escaped)
+    fields = (re.sub(r"\\\{(tool|offset)\\\}", r"\\d+", line) for line in named)
     return re.compile("|".join(fields) or r"(?!)")
 
 

@@ -41,7 +41,8 @@ def write(
         count, at = before[row] - numbered[row], row
         for line in lines:
             if not line.startswith(control.unnumbered):
-                line, count = f"{control.number}{control.numbers(count)} {line}", count + 1
+                skip, line = "/" * line.startswith("/"), line.removeprefix("/")
+                line, count = f"{skip}{control.number}{control.numbers(count)} {line}", count + 1
             texts.append(f"{line}\n")
     return "".join(texts)
 
@@ -51,31 +52,40 @@ def _between(control, machine, blocks):
 
     And the moves before which a tool is changed, and words that a move itself takes, by its number.
     """
-    rows, tool, tcp = len(blocks.words), 1, False
+    rows, offset, tcp = len(blocks.words), 1, False
     between, changes, switches = {0: [], rows: []}, [0], {}
     for row, remark in blocks.remarks:
         between.setdefault(min(row, rows), []).append(remark)
     for row in sorted(between):
         remarks, lines = between.pop(row), []
         for remark in remarks:
-            kind = getattr(remark, "kind", "comment")
+            kind, first = getattr(remark, "kind", "comment"), len(lines)
             if kind == "comment":
                 lines.append(control.remark(remark))
             elif kind == "compensation":
-                (switches[row],) = control.lines(f"{kind} {remark.values[0]}", tool=tool)
+                (switches[row],) = control.lines(f"{kind} {remark.values[0]}", *remark.values)
             elif kind == "tool":
                 lines += control.lines("TCP off") * tcp
-                tool, tcp = remark.values[0], False
-                lines += [line.replace("{tool}", str(tool)) for line in machine.tool_change]
+                tool, _, stated = remark.values
+                offset, tcp = stated or tool, False
+                change = (line.replace("{tool}", str(tool)) for line in machine.tool_change)
+                lines += [line.replace("{offset}", str(offset)) for line in change]
                 if not machine.tool_change:
-                    lines += control.said(remark)
+                    lines += control.lines("tool", tool, edge=stated or 1)
                     if machine.programmed_point == "tip" and not blocks.tcp:
-                        lines += control.lines("tip", tool)
+                        lines += control.lines("tip", offset)
                 changes.append(row)
+            elif kind == "offset":
+                lines += control.lines("TCP off") * tcp
+                offset, tcp = remark.values[0], False
+                if blocks.tcp or machine.programmed_point == "tip":
+                    lines += control.said(remark)
             else:
                 lines += control.said(remark)
+            if getattr(remark, "skip", False):
+                lines[first:] = [f"/{line}" for line in lines[first:]]
         if blocks.tcp and not tcp and row < rows:
-            lines += control.lines("TCP on", tool=tool)
+            lines += control.lines("TCP on", offset)
             tcp = True
         between[row] = lines
     return between, [row for row in changes if row < rows], switches

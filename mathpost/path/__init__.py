@@ -1,5 +1,6 @@
 """CL data: the path of one or more tools as arrays, read from APT files of several systems.
 
-Read `cl` first (the data), then `cl_lines` (statements as they stand in a file), `cl_words` (what each word does)
-and `arcs`. `text` reads and writes many numbers at once.
+Read `cl` first (the data), then `cl_lines` (statements as they stand in a file), `coordinates` (whose they are),
+`cl_words` (which words there are) and what they do: `modal` and `orders`, `moves` and `arcs`, `holes`. `text` reads
+and writes many numbers at once.
 """

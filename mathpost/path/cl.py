@@ -27,7 +27,7 @@ class CLData:
     """A tool path in the workpiece.
 
     A remark, a statement that does not move the tool, is a pair: the number of the record that follows it, and a
-    comment or a `mathpost.path.cl_words.Command`. With `normals` `mathpost.measure.cutter.compensated` makes the
+    comment or a `mathpost.path.modal.Command`. With `normals` `mathpost.measure.cutter.compensated` makes the
     path of a different cutter. The memory of `points` and `axes` holds one component after the other.
     """
 
@@ -40,6 +40,7 @@ class CLData:
     name: str = "CL data"  # the file, for error messages
     first: int = 0  # number of its records before these
     notes: tuple = ()  # what was made of the file that its reader should know: for the report
+    coordinates: str = ""  # in whose coordinates its GOTO were read, see `mathpost.path.coordinates`
     normals: np.ndarray | None = None  # shape (n, 3), unit vectors out of the part that is touched, or NaN
 
     def __len__(self):
@@ -151,6 +152,7 @@ def parse(text, name="CL data", *, tolerance=ARC_TOLERANCE, ignored=()):
     records, remarks = _turned_over(statements.records(), remarks, statements.counts)
     notes = [f"{what}: {count}" for what, count in statements.counts.items()]
     made = _made(*records, tuple(remarks), name, tuple(notes))
+    made = replace(made, coordinates=statements.coordinates.rule)
     if not statements.normals:
         return made
     lines, stated = zip(*statements.normals.items(), strict=True)

@@ -2,12 +2,14 @@
 
 import math
 import re
+from collections import Counter
 from operator import itemgetter
 
 import numpy as np
 
 from mathpost.errors import NUMBER, InputError
 from mathpost.path import text
+from mathpost.path.coordinates import Comments, Coordinates
 
 UNIT_TOLERANCE = 1e-3  # how far the printed length of a tool axis may be from 1
 ENCODINGS = "utf-8", "gb18030", "cp1252", "latin-1"  # tried in turn; the last takes any byte
@@ -28,7 +30,7 @@ def need(holds, expected, found=None):
 
 
 class Lines(text.Reader):
-    """Keeps where the tool is and what moves it, in mm and in the coordinate system that holds.
+    """Keeps where the tool is and what moves it, in mm and in the coordinates that hold, and the remarks between.
 
     Those who know the words have `take` for each statement: `statement`, which begins on line `start`.
     """
@@ -37,11 +39,12 @@ class Lines(text.Reader):
 
     def __init__(self, name):
         self.name, self.encoding = name, ("utf-8", "surrogatepass")
-        self.line, self.start, self.statement, self.unfinished, self.in_comment = 1, 0, "", "", False
+        self.line, self.start, self.statement, self.unfinished, self.comment = 1, 0, "", "", ""
         self.point, self.axis = None, [0.0, 0.0, 1.0]
         self.feed, self.rapid, self.scale = math.nan, False, 1.0
-        self.first_system, self.system = None, None  # each a rotation and, fourth column, an origin
+        self.coordinates, self.comments = Coordinates(), Comments()
         self.runs, self.count = [], 0
+        self.remarks, self.counts = [], Counter()
         self.problems = []
 
     def take_file(self, content):
@@ -75,8 +78,8 @@ class Lines(text.Reader):
         """Take one line: leave out its comment, and take the statement if it is complete."""
         line = raw.decode(*self.encoding)
         number, self.line = self.line, self.line + 1
-        if self.in_comment or line.startswith("$$->"):  # Creo goes on with a comment on the next line
-            self.in_comment = line.rstrip().endswith("$")
+        if self.comment or line.startswith("$$"):
+            self.take_comment(line.rstrip())
             return
         part = line.partition("$$")[0].rstrip()
         if not self.unfinished:
@@ -90,22 +93,22 @@ class Lines(text.Reader):
         if self.statement:
             self.take()
 
+    def take_comment(self, line):
+        """Take a line of a comment: Creo goes on with one on the next line, and two systems say coordinates so."""
+        if line.endswith("$") and (self.comment or line.startswith("$$->")):
+            self.comment += line[:-1] + " "
+            return
+        said, self.comment = self.comments.take(self.comment + line), ""
+        if said:
+            self.coordinates.say(**said)
+
     def add(self, lines, numbers, *, feed=None, rapid=None):
         """Add records, shape (6, n), in mm; `rapid` and `feed` are those that hold unless given."""
         self.point, self.axis = numbers[:3, -1].tolist(), numbers[3:, -1].tolist()
         rapid = np.full(len(lines), self.rapid if rapid is None else rapid)
         feeds = np.where(rapid, math.nan, self.feed if feed is None else feed)
-        self.runs.append((lines, self.placed(numbers), feeds, rapid))
+        self.runs.append((lines, self.coordinates.placed(numbers), feeds, rapid))
         self.count, self.rapid = self.count + len(lines), False
-
-    def placed(self, numbers):
-        """Records, shape (6, n), in the first coordinate system."""
-        if self.system is self.first_system:
-            return numbers
-        rotation, origin = np.hsplit(self.system, [3])
-        first, first_origin = np.hsplit(self.first_system, [3])
-        points = first.T @ (rotation @ numbers[:3] + (origin - first_origin))
-        return np.concatenate([points, first.T @ (rotation @ numbers[3:])])
 
     def go(self, points, axis, **options):
         """Add records at points, shape (n, 3), with one tool axis."""
@@ -129,6 +132,10 @@ class Lines(text.Reader):
             self.problem(int(lines[record]), "GOTO", f"a unit tool axis (to {UNIT_TOLERANCE})", found)
         self.refuse_problems()
         return points, axes / length, feeds, rapid, lines
+
+    def remark(self, remark=None, record=None):
+        """Keep a remark, by default the statement, before a record, by default the next."""
+        self.remarks.append((self.count if record is None else record, remark or self.statement))
 
     def problem(self, line, word, expected, found=None):
         self.problems.append((line, word, expected, repr(self.statement[:60]) if found is None else found))

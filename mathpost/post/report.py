@@ -10,6 +10,7 @@ from mathpost.controls.blocks import Blocks
 from mathpost.errors import MathpostError
 from mathpost.machine import UNITS, Machine
 from mathpost.path.cl import CLData, commands
+from mathpost.path.coordinates import AS_WRITTEN
 from mathpost.post import proof, selection
 from mathpost.post.options import Options
 from mathpost.post.steps import Plan, choose, crossing
@@ -113,6 +114,8 @@ def _settings(cl, machine, options, plans, blocks):
     for name, counts in (("comments", comments), ("commands", orders)):
         if counts:
             yield name, ", ".join(f"{word} {count}" for word, count in counts.most_common())
+    if cl.coordinates not in ("", AS_WRITTEN):
+        yield "coordinates", cl.coordinates
     if cl.notes:
         yield "made of it", "; ".join(cl.notes)
 

@@ -9,7 +9,7 @@ from mathpost.errors import InputError
 from mathpost.path import cl as cldata
 from mathpost.path import cl_words
 from mathpost.path import text as bulk
-from mathpost.path.cl_words import Command
+from mathpost.path.modal import Command
 from tests.conftest import DATA, machine_code
 
 
@@ -52,7 +52,7 @@ def test_statements():
     assert np.isnan(cl.feeds[0]) and cl.feeds[1:].tolist() == [1500, 1500]
     assert cl.lines.tolist() == [9, 12, 15]
     first, tool, spindle, *_ = (remark for record, remark in cl.remarks if record == 0)
-    assert first.startswith("PARTNO") and tool == Command("tool", (1, None), "LOADTL/1,ADJUST,1")
+    assert first.startswith("PARTNO") and tool == Command("tool", (1, None, 1), "LOADTL/1,ADJUST,1")
     assert (spindle.kind, spindle.values) == ("spindle", (3000.0, "CLW"))
     assert cl.remarks[-1] == (3, "FINI")
 

@@ -1,0 +1,217 @@
+"""Whose coordinates the points of CL data are in, and where the tool points when a GOTO does not say.
+
+The systems write the same words for different things. What each means, and how that is known:
+
+SolidWorks CAM, ``TRNTYP/WORLD``
+    GOTO and tool axis are the part's; ``CSYS/``, rows of a matrix of 3 by 4, says only where the tool's frame lies.
+    In the 7,233 six-number GOTOs of the public files (github.com/aamorim1913/AptPostProcessor) the tool axis is the
+    third column of the matrix, and a face mill meets its stock only so. The post-processor kept beside them, which
+    made the parts, rotates each GOTO into the frame of that column. Without TRNTYP nothing says which it is: one
+    upright CSYS for the whole file is no matter, any other is refused.
+NX, ``MSYS/``
+    Origin, X and Y of the machining coordinate system in the part; GOTO and tool axis are in it (ICAM, help of the
+    setting MSYS9: "convert the 9-parameter MSYS command matrix from Unigraphics format to a standard matrix").
+    ``CSYS/`` without TRNTYP as above.
+Creo, ``$$-> CSYS / …``
+    "If the Machine and NC Sequence coordinate systems are different, all CL data will be transformed and output in
+    the coordinates of the Machine coordinate system" (PTC, "Machine and NC Sequence Coordinate Systems"),
+    with tool axes, so MULTAX/ON. Three-axis steps may be in the sequence's (COORDINATE_OUTPUT): if the system turns
+    between them they are refused; if it moves, the report says what was assumed.
+CATIA, ``$$*CATIA0``
+    The three comments behind it are the rows that place the machining axis system in the part. A file has one, and
+    whatever it is GOTO and tool axis are in one system; a second one that differs is refused.
+``ROTABL``
+    The points that follow are in coordinates that stand still while a table turns the part: see `turn_table`.
+"""
+
+import numpy as np
+
+from mathpost.errors import InputError
+from mathpost.rotation import about
+
+SAME = 1e-6  # of directions and mm, as files print them
+Z = (0.0, 0.0, 1.0)
+IDENTITY = np.eye(3, 4)
+
+AS_WRITTEN = "GOTO as written: the CL data name no coordinate system"
+WORLD = "GOTO in world coordinates (SolidWorks, TRNTYP/WORLD)"
+ONE_CSYS = "GOTO in the coordinates of one CSYS (no TRNTYP)"
+MSYS = "GOTO in the coordinates of MSYS (NX), brought into the first"
+MACHINE = "GOTO in machine coordinates (Creo, MULTAX/ON)"
+THREE_AXES = "GOTO in machine coordinates (Creo, three-axis steps)"
+CATIA = "GOTO in the machining axis system (CATIA)"
+TABLE = "GOTO in coordinates that stand still while ROTABL turns the part, brought into the first"
+
+
+def refuse(expected, found):
+    raise InputError("", expected, found)
+
+
+def need_right_handed(rotation):
+    square = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4) and np.linalg.det(rotation) >= 0
+    if not square:
+        refuse("right-handed axes at right angles", str(rotation.round(6).tolist()))
+
+
+def turned(one, other):
+    """Whether the axes of two systems (3, 4) differ."""
+    return not np.allclose(one[:, :3], other[:, :3], atol=SAME)
+
+
+def differ(one, other):
+    return not np.allclose(one, other, atol=SAME)
+
+
+class Coordinates:
+    """Where the coordinates of GOTO lie; a system is a rotation and, fourth column, an origin in mm.
+
+    Words change it; `settle` is asked before a move.
+    """
+
+    def __init__(self):
+        self.rule = AS_WRITTEN
+        self.first = self.system = None  # of the first move, and the one that holds
+        self.z = Z  # where the tool points by itself, in the coordinates of GOTO
+        self.unsettled = False  # whether a word has changed something since the last move
+        self.world, self.multax = False, None
+        self.csys, self.creo, self.catia = None, None, None  # the last that were said,
+        self.settled_csys, self.settled_creo, self.settled_catia = None, None, None  # and those that moves were in
+        self.table, self.turned = np.zeros(3), np.eye(3)  # by ROTABL: A, B, C, and the axes of the coordinates
+
+    # Words
+
+    def say(self, **words):
+        """Take what a word says: `world`, `multax`, `csys`, `creo`, `catia`; the next move settles it."""
+        for name, value in words.items():
+            setattr(self, name, value)
+        self.unsettled = True
+
+    def enter(self, rotation, origin, rule):
+        """Go on in another system (NX); return whether it is another one. All moves are brought into the first."""
+        need_right_handed(rotation)
+        system, before = np.column_stack([rotation, origin]), self.system
+        if self.first is None:
+            self.first = before = system
+        self.rule = rule
+        self.system = self.first if np.allclose(system, self.first, atol=1e-9) else system
+        return not np.allclose(system, before, atol=1e-9)
+
+    def turn_table(self, axis, angle, from_zero):
+        """ROTABL: the table turns by or to an angle (radians); return the rotation into the new coordinates.
+
+        With CCLW the coordinates turn right-handed in the part: in SolidWorks' files TLAXIS is their Z.
+        """
+        before = self.turned
+        self.table[axis] = angle if from_zero else angle + self.table[axis]
+        a, b, c = (about(direction, turn) for direction, turn in zip(np.eye(3), self.table, strict=True))
+        self.turned = np.array(a * b * c, dtype=float)
+        if self.system is None:
+            self.first = self.system = IDENTITY
+        standing, origin = self.system[:, :3], self.system[:, 3]
+        changed = self.enter(standing @ before.T @ self.turned, origin, TABLE)
+        return self.turned.T @ before, changed
+
+    def confirm_turn(self, axis):
+        """Refuse a move after ROTABL if its tool axis does not say which way the table has turned."""
+        moved = np.abs(self.table) > 1e-3
+        if not moved.any():
+            return
+        z, said = self.turned[:, 2], self.turned @ axis
+        if moved.sum() > 1:
+            refuse("one axis of the table turned by ROTABL: nothing says which carries which", "several")
+        if moved[2]:
+            refuse("ROTABL across the tool: of a turn about the tool nothing says the sense", "CAXIS")
+        if not np.allclose(said, z, atol=1e-3):
+            z, said = (",".join(f"{value:z.4f}" for value in each) for each in (z, said))
+            refuse(f"TLAXIS/{z} of the part, along Z of the table that ROTABL has turned", f"TLAXIS/{said}")
+
+    # Moves
+
+    def settle(self):
+        """Say before a move in which frame it is; return a sentence on what was assumed, or None.
+
+        Raises `InputError` if the words that came before do not tell.
+        """
+        self.unsettled, assumed = False, None
+        if self.csys is not None:
+            self._settle_csys()
+        if self.creo is not None:
+            assumed = self._settle_creo()
+        if self.catia is not None:
+            if self.settled_catia is not None and differ(self.catia, self.settled_catia):
+                refuse("one machining axis system (CATIA): GOTO of two cannot be told apart", "another $$*CATIA0")
+            self.settled_catia, self.rule = self.catia, CATIA
+        return assumed
+
+    def _settle_csys(self):
+        csys, before = self.csys, self.settled_csys
+        if self.world:
+            self.z, self.rule = tuple(csys[:, 2].tolist()), WORLD
+        else:
+            if before is not None and differ(csys, before):
+                refuse(
+                    "TRNTYP/WORLD before CSYS, or one CSYS: nothing says in whose coordinates GOTO is", "another"
+                )
+            if not np.allclose(csys[:, 2], Z, atol=SAME):
+                refuse("TRNTYP/WORLD before a CSYS that leans: nothing says in whose coordinates GOTO is", "none")
+            self.rule = ONE_CSYS
+        self.settled_csys = csys
+
+    def _settle_creo(self):
+        creo, before = self.creo, self.settled_creo
+        if self.multax:
+            self.settled_creo, self.rule = IDENTITY, MACHINE
+            return None
+        if before is None:
+            before = creo
+        if turned(creo, before):
+            refuse(
+                "MULTAX/ON (five-axis output, in machine coordinates) where $$-> CSYS turns between steps", "none"
+            )
+        self.settled_creo = before
+        self.rule = MACHINE if self.rule == MACHINE else THREE_AXES
+        return (
+            "$$-> CSYS moves between three-axis steps: taken in machine coordinates"
+            if differ(creo, before)
+            else None
+        )
+
+    def placed(self, numbers):
+        """Points and axes, shape (6, n), in the first system."""
+        if self.system is self.first:
+            return numbers
+        rotation, origin = np.hsplit(self.system, [3])
+        first, first_origin = np.hsplit(self.first, [3])
+        points = first.T @ (rotation @ numbers[:3] + (origin - first_origin))
+        return np.concatenate([points, first.T @ (rotation @ numbers[3:])])
+
+
+class Comments:
+    """The coordinate systems that Creo and CATIA write as comments."""
+
+    def __init__(self):
+        self.rows = None  # of a matrix behind $$*CATIA0, as far as they are known
+
+    def take(self, text):
+        """Return what a comment (all of its lines) says, for `Coordinates.say`."""
+        words = text.lstrip("$").replace(",", " ").replace("/", " ").split()
+        if words[:1] == ["*CATIA0"]:
+            self.rows = []
+        elif words[:2] == ["->", "CSYS"]:
+            matrix = _numbers(words[2:])
+            return {"creo": np.reshape(matrix, (3, 4))} if len(matrix) == 12 else {}
+        elif self.rows is not None and len(row := _numbers(words)) == 4:
+            self.rows.append(row)
+            if len(self.rows) == 3:
+                matrix, self.rows = np.array(self.rows), None
+                return {"catia": matrix}
+        return {}
+
+
+def _numbers(words):
+    """Numbers, or none if one of the words is no number."""
+    try:
+        values = [float(word) for word in words]
+    except ValueError:
+        return []
+    return values if np.isfinite(values).all() else []

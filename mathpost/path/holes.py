@@ -1,0 +1,113 @@
+"""Drilling cycles of CL data as moves: CYCLE switches one on, and every GOTO is a hole until it is switched off."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from mathpost.path.arcs import Cycle
+from mathpost.path.cl_lines import REAL, need
+from mathpost.path.moves import Moves
+from mathpost.path.orders import BACK, FEED_UNITS, LEAST_FEED, MM_PER_INCH
+
+CYCLES = "DRILL SPOT FACE CSINK CBORE DEEP DEEP2 BRKCHP BORE REAM TAP".split()
+PECKED = ("DEEP", "DEEP2", "BRKCHP")
+OF_A_CYCLE = {
+    **dict.fromkeys(["FEDTO", "DEPTH"], "depth"),
+    **{"CLEAR": "clearance", "RAPTO": "approach", "1STPECK": "first"},
+    **dict.fromkeys(["RTRCTO", "RETURN"], "retract"),
+    **dict.fromkeys(["SUBPECK", "STEP", "INCR"], "following"),
+}
+DWELLS = ("DWELL", "REV")  # in seconds or turns, also DWELL,REV,n and DWELL,n,REV
+CHIP_BREAKING = 0.5  # mm, by which BRKCHP goes back
+
+
+class Holes(Moves):
+    def __init__(self, name, tolerance):
+        super().__init__(name, tolerance)
+        self.cycle_feed = None  # mm per turn that the cycle goes at, or None
+
+    def on_cycle(self, words):
+        kind, *words = words or [""]
+        need(kind != "ON" or self.cycle, "a cycle before CYCLE/ON", "none")
+        if kind in ("OFF", "CLEAR", "INIT", "ON"):
+            self.cycle = self.cycle if kind == "ON" else None
+            return
+        if kind == "DRILL" and words[:1] in (["DEEP"], ["BRKCHP"]):  # NX
+            kind, words = words[0], words[1:]
+        need(kind in CYCLES, f"CYCLE/{', '.join(CYCLES)} or OFF")
+        given, feed, per_turn = self.parts_of_a_cycle(words)
+        modal = self.modal
+        turning = modal.speed is not None and modal.turning
+        need(turning or kind != "TAP", "a turning spindle before CYCLE/TAP", "none")
+        need(modal.speed or not per_turn, "SPINDL with turns per minute before a feed per turn", "none")
+        self.cycle_feed = feed if per_turn else None
+        given["feed"] = feed * modal.speed if per_turn else feed
+        need(given["feed"] >= LEAST_FEED, "a feed in the cycle or before it", "none")
+        # Creo counts RAPTO from CLEAR downwards, the others have one of both.
+        clear, approach = given.get("clearance"), given.pop("approach", None)
+        if approach is not None:
+            given["clearance"] = approach if clear is None else clear - approach
+        heights = "depth" in given and given.get("clearance", 0) > 0
+        need(heights, "a depth (FEDTO or DEPTH) and a clearance (RAPTO or CLEAR)")
+        given["depth"] = abs(given["depth"])  # NX counts upwards, SolidWorks and Creo downwards
+        pecks = given.get("first", 0) > 0 or given.get("following", 0) > 0
+        need(pecks or kind not in PECKED, f"STEP, how deep {kind} goes at a time", "none")
+        if kind == "BRKCHP":
+            given["out"] = CHIP_BREAKING
+        need(not self.incremental, "a cycle in absolute coordinates", "MODE/INCR")
+        self.cycle = Cycle(kind, **given)
+
+    def parts_of_a_cycle(self, words):
+        """What stands in a cycle, in mm and seconds, and its feed in mm and whether that is per turn."""
+        given, feed, per_turn = {}, self.modal.feed, self.modal.per_turn
+        while words:
+            word, *words = words
+            if word in ("AUTO", "MANUAL") or (word in OF_A_CYCLE and words[:1] == ["AUTO"]):
+                continue
+            own_word = "each number of a cycle after its word, such as DEPTH (in CATIA the PP table writes them)"
+            need(not REAL.fullmatch(word), own_word)
+            known = [*OF_A_CYCLE, *DWELLS, "TPI", *FEED_UNITS]
+            need(word in known, f"one of {', '.join(known)} in a cycle", repr(word))
+            if word == "RETURN" and not (words and REAL.fullmatch(words[0])):
+                continue  # to where the tool came from
+            turns = word == "REV" or (word == "DWELL" and words[:1] == ["REV"])
+            said, *words = words[turns and word == "DWELL" :] or [""]
+            value = self.number(said)
+            if word in DWELLS:
+                if words[:1] == ["REV"]:
+                    turns, words = True, words[1:]
+                given["dwell"] = self.seconds(value, turns)
+            elif word == "TPI":
+                need(value > 0, "threads per inch, above 0", said)
+                feed, per_turn = MM_PER_INCH / value, True
+            elif word in FEED_UNITS:
+                feed, per_turn = self.feed_of(value, word)
+            elif word != "RETURN" or value:  # Creo: RETURN,0 is to the retract plane, where the tool came from
+                given[OF_A_CYCLE[word]] = value * self.scale
+        return given, feed, per_turn
+
+    def speed_changed(self):
+        super().speed_changed()
+        if self.cycle is not None and self.cycle_feed is not None and self.modal.speed:
+            self.cycle = replace(self.cycle, feed=self.cycle_feed * self.modal.speed)
+
+    def on_loadtl(self, words):
+        need(self.cycle is None, "CYCLE/OFF before the tool is changed", "a cycle that holds")
+        super().on_loadtl(words)
+
+    def drill(self, point, axis):
+        """Add the moves of a hole."""
+        cycle, tapped, modal = self.cycle, self.cycle.kind == "TAP", self.modal
+        need(not tapped or modal.turning, "a turning spindle before a hole is tapped", "OFF")
+        before = float((np.array(self.point) - point) @ axis) if self.point is not None else cycle.clearance
+        heights, rapid, bottom = cycle.heights(before)
+        after = self.count + bottom + 1
+        self.go(point + np.outer(heights, axis), axis, feed=cycle.feed, rapid=rapid)
+        if cycle.dwell:
+            self.command("dwell", cycle.dwell, statement=f"DELAY/{cycle.dwell:g}", record=after)
+        if tapped:  # out again with the spindle turning back
+            for record, sense in ((after, BACK[modal.sense]), (after + 1, modal.sense)):
+                said = f"SPINDL/{modal.speed:g},RPM,{sense}"
+                self.command("spindle", modal.speed, sense, statement=said, record=record)
+            self.counts["holes tapped as moves: a floating holder is needed"] += 1
+        self.counts["holes of drilling cycles as moves"] += 1

@@ -1,0 +1,70 @@
+"""What holds in CL data until a word changes it, and what the control is told to do between two moves."""
+
+import math
+import re
+from dataclasses import dataclass, field
+
+# M words that controls have in common or leave to the maker of the machine; they move no axis.
+AUXILIARY = re.compile(r"M(?:0?[01345789]|1[0-689]|2\d|3[1-9]|[4-7]\d|8[0-8])")
+
+
+@dataclass(frozen=True)
+class Command:
+    """What the control shall do between two moves; `values` by kind.
+
+    ``"tool"`` (number, length in mm or None, number of its length offset or None), ``"offset"`` (that number),
+    ``"spindle"`` (turns per minute or None, CLW, CCLW or OFF), ``"coolant"`` (FLOOD, MIST or OFF),
+    ``"compensation"`` (LEFT, RIGHT or OFF, number of the radius offset), ``"dwell"`` (seconds), ``"stop"``,
+    ``"optional stop"``, ``"verbatim"`` (the words of a block).
+    """
+
+    kind: str
+    values: tuple
+    statement: str  # the words of the CL file
+    skip: bool = False  # whether the operator may have it left out (OPSKIP)
+
+
+@dataclass
+class Modal:
+    """The state that words leave behind; "on" without more means as before.
+
+    A feed is in mm per minute or per turn; one per turn follows the spindle.
+    """
+
+    speed: float | None = None  # of the spindle, turns per minute
+    sense: str = "CLW"  # in which it turns when it is on
+    turning: bool = False
+    coolant: str = "FLOOD"  # the kind that ON switches on
+    side: str | None = None  # of the compensation that ON switches on
+    feed: float = math.nan  # mm,
+    per_turn: bool = False  # per turn instead of per minute
+    skip: bool = False
+    tool: int = 1
+    length_offset: int | None = None  # numbers of the control's offsets; None is that of the tool
+    radius_offset: int | None = None
+    offsets: dict = field(default_factory=dict)  # by TOOLNO, of tools that are still to come
+
+    @property
+    def lacks_speed(self):
+        """Whether nobody knows how fast the feed is."""
+        return self.per_turn and not self.speed
+
+    @property
+    def feed_per_minute(self):
+        if self.lacks_speed:
+            return math.nan
+        return self.feed * self.speed if self.per_turn else self.feed
+
+    def load(self, tool, length_offset, radius_offset):
+        """Take another tool and the numbers of its offsets, None where nobody says them."""
+        before = self.offsets.get(tool, (None, None))
+        self.tool = tool
+        self.length_offset = before[0] if length_offset is None else length_offset
+        self.radius_offset = before[1] if radius_offset is None else radius_offset
+
+    def radius_number(self):
+        """The number of the radius offset: stated, or that of the length, or the tool's."""
+        for number in (self.radius_offset, self.length_offset):
+            if number is not None:
+                return number
+        return self.tool
