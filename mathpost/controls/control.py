@@ -16,7 +16,8 @@ from mathpost.path.modal import AUXILIARY
 from mathpost.toml_table import TomlTable, a_number, each, one_of, only_if, read_toml, some_text
 
 # What a word of a program may mean to `mathpost.controls.reader`.
-MEANINGS = ("skip", "linear", "rapid", "inverse time", "feed per minute", "TCP on", "TCP off", "tool")
+MEANINGS = ("skip", "linear", "rapid", "inverse time", "feed per minute", "TCP on", "TCP off", "tool",
+            "inch", "mm", "incremental", "absolute")  # fmt: skip
 COMMANDS = (
     "TCP on", "TCP off", "tool", "tip", "offset", "spindle", "spindle CLW", "spindle CCLW", "spindle OFF",
     "coolant FLOOD", "coolant MIST", "coolant OFF", "compensation LEFT", "compensation RIGHT", "compensation OFF",
@@ -24,6 +25,7 @@ COMMANDS = (
 )  # fmt: skip
 LINES = each(str), "a list of lines"
 WORD = only_if(lambda value: isinstance(value, str)), "a word"
+TRUTH = only_if(lambda value: isinstance(value, bool))
 COUNT = only_if(lambda value: value == int(value) and value >= 0, a_number), "a whole number, not negative"
 
 
@@ -47,6 +49,7 @@ class Control:
     axis_letters: int | None  # that the name of an axis may have
     linear: str  # modal word of a move at feed, or nothing
     rapid: str  # of a move in rapid traverse: modal if `linear` is, otherwise of its block
+    rapid_interpolated: bool  # whether the axes arrive together then, on a line, and not each at its own rate
     inverse_time: tuple[str, ...]  # words that switch it on and off, or nothing
     block_time: str  # word for the seconds of a block, or nothing
     compensation: str  # where its words stand, "before" or "behind" the positions
@@ -194,6 +197,7 @@ def from_dict(content: dict, where: str = "control") -> Control:
         axis_letters=blocks.take("axis_letters", lambda value: int(COUNT[0](value)), COUNT[1], None),
         linear=motion.take("linear", *WORD, ""),
         rapid=motion.take("rapid", some_text, "the word of rapid traverse"),
+        rapid_interpolated=motion.take("rapid_interpolated", TRUTH, "true or false"),
         inverse_time=tuple(
             motion.take("inverse_time", only_if(lambda two: len(two) == 2, LINES[0]), "two words", ())
         ),

@@ -36,11 +36,11 @@ class _Lines(bulk.Reader):
         self.feed_word = re.compile(rf"({'|'.join(filter(None, (*self._words_behind(), 'F')))})({NUMBER})?")
         self.numbered = re.compile(rf"^{control.number}\d+\s*")
         self.pattern = _plain(control.number, control.begin, (*self._words_behind(),), self.names)
-        self.passed_over = _templates((*machine.program_head, *machine.program_foot))
-        self.tool_change = _templates(machine.tool_change)
+        self.own_lines = _templates((*machine.program_head, *machine.program_foot, *machine.tool_change))
         self.line = 1
         self.forget()
         self.rapid, self.inverse, self.tcp = False, False, False
+        self.other_positions = {}  # words that now make positions mean something else, inch or incremental
         self.moves_tcp = None  # whether the moves so far were with TCP
         self.runs = []  # of moves: words, shape (5, n), feeds, seconds and rapid
 
@@ -74,12 +74,10 @@ class _Lines(bulk.Reader):
         skipped, line = line.startswith("/"), line.removeprefix("/").lstrip()
         body = self.numbered.sub("", self.control.comments.sub(" ", line).strip())
         template = re.sub(r"^N?\d+\s*", "", line)
-        if self.tool_change.fullmatch(template):
-            self.forget()
-            body = ""
-        elif self.passed_over.fullmatch(template):
-            body = ""
         known, meanings = self.control.words
+        if self.own_lines.fullmatch(template):
+            self.take_own(body)
+            body = ""
         words, feed, seconds, rapid = {}, np.nan, np.nan, False
         while body:
             if match := self.axis.match(body):
@@ -89,7 +87,7 @@ class _Lines(bulk.Reader):
             elif match := self.feed_word.match(body):
                 rapid, feed, seconds = self.take_feed(match)
             elif match := known.match(body):
-                self.take_word(meanings[match.lastindex - 1])
+                self.take_word(meanings[match.lastindex - 1], match[0])
             else:
                 raise self.error(f"a word of a {self.control.name} program", repr(body.split()[0]))
             body = body[match.end() :].lstrip()
@@ -101,6 +99,19 @@ class _Lines(bulk.Reader):
         elif not np.isnan(feed):
             self.feed = feed
         self.line += 1
+
+    def take_own(self, body):
+        """Take a line of the machine file: its words hold, but where its moves go is not known.
+
+        A word that the control's file does not know is passed over: the machine may have more than we know.
+        """
+        known, meanings = self.control.words
+        while body:
+            match = known.match(body)
+            if match:
+                self.take_word(meanings[match.lastindex - 1], match[0])
+            body = body[match.end() :].lstrip() if match else re.sub(r"^\S[^A-Z\s]*\s*", "", body)
+        self.forget()
 
     def take_feed(self, match):
         """Return whether a feed word says rapid, the feed, and the time of the block."""
@@ -118,9 +129,13 @@ class _Lines(bulk.Reader):
         """The machine goes where its tools are."""
         self.position, self.feed = np.full(5, np.nan), np.nan
 
-    def take_word(self, meaning):
+    def take_word(self, meaning, word):
         """Take what a word that states no position means."""
-        if meaning == "tool":
+        if meaning in ("inch", "incremental"):
+            self.other_positions[meaning] = word
+        elif meaning in ("mm", "absolute"):
+            self.other_positions.pop("inch" if meaning == "mm" else "incremental", None)
+        elif meaning == "tool":
             self.forget()
         elif meaning in ("TCP on", "TCP off"):
             self.tcp = meaning == "TCP on"
@@ -131,6 +146,8 @@ class _Lines(bulk.Reader):
 
     def move(self, words, feeds, seconds, rapid):
         """Take n moves: words, shape (5, n), feeds and seconds, NaN where a line does not say."""
+        for word in self.other_positions.values():
+            raise self.error("positions in mm, absolute", repr(word))
         rapid = rapid | self.rapid
         for row, name, before in zip(words, self.names, self.position, strict=True):
             if np.isnan(row[0]) and np.isnan(before):

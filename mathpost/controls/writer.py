@@ -113,15 +113,20 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     whole = blocks.feeds == np.round(blocks.feeds)
     feeds = Column(FEED, blocks.feeds, 0, shown=stated & whole)
     parts = Column(FEED, _down(blocks.feeds, 3), 3, shown=stated & ~whole)
-    return [*start, *_modes(control, blocks.rapid, timed), *moved, *_rapid_and_times(control, blocks, timed),
-            feeds, parts, Column("\n")]  # fmt: skip
+    modes = _modes(control, blocks.rapid, timed, changes)
+    behind = _rapid_and_times(control, blocks, timed)
+    return [*start, *modes, *moved, *behind, feeds, parts, Column("\n")]
 
 
-def _modes(control, rapid, timed):
-    """The modal words as `Column`s, each where it begins to hold; F in mm/min holds from the head on."""
+def _modes(control, rapid, timed, changes):
+    """The modal words as `Column`s, each where it begins to hold and behind a change of the tool.
+
+    F in mm/min holds from the head on.
+    """
     words = []
     if control.modal:
         changed = _changes(rapid)
+        changed[changes] = True
         words += [(control.linear, changed & ~rapid), (control.rapid, changed & rapid)]
     if control.inverse_time:
         begins, cutting = np.zeros(len(rapid), bool), np.flatnonzero(~rapid)

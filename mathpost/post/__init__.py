@@ -111,13 +111,15 @@ def run(
     blocks = read(text, machine, asked.control, name=name)
 
     progress("proving")
-    proofs = _proofs(plans, blocks, asked)
+    edges = [0, *np.cumsum([len(each.moves.blocks.words) for each in plans[:-1]], dtype=int), None]
+    parts = [blocks[slice(*edge)] for edge in pairwise(edges)]
+    proofs = [_proof(each, part, asked) for each, part in zip(plans, parts, strict=True)]
 
     if compare:
         progress("comparing")
     joints = np.concatenate([each.chosen.joints for each in plans])
     place = np.concatenate([each.path.first + each.moves.motion.place for each in plans])
-    made = report_of(cl, machine, asked, plans, proofs, blocks, compare=compare)
+    made = report_of(cl, machine, asked, plans, proofs, parts, compare=compare)
     return Result(joints, blocks, place, text, made)
 
 
@@ -128,13 +130,10 @@ def _refuse_other_lengths(cl, machine, options):
         raise InputError("errors", f"one tool, {machine.tool_length:g} mm long", "CL data with other lengths")
 
 
-def _proofs(plans, blocks, options):
-    """The proof of the blocks of each tool; records are those of the whole path."""
-    proofs = []
-    edges = [0, *np.cumsum([len(each.moves.blocks.words) for each in plans[:-1]], dtype=int), None]
-    for each, edge in zip(plans, pairwise(edges), strict=True):
-        tolerances = options.tolerance, options.axis_tolerance
-        part = blocks[slice(*edge)]
-        found = proof.prove(each.path.kin, each.path.cl, part, each.moves.motion, *tolerances, real=options.real)
-        proofs.append(replace(found, worst_record=each.path.first + found.worst_record))
-    return proofs
+def _proof(plan, blocks, options):
+    """The proof of the blocks of one tool, as read back; records are those of the whole path."""
+    found = proof.prove(
+        plan.path.kin, plan.path.cl, blocks, plan.moves.motion, options.tolerance, options.axis_tolerance,
+        real=options.real, rapid_interpolated=options.control.rapid_interpolated,
+    )  # fmt: skip
+    return replace(found, worst_record=plan.path.first + found.worst_record)

@@ -10,8 +10,10 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 
+from mathpost.controls.blocks import Blocks
 from mathpost.errors import MathpostError
 from mathpost.formula import slices
+from mathpost.kinematics import Kinematics
 
 RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
 LEVER = 50.0  # mm; the least lever that samples are counted for, for the sake of the tool axis
@@ -186,34 +188,37 @@ class Proof:
     worst_record: int  # (from 1) that the largest tip error of the path comes before or at
 
 
-def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None):
+def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None, rapid_interpolated=True):
     """Return the `Proof` of a program; tolerances in mm and radians, the others as in `measured`.
 
     `MathpostError` if tip or tool axis are off the CL path by more than their tolerances, or a lifted tip goes into
     the part, or a block has another feed than the CL data, or less time than its feed and the rates of the machine
     allow.
     """
-    proof = measured(kin, cl, blocks, motion, real=real)
+    proof = measured(kin, cl, blocks, motion, real=real, rapid_interpolated=rapid_interpolated)
     tip, axis = max(proof.tip_error, proof.path_tip_error), max(proof.axis_error, proof.path_axis_error)
     if not tip <= tolerance:
         raise MathpostError(f"{cl.name}: the program is {tip:.6f} mm off the CL path, more than {tolerance} mm")
     if not axis <= (granted := np.degrees(axis_tolerance)):
         raise MathpostError(f"{cl.name}: the tool axis is {axis:.4f}° off its great circle, more than {granted:g}°")
+    if not rapid_interpolated:
+        _refuse_unknown_way(cl, blocks, motion)
     _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real)
     _refuse_other_feeds(cl, blocks, motion)
     _refuse_too_fast(kin.machine, cl, blocks, motion)
     return proof
 
 
-def measured(kin, cl, blocks, motion, *, real=None):
+def measured(kin, cl, blocks, motion, *, real=None, rapid_interpolated=True):
     """Return as `Proof` how far blocks that were read back are from the CL data, at the records and between them.
 
     `motion` says where on the CL path each block ends, and which are lifted; `real`, a `Compensator`, is the
-    machine that runs the program, if it is not the one that its control knows.
+    machine that runs the program, if it is not the one that its control knows. Where its rapid traverse is not
+    interpolated, nobody knows the path of a rapid move, and only its end counts.
     """
     if len(blocks.words) != len(motion.place):
         raise MathpostError(f"{len(motion.place)} blocks were written and {len(blocks.words)} read back")
-    machine, joints = real or kin, _joints(kin, blocks)
+    machine, joints = real or kin, joints_of(kin, blocks)
     tips, axes = cl.at(motion.place)
     moves = len(joints) - 1
     least, most, off = LEAST_INTERVALS if real else 2, np.full((2, moves), np.inf), np.zeros(moves)
@@ -233,17 +238,20 @@ def measured(kin, cl, blocks, motion, *, real=None):
         chord = max(chord, np.linalg.norm(axis - cl.axes[records].T, axis=0).max(initial=0))
     off[~motion.in_cut], most[:, ~motion.in_cut] = 0, -1
     most[1, ~motion.at_feed(cl)] = -1
+    if not rapid_interpolated:
+        off[blocks.rapid[1:]], most[:, blocks.rapid[1:]] = 0, -1
     path_axis, _ = largest(1, machine, joints, axes, most[1], least=least)
     if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
         path_tip, worst = off.max(initial=0), int(off.argmax()) if moves else -1
     else:
         path_tip, worst = largest(0, machine, joints, tips, most[0], least=least)
 
+    axis_error = np.degrees(2 * np.arcsin(min(chord / 2, 1)))
     return Proof(
         tip_error=float(tip_error),
-        axis_error=float(np.degrees(2 * np.arcsin(min(chord / 2, 1)))),
-        path_tip_error=float(path_tip),
-        path_axis_error=float(np.degrees(path_axis)),
+        axis_error=float(axis_error),
+        path_tip_error=float(max(path_tip, tip_error)),  # the records are on the path
+        path_axis_error=float(max(np.degrees(path_axis), axis_error)),
         worst_record=int(motion.record[worst + 1]) + 1,
     )
 
@@ -254,9 +262,17 @@ def worst_of(proofs):
     return Proof(*map(max, errors), max(proofs, key=lambda proof: proof.path_tip_error).worst_record)
 
 
-def _joints(kin, blocks):
-    """What the axes do: with TCP the control finds X Y Z itself."""
+def joints_of(kin: Kinematics, blocks: Blocks) -> np.ndarray:
+    """Return what the axes do, shape (n, 5), mm and radians: with TCP the control finds X Y Z itself."""
     return kin.close(blocks.joints[:, :3], blocks.joints[:, 3:]) if blocks.tcp else blocks.joints
+
+
+def _refuse_unknown_way(cl, blocks, motion):
+    """A lifted move that is rapid would go where nobody knows."""
+    rapid = np.flatnonzero(~motion.in_cut & blocks.rapid[1:])
+    if rapid.size:
+        record = cl.where(motion.place[rapid[0] + 1])
+        raise MathpostError(f"{record}: a lifted move is rapid, and each axis would run at its own rate")
 
 
 def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
@@ -264,7 +280,7 @@ def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
     lifted = np.flatnonzero(~motion.in_cut)
     if not lifted.size:
         return
-    joints = _joints(kin, blocks)
+    joints = joints_of(kin, blocks)
     for some, t, tip, _ in sampled(real or kin, joints[lifted], joints[lifted + 1], least=LEAST_INTERVALS):
         moves = lifted[some]
         if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
@@ -277,11 +293,12 @@ def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
 
 
 def _refuse_other_feeds(cl, blocks, motion):
-    """Rapid where the CL data are, and at their feed elsewhere, if no time is stated instead."""
+    """On the part: rapid where the CL data are, and at their feed elsewhere, if no time is stated instead."""
     feeds, rapid = cl.feeds[motion.record], cl.rapid[motion.record]
+    on_part = np.r_[True, motion.in_cut]
     by_feed = ~rapid & np.isnan(blocks.seconds) & ~np.isnan(feeds)
     as_it_is = (blocks.feeds <= feeds + 1e-9) & (blocks.feeds >= feeds - FEED_DIGITS)
-    wrong = (blocks.rapid != rapid) | (by_feed & ~as_it_is)
+    wrong = on_part & ((blocks.rapid != rapid) | (by_feed & ~as_it_is))
     if wrong.any():
         at = int(wrong.argmax())
         found = "rapid" if blocks.rapid[at] else f"feed {blocks.feeds[at]:g}"

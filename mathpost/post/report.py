@@ -14,8 +14,10 @@ from mathpost.path.coordinates import AS_WRITTEN
 from mathpost.post import proof, selection
 from mathpost.post.options import Options
 from mathpost.post.steps import Plan, choose, crossing
-from mathpost.post.time_law import slow_down, time_law
+from mathpost.post.time_law import asked_by, slow_down, time_law
 from mathpost.post.ways import Way, comparison
+
+LOOK_AHEAD = "a control that looks ahead over all axes"  # what the time law assumes
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,10 @@ class Report(proof.Proof):
 
     settings: dict  # what the program was made with, as text
     time: float  # seconds, by the time law; 0 if neither feed nor rates are known
-    peaks: dict  # of each axis: greatest speed and acceleration, mm or degrees, NaN an acceleration without limit
+    time_law: str  # what it assumes of the control
+    # Of each axis: greatest speed, mm or degrees, NaN if it moves in rapid traverse at a rate that the machine file
+    # does not state, and acceleration, NaN without limit.
+    peaks: dict
     slowest: tuple | None  # record (from 0) before which the tip loses most time, seconds asked, and taken
     warnings: tuple
     uncompensated: proof.Proof | None  # what the calibrated machine would do, had nothing been compensated
@@ -36,10 +41,13 @@ class Report(proof.Proof):
         for name, (speed, acceleration) in self.peaks.items():
             unit = "mm" if name in "XYZ" else "°"
             pulled = "" if np.isnan(acceleration) else f" {acceleration:.0f} {unit}/s²"
-            if speed > 0:
+            if np.isnan(speed):
+                peaks.append(f"{name} not known")
+            elif speed > 0:
                 peaks.append(f"{name} {speed:.1f} {unit}/s{pulled}")
         if self.time > 0:
-            said += [("time", f"{self.time:.2f} s"), ("peaks", ", ".join(peaks))]
+            least = "at least " * any(np.isnan(speed) for speed, _ in self.peaks.values())
+            said += [("time", f"{least}{self.time:.2f} s, {self.time_law}"), ("peaks", ", ".join(peaks))]
         if self.slowest:
             record, asked, taken = self.slowest
             said += [("slow-down", f"before record {record + 1}: {taken:.3f} s, the feed asks {asked:.3f} s")]
@@ -64,30 +72,39 @@ class Report(proof.Proof):
 
 
 def report_of(
-    cl: CLData, machine: Machine, options: Options, plans: list[Plan], proofs: list[proof.Proof], blocks: Blocks,
-    *, compare: bool = False,
+    cl: CLData, machine: Machine, options: Options, plans: list[Plan], proofs: list[proof.Proof],
+    blocks: list[Blocks], *, compare: bool = False,
 ) -> Report:  # fmt: skip
-    """Return the `Report` of a program that was made by `plans`, one for each tool, and passed these proofs."""
-    laws = [time_law(each.path.kin.machine, each.moves.motion.joints, each.moves.seconds) for each in plans]
-    slowest = filter(None, map(_slowest, plans, laws))
+    """Return the `Report` of a program that was made by `plans`, one for each tool, and passed these proofs.
+
+    `blocks` are those of each tool as they were read back: what is timed is what is written.
+    """
+    laws, slow, unknown = [], [], np.zeros(5, bool)
+    for each, part in zip(plans, blocks, strict=True):
+        joints, asked = asked_by(each.path.kin, part)
+        laws.append(time_law(each.path.kin.machine, joints, asked))
+        slow.append(_slowest(each, asked, laws[-1]))
+        unknown |= (np.diff(part.words, axis=0)[part.rapid[1:]] != 0).any(axis=0) & np.isnan(machine.max_rates)
     peaks = np.max([law.peaks for law in laws], axis=0) * UNITS
+    peaks[0, unknown] = np.nan
     before = [each.uncompensated for each in plans if each.uncompensated]
     return Report(
         **vars(proof.worst_of(proofs)),
         settings=dict(_settings(cl, machine, options, plans, blocks)),
         time=sum(law.seconds[-1] for law in laws),
+        time_law=LOOK_AHEAD,
         peaks=dict(zip(machine.joint_names, peaks.T, strict=True)),
-        slowest=max(slowest, key=lambda at: at[2] - at[1], default=None),
-        warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each))),
+        slowest=max(filter(None, slow), key=lambda at: at[2] - at[1], default=None),
+        warnings=tuple(dict.fromkeys(sentence for each in plans for sentence in _warnings(each, options))),
         uncompensated=proof.worst_of(before) if before else None,
         strategies=tuple(_strategies(plans, options)) if compare else (),
         ways=_ways(plans, options) if compare else {},
     )
 
 
-def _slowest(plan, law):
+def _slowest(plan, asked, law):
     """`slow_down` of a plan, in records of the whole path."""
-    moving = plan.moves.seconds > 0
+    moving = asked > 0
     record = plan.path.first + plan.moves.motion.record[1:][moving]
     return slow_down(record, np.diff(law.seconds), plan.moves.by_feed[moving])
 
@@ -107,7 +124,12 @@ def _settings(cl, machine, options, plans, blocks):
     yield "splits", ", ".join(f"before record {record + 1}" for record in breaks) or "none"
     yield "singular", f"records {shown}: {options.passing.singular}" if found else "no region"
     yield "tolerance", f"{options.tolerance:g} mm, tool axis {np.degrees(options.axis_tolerance):g}°"
-    yield "program", f"{len(blocks.words)} moves, TCP {'on' if blocks.tcp else 'off'}"
+    yield "rotary", ", ".join(_range(joint.name, plans, 3 + n) for n, joint in enumerate(machine.rotary))
+    lengths = [f"{path.kin.machine.tool_length:g} mm" for path in (each.path for each in plans)]
+    stated = [length is not None for _, length in cl.by_tool()]
+    origins = ["CL data" if each else "machine file" for each in stated]
+    yield "tool length", ", ".join(f"{length} ({of})" for length, of in zip(lengths, origins, strict=True))
+    yield "program", f"{sum(len(each.words) for each in blocks)} moves, TCP {'on' if options.tcp else 'off'}"
     remarks = [remark for _, remark in cl.remarks]
     comments = Counter(remark.upper().replace("/", " ").split()[0] for remark in remarks if isinstance(remark, str))
     orders = Counter(remark.kind for remark in remarks if not isinstance(remark, str))
@@ -120,13 +142,22 @@ def _settings(cl, machine, options, plans, blocks):
         yield "made of it", "; ".join(cl.notes)
 
 
-def _warnings(plan: Plan) -> Iterator[str]:
+def _range(name, plans, joint):
+    """The least and the greatest angle of a rotary axis, as text."""
+    angles = np.degrees(np.concatenate([each.moves.motion.joints[:, joint] for each in plans]))
+    return f"{name} {angles.min():.3f}° … {angles.max():.3f}°"
+
+
+def _warnings(plan: Plan, options: Options) -> Iterator[str]:
     """Sentences on what a person should look at in one of the plans."""
     path, motion = plan.path, plan.moves.motion
     if commands(path.cl.remarks, "compensation"):
         yield "cutter compensation: proved for a radius of 0 in the control's tool table"
-    if commands(path.cl.remarks, "tool") and path.kin.machine.programmed_point != "tip":
+    if commands(path.cl.remarks, "tool") and path.kin.machine.programmed_point != "tip" and not options.tcp:
         yield "X Y Z do not name the tip: the length of the tools has to be 0 in the control's tool table"
+    rapid = path.cl.rapid.any() and not options.control.rapid_interpolated
+    if rapid:
+        yield "rapid moves: each axis runs at its own rate on this control, so only their ends are proved"
     if (np.isnan(path.cl.feeds) & ~path.cl.rapid).any():
         yield "the CL data state no feed for some moves; they carry no F word"
     swings = np.degrees(np.abs(np.diff(plan.chosen.joints[:, 3:], axis=0)).max(axis=1))

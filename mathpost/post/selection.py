@@ -21,7 +21,8 @@ STRATEGIES = ("optimal", "shortest", "paper")
 TURN = 2 * np.pi
 SWAY = np.radians(0.05)  # how far the tool axis may leave its great circle for a change of branch in cut
 POLE = 1e-10  # radians from the pole, within which every outer angle is right
-PREFERENCE = 1e-6  # cost of beginning on the other branch than the preferred one
+PREFERENCE = 1e-3  # of the way: by so much the other branch has to be cheaper than the preferred one to begin on it
+EVEN = np.radians(1.0)  # by which the travel of a tilting axis may be shorter on the side that it prefers
 HALF_TURN = np.pi + 1e-9  # a rotary step beyond this means that travel has cut off the short way round
 MANY = 10  # turns of travel
 TIE = 1e-9  # weight of travel (mm and degrees) among moves that cost the same
@@ -136,7 +137,7 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
     start = None if start is None else as_array(start, 5, "start")
     if prefer is None:  # the longer side of travel from the middle of the two solutions
         low, high = machine.limits[kin.inner] - float(sum(kin.inverse_symbolic.solutions) / 2)
-        prefer = 1 if np.isinf(high) or high >= -low else -1
+        prefer = 1 if np.isinf(high) or high >= -low - EVEN else -1
     options = {"start": start, "split": split, "prefer": prefer, "sway": sway}
     if strategy == "paper":
         joints, branch = yu_dan.choose(kin, cl, prefer)
@@ -154,7 +155,7 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
     first = _explained(kin, solved[..., :1])
     if start is None:
         beginning = TIE * np.abs((first.joints[0] * UNITS)[:, 3:]).sum(axis=1)
-        beginning += PREFERENCE * (first.branch != (0 if prefer > 0 else 1))
+        beginning += _preference(machine, solved) * (first.branch != (0 if prefer > 0 else 1))
     else:
         beginning = move_costs(machine, short_way(machine, first.joints[0] - start))
     long = len(cl) * len(first.branch) ** 2 > LONG
@@ -205,6 +206,16 @@ def _solutions(kin, tip, axis):
         rotary[..., kin.outer - 3] = joints[elsewhere[np.clip(neighbour, 0, len(elsewhere) - 1)], :, kin.outer]
         solved[:, first : first + 2, at_pole] = kin.close(tip[at_pole, None], rotary).T
     return solved
+
+
+def _preference(machine, solved):
+    """What it costs to begin on the other branch than the preferred one.
+
+    A branch that is as good must not win by rounding, or by the micrometres that a calibration moves an axis.
+    """
+    steps = short_way(machine, np.diff(solved[:, :2].T, axis=0))
+    ways = np.nansum(move_costs(machine, steps), axis=0)
+    return max(PREFERENCE * float(ways.min()), 1e-6)
 
 
 def _beyond_the_short_way(kin, cl, solved, still):

@@ -24,6 +24,7 @@ from mathpost.post.selection import Selection
 from mathpost.post.singular import regions
 from mathpost.post.time_law import block_times
 from mathpost.post.ways import Crossing, through_the_records, unbroken
+from mathpost.rotation import unit
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,34 @@ def tool_paths(cl: CLData, machine: Machine) -> list[ToolPath]:
     return paths
 
 
+def what_the_control_holds(path: ToolPath, options: Options) -> list[str]:
+    """Return comments for the head of a program: what it rests on that its moves do not say.
+
+    With TCP the control moves X Y Z by its own numbers of the rotary axes and of the tool. Without TCP a head that
+    tilts puts the length of the tool into the words.
+    """
+    machine, lines = path.kin.machine, []
+    if options.tcp:
+        for joint in machine.rotary:
+            frame = "SPINDLE NOSE" if joint.carries == "tool" else "MACHINE ZERO"
+            along = " ".join(f"{value:.6g}" for value in unit(np.array(joint.axis)))
+            lines.append(
+                f"CONTROL HOLDS: {joint.name} THROUGH {_in_words(joint.point)} FROM {frame}, ALONG {along}"
+            )
+        lines.append(f"CONTROL HOLDS: WORK OFFSET {_in_words(machine.origin)}")
+    if options.tcp or any(joint.carries == "tool" for joint in machine.rotary):
+        tools = [tool.values[0] for record, tool in commands(path.cl.remarks, "tool") if record == 0]
+        name = f"TOOL {tools[0]}" if tools else "TOOL"
+        in_table = options.tcp or machine.programmed_point == "tip"
+        held = "IN THE TOOL TABLE" if in_table else "IN THE WORDS, 0 IN THE TOOL TABLE"
+        lines.append(f"{name}: {machine.tool_length:g} MM FROM NOSE TO TIP, {held}")
+    return lines
+
+
+def _in_words(point):
+    return " ".join(f"{name}{value:g}" for name, value in zip("XYZ", point, strict=True))
+
+
 def plan(
     path: ToolPath, options: Options, start=None, progress: Callable[[str], None] = lambda stage: None
 ) -> Plan:
@@ -88,7 +117,9 @@ def plan(
     if options.real is not None:
         before = uncompensated(path, motion, options)
         motion, cautions = compensate(path, motion, options.real)
-    moves = to_moves(path, motion, tcp=options.tcp)
+    moves = to_moves(path, motion, options)
+    said = tuple((0, line) for line in what_the_control_holds(path, options))
+    moves = replace(moves, blocks=replace(moves.blocks, remarks=(*said, *moves.blocks.remarks)))
     refuse_turning_compensation(path, moves.blocks)
     return Plan(path, chosen, found, moves, before, cautions)
 
@@ -173,7 +204,7 @@ def _refuse_out_of_travel(path, motion):
 
 def uncompensated(path: ToolPath, motion: Motion, options: Options) -> proof.Proof:
     """Return what the machine as it was measured would make of the motion as it is."""
-    moves = to_moves(path, motion, tcp=options.tcp)
+    moves = to_moves(path, motion, options)
     return proof.measured(path.kin, path.cl, moves.blocks, moves.motion, real=options.real)
 
 
@@ -192,9 +223,13 @@ def compensate(path: ToolPath, motion: Motion, real: Compensator) -> tuple[Motio
     return compensated, found.cautions
 
 
-def to_moves(path: ToolPath, motion: Motion, *, tcp: bool) -> Moves:
-    """Return the poses of a motion, but repetitions, as `Moves`: the words, feeds and times of the blocks."""
-    kin, cl, joints = path.kin, path.cl, motion.joints
+def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
+    """Return the poses of a motion, but repetitions, as `Moves`: the words, feeds and times of the blocks.
+
+    Lifted moves are rapid. Where the control lets each axis run at its own rate then, the tool would not stay on
+    the line that is proved: there they state the time of the slowest axis, or with TCP the feed of the CL data.
+    """
+    kin, cl, joints, tcp = path.kin, path.cl, motion.joints, options.tcp
     words = rounded(np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1) if tcp else joints)
     kept = np.r_[True, (words[1:] != words[:-1]).any(axis=1)]
     if not kept.all():
@@ -204,7 +239,9 @@ def to_moves(path: ToolPath, motion: Motion, *, tcp: bool) -> Moves:
     tip, _ = cl.at(motion.place)  # in cut it is on the path
     seconds = np.r_[np.nan, block_times(kin.machine, motion.joints, tip, feeds[1:], motion.in_cut)]
     turning = np.r_[False, (words[1:, 3:] != words[:-1, 3:]).any(axis=1)]
-    by_time = turning & ~np.isnan(feeds) & ~rapid & (not tcp)
+    lifted = np.r_[False, ~motion.in_cut]
+    rapid = rapid | lifted if options.control.rapid_interpolated else rapid & ~lifted
+    by_time = ((turning & ~np.isnan(feeds)) | lifted) & ~rapid & (not tcp)
     # A remark stands before the first block of the move to its record.
     before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
     remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))

@@ -9,9 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mathpost.controls.blocks import Blocks
 from mathpost.formula import compiled
+from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS
 from mathpost.path.cl import feed_times
+from mathpost.post.proof import joints_of
 
 SETTLE = 0.02  # s, assumed: how long an axis may take to follow when its speed jumps at a corner
 STILL = 1e-12  # mm/s or rad/s
@@ -94,6 +97,18 @@ def block_times(machine, joints, tip, feeds, in_cut):
     if no_rates:
         by_axis = np.nan_to_num(60 * by_axis / feeds)
     return np.fmax(by_axis, np.where(in_cut, feed_times(tip, feeds), 0))
+
+
+def asked_by(kin: Kinematics, blocks: Blocks) -> tuple[np.ndarray, np.ndarray]:
+    """Return what the blocks of a program ask: joints at their ends, (n, 5), and seconds of the moves, (n - 1,).
+
+    A rapid move takes what the slowest axis needs, one at feed the time of the tip besides, and a block that states
+    its time at least that.
+    """
+    joints = joints_of(kin, blocks)
+    at_feed = ~blocks.rapid[1:]
+    seconds = block_times(kin.machine, joints, kin.forward(joints)[0], blocks.feeds[1:], at_feed)
+    return joints, np.fmax(seconds, blocks.seconds[1:])
 
 
 def corners(joints, moving, lengths, most, settle):

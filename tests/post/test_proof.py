@@ -317,13 +317,14 @@ def test_the_worst_of_several_tools():
 def test_the_report_in_words():
     report = post.Report(
         0.001, 0.002, 0.003, 0.004, 5,
-        settings={"machine": "M"}, time=61.25, peaks={"X": (0.0, 1.0), "Y": (12.5, 300.0), "C": (36.0, np.nan)},
+        settings={"machine": "M"}, time=61.25, time_law="as assumed",
+        peaks={"X": (0.0, 1.0), "Y": (12.5, 300.0), "C": (36.0, np.nan)},
         slowest=(4, 1.0, 2.5), warnings=("look",), uncompensated=proof.Proof(0.0125, 0.01, 0, 0, 1),
         strategies=(("optimal", 1.5, (10.0, 20.0), ""), ("paper", np.nan, (), "no way")), ways={},
     )  # fmt: skip
     assert str(report).split("\n") == [
         "machine      M",
-        "time         61.25 s",
+        "time         61.25 s, as assumed",
         "peaks        Y 12.5 mm/s 300 mm/s², C 36.0 °/s",
         "slow-down    before record 5: 2.500 s, the feed asks 1.000 s",
         "tip error    0.0010 mm at the records, 0.0030 mm along the path (most before record 5)",

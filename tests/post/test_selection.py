@@ -56,7 +56,8 @@ def wandering(kin, count, rng, step=0.5):
 
 @pytest.mark.parametrize("rates", [True, False])
 @pytest.mark.parametrize("name", RATED)
-def test_optimal_equals_brute_force(name, rates):
+def test_optimal_equals_brute_force(name, rates, monkeypatch):
+    monkeypatch.setattr(selection, "PREFERENCE", 0)
     kin = limited(name, outer=(-200, 250), inner=(-170, 190), rates=rates)
     rng = np.random.default_rng(7)
     for _ in range(125):
