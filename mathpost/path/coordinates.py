@@ -133,6 +133,8 @@ class Coordinates:
         Raises `InputError` if the words that came before do not tell.
         """
         self.unsettled, assumed = False, None
+        if self.world:
+            self.rule = WORLD
         if self.csys is not None:
             self._settle_csys()
         if self.creo is not None:
@@ -146,7 +148,7 @@ class Coordinates:
     def _settle_csys(self):
         csys, before = self.csys, self.settled_csys
         if self.world:
-            self.z, self.rule = tuple(csys[:, 2].tolist()), WORLD
+            self.z = tuple(csys[:, 2].tolist())
         else:
             if before is not None and differ(csys, before):
                 refuse(

@@ -21,6 +21,7 @@ class Moves(Orders):
         super().__init__(name)
         self.tolerance = tolerance
         self.incremental = False
+        self.three_axes = False  # whether MULTAX/OFF has come since the last move
         self.home, self.tangent, self.cycle = None, None, None
         self.circle, self.arc_before = None, None  # what is known of the arc that comes, and of one that ended
         self.unconfirmed = False  # whether the tool axis must still say that this is the way the table turned
@@ -36,13 +37,17 @@ class Moves(Orders):
         return [value * self.scale for value in values]
 
     def settle(self):
-        """Be sure before a move in whose coordinates it is; another CSYS points the tool along its own Z."""
+        """Be sure before a move in whose coordinates it is.
+
+        After MULTAX/OFF the tool stands along Z, and in world coordinates another CSYS points it along its own.
+        """
         if self.coordinates.unsettled:
             z = self.coordinates.z
             if assumed := self.coordinates.settle():
                 self.counts[assumed] += 1
-            if self.coordinates.z != z:
+            if self.three_axes or self.coordinates.z != z:
                 self.axis = list(self.coordinates.z)
+            self.three_axes = False
 
     # Moves
 
@@ -106,11 +111,8 @@ class Moves(Orders):
 
     def on_multax(self, words):
         need(words in ([], ["ON"], ["OFF"]), "MULTAX, MULTAX/ON or MULTAX/OFF")
-        on = words != ["OFF"]
-        self.coordinates.say(multax=on)
-        if not on:  # three axes: the tool is upright again
-            self.settle()
-            self.axis = list(self.coordinates.z)
+        self.three_axes = words == ["OFF"]
+        self.coordinates.say(multax=not self.three_axes)
         self.remark()
 
     def on_mode(self, words):

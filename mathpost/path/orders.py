@@ -135,6 +135,7 @@ class Orders(Lines):
     def offset(self, word):
         whole = word.isdigit() and int(word) <= LARGEST_OFFSET
         need(whole, f"the number of an offset, whole and up to {LARGEST_OFFSET}", repr(word))
+        self.counts["numbers of offsets, which a control that has none takes from the tool's"] += 1
         return int(word)
 
     def on_toolno(self, words):

@@ -87,7 +87,14 @@ OTHER = catia(
             [(0, 0.6, 0.8), (0, 0.6, 0.8), UP, (0, 0.6, 0.8)],
             "as written",
         ),
+        ("TRNTYP/WORLD,0,0,0\nGOTO/1,2,3", [(1, 2, 3)], [UP], "TRNTYP/WORLD"),
         (f"{SQUARE}\nGOTO/1,2,3", [(1, 2, 3)], [UP], "machine coordinates (Creo, three-axis"),
+        (
+            f"MULTAX / ON\n{TURNED}\nGOTO/4,5,6,0,-1,0\nMULTAX / OFF\n{SQUARE}\nGOTO/1,2,3",
+            [(4, 5, 6), (1, 2, 3)],
+            [(0, -1, 0), UP],
+            "Creo, MULTAX/ON",
+        ),
         (
             f"MULTAX / ON\n{SQUARE}\nGOTO/1,2,3,0,0,1\n{TURNED}\nGOTO/4,5,6,0,-1,0",
             [(1, 2, 3), (4, 5, 6)],
@@ -114,7 +121,7 @@ def test_where_the_tool_is_and_points(text, points, axes, rule):
         ("TRNTYP/WORLD,1,0,0\nGOTO/1,2,3", 1, "change nothing"),
         ("TRNTYP/LOCAL\nGOTO/1,2,3", 1, "TRNTYP/WORLD"),
         (f"{SQUARE}\nGOTO/1,2,3\n{TURNED}\nGOTO/4,5,6", 8, "MULTAX/ON"),
-        (f"MULTAX/ON\n{TURNED}\nGOTO/1,2,3,0,-1,0\nMULTAX/OFF\nGOTO/4,5,6", 6, "MULTAX/ON"),
+        (f"MULTAX/ON\n{TURNED}\nGOTO/1,2,3,0,-1,0\nMULTAX/OFF\nGOTO/4,5,6", 7, "MULTAX/ON"),
         (f"{AXIS}\nGOTO/1,2,3\n{OTHER}\nGOTO/4,5,6", 12, "one machining axis system"),
         ("MULTAX/3\nGOTO/1,2,3", 1, "MULTAX/ON or MULTAX/OFF"),
     ],
