@@ -117,13 +117,13 @@ def read(path, *, tolerance=ARC_TOLERANCE, ignored=()):
     tolerance : float
         mm, between an arc and the chords that are made of it.
     ignored : collection of str
-        Words that are taken for comments although they are hazardous or unknown.
+        Words that are taken for comments although they are hazardous or unknown; none that moves the tool.
 
     Raises
     ------
     InputError
         With file and line: all statements that are wrong, hazardous or not known. Or if the file cannot be read,
-        holds no GOTO, or stops within one that lacks numbers of the one before.
+        holds no GOTO, or stops within one that lacks numbers of the one before, or `ignored` names a moving word.
 
     Examples
     --------

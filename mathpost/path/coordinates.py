@@ -9,12 +9,12 @@ SolidWorks CAM, ``TRNTYP/WORLD``
     made the parts, rotates each GOTO into the frame of that column. Without TRNTYP nothing says which it is: one
     upright CSYS for the whole file is no matter, any other is refused.
 NX, ``MSYS/``
-    Origin, X and Y of the machining coordinate system in the part; GOTO and tool axis are in it (ICAM, help of the
-    setting MSYS9: "convert the 9-parameter MSYS command matrix from Unigraphics format to a standard matrix").
-    ``CSYS/`` without TRNTYP as above.
+    Origin, X and Y of the machining coordinate system in the part; GOTO and tool axis are in it (ICAM, MSYS9:
+    "convert the 9-parameter MSYS command matrix from Unigraphics format to a standard matrix format"). ``CSYS/``
+    without TRNTYP as above.
 Creo, ``$$-> CSYS / …``
-    "If the Machine and NC Sequence coordinate systems are different, all CL data will be transformed and output in
-    the coordinates of the Machine coordinate system" (PTC, "Machine and NC Sequence Coordinate Systems"),
+    "If the Machine and NC Sequence coordinate systems are different, then … all CL data will be transformed and
+    output in the coordinates of the Machine coordinate system" (PTC, "Machine and NC Sequence Coordinate Systems"),
     with tool axes, so MULTAX/ON. Three-axis steps may be in the sequence's (COORDINATE_OUTPUT): if the system turns
     between them they are refused; if it moves, the report says what was assumed.
 CATIA, ``$$*CATIA0``

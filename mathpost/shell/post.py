@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--origin", type=vector, metavar="X,Y,Z", help="workpiece origin, instead of the machine file's")
     add("--errors", **FILE, help="errors of the calibrated machine, TOML, to compensate for")
     add("--compare", action="store_true", help="report other strategies and ways through singular regions, too")
-    add("--ignore", default="", metavar="WORD,…", help="words of the CL file taken for comments")
+    add("--ignore", default="", metavar="WORD,…", help="words of the CL file that move nothing, as comments")
     add(*OUTPUT, **FILE, help="program; by default standard output")
 
 

@@ -180,6 +180,14 @@ MANY = (
     + "GOTO/1.5,-2,1E1,.5,0,0.8660254\n" * 3
     + "UNITS/INCH\nPPRINT é $\n"
     + "GOTO / 1 , 2, 3,0,0,1 \r\n" * 9
+    + "TRNTYP/WORLD,0,0,0\nCSYS/0,0,1,0,1,0,0,0,0,1,0,0\n"
+    + "GOTO/1,2,3\n" * 9
+    + "GOTO/1,2,3,0,0.6,0.8\nGOTO/1,2,3\nMULTAX/OFF\n"
+    + "GOTO/1,2,3\n" * 9
+    + "OPSKIP/ON\nCOOLNT/ON\nOPSKIP/OFF\nFEDRAT/0.1,MMPR\n"
+    + "GOTO/1,2,3\n" * 9
+    + "SPINDL/100\n"
+    + "GOTO/1,2,3\n" * 9
     + FILE
 )
 
