@@ -211,8 +211,13 @@ def exact_unit(vector):
     return exact / sp.sqrt(exact.dot(exact))
 
 
+def vector_symbols(name):
+    """The three symbols of a vector of `Geometry.symbols`, such as V_B, p_B or o."""
+    return sp.symbols([f"{name}{axis}" for axis in "xyz"], real=True)
+
+
 def _symbol_vector(name):
-    return sp.Matrix(sp.symbols([f"{name}{axis}" for axis in "xyz"], real=True))
+    return sp.Matrix(vector_symbols(name))
 
 
 def machine_frames(machine, joints, *, degrees=False):

@@ -100,6 +100,7 @@ class Explanation:
     tolerance: float  # how far a misreading may be from the answer: half of the last digit written
     tried: int  # how many were compared with it
     note: str = ""  # how to tell several misreadings apart, or what is known if none fits
+    travel: tuple = ()  # sentences on rotary words outside travel, which no misreading excuses
 
     @property
     def explained(self):
@@ -113,7 +114,7 @@ class Explanation:
 
     def __str__(self):
         lines = list(map(str, self.misreadings)) or [f"No misreading explains it ({self.tried} were tried)."]
-        return "\n".join([*lines, self.note] if self.note else lines)
+        return "\n".join([*lines, *self.travel, *([self.note] if self.note else [])])
 
 
 class Misread:

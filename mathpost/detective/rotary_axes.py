@@ -6,18 +6,28 @@ lost sign, exchanged components) and the two angles that come out (sign, zero po
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import permutations, product
+from itertools import combinations, permutations, product
 
 import numpy as np
 
 from mathpost import chain
 from mathpost.detective import misreadings as reading
+from mathpost.detective.causes import MM_PER_INCH, slip
 from mathpost.detective.misreadings import Explanation, Misreading, Slip
+from mathpost.detective.positions import rotary_travel
 from mathpost.errors import InputError, as_array
 from mathpost.rotation import unit, wrap
 
 COMPONENTS = "ijk"
 ZERO_POSITIONS = (0, 180, 90, -90)
+UNITS = {  # what an angle in degrees was multiplied by: how it is written, whose cause it is, and the words for it
+    1.0: ("", "", ""),
+    np.pi / 180: (" in radians", "radians", "{} is written in radians"),
+    1 / MM_PER_INCH: ("/25.4", "inch", "{} is divided by 25.4, as if it were mm in a program in inches"),
+    MM_PER_INCH: ("·25.4", "inch", "{} is multiplied by 25.4, as if it were inches"),
+}
+APART = 0.05  # degrees between what two misreadings give, to be told apart
+PROBES = np.array([(0.2, 0.3, 0.9), (0.5, -0.3, 0.8), (-0.3, 0.6, 0.7), (0.6, 0.6, 0.2), (0.1, -0.4, 0.3)])
 GENERIC = np.array([(0.3, 0.2, 0.9327379), (-0.25, 0.35, 0.9027735)])
 
 
@@ -33,8 +43,7 @@ class _Change:
 
     def text(self, branch):
         shift = f" {'+' if self.offset > 0 else '−'} {abs(self.offset)}°" if self.offset else ""
-        rad = " in radians" if self.factor != 1 else ""
-        return f"{'−' if self.sign < 0 else ''}{self.name}{_index(branch)}{shift}{rad}"
+        return f"{'−' if self.sign < 0 else ''}{self.name}{_index(branch)}{shift}{UNITS[self.factor][0]}"
 
 
 def explain_joints(kinematics, axis, angles, *, decimals=None):
@@ -107,7 +116,7 @@ class JointCase:
 
     def explain(self, shape):
         tried, matches, alone = 0, [], [[], []]
-        swapped = Slip("exchange", 1, f"{self.names[0]} and {self.names[1]} stand in each other's place")
+        swapped = slip("names", f"{self.names[0]} and {self.names[1]} stand in each other's place")
         for axis_slips, components, signs in _axis_misreadings():
             values, spread = self.both_branches(self.axis[:, components] * signs)
             if np.isnan(values).any():
@@ -125,7 +134,7 @@ class JointCase:
                 for joint in range(2):
                     alone[joint] += [(*slips, *change.slips) for change in fits[joint]] if not exchanged else []
         if self.makes_the_axis().all() or any(match.cost == 0 for match in matches):
-            return Explanation((self.right(shape),), self.half_digit, tried)
+            return Explanation((self.right(shape),), self.half_digit, tried, "", self.travel())
         return self.verdict(matches, alone, tried, shape)
 
     def makes_the_axis(self):
@@ -198,15 +207,49 @@ class JointCase:
         values = (group[0].value(self.kinematics, self.axis).reshape(shape) for group in groups)
         misreadings = tuple(map(reading.told, groups, values))
         if len(misreadings) > 1:
-            count = len(misreadings)
-            note = f"{count} misreadings give the same angles here: rows with another tool axis tell them apart."
+            note = self.tell_apart(groups)
         elif not misreadings:
             note = " ".join(self.one_by_one(name, alone[n]) for n, name in enumerate(self.names))
-        return Explanation(misreadings, self.half_digit, tried, note)
+            note += f" Right is {self.both_ways()}."
+        return Explanation(misreadings, self.half_digit, tried, note, self.travel())
+
+    def travel(self):
+        """Which of someone's angles are outside travel."""
+        return rotary_travel(self.kinematics.machine, self.given)
+
+    def tell_apart(self, groups):
+        """Propose the tool axis for which the misreadings differ most clearly, and what each then gives."""
+        count, best, most = len(groups), None, 0
+        for probe in unit(PROBES):
+            values = [self.one_row(group[0]).value(self.kinematics, probe[None])[0] for group in groups]
+            apart = sum(np.abs(wrap(a - b)).max() > APART for a, b in combinations(values, 2))
+            if apart > most and np.isfinite(values).all():
+                best, most = (probe, values), apart
+        if best is None:
+            return f"{count} misreadings give the same angles here: rows with another tool axis tell them apart."
+        asked, values = " ".join(f"{x:g}" for x in best[0].round(6)), best[1]
+        told = "; ".join(
+            f"{group[0].sentence}: {' '.join(f'{name} {x:z.3f}' for name, x in zip(self.names, row, strict=True))}"
+            for group, row in zip(groups, values, strict=True)
+        )
+        return (
+            f"{count} misreadings give the same angles here. To tell them apart, try the tool axis {asked}: {told}."
+        )
+
+    @staticmethod
+    def one_row(match, count=1):
+        """The match with the branches that its first row has, for so many rows."""
+        return replace(match, branches=tuple(branch[:1] * count for branch in match.branches))
+
+    def both_ways(self):
+        """The right angles of the first row, on either branch."""
+        values, _ = self.both_branches(self.axis[:1])
+        said = (" ".join(f"{name} {x:z.4f}" for name, x in zip(self.names, row, strict=True)) for row in values[0])
+        return ", or ".join(dict.fromkeys(said)) if np.isfinite(values).all() else "none: it is out of reach"
 
     def angles_of(self, match):
         """What tells misreadings apart, whatever the tool axis."""
-        one_row = replace(match, branches=tuple(branch[:1] * len(GENERIC) for branch in match.branches))
+        one_row = self.one_row(match, len(GENERIC))
         generic = np.round(wrap(one_row.value(self.kinematics, GENERIC)), 6) % 360
         return generic.tobytes() if np.isfinite(generic).all() else match.slips
 
@@ -240,13 +283,14 @@ def _axis_misreadings():
 def _changes(name):
     """What may have been done to the angle of the joint `name`: a list of `_Change`."""
     changes = []
-    for sign, offset, factor in product((1, -1), ZERO_POSITIONS, (1.0, np.pi / 180)):
+    for sign, offset, factor in product((1, -1), ZERO_POSITIONS, UNITS):
         slips = []
         if sign < 0:
-            slips.append(Slip("sign", 1, f"the sign of {name} is reversed"))
+            slips.append(slip("reversed", f"the sign of {name} is reversed"))
         if offset:
-            slips.append(Slip("zero", 1 if offset == 180 else 1.25, f"{name} is off by {offset:+d} degrees"))
+            slips.append(slip("zero", f"{name} is off by {offset:+d} degrees", 0.1 * (offset != 180)))
         if factor != 1:
-            slips.append(Slip("unit", 1, f"{name} is written in radians"))
+            _, cause, phrase = UNITS[factor]
+            slips.append(slip(cause, phrase.format(name)))
         changes.append(_Change(name, sign, offset, factor, tuple(slips)))
     return changes

@@ -2,50 +2,114 @@
 
 import argparse
 
+import numpy as np
+
 from mathpost import machine
 from mathpost.detective.euler_angles import explain
+from mathpost.detective.positions import explain_linear, explain_tip
 from mathpost.detective.rotary_axes import explain_joints
+from mathpost.detective.rotations import explain_rotation
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
+from mathpost.plane import pose
 from mathpost.shell.options import FILE, number
+from mathpost.shell.pose import control_lines, position_rows
 
 THREE = {"nargs": 3, "type": number}
+ROW = {"nargs": "+", "type": number, "action": "append"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Say what the command takes."""
     add = parser.add_argument
     add("--angles", **THREE, metavar=("α", "β", "γ"), help="three Euler angles, degrees")
-    add("--sequence", default="ZXZ", metavar="AXES", help="their axes (default %(default)s)")
+    add("--quaternion", nargs=4, type=number, metavar=("W", "X", "Y", "Z"), help="instead of angles")
+    add("--sequence", default="ZXZ", metavar="AXES", help="of the angles: ZXZ about turned, zxz about fixed axes")
+    add("--result-sequence", metavar="AXES", help="of the angles of the result, if others")
     add("--point", **THREE, action="append", metavar=("X", "Y", "Z"), help="may be given again")
     add("--origin", **THREE, metavar=("X", "Y", "Z"), help="of the turned frame")
     add("--matrix", nargs=9, type=number, metavar="M", help="the answer, row by row, instead of points")
-    add("--machine", **FILE, help="machine file: explain its rotary words")
+    add("--machine", **FILE, help="machine file: explain its words")
     add("--axis", **THREE, action="append", metavar=("I", "J", "K"), help="tool axis of the CL data")
+    add("--tip", **THREE, action="append", metavar=("X", "Y", "Z"), help="tool tip of the CL data")
+    add("--rotary", **ROW, metavar="Q", help="the rotary words that go with --tip")
+    add("--joints", **ROW, metavar="Q", help="all words; the result is the tip that somebody has for them")
     add(
-        "--result", nargs="+", type=number, action="append", metavar="N",
-        help="what someone got: a point, or with --machine two rotary words; once for each --point or --axis",
+        "--result", **ROW, metavar="N",
+        help="what someone got, once for each --point, --axis, --tip or --joints: a point; with --machine rotary "
+        "words, X Y Z, both or a tip; without a point angles, a quaternion or a matrix, compared as rotations",
     )  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> int:
     """Print what gives the answer; 0 if it is right, 1 if not."""
-    if options.machine is None and options.matrix is not None:
-        needed, given = ["angles"], None
-        results = [options.matrix[n : n + 3] for n in (0, 3, 6)]
-    else:
-        needed = ["angles", "point", "result"] if options.machine is None else ["axis", "result"]
-        given, results = getattr(options, needed[-2]), options.result
-    for name in needed:
+    found = _of_machine(options) if options.machine is not None else [_of_rotation(options)]
+    if found is None:
+        return 0
+    print(*found, sep="\n")
+    return int(not all(each.right and not each.travel for each in found))
+
+
+def _need(options, *names):
+    for name in names:
         if not getattr(options, name):
             raise InputError("explain", f"--{name}", "nothing")
-    if given:
-        if len({len(row) for row in results}) > 1 or len(given) != len(results):
-            raise InputError("--result", f"{len(given)} of one length", f"{[len(row) for row in results]}")
-        given, results = (given[0], results[0]) if len(given) == 1 else (given, results)
-    if options.machine is not None:
-        found = explain_joints(Kinematics(machine.load(options.machine)), given, results)
-    else:
-        found = explain(options.angles, given, results, sequence=options.sequence.upper(), origin=options.origin)
-    print(found)
-    return int(not found.right)
+
+
+def _rows(options, *names):
+    """The rows of several options, as many of each and all of one length; a single row by itself."""
+    _need(options, *names)
+    rows = [getattr(options, name) for name in names]
+    for name, several in zip(names, rows, strict=True):
+        if len(several) != len(rows[0]) or len({len(row) for row in several}) > 1:
+            raise InputError(f"--{name}", f"{len(rows[0])} of one length", f"{[len(row) for row in several]}")
+    return [several[0] if len(several) == 1 else several for several in rows]
+
+
+def _of_rotation(options):
+    """What explains an answer that no machine is asked for."""
+    given = options.angles or options.quaternion
+    if options.matrix is not None:
+        _need(options, "angles")
+        answer = [options.matrix[n : n + 3] for n in (0, 3, 6)]
+        return explain(options.angles, None, answer, sequence=options.sequence.upper(), origin=options.origin)
+    if given and options.result and not options.point and len(options.result) == 1:
+        sequences = {"sequence": options.sequence, "answer_sequence": options.result_sequence}
+        return explain_rotation(given, options.result[0], **sequences)
+    _need(options, "angles")
+    point, result = _rows(options, "point", "result")
+    return explain(options.angles, point, result, sequence=options.sequence.upper(), origin=options.origin)
+
+
+def _of_machine(options):
+    """What explains the words of a machine; without a result the positions for a tool axis are printed."""
+    kinematics = Kinematics(machine.load(options.machine))
+    if options.joints:
+        return [explain_tip(kinematics, *_rows(options, "joints", "result"))]
+    if options.tip and options.rotary:
+        return [explain_linear(kinematics, *_rows(options, "tip", "rotary", "result"))]
+    _need(options, "axis")
+    if not options.result:
+        _positions(kinematics, options)
+        return None
+    if not options.tip:
+        return [explain_joints(kinematics, *_rows(options, "axis", "result"))]
+    tip, axis, result = (
+        np.atleast_2d(np.array(row, dtype=object)) for row in _rows(options, "tip", "axis", "result")
+    )
+    if result.shape[1] != len(kinematics.symbols):
+        raise InputError("--result", f"all words, {' '.join(kinematics.machine.joint_names)}", f"{result.shape[1]}")
+    return [
+        explain_joints(kinematics, axis.tolist(), result[:, 3:].tolist()),
+        explain_linear(kinematics, tip.tolist(), result[:, 3:].tolist(), result[:, :3].tolist()),
+    ]
+
+
+def _positions(kinematics, options):
+    """Which angles make a tool axis, where there is nothing to explain."""
+    for n, given in enumerate(options.axis):
+        axis = np.array(given, dtype=float)
+        tip = np.array(options.tip[n] if options.tip and n < len(options.tip) else (0, 0, 0), dtype=float)
+        found, taken = pose.positions(kinematics, tip, axis), pose.taken(kinematics, axis)
+        print(*position_rows(kinematics, found), sep="\n")
+        print(*control_lines(kinematics, found, [0.0] * len(kinematics.machine.rotary), taken), sep="\n")

@@ -1,0 +1,193 @@
+"""Why does the tip stand there? A tip or words X Y Z that somebody's chain gave, and the causes that give the same.
+
+Forward, the joints are known and the tip is somebody's; backward, the tip and the rotary words are known and X Y Z
+are somebody's. Each of `causes.causes` is tried alone, then every two together.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from mathpost.detective import misreadings as reading
+from mathpost.detective.causes import Setup, causes, misread
+from mathpost.detective.misreadings import Explanation
+from mathpost.errors import InputError, as_array
+from mathpost.kinematics import Kinematics
+from mathpost.machine import Machine
+
+APART = 0.05  # mm between what two readings give, to be told apart
+GENERIC = np.array([(13.7, -21.3, 34.1), (-44.9, 17.3, 8.6), (5.2, 61.4, -12.8)])
+GENERIC_ANGLES = np.array([(31.3, 47.9), (-23.7, 104.1), (67.2, -15.8)])
+PROBES = np.array(
+    [(10, 0, 0, 30, 0), (0, 20, 0, 30, 0), (10, 20, 30, 0, 40), (10, 20, 30, 30, 40), (10, 20, 30, -20, 70)]
+)
+MOST = 6
+
+
+def explain_tip(
+    kinematics: Kinematics, joints: np.ndarray, answer: np.ndarray, *, decimals: int | None = None
+) -> Explanation:
+    """Return what gives somebody's tip for known joints, the simplest first.
+
+    `joints`, shape (3 + k,) or (n, 3 + k), are X Y Z in mm and the k rotary words in degrees. `answer` is the tip
+    in the workpiece, (3,) or (n, 3), or tip and tool axis, (6,) or (n, 6), to `decimals` digits, by default as many
+    as they show. `InputError` for what is not finite numbers of that shape.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> kin = Kinematics(machine.load("bc_table"))
+    >>> tip, _ = kin.forward([1, 0, 2, -40, 30], degrees=True)
+    >>> print(explain_tip(kin, [1, 0, 2, 40, 30], tip.round(4)))
+    B turns the other way: X -67.2504 Y -38.827 Z -25.8998
+    """
+    return _explained(kinematics, joints, answer, "pose", decimals)
+
+
+def explain_linear(
+    kinematics: Kinematics, tip: np.ndarray, angles: np.ndarray, answer: np.ndarray, *, decimals: int | None = None
+) -> Explanation:
+    """Return what gives somebody's words X Y Z for a known tip, at known rotary words, the simplest first.
+
+    `tip` and `answer` have shape (3,) or (n, 3), mm, `angles` (k,) or (n, k), degrees.
+
+    Examples
+    --------
+    >>> from mathpost import machine
+    >>> kin = Kinematics(machine.load("head_b_table_c"))
+    >>> print(explain_linear(kin, [0, 0, 0], [0, 90], [180.0, 0, -180.0]))
+    the tool length is not turned with the head: X 180 Y 0 Z -180
+    """
+    tips, rotary = np.asarray(tip, dtype=object), np.asarray(angles, dtype=object)
+    if tips.shape[:-1] != rotary.shape[:-1]:
+        raise InputError(
+            "rotary words", f"shape {(*tips.shape[:-1], len(kinematics.symbols) - 3)}", f"{rotary.shape}"
+        )
+    given = np.concatenate([tips, rotary], axis=-1)
+    return _explained(kinematics, given, answer, "linear", decimals)
+
+
+def _explained(kinematics, given, answer, way, decimals):
+    width = len(kinematics.symbols)
+    numbers, target = as_array(given, width, "joints"), np.asarray(answer, dtype=object)
+    wanted = 6 if way == "pose" and target.shape[-1:] == (6,) else 3
+    target = as_array(answer, wanted, "result")
+    if numbers.ndim > 2 or target.shape != (*numbers.shape[:-1], wanted):
+        raise InputError("result", f"shape {(*numbers.shape[:-1], wanted)}", f"shape {target.shape}")
+    decimals = reading.written_decimals(answer) if decimals is None else decimals
+    halves = [reading.half_digit(column) for column in np.atleast_2d(np.asarray(given, dtype=object)).T]
+    case = _Case(kinematics.machine, np.atleast_2d(numbers), np.atleast_2d(target), way, decimals, np.array(halves))
+    # Whole numbers are meant exactly if something gives them exactly, as right angles do.
+    exact = replace(case, decimals=9).explain(target.shape) if decimals == 0 else None
+    return exact if exact and exact.explained else case.explain(target.shape)
+
+
+@dataclass(frozen=True)
+class _Match(reading.Misread):
+    """A setup that fits, and what it gives, as text."""
+
+    setup: Setup
+    product: str
+
+    @property
+    def slips(self):
+        return self.setup.slips
+
+
+@dataclass(frozen=True)
+class _Case:
+    """One question."""
+
+    machine: Machine
+    given: np.ndarray  # (n, 3 + k)
+    target: np.ndarray  # (n, 3) or (n, 6)
+    way: str  # "pose" or "linear", a method of `Setup`
+    decimals: int
+    halves: np.ndarray  # half of the last digit of each given number
+
+    @property
+    def tolerance(self):
+        """What the digits of the answer and of what is given allow, mm."""
+        lever = np.linalg.norm(self.given[:, :3], axis=1).max() + np.abs(self.target[:, :3]).max()
+        lever += sum(np.linalg.norm(each.point) for each in self.machine.rotary) + self.machine.tool_length
+        moved = np.deg2rad(self.halves[3:].sum()) * lever + self.halves[:3].sum()
+        return 0.5 * 10.0**-self.decimals * (1 + 1e-6) + moved + 1e-9 * max(1.0, lever)
+
+    def value(self, setup, given=None):
+        """What a setup gives, (n, 3) or (n, 6)."""
+        return getattr(setup, self.way)(self.given if given is None else given)[:, : self.target.shape[1]]
+
+    def fits(self, setup):
+        return np.abs(self.value(setup) - self.target).max() <= self.tolerance
+
+    def explain(self, shape):
+        right, found = Setup.right(self.machine), causes(self.machine)
+        tried, matches = 1, [right] if self.fits(right) else []
+        for depth in (1, 2):
+            if matches:
+                break
+            setups = [misread(right, *several) for several in combinations(found, depth)]
+            tried += len(setups)
+            matches = [setup for setup in setups if self.fits(setup)]
+        size = np.abs(self.target[:, :3]).max() + np.linalg.norm(self.given[:, :3], axis=1).max()
+        share = min(1.0, 2 * self.tolerance / max(size, 1e-9)) ** (2 * len(self.given))
+        if matches != [right] and tried * share > reading.CHANCE:
+            matches = []
+        told = [_Match(setup, _written(self.value(setup)[0])) for setup in matches]
+        groups = reading.grouped(told, self.behaviour, 100)[:MOST] if told else []
+        misreadings = tuple(reading.told(group, self.value(group[0].setup).reshape(shape)) for group in groups)
+        note = self.tell_apart(groups) if len(groups) > 1 else "" if groups else self.what_is_known(right)
+        return Explanation(misreadings, self.tolerance, tried, note, self.travel())
+
+    def behaviour(self, match):
+        """What tells causes apart, whatever the input."""
+        rotary = GENERIC_ANGLES[:, : len(self.machine.rotary)]
+        return self.value(match.setup, np.concatenate([GENERIC, rotary], axis=1)).round(6).tobytes()
+
+    def tell_apart(self, groups):
+        """Propose the input for which the readings differ most clearly."""
+        names = self.machine.joint_names if self.way == "pose" else ("x", "y", "z", *self.machine.joint_names[3:])
+        best, most = None, 0
+        for probe in PROBES[:, : len(names)]:
+            values = [self.value(group[0].setup, probe[None].astype(float))[0] for group in groups]
+            apart = sum(np.abs(a - b).max() > APART for a, b in combinations(values, 2))
+            if apart > most:
+                best, most = (probe, values), apart
+        if best is None:
+            return f"{len(groups)} readings give the same number here, and nearly the same everywhere."
+        probe, values = best
+        asked = " ".join(f"{name} {value:g}" for name, value in zip(names, probe, strict=True))
+        results = "; ".join(f"{g[0].sentence}: {_written(v)}" for g, v in zip(groups, values, strict=True))
+        return f"{len(groups)} readings give the same number here. To tell them apart, try {asked}: {results}."
+
+    def what_is_known(self, right):
+        """How far somebody's answer is from the right one."""
+        value = self.value(right)
+        off = self.target - value
+        said = f"Right is {_written(value[0])}; it is off by {_written(off[0])}"
+        if len(off) > 1 and np.ptp(off[:, :3], axis=0).max() <= 4 * self.tolerance:
+            return f"{said}, the same in every row: a constant offset."
+        return f"{said}."
+
+    def travel(self):
+        """Which of the given rotary words are outside travel."""
+        return rotary_travel(self.machine, self.given[:, 3:])
+
+
+def rotary_travel(machine: Machine, angles: Sequence) -> tuple[str, ...]:
+    """Return a sentence for each rotary word, (n, k) in degrees, that is outside travel, once."""
+    said = []
+    for row in angles:
+        for joint, angle in zip(machine.rotary, row, strict=True):
+            low, high = np.degrees(joint.limits)
+            if not low - 1e-7 <= angle <= high + 1e-7:
+                said.append(f"{joint.name} {angle:g} is outside {low:g} … {high:g}")
+    return tuple(dict.fromkeys(said))
+
+
+def _written(values):
+    names = ("X", "Y", "Z", "i", "j", "k")
+    pairs = zip(names, values, strict=False)
+    return " ".join(f"{name} {float(f'{value:z.4f}'):g}" for name, value in pairs)
