@@ -1,4 +1,4 @@
-"""What a program does, measured: tip and tool axis against CL records, travel, rates, time, clearance of the tool."""
+"""What a program does, measured: tip and tool axis against CL records, travel, rates, time, the tool's body."""
 
 import math
 from dataclasses import dataclass
@@ -67,7 +67,7 @@ def to_great_circle(u, a, b):
 
 
 def along_records(tips, axes, cl_tips, cl_axes, window=6, scale=0.1):
-    """For each sample in turn: distance to the CL polyline, mm, to the arc of the tool axis, degrees, and the segment.
+    """For each sample: distance to the CL polyline, mm, to the arc of the tool axis, degrees, and the segment.
 
     The segment never goes back, and advances by at most `window`; among those in reach it is the one with the least
     tip distance + `scale` · axis distance.
@@ -152,8 +152,8 @@ def at_constant_speed(model, move):
 def rest_to_rest(model, move):
     """Seconds of a move that begins and ends at rest: a trapezoid of speed within rates and accelerations.
 
-    The whole move shares one profile, as for joints on a straight line; on curved ways the greatest speed of each axis
-    stands for its way.
+    The whole move shares one profile, as for joints on a straight line; on curved ways the greatest speed of each
+    axis stands for its way.
     """
     if move.kind == "dwell":
         return move.seconds
@@ -193,9 +193,9 @@ def depth_in_tool(points, tip, axis, radius, length):
 
 
 def clear(model, joints_path, touched_points, radius, length, tool_length=None, slack=1e-6):
-    """Whether a cylinder of this radius and length, its end at the tip, meets no touched point along the way.
+    """Whether a cylinder of this radius and length, its end at the tip, meets a touched point on the way.
 
-    `joints_path` holds (nose, angles) pairs. Returns the greatest depth, mm, and the index where; (0, None) is clear.
+    `joints_path` holds (nose, angles) pairs. Returns the greatest depth, mm, and its index; (0, None) is clear.
     """
     worst = (0.0, None)
     for n, (nose, angles) in enumerate(joints_path):

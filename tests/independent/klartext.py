@@ -3,9 +3,10 @@
 Written from: TNC 640 / TNC 620 User's Manuals (34059x, 34056x), Klartext: "Path functions" (L, CC, C, CR, CP; FMAX
 holds for its block, then the last F again), "Feed rate F" (FT in seconds, for its block; FU, FZ), "Multiple axis
 machining" (M116: without it F of a rotary axis is in degrees a minute; M126; M128: the tip keeps its place on the
-workpiece, coordinates turn with the table, reset before M91 and TOOL CALL; PLANE SPATIAL; FUNCTION TCPM), "Miscellaneous
-functions" (M91, M140), "Cycles" (7 datum shift, 9 dwell, 200, 247). What F means in a block of X Y Z *and* rotary axes
-without M128 these manuals do not say; mm and degrees are added here as on other controls of its age.
+workpiece, coordinates turn with the table, reset before M91 and TOOL CALL; PLANE SPATIAL; FUNCTION TCPM),
+"Miscellaneous functions" (M91, M140), "Cycles" (7 datum shift, 9 dwell, 200, 247). Assumed, as these manuals do
+not say it: without M128, F of a block of X Y Z *and* rotary axes adds mm and degrees, as on Fanuc; under M128, F of
+a block that only turns is in degrees a minute.
 """
 
 import math
@@ -376,7 +377,7 @@ class Klartext(Control):
             self.refuse(f"CYCL DEF {words[0]} is not read here")
 
     def call(self):
-        """Cycle 200: Q200 set-up clearance, Q201 depth, Q206 feed, Q202 peck, Q210/Q211 dwells, Q203 surface, Q204."""
+        """Cycle 200: Q200 clearance, Q201 depth, Q206 feed, Q202 peck, Q211 dwell, Q203 surface, Q204 second."""
         if self.cycle is None:
             self.refuse("a call of no cycle")
         q = self.cycle

@@ -94,7 +94,7 @@ class Model:
         return turn, shift
 
     def place(self, nose, angles, length=None):
-        """Tip and tool axis in the workpiece's coordinates, which are the machine's minus the origin at rotary zero."""
+        """Tip and tool axis in the workpiece's coordinates: the machine's less the origin, at rotary zero."""
         length = self.length if length is None else length
         turn, shift = self.head(angles)
         tip = np.asarray(nose) + turn @ (-length * self.tool_axis) + shift
@@ -116,7 +116,7 @@ class Model:
         return np.zeros(3) if self.named == "nose" else np.array(self.named, dtype=float)
 
     def words(self, nose, length):
-        """X Y Z words: where the named point is at rotary zero of the head, from the origin; length 0 without G43."""
+        """X Y Z words: where the named point is at rotary zero, from the origin; length 0 without G43."""
         return np.asarray(nose) + self._named_point(length) - self.origin
 
     def nose_of_words(self, words, length):

@@ -228,8 +228,8 @@ class Control:
         used = self.feed if feed is None else feed
         self.moves.append(
             Move(
-                self.line, kind, space, path, start, end, self.tool_length, self.named_length, seconds, law or "rapid",
-                used, self.in_cycle, self.tcp, modal, arc, self.text,
+                self.line, kind, space, path, start, end, self.tool_length, self.named_length, seconds,
+                law or "rapid", used, self.in_cycle, self.tcp, modal, arc, self.text,
             )
         )  # fmt: skip
 
@@ -311,7 +311,7 @@ class Control:
     def drill(
         self, position, clearance, depth, retract, *, peck=None, chip_break=False, dwell=0.0, feed=None, out="rapid"
     ):
-        """A hole at `position` along the axis normal to the plane: over it, to `clearance`, to `depth`, to `retract`."""
+        """A hole at `position`, normal to the plane: over it, to `clearance`, to `depth`, to `retract`."""
         w = {17: 2, 18: 1, 19: 0}[self.plane_number]
 
         def level(height):

@@ -1,7 +1,8 @@
 """SINUMERIK 840D sl: the same blocks with names, calls and `=`.
 
 Programming Manual Fundamentals 6FC5398-1BP40-2BA0 (09/2011): 6 (F, FGROUP, FGREF, G93–G95), 9 (G2/G3 with CR=,
-TURN=), 12 (TRANS, SUPA, G53, G153, G500); Job Planning 6FC5398-2BP40: TRAORI, TRAFOOF; Cycles: CYCLE800, CYCLE81–83.
+TURN=), 12 (TRANS, SUPA, G53, G153, G500); Job Planning 6FC5398-2BP40: TRAORI, TRAFOOF; Cycles: CYCLE800, CYCLE81 to
+CYCLE83. Assumed: F of a block that only turns is in degrees a minute, under TRAORI, too.
 """
 
 import contextlib
@@ -14,12 +15,13 @@ from .word_address import TAKES, WordAddress
 from .words import Refused, scan, without_comments
 
 GROUPS = {
-    "motion": (0, 1, 2, 3), "plane": (17, 18, 19), "distance": (90, 91), "feed": (93, 94, 95), "unit": (70, 71, 700, 710),
-    "compensation": (40, 41, 42), "offset": (500, 54, 55, 56, 57), "suppress": (53, 153), "path": (60, 64, 641, 642),
-    "stop": (601, 602), "dwell": (4,),
+    "motion": (0, 1, 2, 3), "plane": (17, 18, 19), "distance": (90, 91), "feed": (93, 94, 95),
+    "unit": (70, 71, 700, 710), "compensation": (40, 41, 42), "offset": (500, 54, 55, 56, 57),
+    "suppress": (53, 153), "path": (60, 64, 641, 642), "stop": (601, 602), "dwell": (4,),
 }  # fmt: skip
-SILENT = {"MSG", "WAIT", "SOFT", "BRISK", "FFWON", "FFWOF", "COMPOF", "COMPCAD", "COMPCURV", "ORIWKS", "ORIMKS", "ORIAXES",
-          "CUT3DC", "CUT2D", "STOPRE", "FIFOCTRL", "ADIS", "UPATH", "SPATH", "CYCLE832", "WORKPIECE"}  # fmt: skip
+SILENT = {"MSG", "WAIT", "SOFT", "BRISK", "FFWON", "FFWOF", "COMPOF", "COMPCAD", "COMPCURV", "ORIWKS", "ORIMKS",
+          "ORIAXES", "CUT3DC", "CUT2D", "STOPRE", "FIFOCTRL", "ADIS", "UPATH", "SPATH", "CYCLE832",
+          "WORKPIECE"}  # fmt: skip
 
 
 class Siemens(WordAddress):

@@ -3,8 +3,8 @@
 Written from
 - Fanuc: Series 30i/31i/32i User's Manual B-63944EN (G codes of machining centres, group table; canned cycles;
   G53.1, G68.2); "Tool center point control for 5-axis machining", A-79348E (parameter 19696: WKP, coordinates fixed
-  to the table; RFC, the feed of a block that only turns about the tip); Power Mate i Operator's Manual B-63174EN/03,
-  4.2: `G01 X20.0 C40.0 F300.0` takes √(20² + 40²)/300 min, mm and degrees added as one unit.
+  to the table; RFC, the feed of a block that only turns about the tip); Power Mate i Operator's Manual
+  B-63174EN/03, 4.2: `G01 X20.0 C40.0 F300.0` takes √(20² + 40²)/300 min, mm and degrees added as one unit.
 - Haas: Mill Operator's Manual, G93 (F in strokes a minute, in each block), G234, G254.
 - Mazak: as Fanuc (SMOOTH, EIA/ISO programs, G43.4 and G43.5, G68.2).
 - LinuxCNC: documentation "G Codes", after NISTIR 6556 (2000) 2.1.2.5: F counts X Y Z alone if one of them moves,
@@ -36,15 +36,15 @@ GROUPS = (
     ("path", (61, 64)),
     ("once", (4, 28, 53, 53.1, 52, 5.1, 187)),
 )
-COMMON = {0, 1, 2, 3, 4, 17, 18, 19, 28, 40, 41, 42, 43, 49, 53, 54, 55, 56, 57, 58, 59, 61, 64, 73, 80, 81, 82, 83, 85,
-          86, 89, 90, 91, 93, 94, 98, 99, 20, 21}  # fmt: skip
+COMMON = {0, 1, 2, 3, 4, 17, 18, 19, 28, 40, 41, 42, 43, 49, 53, 54, 55, 56, 57, 58, 59, 61, 64, 73, 80, 81, 82, 83,
+          85, 86, 89, 90, 91, 93, 94, 98, 99, 20, 21}  # fmt: skip
 TAKES = {
     "fanuc": COMMON | {95, 43.4, 43.5, 68.2, 69, 53.1, 52, 5.1},
     "mazak": COMMON | {95, 43.4, 43.5, 68.2, 69, 53.1, 52, 5.1},
     "haas": COMMON | {95, 234, 254, 255, 187, 52},
     "linuxcnc": COMMON | {95},
-    "siemens": {0, 1, 2, 3, 4, 17, 18, 19, 40, 41, 42, 53, 54, 55, 56, 57, 60, 64, 70, 71, 90, 91, 93, 94, 95, 153, 500,
-                601, 602, 641, 642, 700, 710},
+    "siemens": {0, 1, 2, 3, 4, 17, 18, 19, 40, 41, 42, 53, 54, 55, 56, 57, 60, 64, 70, 71, 90, 91, 93, 94, 95, 153,
+                500, 601, 602, 641, 642, 700, 710},
 }  # fmt: skip
 AUXILIARY = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 19, 30, 32, 33}  # 10/11, 32/33 …: clamps, of the machine builder
 ADDRESSES = set("XYZABCUVWIJKRFSTHDPQLNGM")
