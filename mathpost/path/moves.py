@@ -21,7 +21,7 @@ class Moves(Orders):
         super().__init__(name)
         self.tolerance = tolerance
         self.incremental = False
-        self.three_axes = False  # whether MULTAX/OFF has come since the last move
+        self.along_z = False  # whether MULTAX/OFF or CSYS has come since the last move
         self.home, self.tangent, self.cycle = None, None, None
         self.circle, self.arc_before = None, None  # what is known of the arc that comes, and of one that ended
         self.unconfirmed = False  # whether the tool axis must still say that this is the way the table turned
@@ -39,15 +39,14 @@ class Moves(Orders):
     def settle(self):
         """Be sure before a move in whose coordinates it is.
 
-        After MULTAX/OFF the tool stands along Z, and in world coordinates another CSYS points it along its own.
+        After MULTAX/OFF and after every CSYS the tool stands along Z, until a word says otherwise.
         """
         if self.coordinates.unsettled:
-            z = self.coordinates.z
             if assumed := self.coordinates.settle():
                 self.counts[assumed] += 1
-            if self.three_axes or self.coordinates.z != z:
+            if self.along_z:
                 self.axis = list(self.coordinates.z)
-            self.three_axes = False
+            self.along_z = False
 
     # Moves
 
@@ -111,8 +110,9 @@ class Moves(Orders):
 
     def on_multax(self, words):
         need(words in ([], ["ON"], ["OFF"]), "MULTAX, MULTAX/ON or MULTAX/OFF")
-        self.three_axes = words == ["OFF"]
-        self.coordinates.say(multax=not self.three_axes)
+        off = words == ["OFF"]
+        self.along_z = self.along_z or off
+        self.coordinates.say(multax=not off)
         self.remark()
 
     def on_mode(self, words):
@@ -235,6 +235,7 @@ class Moves(Orders):
         first = self.coordinates.csys is None and not self.coordinates.world
         need(not first or not self.count, "CSYS before the first move", "moves before it")
         self.coordinates.say(csys=matrix)
+        self.along_z = True
 
     def on_trntyp(self, words):
         need(words[:1] == ["WORLD"], "TRNTYP/WORLD,0,0,0")

@@ -65,6 +65,18 @@ OTHER = catia(
             [UP, LEAN, LEAN, UP],
             "(SolidWorks, TRNTYP/WORLD)",
         ),
+        (
+            f"{WORLD}\n{UPRIGHT}\nGOTO/1,2,3,0,0.6,0.8\n{WORLD}\n{UPRIGHT}\nGOTO/4,5,6",
+            [(1, 2, 3), (4, 5, 6)],
+            [(0, 0.6, 0.8), UP],  # as in a published file: every CSYS points the tool anew
+            "TRNTYP/WORLD",
+        ),
+        (
+            f"{WORLD}\n{UPRIGHT}\nMULTAX/ON\nGOTO/1,2,3,0,0.6,0.8\n{LEANING}\nMULTAX/ON\nGOTO/4,5,6",
+            [(1, 2, 3), (4, 5, 6)],
+            [(0, 0.6, 0.8), LEAN],
+            "TRNTYP/WORLD",
+        ),
         (f"{WORLD}\n{LEANING}\nMULTAX/OFF\nGOTO/1,2,3", [(1, 2, 3)], [LEAN], "TRNTYP/WORLD"),
         (f"{WORLD}\n{LEANING}\nTLAXIS/0,0.6,0.8\nGOTO/1,2,3", [(1, 2, 3)], [(0, 0.6, 0.8)], "TRNTYP/WORLD"),
         ("CSYS/1,0,0,5,0,1,0,6,0,0,1,7\nGOTO/1,2,3", [(1, 2, 3)], [UP], "one CSYS"),
