@@ -3,13 +3,13 @@
 The systems write the same words for different things. What each means, and how that is known:
 
 SolidWorks CAM, ``TRNTYP/WORLD``
-    GOTO and tool axis are the part's; ``CSYS/``, rows of a matrix of 3 by 4, says only where the tool's frame lies.
-    In the public files of one shop (github.com/aamorim1913/AptPostProcessor, with their former versions 104) the tool
-    axis of 9,137 of the 9,185 six-number GOTOs is the third column of the matrix, the others lean a little from an
-    upright one, and a face mill meets its stock only so. The post-processor kept beside them, which made the parts,
-    rotates each GOTO into the frame of that column. Three numbers stand where the tool points along that Z, anew
-    after every CSYS. Without TRNTYP nothing says which it is: one upright CSYS for the whole file is no matter, any
-    other is refused.
+    GOTO and tool axis are the part's; ``CSYS/``, rows of a matrix of 3 by 4, says only where the tool's frame
+    lies. In the public files of one shop (github.com/aamorim1913/AptPostProcessor, 104 with former versions)
+    the tool axis of 9,137 of the 9,185 six-number GOTOs is the third column of the matrix, the others lean a
+    little from an upright one, and a face mill meets its stock only so. The post-processor kept beside them,
+    which made the parts, rotates each GOTO into the frame of that column. Three numbers stand where the tool
+    points along that Z, anew after every CSYS. Without TRNTYP nothing says which it is: one upright CSYS for
+    the whole file is no matter, any other is refused.
 NX, ``MSYS/``
     Origin, X and Y of the machining coordinate system in the part; GOTO and tool axis are in it (ICAM, MSYS9:
     "convert the 9-parameter MSYS command matrix from Unigraphics format to a standard matrix format"). ``CSYS/``
