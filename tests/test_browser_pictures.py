@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from mathpost.course import view_machine, view_rotation
+from mathpost.course import view_gallery, view_machine, view_rotation
 from mathpost.course.lesson_data import blade, load
 from mathpost.draw.live import HERE, MODULES, _dense
 from mathpost.draw.picture import FINE, View, spread
@@ -87,7 +87,7 @@ SCENES = {
     "two machines": lambda: view_machine.walk(load("dmu50v"), blade(), second=load("ac_head")),
     "turns": lambda: view_rotation.turns((3, 4, 5), (135, 54.7356, -90)),
     "notations": view_rotation.notations,
-    "gallery": lambda: view_rotation.gallery([load("bc_table"), load("head_b_table_c"), load("nutating_head")]),
+    "gallery": lambda: view_gallery.gallery([load("bc_table"), load("head_b_table_c"), load("nutating_head")]),
 }
 
 

@@ -1,4 +1,4 @@
-"""Still drawings: turns, frames and coins of lessons 00 and 01, set-ups of lessons 08 to 13."""
+"""Still drawings: bore, turns, frames and coins of lessons 00 to 04, set-ups of lessons 08 to 13."""
 
 import numpy as np
 from matplotlib.patches import Circle
@@ -10,6 +10,8 @@ from mathpost.draw import plot
 
 MACHINE, WORKPIECE, POINT = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 AXIS = plot.COLOUR["first branch"]  # of a turn
+NODES = plot.COLOUR["second branch"]  # the line of nodes
+ARCS = (plot.COLOUR["inner"], plot.COLOUR["second branch"], plot.COLOUR["outer"])  # of I, J and K
 BOX = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
 HEAD = np.array([[0, 0], [-1, 0.35], [-1, -0.35]])  # of an arrow that points along x
 
@@ -58,25 +60,103 @@ def quarter_turns(panels):
         axes.set_title(f"about {'XYZ'[about]}: {'XYZ'[(about + 1) % 3]} goes to {'XYZ'[(about + 2) % 3]}")
 
 
+def ruined_bore(panels, *, radius=10.0, retract=1.0, turned=180.0):
+    """Draw a bored hole seen along the tool: the bar leaves the wall by the frame's X, then by one turned wrongly.
+
+    The spindle has stopped with the tip of the bar on its own X; the control moves it by `retract` along minus the
+    frame's X. Lengths in mm, not to scale except for the mark that the tip leaves; `turned` in degrees.
+    """
+    circle, reach = np.linspace(0, 2 * np.pi, 121), 1.45 * radius
+    rim = radius * np.column_stack([np.cos(circle), np.sin(circle)])
+    for axes, angle, title in zip(panels, (0.0, turned), ("the right frame", "the wrong frame"), strict=True):
+        axes.set(aspect="equal", xlim=(-reach, reach), ylim=(-reach, reach), title=title)
+        axes.set_axis_off()
+        axes.fill(reach * BOX[:, 0], reach * BOX[:, 1], color=WORKPIECE, alpha=0.25)
+        axes.fill(*rim.T, color="white")
+        axes.plot(*rim.T, color=WORKPIECE)
+        x = euler.from_axis_angle([0, 0, 1], angle, degrees=True)[:2, 0]  # of the frame; the spindle's is (1, 0)
+        tip, end = np.array([radius, 0.0]), np.array([radius, 0.0]) - 3 * retract * x
+        axes.fill(*(0.55 * rim - 3 * retract * x).T, color=POINT, alpha=0.35)
+        axes.plot(*np.array([0.5 * tip - 3 * retract * x, end]).T, color=POINT, linewidth=5)
+        if np.linalg.norm(end) > radius:
+            axes.fill(*(0.1 * rim + (tip + end) / 2).T, color="white")
+            axes.text(0, 1.2 * radius, f"a notch of {retract:g} mm", color=POINT, ha="center", va="center")
+        else:
+            axes.text(0, 1.2 * radius, "clear of the wall", color=POINT, ha="center", va="center")
+        _arrow(axes, (0, -1.2 * radius), np.array([0, -1.2 * radius]) + 5 * x, MACHINE)
+        axes.text(*(np.array([0, -1.2 * radius]) + 6.5 * x), "X", color=MACHINE, ha="center", va="center")
+
+
 def parts(axes, point, axis, degrees):
-    """Draw a point turning about an axis: its part along the axis stays, the part across it turns in a circle."""
+    """Draw a point that turns about an axis: its part along the axis, its part across it, and the turned one."""
     point, axis = np.array(point, dtype=float), np.array(axis) / np.linalg.norm(axis)
     along, side = point @ axis * axis, np.cross(axis, point)
-    across, moved = point - along, euler.from_axis_angle(axis, degrees, degrees=True) @ point
-    turn = np.linspace(0, 2 * np.pi, 91)[:, None]
+    across, turn = point - along, np.linspace(0, 2 * np.pi, 91)[:, None]
+    moved = euler.from_axis_angle(axis, degrees, degrees=True) @ point
     plot.space(axes, 0.8, centre=along)
+    axes.view_init(elev=32, azim=-50)
     axes.plot(*(along + np.cos(turn) * across + np.sin(turn) * side).T, color=MACHINE, linewidth=1)
-    for start, end, colour, style, name in (
-        (-0.1 * axis, 1.5 * axis, AXIS, "--", "v"),
-        (0 * axis, along, POINT, "-", "along"),
-        (along, point, POINT, "-", "across"),
-        (along, along + side, MACHINE, "-", "v × p"),
-        (0 * axis, point, WORKPIECE, ":", "p"),
-        (along, moved, WORKPIECE, "-", "turned"),
+    nothing = np.zeros(3)
+    for start, end, colour, name in (
+        (nothing, 1.5 * axis, AXIS, "v"),
+        (nothing, along, POINT, "part along v"),
+        (along, point, POINT, "part across"),
+        (along, along + side, MACHINE, "v × p"),
+        (along, moved, WORKPIECE, "across, turned"),
+        (nothing, point, MACHINE, "p"),
+        (nothing, moved, WORKPIECE, "p turned"),
     ):
-        axes.plot(*np.array([start, end]).T, color=colour, linestyle=style, linewidth=2)
-        beyond = end + 0.15 * (end - start) / np.linalg.norm(end - start)
-        axes.text(*((start + end) / 2 if name in ("along", "across") else beyond), name, color=colour, ha="center")
+        _space_arrow(axes, start, end, colour)
+        beyond = end + 0.14 * (end - along) / max(np.linalg.norm(end - along), 0.3)
+        middle = (start + end) / 2
+        at = {"part along v": middle + 0.3 * moved, "part across": middle + 0.1 * axis, "across, turned": None}
+        at = at.get(name, beyond)
+        at = middle + 0.25 * side if at is None else at
+        axes.text(*at, name, color=colour, ha="center", fontsize=9)
+    t = np.radians(np.linspace(0, degrees, 31))[:, None]
+    _space_arc(axes, along + 0.45 * (np.cos(t) * across + np.sin(t) * side), AXIS, "t")
+
+
+def euler_discs(axes, i, j, k):
+    """Draw ZXZ angles, degrees: the discs XY and xy, the line of nodes in which they meet, and an arc for each."""
+    frame, circle = euler.matrix("ZXZ", (i, j, k), degrees=True), np.linspace(0, 2 * np.pi, 91)
+    disc = np.stack([np.cos(circle), np.sin(circle), 0 * circle], axis=-1)
+    plot.space(axes, 0.95, centre=(0, 0, 0.15))
+    axes.view_init(elev=24, azim=-28)
+    for turned, colour, letters in ((np.eye(3), MACHINE, "XYZ"), (frame, WORKPIECE, "xyz")):
+        axes.add_collection3d(Poly3DCollection([disc @ turned.T], facecolor=colour, edgecolor=colour, alpha=0.18))
+        for arm, letter in zip(turned.T, letters, strict=True):
+            _space_arrow(axes, np.zeros(3), 1.12 * arm, colour)
+            axes.text(*(1.24 * arm), letter, color=colour, ha="center", va="center")
+    node = euler.matrix("ZXZ", (i, 0, 0), degrees=True)[:, 0]
+    axes.plot(*np.array([-1.1 * node, 1.1 * node]).T, color=NODES, linestyle="--", linewidth=2)
+    axes.text(*(1.3 * node), "line of nodes", color=NODES, ha="center")
+    part = np.linspace(0, 1, 31)
+    arcs = {
+        "I": [(i * s, 0, 0) for s in part],
+        "J": [(i, j * s, 0) for s in part],
+        "K": [(i, j, k * s) for s in part],
+    }
+    for (letter, angles), colour, column, size in zip(arcs.items(), ARCS, (0, 2, 0), (0.5, 0.7, 0.75), strict=True):
+        _space_arc(axes, size * euler.matrix("ZXZ", angles, degrees=True)[:, :, column], colour, letter)
+
+
+def frames_and_point(axes, frames, point, reach):
+    """Draw frames (a dict from a name to a `Frame` in the first one), and a dashed line from each to one point."""
+    colours = (MACHINE, WORKPIECE, POINT)
+    plot.space(axes, 0.62 * reach, centre=np.mean([each.origin for each in frames.values()], axis=0))
+    for (name, each), colour in zip(frames.items(), colours, strict=True):
+        for arm, letter in zip(each.rotation.T, "XYZ", strict=True):
+            _space_arrow(axes, each.origin, each.origin + 0.28 * reach * arm, colour)
+            axes.text(
+                *(each.origin + 0.33 * reach * arm), letter, color=colour, ha="center", va="center", fontsize=9
+            )
+        axes.text(
+            *(each.origin - 0.1 * reach * each.rotation[:, 2]), name, color=colour, ha="center", weight="bold"
+        )
+        axes.plot(*np.array([each.origin, point]).T, color=colour, linestyle=":")
+    axes.plot(*np.transpose([point]), "o", color="black")
+    axes.text(*(point + 0.05 * reach), "P", ha="center")
 
 
 def coins(panels, turns, title):
@@ -141,6 +221,19 @@ def _arc(axes, start, end, radius):
     *arc, before = radius * np.column_stack([np.cos(turn), np.sin(turn)])
     axes.plot(*np.transpose(arc), color=AXIS)
     _arrow(axes, before, arc[-1], AXIS)
+
+
+def _space_arrow(axes, start, end, colour):
+    axes.quiver(
+        *start, *(end - start), color=colour, arrow_length_ratio=min(0.12 / np.linalg.norm(end - start), 0.5)
+    )
+
+
+def _space_arc(axes, arc, colour, name):
+    """An arc in space with an arrowhead, and its name beside its middle."""
+    axes.plot(*arc.T, color=colour, linewidth=2.5)
+    axes.quiver(*arc[-4], *(arc[-1] - arc[-4]), color=colour, arrow_length_ratio=1.0, linewidth=2.5)
+    axes.text(*(1.16 * arc[len(arc) // 2]), name, color=colour, ha="center", va="center", weight="bold")
 
 
 def _point(axes, point, name, directions, colour, style="full"):

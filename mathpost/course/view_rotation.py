@@ -5,10 +5,10 @@ import sympy as sp
 
 from mathpost import chain, euler
 from mathpost.detective.misreadings import COMMON
-from mathpost.draw import plot, scene
+from mathpost.draw import plot, solid
 from mathpost.draw.live import Moving, formula, printed, slider, subplots
 from mathpost.draw.scene import Label, Line, Scene, clearest
-from mathpost.draw.solid import Hull, block
+from mathpost.draw.solid import Hull, Turned, block
 from mathpost.plane import positioning
 from mathpost.plane.positioning import align
 from mathpost.plane.tilted_plane import NOTATIONS, Plane
@@ -17,9 +17,13 @@ from mathpost.sources.recipes import zxz_right, zxz_steps
 
 _MACHINE, _WORKPIECE, _TOOL = (plot.COLOUR[role] for role in ("machine", "workpiece", "tool"))
 _AXIS, _NODES = plot.COLOUR["first branch"], plot.COLOUR["second branch"]  # of rotation; line of nodes
+_PART = "#8fc0dd"
+_ARCS = (plot.COLOUR["inner"], _NODES, plot.COLOUR["outer"])  # of I, J and K
 _UNIT = dict(zip("XYZ", np.eye(3, dtype=int).tolist(), strict=True))
 _DEGREES = 180 / sp.pi
 _NAMES = ("X", "Y", "Z", "X'", "Y'", "Z'")
+_DRILL = "#e9a56b"
+HOLE = 10.0  # mm from the origin of the face, down the slope
 STEPS = ("start", "turn I", "turn J", "turn K")
 
 
@@ -56,7 +60,7 @@ def _frames_and_point(point, size, extent):
 def turns(point, angles):
     """A fixed point and a frame that makes three turns one after the other: a slider from 0 to 3 that plays.
 
-    The angles are those of ZXZ in degrees; the axis of the current turn is dashed.
+    The angles are those of ZXZ in degrees; the axis of the current turn is dashed. At the start two are made.
     """
     s, size = sp.Symbol("s", real=True), 0.75 * float(np.linalg.norm(point))
     done = [sp.Rational(round(1e9 * t), 10**9) * sp.Min(1, sp.Max(0, s - n)) for n, t in enumerate(angles)]
@@ -64,19 +68,22 @@ def turns(point, angles):
     conditions = (sp.Or(s <= 1, s > 2), sp.And(s > 1, s <= 2), s <= 1, s > 2)
     about_z, second, first, third = (sp.Piecewise((1, when), (0, True)) for when in conditions)
     v = size * about_z * F[:, 2] + size * second * F[:, 0]
-    axes = np.concatenate([np.eye(3), np.array(F.subs(s, 1.5).evalf(), dtype=float).T])
+    axes = np.concatenate([np.eye(3), np.array(F.subs(s, 2).evalf(), dtype=float).T])
     scene = _frames_and_point(point, size, 1.3 * size * np.concatenate([np.eye(3), -np.eye(3)]))
+    thick = [0.62 * size, 0.42 * size, 0.1 * size]  # a plate that is carried by the turning frame
+    scene.solids.append(Hull("turned", _PART, block([0.0, 0.0, 0.0], thick)))
     scene.lines.append(Line("bed", [], _AXIS, 2.4, dash=True, over=True, points=[-1.2 * v, 1.2 * v]))
     scene = scene.frame(*clearest(dict(zip(_NAMES, axes, strict=True))))
-    sliders = [slider("turn", 0, 3, 1.5, step=0.05, unit="")]
+    sliders = [slider("turn", 0, 3, 2, step=0.05, unit="")]
     text = "α {:4}°, β {:4}°, γ {:4}°; now it turns {?about Z}{?about the new X}{?about the newest Z}"
     return formula([scene], [s], sliders, {"turned": F}, [(text, *done, first, second, third)], height=420, play=0)
 
 
-def notations(angles=(135.0, 54.7356, -90.0)):
+def notations(angles=(40.0, 50.0, 30.0)):
     """One frame in many notations: sliders I, J, K, the ZXZ angles in degrees.
 
-    The axis of the one turn that makes the frame is dashed; the line of nodes, where XY and xy meet, is pink.
+    The rims of the discs XY and xy meet in the line of nodes, pink; three arcs are the angles I, J and K. The axis
+    of the one turn that makes the frame is dashed.
     """
     symbols = sp.symbols("I J K", real=True)
     F, node = euler.matrix("ZXZ", symbols), sp.Matrix([sp.cos(symbols[0]), sp.sin(symbols[0]), 0])
@@ -95,11 +102,22 @@ def notations(angles=(135.0, 54.7356, -90.0)):
         text.append((f"{name}: {words} {{:3}}{{? (locked)}}", *(angle * _DEGREES for angle in found), locked))
     frame = euler.matrix("ZXZ", angles, degrees=True)
     axes = np.concatenate([np.eye(3), frame.T])
-    scene = Scene(extent=1.35 * np.concatenate([axes, -axes[:3] / 2]))
+    scene = Scene(extent=1.2 * np.concatenate([axes, -axes]))
     scene.triad("bed", "XYZ", length=1.0, colour=_MACHINE)
     scene.triad("turned", "xyz", length=1.0, colour=_WORKPIECE, width=3)
     scene.lines.append(Line("bed", [], _AXIS, 2.4, dash=True, over=True, points=[-v, v]))
     scene.lines.append(Line("bed", [], _NODES, 1.6, over=True, points=[-1.25 * node, 1.25 * node]))
+    turn = np.linspace(0, 2 * np.pi, 49)
+    rim = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=-1)
+    scene.lines += [Line(body, [rim], colour, 1.0) for body, colour in (("bed", _MACHINE), ("turned", _WORKPIECE))]
+    i, j, k = symbols
+    steps = [sp.Rational(n, 12) for n in range(13)]
+    arcs = (
+        [0.5 * euler.matrix("ZXZ", (i * part, 0, 0))[:, 0] for part in steps],
+        [0.7 * euler.matrix("ZXZ", (i, j * part, 0))[:, 2] for part in steps],
+        [0.75 * euler.matrix("ZXZ", (i, j, k * part))[:, 0] for part in steps],
+    )
+    scene.lines += [Line("bed", [], c, 3.0, over=True, points=arc) for c, arc in zip(_ARCS, arcs, strict=True)]
     scene = scene.frame(*clearest(dict(zip("XYZxyz", axes, strict=True))))
     pairs = zip("IJK", (-180, 0, -180), angles, strict=True)
     sliders = [slider(name, low, 180, value) for name, low, value in pairs]
@@ -109,6 +127,7 @@ def notations(angles=(135.0, 54.7356, -90.0)):
 def cut_corner(frame, final):
     """A cube with its zero in the middle of the top face and the corner (+, +, top) cut off, and a frame there.
 
+    The hole stands where the drawing wants it, the drill on the frame that turns.
     Sliders I, J, K (ZXZ) turn a frame at the origin of `frame`, that of the face. They start at the `final` angles,
     degrees; buttons go there turn by turn.
     """
@@ -117,13 +136,19 @@ def cut_corner(frame, final):
     corner = np.array([half, half, 0.0])
     corners = block([-half, -half, -side], corner)
     kept = [point for point in corners if np.abs(point - corner).max() > 1e-9]
-    solid = Hull("bed", "#8fc0dd", np.array([*kept, *(corner - cut * np.eye(3))]))
+    cube = Hull("bed", _PART, np.array([*kept, *(corner - cut * np.eye(3))]))
     turned = euler.matrix("ZXZ", symbols)
     arm, square = 0.55 * side, 0.3 * side * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 0]])
     extent = np.concatenate([corners, frame.origin + arm * frame.rotation.T, [[0, 0, 1.3 * arm]]])
-    drawn = Scene([solid], extent=1.08 * extent)
+    drawn = Scene([cube], extent=1.08 * extent)
     drawn.triad("bed", "XYZ", length=arm, colour=_WORKPIECE)
     drawn.triad("feature", "xyz", length=0.75 * arm, colour=_TOOL, width=3)
+    rim = solid.ring(frame.point([HOLE, 0, 0]), frame.z, 3.0, 25)
+    rim = np.concatenate([rim, rim[:1]])
+    drawn.lines.append(Line("bed", [rim], "#000000", 2.0, over=True))
+    up = np.array([0.0, 0.0, 1.0])  # the drill stands along the z of the turned frame, its point 4 mm above it
+    drill = [(0.0, 4.0), (3.0, 6.0), (3.0, 26.0), (5.0, 26.0), (5.0, 40.0), (0.0, 40.0)]
+    drawn.solids.append(Turned("feature", _DRILL, drill, np.array([HOLE, 0.0, 0.0]), up))
     drawn.lines.append(Line("feature", [square], _TOOL, 1.6, over=True))
     lean = sp.acos(sp.Min(1, turned[:, 2].dot(sp.Matrix(frame.z)))) * 180 / sp.pi
     off = sp.acos(sp.Min(1, turned[:, 0].dot(sp.Matrix(frame.x)))) * 180 / sp.pi
@@ -136,23 +161,27 @@ def cut_corner(frame, final):
     return formula([drawn], symbols, sliders, places, text, buttons=buttons, height=430)
 
 
-def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.02):
+def third_angle(machine, i, j, k=-90.0, *, seq="+", radius=10.0, retract=1.0, run_out=0.02):
     """What the third angle, slider K, does to a boring bar and a probe, seen along Z of a tilted plane.
 
     The spindle stops with the bar's tip along its own X, and the control retracts by `retract` against the
     feature's X; a stylus runs out by `run_out` along the spindle's X, and the control corrects along the
-    feature's. Both are right only if the spindle's X is the feature's. The rotary axes go where SEQ+ sends them.
-    Lengths in mm, angles in degrees.
+    feature's. Both are right only if the spindle's X is the feature's. Buttons take the one or the other position
+    of the rotary axes; it starts with that of `seq`. Lengths in mm, angles in degrees.
     """
-    choice = positioning.heidenhain(align(Plane("G68.2", [i, j, 0]).frame, machine), (0, 0), seq="+")
-    K, turn = sp.Symbol("K", real=True), np.linspace(0, 2 * np.pi, 61)
-    rho = K + float(np.radians(round(choice.rho, 9)))  # the same on every machine
+    alignment = align(Plane("G68.2", [i, j, 0]).frame, machine)
+    both = [positioning.heidenhain(alignment, (0, 0), seq=sign) for sign in "+-"]
+    name = machine.rotary[alignment.inner].name
+    K, side, turn = sp.Symbol("K", real=True), sp.Symbol("side", real=True), np.linspace(0, 2 * np.pi, 61)
+    left = [float(np.radians(round(choice.rho, 9))) for choice in both]  # the same on every machine
+    rho = K + sp.Piecewise((left[0], side > 0), (left[1], True))
     x, y = sp.cos(rho), -sp.sin(rho)  # the spindle's X in the feature
     clearance = radius - sp.sqrt((radius * x - retract) ** 2 + (radius * y) ** 2)
     clear = sp.Piecewise((1, clearance > 0), (0, True))
     circle, moving = np.stack([np.cos(turn), np.sin(turn)]), Moving()
     figure, (bore, probe) = subplots(1, 2, size=(7.0, 4.0))
-    titles = {bore: "boring bar, retracted along −X", probe: "stylus ball, believed (dotted) and true"}
+    bored = f"bore of radius {radius:g} mm,\nbar retracted by {retract:g} mm along −X"
+    titles = {bore: bored, probe: f"stylus ball, run-out {1000 * run_out:g} µm:\nbelieved (dotted) and true"}
     for axes, title in titles.items():
         axes.set(title=title, aspect="equal", xlim=(-1.55, 1.55), ylim=(-1.55, 1.55))
         axes.set_axis_off()
@@ -167,48 +196,20 @@ def third_angle(machine, i, j, k=-90.0, *, radius=10.0, retract=1.0, run_out=0.0
     moving.line(bore, "tool", [(r * x - 0.25, r * y) for r in (0.6, 1.0)], lw=5)
     probe.plot(*(0.3 * circle + [[0.35], [0]]), color=_WORKPIECE, ls=":")
     moving.line(probe, "tool", [(0.35 * x + right, 0.35 * y + up) for right, up in 0.3 * circle.T.round(6)])
-    angles = ", ".join(f"{r.name} {a:z.3f}" for r, a in zip(machine.rotary, choice.angles, strict=True))
+    said = [
+        ", ".join(f"{r.name} {a:z.3f}" for r, a in zip(machine.rotary, choice.angles, strict=True))
+        for choice in both
+    ]
+    first = sp.Piecewise((1, side > 0), (0, True))
     text = [
-        (f"{angles}, ρ = {{:3}}", sp.atan2(-y, x) * 180 / sp.pi),
+        (f"{{?{said[0]}}}{{?{said[1]}}}, ρ = {{:3}}", first, 1 - first, sp.atan2(-y, x) * 180 / sp.pi),
         ("tip after the retract: {:3} mm {?clear of the wall}{?IN THE WALL}", clearance, clear, 1 - clear),
         ("centre measured by the probe: wrong by {:1} µm", 1000 * run_out * sp.sqrt((x - 1) ** 2 + y**2)),
     ]
-    return printed(figure, moving, [K], [slider("K", -180, 180, k, step=5.0)], text, height=500)
-
-
-def gallery(kinematics, *, outer=40.0, inner=30.0, senses=False):
-    """Several machines, turned together by two sliders, outer and inner; their tips stay in place.
-
-    The outer axis is next to the workpiece in the chain, the inner one next to the tool; degrees. `senses` adds
-    buttons for the sense: with −1 both axes turn against their programmed angles, as a table taken for a head does.
-    """
-    symbols, places, drawn, text = sp.symbols("outer inner sense", real=True), {}, [], []
-    for number, kin in enumerate(kinematics):
-        model, derived = kin.machine, kin.inverse_symbolic
-        title = f"{number + 1} · {model.arrangement}: outer {derived.outer}, inner {derived.inner}"
-        picture, made = scene.machine(kin, title=title)
-        tip = kin.forward(made.home)[0]
-        turns = {derived.outer: symbols[2] * symbols[0], derived.inner: symbols[2] * symbols[1]}
-        at_tip = dict(zip(derived.tip, tip, strict=True))
-        slides = [coordinate.subs(at_tip).subs(turns) for coordinate in derived.linear]
-        joints = dict(zip(kin.symbols, slides, strict=False)) | turns
-        places |= {f"{number} {name}": matrix.subs(joints) for name, matrix in chain.bodies(model)}
-        start = [outer if symbol == derived.outer else inner for symbol in kin.symbols[3:]]
-        _, picture = scene.best(kin, picture, [kin.close(tip, np.radians(start))], aspect=1.0)
-        for part in (*picture.solids, *picture.lines, *picture.labels):
-            part.body = part.body if part.body == "bed" else f"{number} {part.body}"
-        drawn.append(picture)
-        before, *axes = text.pop() if number % 2 else ("",)  # two machines in a line
-        line = f"{before}{'; ' * bool(before)}{number + 1} {model.name}: n = ({{:4}}, {{:4}}, {{:4}})"
-        text.append((line, *axes, *kin.forward_symbolic()[:3, 2].subs(turns)))
-    sliders = [slider("outer", -180, 180, outer), slider("inner", -90, 90, inner)]
-    sliders.append(slider("sense", -1, 1, 1, unit="", hidden=True))
-    buttons = [("0, 0", [0, 0, None]), ("outer 90°", [90, None, None]), ("inner 90°", [None, 90, None])]
-    if senses:
-        text.append(("sense {:0}", symbols[2]))
-        buttons += [("sense 1", [None, None, 1]), ("sense −1", [None, None, -1])]
-    height = 390 + 170 * ((len(drawn) - 1) // 3)
-    return formula(drawn, symbols, sliders, places, text, buttons=buttons, height=height, layout="column")
+    sliders = [slider("K", -180, 180, k, step=5.0)]
+    sliders.append(slider("side", -1, 1, 1 if seq == "+" else -1, unit="", hidden=True))
+    buttons = [(f"{name} {sign} 0", [None, value]) for sign, value in ((">", 1), ("<", -1))]
+    return printed(figure, moving, [K, side], sliders, text, buttons=buttons, height=500)
 
 
 def misreadings_apart(point, names):

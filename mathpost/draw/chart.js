@@ -94,6 +94,7 @@ Object.assign(KINDS, {
         panels.forEach((panel, i) => { panel.column = panels.filter((_, k) => (k - i) % state.columns === 0); });
         legend(key, state.panels);
         const controls = ui.controls(state.sliders, () => update());
+        if (state.places) ui.buttons(ui.places(controls));
         if (!m) ui.player(controls, 0);
         function update() {
             controls.show();

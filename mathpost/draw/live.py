@@ -215,11 +215,11 @@ class Moving(dict):
         self[line] = points
 
 
-def printed(figure, points, symbols, sliders, text, *, height=460):
+def printed(figure, points, symbols, sliders, text, *, buttons=(), height=460):
     """Move a figure's artists by printed expressions.
 
     `figure` is from `subplots`; `points` a dict of artist to pairs (x, y) of sympy expressions, such as a `Moving`.
-    `symbols`, `sliders` and `text` are those of `formula`, `height` that of `recorded`.
+    `symbols`, `sliders`, `text` and `buttons` are those of `formula`, `height` that of `recorded`.
     """
     order = [artist for artist in _artists(figure) if artist in points]
     state, code, said, ends, _ = compiled(symbols, sliders, text, [points[artist] for artist in order])
@@ -229,6 +229,8 @@ def printed(figure, points, symbols, sliders, text, *, height=460):
         else:
             artist.set_data(*end.T) if hasattr(artist, "set_data") else artist.set_xy(end)
     state |= {"counts": list(map(len, ends))} | _spec(figure, order)
+    if buttons:
+        state["places"] = [list(button) for button in buttons]
     return Live(state, code, said, figure=figure, height=height, layout="column")
 
 

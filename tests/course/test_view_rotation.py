@@ -5,12 +5,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mathpost import euler
-from mathpost.course import view_rotation
+from mathpost.course import view_gallery, view_rotation
 from mathpost.course.lesson_data import load
 from mathpost.draw import scene
 from mathpost.draw.picture import camera
 from mathpost.frame import Frame
 from mathpost.plane.tilted_plane import Plane
+
+BETA = np.degrees(np.arccos(1 / np.sqrt(3)))
 
 
 def test_turned_point():
@@ -23,13 +25,24 @@ def test_turned_point():
 
 
 def test_turns_are_about_the_axes_as_they_stand():
-    """Half way, the second of three turns is half made; SciPy says where the frame is."""
-    view = view_rotation.turns((3, 4, 5), (135, 54.7356, -90))
-    assert "β 27.3678°, γ 0.0000°; now it turns about the new X" in repr(view)
-    turned = Rotation.from_euler("ZX", [135, 27.3678], degrees=True).as_matrix()
-    assert view.scenes[0].places["turned"][:3, :3] == pytest.approx(turned, abs=1e-12)
+    """At the start two of three turns are made, so Z' is square to the face; SciPy says where the frame is."""
+    view = view_rotation.turns((3, 4, 5), (135, BETA, -90))
+    assert "γ 0.0000°; now it turns about the new X" in repr(view)
+    turned = Rotation.from_euler("ZX", [135, BETA], degrees=True).as_matrix()
+    assert view.scenes[0].places["turned"][:3, :3] == pytest.approx(turned, abs=1e-9)
+    assert turned[:, 2] == pytest.approx(np.full(3, 3**-0.5))
     (axis,) = [line for line in view.scenes[0].lines if line.points]
-    assert np.cross(axis.parts[0][1], turned[:, 0]) == pytest.approx([0, 0, 0], abs=1e-9)
+    assert np.cross(axis.parts[0][1], turned[:, 0]) == pytest.approx([0, 0, 0], abs=1e-8)
+
+
+def test_the_arcs_of_the_angles_begin_and_end_on_what_they_measure():
+    view = view_rotation.notations((40, 50, 30))
+    frame = Rotation.from_euler("ZXZ", [40, 50, 30], degrees=True).as_matrix()
+    node = np.array([np.cos(np.radians(40)), np.sin(np.radians(40)), 0])
+    arcs = [line.parts[0] for line in view.scenes[0].lines if len(line.points) == 13]
+    ends = [(arc[place] / np.linalg.norm(arc[place])).round(9) for arc in arcs for place in (0, -1)]
+    expected = [(1, 0, 0), node, (0, 0, 1), frame[:, 2], node, frame[:, 0]]
+    assert np.array(ends) == pytest.approx(np.array(expected), abs=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -56,7 +69,6 @@ def test_notations_say_what_python_says(angles):
         assert f"{notation}: {words}{' (locked)' * bool(plane.locked)}" in said
 
 
-BETA = np.degrees(np.arccos(1 / np.sqrt(3)))
 NAMES = ("ac_table", "bc_table", "dmu50v", "head_b_table_c", "ac_head", "nutating_head")
 
 
@@ -65,7 +77,8 @@ def test_the_frame_starts_on_the_face_of_the_cut():
     view = view_rotation.cut_corner(face, (135, BETA, -90))
     assert "off the face by 0.00°" in repr(view) and "off the slope by 0.00°" in repr(view)
     assert view.scenes[0].places["feature"] == pytest.approx(face.matrix)
-    (cube,) = view.scenes[0].solids
+    cube, drill = view.scenes[0].solids
+    assert drill.body == "feature" and drill.along == pytest.approx([0, 0, 1])
     height = (cube.faces()[0] - face.origin) @ face.z
     assert height.max() == pytest.approx(0) and (abs(height) < 1e-9).sum() == 3
     seen = camera(view.scenes[0].azimuth, view.scenes[0].elevation)
@@ -75,7 +88,7 @@ def test_the_frame_starts_on_the_face_of_the_cut():
 
 def test_the_gallery_turns_every_machine_by_its_own_chain():
     solvers = [load(name) for name in NAMES]
-    view = view_rotation.gallery(solvers, outer=40, inner=30)
+    view = view_gallery.gallery(solvers, workpiece=40, tool=30)
     assert len(view.page()) < 90_000 and len(view.scenes) == len(NAMES)
     for number, kin in enumerate(solvers):
         angle = {str(kin.inverse_symbolic.outer): 40, str(kin.inverse_symbolic.inner): 30}
@@ -96,10 +109,10 @@ def test_the_gallery_turns_every_machine_by_its_own_chain():
 
 def test_the_sense_turns_both_axes_round():
     solvers = [load("ac_table"), load("ac_head")]
-    view = view_rotation.gallery(solvers, outer=40, inner=30, senses=True)
+    view = view_gallery.gallery(solvers, workpiece=40, tool=30, senses=True)
     buttons = dict(view.state["places"])
     assert buttons["sense −1"] == [None, None, -1] and "sense 1" in repr(view)
-    assert "senses" not in repr(view) and "sense −1" not in dict(view_rotation.gallery(solvers).state["places"])
+    assert "senses" not in repr(view) and "sense −1" not in dict(view_gallery.gallery(solvers).state["places"])
 
 
 @pytest.mark.parametrize(("k", "expected"), [(0, "1.000 mm clear"), (180, "-1.000 mm IN"), (-90, "-0.050 mm IN")])
@@ -111,3 +124,23 @@ def test_third_angle_clears_the_wall(k, expected):
     assert expected in repr(view) and f"{clearance:.3f} mm" in repr(view)
     assert f"wrong by {40 * abs(np.sin(rho / 2)):.1f} µm" in repr(view)
     assert "A 54.736, C 135.000" in repr(view)
+
+
+@pytest.mark.parametrize("k", [0, 180])
+def test_the_other_position_takes_the_other_third_angle(k):
+    """With A below 0 the bar is clear of the wall at K = 180 and goes into it at 0."""
+    view = view_rotation.third_angle(load("ac_table").machine, 135, BETA, k, seq="-")
+    assert "A -54.736, C -45.000" in repr(view)
+    assert ("1.000 mm clear" if k else "-1.000 mm IN") in repr(view)
+    assert dict(view.state["places"]) == {"A > 0": [None, 1], "A < 0": [None, -1]}
+
+
+def test_the_ring_is_run_by_each_machines_own_chain():
+    """At every place of the slider each machine's forward chain puts tip and tool axis on the ring."""
+    solvers = [load(name) for name in ("ac_table", "head_b_table_c", "ac_head")]
+    view = view_gallery.ring(solvers, radius=40, height=25, lean=30)
+    for number, kin in enumerate(solvers):
+        places = view.scenes[number].places
+        seen = np.linalg.inv(places[f"{number} workpiece"]) @ places[f"{number} tool"]
+        assert seen[:3, 3] == pytest.approx([40, 0, 25], abs=1e-9)
+        assert seen[:3, 2] == pytest.approx([0.5, 0, np.cos(np.radians(30))], abs=1e-9)
