@@ -1,6 +1,6 @@
 """For `jupyter nbconvert --to html`: pages that need no network.
 
-Links lead to the published lessons, formulas become MathML, solutions are left out.
+Links lead to the published lessons, formulas become MathML, solutions are left out, and what answers a guess is folded.
 """
 
 import re
@@ -13,6 +13,9 @@ from nbconvert.preprocessors import Preprocessor, TagRemovePreprocessor
 c = get_config()  # noqa: F821
 
 
+GUESS = re.compile(r"^Write a guess in the place of None.*\n?", re.MULTILINE)  # there is nothing to run in a page
+
+
 class Offline(Preprocessor):
     """Turn links to neighbouring notebooks into links to pages, and formulas of outputs into MathML."""
 
@@ -20,6 +23,8 @@ class Offline(Preprocessor):
         if cell.cell_type == "markdown":
             cell.source = self.relink(cell.source)
         for output in cell.get("outputs", []):
+            if "text" in output:
+                output["text"] = GUESS.sub("", output["text"])
             data = output.get("data", {})
             for kind in {"text/html", "text/markdown"} & data.keys():
                 data[kind] = self.relink(data[kind])

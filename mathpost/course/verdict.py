@@ -120,11 +120,13 @@ class Exercise:
         lines = textwrap.dedent(inspect.getsource(self.solve)).splitlines()
         function = ast.parse("\n".join(lines)).body[0]
         described, *rest = function.body
+        if rest and isinstance(rest[0], ast.FunctionDef):  # a function that the learner is to write: that alone
+            return textwrap.dedent("\n".join(lines[rest[0].lineno - 1 : rest[0].end_lineno]))
         head = lines[function.lineno - 1 : described.lineno - 1]
         body = lines[(rest[0].lineno if self.solve.__doc__ else described.lineno) - 1 :]
         nodes = (node for part in (function.args, *rest, described) for node in ast.walk(part))
         used = dict.fromkeys(node.id for node in nodes if isinstance(node, ast.Name) and node.id.isupper())
-        known = {name: repr(self.solve.__globals__.get(name)) for name in used}
+        known = {name: repr(self.solve.__globals__[name]) for name in used if name in self.solve.__globals__}
         plain = [f"{name} = {value}" for name, value in known.items() if re.fullmatch(r"[\w\s'+:,.(){}-]+", value)]
         return "\n".join([*plain, *head, *body])
 

@@ -1,0 +1,21 @@
+"""Whether the packages that are installed are those that the course asks for."""
+
+from importlib import metadata
+from pathlib import Path
+
+from packaging.requirements import Requirement
+
+
+def check(pins="../environment.txt"):
+    """Print each package whose version is not the one asked for by `pins`, or without that file by the package."""
+    path = Path(pins)
+    asked = path.read_text(encoding="utf-8").splitlines() if path.exists() else metadata.requires("mathpost")
+    wrong = []
+    for line in asked:
+        if not line[:1].isalpha():
+            continue
+        need = Requirement(line.partition("#")[0])
+        applies = not need.marker or need.marker.evaluate({"extra": "course"})
+        if applies and metadata.version(need.name) not in need.specifier:
+            wrong.append(f"{need} was asked for, {metadata.version(need.name)} is here")
+    print("\n".join(wrong) or "all packages as asked for")
