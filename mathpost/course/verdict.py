@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
 
+from mathpost.course.answers import Written
 from mathpost.course.typed import brief
 from mathpost.errors import InputError, MathpostError
 from mathpost.toml_table import read_toml
@@ -120,7 +121,7 @@ class Exercise:
         lines = textwrap.dedent(inspect.getsource(self.solve)).splitlines()
         function = ast.parse("\n".join(lines)).body[0]
         described, *rest = function.body
-        if rest and isinstance(rest[0], ast.FunctionDef):  # a function that the learner is to write: that alone
+        if isinstance(self.kind, Written):  # a function that the learner is to write: that alone
             return textwrap.dedent("\n".join(lines[rest[0].lineno - 1 : rest[0].end_lineno]))
         head = lines[function.lineno - 1 : described.lineno - 1]
         body = lines[(rest[0].lineno if self.solve.__doc__ else described.lineno) - 1 :]

@@ -581,7 +581,7 @@ def test_progress_is_read_from_saved_notebooks_and_judged_anew(tmp_path, capsys)
     ]
     exercise.progress(tmp_path)
     lines = capsys.readouterr().out.splitlines()
-    assert lines[1].split() == ["01", "Rotating", "a", "point", "◐", "●", "○", "●", "2", "of", "4"]
+    assert lines[1].split() == ["01", "Rotating", "a", "point", "◐", "●", "○", "●", "○", "2", "of", "5"]
     assert lines[2].split() == ["all", "lessons", "2", "of", str(len(EXERCISES))]
     assert lines[3] == "01-point: the notebook says something else than its answer deserves (not yet)."
 
