@@ -139,7 +139,7 @@ def test_the_ring_is_run_by_each_machines_own_chain():
     """At every place of the slider each machine's forward chain puts tip and tool axis on the ring."""
     solvers = [load(name) for name in ("ac_table", "head_b_table_c", "ac_head")]
     view = view_gallery.ring(solvers, radius=40, height=25, lean=30)
-    for number, kin in enumerate(solvers):
+    for number in range(len(solvers)):
         places = view.scenes[number].places
         seen = np.linalg.inv(places[f"{number} workpiece"]) @ places[f"{number} tool"]
         assert seen[:3, 3] == pytest.approx([40, 0, 25], abs=1e-9)
