@@ -107,6 +107,8 @@ class Machine:
     program_head: tuple = ()
     program_foot: tuple = ()
     tool_change: tuple = ()
+    # Where all axes may turn freely, X Y Z as in `limits_of`, None for one that may be anywhere; or not known.
+    safe: tuple | None = None
 
     @property
     def joint_names(self):
@@ -236,12 +238,23 @@ def from_dict(content, where="machine"):
         tool_length=tool.take("length", only_if(lambda x: x >= 0, a_number), "a length in mm, not negative", 0.0),
         programmed_point=tool.take("programmed_point", _point, '"tip", "nose" or [x, y, z] in mm', "tip"),
         limits_of=linear.take("limits_of", *one_of("slides", "words"), "slides"),
+        safe=_safe(program),
         **{name: tuple(program.take(key, each(str), "a list of lines", ())) for name, key in PROGRAM.items()},
     )
     for table in (file, workpiece, tool, linear, program):
         table.done()
     _check_arrangement(machine, where)
     return machine
+
+
+def _safe(program):
+    """X, Y and Z of the table ``safe``, of which Z must be there; None without it."""
+    if "safe" not in program.content:
+        return None
+    table = program.table("safe")
+    ends = [table.take(axis, a_number, "mm", *default) for axis, *default in (("X", None), ("Y", None), ("Z",))]
+    table.done()
+    return tuple(ends)
 
 
 def _rotary(table):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-DECIMALS = 4
+DECIMALS = 4  # of positions, unless the control's file says so
 FEED = " F"  # what stands before a feed
 
 
@@ -16,17 +16,22 @@ class Blocks:
     feeds: np.ndarray  # shape (n,), mm/min, NaN where no feed is stated
     seconds: np.ndarray  # shape (n,), of the block where inverse time is programmed, otherwise NaN
     rapid: np.ndarray  # shape (n,), whether in rapid traverse
-    tcp: bool = False  # whether X Y Z are the tool tip in the workpiece (M128, G43.4, TRAORI) instead of joints
+    # Shape (n,) or one for all: whether X Y Z are the tool tip in the workpiece (M128, G43.4, TRAORI), not joints.
+    tcp: np.ndarray | bool = False
     remarks: tuple = ()  # (number of the block that follows, a comment or a `path.modal.Command`)
+
+    def __post_init__(self):
+        if np.ndim(self.tcp) == 0:
+            object.__setattr__(self, "tcp", np.full(len(self.words), self.tcp))
 
     @property
     def columns(self):
         """The arrays, one entry for each move."""
-        return self.words, self.feeds, self.seconds, self.rapid
+        return self.words, self.feeds, self.seconds, self.rapid, self.tcp
 
     def __getitem__(self, rows):
         """The moves of a slice, without remarks."""
-        return Blocks(*(column[rows] for column in self.columns), self.tcp)
+        return Blocks(*(column[rows] for column in self.columns))
 
     @property
     def joints(self):
@@ -41,18 +46,18 @@ def axis_word(name):
     return f" {name}=" if len(name) > 1 else f" {name}"
 
 
-def printed(words):
+def printed(words, decimals=DECIMALS):
     """Round words, in place, to the last digit that stands in a program; a zero has no sign."""
-    np.round(words, DECIMALS, out=words)
+    np.round(words, decimals, out=words)
     words += 0.0
     return words
 
 
-def rounded(joints):
+def rounded(joints, decimals=DECIMALS):
     """Joints (n, 5) in mm and radians as words in mm and degrees, rounded as they will be printed."""
     words = np.array(joints)
     np.rad2deg(words[:, 3:], out=words[:, 3:])
-    return printed(words)
+    return printed(words, decimals)
 
 
 def joined(parts):
@@ -64,4 +69,4 @@ def joined(parts):
         remarks += [(first + row, remark) for row, remark in part.remarks]
         first += len(part.words)
     columns = (np.concatenate(column) for column in zip(*(part.columns for part in parts), strict=True))
-    return Blocks(*columns, parts[0].tcp, tuple(remarks))
+    return Blocks(*columns, tuple(remarks))

@@ -17,15 +17,17 @@ from mathpost.toml_table import TomlTable, a_number, each, one_of, only_if, read
 
 # What a word of a program may mean to `mathpost.controls.reader`.
 MEANINGS = ("skip", "linear", "rapid", "inverse time", "feed per minute", "TCP on", "TCP off", "tool",
-            "inch", "mm", "incremental", "absolute")  # fmt: skip
+            "inch", "mm", "incremental", "absolute",
+            "machine coordinates")  # fmt: skip
 COMMANDS = (
-    "TCP on", "TCP off", "tool", "tip", "offset", "spindle", "spindle CLW", "spindle CCLW", "spindle OFF",
+    "safe", "TCP on", "TCP off", "tool", "tip", "offset", "spindle", "spindle CLW", "spindle CCLW", "spindle OFF",
     "coolant FLOOD", "coolant MIST", "coolant OFF", "compensation LEFT", "compensation RIGHT", "compensation OFF",
     "dwell", "stop", "optional stop",
 )  # fmt: skip
 LINES = each(str), "a list of lines"
 WORD = only_if(lambda value: isinstance(value, str)), "a word"
 TRUTH = only_if(lambda value: isinstance(value, bool))
+DIGITS = only_if(lambda value: value == int(value) and 0 <= value <= 6, a_number)
 COUNT = only_if(lambda value: value == int(value) and value >= 0, a_number), "a whole number, not negative"
 
 
@@ -46,6 +48,8 @@ class Control:
     unnumbered: tuple[str, ...]  # how lines without a number begin
     begin: str  # what every move begins with
     plus: str  # before a number that is not negative
+    decimals: int  # of positions, mm and degrees
+    feed_decimals: int  # of feeds, mm per minute
     axis_letters: int | None  # that the name of an axis may have
     linear: str  # modal word of a move at feed, or nothing
     rapid: str  # of a move in rapid traverse: modal if `linear` is, otherwise of its block
@@ -194,6 +198,8 @@ def from_dict(content: dict, where: str = "control") -> Control:
         unnumbered=tuple(blocks.take("unnumbered", *LINES, ())),
         begin=blocks.take("begin", *WORD, ""),
         plus=blocks.take("plus", *one_of("+", ""), ""),
+        decimals=int(blocks.take("decimals", DIGITS, "a whole number from 2 to 6", 4)),
+        feed_decimals=int(blocks.take("feed_decimals", DIGITS, "a whole number from 0 to 6", 3)),
         axis_letters=blocks.take("axis_letters", lambda value: int(COUNT[0](value)), COUNT[1], None),
         linear=motion.take("linear", *WORD, ""),
         rapid=motion.take("rapid", some_text, "the word of rapid traverse"),

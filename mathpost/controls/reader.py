@@ -23,7 +23,7 @@ def read(text: str, machine: Machine, control: Control | str = "heidenhain", *, 
     if not lines.runs:
         raise InputError(name, "at least one move", "none")
     words, *columns = (np.concatenate(runs, axis=-1) for runs in zip(*lines.runs, strict=True))
-    return Blocks(words.T, *columns, tcp=bool(lines.moves_tcp))
+    return Blocks(words.T, *columns)
 
 
 class _Lines(bulk.Reader):
@@ -40,9 +40,9 @@ class _Lines(bulk.Reader):
         self.line = 1
         self.forget()
         self.rapid, self.inverse, self.tcp = False, False, False
+        self.in_machine = False  # whether the line counts from the machine's own zero
         self.other_positions = {}  # words that now make positions mean something else, inch or incremental
-        self.moves_tcp = None  # whether the moves so far were with TCP
-        self.runs = []  # of moves: words, shape (5, n), feeds, seconds and rapid
+        self.runs = []  # of moves: words, shape (5, n), feeds, seconds, whether rapid, and with TCP
 
     def _words_behind(self):
         """The words of rapid traverse and of seconds that stand behind the positions, or nothing."""
@@ -91,6 +91,10 @@ class _Lines(bulk.Reader):
             else:
                 raise self.error(f"a word of a {self.control.name} program", repr(body.split()[0]))
             body = body[match.end() :].lstrip()
+        if self.in_machine:  # an axis stands where the workpiece does not know
+            for name in words:
+                self.position[self.names.index(name)] = np.nan
+            words, self.in_machine = {}, False
         if words:
             if skipped:
                 raise self.error("a move that is never left out", "one behind an oblique stroke")
@@ -111,6 +115,7 @@ class _Lines(bulk.Reader):
             if match:
                 self.take_word(meanings[match.lastindex - 1], match[0])
             body = body[match.end() :].lstrip() if match else re.sub(r"^\S[^A-Z\s]*\s*", "", body)
+        self.in_machine = False
         self.forget()
 
     def take_feed(self, match):
@@ -135,10 +140,13 @@ class _Lines(bulk.Reader):
             self.other_positions[meaning] = word
         elif meaning in ("mm", "absolute"):
             self.other_positions.pop("inch" if meaning == "mm" else "incremental", None)
+        elif meaning == "machine coordinates":
+            self.in_machine = True
         elif meaning == "tool":
             self.forget()
         elif meaning in ("TCP on", "TCP off"):
             self.tcp = meaning == "TCP on"
+            self.position[:3] = np.nan  # X Y Z now name another point
         elif meaning in ("inverse time", "feed per minute"):
             self.inverse, self.feed = meaning == "inverse time", np.nan
         elif meaning in ("linear", "rapid"):
@@ -149,19 +157,26 @@ class _Lines(bulk.Reader):
         for word in self.other_positions.values():
             raise self.error("positions in mm, absolute", repr(word))
         rapid = rapid | self.rapid
-        for row, name, before in zip(words, self.names, self.position, strict=True):
-            if np.isnan(row[0]) and np.isnan(before):
-                raise self.error(f"a {name} word before or in the first move", "none")
+        for row, before in zip(words, self.position, strict=True):
             row[:] = bulk.held(row, before)
+        unknown = np.isnan(words).any(axis=0)
+        if (unknown & ~rapid).any():
+            name = self.names[int(np.isnan(words[:, 0]).argmax())]
+            raise self.error(f"a {name} word before or in the first move", "none")
+        if unknown.any():  # on its way to the first position, from where nobody knows
+            self.position = words[:, -1].copy()
+            if unknown.all():
+                return
+            known = ~unknown
+            words, feeds, seconds, rapid = words[:, known], feeds[known], seconds[known], rapid[known]
         untimed = np.isnan(seconds)
         if self.inverse and (untimed & ~rapid).any():
             self.line += int((untimed & ~rapid).argmax())
             raise self.error("an F word, inverse time being active", "none")
-        if self.moves_tcp not in (None, self.tcp):
-            raise self.error("moves all with or all without TCP", "both")
         feeds = bulk.held(feeds, self.feed)
-        self.runs.append((words, np.where(rapid | ~untimed, np.nan, feeds), seconds, rapid))
-        self.position, self.feed, self.moves_tcp = words[:, -1], feeds[-1], self.tcp
+        tcp = np.full(len(feeds), self.tcp)
+        self.runs.append((words, np.where(rapid | ~untimed, np.nan, feeds), seconds, rapid, tcp))
+        self.position, self.feed = words[:, -1].copy(), feeds[-1]
 
     def error(self, expected, found):
         return InputError(f"{self.name}, line {self.line}", expected, found)

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from mathpost.controls.blocks import DECIMALS, FEED, Blocks, axis_word, printed
+from mathpost.controls.blocks import FEED, Blocks, axis_word, printed
 from mathpost.controls.control import Control, control_for
 from mathpost.machine import Machine
 from mathpost.path import text as bulk
@@ -29,7 +29,7 @@ def write(
         own = [control.remark(MOTION_ONLY)]
     between[0][:0] = [line.replace("{name}", name) for line in (*control.head, *own)]
     foot = [line.replace("{name}", name) for line in (*machine.program_foot, *control.foot)]
-    between[rows] += control.lines("TCP off") * blocks.tcp + foot
+    between[rows] += foot
     numbered = np.zeros(rows + 1, int)  # how many lines before each move, besides the moves
     for row, lines in between.items():
         numbered[row] = sum(not line.startswith(control.unnumbered) for line in lines)
@@ -53,7 +53,9 @@ def _between(control, machine, blocks):
     And the moves before which a tool is changed, and words that a move itself takes, by its number.
     """
     rows, offset, tcp = len(blocks.words), 1, False
-    between, changes, switches = {0: [], rows: []}, [0], {}
+    wanted = np.r_[blocks.tcp, False]  # behind the last move it is off
+    switched = np.flatnonzero(np.diff(wanted)) + 1
+    between, changes, switches = {row: [] for row in (0, *switched.tolist(), rows)}, [0, *switched.tolist()], {}
     for row, remark in blocks.remarks:
         between.setdefault(min(row, rows), []).append(remark)
     for row in sorted(between):
@@ -72,23 +74,33 @@ def _between(control, machine, blocks):
                 lines += [line.replace("{offset}", str(offset)) for line in change]
                 if not machine.tool_change:
                     lines += control.lines("tool", tool, edge=stated or 1)
-                    if machine.programmed_point == "tip" and not blocks.tcp:
+                    if machine.programmed_point == "tip" and not wanted[row]:
                         lines += control.lines("tip", offset)
                 changes.append(row)
+            elif kind == "approach":
+                height, angles = remark.values
+                lines += [*control.lines("safe", height), _turn(control, angles)]
             elif kind == "offset":
                 lines += control.lines("TCP off") * tcp
                 offset, tcp = remark.values[0], False
-                if blocks.tcp or machine.programmed_point == "tip":
+                if wanted[row] or machine.programmed_point == "tip":
                     lines += control.said(remark)
             else:
                 lines += control.said(remark)
             if getattr(remark, "skip", False):
                 lines[first:] = [f"/{line}" for line in lines[first:]]
-        if blocks.tcp and not tcp and row < rows:
-            lines += control.lines("TCP on", offset)
-            tcp = True
+        if wanted[row] != tcp:
+            tcp = bool(wanted[row])
+            lines += control.lines("TCP on", offset) if tcp else control.lines("TCP off")
         between[row] = lines
     return between, [row for row in changes if row < rows], switches
+
+
+def _turn(control, angles):
+    """The line of a rapid move of the rotary axes alone; `angles` by name, degrees."""
+    words = [f"{axis_word(name)}{value:{control.plus}z.{control.decimals}f}" for name, value in angles.items()]
+    turned = f"{control.begin}{''.join(words)}"
+    return f"{control.rapid}{turned}" if control.modal else f"{turned} {control.rapid}"
 
 
 def _columns(control, axes, blocks, numbers, changes, switches):
@@ -99,9 +111,9 @@ def _columns(control, axes, blocks, numbers, changes, switches):
         start.append(Column(f" {control.begin}"))
     positions = []
     for axis, column in zip(axes, blocks.words.T, strict=True):
-        shown = _changes(values := printed(np.array(column)))
+        shown = _changes(values := printed(np.array(column), control.decimals))
         shown[changes] = True  # nobody knows where the machine went for its tool
-        positions.append(Column(axis_word(axis), values, DECIMALS, control.plus, shown))
+        positions.append(Column(axis_word(axis), values, control.decimals, control.plus, shown))
     switched = [Column(f" {word}", shown=rows == row) for row, word in switches.items()]
     moved = [*switched, *positions] if control.compensation == "before" else [*positions, *switched]
     # A control that switches between times and feeds has forgotten the feed.
@@ -112,7 +124,8 @@ def _columns(control, axes, blocks, numbers, changes, switches):
     stated[fed] = _changes(blocks.feeds[fed]) | _changes(times_before[fed]) | _changes(tools_before[fed])
     whole = blocks.feeds == np.round(blocks.feeds)
     feeds = Column(FEED, blocks.feeds, 0, shown=stated & whole)
-    parts = Column(FEED, _down(blocks.feeds, 3), 3, shown=stated & ~whole)
+    decimals = control.feed_decimals
+    parts = Column(FEED, _down(blocks.feeds, decimals), decimals, shown=stated & ~whole)
     modes = _modes(control, blocks.rapid, timed, changes)
     behind = _rapid_and_times(control, blocks, timed)
     return [*start, *modes, *moved, *behind, feeds, parts, Column("\n")]

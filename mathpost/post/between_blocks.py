@@ -9,7 +9,7 @@ import numpy as np
 
 from mathpost.errors import ReachError
 from mathpost.post import singular
-from mathpost.post.motion import Motion
+from mathpost.post.motion import ON_PART, Motion
 from mathpost.post.proof import AXIS_RESOLUTION, derivative, peak, sampled, stray
 from mathpost.post.selection import nearest
 
@@ -33,7 +33,7 @@ def follow(kin, cl, motion, tolerance, *, free=False):
     just after it: the outer axis turns while the tool axis all but stands still. `ReachError` if the joints do not
     go along the great circle, as where they change the branch.
     """
-    joints, place, lifted = motion.joints, motion.place, motion.lifted
+    joints, place, kind = motion.joints, motion.place, motion.kind
     # An axis turned by Ω leaves its chord by at most Ω²/8, and so does the great circle: few need a closer look.
     turned = np.abs(np.diff(joints[:, 3:], axis=0)).sum(axis=1)
     todo = motion.at_feed(cl) & ~np.asarray(free) & (turned**2 / 4 > tolerance)
@@ -43,7 +43,7 @@ def follow(kin, cl, motion, tolerance, *, free=False):
         error[moves] = axis_lag(kin, cl, joints[moves], joints[moves + 1], place[moves], place[moves + 1])
         todo = error > tolerance
         if not todo.any():
-            return Motion(joints, place, lifted)
+            return Motion(joints, place, kind)
         moves = np.flatnonzero(todo)
         start, end = (cl.at(place[at])[1] for at in (moves, moves + 1))
         lost = moves[np.linalg.norm(end - start, axis=1) < LOST * tolerance]
@@ -55,7 +55,7 @@ def follow(kin, cl, motion, tolerance, *, free=False):
         of, at, beside = _cuts(kin, joints[moves], joints[moves + 1], start, end, singular.STILL * tolerance)
         of, at = moves[of], place[moves[of]] + at * np.diff(place)[moves[of]]
         joints = np.insert(joints, of + 1, _pose(kin, cl, at, beside), axis=0)
-        place, lifted = np.insert(place, of + 1, at), np.insert(lifted, of + 1, False)
+        place, kind = np.insert(place, of + 1, at), np.insert(kind, of + 1, ON_PART)
         todo = np.insert(todo, of, True)
 
 
@@ -131,10 +131,11 @@ def linearize(kin, motion, tolerance, *, max_pieces=4096, name="block"):
     joints, at = subdivide(kin, start, end, pieces)
     joints, at = np.concatenate([motion.joints[:1], joints]), np.r_[0.0, at]
     place = np.interp(at, np.arange(len(motion.place)), motion.place)
-    lifted = motion.lifted[np.floor(at).astype(int)] | motion.lifted[np.ceil(at).astype(int)]
-    return Motion(joints, place, lifted)
+    kind = np.maximum(motion.kind[np.floor(at).astype(int)], motion.kind[np.ceil(at).astype(int)])
+    return Motion(joints, place, kind)
 
 
 def in_the_air(motion, tolerance, clearance):
-    """The tolerance of the tip (mm) for each move, more for those that are lifted."""
-    return np.where(motion.in_cut, tolerance, np.maximum(tolerance, AIR * clearance))
+    """The tolerance of the tip (mm) for each move: more for those that are lifted, and any for those far away."""
+    near = np.where(motion.in_cut, tolerance, np.maximum(tolerance, AIR * clearance))
+    return np.where(motion.far, np.inf, near)

@@ -1,8 +1,10 @@
-"""The poses that a machine runs through, and where on the CL path each of them is."""
+"""The poses that a machine runs through, where on the CL path each of them is, and what it is for."""
 
 from dataclasses import dataclass
 
 import numpy as np
+
+ON_PART, LIFTED, SAFE = range(3)  # what a pose is: in cut, retracted along the tool axis, where all axes may turn
 
 
 @dataclass(frozen=True)
@@ -11,12 +13,12 @@ class Motion:
 
     joints: np.ndarray  # shape (m, 5), mm and radians
     place: np.ndarray  # shape (m,), where on the CL path: 2.25 is a quarter of the way from record 2 to record 3
-    lifted: np.ndarray  # shape (m,), whether the pose is off the part, retracted along the tool axis
+    kind: np.ndarray  # shape (m,), `ON_PART`, `LIFTED` or `SAFE`
 
     @classmethod
     def on_part(cls, joints, place):
         """Poses none of which is lifted."""
-        return cls(joints, np.asarray(place, dtype=float), np.zeros(len(joints), bool))
+        return cls(joints, np.asarray(place, dtype=float), np.full(len(joints), ON_PART))
 
     @classmethod
     def joined(cls, parts):
@@ -25,7 +27,12 @@ class Motion:
 
     def __getitem__(self, rows):
         """The same of some poses: a slice or an index array."""
-        return Motion(self.joints[rows], self.place[rows], self.lifted[rows])
+        return Motion(self.joints[rows], self.place[rows], self.kind[rows])
+
+    @property
+    def lifted(self):
+        """Whether each pose is off the part, shape (m,)."""
+        return self.kind != ON_PART
 
     @property
     def record(self):
@@ -36,6 +43,11 @@ class Motion:
     def in_cut(self):
         """Whether each move is in cut, both ends on the part, shape (m - 1,)."""
         return ~(self.lifted[:-1] | self.lifted[1:])
+
+    @property
+    def far(self):
+        """Whether each move has an end at a safe position, shape (m - 1,)."""
+        return (self.kind[:-1] == SAFE) | (self.kind[1:] == SAFE)
 
     def at_feed(self, cl):
         """Whether each move is in cut and not rapid, so that its tool axis counts, shape (m - 1,)."""

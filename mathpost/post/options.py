@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 
 from mathpost.compensate.compensation import Compensator
 from mathpost.compensate.model import MachineErrors
-from mathpost.controls.blocks import DECIMALS
 from mathpost.controls.control import Control, control_for
 from mathpost.errors import InputError, as_array
 from mathpost.machine import Machine
@@ -19,8 +18,6 @@ from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, CONE, LEAN, refuse
 from mathpost.post.ways import Crossing
 
 TOLERANCE = 0.01  # mm; travel between the blocks is never looked at more coarsely
-# Radians; how far the printed digits of both rotary axes may turn the tool axis, and what samples miss.
-AXIS_DIGITS = np.radians(10.0**-DECIMALS) + AXIS_RESOLUTION
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -73,8 +70,9 @@ class Options:
     def __post_init__(self):
         if not 0 < self.tolerance < np.inf:
             raise InputError("tolerance", "mm above 0", repr(self.tolerance))
-        if not 2 * AXIS_DIGITS <= self.axis_tolerance < np.inf:
-            expected = f"at least {np.degrees(2 * AXIS_DIGITS):.4f}°, for words of {DECIMALS} decimals"
+        if not 2 * self.axis_digits <= self.axis_tolerance < np.inf:
+            digits = f"words of {self.control.decimals} decimals"
+            expected = f"at least {np.degrees(2 * self.axis_digits):.4f}°, for {digits}"
             raise InputError("axis_tolerance", expected, f"{np.degrees(self.axis_tolerance):g}°")
 
     @classmethod
@@ -103,6 +101,11 @@ class Options:
         if made.errors is not None and made.errors.machine != machine:
             raise InputError("errors", f"those of {machine.name!r}, set up alike", repr(made.errors.machine.name))
         return made
+
+    @property
+    def axis_digits(self) -> float:
+        """Radians; how far the printed digits of both rotary axes may turn the tool axis, and what samples miss."""
+        return np.radians(10.0**-self.control.decimals) + AXIS_RESOLUTION
 
     @cached_property
     def real(self) -> Compensator | None:

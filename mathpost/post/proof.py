@@ -14,12 +14,15 @@ from mathpost.controls.blocks import Blocks
 from mathpost.errors import MathpostError
 from mathpost.formula import slices
 from mathpost.kinematics import Kinematics
+from mathpost.machine import UNITS
 
 RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
 LEVER = 50.0  # mm; the least lever that samples are counted for, for the sake of the tool axis
 AXIS_RESOLUTION = RESOLUTION / LEVER  # radians; what they may miss of the tool axis
 FIRST = 64  # one of so many moves, those with the greatest bounds, is looked at before the others
 LEAST_INTERVALS = 16  # of a move of a machine with measured errors, which no third derivative bounds
+BODY = 5.0  # mm, assumed: the radius of the tool's body,
+LEAST_BODY = 50.0  # and its length where the tool is shorter or its length not known
 FEED_DIGITS = 0.001  # mm/min; what is lost where a feed is rounded down to three decimals
 
 
@@ -204,8 +207,9 @@ def prove(kin, cl, blocks, motion, tolerance, axis_tolerance, *, real=None, rapi
     if not rapid_interpolated:
         _refuse_unknown_way(cl, blocks, motion)
     _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real)
+    _refuse_collision(kin, cl, blocks, motion, real)
     _refuse_other_feeds(cl, blocks, motion)
-    _refuse_too_fast(kin.machine, cl, blocks, motion)
+    _refuse_too_fast(kin, cl, blocks, motion)
     return proof
 
 
@@ -241,7 +245,7 @@ def measured(kin, cl, blocks, motion, *, real=None, rapid_interpolated=True):
     if not rapid_interpolated:
         off[blocks.rapid[1:]], most[:, blocks.rapid[1:]] = 0, -1
     path_axis, _ = largest(1, machine, joints, axes, most[1], least=least)
-    if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
+    if blocks.tcp[on_part].any():  # the control keeps the tip on the straight line between the blocks
         path_tip, worst = off.max(initial=0), int(off.argmax()) if moves else -1
     else:
         path_tip, worst = largest(0, machine, joints, tips, most[0], least=least)
@@ -264,7 +268,9 @@ def worst_of(proofs):
 
 def joints_of(kin: Kinematics, blocks: Blocks) -> np.ndarray:
     """Return what the axes do, shape (n, 5), mm and radians: with TCP the control finds X Y Z itself."""
-    return kin.close(blocks.joints[:, :3], blocks.joints[:, 3:]) if blocks.tcp else blocks.joints
+    joints = blocks.joints
+    joints[blocks.tcp] = kin.close(joints[blocks.tcp, :3], joints[blocks.tcp, 3:])
+    return joints
 
 
 def _refuse_unknown_way(cl, blocks, motion):
@@ -277,14 +283,14 @@ def _refuse_unknown_way(cl, blocks, motion):
 
 def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
     """Along lifted moves the tip must stay on the side of the part that the tool axis points to."""
-    lifted = np.flatnonzero(~motion.in_cut)
+    lifted = np.flatnonzero(~motion.in_cut & ~motion.far)
     if not lifted.size:
         return
     joints = joints_of(kin, blocks)
     for some, t, tip, _ in sampled(real or kin, joints[lifted], joints[lifted + 1], least=LEAST_INTERVALS):
         moves = lifted[some]
-        if blocks.tcp:  # the control keeps the tip on the straight line between the blocks
-            tip = tip[0] + t[..., None] * (tip[-1] - tip[0])
+        line = tip[0] + t[..., None] * (tip[-1] - tip[0])  # on which a control with TCP keeps the tip
+        tip = np.where(blocks.tcp[moves + 1, None], line, tip)
         tips, axes = cl.at(motion.place[moves] + t * (motion.place[moves + 1] - motion.place[moves]))
         height = np.vecdot(tip - tips, axes).min(axis=0)
         if not height.min() >= -tolerance:
@@ -292,10 +298,55 @@ def _refuse_below_the_part(kin, cl, blocks, motion, tolerance, real):
             raise MathpostError(f"{cl.where(motion.place[moves[height.argmin()] + 1])}: {into}")
 
 
+def in_body(points: np.ndarray, tips: np.ndarray, axes: np.ndarray, length: float) -> np.ndarray:
+    """Whether points (n, 3) are inside the body of the tool at any of m poses, tips and axes (m, 3); shape (n,).
+
+    The body is a cylinder about the tool axis, `BODY` in radius, from the tip on, `length` mm long.
+    """
+    inside = np.zeros(len(points), bool)
+    for tip, axis in zip(tips, axes, strict=True):
+        off = points - tip
+        along = off @ axis
+        beside = np.linalg.norm(off - np.outer(along, axis), axis=1)
+        inside |= (along > 0) & (along < length) & (beside < BODY)
+    return inside
+
+
+def _refuse_collision(kin, cl, blocks, motion, real):
+    """While the tool is off the part, its body must stay clear of the points that the path touches.
+
+    What else there is of the part nobody knows here. Points that the body takes in cut where it leaves the part or
+    comes back to it do not count, nor does the lift along the tool axis itself.
+    """
+    moves = np.flatnonzero(motion.lifted[:-1] & motion.lifted[1:])
+    if not moves.size:
+        return
+    machine, joints = real or kin, joints_of(kin, blocks)
+    length = max(kin.machine.tool_length, LEAST_BODY)
+    on_part = np.flatnonzero(~motion.lifted)
+    tips, axes = machine.forward(joints[on_part])
+    for some, t, tip, axis in sampled(machine, joints[moves], joints[moves + 1], least=LEAST_INTERVALS):
+        rows = moves[some]
+        line = tip[0] + t[..., None] * (tip[-1] - tip[0])
+        tip = np.where(blocks.tcp[rows + 1, None], line, tip)
+        for n, move in enumerate(rows):
+            hit = in_body(cl.points, tip[:, n], axis[:, n], length)
+            if not hit.any():
+                continue
+            after = np.searchsorted(on_part, move)
+            ends = np.clip([after - 1, after], 0, len(on_part) - 1)
+            hit &= ~in_body(cl.points, tips[ends], axes[ends], np.inf)
+            if hit.any():
+                record = int(hit.argmax())
+                way = "to a safe position" if motion.far[move] else "lifted"
+                touched = f"its body, {2 * BODY:g} mm across, meets the point of record {cl.first + record + 1}"
+                raise MathpostError(f"{cl.where(motion.place[move + 1])}: on its way there, {way}, {touched}")
+
+
 def _refuse_other_feeds(cl, blocks, motion):
     """On the part: rapid where the CL data are, and at their feed elsewhere, if no time is stated instead."""
     feeds, rapid = cl.feeds[motion.record], cl.rapid[motion.record]
-    on_part = np.r_[True, motion.in_cut]
+    on_part = np.r_[~motion.lifted[0], motion.in_cut]
     by_feed = ~rapid & np.isnan(blocks.seconds) & ~np.isnan(feeds)
     as_it_is = (blocks.feeds <= feeds + 1e-9) & (blocks.feeds >= feeds - FEED_DIGITS)
     wrong = on_part & ((blocks.rapid != rapid) | (by_feed & ~as_it_is))
@@ -306,19 +357,20 @@ def _refuse_other_feeds(cl, blocks, motion):
         raise MathpostError(f"{cl.where(motion.record[at])}: the CL data have {expected} and the program {found}")
 
 
-def _refuse_too_fast(machine, cl, blocks, motion):
+def _refuse_too_fast(kin, cl, blocks, motion):
     """A block with a time takes as long as its way on the CL path at its feed, and as its slowest axis."""
     timed = 1 + np.flatnonzero(~np.isnan(blocks.seconds[1:]))
     seconds, feeds = blocks.seconds[timed], cl.feeds[motion.record[timed]]
     start, end = (cl.at(motion.place[rows])[0] for rows in (timed - 1, timed))
     by_feed = np.where(motion.in_cut[timed - 1], np.linalg.norm(end - start, axis=1) * 60 / feeds, 0)
-    rates = np.where(np.isnan(machine.max_rates), np.inf, machine.max_rates) * [1, 1, 1, *np.degrees([1, 1])]
-    if np.isinf(rates).all():
+    rates = kin.machine.max_rates * UNITS
+    if np.isnan(rates).all():
         rates = feeds[:, None] / 60
-    by_axis = (np.abs(blocks.words[timed] - blocks.words[timed - 1]) / rates).max(axis=1, initial=0)
+    steps = np.diff(joints_of(kin, blocks) * UNITS, axis=0)[timed - 1]
+    by_axis = np.nan_to_num(np.abs(steps) / rates).max(axis=1, initial=0)
     least = np.maximum(by_feed, by_axis)
     # A hundredth, a millisecond of FT, the fourth decimal of F in blocks a minute and of the axes are left open.
-    fast = seconds < 0.99 * least - 0.001 - 1e-6 * seconds**2 - 0.012 / feeds
+    fast = seconds < 0.99 * least - 0.001 - 1e-6 * seconds**2 - np.nan_to_num(0.012 / feeds)
     if fast.any():
         block = int(fast.argmax())
         taken = f"a block takes {seconds[block]:.3f} s, feed and axes need {least[block]:.3f} s at least"

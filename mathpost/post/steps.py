@@ -10,21 +10,23 @@ from itertools import pairwise
 import numpy as np
 
 from mathpost.compensate.compensation import Compensated, Compensator, PoseError
-from mathpost.controls.blocks import DECIMALS, Blocks, rounded
+from mathpost.controls.blocks import Blocks, rounded
 from mathpost.errors import InputError, ReachError
 from mathpost.formula import slices
 from mathpost.kinematics import Kinematics
 from mathpost.machine import Machine
 from mathpost.path.cl import OPPOSITE, CLData, commands, feed_times
+from mathpost.path.modal import Command
 from mathpost.post import proof, selection
 from mathpost.post.between_blocks import follow, in_the_air, linearize
-from mathpost.post.motion import Motion
-from mathpost.post.options import AXIS_DIGITS, TOLERANCE, Options
+from mathpost.post.motion import LIFTED, ON_PART, SAFE, Motion
+from mathpost.post.options import TOLERANCE, Options
 from mathpost.post.selection import Selection
 from mathpost.post.singular import regions
 from mathpost.post.time_law import block_times
 from mathpost.post.ways import Crossing, through_the_records, unbroken
 from mathpost.rotation import unit
+from mathpost.sources.yu_dan import lifted
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,12 @@ def what_the_control_holds(path: ToolPath, options: Options) -> list[str]:
     return lines
 
 
+def _approach(path, blocks):
+    """The command to go to the safe Z, and to turn the rotary axes there, before the first move."""
+    names, angles = path.kin.machine.joint_names[3:], blocks.words[0, 3:].tolist()
+    return Command("approach", (path.kin.machine.safe[2], dict(zip(names, angles, strict=True))), "")
+
+
 def _in_words(point):
     return " ".join(f"{name}{value:g}" for name, value in zip("XYZ", point, strict=True))
 
@@ -119,7 +127,10 @@ def plan(
         motion, cautions = compensate(path, motion, options.real)
     moves = to_moves(path, motion, options)
     said = tuple((0, line) for line in what_the_control_holds(path, options))
-    moves = replace(moves, blocks=replace(moves.blocks, remarks=(*said, *moves.blocks.remarks)))
+    remarks = [*said, *moves.blocks.remarks]
+    if approaches(path.kin.machine, options):
+        remarks.insert(sum(row == 0 for row, _ in remarks), (0, _approach(path, moves.blocks)))
+    moves = replace(moves, blocks=replace(moves.blocks, remarks=tuple(remarks)))
     refuse_turning_compensation(path, moves.blocks)
     return Plan(path, chosen, found, moves, before, cautions)
 
@@ -135,7 +146,7 @@ def choose(path: ToolPath, options: Options, start=None, *, strategy: str | None
 
 def crossing(path: ToolPath, chosen: Selection, region: tuple[int, int], options: Options) -> Crossing:
     """Return a singular region with what is left of the tolerances for the ways through it."""
-    room = options.axis_tolerance - AXIS_DIGITS
+    room = options.axis_tolerance - options.axis_digits
     tip = options.tolerance / 2
     return Crossing(path.kin, path.cl, chosen.joints, region, tolerance=tip, axis_tolerance=room)
 
@@ -155,17 +166,74 @@ def cross(
         for region in unbroken(found, chosen.breaks):
             ways.append(crossing(path, chosen, region, options).possible(passing.singular, **how))
     for record in chosen.breaks:
-        ways.append(crossing(path, chosen, (record - 1, record), options).possible("retract", **how))
+        ways.append(unwound(path, chosen, record, passing.clearance))
     motion = through_the_records(chosen.joints, ways)
+    if approaches(path.kin.machine, options):
+        motion = approached(path, motion, passing.clearance)
     taken = np.zeros(len(path.cl), bool)
     for way in ways:
         taken[int(way.place[0]) : int(way.place[-1])] = True
     return motion, taken[np.floor(motion.place[:-1]).astype(int)]
 
 
+def unwound(path: ToolPath, chosen: Selection, record: int, clearance: float) -> Motion:
+    """Lead the joints from one record to the next by the safe position, where the rotary axes unwind.
+
+    The tool leaves along its axis, then Z and, where the machine file states them, X and Y go to the safe position;
+    the rotary axes turn, and it comes back in the opposite order. `InputError` is raised if the machine file has no
+    safe position: beside the part a whole turn would take the tool through it.
+    """
+    safe = path.kin.machine.safe
+    if safe is None:
+        expected = "safe = { Z = … } in [program] of the machine file: where the rotary axes may turn freely"
+        raise InputError(f"{path.cl.where(record)}: to unwind", expected, "none")
+    before, after = chosen.joints[record - 1 : record + 1]
+    over = above(path, np.array([before, after]), clearance)
+    far = [safe_pose(path.kin.machine, pose) for pose in over]
+    turned = np.r_[far[0][:3], far[1][3:]]
+    joints = np.array([before, over[0], far[0], turned, far[1], over[1], after])
+    place = record - 1 + np.array([0.0, 0, 0, 1, 1, 1, 1])
+    return Motion(joints, place, np.array([ON_PART, LIFTED, SAFE, SAFE, SAFE, LIFTED, ON_PART]))
+
+
+def above(path: ToolPath, joints: np.ndarray, clearance: float) -> np.ndarray:
+    """Lift joints, shape (n, 5), along the tool axis until every point of the path lies `clearance` below the tip.
+
+    From there the tool may go on in any direction that does not lead back.
+    """
+    tips, axes = path.kin.forward(joints)
+    height = [max(0.0, np.max((path.cl.points - tip) @ axis)) for tip, axis in zip(tips, axes, strict=True)]
+    return lifted(path.kin, joints, np.array(height)[:, None] + clearance)
+
+
+def approaches(machine: Machine, options: Options) -> bool:
+    """Whether a program comes from the safe position and goes back: it has a head or a foot, and they are known."""
+    has_frame = bool(machine.program_head or machine.program_foot)
+    return machine.safe is not None and has_frame and bool(options.control.commands["safe"])
+
+
+def approached(path: ToolPath, motion: Motion, clearance: float) -> Motion:
+    """Put the way from the safe position before a motion, and the way back behind it."""
+    over = above(path, motion.joints[[0, -1]], clearance)
+    far = [safe_pose(path.kin.machine, pose) for pose in over]
+    first, last = motion.place[[0, -1]]
+    before = Motion(np.array([far[0], over[0]]), np.array([first, first]), np.array([SAFE, LIFTED]))
+    behind = Motion(np.array([over[1], far[1]]), np.array([last, last]), np.array([LIFTED, SAFE]))
+    return Motion.joined([before, motion, behind])
+
+
+def safe_pose(machine: Machine, joints: np.ndarray) -> np.ndarray:
+    """Return joints, shape (5,), with Z, and X and Y where the machine file states them, at the safe position."""
+    there = np.array(joints)
+    for axis, position in enumerate(machine.safe or ()):
+        if position is not None:
+            there[axis] = position - machine.slides[axis]
+    return there
+
+
 def keep_axis(path: ToolPath, motion: Motion, free: np.ndarray, options: Options) -> Motion:
     """Divide the moves in cut, but those that are `free`, until the tool axis keeps to its great circle."""
-    return follow(path.kin, path.cl, motion, options.axis_tolerance - AXIS_DIGITS, free=free)
+    return follow(path.kin, path.cl, motion, options.axis_tolerance - options.axis_digits, free=free)
 
 
 def keep_tip(path: ToolPath, motion: Motion, options: Options) -> Motion:
@@ -186,10 +254,11 @@ def _left_for_the_tip(path, motion, options):
     tip, _ = path.cl.at(motion.place)  # on the path, or lifted by so little that it does not count here
     lever = proof.levers(path.kin.machine) + np.linalg.norm(tip, axis=1)
     turned = 2 * np.radians(1.0) * lever * (not options.tcp)  # with TCP the angles do not move the tip
-    moved = 0.5 * 10.0**-DECIMALS * (np.sqrt(3) + turned) + proof.RESOLUTION
+    decimals = options.control.decimals
+    moved = 0.5 * 10.0**-decimals * (np.sqrt(3) + turned) + proof.RESOLUTION
     worst = moved.max()
     if worst > options.tolerance / 2:
-        expected = f"at least {2 * worst:.4f} mm, for words of {DECIMALS} decimals on this machine"
+        expected = f"at least {2 * worst:.4f} mm, for words of {decimals} decimals on this machine"
         raise InputError("tolerance", expected, f"{options.tolerance}")
     return options.tolerance - np.maximum(moved[:-1], moved[1:])
 
@@ -226,22 +295,31 @@ def compensate(path: ToolPath, motion: Motion, real: Compensator) -> tuple[Motio
 def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
     """Return the poses of a motion, but repetitions, as `Moves`: the words, feeds and times of the blocks.
 
-    Lifted moves are rapid. Where the control lets each axis run at its own rate then, the tool would not stay on
-    the line that is proved: there they state the time of the slowest axis, or with TCP the feed of the CL data.
+    Lifted moves are rapid, but for the last one onto the part behind an approach. Where the control lets each axis
+    run at its own rate then, the tool would not stay on the line that is proved: there they state the time of the
+    slowest axis, or with TCP the feed of the CL data.
     """
-    kin, cl, joints, tcp = path.kin, path.cl, motion.joints, options.tcp
-    words = rounded(np.concatenate([kin.forward(joints)[0], joints[:, 3:]], axis=1) if tcp else joints)
+    kin, cl, joints = path.kin, path.cl, np.array(motion.joints)
+    # X Y Z of the machine at the safe position, and on the way from it to the lifted pose above the part.
+    from_safe = (motion.kind == LIFTED) & np.r_[False, motion.kind[:-1] == SAFE]
+    tcp = options.tcp & (motion.kind != SAFE) & ~from_safe
+    if tcp.any():
+        joints[tcp, :3] = kin.forward(joints[tcp])[0]
+    words = rounded(joints, options.control.decimals)
     kept = np.r_[True, (words[1:] != words[:-1]).any(axis=1)]
+    kept[1:] |= tcp[1:] != tcp[:-1]
     if not kept.all():
-        motion, words = motion[kept], words[kept]
+        motion, words, tcp, from_safe = motion[kept], words[kept], tcp[kept], from_safe[kept]
     record = motion.record
     feeds, rapid = cl.feeds[record], cl.rapid[record]
     tip, _ = cl.at(motion.place)  # in cut it is on the path
     seconds = np.r_[np.nan, block_times(kin.machine, motion.joints, tip, feeds[1:], motion.in_cut)]
     turning = np.r_[False, (words[1:, 3:] != words[:-1, 3:]).any(axis=1)]
-    lifted = np.r_[False, ~motion.in_cut]
-    rapid = rapid | lifted if options.control.rapid_interpolated else rapid & ~lifted
-    by_time = ((turning & ~np.isnan(feeds)) | lifted) & ~rapid & (not tcp)
+    plunge = np.r_[False, from_safe[:-1]] & ~np.isnan(feeds)  # onto the part: at its feed
+    in_air = np.r_[motion.lifted[0], ~motion.in_cut] & ~plunge
+    rapid = rapid | in_air if options.control.rapid_interpolated else rapid & ~in_air
+    rapid[0] |= in_air[0]  # from where nobody knows, at the safe position
+    by_time = ((turning & ~np.isnan(feeds)) | in_air) & ~rapid & ~tcp
     # A remark stands before the first block of the move to its record.
     before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
     remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))
@@ -257,6 +335,6 @@ def refuse_turning_compensation(path: ToolPath, blocks: Blocks) -> None:
     for (first, side), (last, _) in pairwise([*switched, (len(blocks.words), None)]):
         rotary = blocks.words[max(first - 1, 0) : last + 1, 3:]
         turned = np.ptp(rotary, axis=0).any() or rotary[:1, heads].any()
-        if side.values[0] != "OFF" and (blocks.tcp or turned):
+        if side.values[0] != "OFF" and (blocks.tcp[first:last].any() or turned):
             expected = "rotary axes that stand still, the tool across X and Y, and no TCP"
             raise InputError(f"{path.cl.name}: {side.statement}", expected, "others while it holds")

@@ -11,7 +11,7 @@ from mathpost.errors import InputError, MathpostError, ReachError
 from mathpost.path import cl as cldata
 from mathpost.post import selection
 from mathpost.post.between_blocks import follow, in_the_air, linearize
-from mathpost.post.motion import Motion
+from mathpost.post.motion import LIFTED, Motion
 from mathpost.post.proof import strays
 from mathpost.post.singular import AXIS_TOLERANCE, CLEARANCE, LEAN, distance, refuse_nonsense
 from mathpost.post.time_law import TimeLaw, block_times, time_law
@@ -166,7 +166,8 @@ class Crossing:
     def _retract(self, clearance):
         swing, on_part = self._largest_swing(), self._direct()
         over = yu_dan.lifted(self.kin, self.joints[swing : swing + 2], clearance)
-        swung, before = Motion(over, np.array([swing, swing + 1.0]), np.ones(2, bool)), swing + 1 - self.first
+        swung = Motion(over, np.array([swing, swing + 1.0]), np.full(2, LIFTED))
+        before = swing + 1 - self.first
         return Motion.joined([on_part[:before], swung, on_part[before:]])
 
     def _paper_cubic(self, points, cubic=yu_dan.paper_cubic):

@@ -13,6 +13,7 @@ from mathpost.path import cl as cldata
 from mathpost.post import run
 from mathpost.post.between_blocks import linearize
 from mathpost.post.match import between, match
+from mathpost.post.proof import joints_of
 from mathpost.sources import yu_dan
 
 ROWS = (40, 50, 60, 70, 80)
@@ -142,7 +143,7 @@ def unproved(text):
     """Say what is wrong with a program for the new path: read back, records in order, then the way between them."""
     kin, path = load("bc_table"), cldata.parse(new_path(), "the CL data")
     blocks = read(text, kin.machine, name="your program")
-    joints = kin.close(blocks.joints[:, :3], blocks.joints[:, 3:]) if blocks.tcp else blocks.joints
+    joints = joints_of(kin, blocks)
     if out := [words for each in joints for words in kin.machine.out_of_travel(each)]:
         return f"Out of travel: {out[0]}."
     found = match(kin, path, joints, tip=TIP, axis=np.radians(AXIS))
@@ -154,7 +155,7 @@ def unproved(text):
     moves = between(kin, path, joints, found)
     for move in np.flatnonzero(moves.height < LIFTED):
         where = f"Between records {moves.record[move]} and {moves.record[move] + 1}"
-        if moves.tip[move] > TIP and not blocks.tcp:
+        if moves.tip[move] > TIP and not blocks.tcp[move + 1]:
             return f"{where} the tip strays by {moves.tip[move]:.3f} mm."
         if np.degrees(moves.axis[move]) > AXIS:
             return f"{where} the tool axis strays by {np.degrees(moves.axis[move]):.3f}°."

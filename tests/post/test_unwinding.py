@@ -1,0 +1,141 @@
+"""Off the part: unwinding and approach go by the safe position of the machine, the body stays clear."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mathpost import machine, post
+from mathpost.controls import control
+from mathpost.errors import InputError, MathpostError
+from mathpost.kinematics import Kinematics
+from mathpost.path import cl as cldata
+from mathpost.post.proof import joints_of
+
+HALF = np.radians(60)  # half angle of a cone with its apex at the origin, pointing up
+MACHINES = ["ac_table", "bc_table", "head_b_table_c", "ac_head", "nutating_head"]
+
+
+def round_the_cone(turns=1.5, count=80):
+    """A path round the cone, the tool square to it."""
+    t, radius = np.linspace(0, turns * 2 * np.pi, count), np.linspace(40, 30, count)
+    points = np.stack([radius * np.cos(t), radius * np.sin(t), -radius / np.tan(HALF)], axis=1)
+    axes = np.stack([np.cos(t) * np.cos(HALF), np.sin(t) * np.cos(HALF), np.full(count, np.sin(HALF))], axis=1)
+    return cldata.from_arrays(points, axes, feed=1000, name="cone")
+
+
+def with_c_to_200(name):
+    """A machine whose C must unwind."""
+    data = machine.load(name)
+    limits = (-np.radians(200), np.radians(200))
+    rotary = tuple(replace(joint, limits=limits) if joint.name == "C" else joint for joint in data.rotary)
+    return replace(data, rotary=rotary)
+
+
+def depth_in_the_cone(points):
+    """How far points (..., 3) are inside the cone, mm, by plain geometry."""
+    radius = np.linalg.norm(points[..., :2], axis=-1)
+    return -(radius * np.cos(HALF) + points[..., 2] * np.sin(HALF))
+
+
+@pytest.mark.parametrize("tcp", [False, True])
+@pytest.mark.parametrize("dialect", control.names())
+@pytest.mark.parametrize("name", MACHINES)
+def test_the_tool_unwinds_clear_of_the_cone(name, dialect, tcp):
+    data = with_c_to_200(name)
+    result = post.run(round_the_cone(), data, dialect=dialect, tcp=tcp, split=True)
+    assert "before record" in result.report.settings["splits"]
+    kin, blocks = Kinematics(data), result.blocks
+    joints, tips = joints_of(kin, blocks), []
+    for start, end, with_tcp in zip(joints, joints[1:], blocks.tcp[1:], strict=False):
+        t = np.linspace(0, 1, 60)[:, None]
+        tip, axis = kin.forward(start + t * (end - start))
+        if with_tcp:
+            tip = tip[0] + t * (tip[-1] - tip[0])
+        tips.append(tip)
+        body = tip[:, None] + np.linspace(0, 60, 13)[:, None] * axis[:, None]
+        assert depth_in_the_cone(body).max() < 0.05, (start, end)  # chords of the CL data are 0.04 mm deep
+    away = [np.linalg.norm(tip, axis=1).min() for tip in tips]
+    turns = np.abs(np.diff(joints[:, 3:], axis=0)).max(axis=1)
+    assert away[int(turns.argmax())] > 100  # the great turn is made far from the part
+
+
+def test_without_a_safe_position_no_path_is_split():
+    data = replace(with_c_to_200("ac_table"), safe=None)
+    with pytest.raises(InputError, match=r"record 41: to unwind: expected safe = \{ Z = … \} in \[program\]"):
+        post.run(round_the_cone(), data, split=True)
+
+
+def test_a_safe_position_beside_the_part_is_refused():
+    data = replace(with_c_to_200("ac_table"), safe=(None, None, 100.0))  # of the slide: the tool is 120 mm long
+    with pytest.raises(
+        MathpostError, match="to a safe position, its body, 10 mm across, meets the point of record"
+    ):
+        post.run(round_the_cone(), data, split=True)
+
+
+TWO_TOOLS = """LOAD/TOOL,3,LENGTH,95
+SPINDL/RPM,8000,CLW
+FEDRAT/500,MMPM
+GOTO/0,0,0,0,0,1
+GOTO/10,0,0,0.1,0,0.994987
+LOAD/TOOL,5,LENGTH,120
+GOTO/0,5,0,0,0.2,0.979796
+GOTO/10,5,0,0,0.2,0.979796
+"""
+
+
+@pytest.mark.parametrize("tcp", [False, True])
+@pytest.mark.parametrize("dialect", control.names())
+@pytest.mark.parametrize("name", MACHINES)
+def test_an_approach_goes_down_last_and_onto_the_part_at_its_feed(name, dialect, tcp):
+    """Z of the machine, the rotary axes, X Y, then down to the lifted pose, and at the feed of the cut onto it."""
+    data = replace(machine.load(name), program_foot=("M9",))
+    result = post.run(cldata.parse(TWO_TOOLS), data, dialect=dialect, tcp=tcp)
+    lines, words = result.program.splitlines(), control.load(dialect).lines("safe", data.safe[2])[0]
+    starts = [row for row, line in enumerate(lines) if line.endswith(words)]
+    assert len(starts) == 2  # one for each tool
+    for row in starts:
+        turn, over = lines[row + 1], lines[row + 2]
+        assert " X" not in turn and " Z" not in turn and f" {data.rotary[0].name}" in turn
+        assert all(f" {axis}" in over for axis in "XYZ")
+    blocks = result.blocks
+    for row, length in ((0, 95), (-1, 120)):  # the ends of the program, without TCP
+        slides = data.with_setup(tool_length=length).slides
+        assert not blocks.tcp[row] and blocks.words[row, 2] + slides[2] == pytest.approx(data.safe[2], abs=1e-4)
+    first_on_part = int(np.flatnonzero(result.place == 0)[2])
+    assert not blocks.rapid[first_on_part] and blocks.rapid[first_on_part - 2]
+    assert result.report.tip_error < 1e-3
+
+
+def test_motion_only_stays_motion_only():
+    text = post.run(cldata.parse(TWO_TOOLS), machine.load("ac_table")).program
+    assert "MOTION ONLY" in text and "M91" not in text
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_splits_stay_clear_of_what_the_path_touched(seed):
+    """A random surface of revolution, tool square to it; the lifted body against all points, by brute force."""
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0, rng.uniform(1.2, 2.5) * 2 * np.pi, 60)
+    slope, radius = rng.uniform(0.4, 1.3), rng.uniform(15, 60) + rng.uniform(-3, 3) * t
+    points = np.stack([radius * np.cos(t), radius * np.sin(t), -radius / np.tan(slope)], axis=1)
+    axes = np.stack([np.cos(t) * np.cos(slope), np.sin(t) * np.cos(slope), np.full(60, np.sin(slope))], axis=1)
+    data = with_c_to_200(MACHINES[seed % 3])
+    kin = Kinematics(data)
+    try:
+        result = post.run(cldata.from_arrays(points, axes, feed=900), data, split=True, tcp=bool(seed % 2))
+    except MathpostError as error:
+        assert "meets the point" in str(error) or "outside" in str(error)
+        return
+    joints, tcp = joints_of(kin, result.blocks), result.blocks.tcp
+    for row in np.flatnonzero(result.blocks.rapid[1:]):
+        tip, axis = kin.forward(joints[row] + np.linspace(0, 1, 40)[:, None] * (joints[row + 1] - joints[row]))
+        if tcp[row + 1]:
+            tip = np.linspace(tip[0], tip[-1], 40)
+        if np.linalg.norm(points - tip[[0, -1], None], axis=-1).min() < 1:
+            continue  # off the part along the tool axis, or onto it
+        off = points - tip[:, None]
+        along = np.einsum("spk,sk->sp", off, axis)
+        beside = np.linalg.norm(off - along[..., None] * axis[:, None], axis=-1)
+        assert not ((along > 0.5) & (along < 50) & (beside < 4.9)).any()
