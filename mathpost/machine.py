@@ -238,7 +238,7 @@ def from_dict(content, where="machine"):
         tool_length=tool.take("length", only_if(lambda x: x >= 0, a_number), "a length in mm, not negative", 0.0),
         programmed_point=tool.take("programmed_point", _point, '"tip", "nose" or [x, y, z] in mm', "tip"),
         limits_of=linear.take("limits_of", *one_of("slides", "words"), "slides"),
-        safe=_safe(program),
+        safe=_safe(linear),
         **{name: tuple(program.take(key, each(str), "a list of lines", ())) for name, key in PROGRAM.items()},
     )
     for table in (file, workpiece, tool, linear, program):
@@ -247,11 +247,11 @@ def from_dict(content, where="machine"):
     return machine
 
 
-def _safe(program):
+def _safe(linear):
     """X, Y and Z of the table ``safe``, of which Z must be there; None without it."""
-    if "safe" not in program.content:
+    if "safe" not in linear.content:
         return None
-    table = program.table("safe")
+    table = linear.table("safe")
     ends = [table.take(axis, a_number, "mm", *default) for axis, *default in (("X", None), ("Y", None), ("Z",))]
     table.done()
     return tuple(ends)

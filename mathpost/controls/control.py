@@ -54,6 +54,7 @@ class Control:
     linear: str  # modal word of a move at feed, or nothing
     rapid: str  # of a move in rapid traverse: modal if `linear` is, otherwise of its block
     rapid_interpolated: bool  # whether the axes arrive together then, on a line, and not each at its own rate
+    turning_feed: str  # what F is in a block with TCP that only turns: "degrees" a minute, "rates" of the axes
     inverse_time: tuple[str, ...]  # words that switch it on and off, or nothing
     block_time: str  # word for the seconds of a block, or nothing
     compensation: str  # where its words stand, "before" or "behind" the positions
@@ -204,6 +205,7 @@ def from_dict(content: dict, where: str = "control") -> Control:
         linear=motion.take("linear", *WORD, ""),
         rapid=motion.take("rapid", some_text, "the word of rapid traverse"),
         rapid_interpolated=motion.take("rapid_interpolated", TRUTH, "true or false"),
+        turning_feed=motion.take("turning_feed", *one_of("degrees", "rates"), "degrees"),
         inverse_time=tuple(
             motion.take("inverse_time", only_if(lambda two: len(two) == 2, LINES[0]), "two words", ())
         ),

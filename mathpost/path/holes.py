@@ -51,6 +51,9 @@ class Holes(Moves):
         need(heights, "a depth (FEDTO or DEPTH) and a clearance (RAPTO or CLEAR)")
         given["depth"] = abs(given["depth"])  # NX counts upwards, SolidWorks and Creo downwards
         pecks = given.get("first", 0) > 0 or given.get("following", 0) > 0
+        need(
+            not pecks or kind != "TAP", "a tap that goes down in one: its spindle turns back at the bottom", "STEP"
+        )
         need(pecks or kind not in PECKED, f"STEP, how deep {kind} goes at a time", "none")
         if kind == "BRKCHP":
             given["out"] = CHIP_BREAKING

@@ -349,7 +349,9 @@ def _refuse_other_feeds(cl, blocks, motion):
     on_part = np.r_[~motion.lifted[0], motion.in_cut]
     by_feed = ~rapid & np.isnan(blocks.seconds) & ~np.isnan(feeds)
     as_it_is = (blocks.feeds <= feeds + 1e-9) & (blocks.feeds >= feeds - FEED_DIGITS)
-    wrong = on_part & ((blocks.rapid != rapid) | (by_feed & ~as_it_is))
+    steps = np.diff(blocks.words, axis=0, prepend=blocks.words[:1])
+    only_turns = blocks.tcp & ~steps[:, :3].any(axis=1) & steps[:, 3:].any(axis=1)  # F is not that of the tip
+    wrong = on_part & ((blocks.rapid != rapid) | (by_feed & ~as_it_is & ~only_turns))
     if wrong.any():
         at = int(wrong.argmax())
         found = "rapid" if blocks.rapid[at] else f"feed {blocks.feeds[at]:g}"

@@ -13,7 +13,7 @@ from mathpost.path.cl import CLData, commands
 from mathpost.path.coordinates import AS_WRITTEN
 from mathpost.post import proof, selection
 from mathpost.post.options import Options
-from mathpost.post.steps import Plan, choose, crossing
+from mathpost.post.steps import Plan, approaches, choose, crossing
 from mathpost.post.time_law import asked_by, slow_down, time_law
 from mathpost.post.ways import Way, comparison
 
@@ -81,7 +81,7 @@ def report_of(
     """
     laws, slow, unknown = [], [], np.zeros(5, bool)
     for each, part in zip(plans, blocks, strict=True):
-        joints, asked = asked_by(each.path.kin, part)
+        joints, asked = asked_by(each.path.kin, part, options.control)
         laws.append(time_law(each.path.kin.machine, joints, asked))
         slow.append(_slowest(each, asked, laws[-1]))
         unknown |= (np.diff(part.words, axis=0)[part.rapid[1:]] != 0).any(axis=0) & np.isnan(machine.max_rates)
@@ -91,7 +91,8 @@ def report_of(
     return Report(
         **vars(proof.worst_of(proofs)),
         settings=dict(_settings(cl, machine, options, plans, blocks)),
-        time=sum(law.seconds[-1] for law in laws),
+        time=sum(law.seconds[-1] for law in laws)
+        + sum(each.values[0] for _, each in commands(cl.remarks, "dwell")),
         time_law=LOOK_AHEAD,
         peaks=dict(zip(machine.joint_names, peaks.T, strict=True)),
         slowest=max(filter(None, slow), key=lambda at: at[2] - at[1], default=None),
@@ -155,7 +156,7 @@ def _warnings(plan: Plan, options: Options) -> Iterator[str]:
         yield "cutter compensation: proved for a radius of 0 in the control's tool table"
     if commands(path.cl.remarks, "tool") and path.kin.machine.programmed_point != "tip" and not options.tcp:
         yield "X Y Z do not name the tip: the length of the tools has to be 0 in the control's tool table"
-    rapid = path.cl.rapid.any() and not options.control.rapid_interpolated
+    rapid = path.cl.rapid.any() and not options.control.rapid_interpolated and not options.tcp
     if rapid:
         yield "rapid moves: each axis runs at its own rate on this control, so only their ends are proved"
     if (np.isnan(path.cl.feeds) & ~path.cl.rapid).any():
@@ -168,6 +169,10 @@ def _warnings(plan: Plan, options: Options) -> Iterator[str]:
     worst = np.degrees(proof.strays(path.kin, path.cl, motion, rapid)[1].max(initial=0))
     if worst > 0.1:
         yield f"rapid moves take the tool axis up to {worst:.1f}° off its great circle"
+    if commands(path.cl.remarks, "tool") and not approaches(path.kin.machine, options):
+        yield "the way from a change of the tool to the part is neither timed nor proved"
+    if np.degrees(np.abs(motion.joints[:, 3:])).max() > 360 + 1e-6:
+        yield "rotary words beyond 360°: right where the axis counts its turns, or takes the shorter way"
     yield from plan.cautions
 
 

@@ -185,7 +185,7 @@ def unwound(path: ToolPath, chosen: Selection, record: int, clearance: float) ->
     """
     safe = path.kin.machine.safe
     if safe is None:
-        expected = "safe = { Z = … } in [program] of the machine file: where the rotary axes may turn freely"
+        expected = "safe = { Z = … } in [linear] of the machine file: where the rotary axes may turn freely"
         raise InputError(f"{path.cl.where(record)}: to unwind", expected, "none")
     before, after = chosen.joints[record - 1 : record + 1]
     over = above(path, np.array([before, after]), clearance)
@@ -320,6 +320,11 @@ def to_moves(path: ToolPath, motion: Motion, options: Options) -> Moves:
     rapid = rapid | in_air if options.control.rapid_interpolated else rapid & ~in_air
     rapid[0] |= in_air[0]  # from where nobody knows, at the safe position
     by_time = ((turning & ~np.isnan(feeds)) | in_air) & ~rapid & ~tcp
+    if options.control.turning_feed == "degrees":
+        only_turns = turning & tcp & np.r_[False, tcp[:-1] & (words[1:, :3] == words[:-1, :3]).all(axis=1)] & ~rapid
+        degrees = np.r_[0.0, np.abs(np.diff(words[:, 3:], axis=0)).max(axis=1)]
+        only_turns &= seconds > 0
+        feeds = np.where(only_turns, 60 * degrees / np.where(only_turns, seconds, 1), feeds)
     # A remark stands before the first block of the move to its record.
     before = np.searchsorted(motion.place, [record - 1 for record, _ in cl.remarks], side="right").tolist()
     remarks = tuple((block, text) for block, (_, text) in zip(before, cl.remarks, strict=True))

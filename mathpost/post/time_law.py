@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mathpost.controls.blocks import Blocks
+from mathpost.controls.control import Control
 from mathpost.formula import compiled
 from mathpost.kinematics import Kinematics
 from mathpost.machine import UNITS
@@ -99,15 +100,20 @@ def block_times(machine, joints, tip, feeds, in_cut):
     return np.fmax(by_axis, np.where(in_cut, feed_times(tip, feeds), 0))
 
 
-def asked_by(kin: Kinematics, blocks: Blocks) -> tuple[np.ndarray, np.ndarray]:
+def asked_by(kin: Kinematics, blocks: Blocks, control: Control) -> tuple[np.ndarray, np.ndarray]:
     """Return what the blocks of a program ask: joints at their ends, (n, 5), and seconds of the moves, (n - 1,).
 
     A rapid move takes what the slowest axis needs, one at feed the time of the tip besides, and a block that states
-    its time at least that.
+    its time at least that. With TCP, where only rotary axes turn, F may be degrees a minute.
     """
     joints = joints_of(kin, blocks)
     at_feed = ~blocks.rapid[1:]
     seconds = block_times(kin.machine, joints, kin.forward(joints)[0], blocks.feeds[1:], at_feed)
+    if control.turning_feed == "degrees":
+        steps = np.abs(np.diff(blocks.words, axis=0))
+        only_turns = at_feed & blocks.tcp[1:] & blocks.tcp[:-1] & ~steps[:, :3].any(axis=1)
+        degrees = np.where(only_turns, steps[:, 3:].max(axis=1), 0)
+        seconds = np.fmax(seconds, 60 * degrees / blocks.feeds[1:])
     return joints, np.fmax(seconds, blocks.seconds[1:])
 
 

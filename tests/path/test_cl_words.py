@@ -485,10 +485,10 @@ def test_tools_have_their_lengths(dialect):
     [
         ("heidenhain", False, ["TOOL CALL 2 Z", "TOOL CALL S1500", "M3", "M8"]),
         ("fanuc", False, ["T2 M6", "G43 H2", "S1500", "M3", "M8"]),
-        ("siemens", False, ["T2 D1", "M6", "S1500", "M3", "M8"]),
+        ("siemens", False, ["T2", "M6", "D1", "S1500", "M3", "M8"]),
         ("heidenhain", True, ["TOOL CALL 2 Z", "TOOL CALL S1500", "M3", "M8", "M128"]),
         ("fanuc", True, ["T2 M6", "S1500", "M3", "M8", "G43.4 H2"]),
-        ("siemens", True, ["T2 D1", "M6", "S1500", "M3", "M8", "TRAORI"]),
+        ("siemens", True, ["T2", "M6", "D1", "S1500", "M3", "M8", "TRAORI"]),
     ],
 )
 def test_the_words_of_the_control(dialect, tcp, lines):

@@ -62,7 +62,7 @@ def test_the_tool_unwinds_clear_of_the_cone(name, dialect, tcp):
 
 def test_without_a_safe_position_no_path_is_split():
     data = replace(with_c_to_200("ac_table"), safe=None)
-    with pytest.raises(InputError, match=r"record 41: to unwind: expected safe = \{ Z = … \} in \[program\]"):
+    with pytest.raises(InputError, match=r"record 41: to unwind: expected safe = \{ Z = … \} in \[linear\]"):
         post.run(round_the_cone(), data, split=True)
 
 

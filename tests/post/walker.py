@@ -60,7 +60,7 @@ def walk(text, where=table_tip, origin=(0, 0, 0), lengths=None):
             tool, words = int(match[1] or match[2]), {}  # the tool is changed where nobody knows
             walked.said.append(f"T{tool}")
             continue
-        if re.match(r"TOOL CALL S|CYCL|S\d|M\d|G4 |TRA|G43|G49", line):
+        if re.match(r"TOOL CALL S|CYCL|S\d|M\d|D\d|G4 |TRA|G43|G49", line):
             walked.said.append(line)
             continue
         for code, effect in (("G40", "off"), ("R0", "off"), ("G41", "left"), ("RL", "left"), ("G42", "right")):
