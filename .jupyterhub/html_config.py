@@ -1,6 +1,6 @@
 """For `jupyter nbconvert --to html`: pages that need no network.
 
-Links lead to the published lessons, formulas become MathML, solutions are left out, and what answers a guess is folded.
+Links lead to the published lessons, formulas become MathML, solutions are left out. What answers a guess is folded.
 """
 
 import re

@@ -179,7 +179,7 @@ def progress(folder="."):
     --------
     >>> progress("notebooks")
     ● solved   ◐ tried   ○ open
-    01 Rotating a point                         ○ ○ ○ ○  0 of 4
+    00 Start here                               ○        0 of 1
     ...
     """
     verdicts = answered(folder).values()

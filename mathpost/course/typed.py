@@ -41,7 +41,7 @@ def numbers(answer, asked, unit="", orders=()):
     if isinstance(answer, str):
         answer = _of_text(answer, asked, unit, orders)
     if isinstance(answer, dict):
-        answer = _by_name(answer, asked, orders)
+        answer = _by_name(answer, asked, orders, answer)
     if isinstance(answer, (list, tuple)):
         answer = [astuple(each) if is_dataclass(each) else each for each in answer]
     if np.asarray(answer).dtype.kind in "bcmM":
@@ -53,7 +53,7 @@ def numbers(answer, asked, unit="", orders=()):
 
 
 def _of_text(text, asked, unit, orders):
-    """The numbers of a text: one, a list, or a dict where all have names."""
+    """The numbers of a text, one or a list."""
     bare = re.sub(r"[\[\](){}]", " ", _plain(text).replace("′", "'"))
     spelled = UNITS.get(unit, (re.escape(_plain(unit or "°")),))[0]
     bare = re.sub(rf"(?<=[\d.])\s*(?:°|(?:{spelled})(?!\w))", " ", bare, flags=re.IGNORECASE)
@@ -76,17 +76,17 @@ def _of_text(text, asked, unit, orders):
     by_name = dict(found)
     if len(by_name) < len(found) or len(named) < len(found):
         raise InputError("answer", asked, brief(text))
-    return by_name
+    return _by_name(by_name, asked, orders, text)
 
 
-def _by_name(answer, asked, orders):
-    """The values of a dict in the order of the names that it has."""
+def _by_name(answer, asked, orders, written):
+    """The values of a dict in the order of the names that it has; an error shows the answer as `written`."""
     plain = {_plain(name).rstrip("'").casefold(): value for name, value in answer.items()}
     for order in orders:
         names = [_plain(name).casefold() for name in order]
         if len(plain) == len(answer) and set(plain) == set(names):
             return [plain[name] for name in names]
-    raise InputError("answer", asked, brief(answer))
+    raise InputError("answer", asked, brief(written))
 
 
 def counted(size):
