@@ -101,12 +101,12 @@ def test_every_state(handed_in):
     found = by_name(grade(handed_in))
     assert set(found) == {path.name for path in handed_in.iterdir()}
     statuses = {name: [each.status(exercise) for exercise in LESSON_01] for name, each in found.items()}
-    assert statuses["王小明"] == [RIGHT] * 4
+    assert statuses["王小明"] == [RIGHT] * len(LESSON_01)
     assert (found["Ольга"].status("01-sign"), found["Ольга"].status("01-still")) == (OPEN, WRONG)
     assert found["Ольга"].mixups == {("01-still", next(iter(OURS["01-still"].slips)))}
     assert found["eve"].edited == ["01-sign", "01-still"] and RIGHT not in statuses["eve"]
     assert found["stripped"].edited == ["01-sign"] and found["stripped"].status("01-sign") == OPEN
-    assert statuses["untouched"] == [OPEN] * 4 and not found["untouched"].trouble
+    assert statuses["untouched"] == [OPEN] * len(LESSON_01) and not found["untouched"].trouble
     assert not any(each.edited for name, each in found.items() if name not in ("eve", "stripped"))
     trouble = {name: each.trouble[0][1] for name, each in found.items() if each.trouble}
     assert trouble == {
@@ -293,8 +293,8 @@ def test_points_and_weights(handed_in, tmp_path):
     )
     graded = grade(handed_in, read_rules(tmp_path / "rules.toml"))
     found = by_name(graded)
-    assert graded.points(found["王小明"])[:2] == (11, 11) and graded.mark(found["王小明"]) == 100
-    assert graded.points(found["first"])[:2] == (5, 11)
+    assert graded.points(found["王小明"])[:2] == (13, 13) and graded.mark(found["王小明"]) == 100
+    assert graded.points(found["first"])[:2] == (5, 13)
     assert graded.mark(found["absent"]) == 0
 
 
@@ -466,7 +466,7 @@ def test_the_command(handed_in, tmp_path, capsys):
     assert main(["grade", str(handed_in), "-o", str(tmp_path / "report.html"), "--language", "zh"]) == 1
     rows = list(csv.DictReader(io.StringIO((tmp_path / "report.csv").read_text("utf-8-sig"))))
     row = next(row for row in rows if row["student_id"] == "王小明")
-    assert (row["score"], row["max_score"], row["percent_correct"], row["01-sign"]) == ("4", "4", "100.0", "正确")
+    assert (row["score"], row["max_score"], row["percent_correct"], row["01-sign"]) == ("5", "5", "100.0", "正确")
     assert "王小明" in (tmp_path / "report.html").read_text("utf-8")
     assert "broken" in capsys.readouterr().err
     assert main(["grade", str(tmp_path / "none"), "-o", str(tmp_path / "r")]) == 2
