@@ -2,5 +2,8 @@
 
 Read `model` first: the chain with its errors as symbols, and the measured errors of one machine. Then
 `compensation`: the joints with which that machine goes where it should. `drift` follows errors from part to part.
-`readings` brings files of every method to one form, `calibrate` makes one estimate of them, `handover` writes it.
+
+From readings to a machine: `readings` brings files of every method to one form (`positioning`, `gauge` and
+`instrument` are theirs), `calibrate` makes one estimate of them (`held`, `moved`, `problem`), `verdict` says
+whether they fit, `suspect` why not, `further` what else to measure, `handover` and `terms` write what was found.
 """

@@ -1,29 +1,31 @@
-"""One calibration: all readings of a machine, one least-squares estimate, and what it says with its uncertainty.
+"""One calibration: all readings of a machine, one least-squares estimate, its uncertainty, and whether it fits.
 
 What is sought: where the rotary axes are and how they lean, named as in ISO 230-7 (EX0C, EA0C, …), how the spindle
 leans on a head (EA0S, EB0S), the squareness of the slides (EC0Y, EB0Z, EA0Z), and the positioning error of each
-axis that a laser has seen. The chain of `mathpost.chain`, its numbers unknown, predicts all readings, so that a
-calibrated machine is a machine file with other points. The workpiece is where probing finds it at rotary zero.
+axis that a laser has seen. A calibrated machine is a machine file with other points and axes. The workpiece is
+where probing finds it at rotary zero. `problem` has the estimate, `verdict` says whether the readings fit it.
 
-The variances of the methods are estimated with the unknowns, each from its own residuals. U is t·u, with Student's
-t for the degrees of freedom after Welch and Satterthwaite (GUM, annex G).
+The variances of the methods are estimated with the unknowns, each from its own residuals. u is a standard
+uncertainty, U = k·u the expanded one for 95 %, with Student's t for k and the degrees of freedom after Welch and
+Satterthwaite (GUM, annex G).
 """
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
+from mathpost.compensate import further, suspect, verdict
 from mathpost.compensate import readings as files
-from mathpost.compensate.model import SQUARENESS, constant_errors, error_names, named_point, table_position
+from mathpost.compensate.model import SQUARENESS, constant_errors, error_names
+from mathpost.compensate.moved import corrected
+from mathpost.compensate.positioning import Positioning
+from mathpost.compensate.problem import Problem
 from mathpost.errors import InputError
 from mathpost.measure import rotary_axis
-from mathpost.measure.fit import Value, coverage_factor, least_squares
+from mathpost.measure.fit import Value, coverage_factor
 from mathpost.rotation import unit
 
-DEPENDENT = 1e-5  # of a column that others leave: below it the readings do not tell the unknown from theirs
-NOTHING = 1e-9  # length of a column without a trace of its unknown
 SMALL = 1e-3  # of a rotary axis' direction: a component that its positioning error need not have
 
 
@@ -35,9 +37,16 @@ class Calibration:
     values: dict  # unknowns of the geometry: what the machine has more than `nominal`, mm or radians
     positioning: tuple  # a `Positioning` for each axis measured
     parts: tuple  # for each file: its share of the covariance of all unknowns, geometry first, and its freedom
-    assumed: dict  # unknowns that stay at zero: the reason
+    assumed: dict  # unknowns that the readings do not determine: the reason
     noise: dict  # files: the standard deviation of a reading and its degrees of freedom
     bar: dict  # `Value` of "length", by which the test bar is longer than the tool, and of its ball's "radius"
+    doubts: tuple = ()  # sentences: why the readings do not fit
+    notes: tuple = ()  # sentences: what else was seen
+
+    @property
+    def fits(self):
+        """Whether nothing speaks against the estimate."""
+        return not self.doubts
 
     def __getitem__(self, name):
         """Return the `Value` of one unknown."""
@@ -64,8 +73,8 @@ class Calibration:
     @cached_property
     def errors(self):
         """What a machine file cannot say, as `MachineErrors` of `machine`: squareness and positioning."""
-        names, square = error_names(self.machine), {n: x for n, x in self.values.items() if n in SQUARENESS}
-        curves = []
+        names, curves = error_names(self.machine), []
+        square = {n: self.values[n] for n in SQUARENESS if n in self.values and n not in self.assumed}
         for each in self.positioning:
             found = columns(self.machine, each).items()
             curves += [(names.index(name), each.curve(column)) for name, column in found]
@@ -80,7 +89,10 @@ class Calibration:
         return Value(value, float(np.sqrt(variance)), float(variance**2 / spread) if spread > 0 else np.inf)
 
     def __str__(self):
-        lines = [f"{'':6s} {'value':>10s} {'U 95 %':>9s}        k  freedom"]
+        lines = (
+            ["The readings fit."] if self.fits else ["THE READINGS DO NOT FIT:", *(f"  {d}" for d in self.doubts)]
+        )
+        lines.append(f"{'':6s} {'value':>10s} {'U 95 %':>9s}        k  freedom")
         for name in self.values:
             each, (size, unit) = self[name], ((1e3, "µm  ") if name[1] in "XYZ12" else (1e6, "µrad"))
             found = f"{size * each.value:10.2f} {size * each.U:9.2f} {unit} {each.k:5.2f}"
@@ -89,8 +101,10 @@ class Calibration:
             size, unit = (np.degrees(3600), "arcsec") if each.joint > 2 else (1e3, "µm")
             most = size * coverage_factor(each.freedom) * each.sigma.max()
             found = f"range {size * np.ptp(each.value):.2f} {unit}, U {most:.2f} at a target"
+            closed = f"; closes to {size * each.closure:.2f} {unit}" if each.closure else ""
             name = self.machine.joint_names[each.joint]
-            lines.append(f"{name} positioning: {found}; reversal {size * each.reversal:.2f} {unit}")
+            lines.append(f"{name} positioning: {found}; reversal {size * each.reversal:.2f} {unit}{closed}")
+        lines += self._centres()
         for name, each in self.bar.items():
             longer = "longer than believed by" if name == "length" else "radius"
             lines.append(f"test bar: {longer} {each.value:.4f} mm, U {each.U:.4f}")
@@ -100,26 +114,47 @@ class Calibration:
         for name, (sigma, freedom) in self.noise.items():
             stated = "as stated" if np.isinf(freedom) else f"from {freedom:.0f} spare ones"
             lines.append(f"noise of a reading in {name}: {1e3 * sigma:.2f} µm, {stated}")
-        return "\n".join(lines)
+        return "\n".join([*lines, *self.notes])
+
+    def _centres(self):
+        """Lines that say where each measured table axis is in machine coordinates."""
+        lines = []
+        for index, each in enumerate(self.nominal.rotary):
+            names, plane = rotary_axis.location_errors(each)
+            letters = ["XYZ"[row] for row in np.flatnonzero(np.abs(plane).max(axis=1) > SMALL)]
+            if each.carries == "tool" or not set(names[:2]) <= set(self.values) or len(letters) > 2:
+                continue
+            places = self.of(lambda machine, index=index: list(machine.rotary[index].point))
+            found = [f"{x} {places['XYZ'.index(x)].value:.4f} ± {places['XYZ'.index(x)].U:.4f}" for x in letters]
+            lines.append(f"centre of {each.name}: {', '.join(found)} mm, machine coordinates")
+        return lines
 
 
-def calibrate(machine, paths, *, squareness=None, **settings):
+def calibrate(machine, paths, **settings):
     """Return the `Calibration` of `machine`, as the control believed it to be, from files of readings.
 
-    `paths` are CSV files, see `mathpost.compensate.readings.template`; `settings` (``unit``, ``method``, ``axis``,
-    ``positive``, …) are for files that do not state them. `squareness`: whether to estimate that of the slides, by
-    default only if a ballbar has seen them. `InputError` if a file leaves something unclear, or there is nothing to
-    estimate the noise from.
+    `paths` are files, see `mathpost.compensate.readings.template`; `settings` (``unit``, ``method``, ``axis``,
+    ``positive``, …) are for files that do not state them. `InputError` if a file leaves something unclear, there is
+    nothing to estimate the noise from, or what comes out is no machine. Whether the readings fit is in `doubts`.
 
     Examples
     --------
     >>> from mathpost import machine
     >>> found = calibrate(machine.load("data/machines/ac_table.toml"), ["data/measurements/ball_c_axis.csv"])
-    >>> f"{1e3 * found['EX0C'].value:.1f} ± {1e3 * found['EX0C'].U:.1f} µm"
-    '10.1 ± 0.4 µm'
+    >>> f"{1e3 * found['EX0C'].value:.1f} ± {1e3 * found['EX0C'].U:.1f} µm", found.fits
+    ('10.1 ± 0.4 µm', True)
     """
     read = [files.read(each, machine, **settings) for each in paths]
-    seen = [each for each in read if isinstance(each, files.Positioning)]
+    found = estimate(machine, read)
+    if found.fits:
+        return found
+    causes = suspect.causes(machine, paths, read, settings, found, estimate)
+    return replace(found, doubts=(*found.doubts, *causes))
+
+
+def estimate(machine, read):
+    """Return the `Calibration` from what `mathpost.compensate.readings.read` returned."""
+    seen = [each for each in read if isinstance(each, Positioning)]
     if len({each.joint for each in seen}) < len(seen):
         raise InputError(seen[-1].where, "one file of positioning for each axis", "a second one")
     blocks = [each for each in read if isinstance(each, files.Readings)]
@@ -127,46 +162,42 @@ def calibrate(machine, paths, *, squareness=None, **settings):
     if len(bars) > 1 or not blocks + seen:
         found = f"{len(bars)} of a bar, {len(blocks + seen)} others"
         raise InputError("readings", "readings of an axis, and at most one test bar beside them", found)
-    if squareness is None:
-        squareness = any(each.method == "ballbar" for each in blocks)
-    return replace(_Problem(machine, blocks, seen, squareness).solve(), bar=bars[0] if bars else {})
+    problem = Problem(machine, blocks, seen)
+    solution, shown = problem.solve()
+    found = _calibration(problem, solution, bars[0] if bars else {})
+    verdict.refuse_absurd(found)
+    doubts, notes = verdict.judge(problem, solution, shown)
+    far = verdict.far_off(found)
+    if all(each.method in files.PROBED for each in blocks):  # which may be meant to find an axis
+        return replace(found, doubts=doubts, notes=(*far, *notes))
+    return replace(found, doubts=(*far, *doubts), notes=notes)
 
 
-def unknowns(machine):
-    """Return the names of the geometry's unknowns, those first that are given up last."""
-    first, second = (rotary_axis.location_errors(each)[0] for each in machine.rotary)
-    spindle = ["EA0S", "EB0S"] if any(each.carries == "tool" for each in machine.rotary) else []
-    return [*first[:2], *second[:2], *first[2:], *second[2:], *spindle, *SQUARENESS]
-
-
-def corrected(machine, values):
-    """Return `machine` with its axes, points and tool moved by `values`; squareness is not in a machine file.
-
-    Machine coordinates are those at which the tip of the machine's tool is displayed at rotary zero: if the spindle
-    leans, so does the tool, and a table is displayed beside where it is.
-    """
-    moved = _moved(machine, values)
-    aside = machine.tool_length * (np.array(moved.tool_axis) - unit(machine.tool_axis))
-    tables = [
-        replace(each, point=tuple((each.point + aside).tolist())) if each.carries == "workpiece" else each
-        for each in moved.rotary
-    ]
-    named = machine.programmed_point
-    if named != "tip" and aside.any():
-        named = tuple(named_point(machine, 0.0) - aside)
-    return replace(moved, rotary=tuple(tables), programmed_point=named)
-
-
-def _moved(machine, values):
-    """The axes, points and tool of `machine` moved by `values`, in the coordinates of its slides."""
-    names = unknowns(machine)
-    for name in set(values) - set(names):
-        raise InputError("values", f"unknowns among {', '.join(names)}", repr(name))
-    values = dict.fromkeys(names, 0.0) | values
-    tool = unit(machine.tool_axis)
-    tool = unit(tool + np.cross([values.get("EA0S", 0.0), values.get("EB0S", 0.0), 0.0], tool))
-    rotary = tuple(rotary_axis.corrected(each, values) for each in machine.rotary)
-    return replace(machine, rotary=rotary, tool_axis=tuple(tool.tolist()))
+def _calibration(problem, solution, bar):
+    """Bring a `Solution` to a `Calibration`."""
+    gain, rows = solution.covariance @ solution.rows.T, [*problem.rows]
+    rows.append(slice(rows[-1].stop, len(solution.rows)))  # what was known before
+    freedom = [*solution.freedom, np.inf]
+    parts = [(gain[:, own] @ gain[:, own].T, free) for own, free in zip(rows, freedom, strict=True)]
+    deviations = np.zeros(problem.count)
+    deviations[solution.kept] = np.sqrt(np.diag(solution.covariance))
+    names = {name: n for n, name in enumerate(problem.names)}
+    values = {name: float(solution.x[n]) for name, n in names.items() if n in solution.kept}
+    tables = tuple(
+        replace(each, value=solution.x[own], sigma=deviations[own])
+        for each, own in zip(problem.tables, problem.entries, strict=True)
+    )
+    noise = {
+        each.where: (float(solution.sigmas[own.start]), free)
+        for each, own, free in zip(problem.blocks, problem.rows, freedom, strict=False)
+    }
+    assumed = {}
+    for name, index in names.items():
+        if name not in values:
+            assumed[name] = "not measured: as in the machine file"
+        elif not problem.determined(solution, name):
+            assumed[name] = further.reason(problem, name, coverage_factor(np.inf) * problem.prior[index])
+    return Calibration(problem.machine, values, tables, tuple(parts), assumed, noise, bar)
 
 
 def columns(machine, positioning):
@@ -178,137 +209,3 @@ def columns(machine, positioning):
     axis = unit(machine.rotary[joint - 3].axis)
     shares = [(letter, share) for letter, share in zip("ABC", axis, strict=True) if abs(share) > SMALL]
     return {f"E{letter}{name}": 1e6 * positioning.value * share for letter, share in shares}
-
-
-class _Problem:
-    """All readings as one function of all unknowns: geometry, tables' entries, each ball's place and zero."""
-
-    def __init__(self, machine, blocks, tables, squareness):
-        self.machine, self.blocks, self.tables, self.squareness = machine, blocks, tables, squareness
-        self.names, self.sources = unknowns(machine), [*blocks, *tables]
-        self.rows = _slices(len(each.value) for each in self.sources)
-        places = [4 * (int(each.setup.max()) + 1) for each in blocks]
-        self.geometry, *columns = _slices([len(self.names), *(len(each.at) for each in tables), *places])
-        self.entries, self.places = columns[: len(tables)], columns[len(tables) :]
-        self.count = [self.geometry, *columns][-1].stop
-        self.kept = list(range(self.count))
-        self.observed = np.concatenate([each.value for each in self.sources])
-        # A spline is linear in its entries: what each of them counts for at a position is a spline, too.
-        self.weights = [each.curve(np.eye(len(each.at))) for each in tables]
-        self.moves = np.zeros((18, len(self.names)))  # of the machine's axes, points and tool
-        for column, name in enumerate(self.names):
-            high, low = (files.geometry(_moved(machine, {name: step})) for step in (1e-5, -1e-5))
-            self.moves[:, column] = (high - low) / 2e-5
-
-    def solve(self):
-        """Estimate unknowns and noise in turn until neither changes."""
-        reasons = self._keep_apart()
-        x, where, freedom = np.zeros(len(self.kept)), self.sources[0].where, [each.freedom for each in self.sources]
-        sigmas = [np.broadcast_to(np.nan_to_num(each.sigma, nan=1e-3), len(each.value)) for each in self.sources]
-        sigmas = np.concatenate(sigmas)
-        for _ in range(100):
-            x, covariance, residuals, rows = least_squares(self._evaluate, self.observed, sigmas, x, where)
-            spare = 1 - np.einsum("ij,jk,ik->i", rows, covariance, rows)
-            before = sigmas.copy()
-            for number, (block, own) in enumerate(zip(self.blocks, self.rows, strict=False)):
-                if np.isnan(block.sigma):
-                    freedom[number] = spare[own].sum()
-                    if freedom[number] < 0.5:
-                        expected = "more readings than unknowns, or a line # sigma = deviation of a reading"
-                        raise InputError(block.where, expected, f"{len(block.value)} readings, none to spare")
-                    sigmas[own] = max(np.sqrt((residuals[own] ** 2).sum() / freedom[number]), files.ROUNDING)
-            if np.allclose(before, sigmas, rtol=1e-3):
-                break
-        gain = covariance @ rows.T
-        parts = [(gain[:, own] @ gain[:, own].T, free) for own, free in zip(self.rows, freedom, strict=True)]
-        full, deviations = np.zeros(self.count), np.zeros(self.count)
-        full[self.kept], deviations[self.kept] = x, np.sqrt(np.diag(covariance))
-        values = {name: float(full[n]) for n, name in enumerate(self.names) if name not in reasons}
-        tables = tuple(
-            replace(each, value=full[own], sigma=deviations[own])
-            for each, own in zip(self.tables, self.entries, strict=True)
-        )
-        noise = {
-            each.where: (float(sigmas[own.start]), free)
-            for each, own, free in zip(self.blocks, self.rows, freedom, strict=False)
-        }
-        return Calibration(self.machine, values, tables, tuple(parts), reasons, noise, {})
-
-    def _keep_apart(self):
-        """Keep the unknowns that the readings tell from those before them; return the reasons of the others.
-
-        Where a ball stands and what the laser has seen come first, then the geometry in the order of `unknowns`.
-        """
-        matrix, geometry = self._evaluate(np.zeros(self.count))[1], len(self.names)
-        kept, basis, reasons = [], np.empty((len(matrix), 0)), {}
-        for index in (*range(geometry, self.count), *range(geometry)):
-            column = matrix[:, index]
-            length, left = np.linalg.norm(column), column - basis @ (basis.T @ column)
-            left -= basis @ (basis.T @ left)
-            if index < geometry and self.names[index] in SQUARENESS and not self.squareness:
-                reasons[self.names[index]] = "not sought, since no ballbar saw the slides: taken for square"
-            elif length > NOTHING and np.linalg.norm(left) > DEPENDENT * length:
-                kept.append(index)
-                basis = np.column_stack([basis, left / np.linalg.norm(left)])
-            elif index < geometry:
-                reasons[self.names[index]] = "not measured: as in the machine file"
-                if length > NOTHING:
-                    share = np.linalg.lstsq(matrix[:, kept], column, rcond=None)[0]
-                    share = np.abs(share) * np.linalg.norm(matrix[:, kept], axis=0) > SMALL * length
-                    among = [self.names[n] for n, each in zip(kept, share, strict=True) if each and n < geometry]
-                    others = " and ".join(among) or "where the ball stands"
-                    reasons[self.names[index]] = f"not told from {others} by these readings: as in the machine file"
-        self.kept = sorted(kept)
-        return reasons
-
-    def _evaluate(self, x):
-        """The predicted readings and their derivatives by the unknowns that are kept."""
-        full, eye = np.zeros(self.count), np.eye(self.count)
-        full[self.kept] = x
-        parts = [self._gaps(each, place.start, full) for each, place in zip(self.blocks, self.places, strict=True)]
-        parts += [(full[own], eye[own]) for own in self.entries]
-        predicted, derivatives = map(np.concatenate, zip(*parts, strict=True))
-        return predicted, derivatives[:, self.kept]
-
-    def _gaps(self, block, place, x):
-        """What is read in a file whose balls' places begin at x[place]; its derivatives by all unknowns."""
-        gaps, derivatives = self._along(block, block.joints, place, x)
-        if block.reference is not None:
-            there, slopes = self._along(block, block.reference, place, x)
-            gaps, derivatives = gaps - there, derivatives - slopes
-        if block.zeroed:
-            zero = place + 4 * block.setup + 3
-            gaps = gaps + x[zero]
-            derivatives[np.arange(len(zero)), zero] = 1
-        return gaps, derivatives
-
-    def _along(self, block, joints, place, x):
-        """How far the ball stands from the tip along each reading's direction; its derivatives by all unknowns."""
-        values = dict(zip(self.names, x[self.geometry], strict=True))
-        slides, actual, paths = joints[:, :3] + self.machine.origin, joints.copy(), {}
-        for name in SQUARENESS:
-            turned, slide = np.eye(3)["ABC".index(name[1])], "XYZ".index(name[3])
-            paths[name] = np.outer(slides[:, slide], np.cross(turned, np.eye(3)[slide]))
-            actual[:, :3] += values[name] * paths[name]
-        shares = []
-        for each, weights, own in zip(self.tables, self.weights, self.entries, strict=True):
-            share = weights(table_position(self.machine, joints, each.joint), where=each.where)
-            actual[:, each.joint] += share @ x[own]
-            shares.append(share)
-        tip, by = files.tips(self.machine, actual, block.length, _moved(self.machine, values))
-        along = np.einsum("ni,nji->nj", block.direction, by[..., :3])  # the direction, in the workpiece
-        slopes = -np.einsum("ni,nij->nj", along, by)
-        derivatives = np.zeros((len(actual), self.count))
-        derivatives[:, self.geometry] = slopes[:, 5:23] @ self.moves
-        for name, path in paths.items():
-            derivatives[:, self.names.index(name)] += (slopes[:, :3] * path).sum(axis=1)
-        for each, share, own in zip(self.tables, shares, self.entries, strict=True):
-            derivatives[:, own] = slopes[:, [each.joint]] * share
-        ball = place + 4 * block.setup[:, None] + np.arange(3)
-        np.put_along_axis(derivatives, ball, along, axis=1)
-        return np.einsum("ni,ni->n", along, block.target + x[ball] - tip), derivatives
-
-
-def _slices(sizes):
-    """Slices of these sizes, one behind the other."""
-    return [slice(*each) for each in pairwise(np.cumsum([0, *sizes]).tolist())]

@@ -9,13 +9,15 @@ reading to a line::
     0,16,4,table warm
 
 Files are read as programs write them: with a byte order mark, in UTF-8, GBK or the letters of Windows, with commas,
-or with semicolons or tabs and decimal commas; a column of remarks is left out. A unit may stand behind a column's
-name, ``x (µm)``.
+or with semicolons or tabs and decimal commas; with lines before the column names and behind the readings, commas at
+the ends of lines, columns of times, temperatures, numbers and remarks. What was not read is said in `Table.notes`.
+A unit may stand behind a column's name, ``x (µm)``.
 """
 
 import csv
 import math
 import re
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -30,7 +32,22 @@ OTHER_WORDS = {  # what people call a column
     "back": ("backward", "反向", "回程"),
     "run": ("次数",),
 }
-REMARKS = ("remark", "remarks", "comment", "note", "备注", "说明", "bemerkung")
+# Columns that are not read: remarks, numbers of rows, times and temperatures.
+ASIDE = ("remark", "remarks", "comment", "note", "备注", "说明", "bemerkung", "no", "nr", "#", "index", "序号")
+ASIDE += (
+    "time",
+    "date",
+    "timestamp",
+    "zeit",
+    "uhrzeit",
+    "datum",
+    "时间",
+    "日期",
+    "temp",
+    "temperature",
+    "temperatur",
+    "温度",
+)
 # What a unit measures, and its size in mm or radians.
 UNITS = {
     ("mm", "毫米"): ("length", 1.0),
@@ -43,19 +60,21 @@ UNITS = {
     ("mrad",): ("angle", 1e-3),
     ("µrad", "μrad", "urad"): ("angle", 1e-6),
 }
-SHOWN = 30  # columns that a message lists
-KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre")  # settings that a comment may make
+SHOWN = 12  # columns that a message lists
+KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre", "start")  # settings that a comment may make
+SETTING = re.compile(r"(unit \S+|\w+)\s*[=:,;\t]\s*(.*)")
 
 
 class Table(dict):
     """Columns of a CSV file by name: float arrays, shape (rows,), or lists of strings, and what else the file says.
 
     `lines` are those that the rows came from, `header` is where the columns' names stand. `settings` is what
-    comments such as ``# unit = µm`` say, and ``"unit x"`` the unit in a column's name, ``x (µm)``.
+    comments such as ``# unit = µm`` say, and ``"unit x"`` the unit in a column's name, ``x (µm)``. `notes` are
+    sentences on what was not read.
     """
 
     def __init__(self, path):
-        self.path, self.header, self.lines, self.settings = str(path), "", (), {}
+        self.path, self.header, self.lines, self.settings, self.notes = str(path), "", (), {}, ()
 
     def where(self, row, name):
         """Say where the entry of `row` (from 0) in column `name` stands."""
@@ -122,7 +141,7 @@ class Table(dict):
         expected = f"its unit, in a line such as # unit = {units.split(', ')[1]}: one of {units}"
         if kind == "length":
             expected += ", or the size of a dial's division, # unit = 0.002 mm"
-        measures, size = _measure(stated or "")
+        measures, size = measure(stated or "")
         if measures != kind:
             raise InputError(self.where(0, name), expected, "none" if stated is None else repr(stated))
         return size
@@ -130,12 +149,12 @@ class Table(dict):
     def obey_units(self, names):
         """Bring columns to mm or degrees from a unit that stands behind their names."""
         for name in names:
-            measures, size = _measure(self.settings.get(f"unit {name}", ""))
+            measures, size = measure(self.settings.get(f"unit {name}", ""))
             if measures:
                 self[name] *= size if measures == "length" else math.degrees(size)
 
 
-def _measure(stated):
+def measure(stated):
     """What a unit, or a number of units, measures, and its size in mm or radians; None for other words."""
     count, word = re.fullmatch(rf"({NUMBER})?\s*(.*)", stated.strip()).groups()
     for words, (measures, size) in UNITS.items():
@@ -152,33 +171,104 @@ def read(path, columns, *, optional=(), text=(), also=None):
     cannot be read, has no row, lacks a column, has an unknown or a repeated one, or an entry is missing or not a
     finite number.
     """
-    table, rows, lines = Table(path), [], []
-    for number, line in enumerate(_text(path).splitlines(), 1):
-        if line.lstrip(' "').startswith("#"):
-            key, _, value = (part.strip() for part in line.strip(' "#\t;,').partition("="))
-            if key in KNOWN and value and table.settings.setdefault(key, value) != value:
+    lines = scan(path)
+    return parse(lines, columns, optional=optional, text=text, also=also)
+
+
+@dataclass(frozen=True)
+class Lines:
+    """The lines of a file that are no comments, with their numbers, and the settings of all."""
+
+    path: str
+    lines: tuple  # pairs: number, text
+    settings: dict
+    whole: bool  # whether the last line ends in a line break
+
+
+def scan(path):
+    """Read a text file as `Lines`; `InputError` if it cannot be read, or makes a setting twice."""
+    content, lines, settings = _text(path), [], {}
+    for number, line in enumerate(content.splitlines(), 1):
+        comment = line.lstrip(' "').startswith("#")
+        said = SETTING.fullmatch(line.strip(' "#\t;,'))
+        if said and (said[1].casefold() in KNOWN or said[1].startswith("unit ")) and said[2]:
+            key, value = said[1] if said[1].startswith("unit ") else said[1].casefold(), said[2].strip()
+            if comment and settings.get(key, value) != value:
                 raise InputError(f"{path}, line {number}", f"one line # {key} = …", f"a different one, {value!r}")
-            continue
-        if not rows:
-            delimiter = max(",;\t", key=lambda mark: (line.count(mark), mark == ","))
-        entries = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
-        cells = [cell.strip() for cell in next(entries, [])]
-        if any(cells):
-            rows.append(cells)
-            lines.append(number)
-    if len(rows) < 2:
+            settings.setdefault(key, value)
+        if not comment and line.strip(" \t,;"):
+            lines.append((number, line))
+    return Lines(str(path), tuple(lines), settings, not content or content[-1] in "\r\n")
+
+
+def parse(found, columns, *, optional=(), text=(), also=None):
+    """Bring `Lines` to a `Table`: parameters as in `read`."""
+    table, wanted = Table(found.path), (*columns, *optional)
+    table.settings = dict(found.settings)
+    words = {word.casefold(): name for name in wanted for word in (name, *OTHER_WORDS.get(name, ()))}
+    words |= {word.casefold(): name for word, name in (also or {}).items()}
+    first, delimiter = _header(found.lines, wanted, words)
+    if len(found.lines) < first + 2:
         raise InputError(table.path, f"the columns {', '.join(columns)} and rows of readings", "no readings")
-    table.header, table.lines, wanted = f"{path}, line {lines[0]}", tuple(lines[1:]), (*columns, *optional)
-    names = _check_names(table, rows.pop(0), columns, wanted, also or {})
-    for cells, number in zip(rows, table.lines, strict=True):
+    number, line = found.lines[first]
+    table.header = f"{table.path}, line {number}"
+    names = _check_names(table, _cells(line, delimiter), columns, wanted, words)
+    rows = [(number, _cells(line, delimiter)) for number, line in found.lines[first + 1 :]]
+    rows, behind = _without_footer(
+        rows, next(n for n, name in enumerate(names) if name in wanted and name not in text)
+    )
+    for number, cells in rows:
+        while len(cells) > len(names) and not cells[-1]:
+            cells.pop()
         if len(cells) != len(names):
-            raise InputError(f"{path}, line {number}", f"{len(names)} entries", f"{len(cells)}")
-    table |= {name: list(column) for name, *column in zip(names, *rows, strict=True) if name in wanted}
+            cut = ", which is the last one and has no line break: the file is cut off"
+            said = cut if number == found.lines[-1][0] and not found.whole else ""
+            raise InputError(f"{table.path}, line {number}", f"{len(names)} entries", f"{len(cells)}{said}")
+    table.lines = tuple(number for number, _ in rows)
+    cells = [cells for _, cells in rows]
+    table |= {name: list(column) for name, *column in zip(names, *cells, strict=True) if name in wanted}
     numbers = [name for name in table if name not in text]
     commas = delimiter != "," and not any("." in entry for name in numbers for entry in table[name])
     for name in numbers:
         table[name] = np.array([_number(table, row, name, commas) for row in range(len(rows))])
+    aside = [name for name in names if name not in wanted]
+    table.notes = tuple(
+        f"{table.path}: {note}"
+        for holds, note in (
+            (first, f"{first} lines before the column names were not read"),
+            (behind, f"{behind} lines behind the readings were not read"),
+            (aside, f"not read: {', '.join(aside)}"),
+            (not found.whole, "no line break at the end: the last reading may be cut off"),
+        )
+        if holds
+    )
     return table
+
+
+def _cells(line, delimiter):
+    entries = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
+    return [cell.strip() for cell in next(entries, [])]
+
+
+def _header(lines, wanted, words):
+    """Which of the lines names the columns, and the mark between them: the first with two that are wanted."""
+    for index, (_, line) in enumerate(lines):
+        for delimiter in sorted(",;\t", key=line.count, reverse=True):
+            names = [words.get(_split(cell)[0].casefold()) for cell in _cells(line, delimiter)]
+            if len({name for name in names if name}) >= min(2, len(wanted)):
+                return index, delimiter
+    line = lines[0][1] if lines else ""
+    return 0, max(",;\t", key=lambda mark: (line.count(mark), mark == ","))
+
+
+def _without_footer(rows, column):
+    """The rows without those at the end that have no number in `column`, and how many these are."""
+
+    def reads(cells):
+        return len(cells) > column and re.fullmatch(r"[-+−]?[\d.,]+(e[-+]?\d+)?", cells[column], re.IGNORECASE)
+
+    last = max((n for n, (_, cells) in enumerate(rows) if reads(cells)), default=len(rows) - 1)
+    return rows[: last + 1], len(rows) - last - 1
 
 
 def _text(path):
@@ -196,13 +286,18 @@ def _text(path):
     raise InputError(f"{path}, line {line}", "text in UTF-8 or GBK", "other bytes")
 
 
-def _check_names(table, cells, columns, wanted, also):
+def _split(cell):
+    """A column's name and the unit in brackets behind it."""
+    return re.fullmatch(r"(.*?)\s*(?:[(\[（](.*)[)\]）])?", cell).groups()
+
+
+def _check_names(table, cells, columns, wanted, words):
     """The names of the columns; a unit in brackets behind a name goes to the settings."""
-    words = {word: name for name in wanted for word in (name.casefold(), *OTHER_WORDS.get(name, ()))}
-    words |= {word.casefold(): name for word, name in also.items()}
+    while cells and not cells[-1]:  # commas at the ends of lines
+        cells.pop()
     names = []
     for cell in cells:
-        name, unit = re.fullmatch(r"(.*?)\s*(?:[(\[（](.*)[)\]）])?", cell).groups()
+        name, unit = _split(cell)
         name = name if name in wanted else words.get(name.casefold(), name)
         if unit:
             table.settings[f"unit {name}"] = unit
@@ -213,9 +308,11 @@ def _check_names(table, cells, columns, wanted, also):
     for name in names:
         if names.count(name) > 1:
             table.refuse("every column once", f"{name!r} {names.count(name)} times")
-        if name not in wanted and name.casefold() not in REMARKS:
+        if name not in wanted and name.casefold() not in ASIDE:
             others = ", ".join(wanted[:SHOWN]) + ", …" * (len(wanted) > SHOWN)
             table.refuse(f"no columns but {others}", repr(name))
+    if not any(name in wanted for name in names):
+        table.refuse(f"some of the columns {', '.join(wanted[:SHOWN])}", ", ".join(names))
     return names
 
 

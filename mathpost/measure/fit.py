@@ -245,7 +245,7 @@ def least_squares(evaluate, readings, sigmas, start, where):
             break
         step = vt.T @ ((u.T @ ((readings - predicted) / sigmas)) / singular) / lengths
         x = x + step
-        if np.abs(derivatives @ step).max() <= 1e-10 * max(1e-2, np.abs(readings).max()):
+        if np.abs(derivatives @ step).max() <= 1e-9 * max(1e-2, np.abs(readings).max()):
             inverse = vt.T / singular / lengths[:, None]
             return x, inverse @ inverse.T, readings - predicted - derivatives @ step, jacobian
     raise InputError(where, "readings that a machine can explain", "readings that fit no values")

@@ -1,0 +1,59 @@
+"""Where RTCP holds a tool, and where the tool of a machine as it is stands: the chain, its numbers unknown."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import sympy as sp
+
+from mathpost import chain
+from mathpost.compensate.model import named_point
+from mathpost.formula import numeric
+from mathpost.kinematics import Kinematics
+from mathpost.machine import ENDLESS, Linear, Machine
+from mathpost.rotation import unit
+
+
+def held(machine, target, angles, length):
+    """Return the joints, (n, 5), with which RTCP holds the tip on `target`, and the turns machine_from_workpiece.
+
+    `target` is (n, 3) in the workpiece, `angles` (n, 2) radians, `length` (n,).
+    """
+    zero, by = tips(machine, np.column_stack([np.zeros((len(angles), 3)), angles]), length)
+    turn = np.swapaxes(by[..., :3], 1, 2)
+    return np.column_stack([np.einsum("nij,nj->ni", turn, target - zero), angles]), turn
+
+
+def tips(machine, joints, length, real=None):
+    """Return the tip in the workpiece, (n, 3), with tools of any `length`, (n,), and its derivatives, (n, 3, 26).
+
+    They are by the `joints`, by the 18 numbers of `geometry` and by the point that X Y Z name. `real` is the
+    machine as it is if that is not `machine`, with which the control reckons.
+    """
+    numbers = [*geometry(real or machine), *np.moveaxis(named_point(machine, length), -1, 0)]
+    # The formulas are those of any machine of the arrangement: the numbers are arguments.
+    rotary = tuple(replace(each, axis=(1, 0, 0), point=(0, 0, 0), limits=ENDLESS) for each in machine.rotary)
+    linear = tuple(Linear(name) for name in "XYZ")
+    formulas = _compiled(Machine("", "", rotary, linear, (0, 0, 0), (0, 0, 1), 0.0, (0.0, 0.0, 0.0)))
+    tip, derivatives = (formula(*np.transpose(joints), *numbers, length) for formula in formulas)
+    return tip[..., 0], derivatives
+
+
+def geometry(machine):
+    """The axes and points, origin and tool axis of a machine: 18 numbers."""
+    axes, points = [unit(each.axis) for each in machine.rotary], [each.point for each in machine.rotary]
+    return np.concatenate([*axes, *points, machine.origin, unit(machine.tool_axis)])
+
+
+@lru_cache(maxsize=32)
+def _compiled(machine):
+    kin = Kinematics(machine)
+    *numbers, length = (each for each in chain.Geometry.symbols(machine).flat() if each.is_Symbol)
+    arguments = (*kin.symbols, *numbers, length)
+    # The product rule link by link, from the tool on: to differentiate the product takes sympy three times as long.
+    tip, slopes = sp.Matrix([0, 0, 0, 1]), sp.zeros(4, len(arguments) - 1)
+    for link in reversed(kin.links(parameters=True)):
+        own = [chain.product((link.matrix.diff(each), tip)) for each in arguments[:-1]]
+        slopes = chain.product((link.matrix, slopes)) + sp.Matrix.hstack(*own)
+        tip = chain.product((link.matrix, tip))
+    return tuple(numeric(sp.ImmutableMatrix(each[:3, :]), arguments) for each in (tip, slopes))

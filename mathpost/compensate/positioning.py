@@ -1,0 +1,145 @@
+"""The positioning error of one joint from a laser or an autocollimator: runs after ISO 230-2, and their means."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mathpost.measure import spline
+
+LARGEST = 5  # mm: of a deviation
+SMALLEST = 0.05  # arcsec or µm: deviations that are all smaller were given in another unit
+ROUNDING = 1e-9  # mm or radians: no reading scatters less
+CLOSED = 4  # standard deviations by which a turn may fail to close
+
+
+@dataclass(frozen=True)
+class Positioning:
+    """The positioning error of one joint."""
+
+    where: str
+    joint: int  # its index
+    at: np.ndarray  # degrees or mm, shape (targets,)
+    value: np.ndarray  # mean error there, radians or mm
+    sigma: np.ndarray  # its standard deviation
+    freedom: float  # degrees of freedom of the deviations
+    endless: bool
+    reversal: float  # B of ISO 230-2, the largest difference of both directions
+    closure: float = (
+        0.0  # by which it had changed when the axis came round to the same place, 0 if that was not read
+    )
+    scatter: float = np.nan  # standard deviation of one reading
+    notes: tuple = ()  # sentences on the file
+    doubts: tuple = ()  # and on what is wrong with it
+
+    def curve(self, values):
+        """The spline through `values`, shape (targets, ...), as `mathpost.measure.spline.Curve`."""
+        return spline.through_all(spline.Points(self.at, values, 360.0 if self.endless else None))
+
+
+def positioning(table, machine):
+    """Bring runs of one axis to `Positioning`: the mean of both directions at each target."""
+    axis = table.choice("axis", {name: n for n, name in enumerate(machine.joint_names)})
+    name, rotary = machine.joint_names[axis], axis > 2
+    place = next((each for each in ("position", "angle", name) if each in table), None)
+    if place is None:
+        table.refuse(f"a column position, angle or {name}")
+    kind, most, scale = ("angle", np.deg2rad(1), np.deg2rad(1)) if rotary else ("length", LARGEST, 1.0)
+    at = _targets(table, machine, axis, place)
+    columns = [c for c in table if c in ("forth", "back", "reading") or c[:2] == "up" or c[:4] == "down"]
+    if not columns:
+        table.refuse("columns up1, down1, … or forth, back or reading")
+    values = np.column_stack([table.unit(each, kind) * table[each] for each in columns])
+    for each, deviations in zip(columns, values.T, strict=True):
+        same = np.ptp(at) > 2 and np.ptp(deviations) > np.ptp(at) * scale / 2
+        table.require(each, ~np.full(len(table.lines), same), "deviations, actual minus target, no positions")
+        table.require(each, np.abs(deviations) <= most, "a deviation below 1° or 5 mm (other units?)")
+    backwards = [each == "back" or each.startswith("down") for each in columns]
+    sides = np.tile(np.where(backwards, -1.0, 1.0), (len(at), 1))
+    if "reading" in columns and np.ptp(at):  # rows as they were taken: the direction is that in which the axis came
+        sides[:] = np.sign(np.diff(at, prepend=2 * at[0] - at[1]))[:, None]
+    endless = bool(rotary and np.isinf(machine.rotary[axis - 3].limits[0]) and np.ptp(at) > 270)
+    runs, turns = {}, {}
+    for position, row, came in zip(at, values, sides, strict=True):
+        target = float(np.round(position % 360 if endless else position, 6))
+        for value, side in zip(row, came, strict=True):
+            if side:
+                runs.setdefault(target, {}).setdefault(side, []).append(value)
+                turns.setdefault(target, {}).setdefault(float(position), []).append(value)
+    if len(runs) < 2 + endless:
+        table.refuse(f"at least {2 + endless} targets", f"{len(runs)}")
+    groups = [[np.array(each) for each in runs[target].values()] for target in sorted(runs)]
+    every = [each for group in groups for each in group]
+    sigma, freedom = scatter(table, every, table.unit(columns[0], kind), "two runs")
+    means = np.array([np.mean([each.mean() for each in group]) for group in groups])
+    spread = np.array([np.sqrt(sum(1 / len(each) for each in group)) / len(group) for group in groups])
+    reversal = max((abs(group[0].mean() - group[1].mean()) for group in groups if len(group) == 2), default=0.0)
+    closure, doubts = _closure(turns, sigma, "arcsec" if rotary else "µm", name)
+    size = np.degrees(3600) if rotary else 1e3
+    if 0 < size * np.abs(values).max() < SMALLEST:
+        found = f"{size * np.abs(values).max():.4f} {'arcsec' if rotary else 'µm'}"
+        doubts = (*doubts, f"{table.path}: no deviation is greater than {found}: is the unit right?")
+    return Positioning(
+        table.header,
+        axis,
+        np.array(sorted(runs)),
+        means,
+        sigma * spread,
+        freedom,
+        endless,
+        float(reversal),
+        closure,
+        float(sigma),
+        table.notes,
+        doubts,
+    )
+
+
+def _targets(table, machine, axis, place):
+    """The targets in degrees, or in mm of machine coordinates; those outside the travel are refused."""
+    at, name = table[place], machine.joint_names[axis]
+    low, high = [*machine.linear, *machine.rotary][axis].limits
+    if axis > 2:
+        table.check_angles(place)
+        low, high = np.degrees((low, high))
+        expected = f"degrees within the travel of {name}, {low:g} … {high:g}, as the control shows them"
+    else:
+        (start,) = table.numbers("start", 1) if "start" in table.settings else [0.0]
+        at = at + start
+        low, high = np.subtract((low, high), machine.origin[axis] if machine.limits_of == "words" else 0.0)
+        expected = (
+            f"machine coordinates within the travel of {name}, {low:g} … {high:g} "
+            "(if the laser was set to 0 elsewhere: a line # start = the machine coordinate of position 0)"
+        )
+    table.require(place, (at >= low - 1e-6) & (at <= high + 1e-6), expected)
+    return at
+
+
+def _closure(turns, sigma, unit, name):
+    """By how much an error had changed when the axis came round, and the doubt that this raises."""
+    size = np.degrees(3600) if unit == "arcsec" else 1e3
+    around = [[np.mean(each) for _, each in sorted(found.items())] for found in turns.values() if len(found) > 1]
+    closure = max((each[-1] - each[0] for each in around), key=abs, default=0.0)
+    readings = min((len(each) for found in turns.values() if len(found) > 1 for each in found.values()), default=1)
+    if abs(closure) <= CLOSED * sigma * np.sqrt(2 / readings):
+        return float(closure), ()
+    said = f"{name} does not close: after a turn the same place reads {size * closure:.2f} {unit} more"
+    return float(closure), (f"{said} (readings scatter by {size * sigma:.2f}): warm it up, and measure again",)
+
+
+def scatter(table, groups, size, repeated):
+    """The standard deviation of a reading and its degrees of freedom: stated in units of `size`, or of repeats."""
+    stated = stated_sigma(table, size)
+    if not np.isnan(stated):
+        return stated, np.inf
+    freedom = sum(len(each) - 1 for each in groups)
+    if not freedom:
+        table.refuse(f"{repeated}, or a line # sigma = standard deviation of a reading", "neither")
+    return max(np.sqrt(sum(np.var(each) * len(each) for each in groups) / freedom), ROUNDING), freedom
+
+
+def stated_sigma(table, size):
+    """The stated standard deviation of a reading, in units of `size`; NaN if the file does not say it."""
+    (sigma,) = table.numbers("sigma", 1) if "sigma" in table.settings else [np.nan]
+    if sigma <= 0:
+        table.refuse("a line # sigma = a number above 0", f"{sigma:g}")
+    return sigma * size

@@ -1,0 +1,358 @@
+"""All readings of a machine as one least-squares problem: what they say, and what nobody measured.
+
+The chain of `mathpost.chain`, its numbers unknown, predicts all readings. What no reading determines, squareness
+of the slides, positioning errors of axes without a laser, tilts that stand in for an offset, is sought like the
+rest, with a reading of its own: nothing ± a standard uncertainty, [unmeasured] in data/measurements/methods.toml.
+Where the readings determine it, they overrule that; where they do not, it is in the uncertainty of all the rest.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+import scipy
+
+from mathpost.compensate import held
+from mathpost.compensate.model import SQUARENESS, table_position
+from mathpost.compensate.moved import moved, unknowns
+from mathpost.compensate.positioning import ROUNDING
+from mathpost.errors import InputError
+from mathpost.files import data_file
+from mathpost.measure.fit import least_squares
+from mathpost.toml_table import read_toml
+
+DEPENDENT = 1e-5  # of a column that others leave: below it the readings do not tell the unknown from theirs
+NOTHING = 1e-9  # length of a column without a trace of its unknown
+SHOWN = 0.01  # chance below which readings are taken to show an error that nobody measured
+FEWEST = 3  # spare readings below which they are not asked for it
+DETERMINED = 0.5  # of the uncertainty from before anything was read: readings that leave more determine nothing
+
+
+@lru_cache(maxsize=1)
+def unmeasured():
+    """The standard uncertainties of what nobody measured: mm and radians, by name."""
+    content = read_toml(data_file("measurements/methods.toml"))["unmeasured"]
+    size = {"squareness": 1e-6, "tilt": 1e-6, "rotary": np.deg2rad(1 / 3600), "slide": 1e-6, "drift": 1e-3}
+    return {name: size[name] * np.array(value, dtype=float) for name, value in content.items()}
+
+
+@dataclass(frozen=True)
+class Unmeasured:
+    """The positioning error of a joint without a table: `shape` takes positions, (n,), to shares, (n, terms)."""
+
+    joint: int
+    shape: object
+    sigma: np.ndarray  # standard uncertainty of each term, radians or mm
+
+    @classmethod
+    def of(cls, joint):
+        """Harmonics of a rotary joint, nothing at zero; the scale of a slide."""
+        if joint < 3:
+            return cls(joint, lambda at: np.asarray(at)[:, None], np.atleast_1d(unmeasured()["slide"]))
+        size = unmeasured()["rotary"]
+        orders = np.arange(1, len(size) + 1)
+
+        def shape(at):
+            angle = np.deg2rad(at)[:, None] * orders
+            return np.hstack([np.sin(angle), np.cos(angle) - 1])
+
+        return cls(joint, shape, np.tile(size, 2))
+
+
+@dataclass(frozen=True)
+class Solution:
+    """One least-squares estimate; `kept` are the indices of the unknowns that were sought."""
+
+    x: np.ndarray  # all unknowns
+    kept: list
+    covariance: np.ndarray  # of those kept
+    rows: np.ndarray  # weighted derivatives by these: of the readings, then of what was known before
+    residuals: np.ndarray  # of the readings
+    sigmas: np.ndarray
+    freedom: list  # of the noise of each source
+
+    @property
+    def spare(self):
+        """How much of each reading the estimate leaves free, 0 to 1."""
+        rows = self.rows[: len(self.residuals)]
+        return 1 - np.einsum("ij,jk,ik->i", rows, self.covariance, rows)
+
+
+class Problem:
+    """All readings as one function of all unknowns.
+
+    The unknowns are the geometry in the order of `unknowns`, the entries of the tables, the terms of what was not
+    measured, three drifts for each file, and each ball's place and zero.
+    """
+
+    def __init__(self, machine, blocks, tables):
+        self.machine, self.blocks, self.tables = machine, blocks, tables
+        self.names, self.sources = unknowns(machine), [*blocks, *tables]
+        seen = {each.joint for each in tables}
+        moving = [n for n in range(5) if any(np.ptp(each.joints[:, n]) > 0 for each in blocks)]
+        self.effects = [Unmeasured.of(n) for n in moving if n not in seen]
+        sizes = [len(self.names), *(len(each.at) for each in tables), *(len(each.sigma) for each in self.effects)]
+        places = [4 * (int(each.setup.max()) + 1) for each in blocks]
+        self.geometry, *parts = _slices([*sizes, *(3 for _ in blocks), *places])
+        self.entries, parts = parts[: len(tables)], parts[len(tables) :]
+        self.terms, parts = parts[: len(self.effects)], parts[len(self.effects) :]
+        self.drifts, self.places = parts[: len(blocks)], parts[len(blocks) :]
+        self.count = ([self.geometry, *self.entries, *self.terms, *self.drifts, *self.places])[-1].stop
+        self.rows = _slices(len(each.value) for each in self.sources)
+        self.observed = np.concatenate([each.value for each in self.sources])
+        # A spline is linear in its entries: what each of them counts for at a position is a spline, too.
+        self.weights = [each.curve(np.eye(len(each.at))) for each in tables]
+        self.moves = np.zeros((18, len(self.names)))  # of the machine's axes, points and tool
+        for column, name in enumerate(self.names):
+            high, low = (held.geometry(moved(machine, {name: step})) for step in (1e-5, -1e-5))
+            self.moves[:, column] = (high - low) / 2e-5
+        # A slide out of square is turned about where it was read; about machine zero only if that is found, and so
+        # goes into the errors file.
+        standing = [each.joints[:, :3] + machine.origin for each in blocks] or [np.zeros((1, 3))]
+        middle = np.concatenate(standing).mean(axis=0)
+        self.about = {name: middle["XYZ".index(name[3])] for name in SQUARENESS}
+        self.reasons, self.told = self._told_apart()
+        self.prior = self._prior()
+
+    def _prior(self):
+        """The standard uncertainty of each unknown that has one before anything is read; infinite for others."""
+        given, prior = unmeasured(), np.full(self.count, np.inf)
+        for index, name in enumerate(self.names):
+            if name in SQUARENESS:
+                prior[index] = given["squareness"]
+            elif name in self.reasons and name[1] in "ABC34":
+                prior[index] = given["tilt"]
+        for each, own in zip(self.effects, self.terms, strict=True):
+            prior[own] = each.sigma
+        for own in self.drifts:
+            prior[own] = given["drift"]
+        return prior
+
+    def solve(self):
+        """Return the `Solution`, and what it shows of what nobody measured: sizes by name, see `_shown`.
+
+        First everything is taken for measured. If the readings speak against that, the errors that nobody measured
+        have their part in the noise, too. In either case they widen the uncertainty by what the readings leave of
+        them.
+        """
+        given = [np.broadcast_to(np.nan_to_num(each.sigma, nan=1e-3), len(each.value)) for each in self.sources]
+        given = np.concatenate(given)
+        start = self._exact(self._sought(), given, np.zeros(self.count))
+        self.linear = start, *self.predict(range(self.count), start)
+        plain = noise = self._noise(self._sought(), given)
+        if noise is None:
+            self._refuse_few(self._sought(), given)
+        for more in (self._sought(effects=True), self._sought(drift=True), self._sought(effects=True, drift=True)):
+            found = self._noise(more, given)
+            if found is not None and self._speaks_for(found, noise):
+                noise = found
+        sought = sorted({*noise.kept, *self._sought(effects=True)})
+        if noise is plain:
+            self._shrink(sought, noise.sigmas)
+        found = self._estimate(sought, noise.sigmas, noise.freedom)
+        self.about = {name: 0.0 if self.determined(found, name) else at for name, at in self.about.items()}
+        x = self._exact(sought, noise.sigmas, found.x)
+        self.linear = x, *self.predict(range(self.count), x)
+        found = self._estimate(sought, noise.sigmas, noise.freedom)
+        return found, {} if noise is plain else self._shown(found)
+
+    def determined(self, found, name):
+        """Whether the readings, not what was assumed, say what an unknown of the geometry is."""
+        index = self.names.index(name)
+        if index not in found.kept:
+            return False
+        deviation = np.sqrt(found.covariance[(found.kept.index(index),) * 2])
+        return bool(deviation <= DETERMINED * self.prior[index])
+
+    def _sought(self, effects=False, drift=False):
+        """Indices of the unknowns that are sought."""
+        left_out = set() if effects else {n for own in self.terms for n in range(own.start, own.stop)}
+        left_out |= set() if drift else {n for own in self.drifts for n in range(own.start, own.stop)}
+        return [n for n in range(self.count) if n in self.told and n not in left_out]
+
+    def _exact(self, kept, sigmas, start):
+        """All unknowns by Gauss and Newton, the noise known."""
+        known = [n for n, index in enumerate(kept) if np.isfinite(self.prior[index])]
+        observed = np.concatenate([self.observed, np.zeros(len(known))])
+        weights = np.concatenate([sigmas, self.prior[kept][known]])
+
+        def evaluate(x):
+            full = np.zeros(self.count)
+            full[kept] = x
+            predicted, derivatives = self.predict(kept, full)
+            return np.concatenate([predicted, x[known]]), np.vstack([derivatives, np.eye(len(kept))[known]])
+
+        full = np.zeros(self.count)
+        full[kept] = least_squares(evaluate, observed, weights, start[kept], self.sources[0].where)[0]
+        return full
+
+    def _estimate(self, kept, sigmas, freedom):
+        """The `Solution` from the readings' derivatives at `linear`."""
+        start, predicted, derivatives = self.linear
+        known = np.isfinite(self.prior[kept])
+        rows = np.vstack([derivatives[:, kept] / sigmas[:, None], np.diag(1 / self.prior[kept])[known]])
+        left = np.concatenate([(self.observed - predicted) / sigmas, (-start[kept] / self.prior[kept])[known]])
+        if missing := [n for n in np.flatnonzero(start) if n not in kept]:  # which are nothing in this estimate
+            left[: len(sigmas)] += derivatives[:, missing] @ start[missing] / sigmas
+        lengths = np.linalg.norm(rows, axis=0)
+        u, singular, vt = np.linalg.svd(rows / lengths, full_matrices=False)
+        inverse = vt.T / singular / lengths[:, None]
+        step = inverse @ (u.T @ left)
+        x = np.zeros(self.count)
+        x[kept] = start[kept] + step
+        residuals = (left - rows @ step)[: len(sigmas)] * sigmas
+        return Solution(x, kept, inverse @ inverse.T, rows, residuals, sigmas, freedom)
+
+    def _noise(self, kept, sigmas):
+        """The `Solution` whose noise was estimated with its unknowns, in turn; None if no reading is to spare."""
+        freedom = [each.freedom for each in self.sources]
+        for _ in range(100):
+            found = self._estimate(kept, sigmas, freedom)
+            before, sigmas, freedom, spare = sigmas, sigmas.copy(), list(freedom), found.spare
+            for number, (block, own) in enumerate(zip(self.blocks, self.rows, strict=False)):
+                if np.isnan(block.sigma):
+                    freedom[number] = spare[own].sum()
+                    if freedom[number] < 0.5:
+                        return None
+                    sigmas[own] = max(np.sqrt((found.residuals[own] ** 2).sum() / freedom[number]), ROUNDING)
+            if np.allclose(before, sigmas, rtol=1e-3):
+                break
+        return self._estimate(kept, sigmas, freedom)
+
+    def _refuse_few(self, kept, sigmas):
+        spare = self._estimate(kept, sigmas, []).spare
+        fewest = min(zip(self.blocks, self.rows, strict=False), key=lambda each: spare[each[1]].sum())[0]
+        expected = "more readings than unknowns, or a line # sigma = deviation of a reading"
+        raise InputError(fewest.where, expected, f"{len(fewest.value)} readings, none to spare")
+
+    def _shrink(self, kept, sigmas):
+        """Take the unmeasured errors for as small as the readings show them, and no greater than was assumed.
+
+        Each joint's terms have one factor, of greatest likelihood (EM algorithm): where the readings cannot see
+        them it stays 1, where they see none it goes to nothing.
+        """
+        whole = self.prior.copy()
+        for _ in range(200):
+            found, before = self._estimate(kept, sigmas, []), self.prior.copy()
+            for own in self.terms:
+                index = [kept.index(n) for n in range(own.start, own.stop) if n in kept]
+                at = [kept[n] for n in index]
+                size = found.x[at] ** 2 + np.diag(found.covariance)[index]
+                factor = np.sqrt((size / whole[at] ** 2).mean()) if at else 1.0
+                self.prior[at] = whole[at] * np.clip(factor, 1e-3, 1.0)
+            if np.allclose(before, self.prior, rtol=0.01):
+                break
+
+    def _speaks_for(self, more, less):
+        """Whether the unknowns that `more` has beyond `less` explain more than chance would (F test)."""
+        read = slice(0, self.rows[len(self.blocks) - 1].stop if self.blocks else 0)
+        free = [float(each.spare[read].sum()) for each in (more, less)]
+        if free[0] < FEWEST or free[1] - free[0] < 1e-3:
+            return False
+        square = [float(((each.residuals / more.sigmas) ** 2)[read].sum()) for each in (more, less)]
+        ratio = (square[1] - square[0]) / (free[1] - free[0]) / (square[0] / free[0])
+        return scipy.stats.f.sf(max(ratio, 0), free[1] - free[0], free[0]) < SHOWN
+
+    def _shown(self, found):
+        """What of the unmeasured stands out of its uncertainty: its greatest size by name, mm or radians."""
+        shown, full = {}, np.zeros((self.count, self.count))
+        full[np.ix_(found.kept, found.kept)] = found.covariance
+        for each, own in zip(self.effects, self.terms, strict=True):
+            at = np.concatenate([table_position(self.machine, b.joints, each.joint) for b in self.blocks])
+            shares = each.shape(at)
+            error = np.abs(shares @ found.x[own])
+            deviation = np.sqrt(np.einsum("ni,ij,nj->n", shares, full[own, own], shares))
+            if (error > 3 * np.maximum(deviation, ROUNDING)).any():
+                shown[self.machine.joint_names[each.joint]] = float(error.max())
+        for block, own in zip(self.blocks, self.drifts, strict=True):
+            size, deviation = np.abs(found.x[own]), np.sqrt(np.diag(full)[own])
+            if (out := size > 3 * np.maximum(deviation, ROUNDING)).any():
+                shown[block.where] = float(size[out].max())
+        return shown
+
+    def _told_apart(self):
+        """Which unknowns the readings tell from those before them: names to what they are not told from, indices.
+
+        Where a ball stands and what the laser has seen come first, then the geometry in the order of `unknowns`.
+        What has a reading of its own need not be told apart.
+        """
+        matrix, geometry = self.predict(range(self.count), np.zeros(self.count))[1], len(self.names)
+        free = [n for own in (*self.entries, *self.places) for n in range(own.start, own.stop)]
+        kept, basis, reasons, told = [], np.empty((len(matrix), 0)), {}, set()
+        for index in (*free, *range(geometry)):
+            column = matrix[:, index]
+            length, left = np.linalg.norm(column), column - basis @ (basis.T @ column)
+            left -= basis @ (basis.T @ left)
+            if length > NOTHING and np.linalg.norm(left) > DEPENDENT * length:
+                kept.append(index)
+                told.add(index)
+                basis = np.column_stack([basis, left / np.linalg.norm(left)])
+            elif index < geometry and length > NOTHING:
+                share = np.linalg.lstsq(matrix[:, kept], column, rcond=None)[0]
+                share = np.abs(share) * np.linalg.norm(matrix[:, kept], axis=0) > 1e-3 * length
+                reasons[self.names[index]] = [
+                    self.names[n] for n, each in zip(kept, share, strict=True) if each and n < geometry
+                ]
+                if self.names[index][1] in "ABC34":
+                    told.add(index)  # with its standard uncertainty
+            elif index < geometry:
+                reasons[self.names[index]] = None
+        traces = np.linalg.norm(matrix, axis=0) > NOTHING
+        told |= {n for own in (*self.terms, *self.drifts) for n in range(own.start, own.stop) if traces[n]}
+        return reasons, told
+
+    def predict(self, kept, x):
+        """The predicted readings, all unknowns being `x`, and their derivatives by those `kept`."""
+        eye = np.eye(self.count)
+        parts = [self._gaps(n, x) for n in range(len(self.blocks))]
+        parts += [(x[own], eye[own]) for own in self.entries]
+        predicted, derivatives = map(np.concatenate, zip(*parts, strict=True))
+        return predicted, derivatives[:, kept]
+
+    def _gaps(self, number, x):
+        """What is read in a file; its derivatives by all unknowns."""
+        block, place, drift = self.blocks[number], self.places[number].start, self.drifts[number]
+        gaps, derivatives = self._along(block, block.joints, place, x)
+        if block.reference is not None:
+            there, slopes = self._along(block, block.reference, place, x)
+            gaps, derivatives = gaps - there, derivatives - slopes
+        if block.zeroed:
+            zero = place + 4 * block.setup + 3
+            gaps = gaps + x[zero]
+            derivatives[np.arange(len(zero)), zero] = 1
+        derivatives[:, drift] = block.order[:, None] * block.direction
+        return gaps + derivatives[:, drift] @ x[drift], derivatives
+
+    def _along(self, block, joints, place, x):
+        """How far the ball stands from the tip along each reading's direction; its derivatives by all unknowns."""
+        values = dict(zip(self.names, x[self.geometry], strict=True))
+        slides, actual, paths, shares = joints[:, :3] + self.machine.origin, joints.copy(), {}, []
+        for name in SQUARENESS:
+            turned, slide = np.eye(3)["ABC".index(name[1])], "XYZ".index(name[3])
+            paths[name] = np.outer(slides[:, slide] - self.about[name], np.cross(turned, np.eye(3)[slide]))
+            actual[:, :3] += values[name] * paths[name]
+        for each, weights, own in zip(self.tables, self.weights, self.entries, strict=True):
+            position = table_position(self.machine, joints, each.joint)
+            shares.append((each.joint, own, weights(position, where=each.where)))
+        for each, own in zip(self.effects, self.terms, strict=True):
+            shares.append((each.joint, own, each.shape(table_position(self.machine, joints, each.joint))))
+        for joint, own, share in shares:
+            actual[:, joint] += share @ x[own]
+        tip, by = held.tips(self.machine, actual, block.length, moved(self.machine, values))
+        along = np.einsum("ni,nji->nj", block.direction, by[..., :3])  # the direction, in the workpiece
+        slopes = -np.einsum("ni,nij->nj", along, by)
+        derivatives = np.zeros((len(actual), self.count))
+        derivatives[:, self.geometry] = slopes[:, 5:23] @ self.moves
+        for name, path in paths.items():
+            derivatives[:, self.names.index(name)] += (slopes[:, :3] * path).sum(axis=1)
+        for joint, own, share in shares:
+            derivatives[:, own] = slopes[:, [joint]] * share
+        ball = place + 4 * block.setup[:, None] + np.arange(3)
+        np.put_along_axis(derivatives, ball, along, axis=1)
+        return np.einsum("ni,ni->n", along, block.target + x[ball] - tip), derivatives
+
+
+def _slices(sizes):
+    """Slices of these sizes, one behind the other."""
+    return [slice(*each) for each in pairwise(np.cumsum([0, *sizes]).tolist())]

@@ -1,0 +1,148 @@
+"""Whether readings fit the machine estimated from them: noise, rows, patterns, sizes, each in a sentence."""
+
+import numpy as np
+import scipy
+
+from mathpost.compensate.readings import METHODS
+from mathpost.errors import InputError
+
+CHANCE = 0.002  # of readings that fit, below which a file is doubted for one of these reasons
+SMALLEST = 2e-5  # mm: no method scatters less
+LARGEST = {
+    "length": 1.0,
+    "angle": 5e-3,
+}  # U of a location, mm, and of a tilt, radians, beyond which nothing is known
+FAR = {"length": 5.0, "angle": 2e-2}  # and what a machine does not have
+DRAWS, SEED = 1000, 1
+MANY = 2000  # readings of a file beyond which patterns are not sought
+
+
+def kind(name):
+    """What an unknown is: a "length" or an "angle"."""
+    return "length" if name[1] in "XYZ12" else "angle"
+
+
+def refuse_absurd(found):
+    """Raise `InputError` for a `Calibration` that leaves an axis open by more than any machine is wrong."""
+    for name in found.values:
+        most, unit = LARGEST[kind(name)], "mm" if kind(name) == "length" else "rad"
+        if found[name].U > most:  # noqa: SIM300, no constant
+            said = "(two balls in one file need a column setup; more angles help)"
+            expected = f"readings that tell {name} to ± {most:g} {unit} or better {said}"
+            raise InputError(", ".join(found.noise) or "readings", expected, f"± {found[name].U:.3g} {unit}")
+
+
+def far_off(found):
+    """Sentences on axes that are far from where the machine file has them."""
+    far = [name for name in found.values if abs(found.values[name]) > FAR[kind(name)]]
+    sizes = [f"{name} is {found.values[name]:.3g} {'mm' if kind(name) == 'length' else 'rad'}" for name in far]
+    return [f"{each}: more than any machine has; the right machine file, the right axis?" for each in sizes]
+
+
+def judge(problem, solution, shown):
+    """Return doubts and notes, tuples of sentences, on a `problem` and its `solution`."""
+    doubts, notes = [], []
+    for number, (block, own) in enumerate(zip(problem.blocks, problem.rows, strict=False)):
+        file = _File(block, solution, own, solution.freedom[number])
+        doubts += [*block.doubts, *file.noise(), *(file.worst() or file.pattern())]
+        notes += [*block.notes]
+    for each in problem.tables:
+        doubts += each.doubts
+        notes += each.notes
+        most = METHODS["laser"]["noise"]
+        scatter = each.scatter * (np.degrees(3600) if each.joint > 2 else 1e3)
+        if scatter < 1e3 * SMALLEST and np.isfinite(each.freedom):
+            doubts.append(f"{each.where}: runs scatter by {scatter:.4f}: copied, rounded or in another unit?")
+        if scatter > 5 * most:
+            doubts.append(f"{each.where}: runs scatter by {scatter:.1f}, a laser by {most} at most")
+    for name, size in shown.items():
+        if name in problem.machine.joint_names[3:]:
+            found = f"up to {np.degrees(3600 * size):.1f} arcsec that nobody measured"
+            notes.append(f"{name}: the readings show a positioning error of {found}: it is in U; measure it")
+        elif name in problem.machine.joint_names:
+            notes.append(f"{name}: the readings show a scale error of {1e3 * size:.1f} µm: it is in U; measure it")
+        else:
+            found = f"{name}: the readings drift by {1e3 * size:.1f} µm from the first row to the last"
+            notes.append(f"{found}: it is in U; warm the machine up, and end with the first pose")
+    return tuple(doubts), tuple(notes)
+
+
+class _File:
+    """The residuals of one file of readings."""
+
+    def __init__(self, block, solution, own, freedom):
+        self.block, self.freedom = block, freedom
+        self.rows, self.covariance = solution.rows[own], solution.covariance
+        self.scaled = solution.residuals[own] / solution.sigmas[own]
+        self.sigma = float(solution.sigmas[own.start])
+        self.spare = np.clip(solution.spare[own], 1e-9, None)
+        self.free = float(self.spare.sum())
+
+    def noise(self):
+        """Doubts about its size: above what was stated or what the method has, or below what anything has."""
+        most, name = METHODS[self.block.method]["noise"], self.block.where
+        if np.isinf(self.freedom):
+            square = float((self.scaled**2).sum())
+            if scipy.stats.chi2.sf(square, max(self.free, 1e-9)) < CHANCE:
+                times = np.sqrt(square / self.free)
+                yield f"{name}: readings scatter {times:.1f} times as much as the stated {1e3 * self.sigma:.2f} µm"
+            return
+        method = self.block.method
+        least = self.sigma * np.sqrt(self.freedom / scipy.stats.chi2.isf(CHANCE, self.freedom))
+        if 1e3 * least > most:
+            said = f"readings scatter by {1e3 * self.sigma:.1f} µm, those of method {method} by {most} at most"
+            yield f"{name}: {said}"
+        if self.sigma < SMALLEST:
+            said = f"readings scatter by {1e3 * self.sigma:.4f} µm: simulated, rounded, or in another unit?"
+            yield f"{name}: {said}"
+
+    def worst(self):
+        """The row that the others contradict, if there is one."""
+        studentized = np.where(self.spare > 0.05, self.scaled / np.sqrt(self.spare), 0.0)
+        row = int(np.argmax(np.abs(studentized)))
+        free = self.free
+        square = float(studentized[row] ** 2)
+        if free < 4 or self.sigma < SMALLEST:
+            return []
+        if np.isfinite(self.freedom):  # against the noise of the others
+            rest = max((free - square) / (free - 1), 1e-12)
+            chance = 2 * scipy.stats.t.sf(np.sqrt(square / rest), free - 1) * len(studentized)
+            less = np.sqrt(rest)
+        else:
+            chance, less = 2 * scipy.stats.norm.sf(np.sqrt(square)) * len(studentized), 1.0
+        if chance > CHANCE:
+            return []
+        line, column = self.block.rows[row]
+        off = 1e3 * self.scaled[row] * self.sigma / self.spare[row]
+        said = f"{self.block.where}, line {line}, column {column!r}: {off:+.1f} µm from what all the others say"
+        return [f"{said}; without it U is about {less:.2g} times as large: look at it, and measure it again"]
+
+    def pattern(self):
+        """The doubt if residuals hang together: from row to row, or at the angles of an axis."""
+        if self.free < 6 or len(self.scaled) > MANY or self.sigma < SMALLEST:
+            return []
+        columns = np.array([column for _, column in self.block.rows])
+        follows = np.flatnonzero(columns[1:] == columns[:-1])
+        groups = []
+        for axis in (3, 4):
+            keys = [f"{c} {a:.4f}" for c, a in zip(columns, self.block.joints[:, axis], strict=True)]
+            _, index, count = np.unique(keys, return_inverse=True, return_counts=True)
+            if 1 < len(count) < len(keys):
+                groups.append(np.eye(len(count))[index] / np.sqrt(count))
+
+        def statistics(scaled):
+            """For residuals, shape (readings, draws): how much they hang together, (statistics, draws)."""
+            total = (scaled**2).sum(axis=0)
+            neighbours = (scaled[follows] * scaled[follows + 1]).sum(axis=0)
+            return np.stack([neighbours, *(((each.T @ scaled) ** 2).sum(axis=0) for each in groups)]) / total
+
+        drawn = np.random.default_rng(SEED).standard_normal((len(self.scaled), DRAWS))
+        left = drawn - self.rows @ (self.covariance @ (self.rows.T @ drawn))
+        found, chance = statistics(self.scaled[:, None]), statistics(left)
+        # The tail of the normal distribution with the moments of the draws: chances too small to be drawn.
+        above = (found[:, 0] - chance.mean(axis=1)) / chance.std(axis=1)
+        if scipy.stats.norm.sf(above).min() * len(above) > CHANCE / 10:
+            return []
+        return [
+            f"{self.block.where}: what is left of the readings follows a pattern: something is not in the model"
+        ]
