@@ -13,7 +13,9 @@ at a slide's own place; all move the *carried* body, table or tool. Displacement
 Bohez (source 001) has two groups of errors. In a file those that do not depend on position stand under [constant],
 the others in tables, each over the position of one joint::
 
-    name = "…" source = "…"
+    name = "…"
+    source = "…"
+    machine = "…"                     # `fingerprint` of the one machine that it is for
 
     [constant]                        # µm and µrad
     EXA = 10
@@ -29,6 +31,7 @@ Positions of slides are machine coordinates: the programmed X Y Z plus the machi
 taken to be where the ideal machine would have it: what probing it on the machine has taken out must be subtracted.
 """
 
+import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -220,15 +223,39 @@ def constant_errors(machine, errors):
     return MachineErrors(machine, as_array([errors.get(name, 0) for name in known], len(known), "errors"))
 
 
+def fingerprint(machine):
+    """Return a word for the geometry of a machine: its axes, pivots and offsets; not its travel, rates or set-up.
+
+    Errors count from this geometry. They are wrong on a machine file that has them in it already, or not yet.
+
+    Examples
+    --------
+    >>> from mathpost.machine import load
+    >>> fingerprint(load("ac_table")), fingerprint(load("bc_table"))
+    ('727abc5ac311', 'c8293b4b6b1a')
+    """
+    parts = [machine.programmed_point] if isinstance(machine.programmed_point, str) else []
+    numbers = [*unit(machine.tool_axis), *(machine.programmed_point if not parts else [])]
+    for each in machine.rotary:
+        parts += [each.name, each.carries]
+        numbers += [*unit(each.axis), *each.point]
+    parts += [f"{number:z.9f}" for number in numbers]
+    return hashlib.sha256(" ".join(parts).encode()).hexdigest()[:12]
+
+
 def read_errors(path, machine):
     """Read the errors of `machine` from a TOML file, as `MachineErrors`.
 
-    `InputError` if a file cannot be read, a key or a column is missing or unknown, an error belongs to no joint of
-    the machine, or a value suggests other units than µm, µrad, mm and degrees.
+    `InputError` if a file cannot be read, is for a machine with another `fingerprint`, a key or a column is missing
+    or unknown, an error belongs to no joint of the machine, or a value suggests other units than µm, µrad, mm and
+    degrees.
     """
     file, known = TomlTable(read_toml(path), str(path)), error_names(machine)
     for key in ("name", "source"):
         file.take(key, some_text, "text in quotes")
+    own = fingerprint(machine)
+    expected = f'"{own}", the geometry of {machine.name!r} from which the errors count'
+    file.take("machine", only_if(lambda word: word == own), expected)
     constant, values = file.table("constant", optional=True), np.zeros(len(known))
     for index, name in enumerate(known):
         unit, size = _unit(index)
