@@ -142,7 +142,7 @@ def calibrate(machine, paths, **settings):
     >>> from mathpost import machine
     >>> found = calibrate(machine.load("data/machines/ac_table.toml"), ["data/measurements/ball_c_axis.csv"])
     >>> f"{1e3 * found['EX0C'].value:.1f} ± {1e3 * found['EX0C'].U:.1f} µm", found.fits
-    ('10.1 ± 0.4 µm', True)
+    ('10.0 ± 0.4 µm', True)
     """
     read = [files.read(each, machine, **settings) for each in paths]
     found = estimate(machine, read)

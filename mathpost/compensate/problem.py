@@ -25,6 +25,7 @@ from mathpost.toml_table import read_toml
 DEPENDENT = 1e-5  # of a column that others leave: below it the readings do not tell the unknown from theirs
 NOTHING = 1e-9  # length of a column without a trace of its unknown
 SHOWN = 0.01  # chance below which readings are taken to show an error that nobody measured
+LEAST = 1e-6  # mm: no reading scatters less
 FEWEST = 3  # spare readings below which they are not asked for it
 DETERMINED = 0.5  # of the uncertainty from before anything was read: readings that leave more determine nothing
 
@@ -215,7 +216,7 @@ class Problem:
                     freedom[number] = spare[own].sum()
                     if freedom[number] < 0.5:
                         return None
-                    sigmas[own] = max(np.sqrt((found.residuals[own] ** 2).sum() / freedom[number]), ROUNDING)
+                    sigmas[own] = max(np.sqrt((found.residuals[own] ** 2).sum() / freedom[number]), LEAST)
             if np.allclose(before, sigmas, rtol=1e-3):
                 break
         return self._estimate(kept, sigmas, freedom)

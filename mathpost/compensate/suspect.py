@@ -51,8 +51,6 @@ def _changes(block, machine):
     for name in columns:
         yield f"the sign of {name}", _scaled([name], -1)
     yield "the sign of all readings", _scaled(columns, -1)
-    for words, factor in (("inches", INCH), ("1000 times as large", 1e3), ("1000 times as small", 1e-3)):
-        yield f"readings in another unit: {words}", _scaled(columns, factor)
     if block.method in ("ball", "sensor"):
         yield "places in inches", _scaled("xyz", INCH)
         other = {"ball": "sensor", "sensor": "ball"}[block.method]

@@ -62,7 +62,8 @@ UNITS = {
 }
 SHOWN = 12  # columns that a message lists
 KNOWN = ("unit", "method", "axis", "positive", "sigma", "centre", "start")  # settings that a comment may make
-SETTING = re.compile(r"(unit \S+|\w+)\s*[=:,;\t]\s*(.*)")
+# What a setting looks like; behind a colon only two words, or it is a sentence.
+SETTING = re.compile(r"(unit \S+|\w+)\s*(?:=\s*(.*)|[:,;\t]\s*(\S+(?: \S+)?))")
 
 
 class Table(dict):
@@ -191,8 +192,9 @@ def scan(path):
     for number, line in enumerate(content.splitlines(), 1):
         comment = line.lstrip(' "').startswith("#")
         said = SETTING.fullmatch(line.strip(' "#\t;,'))
-        if said and (said[1].casefold() in KNOWN or said[1].startswith("unit ")) and said[2]:
-            key, value = said[1] if said[1].startswith("unit ") else said[1].casefold(), said[2].strip()
+        key = said[1] if said and said[1].startswith("unit ") else said[1].casefold() if said else ""
+        value = (said[2] or said[3] or "").strip() if said else ""
+        if value and (key in KNOWN or key.startswith("unit ")):
             if comment and settings.get(key, value) != value:
                 raise InputError(f"{path}, line {number}", f"one line # {key} = …", f"a different one, {value!r}")
             settings.setdefault(key, value)

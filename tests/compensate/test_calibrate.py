@@ -5,12 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import tomlkit
 
 from mathpost import machine as machines
 from mathpost.compensate import handover, readings
-from mathpost.compensate.calibrate import calibrate, corrected
+from mathpost.compensate.calibrate import calibrate
 from mathpost.compensate.compensation import Compensator
 from mathpost.compensate.model import constant_errors, read_errors
+from mathpost.compensate.moved import corrected
 from mathpost.errors import InputError
 from mathpost.kinematics import Kinematics
 from mathpost.measure import rotary_axis
@@ -54,7 +56,7 @@ def test_readings_without_noise_leave_nothing(arrangement, sign, tmp_path):
     angles = rng.uniform(-0.8, 0.8, (20, 2))
     place, length = rng.uniform(-100, 100, (20, 3)), np.full(20, 120.0)
     before, after = (left(real, control, place, angles, length) for control in (Real(machine), believed(found)))
-    assert np.abs(before).max() > 0.01 and np.abs(after).max() < 1e-6
+    assert np.abs(before).max() > 0.01 and np.abs(after).max() < 1e-5
 
 
 @arrangements
@@ -64,7 +66,7 @@ def test_a_program_for_the_calibrated_machine_arrives(arrangement, sign, tmp_pat
     real = Real.random(machine, rng)
     real.positioning["X"] = lambda x: 0.01 * (x / 400) ** 2
     path = tmp_path / "nominal.toml"
-    path.write_text(handover.toml(content(machine)), encoding="utf-8")
+    path.write_text(tomlkit.dumps(content(machine)), encoding="utf-8")
     read = files(real, tmp_path, rng)
     assert main(["calibrate", str(path), *map(str, read), "-o", str(tmp_path / "out")]) == 0
     calibrated = machines.load(tmp_path / "out/machine.toml")
@@ -116,15 +118,30 @@ def content(machine):
 
 @pytest.mark.parametrize("table", ["ac_table", str(machines.data_file("machines/ac_table.toml"))])
 def test_what_the_shell_writes_is_what_post_takes(table, tmp_path, capsys):
-    data = machines.data_file("measurements")
-    given = [str(data / name) for name in ("ball_c_axis.csv", "probing_a_axis.csv", "angular_error.csv")]
-    assert main(["calibrate", table, *given[:1], *given[2:], "-o", str(tmp_path)]) == 0
+    given = str(machines.data_file("measurements/ball_c_axis.csv"))
+    assert main(["calibrate", table, given, "-o", str(tmp_path)]) == 0
     assert "EX0C" in capsys.readouterr().out
     cl = str(machines.data_file("cl/blade.cl"))
     made = ["post", cl, "--machine", str(tmp_path / "machine.toml"), "--errors", str(tmp_path / "errors.toml")]
     assert main([*made, "-o", str(tmp_path / "p.h")]) == 0
-    found = calibrate(machines.load("ac_table"), [given[0], given[2]])
+    found = calibrate(machines.load("ac_table"), [given])
     assert machines.load(tmp_path / "machine.toml").rotary == found.machine.rotary
+    assert main(["post", cl, "--machine", table, *made[4:], "-o", str(tmp_path / "q.h")]) == 2
+    assert "from which the errors count" in capsys.readouterr().err
+
+
+def test_readings_that_contradict_each_other_are_written_only_when_accepted(tmp_path, capsys):
+    """The ball was read on a machine whose C is perfect, the autocollimator on one with a worn tooth."""
+    data = machines.data_file("measurements")
+    given = ["calibrate", "ac_table", str(data / "ball_c_axis.csv"), str(data / "angular_error.csv")]
+    assert main([*given, "-o", str(tmp_path / "no")]) == 1 and not (tmp_path / "no").exists()
+    captured = capsys.readouterr()
+    assert captured.out.startswith("THE READINGS DO NOT FIT") and "nothing was written" in captured.err
+    assert main([*given, "--accept", "-o", str(tmp_path / "yes")]) == 1
+    for name in ("machine.toml", "errors.toml", "errors_c.csv", "siemens_c.ini", "terms.txt"):
+        assert "DO NOT FIT" in (tmp_path / "yes" / name).read_text(encoding="utf-8")
+    calibrated = machines.load(tmp_path / "yes/machine.toml")
+    assert read_errors(tmp_path / "yes/errors.toml", calibrated).curves
 
 
 @arrangements
@@ -164,13 +181,14 @@ def test_the_formula_of_one_method_finds_what_the_chain_finds():
         assert pytest.approx(by_chain[other].U, rel=0.01) == by_formula.expanded(name).U
     by_formula = probing.identify(probing.read(data / "probing_a_axis.csv"))
     by_chain = calibrate(table, [data / "probing_a_axis.csv"])
-    assert by_chain.machine.rotary[0].point[1:] == pytest.approx([by_formula["yc"], by_formula["zc"]], abs=1e-6)
-    assert pytest.approx(by_chain["EY0A"].U, rel=1e-6) == by_formula.expanded("yc").U
+    assert by_chain.machine.rotary[0].point[1:] == pytest.approx([by_formula["yc"], by_formula["zc"]], abs=2e-3)
+    # Squareness, A's own positioning and the scale of the slides, which the formula takes for nothing, are in U.
+    assert by_chain["EZ0A"].U > 1.5 * by_formula.expanded("zc").U
     by_formula = tip.identify(tip.read(data / "rtcp_tip.csv"))
     lines = handover.terms(calibrate(head, [data / "rtcp_tip.csv"])).splitlines()[2:5]
     said = [float(line.partition("±")[0].split()[-1]) for line in lines]
     expected = [np.rad2deg(by_formula["alpha"]), by_formula["dy"], by_formula["dL"]]
-    assert said == pytest.approx(expected, abs=1e-5)
+    assert said == pytest.approx(expected, abs=3e-4)
 
 
 # Signs
@@ -312,15 +330,18 @@ def test_the_tables_of_the_controls_take_the_error_out(axis, write):
 
 def test_what_the_readings_do_not_tell_is_listed():
     found = calibrate(machines.load("ac_table"), [machines.data_file("measurements/dial_circle.csv")])
-    assert list(found.values) == ["EX0C", "EY0C"]
-    assert "not measured" in found.assumed["EY0A"] and "ballbar" in found.assumed["EC0Y"]
+    assert list(found.values) == ["EX0C", "EY0C", "EC0Y"]
+    assert "not measured" in found.assumed["EY0A"] and "not measured" in found.assumed["EA0Z"]
 
 
 def test_one_tool_length_does_not_tell_the_spindle_from_the_pivot(write):
     rows = ["40,500,0.0534", "-40,500,-0.03", "60,500,0.02", "-60,500,0.01"]
     path = write(text("angle,L,axial", *rows, method="tip", unit="mm", axis="B", positive="tip"))
     found = calibrate(machines.load("head_b_table_c"), [path])
-    assert "EB0S" not in found.values and found.assumed["EB0S"].startswith("not told from EX0B")
+    assert found.assumed["EB0S"].startswith(
+        "these readings cannot separate EB0S from EX0B. Also take a tool 200 mm"
+    )
+    assert found["EX0B"].U > 0.01  # what the spindle may lean
 
 
 # Files as people have them
@@ -389,11 +410,11 @@ THREE = ("angle,R,dial", "0,100,0.1", "90,100,0.1")
         (text("angle,R,dial", "0,100,0.1", **SAID | {"method": "dail"}), "a line # method = one of ball"),
         (text(*FOUR, method="dial", unit="mm", positive="out"), "expected a line # axis = A or C"),
         (text("angle,dial", "0,0.1", **SAID), "a column R"),
-        (text("angle,R,dial,ex", "0,100,0.1,0", **SAID), "no columns but dial, R, z, angle"),
+        (text("angle,R,dial,ex", "0,100,0.1,0", **SAID), "no columns but dial, angle, R, z"),
         (text("angle;R;dial", "0;100;0,1", "90;100;0.1", **SAID), "line 6, column 'dial': expected a number"),
         (text("angle,R,dial", "0,100,1", "1.5708,100,1", **SAID), "look like radians"),
         (text(*THREE, "180,100,0.2", **SAID), "readings than unknowns, or a line # sigma"),
-        (text("angle,R,dial,temp", "0,100,0.1,20", **SAID), "found 'temp'"),
+        (text("angle,R,dial,torque", "0,100,0.1,20", **SAID), "found 'torque'"),
         (text(f"{UP_DOWN},dial", "0,0,0,0,0,0", **LASER), "no columns but reading, forth, back, position, up1"),
         (text("face,at,shown,dial", "+X,0,1,0", method="bar", unit="mm"), "no columns but shown, face, at"),
         (text("x,y,z,ex", "0,0,0,0.1", method="ball", unit="mm"), "the rotary angles under their axes' names"),

@@ -7,7 +7,7 @@ from mathpost import machine
 from mathpost.compensate.model import constant_errors, error_names, read_errors
 from mathpost.errors import InputError, ReachError
 
-HEAD = 'name = "n"\nsource = "s"\n'
+HEAD = 'name = "n"\nsource = "s"\nmachine = "c8293b4b6b1a"\n'
 
 
 @pytest.fixture(scope="module")

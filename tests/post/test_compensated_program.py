@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mathpost import machine, post
-from mathpost.compensate.model import ErrorModel, MachineErrors, error_names, read_errors
+from mathpost.compensate.model import ErrorModel, MachineErrors, error_names, fingerprint, read_errors
 from mathpost.controls import control, reader
 from mathpost.errors import InputError, ReachError
 from mathpost.kinematics import Kinematics
@@ -83,7 +83,8 @@ def test_errors_of_another_machine_or_set_up(blade, calibrated, dmu50v):
 
 def test_a_path_beyond_the_measured_travel(blade, calibrated, tmp_path):
     (tmp_path / "x.csv").write_text("position,EXX\n0,0\n55,3\n", encoding="utf-8")
-    toml = 'name = "n"\nsource = "s"\n[[table]]\njoint = "X"\nfile = "x.csv"\n'
+    head = f'name = "n"\nsource = "s"\nmachine = "{fingerprint(calibrated.machine)}"\n'
+    toml = head + '[[table]]\njoint = "X"\nfile = "x.csv"\n'
     (tmp_path / "errors.toml").write_text(toml, encoding="utf-8")
     errors = read_errors(tmp_path / "errors.toml", calibrated.machine)
     with pytest.raises(ReachError, match="X: .* was not measured: 0 to 55 was"):
