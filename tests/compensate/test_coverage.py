@@ -1,0 +1,81 @@
+"""Whether the truth lies within U, or a verdict says that the model does not hold: the small `coverage`."""
+
+import numpy as np
+import pytest
+
+from mathpost import machine as machines
+from mathpost.compensate.calibrate import calibrate
+from tests.compensate import simulated
+from tests.compensate.coverage import CASES, shares
+from tests.compensate.simulated import Simulated
+
+ALWAYS = ("C reversed", "ex and ey exchanged", "A and C exchanged", "a chip of 0.15 mm", "every row twice")
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_within_u_or_said(case):
+    inside, doubted = shares(case, 2)
+    assert inside > 0.85
+    assert doubted < 0.2 or not CASES[case][0]
+    assert doubted == 1 or case not in ALWAYS
+
+
+def _found(tmp_path, content, kind="table"):
+    (tmp_path / "machine.toml").write_text(simulated.toml(kind), encoding="utf-8")
+    path = tmp_path / "readings.csv"
+    path.write_text(content, encoding="utf-8")
+    return calibrate(machines.load(tmp_path / "machine.toml"), [path])
+
+
+def _change(**changes):
+    return lambda columns: (
+        columns | {name: columns[other.strip("-")] * (-1) ** ("-" in other) for name, other in changes.items()}
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "cause"),
+    [
+        ({"A": "-A"}, "the sign of A"),
+        ({"C": "-C"}, "the sign of C"),
+        ({"ex": "ey", "ey": "ex"}, "the columns ex and ey exchanged"),
+        ({"A": "C", "C": "A"}, "the columns A and C exchanged"),
+        ({"ez": "-ez"}, "the sign of ez"),
+    ],
+)
+def test_the_likely_cause_is_named(changes, cause, tmp_path):
+    machine = Simulated("table", np.random.default_rng(3))
+    found = _found(tmp_path, simulated.ball(machine, np.random.default_rng(4), change=_change(**changes)))
+    assert not found.fits and f"likely cause: {cause}" in found.doubts[-1]
+
+
+def test_readings_along_the_tables_axes_are_no_ball(tmp_path):
+    machine = Simulated("table", np.random.default_rng(3))
+    content = simulated.ball(machine, np.random.default_rng(4), sensor=True)
+    assert _found(tmp_path, content).fits
+    found = _found(tmp_path, content.replace("method = sensor", "method = ball"))
+    assert "likely cause: another method: sensor" in found.doubts[-1]
+
+
+def test_the_row_with_the_chip_is_named(tmp_path):
+    def chip(columns):
+        columns["ey"][11] += 0.15
+        return columns
+
+    machine = Simulated("table", np.random.default_rng(3))
+    doubts = _found(tmp_path, simulated.ball(machine, np.random.default_rng(4), change=chip)).doubts
+    assert "line 15, column 'ey': +15" in doubts[1]
+
+
+@pytest.mark.parametrize(
+    ("positioning", "drift", "note"),
+    [
+        (("C", 4), 0.0, "C: the readings show a positioning error of up to"),
+        (("A", 0), 0.006, "the readings drift by"),
+    ],
+)
+def test_what_nobody_measured_is_said(positioning, drift, note, tmp_path):
+    machine, (name, size) = Simulated("table", np.random.default_rng(3)), positioning
+    machine.positioning[name] = lambda q: size * simulated.ARCSEC * np.sin(q)
+    found = _found(tmp_path, simulated.ball(machine, np.random.default_rng(4), drift=drift))
+    assert found.fits and any(note in each for each in found.notes)
