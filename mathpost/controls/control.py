@@ -5,12 +5,14 @@ them and state only what is different.
 """
 
 import re
+import textwrap
+import unicodedata
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from pathlib import Path
 
 from mathpost.errors import NUMBER, InputError
-from mathpost.files import data_file
+from mathpost.files import data_file, read_text
 from mathpost.machine import Machine
 from mathpost.path.modal import AUXILIARY
 from mathpost.toml_table import TomlTable, a_number, each, one_of, only_if, read_toml, some_text
@@ -26,6 +28,7 @@ COMMANDS = (
 )  # fmt: skip
 LINES = each(str), "a list of lines"
 WORD = only_if(lambda value: isinstance(value, str)), "a word"
+NUMBER_ROOM = 8  # characters of a line, for its block number
 TRUTH = only_if(lambda value: isinstance(value, bool))
 DIGITS = only_if(lambda value: value == int(value) and 0 <= value <= 6, a_number)
 COUNT = only_if(lambda value: value == int(value) and value >= 0, a_number), "a whole number, not negative"
@@ -41,7 +44,9 @@ class Control:
     foot: tuple[str, ...]  # and after them
     comment: str  # with {text} in it
     replaced: dict[str, str]  # characters that a comment may not hold, and what stands for them
-    number: str  # what stands before the number of a block
+    ascii: bool  # whether a comment holds no other letters
+    longest: int | None  # characters of a line
+    number: str | None  # what stands before the number of a block; None: they have none
     first: int  # number of the first block
     step: int  # from each to the next
     last: int | None  # after which numbering begins again
@@ -80,10 +85,17 @@ class Control:
             lines += self.lines(f"{command.kind} {command.values[-1]}")
         return lines
 
-    def remark(self, text: str) -> str:
-        """Return a text as a comment of one line."""
+    def remark(self, text: str) -> list[str]:
+        """Return a text as a comment, on as many lines as it needs."""
         shown = "".join(self.replaced.get(character, character) for character in " ".join(text.split()))
-        return self.comment.format(text=shown)
+        if self.ascii:
+            shown = unicodedata.normalize("NFKD", shown).encode("ascii", "replace").decode()
+        room = (self.longest or len(shown) + NUMBER_ROOM) - len(self.comment) - NUMBER_ROOM
+        return [self.comment.format(text=line) for line in textwrap.wrap(shown, max(room, 20)) or [""]]
+
+    def numbered(self, line: str, before: int) -> str:
+        """Return a line with the number of a block that comes after so many others."""
+        return line if self.number is None else f"{self.number}{self.numbers(before)} {line}"
 
     def numbers(self, before):
         """The number of a block that comes after so many others, an int or an array of them."""
@@ -131,7 +143,12 @@ def load(name: str | Path) -> Control:
     >>> load("fanuc").lines("compensation LEFT", "LEFT", 31)
     ['G41 D31']
     """
-    return _loaded(str(name))
+    path = _find(str(name))
+    content = _with_inherited(path, ())
+    try:
+        return from_dict(content, str(path))
+    except InputError as error:
+        raise InputError(_with_line(path, error.where), error.expected, error.found) from None
 
 
 def control_for(machine: Machine, control: Control | str | Path) -> Control:
@@ -149,11 +166,13 @@ def names() -> list[str]:
     return [path.stem for path in sorted(data_file("controls").glob("*.toml"))]
 
 
-@lru_cache(maxsize=32)
-def _loaded(name):
-    path = _find(name)
-    content = _with_inherited(path, ())
-    return from_dict(content, str(path))
+def _with_line(path, where):
+    """`where` with the line of the key that it names, if the key stands in this file."""
+    key = re.search(r"key '([^']+)'", where)
+    for number, line in enumerate(read_text(path).splitlines(), 1):
+        if key and re.match(rf'\s*"?{re.escape(key[1])}"?\s*=', line):
+            return where.replace(str(path), f"{path}, line {number}", 1)
+    return where
 
 
 def _find(name):
@@ -192,7 +211,9 @@ def from_dict(content: dict, where: str = "control") -> Control:
         foot=tuple(program.take("foot", *LINES, ())),
         comment=program.take("comment", only_if(lambda text: "{text}" in text), "a line with {text} in it"),
         replaced={sign: replaced.take(sign, *WORD) for sign in list(replaced.content)},
-        number=blocks.take("number", *WORD, ""),
+        ascii=program.take("ascii", TRUTH, "true or false", False),
+        longest=blocks.take("longest", lambda value: int(COUNT[0](value)), COUNT[1], None),
+        number=blocks.take("number", lambda word: None if word == "none" else WORD[0](word), WORD[1], ""),
         first=int(blocks.take("first", *COUNT, 1)),
         step=int(blocks.take("step", only_if(lambda x: x == int(x) > 0, a_number), "a whole number above 0", 1)),
         last=blocks.take("last", lambda value: int(COUNT[0](value)), COUNT[1], None),

@@ -34,7 +34,7 @@ class _Lines(bulk.Reader):
         letters = "|".join(re.escape(axis) for axis in sorted(self.names, key=len, reverse=True))
         self.axis = re.compile(rf"({letters})(?:=|(?<=[A-Z]))({NUMBER})")
         self.feed_word = re.compile(rf"({'|'.join(filter(None, (*self._words_behind(), 'F')))})({NUMBER})?")
-        self.numbered = re.compile(rf"^{control.number}\d+\s*")
+        self.numbered = re.compile(r"(?!)" if control.number is None else rf"^{control.number}\d+\s*")
         self.pattern = _plain(control.number, control.begin, (*self._words_behind(),), self.names)
         self.own_lines = _templates((*machine.program_head, *machine.program_foot, *machine.tool_change))
         self.line = 1
@@ -193,7 +193,8 @@ def _templates(lines):
 @cache
 def _plain(number, begin, words_behind, names):
     """The pattern of a line that moves axes and changes no mode but its feed."""
-    start = [Item(number, "count"), *([Item(f" {begin}")] if begin else [])]
+    start = [] if number is None else [Item(number, "count")]
+    start += [Item(f" {begin}")] if begin else []
     rapid, block_time = words_behind
     behind = [Item(f" {rapid}", optional=True)] if rapid else []
     behind += [Item(f" {block_time}", "number", optional=True)] if block_time else []

@@ -26,9 +26,15 @@ def write(
     between, changes, switches = _between(control, machine, blocks)
     rows, own = len(blocks.words), machine.program_head
     if not own and not machine.program_foot:
-        own = [control.remark(MOTION_ONLY)]
-    between[0][:0] = [line.replace("{name}", name) for line in (*control.head, *own)]
-    foot = [line.replace("{name}", name) for line in (*machine.program_foot, *control.foot)]
+        own = control.remark(MOTION_ONLY)
+    stated = re.search(r"\d{1,4}", name)
+    number = f"{int(stated[0]) or 1:04d}" if stated else "0001"
+
+    def filled(lines):
+        return [line.replace("{name}", name).replace("{number}", number) for line in lines]
+
+    between[0][:0] = filled((*control.head, *own))
+    foot = filled((*machine.program_foot, *control.foot))
     between[rows] += foot
     numbered = np.zeros(rows + 1, int)  # how many lines before each move, besides the moves
     for row, lines in between.items():
@@ -37,12 +43,13 @@ def write(
     columns = _columns(control, machine.joint_names, blocks, before[:-1], changes, switches)
     texts, at = [], 0
     for row, lines in between.items():
-        texts += bulk.lines(columns, at, row)
+        moves = bulk.lines(columns, at, row)
+        texts += moves if control.number is not None else _without_indent(moves)
         count, at = before[row] - numbered[row], row
         for line in lines:
             if not line.startswith(control.unnumbered):
                 skip, line = "/" * line.startswith("/"), line.removeprefix("/")
-                line, count = f"{skip}{control.number}{control.numbers(count)} {line}", count + 1
+                line, count = f"{skip}{control.numbered(line, count)}", count + 1
             texts.append(f"{line}\n")
     return "".join(texts)
 
@@ -63,7 +70,7 @@ def _between(control, machine, blocks):
         for remark in remarks:
             kind, first = getattr(remark, "kind", "comment"), len(lines)
             if kind == "comment":
-                lines.append(control.remark(remark))
+                lines += control.remark(remark)
             elif kind == "compensation":
                 (switches[row],) = control.lines(f"{kind} {remark.values[0]}", *remark.values)
             elif kind == "tool":
@@ -96,6 +103,11 @@ def _between(control, machine, blocks):
     return between, [row for row in changes if row < rows], switches
 
 
+def _without_indent(texts):
+    """Lines that begin with a word and not with the blank before it."""
+    return [text.replace("\n ", "\n").removeprefix(" ") for text in texts]
+
+
 def _turn(control, angles):
     """The line of a rapid move of the rotary axes alone; `angles` by name, degrees."""
     words = [f"{axis_word(name)}{value:{control.plus}z.{control.decimals}f}" for name, value in angles.items()]
@@ -106,7 +118,7 @@ def _turn(control, angles):
 def _columns(control, axes, blocks, numbers, changes, switches):
     """The moves as `Column`s; `changes` and `switches` as in `_between`."""
     rows, timed = np.arange(len(blocks.words)), ~(blocks.rapid | np.isnan(blocks.seconds))
-    start = [Column(control.number, control.numbers(numbers))]
+    start = [] if control.number is None else [Column(control.number, control.numbers(numbers))]
     if control.begin:
         start.append(Column(f" {control.begin}"))
     positions = []

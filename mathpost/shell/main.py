@@ -17,6 +17,7 @@ COMMANDS = {  # a file of this folder each, and a line of help
     "explain": "which misreading of the convention gives this number?",
     "pose": "a tool axis to every position of a machine, or joints to tip and tool axis",
     "plane": "a tilted plane in every control's words, and a machine's positions on it",
+    "controls": "the controls that programs are written for, or the file of one to copy",
     "show": "a machine as a page that moves, with the signs of its axes in words",
     "print": "forward, inverse and Jacobian of a machine as JavaScript, C or LaTeX",
     "assign": "lessons for students, without solutions",

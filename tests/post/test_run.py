@@ -221,7 +221,7 @@ def test_verification_notices_a_changed_digit(dmu50v, blade):
 @pytest.mark.parametrize(
     "change",
     [
-        {"dialect": "mazak"},
+        {"dialect": "mazatrol"},
         {"singular": "paper cubic"},
         {"tolerance": 0},
         {"tolerance": np.inf},

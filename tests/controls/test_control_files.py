@@ -1,0 +1,107 @@
+"""Controls as files: what they may say, what a user's own may inherit, and what is refused with its line."""
+
+import numpy as np
+import pytest
+
+from mathpost import machine, post
+from mathpost.controls import control, reader
+from mathpost.errors import InputError
+from mathpost.path import cl as cldata
+from mathpost.shell.main import main
+from tests.conftest import DATA
+from tests.independent import judge
+from tests.independent.machine_model import Model
+from tests.independent.reader import Setup
+from tests.independent.reader import read as read_independently
+
+OWN = """name = "grblhal"
+inherits = "fanuc"
+source = "its documentation of G codes"
+
+[program]
+head = ["G21 G17 G90 G94"]
+foot = ["M30"]
+
+[blocks]
+number = "none"
+decimals = 3
+"""
+MACHINES = ["ac_table", "dmu50v", "head_b_table_c", "nutating_head"]
+
+
+@pytest.fixture
+def own(tmp_path):
+    """A control of the user's, from a few lines."""
+    path = tmp_path / "grblhal.toml"
+    path.write_text(OWN, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_control_of_the_users_own(own, name):
+    data, path = machine.load(name), cldata.read(DATA / "cl/blade.cl")
+    result = post.run(path, data, dialect=own, tolerance=0.05)
+    lines = result.program.splitlines()
+    assert lines[0] == "G21 G17 G90 G94" and lines[-1] == "M30" and not any(line[0] in "N%O " for line in lines)
+    assert all(len(word.split(".")[1]) == 3 for line in lines for word in line.split() if word[0] in "XYZ")
+    assert result.report.path_tip_error <= 0.05
+    back = reader.read(result.program, data, own)
+    np.testing.assert_array_equal(back.words, result.blocks.words)
+
+
+@pytest.mark.parametrize("tcp", [False, True])
+@pytest.mark.parametrize("dialect", ["haas", "mazak"])
+@pytest.mark.parametrize("name", MACHINES)
+def test_other_controls_through_the_independent_reader(name, dialect, tcp):
+    """Their programs go where the CL data say, read by what knows the manuals only."""
+    file = DATA / f"machines/{name}.toml"
+    dome = cldata.read(DATA / "cl/dome.cl")
+    path = cldata.from_arrays(dome.points[:40], dome.axes[:40], feed=1000)
+    result = post.run(path, machine.load(name), dialect=dialect, tcp=tcp)
+    model = Model(file)
+    moves = read_independently(result.program, dialect, Setup(model, length_on=True))
+    samples = judge.sample(model, moves)
+    tip, axis, _ = judge.along_records(samples.tip, samples.axis, path.points, path.axes)
+    assert tip.max() < 0.0101 and axis.max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ("longst = 3", r"line 12, \[blocks\], key 'longst': expected no such key, found 3"),
+        ("decimals = 1.5", r"a TOML file"),
+        ("step = 0", r"line 12, \[blocks\], key 'step': expected a whole number above 0, found 0"),
+        ('[motion]\nturning_feed = "fast"', r"line 1\d, \[motion\], key 'turning_feed': expected .* found 'fast'"),
+        ('[read]\nG7 = "fly"', r"line 1\d, \[read\], key 'G7': expected"),
+        ('[commands]\n"jump" = ["G8"]', r"line 1\d, \[commands\], key 'jump': expected no such key"),
+    ],
+)
+def test_a_wrong_key_is_refused_with_its_line(own, wrong, said):
+    own.write_text(OWN + wrong + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        control.load(own)
+
+
+def test_a_control_that_inherits_from_itself_is_refused(tmp_path):
+    path = tmp_path / "a.toml"
+    path.write_text(f'inherits = "{path}"\nname = "a"\n', encoding="utf-8")
+    with pytest.raises(InputError, match="inherits"):
+        control.load(path)
+
+
+@pytest.mark.parametrize("name", control.names())
+def test_every_control_says_what_its_words_rest_on(name, capsys):
+    assert main(["controls"]) == 0 and control.load(name).source in capsys.readouterr().out
+    assert main(["controls", name]) == 0 and f'name = "{name}"' in capsys.readouterr().out
+
+
+def test_a_comment_ends_no_transfer_and_stays_in_its_letters():
+    found = control.load("fanuc").remark("50% ÄPFEL (刀具) " + "X" * 200)
+    assert "%" not in "".join(found) and "".join(found).isascii() and all(len(line) <= 120 for line in found)
+    assert all(line.startswith("(") and line.endswith(")") and line.count("(") == 1 for line in found)
+
+
+def test_the_number_of_a_program_is_the_one_in_its_name():
+    blade = cldata.read(DATA / "cl/blade.cl")
+    for name, number in (("blade", "O0001"), ("part 4711", "O4711"), ("7", "O0007")):
+        assert number in post.run(blade, machine.load("dmu50v"), dialect="fanuc", name=name).program
