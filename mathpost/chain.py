@@ -72,7 +72,7 @@ class Geometry:
 
 
 def joint_symbols(machine):
-    """The five joint symbols, named as in the machine file."""
+    """The joint symbols, named as in the machine file."""
     return sp.symbols(machine.joint_names, real=True)
 
 
@@ -220,10 +220,16 @@ def _symbol_vector(name):
     return sp.Matrix(vector_symbols(name))
 
 
+def joint_values(machine, joints, degrees):
+    """The joints (..., k) one by one, mm and radians, as the compiled functions of the chain take them."""
+    values = list(np.moveaxis(as_array(joints, len(machine.joint_names), "joints"), -1, 0))
+    return values[:3] + [np.deg2rad(angle) if degrees else angle for angle in values[3:]]
+
+
 def machine_frames(machine, joints, *, degrees=False):
     """Return where the workpiece and the tool of a machine stand, WCS in MCS and TCS in MCS, as two `Frame`.
 
-    `joints`, shape (..., 5), are those of `Kinematics.forward`. The tool's origin is the tip, its Z the tool axis.
+    `joints`, shape (..., k), are those of `Kinematics.forward`. The tool's origin is the tip, its Z the tool axis.
     The way of a point from tool to workpiece is ``machine_from_workpiece.inverse() @ machine_from_tool``.
 
     Examples
@@ -233,9 +239,7 @@ def machine_frames(machine, joints, *, degrees=False):
     >>> (workpiece.inverse() @ tool).origin.round(6) + 0.0
     array([ 0., 10., 30.])
     """
-    x, y, z, first, second = np.moveaxis(as_array(joints, 5, "joints"), -1, 0)
-    if degrees:
-        first, second = np.deg2rad(first), np.deg2rad(second)
     placed, symbols = dict(bodies(machine)), joint_symbols(machine)
-    matrices = (numeric(placed[name], symbols)(x, y, z, first, second) for name in ("workpiece", "tool"))
+    values = joint_values(machine, joints, degrees)
+    matrices = (numeric(placed[name], symbols)(*values) for name in ("workpiece", "tool"))
     return tuple(Frame.from_matrix(m, "MCS", child) for m, child in zip(matrices, ("WCS", "TCS"), strict=True))

@@ -13,7 +13,7 @@ from sympy.printing.jscode import JavascriptCodePrinter
 from mathpost import chain
 from mathpost.errors import InputError
 from mathpost.formula import shared
-from mathpost.kinematics import ABOVE, AT_POLE, BELOW, REACH_TOLERANCE
+from mathpost.kinematics import ABOVE, AT_POLE, BELOW, PRINTED, REACH_TOLERANCE
 
 LANGUAGES = ("latex", "js", "c")
 
@@ -104,8 +104,11 @@ def body(kin, *, jacobian=True):
 def _printed(kin, language, jacobian=True):
     """All functions of a machine in one language, the inverse made of them by hand."""
     functions = "\n\n".join(function(name, *pair, language) for name, pair in _functions(kin, jacobian).items())
-    inverse = {"js": _JS_INVERSE, "c": _C_INVERSE}[language]
-    inverse = inverse.format(outer=kin.outer, inner=kin.inner, tolerance=REACH_TOLERANCE, pole=AT_POLE)
+    templates = {"js": (_JS_INVERSE, _JS_INVERSE_OF_ONE), "c": (_C_INVERSE, _C_INVERSE_OF_ONE)}
+    inverse = templates[language][kin.inner is None]
+    inverse = inverse.format(
+        outer=kin.outer, inner=kin.inner, tolerance=REACH_TOLERANCE, printed=PRINTED, pole=AT_POLE
+    )
     return f"{functions}\n{inverse}"
 
 
@@ -120,6 +123,13 @@ def _functions(kin, jacobian=True):
         "forward": (pose, kin.symbols),
         **({"jacobian": (slopes, kin.symbols)} if jacobian else {}),
         "close_loop": (derived.linear, (*derived.tip, *kin.symbols[3:])),
+        **(_two_branches(derived) if derived.solutions else {"outer_turn": (derived.turn, derived.axis)}),
+    }
+
+
+def _two_branches(derived):
+    """What the inverse of two rotary joints takes, the inner one first."""
+    return {
         "reach": ((derived.below, derived.above), derived.axis),
         "inner_angles": (derived.solutions, (BELOW, ABOVE)),
         "outer_turn": (derived.turn, (*derived.axis, derived.inner)),
@@ -134,16 +144,19 @@ def _title(kin):
 def _header(kin):
     joints, derived = ", ".join(kin.machine.joint_names), kin.inverse_symbolic
     bodies = ", ".join(name for name, _ in chain.bodies(kin.machine))
+    one, count = derived.inner is None, len(kin.symbols)
+    solved = "the joints, angle" if one else "the joints of both branches, angles"
+    angles = f"Angle {derived.outer}" if one else f"Inner angle {derived.inner}, outer angle {derived.outer}"
     return (
         f" * q: the joints {joints}; mm and radians. A pose: tool tip x, y, z (mm) and tool axis i, j, k, a unit",
         " * vector from the tip towards the spindle, both in the workpiece.",
         f" * places    q -> three rows of four numbers for each body: {bodies}; machine_from_body.",
         " * forward   q -> x, y, z, i, j, k.",
-        " * jacobian  q -> 6 rows of 5 numbers: the derivatives of the pose with respect to the joints.",
-        " * close     tip and the two rotary angles -> X, Y, Z that put the tip there (C: close_loop).",
-        " * inverse   tip and tool axis (of any length) -> the joints of both branches, angles in (-pi, pi].",
-        f" *           Inner angle {derived.inner}, outer angle {derived.outer}: 0 at the pole, where any fits.",
-        " *           null (C: the result 0 instead of 2) out of reach. Travel is not looked at.",
+        f" * jacobian  q -> 6 rows of {count} numbers: the derivatives of the pose with respect to the joints.",
+        " * close     tip and the rotary angles -> X, Y, Z that put the tip there (C: close_loop).",
+        f" * inverse   tip and tool axis (of any length) -> {solved} in (-pi, pi].",
+        f" *           {angles}: 0 at the pole, where any fits.",
+        f" *           null (C: the result 0 instead of {2 - one}) out of reach. Travel is not looked at.",
     )
 
 
@@ -183,6 +196,31 @@ int inverse(const double tip[3], const double axis[3], double q[2][5]) {{
     return 2;
 }}
 """
+_JS_INVERSE_OF_ONE = """
+const close = (tip, rotary) => close_loop([...tip, ...rotary]);
+
+function inverse(tip, axis) {{
+    const n = axis.map((x) => x / Math.hypot(...axis)), [rise, run] = outer_turn(n), q = [0, 0, 0, 0];
+    q[{outer}] = rise * rise + run * run < {pole} ? 0 : Math.atan2(rise + 0, run);
+    [q[0], q[1], q[2]] = close(tip, q.slice(3));
+    const made = forward(q);
+    return Math.hypot(made[3] - n[0], made[4] - n[1], made[5] - n[2]) <= {printed} ? [q] : null;
+}}
+"""
+_C_INVERSE_OF_ONE = """
+int inverse(const double tip[3], const double axis[3], double q[1][4]) {{
+    const double length = sqrt(axis[0]*axis[0] + axis[1]*axis[1] + axis[2]*axis[2]);
+    const double turn[3] = {{axis[0]/length, axis[1]/length, axis[2]/length}};
+    double s[2], made[6];
+    outer_turn(turn, s);
+    q[0][{outer}] = s[0]*s[0] + s[1]*s[1] < {pole} ? 0 : atan2(s[0] + 0.0, s[1]);
+    const double closing[4] = {{tip[0], tip[1], tip[2], q[0][3]}};
+    close_loop(closing, q[0]);
+    forward(q[0], made);
+    const double x = made[3] - turn[0], y = made[4] - turn[1], z = made[5] - turn[2];
+    return sqrt(x*x + y*y + z*z) <= {printed};
+}}
+"""
 
 
 def _latex(kin):
@@ -192,18 +230,23 @@ def _latex(kin):
     pose = ["x", "y", "z", "i", "j", "k"]
     slopes = [rf"\partial {p}/\partial {q}" for p in pose for q in kin.machine.joint_names]
     inner = [(f"{derived.inner}_{{{n}}}", angle) for n, angle in enumerate(derived.solutions, 1)]
-    inverse = [("r_{-}", derived.below), ("r_{+}", derived.above), *inner]
+    inverse = [("r_{-}", derived.below), ("r_{+}", derived.above), *inner] if inner else []
     inverse += _shared([str(derived.outer)], [sp.atan2(*derived.turn, evaluate=False)], "s")
     inverse += _shared("XYZ", derived.linear)
     sections = {
         "The links, from the workpiece to the tool": [(rf"\text{{{x.name}}}", x.matrix) for x in kin.links()],
         "Forward: tip and tool axis": _shared(pose, functions["forward"][0]),
         "Jacobian of the pose": _shared(slopes, functions["jacobian"][0]),
-        f"Inverse: {derived.inner} on both branches, then {derived.outer}, then X Y Z": inverse,
+        f"Inverse: {f'{derived.inner} on both branches, then ' * bool(inner)}{derived.outer}, then X Y Z": inverse,
     }
     name = _title(kin).encode("ascii", "ignore").decode()
     lines = [f"% {name}. Printed by mathpost from its symbolic derivation.", _LATEX]
-    lines += [rf"\section*{{{name}}}", *header[:2], header[-2], "Out of reach where an $r$ is negative."]
+    beyond = (
+        "Out of reach where an $r$ is negative."
+        if inner
+        else "Out of reach if the forward pose has another tool axis."
+    )
+    lines += [rf"\section*{{{name}}}", *header[:2], header[-2], beyond]
     for title, formulas in sections.items():
         lines += [rf"\subsection*{{{title}}}", *(rf"\fit{{{left} = {_tex(value)}}}" for left, value in formulas)]
     return "\n".join([*lines, r"\end{document}", ""])

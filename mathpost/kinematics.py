@@ -4,6 +4,9 @@ Between the workpiece and the tool stand two rotary joints: the *outer* one, nex
 one, next to the tool. Only the inner one changes the angle between the tool axis and the outer axis, so it is
 solved first, from one equation A·cos θ + B·sin θ = D; the outer one then turns the tool axis into place, and
 X Y Z close the loop. `derive` does this step by step, `Kinematics` compiles what it finds.
+
+A machine with one rotary axis is the same chain with the outer joint alone: the tool axis keeps its angle to it,
+and the first step has nothing to solve.
 """
 
 from dataclasses import dataclass
@@ -18,6 +21,7 @@ from mathpost.formula import numeric
 from mathpost.rotation import about, unit, wrap
 
 REACH_TOLERANCE = 4e-15  # r ∓ D below zero by no more than this is rounding: the edge of reach
+PRINTED = 2e-6  # radians, by which six printed decimals take a tool axis off the only ones that one joint makes
 AT_POLE = 1e-200  # squared: nearer than 1e-100 to the pole, any outer angle is right
 BELOW, ABOVE = sp.symbols("r_minus r_plus", nonnegative=True)
 
@@ -34,11 +38,11 @@ class Inverse:
     tip: tuple  # x y z of the tool tip in the workpiece, mm
     axis: tuple  # i j k of the tool axis there, a unit vector
     outer: sp.Symbol  # the rotary joint next to the workpiece
-    inner: sp.Symbol  # and next to the tool
+    inner: sp.Symbol | None  # and next to the tool; None if there is one rotary joint
     equation: sp.Eq  # A·cos(inner) + B·sin(inner) = D, the component of the tool axis along the outer axis
     below: sp.Expr  # r − D
     above: sp.Expr  # r + D
-    solutions: tuple  # the inner angle on the first and the second branch, in `below` and `above` as symbols
+    solutions: tuple  # the inner angle on the first and the second branch, in `below` and `above` as symbols, or ()
     turn: tuple  # the outer angle is atan2 of these two, given the inner one
     linear: tuple  # programmed X Y Z, given the tip and both rotary angles
     pole: tuple  # the end of the outer axis, in the workpiece, nearest to the tool where the two solutions meet
@@ -49,18 +53,21 @@ class Inverse:
 def derive(machine):
     """Derive the inverse of a machine as an `Inverse`."""
     data = chain.Geometry.numbers(machine)
-    (outer, outer_angle, outer_sign), (inner, inner_angle, inner_sign) = chain.between(machine)
+    (outer, outer_angle, outer_sign), *inner = chain.between(machine)
     tip, axis = sp.symbols("x y z", real=True), sp.symbols("i j k", real=True)
     u, n = data.axis[outer.name], sp.Matrix(axis)
 
     # 1. The inner angle. The chain says n = Rot(u, ±outer)·w with w = Rot(v, ±inner)·t. A rotation about u keeps
     # the component along u, hence u·n = u·w, which is linear in the cosine and the sine of the inner angle.
-    w = about(data.axis[inner.name], inner_sign * inner_angle) * data.tool_axis
+    w, inner_angle = data.tool_axis, None
+    for joint, inner_angle, sign in inner:
+        w = about(data.axis[joint.name], sign * inner_angle) * w
     along = sp.expand_mul(u.dot(w))
-    a, b = along.coeff(sp.cos(inner_angle)), along.coeff(sp.sin(inner_angle))
+    cosine, sine = (sp.cos(inner_angle), sp.sin(inner_angle)) if inner else (sp.S.Zero, sp.S.Zero)
+    a, b = (along.coeff(cosine), along.coeff(sine)) if inner else (sp.S.Zero, sp.S.Zero)
     if (a, b) < (0, 0):  # look along the other end of the outer axis, so that θ = atan2(B, A) is near zero
         u, outer_sign, along, a, b = -u, -outer_sign, -along, -a, -b
-    constant = along.subs({sp.cos(inner_angle): 0, sp.sin(inner_angle): 0})
+    constant = along.subs({cosine: 0, sine: 0})
     r = sp.sqrt(sp.expand(a**2 + b**2))
 
     # θ = atan2(B, A) ± acos(D/r). Near D = ±r, at the pole and at the edge of reach, acos loses half of the
@@ -78,10 +85,10 @@ def derive(machine):
         axis=axis,
         outer=outer_angle,
         inner=inner_angle,
-        equation=sp.Eq(a * sp.cos(inner_angle) + b * sp.sin(inner_angle), u.dot(n) - constant, evaluate=False),
+        equation=sp.Eq(a * cosine + b * sine, u.dot(n) - constant, evaluate=False),
         below=_half_difference_of_squares(n - u, chord_below),
         above=_half_difference_of_squares(n + u, chord_above),
-        solutions=(middle + half, middle - half),
+        solutions=(middle + half, middle - half) if inner else (),
         turn=(outer_sign * (w1 * n2 - w2 * n1), w1 * n1 + w2 * n2),
         linear=_close_the_loop(machine, data, tip),
         pole=tuple(u),
@@ -120,8 +127,9 @@ class Kinematics:
     def __init__(self, machine):
         self.machine = machine
         self.symbols = chain.joint_symbols(machine)
-        # Which of the five joints is next to the workpiece, and which next to the tool.
-        self.outer, self.inner = (self.symbols.index(angle) for _, angle, _ in chain.between(machine))
+        # Which joint is next to the workpiece, and which next to the tool, None if there is one rotary joint.
+        places = [self.symbols.index(angle) for _, angle, _ in chain.between(machine)]
+        self.outer, self.inner = places if len(places) == 2 else (places[0], None)
 
     def links(self, parameters=False):
         """Return the chain from the workpiece to the tool as `mathpost.chain.links` builds it."""
@@ -150,9 +158,9 @@ class Kinematics:
 
         Parameters
         ----------
-        joints : array_like, shape (..., 5)
-            Programmed X, Y, Z in mm and the two rotary angles in the order of the machine file; `InputError` is
-            raised for what is not finite numbers.
+        joints : array_like, shape (..., 5), or (..., 4) with one rotary axis
+            Programmed X, Y, Z in mm and the rotary angles in the order of the machine file; `InputError` is raised
+            for what is not finite numbers.
         degrees : bool, keyword only
             Whether the rotary angles are in degrees instead of radians.
 
@@ -163,10 +171,7 @@ class Kinematics:
         axis : ndarray, shape (..., 3)
             Unit vector from the tip towards the spindle, in the workpiece.
         """
-        x, y, z, first, second = np.moveaxis(as_array(joints, 5, "joints"), -1, 0)
-        if degrees:
-            first, second = np.deg2rad(first), np.deg2rad(second)
-        pose = self._pose(x, y, z, first, second)
+        pose = self._pose(*chain.joint_values(self.machine, joints, degrees))
         return pose[..., :3], pose[..., 3:]
 
     def inverse(self, tip, axis, *, degrees=False):
@@ -184,17 +189,18 @@ class Kinematics:
 
         Returns
         -------
-        ndarray, shape (..., 2, 5)
-            X, Y, Z in mm and both rotary angles in (−180°, 180°], in the order of the machine file. The first
+        ndarray, shape (..., 2, 5), or (..., 2, 4) with one rotary axis
+            X, Y, Z in mm and the rotary angles in (−180°, 180°], in the order of the machine file. The first
             branch has the inner angle at the middle of its range plus an angle, the second minus the same.
-            NaN where the tool axis is out of reach. At the pole, where every outer angle is right, it is 0.
+            NaN where the tool axis is out of reach. At the pole, where every outer angle is right, it is 0. One
+            rotary axis makes a tool axis in one position: the second branch is NaN.
         """
         tip, axis = as_array(tip, 3, "tip"), unit(as_array(axis, 3, "axis"))
         tip_and_axis = *np.moveaxis(tip, -1, 0), *np.moveaxis(axis, -1, 0)
         with np.errstate(divide="ignore", invalid="ignore"):  # at the pole, mended below
             found = self._both_branches(*tip_and_axis, *self.reach_terms(axis))
-        found = found.reshape(*found.shape[:-1], 2, 6)
-        joints, squared = found[..., :5], found[..., 5]
+        found = found.reshape(*found.shape[:-1], len(self.symbols) - 3, len(self.symbols) + 1)
+        joints, squared = found[..., :-1], found[..., -1]
         if (at_pole := squared < AT_POLE).any():
             joints[at_pole, self.outer] = 0
             tips = np.broadcast_to(tip[..., None, :], (*at_pole.shape, 3))
@@ -202,6 +208,11 @@ class Kinematics:
         rotary = joints[..., 3:]
         if (beyond := (rotary >= np.pi) | (rotary <= -np.pi)).any():
             rotary[beyond] = wrap(rotary[beyond], 2 * np.pi)
+        if self.inner is None:
+            missed = np.linalg.norm(self.forward(joints)[1] - axis[..., None, :], axis=-1) > PRINTED
+            joints[missed] = np.nan
+            joints = np.concatenate([joints, np.full_like(joints, np.nan)], axis=-2)
+            rotary = joints[..., 3:]
         if degrees:
             np.rad2deg(rotary, out=rotary)
         return joints
@@ -209,12 +220,13 @@ class Kinematics:
     def close(self, tip, rotary):
         """Return the joints that put the tool tip at `tip` with the rotary angles given: X Y Z close the loop.
 
-        `tip` has shape (..., 3), mm in the workpiece; `rotary` (..., 2), radians in the order of the machine file.
+        `tip` has shape (..., 3), mm in the workpiece; `rotary` (..., k) for k rotary axes, radians in the order of
+        the machine file.
         """
         tip, rotary, derived = np.asarray(tip, dtype=float), np.asarray(rotary, dtype=float), self.inverse_symbolic
         closing = numeric(derived.linear, (*derived.tip, *self.symbols[3:]))
         linear = closing(*np.moveaxis(tip, -1, 0), *np.moveaxis(rotary, -1, 0))
-        return np.concatenate([linear, np.broadcast_to(rotary, (*linear.shape[:-1], 2))], axis=-1)
+        return np.concatenate([linear, np.broadcast_to(rotary, (*linear.shape[:-1], rotary.shape[-1]))], axis=-1)
 
     def reach_terms(self, axis):
         """Return r − D and r + D of `Inverse` for unit tool axes (..., 3): 0 at the ends of reach, NaN beyond."""
@@ -236,21 +248,24 @@ class Kinematics:
 
 @lru_cache(maxsize=256)
 def _solved(derived, rotary):
-    """For each branch the five joints and the sum of the squares of `Inverse.turn`, which is 0 at the pole.
+    """For each branch the joints and the sum of the squares of `Inverse.turn`, which is 0 at the pole.
 
     The cosines and sines of both angles are algebraic in what the angles come from: none is computed from an angle.
     """
     entries, named = [], {}  # of a symbol sympy knows that it is real; of what it stands for it would ask at length
-    for branch, solution in enumerate(derived.solutions):
+    for branch, solution in enumerate(derived.solutions or (None,)):
         cosine, sine, rise, run = sp.symbols([f"{name}_{branch}" for name in ("c", "s", "rise", "run")], real=True)
         squared = sp.Symbol(f"squared_{branch}", positive=True)
         length = sp.sqrt(squared)
-        named |= {cosine: sp.expand_trig(sp.cos(solution)), sine: sp.expand_trig(sp.sin(solution))}
-        values = {sp.cos(derived.inner): cosine, sp.sin(derived.inner): sine}
+        values, angles = {}, {}
+        if solution is not None:
+            named |= {cosine: sp.expand_trig(sp.cos(solution)), sine: sp.expand_trig(sp.sin(solution))}
+            values = {sp.cos(derived.inner): cosine, sp.sin(derived.inner): sine}
+            angles = {derived.inner: solution}
         named |= dict(zip((rise, run), (term.xreplace(values) for term in derived.turn), strict=True))
         named[squared] = rise**2 + run**2
         values |= {sp.cos(derived.outer): run / length, sp.sin(derived.outer): rise / length}
-        angles = {derived.inner: solution, derived.outer: sp.atan2(rise, run)}
+        angles[derived.outer] = sp.atan2(rise, run)
         linear = [coordinate.xreplace(values) for coordinate in derived.linear]
         entries += [*linear, *(angles[joint] for joint in rotary), squared]
     return numeric(tuple(entries), (*derived.tip, *derived.axis, BELOW, ABOVE), tuple(named.items()))

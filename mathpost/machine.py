@@ -1,4 +1,4 @@
-"""A five-axis machine as data: two rotary joints, offsets, limits and rates, read from a TOML file.
+"""A machine as data: one or two rotary joints, offsets, limits and rates, read from a TOML file.
 
 The file is described by `data/machines/dmu50v.toml`, which uses every key. Lengths are mm there and here;
 angles are degrees in the file and radians in the objects.
@@ -87,11 +87,11 @@ class Linear:
 
 @dataclass(frozen=True)
 class Machine:
-    """A machine with three linear and two rotary axes; joints are ordered X, Y, Z, then `rotary`."""
+    """A machine with three linear and one or two rotary axes; joints are ordered X, Y, Z, then `rotary`."""
 
     name: str
     source: str
-    rotary: tuple  # of 2 Rotary: the workpiece side from the bed outwards, then the tool side from the bed outwards
+    rotary: tuple  # of Rotary: the workpiece side from the bed outwards, then the tool side from the bed outwards
     linear: tuple  # of 3 Linear: X, Y, Z
     origin: tuple  # of the workpiece, in machine coordinates at rotary zero, mm; programmed X Y Z count from it
     tool_axis: tuple  # from the tip towards the spindle, at rotary zero; not yet of unit length
@@ -112,7 +112,7 @@ class Machine:
 
     @property
     def joint_names(self):
-        """Names of the five joints, in joint order."""
+        """Names of the joints, in joint order."""
         return tuple(joint.name for joint in (*self.linear, *self.rotary))
 
     def slides_that_carry(self, side):
@@ -130,7 +130,7 @@ class Machine:
 
     @property
     def limits(self):
-        """Travel of the five joints as words, shape (5, 2): mm and radians."""
+        """Travel of the k joints as words, shape (k, 2): mm and radians."""
         limits = np.array([joint.limits for joint in (*self.linear, *self.rotary)])
         limits[:3] -= self.slides[:, None]
         return limits
@@ -142,19 +142,19 @@ class Machine:
 
     @property
     def endless(self):
-        """Which of the five joints are rotary axes without an end of travel, shape (5,)."""
-        return ~np.isfinite(self.limits).all(axis=1) & (np.arange(5) > 2)
+        """Which of the k joints are rotary axes without an end of travel, shape (k,)."""
+        return ~np.isfinite(self.limits).all(axis=1) & (np.arange(len(self.joint_names)) > 2)
 
     def within(self, joints):
-        """Return whether each of the joints, shape (..., 5) in mm and radians, is inside travel; NaN is not."""
+        """Return whether each of the joints, shape (..., k) in mm and radians, is inside travel; NaN is not."""
         low, high = self.ends.T
         return (low <= joints) & (joints <= high)
 
     def out_of_travel(self, joints):
-        """Return a sentence for each of the joints, shape (5,) in mm and radians, that is outside travel."""
-        moved = np.r_[self.slides, 0, 0]  # where the slides are
-        values, (low, high) = (joints + moved) * UNITS, (self.limits.T + moved) * UNITS
-        units = ("mm", "mm", "mm", "°", "°")
+        """Return a sentence for each of the joints, shape (k,) in mm and radians, that is outside travel."""
+        moved = np.r_[self.slides, np.zeros(len(self.rotary))]  # where the slides are
+        values, (low, high) = (joints + moved) * self.units, (self.limits.T + moved) * self.units
+        units = ["mm"] * 3 + ["°"] * len(self.rotary)
         return [
             f"{'slide ' * bool(moved[n])}{name} {values[n]:.3f}{units[n]} is outside {low[n]:g} … {high[n]:g}"
             for n, name in enumerate(self.joint_names)
@@ -163,19 +163,24 @@ class Machine:
 
     @property
     def max_rates(self):
-        """Greatest rates of the five joints, shape (5,): mm/s and rad/s, NaN where not stated."""
+        """Greatest rates of the k joints, shape (k,): mm/s and rad/s, NaN where not stated."""
         return np.array([joint.max_rate for joint in (*self.linear, *self.rotary)], dtype=float)
 
     @property
     def max_accelerations(self):
-        """Greatest accelerations of the five joints, shape (5,): mm/s² and rad/s², NaN where not stated."""
+        """Greatest accelerations of the k joints, shape (k,): mm/s² and rad/s², NaN where not stated."""
         return np.array([joint.max_acceleration for joint in (*self.linear, *self.rotary)], dtype=float)
 
     @property
     def arrangement(self):
-        """``"table-table"``, ``"head-table"`` or ``"head-head"``."""
+        """``"table-table"``, ``"head-table"`` or ``"head-head"``; of one rotary axis ``"table"`` or ``"head"``."""
         heads = sum(rotary.carries == "tool" for rotary in self.rotary)
-        return ("table-table", "head-table", "head-head")[heads]
+        return "-".join(["head"] * heads + ["table"] * (len(self.rotary) - heads))
+
+    @property
+    def units(self):
+        """mm and degrees of one mm or radian of each joint, shape (k,)."""
+        return UNITS[: len(self.joint_names)]
 
     def with_setup(self, *, origin=None, tool_length=None):
         """Return the same machine with another workpiece origin (mm) or tool length (mm); `InputError` if wrong."""
@@ -197,8 +202,8 @@ def load(path):
     """Read a `Machine` from the TOML file `path`, or by the name of one that comes with the package.
 
     `InputError` is raised if there is no such machine, or the file cannot be read, is not TOML, lacks a key, has
-    one too many, or holds a value that no five-axis machine can have: not exactly two rotary axes, parallel axes,
-    an inner axis along the tool.
+    one too many, or holds a value that no such machine can have: no rotary axis or more than two, parallel axes, an
+    inner axis along the tool.
 
     Examples
     --------
@@ -221,9 +226,9 @@ def find(path):
 def from_dict(content, where="machine"):
     """Build a machine from the content of a TOML file; `where` begins every error message."""
     file = TomlTable(content, where)
-    rotary = file.take("rotary", each(dict), "exactly two [[rotary]] tables")
-    if len(rotary) != 2:
-        raise InputError(f"{where}, [[rotary]]", "exactly two rotary axes", f"{len(rotary)}")
+    rotary = file.take("rotary", each(dict), "one or two [[rotary]] tables")
+    if len(rotary) not in (1, 2):
+        raise InputError(f"{where}, [[rotary]]", "one or two rotary axes", f"{len(rotary)}")
     workpiece, tool = file.table("workpiece"), file.table("tool")
     linear, program = file.table("linear", optional=True), file.table("program", optional=True)
     slides = dict.fromkeys([*(key for key in linear.content if key in LETTERS), *LETTERS])
@@ -285,7 +290,9 @@ def _joint(table, kind, name, unit, *carries, **more):
 
 
 def _check_arrangement(machine, where):
-    """Refuse what is not a five-axis machine although every key is well formed."""
+    """Refuse what no machine can be although every key is well formed."""
+    if len(machine.rotary) == 1:
+        return
     first, second = machine.rotary
     if first.name == second.name:
         raise InputError(f"{where}, rotary 2, name", "a name of its own", f"{second.name!r} twice")
@@ -294,7 +301,7 @@ def _check_arrangement(machine, where):
     if _parallel(first.axis, second.axis):
         raise InputError(f"{where}, rotary 2 ({second.name}), axis", "not parallel to the first", f"{second.axis}")
     # Seen from the tool, the first rotary axis must tilt the tool: turning it about itself moves nothing.
-    inner = first if machine.arrangement == "table-table" else second
+    inner = first if second.carries == "workpiece" else second
     if _parallel(inner.axis, machine.tool_axis):
         expected = f"not parallel to the tool axis, or {inner.name} cannot tilt the tool"
         raise InputError(f"{where}, rotary ({inner.name}), axis", expected, f"{inner.axis}")

@@ -58,7 +58,10 @@ def with_slides(given, workpiece="", tool="XYZ"):
 def random_joints(kin, count, seed):
     """Joints spread over all angles, a quarter of them within 1e-3 … 1e-17 rad of the singular inner angles."""
     rng = np.random.default_rng(seed)
-    joints = np.concatenate([rng.uniform(-500, 500, (count, 3)), rng.uniform(-np.pi, np.pi, (count, 2))], axis=1)
+    turns = rng.uniform(-np.pi, np.pi, (count, len(kin.symbols) - 3))
+    joints = np.concatenate([rng.uniform(-500, 500, (count, 3)), turns], axis=1)
+    if kin.inner is None:
+        return joints
     inner = kin.symbols.index(kin.inverse_symbolic.inner)
     middle = float(sum(kin.inverse_symbolic.solutions) / 2)
     near = count // 4

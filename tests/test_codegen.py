@@ -13,7 +13,7 @@ import sympy as sp
 from hypothesis import given, settings
 from latex2mathml.converter import convert
 
-from mathpost import chain, codegen
+from mathpost import chain, codegen, machine
 from mathpost.errors import InputError
 from mathpost.formula import numeric
 from mathpost.kinematics import Kinematics
@@ -53,11 +53,11 @@ def compiled(kin, joints, poses, folder):
         status = getattr(code, name)(*((double * len(each))(*each) for each in given), out)
         return None if name == "inverse" and status == 0 else list(out)
 
-    count = len(chain.bodies(kin.machine))
+    count, joints_of_one = len(chain.bodies(kin.machine)), len(kin.symbols)
     found = {"bodies": [name for name, _ in chain.bodies(kin.machine)]}
-    for name, size in (("places", 12 * count), ("forward", 6), ("jacobian", 30)):
+    for name, size in (("places", 12 * count), ("forward", 6), ("jacobian", 6 * joints_of_one)):
         found[name] = [filled(name, size, q) for q in joints]
-    found["inverse"] = [filled("inverse", 10, p[:3], p[3:]) for p in poses]
+    found["inverse"] = [filled("inverse", 2 * joints_of_one, p[:3], p[3:]) for p in poses]
     return found
 
 
@@ -86,19 +86,25 @@ def agree(kin, run, folder):
     forward = np.array(got["forward"])
     assert forward[:, :3] == pytest.approx(tip, abs=MM) and forward[:, 3:] == pytest.approx(axis, abs=DIRECTION)
     step = 1e-6
-    ends = [np.concatenate(kin.forward(joints[:, None] + way * step * np.eye(5)), axis=-1) for way in (1, -1)]
+    ends = [
+        np.concatenate(kin.forward(joints[:, None] + way * step * np.eye(len(kin.symbols))), axis=-1)
+        for way in (1, -1)
+    ]
     slopes = np.swapaxes(ends[0] - ends[1], 1, 2) / (2 * step)
-    assert np.array(got["jacobian"]).reshape(-1, 6, 5) == pytest.approx(slopes, abs=1e-5)
+    assert np.array(got["jacobian"]).reshape(-1, 6, len(kin.symbols)) == pytest.approx(slopes, abs=1e-5)
     expected = kin.inverse(poses[:, :3], poses[:, 3:])
     for pose, found, branches in zip(poses, got["inverse"], expected, strict=True):
         assert (found is None) == np.isnan(branches).all()
         if found is None:
             continue
-        found = np.array(found).reshape(2, 5)
+        count = 1 if kin.inner is None else 2
+        found, branches = np.array(found).reshape(-1, len(kin.symbols))[:count], branches[:count]
         reached, direction = kin.forward(found)
-        assert reached == pytest.approx(np.tile(pose[:3], (2, 1)), abs=MM)
-        assert direction == pytest.approx(np.tile(unit(pose[3:]), (2, 1)), abs=DIRECTION)
-        near = np.sqrt(np.prod(kin.reach_terms(unit(pose[3:])))) < 1e-3  # the outer angle is any angle's neighbour
+        assert reached == pytest.approx(np.tile(pose[:3], (count, 1)), abs=MM)
+        assert direction == pytest.approx(np.tile(unit(pose[3:]), (count, 1)), abs=DIRECTION)
+        near = (
+            count > 1 and np.sqrt(np.prod(kin.reach_terms(unit(pose[3:])))) < 1e-3
+        )  # the outer angle is any angle's neighbour
         if not near:
             apart = found[:, 3:] - branches[:, 3:]
             assert np.abs(np.angle(np.exp(1j * apart))).max() < DIRECTION
@@ -107,6 +113,10 @@ def agree(kin, run, folder):
 
 def test_every_machine_file(kin, engine, tmp_path):
     agree(kin, engine, tmp_path)
+
+
+def test_a_machine_with_one_rotary_axis(engine, tmp_path):
+    agree(Kinematics(machine.load("dividing_head")), engine, tmp_path)
 
 
 @settings(deadline=None, max_examples=5, derandomize=True)

@@ -210,7 +210,7 @@ def test_work_in_slices_changes_nothing(kin, monkeypatch):
     tip, axis = kin.forward(joints)
     axis[1, 3] = -np.array(kin.inverse_symbolic.pole, float)
     whole = kin.inverse(tip, axis)
-    monkeypatch.setattr(rotation, "SLICE", 7)
+    monkeypatch.setattr(formula, "SLICE", 7)
     for cut, uncut in ((kin.inverse(tip, axis), whole), (kin.forward(joints)[0], tip)):
         np.testing.assert_allclose(cut, uncut, rtol=1e-14, atol=1e-12)
     with pytest.raises(InputError, match=r"length zero at index \(2, 5\)"):

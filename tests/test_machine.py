@@ -54,9 +54,9 @@ def edit(path, value):
     [
         (["name"], None, ["'name'", "nothing"]),
         (["source"], None, ["'source'"]),
-        (["rotary"], GOOD["rotary"][:1], ["exactly two", "1"]),
-        (["rotary"], GOOD["rotary"] * 2, ["exactly two", "4"]),
-        (["rotary"], None, ["'rotary'", "exactly two"]),
+        (["rotary"], [], ["one or two rotary axes", "0"]),
+        (["rotary"], GOOD["rotary"] * 2, ["one or two rotary axes", "4"]),
+        (["rotary"], None, ["'rotary'", "one or two"]),
         (["rotary"], "B", ["'rotary'", "'B'"]),
         (["rotary", 0, "name"], "X", ["'name'", "'X'"]),
         (["rotary", 1, "name"], "A", ["twice"]),

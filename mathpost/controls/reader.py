@@ -42,20 +42,20 @@ class _Lines(bulk.Reader):
         self.rapid, self.inverse, self.tcp = False, False, False
         self.in_machine = False  # whether the line counts from the machine's own zero
         self.other_positions = {}  # words that now make positions mean something else, inch or incremental
-        self.runs = []  # of moves: words, shape (5, n), feeds, seconds, whether rapid, and with TCP
+        self.runs = []  # of moves: words, shape (j, n), feeds, seconds, whether rapid, and with TCP
 
     def _words_behind(self):
         """The words of rapid traverse and of seconds that stand behind the positions, or nothing."""
         return "" if self.control.modal else self.control.rapid, self.control.block_time
 
     def columns(self, values):
-        """Of plain lines the words, shape (5, n), time or feed, and whether they say rapid, a time, a feed."""
+        """Of plain lines the words, shape (j, n), time or feed, and whether they say rapid, a time, a feed."""
         numbers = dict(zip(self.pattern.literals, values, strict=True))
         first, missing = self.pattern.literals.index(axis_word(self.names[0])), np.full(values.shape[1], np.nan)
         rapid, times = (numbers.get(f" {word}", missing) if word else missing for word in self._words_behind())
         feeds = numbers[FEED]
         said = ~np.isnan([rapid, times, feeds])
-        return values[first : first + 5], np.where(said[1], times, feeds), said
+        return values[first : first + len(self.names)], np.where(said[1], times, feeds), said
 
     def fits(self, values):
         """Which lines move an axis, and say no more than one of rapid, a time and a feed, these above 0."""
@@ -132,7 +132,7 @@ class _Lines(bulk.Reader):
 
     def forget(self):
         """The machine goes where its tools are."""
-        self.position, self.feed = np.full(5, np.nan), np.nan
+        self.position, self.feed = np.full(len(self.names), np.nan), np.nan
 
     def take_word(self, meaning, word):
         """Take what a word that states no position means."""
@@ -153,7 +153,7 @@ class _Lines(bulk.Reader):
             self.rapid = meaning == "rapid"
 
     def move(self, words, feeds, seconds, rapid):
-        """Take n moves: words, shape (5, n), feeds and seconds, NaN where a line does not say."""
+        """Take n moves: words, shape (j, n), feeds and seconds, NaN where a line does not say."""
         for word in self.other_positions.values():
             raise self.error("positions in mm, absolute", repr(word))
         rapid = rapid | self.rapid

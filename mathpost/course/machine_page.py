@@ -19,6 +19,8 @@ ARRANGEMENTS = {
     "table-table": "Both rotary axes carry the workpiece.",
     "head-table": "One rotary axis carries the workpiece, the other the tool.",
     "head-head": "Both rotary axes carry the tool.",
+    "table": "The one rotary axis carries the workpiece.",
+    "head": "The one rotary axis carries the tool.",
 }
 FRAME = """<style>body { max-width: 1060px; margin: 0 auto; padding: 0 12px; font: 15px/1.45 system-ui, sans-serif }
 #live { height: 500px; height: max(500px, min(660px, 1100px - 100vw)) }
@@ -32,9 +34,11 @@ def words(kin):
     Seen from in front of the machine, at rotary zero: the front is towards −Y, the right side towards +X.
     """
     places, said = placing(kin.machine), {}
-    at_zero = places(np.zeros(5))
-    for name, step in zip(kin.machine.joint_names[:3], np.eye(5), strict=False):
-        said[name] = f"{name}+ moves the tool {_ways(places(step)['tool'][:3, 3] - at_zero['tool'][:3, 3])}."
+    count = len(kin.symbols)
+    at_zero = places(np.zeros(count))
+    for slide, step in zip(kin.machine.linear, np.eye(count), strict=False):
+        way = _ways(places(step)[slide.carries][:3, 3] - at_zero[slide.carries][:3, 3])
+        said[slide.name] = f"{slide.name}+ moves the {'tool' if slide.carries == 'tool' else 'table'} {way}."
     for rotary in kin.machine.rotary:
         turn = unit(np.array(rotary.axis))
         does = _seen(rotary, turn, unit(np.array(kin.machine.tool_axis)))
@@ -46,6 +50,11 @@ def reach(kin):
     """Return sentences that say which tool axes the machine reaches."""
     derived, (near, far) = kin.inverse_symbolic, np.degrees(kin.reach)
     direction = " ".join(f"{float(x):z.3f}" for x in derived.pole)
+    if kin.inner is None:
+        return [
+            f"The tool axis always stands at {near:.1f}° to the axis of {derived.outer}, ({direction}) in the "
+            "workpiece. Any other tool axis is out of reach."
+        ]
     joint = kin.symbols.index(derived.inner)
     joints = np.zeros((721, 5))
     joints[:, joint] = np.linspace(*np.clip(kin.machine.limits[joint], -np.pi, np.pi), 721)
@@ -66,7 +75,8 @@ def reach(kin):
 def page(kin):
     """Return the page as HTML."""
     machine, rows = kin.machine, []
-    limits = zip(machine.limits * view_machine.DEGREES[:, None], ["mm"] * 3 + ["°"] * 2, strict=True)
+    units = ["mm"] * 3 + ["°"] * len(machine.rotary)
+    limits = zip(machine.limits * machine.units[:, None], units, strict=True)
     for (name, said), ((low, high), unit_of) in zip(words(kin).items(), limits, strict=True):
         travel = f"{low:g} to {high:g} {unit_of}" if np.isfinite([low, high]).all() else "endless"
         rows.append(f"<tr><th>{name}<td>{html.escape(said)}<td>{travel}")

@@ -1,4 +1,4 @@
-"""Views of a moving machine: its five joints, both solutions for one tool axis, a walk along a program."""
+"""Views of a moving machine: its joints, both solutions for one tool axis, a walk along a program."""
 
 from dataclasses import replace
 
@@ -13,7 +13,6 @@ from mathpost.draw.solid import Turned, across, ring
 from mathpost.post import selection
 from mathpost.post.singular import distance, from_pole, regions
 
-DEGREES = np.array([1, 1, 1, *np.degrees([1, 1])])  # factors from mm and radians to mm and degrees
 CONE = np.radians(1.0)  # about the singular tool axes
 BRANCHES = ("first branch", "second branch")
 
@@ -97,10 +96,10 @@ def walk(kin, cl, joints=None, *, place=None, second=None):
 
 def _about(kin):
     """What the browser needs of a machine besides its printed functions."""
-    derived, limits = kin.inverse_symbolic, (kin.machine.limits * DEGREES[:, None]).round(9).tolist()
+    derived, limits = kin.inverse_symbolic, (kin.machine.limits * kin.machine.units[:, None]).round(9).tolist()
     limits = [[x if np.isfinite(x) else None for x in pair] for pair in limits]
     about = {"title": kin.machine.name, "names": list(kin.machine.joint_names), "limits": limits}
-    inner = {"inner": kin.symbols.index(derived.inner), "middle": float(sum(derived.solutions) / 2)}
+    inner = {"inner": kin.inner, "middle": float(sum(derived.solutions) / 2)}  # None with one rotary axis
     return about | inner | {"pole": [float(x) for x in derived.pole], "reach": list(kin.reach)}
 
 
@@ -109,11 +108,11 @@ def _joint_sliders(kin, made, start):
     limits = np.degrees(kin.machine.limits[3:])
     limits = np.where(np.isfinite(limits), limits, 0.0).clip(-360, 360)
     low, high = np.minimum(limits[:, 0], -180), np.maximum(limits[:, 1], 180)
-    grid = np.radians(np.stack(np.meshgrid(*np.linspace(low, high, 13).T), axis=-1).reshape(-1, 2))
+    grid = np.radians(np.stack(np.meshgrid(*np.linspace(low, high, 13).T), axis=-1).reshape(-1, len(limits)))
     linear = kin.close(kin.forward(made.home)[0], grid)[:, :3]
     low = np.r_[np.floor(linear.min(axis=0) - 0.5 * made.size), low]
     high = np.r_[np.ceil(linear.max(axis=0) + 0.5 * made.size), high]
-    rows = np.stack([low, high, start * DEGREES], axis=1).tolist()
+    rows = np.stack([low, high, start * kin.machine.units], axis=1).tolist()
     pairs = zip(kin.machine.joint_names, rows, strict=True)
     return [slider(name, *row, unit="mm" if name in "XYZ" else "°") for name, row in pairs]
 
@@ -160,7 +159,7 @@ def _list(values, digits):
 
 def _words(kin, joints):
     """Joints as NC words, and what is out of travel."""
-    pairs = zip(kin.machine.joint_names, joints * DEGREES, strict=True)
+    pairs = zip(kin.machine.joint_names, joints * kin.machine.units, strict=True)
     words = " ".join(f"{name}{value:z.3f}" for name, value in pairs)
     return "; ".join([words, *kin.machine.out_of_travel(joints)])
 
@@ -168,5 +167,5 @@ def _words(kin, joints):
 def pose_text(kin, joints):
     """A pose as a view reports it: NC words, tip, tool axis, distance from singular."""
     tip, axis = kin.forward(joints)
-    pole = np.degrees(distance(kin, axis))
-    return f"{_words(kin, joints)}; tip {_list(tip, 3)}, tool axis {_list(axis, 4)}, {pole:.2f}° from singular"
+    said = f"{_words(kin, joints)}; tip {_list(tip, 3)}, tool axis {_list(axis, 4)}"
+    return said if kin.inner is None else f"{said}, {np.degrees(distance(kin, axis)):.2f}° from singular"

@@ -27,8 +27,8 @@ UNITS = {  # what an angle in degrees was multiplied by: how it is written, whos
     MM_PER_INCH: ("·25.4", "inch", "{} is multiplied by 25.4, as if it were inches"),
 }
 APART = 0.05  # degrees between what two misreadings give, to be told apart
-PROBES = np.array([(0.2, 0.3, 0.9), (0.5, -0.3, 0.8), (-0.3, 0.6, 0.7), (0.6, 0.6, 0.2), (0.1, -0.4, 0.3)])
-GENERIC = np.array([(0.3, 0.2, 0.9327379), (-0.25, 0.35, 0.9027735)])
+PROBES = np.array([(20, 30), (40, -60), (-30, 110), (60, 75), (-20, 35)])  # degrees
+GENERIC = np.array([(31.3, 47.9), (-23.7, 104.1)])  # degrees
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,9 @@ def explain_joints(kinematics, axis, angles, *, decimals=None):
     the same; the sentence names the turns.
 
     `axis`, shape (3,) or (n, 3), is the tool axis of the CL data, in the workpiece: n rows that one misreading must
-    explain together. `angles`, (2,) or (n, 2), are someone's, degrees in the order of the machine file, written to
-    `decimals` digits after the point, by default as many as they show. The result is an `Explanation`; `InputError`
-    if an argument is not finite numbers of that shape.
+    explain together. `angles`, (k,) or (n, k) for k rotary axes, are someone's, degrees in the order of the machine
+    file, written to `decimals` digits after the point, by default as many as they show. The result is an
+    `Explanation`; `InputError` if an argument is not finite numbers of that shape.
 
     Examples
     --------
@@ -67,9 +67,10 @@ def explain_joints(kinematics, axis, angles, *, decimals=None):
     >>> print(explain_joints(kin, [0.145196, 0, 0.989403], [11.817, -175.815]).misreadings[0])
     the sign of C is reversed: B₁, −C₁
     """
-    directions, given = as_array(axis, 3, "axis"), as_array(angles, 2, "angles")
+    count = len(kinematics.machine.rotary)
+    directions, given = as_array(axis, 3, "axis"), as_array(angles, count, "angles")
     if directions.ndim > 2 or directions.shape[:-1] != given.shape[:-1]:
-        raise InputError("angles", f"shape {(*directions.shape[:-1], 2)}", f"shape {given.shape}")
+        raise InputError("angles", f"shape {(*directions.shape[:-1], count)}", f"shape {given.shape}")
     decimals = reading.written_decimals(angles) if decimals is None else decimals
     digits = 0.5 * 10.0**-decimals * (1 + 1e-6) + 1e-9, reading.half_digit(axis)
     return JointCase(kinematics, np.atleast_2d(directions), np.atleast_2d(given), *digits).explain(given.shape)
@@ -115,23 +116,24 @@ class JointCase:
         return self.kinematics.machine.joint_names[3:]
 
     def explain(self, shape):
-        tried, matches, alone = 0, [], [[], []]
-        swapped = slip("names", f"{self.names[0]} and {self.names[1]} stand in each other's place")
+        tried, matches, alone = 0, [], [[] for _ in self.names]
+        swapped = slip("names", f"{' and '.join(self.names)} stand in each other's place")
         for axis_slips, components, signs in _axis_misreadings():
             values, spread = self.both_branches(self.axis[:, components] * signs)
             if np.isnan(values).any():
                 continue
-            for exchanged in (False, True):
+            for exchanged in (False, True)[: len(self.names)]:
                 given = self.given[:, ::-1] if exchanged else self.given
                 slips = [*axis_slips, swapped] if exchanged else axis_slips
-                fits = [self.fits(values, spread, given, joint) for joint in range(2)]
-                tried += len(_changes(self.names[0])) ** 2
-                for first, second in product(*fits):
-                    branches, extra = self.branches(fits[0][first], fits[1][second])
+                fits = [self.fits(values, spread, given, joint) for joint in range(len(self.names))]
+                tried += len(_changes(self.names[0])) ** len(self.names)
+                for changes in product(*fits):
+                    rows = [fits[joint][change] for joint, change in enumerate(changes)]
+                    branches, extra = self.branches(*rows)
                     if branches:
-                        all_slips = (*slips, *first.slips, *second.slips, *extra)
-                        matches.append(_Match(all_slips, components, signs, exchanged, (first, second), branches))
-                for joint in range(2):
+                        all_slips = (*slips, *(each for change in changes for each in change.slips), *extra)
+                        matches.append(_Match(all_slips, components, signs, exchanged, changes, branches))
+                for joint in range(len(self.names)):
                     alone[joint] += [(*slips, *change.slips) for change in fits[joint]] if not exchanged else []
         if self.makes_the_axis().all() or any(match.cost == 0 for match in matches):
             return Explanation((self.right(shape),), self.half_digit, tried, "", self.travel())
@@ -145,17 +147,17 @@ class JointCase:
         return np.linalg.norm(made - unit(self.axis), axis=1) <= allowed
 
     def both_branches(self, axis):
-        """Both branches, shape (n, 2, 2) in degrees, and how far the last digits of the input may move them."""
+        """All branches, (n, k, k) of k axes in degrees, and how far the last digits of the input may move them."""
         near = axis[:, None, :] + np.array([(0, 0, 0), *product((-1, 1), repeat=3)]) * self.axis_half_digit
         near = np.concatenate([near, self.not_normalised(axis)[:, None, :]], axis=1)
-        joints = self.kinematics.inverse(np.zeros(3), near, degrees=True)[..., 3:]
+        joints = self.kinematics.inverse(np.zeros(3), near, degrees=True)[..., : len(self.names), 3:]
         values = joints[:, 0]
         spread = np.abs(wrap(joints - values[:, None]))
         return values, np.nan_to_num(spread).max(axis=1)
 
     def not_normalised(self, axis):
         """The unit vectors with the component along the outer axis that `axis` has as printed, not normalised."""
-        (outer, *_), _ = chain.between(self.kinematics.machine)
+        (outer, *_), *_ = chain.between(self.kinematics.machine)
         u = unit(np.array(outer.axis, dtype=float))
         across = axis - (axis @ u)[:, None] * u
         length = np.linalg.norm(across, axis=1, keepdims=True)
@@ -174,8 +176,10 @@ class JointCase:
                 found[change] = fit
         return found
 
-    def branches(self, first, second):
+    def branches(self, first, second=None):
         """The branch of each angle on each row, and the slip if they differ; None if they do not go together."""
+        if second is None:
+            return ((0,) * len(first),), ()
         for other, apart in ((second, 0), (second[:, ::-1], 1)):
             if (both := first & other).any(axis=1).all():
                 branch = both.argmax(axis=1)
@@ -201,7 +205,7 @@ class JointCase:
     def verdict(self, matches, alone, tried, shape):
         """Rank the matches and group those that are the same for every tool axis."""
         # How many accidental matches there may be among the misreadings that are no more far-fetched.
-        share = (self.half_digit / 180) ** (2 * len(self.axis))
+        share = (self.half_digit / 180) ** (len(self.names) * len(self.axis))
         believed = [match for match in matches if 8.0 ** np.ceil(match.cost) * share < reading.CHANCE]
         groups, note = reading.grouped(believed, self.angles_of)[:8], ""
         values = (group[0].value(self.kinematics, self.axis).reshape(shape) for group in groups)
@@ -220,7 +224,7 @@ class JointCase:
     def tell_apart(self, groups):
         """Propose the tool axis for which the misreadings differ most clearly, and what each then gives."""
         count, best, most = len(groups), None, 0
-        for probe in unit(PROBES):
+        for probe in self.made(PROBES):
             values = [self.one_row(group[0]).value(self.kinematics, probe[None])[0] for group in groups]
             apart = sum(np.abs(wrap(a - b)).max() > APART for a, b in combinations(values, 2))
             if apart > most and np.isfinite(values).all():
@@ -236,6 +240,12 @@ class JointCase:
             f"{count} misreadings give the same angles here. To tell them apart, try the tool axis {asked}: {told}."
         )
 
+    def made(self, angles):
+        """The tool axes that the machine makes at rotary angles, rows in degrees."""
+        rotary = angles[:, : len(self.names)]
+        joints = np.concatenate([np.zeros((len(rotary), 3)), rotary], axis=1)
+        return self.kinematics.forward(joints, degrees=True)[1]
+
     @staticmethod
     def one_row(match, count=1):
         """The match with the branches that its first row has, for so many rows."""
@@ -250,7 +260,7 @@ class JointCase:
     def angles_of(self, match):
         """What tells misreadings apart, whatever the tool axis."""
         one_row = self.one_row(match, len(GENERIC))
-        generic = np.round(wrap(one_row.value(self.kinematics, GENERIC)), 6) % 360
+        generic = np.round(wrap(one_row.value(self.kinematics, self.made(GENERIC))), 6) % 360
         return generic.tobytes() if np.isfinite(generic).all() else match.slips
 
     def one_by_one(self, name, found):

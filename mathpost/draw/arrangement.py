@@ -88,7 +88,7 @@ class Arrangement:
 
 @lru_cache(maxsize=32)
 def placing(machine):
-    """Compile `mathpost.chain.bodies`: a function from joints, shape (5,), to a dict of 4×4 matrices."""
+    """Compile `mathpost.chain.bodies`: a function from joints, shape (k,), to a dict of 4×4 matrices."""
     pairs = chain.bodies(machine)
     compiled = numeric(sp.ImmutableMatrix.vstack(*(m for _, m in pairs)), chain.joint_symbols(machine))
 
@@ -106,10 +106,10 @@ def arrange(kin, cl=None):
     low, high = _workpiece(size, cl)
     tool_axis = unit(np.array(machine.tool_axis))
     tip = 0.3 * size * tool_axis if cl is None else np.array([*(low + high)[:2] / 2, high[2]])
-    home, origin = kin.close(tip, [0.0, 0.0]), np.array(machine.origin)
+    home, origin = kin.close(tip, np.zeros(len(machine.rotary))), np.array(machine.origin)
     made = Arrangement(size, home, {name: np.linalg.inv(at) for name, at in placing(machine)(home).items()})
     if "Y" in machine.slides_that_carry("tool"):
-        angles = np.radians(list(product(range(-180, 181, 30), repeat=2)))
+        angles = np.radians(list(product(range(-180, 181, 30), repeat=len(machine.rotary))))
         made.retreat = kin.close(tip, np.clip(angles, *machine.limits[3:].T))[:, 1].max() - home[1]
     stock = block(origin + low, origin + high)
     made.hull("workpiece", COLOUR["workpiece"], stock)

@@ -1,4 +1,4 @@
-// A machine in the browser: its joints as words, its travel, and five joints by hand.
+// A machine in the browser: its joints as words, its travel, and its joints by hand.
 import { DEGREE, KINDS, Scene, abs, angle, fixed, list, make, min, sin } from "./live.js";
 
 const words = (names, q) => names.map((name, i) => name + fixed(i > 2 ? q[i] / DEGREE : q[i], 3)).join(" ");
@@ -10,7 +10,8 @@ function outOfTravel({ names, limits }, q) {
     });
     return out.join("; ");
 }
-function singular({ pole, reach }, axis) {
+function singular({ pole, reach, inner }, axis) {
+    if (inner === null) return "one rotary axis";
     const from = angle(axis, pole);
     return `${fixed(min(from - reach[0], reach[1] - from) / DEGREE, 2)}° from singular`;
 }
@@ -18,7 +19,7 @@ const same = (a, b) => abs(sin((a[3] - b[3]) / 2)) + abs(sin((a[4] - b[4]) / 2))
 const pose = (m, q) => { const p = [...m.forward(q)]; return [p.slice(0, 3), p.slice(3)]; };
 
 Object.assign(KINDS, {
-    // Five joints by hand.
+    // The joints by hand.
     machine(state, [m], ui) {
         const { about, home } = state, scene = new Scene(state.scenes[0], ui.panes);
         const joints = () => controls.values.map((x, i) => i > 2 ? x * DEGREE : x);
@@ -34,9 +35,10 @@ Object.assign(KINDS, {
             const q = joints(), both = m.inverse(...pose(m, q));
             if (both) go(both[same(both[0], q) > same(both[1], q) ? 0 : 1]);
         };
-        const limits = about.limits[about.inner].filter((limit) => limit !== null);
+        const two = about.inner !== null, limits = two ? about.limits[about.inner].filter((limit) => limit !== null) : [];
         const tilts = limits.map((limit) => [`${about.names[about.inner]} limit ${fixed(limit, 0)}°`, () => tilt(limit * DEGREE)]);
-        ui.buttons([["home", () => go(home)], ["pole", () => tilt(about.middle)], ...tilts, ["other solution", other]], [scene]);
+        const places = [["pole", () => tilt(about.middle)], ...tilts, ["other solution", other]];
+        ui.buttons([["home", () => go(home)], ...(two ? places : [])], [scene]);
         function update() {
             const q = joints(), [tip, axis] = pose(m, q);
             before = q;

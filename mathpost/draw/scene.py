@@ -156,8 +156,8 @@ def best(kin, scene, tries, *, aspect=1.2):
 
 def turned(kin, made, angles=STARTS):
     """Joints (n, 5) with these inner and outer angles (n, 2), degrees, within travel, the tip as laid out."""
-    inner = kin.symbols.index(kin.inverse_symbolic.inner) - 3
-    rotary = np.radians(angles)[:, [inner, 1 - inner]]
+    inner = (kin.inner or kin.outer) - 3
+    rotary = np.radians(angles)[:, [inner, 1 - inner][: len(kin.machine.rotary)]]
     return kin.close(kin.forward(made.home)[0], np.clip(rotary, *kin.machine.limits[3:].T))
 
 

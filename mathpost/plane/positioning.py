@@ -1,7 +1,7 @@
 """The rotary angles that bring the tool onto a tilted plane, and which of the two positions a control takes.
 
 `align` finds both positions, and what is then left between feature and machine. Each control's documented rule
-takes the `Alignment` and where the rotary axes stand, shape (2,), and returns the `Solution` where they go; it
+takes the `Alignment` and where the k rotary axes stand, shape (k,), and returns the `Solution` where they go; it
 raises `ReachError` where no position is within travel, with the limits. Positions are rotary angles in degrees, in
 the order of the machine file. Of an angle and its whole turns a control is taken to go to the one nearest to where
 the axis stands, within travel; an endless axis then shows it in (−180, 180], which is the same place.
@@ -33,7 +33,7 @@ class Solution:
     which a G1 X moves along, are columns in the workpiece. With both rotary axes in the table they are one.
     """
 
-    angles: np.ndarray  # the two rotary angles in the order of the machine file, degrees, in (−180, 180]
+    angles: np.ndarray  # the rotary angles in the order of the machine file, degrees, in (−180, 180]
     spindle: np.ndarray  # shape (3, 3)
     slides: np.ndarray  # shape (3, 3)
     rho: float  # degrees about the feature's Z from the spindle's X to the feature's X: F = spindle·Rz(ρ)
@@ -70,13 +70,15 @@ class Solution:
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """Both positions, as of `Kinematics.inverse`, that put the tool along the Z of one feature on a machine."""
+    """All positions, as of `Kinematics.inverse`, that put the tool along the Z of one feature on a machine."""
 
     feature: Frame
     machine: Machine
-    positions: np.ndarray  # the rotary angles of both, shape (2, 2), degrees; where they are one, both are it
-    outer: int  # which of the two rotary angles is that of the axis next to the workpiece
-    inner: int  # and next to the tool
+    positions: (
+        np.ndarray
+    )  # the rotary angles of both, shape (2, 2), degrees; where they are one, both are it; or (1, 1)
+    outer: int  # which of the rotary angles is that of the axis next to the workpiece
+    inner: int  # and next to the tool, the same where there is one
     free: bool  # the outer axis is parallel to the feature's Z and may stand anywhere; it is given at 0
 
     def at(self, angles):
@@ -116,16 +118,18 @@ def align(feature, machine):
     machine = kinematics.machine
     if np.shape(feature.rotation) != (3, 3):
         raise InputError("feature", "one frame", f"frames of shape {np.shape(feature.rotation)[:-2]}")
-    places = kinematics.outer - 3, kinematics.inner - 3
+    places = kinematics.outer - 3, (kinematics.inner or kinematics.outer) - 3
     outer, inner = (machine.rotary[place] for place in places)
     joints, axis = kinematics.inverse(feature.origin, feature.z, degrees=True), unit(np.array(outer.axis))
+    joints = joints[: len(machine.rotary)]
     if np.isnan(joints).any():
         low, high = np.degrees(kinematics.reach)
         pole = np.array(kinematics.inverse_symbolic.pole, dtype=float)
         angle = np.degrees(np.arccos(np.clip(pole @ feature.z, -1, 1)))
         end = " ".join(f"{x:z.3f}" for x in pole)
         stands = f"the feature's Z stands {angle:.4f} degrees from the pole ({end}), the end of axis {outer.name}"
-        raise ReachError(f"{machine.name}: {stands}, which {inner.name} allows only from {low:.4f} to {high:.4f}")
+        allows = f"only from {low:.4f} to {high:.4f}" if high > low else f"only at {low:.4f}"
+        raise ReachError(f"{machine.name}: {stands}, which {inner.name} allows {allows}")
     free = bool(np.linalg.norm(np.cross(axis, feature.z)) < PARALLEL)
     return Alignment(feature, machine, joints[:, 3:], *places, free)
 
@@ -161,7 +165,8 @@ def fanuc(alignment, present, *, master=None):
     (array([45., 90.]), array([-45., -90.]))
     """
     first = _joint(alignment, master) if master else 0
-    names = {n: alignment.machine.joint_names[3 + n] for n in (first, 1 - first)}
+    order = (first, 1 - first)[: len(alignment.machine.rotary)]
+    names = {n: alignment.machine.joint_names[3 + n] for n in order}
     clauses = {f"smallest motion of {name}": lambda _, motion, n=n: abs(motion[n]) for n, name in names.items()}
     clauses |= {f"{name} nearest to 0": lambda angles, _, n=n: abs(wrap(angles[n])) for n, name in names.items()}
     return _choose(alignment, present, clauses)
@@ -191,7 +196,7 @@ def heidenhain(alignment, present, *, seq="", sym="", symmetry=0.0, rot="COORD")
         return f"{name} at {angles[master]:.4f} is not {word}" if side and above < -TIE else ""
 
     clauses = {
-        "shortest path": lambda _, motion: np.hypot(*motion),
+        "shortest path": lambda _, motion: np.linalg.norm(motion),
         f"higher {name}": lambda angles, _: -angles[master],
     }
     return _choose(alignment, present, clauses, refuse, turn_table=rot == "TABLE", alone=word if side else ALONE)
@@ -216,9 +221,10 @@ def _choose(alignment, present, clauses, refuse=lambda angles: "", *, turn_table
     `clauses` are words and what they measure, of the angles and how far they are from `present`; `alone` says why,
     if nothing else is left to choose from.
     """
-    present, rotary = as_array(present, 2, "present"), alignment.machine.rotary
+    rotary = alignment.machine.rotary
+    present = as_array(present, len(rotary), "present")
     if present.ndim != 1:
-        raise InputError("present", "two rotary angles", f"shape {present.shape}")
+        raise InputError("present", "the rotary angles", f"shape {present.shape}")
     left, reasons = [], []
     for solution in alignment.solutions:
         angles = solution.angles.copy()

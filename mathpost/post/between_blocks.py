@@ -72,7 +72,9 @@ def _cuts(kin, start, end, start_axis, end_axis, still):
 
 def _pose(kin, cl, place, beside):
     """Joints on the CL path, on the branch and in the windings of those beside them."""
-    second = np.sin(beside[:, kin.inner] - float(sum(kin.inverse_symbolic.solutions) / 2)) < 0
+    second = np.zeros(len(beside), dtype=bool)
+    if kin.inner is not None:
+        second = np.sin(beside[:, kin.inner] - float(sum(kin.inverse_symbolic.solutions) / 2)) < 0
     joints = kin.inverse(*cl.at(place))[np.arange(len(place)), second.astype(int)]
     if (lost := np.isnan(joints).any(axis=1)).any():
         raise ReachError(f"{cl.where(place[lost.argmax()])}: on its way there the tool axis is out of reach")

@@ -25,7 +25,7 @@ class Choosing:
     """How branch and winding of each record are chosen; the arguments of `mathpost.post.selection.choose`."""
 
     strategy: str = "optimal"
-    start: ArrayLike | None = None  # present joints, shape (5,), mm and radians
+    start: ArrayLike | None = None  # present joints, shape (j,), mm and radians
     prefer: int | None = None
     split: bool = False
 
@@ -35,7 +35,7 @@ class Choosing:
         if self.prefer not in (None, 1, -1):
             raise InputError("prefer", "1 or -1", repr(self.prefer))
         if self.start is not None:
-            as_array(self.start, 5, "start")
+            as_array(self.start, np.size(self.start), "start")
 
 
 @dataclass(frozen=True, kw_only=True)

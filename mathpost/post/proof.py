@@ -14,7 +14,6 @@ from mathpost.controls.blocks import Blocks
 from mathpost.errors import MathpostError
 from mathpost.formula import slices
 from mathpost.kinematics import Kinematics
-from mathpost.machine import UNITS
 
 RESOLUTION = 1e-5  # mm; what the samples of a move may miss of the way between them
 LEVER = 50.0  # mm; the least lever that samples are counted for, for the sake of the tool axis
@@ -365,10 +364,10 @@ def _refuse_too_fast(kin, cl, blocks, motion):
     seconds, feeds = blocks.seconds[timed], cl.feeds[motion.record[timed]]
     start, end = (cl.at(motion.place[rows])[0] for rows in (timed - 1, timed))
     by_feed = np.where(motion.in_cut[timed - 1], np.linalg.norm(end - start, axis=1) * 60 / feeds, 0)
-    rates = kin.machine.max_rates * UNITS
+    rates = kin.machine.max_rates * kin.machine.units
     if np.isnan(rates).all():
         rates = feeds[:, None] / 60
-    steps = np.diff(joints_of(kin, blocks) * UNITS, axis=0)[timed - 1]
+    steps = np.diff(joints_of(kin, blocks) * kin.machine.units, axis=0)[timed - 1]
     by_axis = np.nan_to_num(np.abs(steps) / rates).max(axis=1, initial=0)
     least = np.maximum(by_feed, by_axis)
     # A hundredth, a millisecond of FT, the fourth decimal of F in blocks a minute and of the axes are left open.

@@ -8,7 +8,7 @@ import numpy as np
 
 from mathpost.controls.blocks import Blocks
 from mathpost.errors import MathpostError
-from mathpost.machine import UNITS, Machine
+from mathpost.machine import Machine
 from mathpost.path.cl import CLData, commands
 from mathpost.path.coordinates import AS_WRITTEN
 from mathpost.post import proof, selection
@@ -79,13 +79,13 @@ def report_of(
 
     `blocks` are those of each tool as they were read back: what is timed is what is written.
     """
-    laws, slow, unknown = [], [], np.zeros(5, bool)
+    laws, slow, unknown = [], [], np.zeros(len(machine.joint_names), bool)
     for each, part in zip(plans, blocks, strict=True):
         joints, asked = asked_by(each.path.kin, part, options.control)
         laws.append(time_law(each.path.kin.machine, joints, asked))
         slow.append(_slowest(each, asked, laws[-1]))
         unknown |= (np.diff(part.words, axis=0)[part.rapid[1:]] != 0).any(axis=0) & np.isnan(machine.max_rates)
-    peaks = np.max([law.peaks for law in laws], axis=0) * UNITS
+    peaks = np.max([law.peaks for law in laws], axis=0) * machine.units
     peaks[0, unknown] = np.nan
     before = [each.uncompensated for each in plans if each.uncompensated]
     return Report(

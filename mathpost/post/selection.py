@@ -34,7 +34,7 @@ LONG = 100_000  # moves to compare; with more of them it pays to load Numba
 class Selection:
     """A choice of joints for a path."""
 
-    joints: np.ndarray  # shape (n, 5), mm and radians; windings of endless axes counted
+    joints: np.ndarray  # shape (n, j), mm and radians; windings of endless axes counted
     branch: np.ndarray  # shape (n,), 0 or 1, as `Kinematics.inverse` orders them
     cost: float  # by `move_costs`; from `start` if that is given
     breaks: tuple  # records (from 0) that cannot be reached without retracting and unwinding
@@ -46,7 +46,7 @@ class Candidates:
     """All candidates of each record, to look at."""
 
     kin: object
-    joints: np.ndarray  # shape (n, m, 5), mm and radians; NaN out of reach, and what is for the pole only elsewhere
+    joints: np.ndarray  # shape (n, m, j), mm and radians; NaN out of reach, and what is for the pole only elsewhere
     branch: np.ndarray  # shape (m,), 0 or 1, as `Kinematics.inverse` orders them
 
     @cached_property
@@ -67,7 +67,7 @@ class Candidates:
         joints = self.joints[record, listed]
         costs = move_costs(machine, joints if previous is None else short_way(machine, joints - previous))
         reasons = [self.reason(record, candidate) for candidate in listed]
-        return list(zip(self.branch[listed].tolist(), joints * UNITS, costs, reasons, strict=True))
+        return list(zip(self.branch[listed].tolist(), joints * machine.units, costs, reasons, strict=True))
 
 
 def candidates(kin, tip, axis):
@@ -99,7 +99,7 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
     strategy : str
         ``"optimal"``: least cost over the whole path, by dynamic programming. ``"shortest"``: least cost of each
         next move. ``"paper"``: the cases and the C ± 2π rule of source 002.
-    start : array_like, shape (5,), optional
+    start : array_like, shape (j,), optional
         Present joints (mm, radians). Without it the first record prefers the branch `prefer`, near rotary zero.
     split : bool
         Whether the path may be split, with a retract and an unwind, where travel does not let it go on. It is split
@@ -134,9 +134,9 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
     if prefer not in (None, 1, -1):
         raise InputError("prefer", "1 or -1", repr(prefer))
     machine, outer = kin.machine, kin.outer
-    start = None if start is None else as_array(start, 5, "start")
+    start = None if start is None else as_array(start, len(kin.symbols), "start")
     if prefer is None:  # the longer side of travel from the middle of the two solutions
-        low, high = machine.limits[kin.inner] - float(sum(kin.inverse_symbolic.solutions) / 2)
+        low, high = machine.limits[kin.inner or kin.outer] - float(sum(kin.inverse_symbolic.solutions) / 2)
         prefer = 1 if np.isinf(high) or high >= -low - EVEN else -1
     options = {"start": start, "split": split, "prefer": prefer, "sway": sway}
     if strategy == "paper":
@@ -154,7 +154,7 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
     beyond = _beyond_the_short_way(kin, cl, solved, singular.STILL * sway)
     first = _explained(kin, solved[..., :1])
     if start is None:
-        beginning = TIE * np.abs((first.joints[0] * UNITS)[:, 3:]).sum(axis=1)
+        beginning = TIE * np.abs((first.joints[0] * machine.units)[:, 3:]).sum(axis=1)
         beginning += _preference(machine, solved) * (first.branch != (0 if prefer > 0 else 1))
     else:
         beginning = move_costs(machine, short_way(machine, first.joints[0] - start))
@@ -186,19 +186,19 @@ def choose(kin, cl, strategy="optimal", *, start=None, split=False, prefer=None,
 
 
 def _solutions(kin, tip, axis):
-    """Both branches of each record, shape (5, k, n), k = 2; k = 6 if some are at the pole, NaN for all others.
+    """Both branches of each record, shape (j, k, n), k = 2; k = 6 if some are at the pole, NaN for all others.
 
     There the outer axis may also take the angles of the nearest records before and after that are not at the pole,
     of each branch. It can then be turned where that costs nothing of the tool axis.
     """
     joints, tip = kin.inverse(tip, axis), np.asarray(tip, dtype=float)
     at_pole = np.zeros(len(joints), dtype=bool)
-    if kin.reach[0] == 0:  # there the two solutions meet at the pole
+    if kin.inner is not None and kin.reach[0] == 0:  # there the two solutions meet at the pole
         at_pole = np.abs(joints[:, 0, kin.inner] - joints[:, 1, kin.inner]) < 2 * POLE
     elsewhere = np.flatnonzero(~at_pole)
     if not at_pole.any() or not elsewhere.size:
         return joints.T
-    solved = np.full((5, 6, len(joints)), np.nan)
+    solved = np.full((joints.shape[-1], 6, len(joints)), np.nan)
     solved[:, :2] = joints.T
     after = np.searchsorted(elsewhere, np.flatnonzero(at_pole))
     for first, neighbour in ((2, after - 1), (4, after)):
@@ -223,6 +223,8 @@ def _beyond_the_short_way(kin, cl, solved, still):
     # Where the rotary axes are not at right angles, a great circle that passes beside the pole can take it a little
     # more than half a turn. One that passes as near as `still` may go either way.
     beyond, angles = np.zeros(solved.shape[1:], np.int8), solved[kin.outer, :2]
+    if kin.inner is None:  # its only way between two tool axes is the short one
+        return beyond
     steps = nearest(np.diff(angles))
     moves = np.flatnonzero((np.abs(steps) > np.pi / 2).any(axis=0) & ~cl.rapid[1:])
     t, away = singular.nearest(kin, cl.axes[moves], cl.axes[moves + 1], singular.from_pole)
@@ -234,15 +236,15 @@ def _beyond_the_short_way(kin, cl, solved, still):
 
 
 def _turns(machine):
-    """What each winding of the rotary axes adds to the joints, shape (5, w), radians."""
-    pairs = np.meshgrid(*(windings(*machine.limits[joint]) for joint in (3, 4)), indexing="ij")
-    return np.concatenate([np.zeros((3, pairs[0].size)), np.reshape(pairs, (2, -1))])
+    """What each winding of the rotary axes adds to the j joints, shape (j, w), radians."""
+    several = np.meshgrid(*(windings(*limits) for limits in machine.limits[3:]), indexing="ij")
+    return np.concatenate([np.zeros((3, several[0].size)), np.reshape(several, (len(several), -1))])
 
 
 def _explained(kin, solved):
     """`Candidates` of `_solutions`."""
     turns = _turns(kin.machine)
-    joints = (solved[:, :, None] + turns[:, None, :, None]).reshape(5, -1, solved.shape[2])
+    joints = (solved[:, :, None] + turns[:, None, :, None]).reshape(len(solved), -1, solved.shape[2])
     return Candidates(kin, joints.T, np.repeat(np.arange(solved.shape[1]) % 2, turns.shape[1]))
 
 
@@ -258,9 +260,9 @@ def nearest(step):
 
 
 def cost(steps, price, slowest):
-    """Return what moves cost whose joint steps are `steps[0]` … `steps[4]`, by `prices`."""
+    """Return what moves cost whose joint steps are `steps[0]`, `steps[1]` …, by `prices`."""
     total = 0.0
-    for joint in range(5):
+    for joint in range(len(steps)):
         part = np.abs(steps[joint]) * price[joint]
         total = np.maximum(total, part) if slowest else total + part
     return total
@@ -283,7 +285,7 @@ def windings(low, high):
 
 
 def short_way(machine, steps):
-    """Return joint steps, shape (..., 5), with those of endless axes brought into [−180°, 180°]."""
+    """Return joint steps, shape (..., j), with those of endless axes brought into [−180°, 180°]."""
     steps = np.array(steps, dtype=float)
     around = machine.endless
     steps[..., around] = nearest(steps[..., around])
@@ -291,13 +293,13 @@ def short_way(machine, steps):
 
 
 def prices(machine):
-    """What a mm or radian of each joint costs, shape (5,), and whether only the slowest joint counts."""
+    """What a mm or radian of each joint costs, shape (j,), and whether only the slowest joint counts."""
     known = ~np.isnan(machine.max_rates)
-    return (np.nan_to_num(1 / machine.max_rates) if known.any() else UNITS), bool(known.any())
+    return (np.nan_to_num(1 / machine.max_rates) if known.any() else machine.units), bool(known.any())
 
 
 def move_costs(machine, steps):
-    """Return what moves by joint steps (..., 5), mm and radians, cost, shape (...).
+    """Return what moves by joint steps (..., j), mm and radians, cost, shape (...).
 
     That is the seconds that the slowest axis needs, over the axes whose rate the machine states; if it states none,
     the sum of mm and degrees.
@@ -312,7 +314,7 @@ def move_costs(machine, steps):
 
 
 def path_cost(machine, joints, start):
-    """What a sequence of joints, shape (n, 5), costs, with the way from `start`, if given, to its first row."""
+    """What a sequence of joints, shape (n, j), costs, with the way from `start`, if given, to its first row."""
     total = float(np.sum(move_costs(machine, np.diff(joints, axis=0))))
     return total if start is None else total + float(move_costs(machine, short_way(machine, joints[0] - start)))
 
@@ -324,7 +326,7 @@ def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slow
 
         best(r, j) = min over i of [best(r − 1, i) + move(i, j)],    best = (breaks, cost), compared in this order
 
-    `solved`, shape (5, s, n), are the joints of each record's solutions and `turns`, (5, w), what the windings add:
+    `solved`, shape (j, s, n), are the joints of each record's solutions and `turns`, (j, w), what the windings add:
     candidate ``k·w + t`` is solution ``k`` in winding ``t``, and costs `beginning`, (s·w,), to begin with. The
     joint `outer` makes `beyond`, (s, n), whole turns beyond its short way to each record, on the same solution. The
     branch may change on the moves `meeting`, (n,), to a record; those in `rapid`, (n,), never break the path. If
@@ -339,8 +341,9 @@ def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slow
     came_by_break = np.zeros((records, count), np.bool_)
     # The candidates inside travel of two records, this one and the one before, take rows 0 and 1 in turn.
     numbers, breaks = np.zeros((2, count), np.int64), np.zeros((2, count), np.int64)
-    joints, costs = np.zeros((2, count, 5)), np.zeros((2, count))
-    picks, broken, step = np.zeros(records, np.int64), np.zeros(records, np.bool_), np.zeros(5)
+    axes = solved.shape[0]
+    joints, costs = np.zeros((2, count, axes)), np.zeros((2, count))
+    picks, broken, step = np.zeros(records, np.int64), np.zeros(records, np.bool_), np.zeros(axes)
     known, stuck = 0, -1
     for record in range(records):
         now, before, cut = record % 2, (record + 1) % 2, not rapid[record]
@@ -348,7 +351,7 @@ def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slow
         found = 0
         for number in range(count):
             inside = True
-            for joint in range(5):
+            for joint in range(axes):
                 value = solved[joint, number // windings, record] + turns[joint, number % windings]
                 inside = inside and ends[joint, 0] <= value <= ends[joint, 1]
                 joints[now, found, joint] = value
@@ -364,7 +367,7 @@ def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slow
             if record == 0:
                 breaks[now, j], costs[now, j] = 0, np.rint(beginning[numbers[now, j]] * QUANTA)
             for i in range(known):
-                for joint in range(5):
+                for joint in range(axes):
                     step[joint] = joints[now, j, joint] - joints[before, i, joint]
                     if endless[joint]:
                         step[joint] = nearest(step[joint])
@@ -373,7 +376,9 @@ def best_way(solved, turns, outer, beyond, ends, endless, beginning, price, slow
                 further = TURN * beyond[solution, record] if solution == last else 0.0
                 if endless[outer]:
                     step[outer] += further
-                too_far = max(abs(step[outer] - further), abs(step[7 - outer])) > HALF_TURN
+                too_far = abs(step[outer] - further) > HALF_TURN
+                for joint in range(3, axes):
+                    too_far = too_far or (joint != outer and abs(step[joint]) > HALF_TURN)
                 breaking = cut and (too_far or (changed and not meeting[record]))
                 if breaks[before, i] + breaking > breaks[now, j]:
                     continue

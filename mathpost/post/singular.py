@@ -55,7 +55,12 @@ def amplification(kin, axis):
 
 
 def distance(kin, axis):
-    """Return the angle (radians) between tool axes (..., 3) and the nearest singular one, an end of reach."""
+    """Return the angle (radians) between tool axes (..., 3) and the nearest singular one, an end of reach.
+
+    With one rotary axis none is singular: infinite.
+    """
+    if kin.inner is None:
+        return np.full(np.shape(axis)[:-1], np.inf)
     return from_pole(kin, axis, kin.reach)
 
 

@@ -13,7 +13,6 @@ from mathpost.controls.blocks import Blocks
 from mathpost.controls.control import Control
 from mathpost.formula import compiled
 from mathpost.kinematics import Kinematics
-from mathpost.machine import UNITS
 from mathpost.path.cl import feed_times
 from mathpost.post.proof import joints_of
 
@@ -92,7 +91,7 @@ def block_times(machine, joints, tip, feeds, in_cut):
     """
     rates, by_axis = machine.max_rates, np.zeros(len(joints) - 1)
     if no_rates := np.isnan(rates).all():
-        rates = 1 / UNITS
+        rates = 1 / machine.units
     for column, rate in zip(joints.T, rates, strict=True):
         by_axis = np.fmax(by_axis, np.abs(np.diff(column)) / rate)
     if no_rates:

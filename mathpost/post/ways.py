@@ -102,7 +102,9 @@ class Crossing:
             if name in self.SAFE:
                 motion = linearize(self.kin, motion, in_the_air(motion, self.tolerance, clearance))
         except MathpostError as error:
-            return Way(**vars(Motion.on_part(np.empty((0, 5)), [])), name=name, reason=str(error))
+            return Way(
+                **vars(Motion.on_part(np.empty((0, len(self.kin.symbols))), [])), name=name, reason=str(error)
+            )
         law, (tip, axis) = self._law(motion), strays(self.kin, self.cl, motion)
         largest = tip[motion.in_cut].max(initial=0), axis[motion.at_feed(self.cl)].max(initial=0)
         return Way(*vars(motion).values(), name, law, *law.peaks[:, self.kin.outer], *largest)

@@ -66,6 +66,8 @@ def cases(kin, cl, prefer):
     case (2): κ = 0, 11.817°
     """
     derived = kin.inverse_symbolic
+    if derived.inner is None:
+        raise InputError("strategy 'paper'", "a machine with two rotary axes", "one")
     if derived.solutions[0] != -derived.solutions[1]:
         found = f"{kin.machine.name}, where it is elsewhere"
         raise InputError("strategy 'paper'", f"a machine whose two solutions are ±{derived.inner}", found)

@@ -26,5 +26,5 @@ def run():
             kept.cache_clear()
         start = time.perf_counter()
         kin = kinematics.Kinematics(machine.load(path))
-        kin.inverse(*kin.forward(np.zeros((1, 5))))
+        kin.inverse(*kin.forward(np.zeros((1, len(kin.symbols)))))
         row(f"{path.stem}: read, derived, compiled", time.perf_counter() - start, 1, "1 s")

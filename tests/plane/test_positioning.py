@@ -301,7 +301,7 @@ def test_every_choice_puts_the_tool_on_the_plane(i, j, k, first, second):
     [
         (lambda plane: fanuc(plane, (0, 0), master="X"), "rotary axis: expected one of A, C"),
         (lambda plane: fanuc(plane, (0, 0, 0)), r"present: expected shape \(..., 2\)"),
-        (lambda plane: fanuc(plane, [(0, 0)]), "present: expected two rotary angles"),
+        (lambda plane: fanuc(plane, [(0, 0)]), "present: expected the rotary angles"),
         (lambda plane: heidenhain(plane, (0, 0), seq="+", sym="-"), "for one of the two"),
         (lambda plane: heidenhain(plane, (0, 0), seq="up"), "seq, sym"),
         (lambda plane: heidenhain(plane, (0, 0), rot="ROT"), "rot: expected 'COORD' or 'TABLE'"),

@@ -18,7 +18,7 @@ from mathpost.post.motion import Motion
 from mathpost.post.proof import deviation, measured
 from mathpost.post.ways import Crossing
 from mathpost.shell.main import main
-from tests.conftest import DATA, MACHINE_FILES, ROOT
+from tests.conftest import DATA, FIVE_AXES, ROOT
 from tests.machines import machines
 from tests.post.sampled import sampled_errors
 
@@ -342,7 +342,7 @@ def test_the_blade_is_what_its_script_makes():
     np.testing.assert_allclose(stored.axes, made.axes, atol=1e-8)
 
 
-@pytest.mark.parametrize("name", [path.stem for path in MACHINE_FILES])
+@pytest.mark.parametrize("name", [path.stem for path in FIVE_AXES])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_calibration_of_micrometres_keeps_the_branch(name, seed, blade):
     """15 µm and 30 µrad in both rotary axes: the joints move a little, none of them to the other solution."""
